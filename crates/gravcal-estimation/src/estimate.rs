@@ -1,0 +1,93 @@
+//! The answer of a solver.
+
+use std::fmt;
+
+use crate::Values;
+
+/// Why a solver stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Termination {
+    /// The residual is orthogonal to every column of the Jacobian: the largest cosine is at or below the tolerance.
+    Gradient {
+        /// Largest |cosine| between the residual and a column of the Jacobian.
+        cosine: f64,
+    },
+    /// The step no longer changes the parameters.
+    Step {
+        /// Length of the step relative to that of the parameters, both scaled by the Jacobian's column norms.
+        relative: f64,
+    },
+    /// Neither the predicted nor the actual reduction of the cost is worth another iteration.
+    Cost {
+        /// Predicted reduction relative to the cost.
+        relative: f64,
+    },
+    /// The residuals are zero to the last digit.
+    ZeroResidual,
+    /// The iterations allowed were used up.
+    IterationLimit {
+        /// How many were allowed.
+        limit: usize,
+    },
+    /// Damping grew beyond all bounds without finding a lower cost.
+    NoProgress,
+    /// Stopped from outside.
+    Stopped,
+}
+
+impl Termination {
+    /// Whether the solver ended at a stationary point.
+    pub fn converged(self) -> bool {
+        matches!(
+            self,
+            Termination::Gradient { .. }
+                | Termination::Step { .. }
+                | Termination::Cost { .. }
+                | Termination::ZeroResidual
+        )
+    }
+}
+
+impl fmt::Display for Termination {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Termination::Gradient { cosine } => {
+                write!(f, "converged: residual orthogonal to the Jacobian (largest cosine {cosine:.1e})")
+            }
+            Termination::Step { relative } => write!(f, "converged: steps too small to matter ({relative:.1e})"),
+            Termination::Cost { relative } => write!(f, "converged: cost no longer falls ({relative:.1e})"),
+            Termination::ZeroResidual => write!(f, "converged: residuals are zero"),
+            Termination::IterationLimit { limit } => write!(f, "not converged after {limit} iterations"),
+            Termination::NoProgress => write!(f, "not converged: no step lowers the cost"),
+            Termination::Stopped => write!(f, "stopped from outside"),
+        }
+    }
+}
+
+/// What happened in one iteration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IterationRecord {
+    /// Counted from 0, the start.
+    pub iteration: usize,
+    /// Cost ½ Σ r² of the whitened residuals after the iteration.
+    pub cost: f64,
+    /// Largest |cosine| between the residual and a column of the Jacobian.
+    pub cosine: f64,
+    /// Relative length of the accepted step.
+    pub step: f64,
+    /// Damping of the accepted step.
+    pub damping: f64,
+}
+
+/// A solver's answer.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// Values of all blocks, held ones included.
+    pub values: Values,
+    /// Cost ½ Σ r² of the whitened residuals; twice it is χ².
+    pub cost: f64,
+    /// Why it stopped.
+    pub termination: Termination,
+    /// The way it went, the start first.
+    pub iterations: Vec<IterationRecord>,
+}

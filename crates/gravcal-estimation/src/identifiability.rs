@@ -1,0 +1,216 @@
+//! What the data determine: rank, null space, and combinations a person can read.
+
+use faer::Mat;
+
+use crate::{Block, BlockId, Covariance, DenseLinearization, EvaluateError, Linearization, Problem, Values};
+
+/// Singular values of the column-scaled Jacobian below this share of the largest are zero. The scaled matrix
+/// carries rounding errors of about (rows · 1e-16); a direction weaker than 1e-9 cannot be told from them.
+const RANK_TOLERANCE: f64 = 1e-9;
+
+/// A column takes part in a null direction (of unit length, in scaled coordinates) if its entry exceeds this. Null
+/// vectors are accurate to about 1e-16 over the smallest true singular value: 1e-7 at the rank tolerance.
+const SHADOW_TOLERANCE: f64 = 1e-6;
+
+/// Singular value decomposition of the whitened Jacobian, columns scaled to unit length so that units do not matter.
+#[derive(Debug)]
+pub struct Spectrum {
+    /// Norm of each column of J; 1 for a column of zeros.
+    scales: Vec<f64>,
+    /// Singular values of the scaled Jacobian, largest first.
+    singular_values: Vec<f64>,
+    /// Right singular vectors, one a row.
+    directions: Vec<Vec<f64>>,
+    rank: usize,
+}
+
+impl Spectrum {
+    /// Decomposes the Jacobian of `problem` at `values`.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated there.
+    pub fn new(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
+        let linearization = DenseLinearization::new(problem, values)?;
+        let norms = linearization.column_norms();
+        let scales: Vec<f64> = norms.iter().map(|n| if *n > 0.0 { *n } else { 1.0 }).collect();
+        let triangle = linearization.triangle();
+        let columns = scales.len();
+        // Square even where there are fewer rows than columns, so that the whole null space comes out.
+        let scaled = Mat::from_fn(columns, columns, |i, j| {
+            if i < triangle.nrows() { triangle[(i, j)] / scales[j] } else { 0.0 }
+        });
+        let svd = scaled.svd().map_err(|_| EvaluateError("the Jacobian has no singular value decomposition".into()))?;
+        let singular_values: Vec<f64> = (0..columns).map(|k| svd.S()[k]).collect();
+        let largest = singular_values.first().copied().unwrap_or(0.0);
+        let rank = singular_values.iter().filter(|s| **s > RANK_TOLERANCE * largest).count();
+        let directions = (0..columns).map(|k| (0..columns).map(|j| svd.V()[(j, k)]).collect()).collect();
+        Ok(Spectrum { scales, singular_values, directions, rank })
+    }
+
+    /// Number of directions that the data determine.
+    pub fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// Singular values of the column-scaled Jacobian, largest first.
+    pub fn singular_values(&self) -> &[f64] {
+        &self.singular_values
+    }
+
+    /// Basis of what the directions without information do to the given columns, in the columns' units: empty where
+    /// every one of these columns is determined. One vector a direction, one entry a column.
+    pub fn null_space_within(&self, columns: &[usize]) -> Vec<Vec<f64>> {
+        let (shown, _) = self.null_space_shadow(columns);
+        shown.iter().map(|v| v.iter().zip(columns).map(|(c, j)| c / self.scales[*j]).collect()).collect()
+    }
+
+    /// Basis of the linear functions of the given columns alone that the data determine: coefficients by column.
+    pub fn determined_within(&self, columns: &[usize]) -> Vec<Vec<f64>> {
+        let (_, complement) = self.null_space_shadow(columns);
+        complement.iter().map(|v| v.iter().zip(columns).map(|(c, j)| c * self.scales[*j]).collect()).collect()
+    }
+
+    /// Orthonormal bases, in scaled coordinates, of the null space's projection on some columns and of its
+    /// orthogonal complement.
+    fn null_space_shadow(&self, columns: &[usize]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+        let null = &self.directions[self.rank..];
+        let size = columns.len();
+        // Square at least, so that the complement comes out of the same decomposition.
+        let shadow = Mat::from_fn(size, null.len().max(size), |i, k| {
+            if k < null.len() { null[k][columns[i]] } else { 0.0 }
+        });
+        let Ok(svd) = shadow.svd() else {
+            return (Vec::new(), Vec::new());
+        };
+        let vector = |k: usize| (0..size).map(|i| svd.U()[(i, k)]).collect::<Vec<f64>>();
+        let shown = (0..size).filter(|k| svd.S()[*k] > SHADOW_TOLERANCE).count();
+        ((0..shown).map(vector).collect(), (shown..size).map(vector).collect())
+    }
+
+    /// Covariance `(JᵀJ)⁺` over the determined directions.
+    pub fn covariance(&self) -> Covariance {
+        let size = self.scales.len();
+        let factors: Vec<Vec<f64>> = self.directions[..self.rank]
+            .iter()
+            .zip(&self.singular_values)
+            .map(|(v, s)| self.unscale(v).iter().map(|c| c / s).collect())
+            .collect();
+        let mut tangent = vec![0.0; size * size];
+        for factor in &factors {
+            for i in 0..size {
+                for j in 0..size {
+                    tangent[i * size + j] += factor[i] * factor[j];
+                }
+            }
+        }
+        Covariance { tangent, size }
+    }
+
+    /// Sum of squares of each row of the scaled Jacobian's projector: how many of the fitted parameters each
+    /// row of `augmented` (as [`Problem::augmented_jacobian`] gives it) takes up. They sum to the rank.
+    pub fn leverages(&self, augmented: &[f64]) -> Vec<f64> {
+        let width = self.scales.len() + 1;
+        augmented
+            .chunks_exact(width)
+            .map(|row| {
+                self.directions[..self.rank]
+                    .iter()
+                    .zip(&self.singular_values)
+                    .map(|(v, s)| {
+                        let projection: f64 =
+                            row.iter().zip(v).zip(&self.scales).map(|((r, v), scale)| r * v / scale).sum();
+                        (projection / s).powi(2)
+                    })
+                    .sum()
+            })
+            .collect()
+    }
+
+    fn unscale(&self, direction: &[f64]) -> Vec<f64> {
+        direction.iter().zip(&self.scales).map(|(v, scale)| v / scale).collect()
+    }
+}
+
+/// One term of a combination of parameters.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Term {
+    /// The block.
+    pub block: BlockId,
+    /// Which of its stored coordinates.
+    pub component: usize,
+    /// Coefficient.
+    pub coefficient: f64,
+}
+
+impl Term {
+    /// `joint1.torque_gain`, `gravity.x`.
+    pub fn name(&self, blocks: &[Block]) -> String {
+        blocks[self.block.index()].component_name(self.component)
+    }
+}
+
+/// The sparsest easily found basis of the span of `vectors`: reduced row echelon form with complete pivoting.
+///
+/// Each result has a coefficient 1 that no other result shares; entries below `tolerance` times the largest are
+/// zero. Dependent vectors drop out.
+pub fn sparse_basis(vectors: &[Vec<f64>], tolerance: f64) -> Vec<Vec<f64>> {
+    let mut rows: Vec<Vec<f64>> = vectors.to_vec();
+    let largest = rows.iter().flatten().fold(0.0_f64, |m, v| m.max(v.abs()));
+    let mut done = 0;
+    while done < rows.len() {
+        let (pivot_row, pivot_column) = largest_entry(&rows[done..]);
+        let pivot_row = pivot_row + done;
+        if rows[pivot_row].get(pivot_column).is_none_or(|v| v.abs() <= tolerance * largest) {
+            break;
+        }
+        rows.swap(done, pivot_row);
+        let pivot = rows[done][pivot_column];
+        rows[done].iter_mut().for_each(|v| *v /= pivot);
+        let reference = rows[done].clone();
+        for (index, row) in rows.iter_mut().enumerate() {
+            if index != done {
+                let factor = row[pivot_column];
+                row.iter_mut().zip(&reference).for_each(|(v, r)| *v -= factor * r);
+                row[pivot_column] = 0.0;
+            }
+        }
+        done += 1;
+    }
+    rows.truncate(done);
+    for row in &mut rows {
+        let largest = row.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        row.iter_mut().filter(|v| v.abs() <= tolerance * largest).for_each(|v| *v = 0.0);
+    }
+    rows
+}
+
+fn largest_entry(rows: &[Vec<f64>]) -> (usize, usize) {
+    let mut best = (0, 0, -1.0);
+    for (i, row) in rows.iter().enumerate() {
+        for (j, value) in row.iter().enumerate() {
+            // A tie goes to the first, up to rounding, so that the basis does not depend on the last digit.
+            if value.abs() > best.2 * (1.0 + 1e-6) {
+                best = (i, j, value.abs());
+            }
+        }
+    }
+    (best.0, best.1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_basis_of_sparse_vectors_is_recovered_from_a_mixture() {
+        let a = [1.0, 1.0, 1.0, 0.0, 0.0];
+        let b = [0.0, 0.0, 0.0, 1.0, -0.5];
+        let mix = |p: f64, q: f64| a.iter().zip(b).map(|(a, b)| p * a + q * b).collect::<Vec<f64>>();
+        let basis = sparse_basis(&[mix(0.3, -0.7), mix(1.1, 0.2), mix(-2.0, 5.0)], 1e-9);
+        assert_eq!(basis.len(), 2);
+        for vector in &basis {
+            let expected = if vector[0] == 0.0 { &b } else { &a };
+            assert!(vector.iter().zip(expected).all(|(v, e)| (v - e).abs() < 1e-12), "{vector:?}");
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Nonlinear least squares over named parameter blocks.
+//!
+//! Given measurements `y_f` with noise covariances `Σ_f` and models `h_f(x)`, this crate holds the problem
+//!
+//! ```text
+//!     minimise over x   ½ Σ_f  r_f(x)ᵀ Σ_f⁻¹ r_f(x),     r_f(x) = h_f(x) − y_f
+//! ```
+//!
+//! and judges its solution. `x` is a list of *blocks* (named groups of numbers with units, each on a
+//! [`Manifold`]); every term of the sum is a *factor*: a [`Residual`] in the unit of the reading, and its
+//! [`Noise`].
+//!
+//! **Assumptions.** The noise is zero-mean with the stated covariance, factors are independent of each other, and
+//! the residuals are smooth near the solution. Then twice the cost is χ²-distributed with (rows − rank) degrees of
+//! freedom and `(JᵀJ)⁻¹` of the whitened Jacobian is the covariance of the estimate. Where the model is wrong,
+//! the χ² says so, and the covariance is too small. Where a direction of `x` leaves every residual unchanged, no
+//! value for it exists in the data: [`Spectrum`] finds those directions and names them; nothing here invents one.
+//!
+//! Three nouns, three places: the [`Problem`] only holds; a [`Solver`] only minimises (the methods are in
+//! `gravcal-solvers`); [`Spectrum`] and [`Covariance`] only judge. The crate knows no robot and no file.
+
+mod block;
+mod covariance;
+mod derivative_check;
+mod estimate;
+mod factor;
+mod identifiability;
+mod linearization;
+mod manifold;
+mod noise;
+mod problem;
+mod residual;
+mod solver;
+
+pub use block::{Block, BlockId, Values};
+pub use covariance::Covariance;
+pub use derivative_check::{DerivativeMismatch, check_derivatives};
+pub use estimate::{Estimate, IterationRecord, Termination};
+pub use factor::Factor;
+pub use identifiability::{Spectrum, Term, sparse_basis};
+pub use linearization::{DenseLinearization, Linearization, StepInfo};
+pub use manifold::Manifold;
+pub use noise::{Noise, NoiseError};
+pub use problem::{Column, Problem, ProblemBuilder, ProblemError};
+pub use residual::{EvaluateError, LocalValues, Residual, RowsMut};
+pub use solver::{Observer, SolveContext, SolveError, Solver, Unsupported};

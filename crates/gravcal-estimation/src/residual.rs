@@ -1,0 +1,92 @@
+//! What an author of a measurement model writes.
+
+use std::fmt::Debug;
+
+use thiserror::Error;
+
+use crate::BlockId;
+
+/// `r(x)` in the unit of the reading: prediction minus measurement.
+///
+/// Whitening is the [`Noise`](crate::Noise)'s, steps on manifolds are the linearization's: an author meets neither.
+pub trait Residual: Debug + Send + Sync {
+    /// The blocks it reads, in column order.
+    fn blocks(&self) -> &[BlockId];
+
+    /// Number of rows; never zero.
+    fn len(&self) -> usize;
+
+    /// Whether there is nothing to evaluate.
+    fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Writes `r(x)` and, where asked, `∂r/∂x` by the stored coordinates. The Jacobian comes in zeroed.
+    ///
+    /// # Errors
+    /// Where the model is not defined at `x`; a solver shortens its step then.
+    fn evaluate(
+        &self,
+        x: LocalValues<'_>,
+        residual: &mut [f64],
+        jacobian: Option<RowsMut<'_>>,
+    ) -> Result<(), EvaluateError>;
+}
+
+/// The model has no value at the point where it was asked.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{0}")]
+pub struct EvaluateError(pub String);
+
+/// The values of the blocks of one residual, in its own order.
+#[derive(Clone, Copy, Debug)]
+pub struct LocalValues<'a> {
+    data: &'a [f64],
+    offsets: &'a [usize],
+}
+
+impl<'a> LocalValues<'a> {
+    /// `data` holds the blocks one after the other, `offsets` their starts and the total length.
+    pub fn new(data: &'a [f64], offsets: &'a [usize]) -> Self {
+        LocalValues { data, offsets }
+    }
+
+    /// Block `index` in the order of [`Residual::blocks`].
+    pub fn block(&self, index: usize) -> &'a [f64] {
+        &self.data[self.offsets[index]..self.offsets[index + 1]]
+    }
+
+    /// The number of block `index`, which stores one.
+    pub fn scalar(&self, index: usize) -> f64 {
+        self.data[self.offsets[index]]
+    }
+
+    /// First local column of block `index`.
+    pub fn column(&self, index: usize) -> usize {
+        self.offsets[index]
+    }
+
+    /// All local columns, block after block.
+    pub fn as_slice(&self) -> &'a [f64] {
+        self.data
+    }
+}
+
+/// The Jacobian of one residual: rows of the residual by its local columns, row-major.
+#[derive(Debug)]
+pub struct RowsMut<'a> {
+    data: &'a mut [f64],
+    columns: usize,
+}
+
+impl<'a> RowsMut<'a> {
+    /// `data` holds rows of `columns` numbers.
+    pub fn new(data: &'a mut [f64], columns: usize) -> Self {
+        RowsMut { data, columns }
+    }
+
+    /// One row over all local columns.
+    pub fn row(&mut self, row: usize) -> &mut [f64] {
+        &mut self.data[row * self.columns..(row + 1) * self.columns]
+    }
+}

@@ -1,0 +1,94 @@
+//! What a method that minimises a problem offers.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use thiserror::Error;
+
+use crate::{Estimate, EvaluateError, IterationRecord, Problem, Values};
+
+/// A method that minimises a [`Problem`] from a starting point.
+pub trait Solver: Send + Sync {
+    /// The name by which a user chooses it.
+    fn name(&self) -> &'static str;
+
+    /// Whether it can take this problem.
+    ///
+    /// # Errors
+    /// Says in words why not.
+    fn check(&self, problem: &Problem) -> Result<(), Unsupported>;
+
+    /// Minimises from `initial`. Not converging is an answer ([`Estimate::termination`]), not an error.
+    ///
+    /// # Errors
+    /// Where there is no answer at all: the problem is not for this method, or cannot be evaluated at the start.
+    fn solve(
+        &self,
+        problem: &Problem,
+        initial: &Values,
+        context: &mut SolveContext<'_>,
+    ) -> Result<Estimate, SolveError>;
+}
+
+/// A method cannot take a problem.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{solver} cannot take this problem: {reason}")]
+pub struct Unsupported {
+    /// The method's name.
+    pub solver: &'static str,
+    /// What it misses, in words.
+    pub reason: String,
+}
+
+/// No answer at all.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum SolveError {
+    /// The method cannot take the problem.
+    #[error(transparent)]
+    Unsupported(#[from] Unsupported),
+    /// A residual has no value at the start.
+    #[error("the start cannot be evaluated: {0}")]
+    Evaluate(#[from] EvaluateError),
+    /// The method failed inside.
+    #[error("{solver} failed: {reason}")]
+    Failed {
+        /// The method's name.
+        solver: &'static str,
+        /// What it said.
+        reason: String,
+    },
+}
+
+/// Is told of every iteration.
+pub trait Observer {
+    /// Called after the start (iteration 0) and after every iteration.
+    fn iteration(&mut self, record: &IterationRecord);
+}
+
+impl<F: FnMut(&IterationRecord)> Observer for F {
+    fn iteration(&mut self, record: &IterationRecord) {
+        self(record);
+    }
+}
+
+/// What accompanies a solve: who watches, and who may stop it.
+#[derive(Default)]
+pub struct SolveContext<'a> {
+    /// Told of every iteration.
+    pub observer: Option<&'a mut dyn Observer>,
+    /// Set from elsewhere to stop after the current iteration.
+    pub stop: Option<&'a AtomicBool>,
+}
+
+impl SolveContext<'_> {
+    /// Whether someone asked to stop.
+    pub fn stopped(&self) -> bool {
+        self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
+    }
+
+    /// Tells the observer, if there is one.
+    pub fn tell(&mut self, record: &IterationRecord) {
+        if let Some(observer) = self.observer.as_mut() {
+            observer.iteration(record);
+        }
+    }
+}

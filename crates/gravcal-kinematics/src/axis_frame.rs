@@ -1,0 +1,112 @@
+//! The frame in which a joint's motion is simplest: z along the axis.
+//!
+//! For every joint the fixed transforms are re-cut once, so that a pose costs two products a joint whatever the
+//! direction of its axis:
+//!
+//! ```text
+//!     X_base,link(k) = X_base,link(k−1) · from_parent · (Rot_z(q) or Trans_z(q)) · to_link
+//!     from_parent = before · A,   to_link = Aᵀ · after,   A e_z = axis
+//! ```
+//!
+//! `A` is the smallest rotation that brings z to the axis, hence the identity where the axis is z already.
+
+use nalgebra::{Matrix3, Vector3};
+
+use crate::joint::{Joint, JointKind};
+use crate::transform::Transform;
+
+/// A joint, re-cut to turn about or slide along z.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct AxisFrame {
+    pub kind: JointKind,
+    /// Pose of the axis frame in the parent link's frame.
+    pub from_parent: Transform,
+    /// Pose of the child link's frame in the moved axis frame.
+    pub to_link: Transform,
+}
+
+impl AxisFrame {
+    /// Of a joint whose axis has been checked to be a unit vector.
+    pub fn of(joint: &Joint) -> Self {
+        let z_to_axis = Transform::turned(smallest_rotation_from_z(joint.axis.into()));
+        AxisFrame {
+            kind: joint.kind,
+            from_parent: joint.before * z_to_axis,
+            to_link: z_to_axis.inverse() * joint.after,
+        }
+    }
+
+    /// The axis frame at rest (before the motion) in base coordinates.
+    pub fn at_rest(&self, parent: &Transform) -> Transform {
+        parent.compose(&self.from_parent)
+    }
+
+    /// The link's frame in base coordinates, from the axis frame at rest and the coordinate (rad or m).
+    pub fn link_pose(&self, at_rest: &Transform, coordinate: f64) -> Transform {
+        moved(self.kind, at_rest, coordinate).compose(&self.to_link)
+    }
+}
+
+/// `frame · Rot_z(coordinate)` or `frame · Trans_z(coordinate)`: touches two columns, or the translation only.
+fn moved(kind: JointKind, frame: &Transform, coordinate: f64) -> Transform {
+    let [x, y, z] = [0, 1, 2].map(|column| frame.rotation.column(column).into_owned());
+    match kind {
+        JointKind::Revolute => {
+            let (sin, cos) = coordinate.sin_cos();
+            let rotation = Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, z]);
+            Transform {
+                rotation,
+                translation: frame.translation,
+            }
+        }
+        JointKind::Prismatic => Transform {
+            rotation: frame.rotation,
+            translation: frame.translation + z * coordinate,
+        },
+    }
+}
+
+/// The rotation by the angle between z and `axis` about `z × axis`.
+///
+/// Rodrigues' formula with `v = z × axis`, `c = z · axis`: `1 + [v] + [v]²/(1 + c)`. It loses all digits near c = −1, so
+/// axes of the lower half space start from −z, to which half a turn about x leads.
+fn smallest_rotation_from_z(axis: Vector3<f64>) -> Matrix3<f64> {
+    if axis.z >= 0.0 {
+        smallest_rotation(Vector3::z(), axis)
+    } else {
+        smallest_rotation(-Vector3::z(), axis)
+            * Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0))
+    }
+}
+
+fn smallest_rotation(from: Vector3<f64>, to: Vector3<f64>) -> Matrix3<f64> {
+    let cross = from.cross(&to).cross_matrix();
+    Matrix3::identity() + cross + cross * cross / (1.0 + from.dot(&to))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn brings_z_to_every_axis() {
+        let axes = [
+            [0.0, 0.0, 1.0],
+            [0.0, 0.0, -1.0],
+            [0.0, 1.0, 0.0],
+            [0.0, -1.0, 0.0],
+            [1e-9, 0.0, -1.0],
+            [0.48, -0.6, -0.64],
+        ];
+        for axis in axes.map(|a| Vector3::from(a).normalize()) {
+            let rotation = smallest_rotation_from_z(axis);
+            assert!((rotation * Vector3::z() - axis).norm() < 1e-15, "{axis}");
+            assert!(
+                (rotation.transpose() * rotation - Matrix3::identity()).norm() < 1e-14,
+                "{axis}"
+            );
+            assert!(rotation.determinant() > 0.0, "{axis}");
+        }
+        assert_eq!(smallest_rotation_from_z(Vector3::z()), Matrix3::identity());
+    }
+}

@@ -1,0 +1,180 @@
+//! Holding torque against gravity, and all its first derivatives.
+//!
+//! With link k at `p_k` with rotation `R_k` in base coordinates, mass `m_k` and first moment `h_k` in its own frame, a
+//! point `o_i` and the direction `z_i` of axis i, what hangs beyond joint i has the mass and the first moment about `o_i`
+//!
+//! ```text
+//!     m_i⁺ = Σ_{k ≥ i} m_k,      M_i = Σ_{k ≥ i} [ m_k (p_k − o_i) + R_k h_k ]
+//! ```
+//!
+//! and the joint holds it with
+//!
+//! ```text
+//!     τ_i = z_i · (g × M_i) = (z_i × g) · M_i     revolute, N·m
+//!     f_i = −(g · z_i) m_i⁺                       prismatic, N
+//! ```
+//!
+//! the derivative of the potential energy `−Σ g · (m_k p_k + R_k h_k)` with respect to the joint's coordinate. Both are
+//! `u_i m_i⁺ + w_i · M_i` with `(u, w) = (0, z × g)` or `(−g · z, 0)`; so, with `v_j = ∂M_i/∂q_j` for j ≥ i, which is
+//! `z_j × M_j` (revolute) or `m_j⁺ z_j` (prismatic), everything else follows:
+//!
+//! ```text
+//!     ∂τ_i/∂q_j = ∂τ_j/∂q_i = w_i · v_j,  j ≥ i        (second derivative of the energy, hence symmetric)
+//!     ∂τ_i/∂g   = M_i × z_i   or  −m_i⁺ z_i
+//!     ∂τ_i/∂m_k = u_i + w_i · (p_k − o_i),  ∂τ_i/∂h_k = R_kᵀ w_i,  k ≥ i
+//! ```
+//!
+//! One sweep outward for the frames and one inward for the sums, then n² / 2 products.
+
+mod body_beyond;
+
+use body_beyond::{BodyBeyond, Sensitivity, sweep};
+use nalgebra::Vector3;
+
+use crate::chain::Chain;
+
+/// Numbers of one link's inertia: mass and three components of the first moment.
+const INERTIA: usize = 4;
+
+/// The holding torques of one pose with their derivatives, all row-major; a workspace to be reused.
+///
+/// n is the number of joints. `torque`, and every derivative, is in N·m (N for a prismatic joint) over the unit of what
+/// it is derived by.
+#[derive(Clone, Debug)]
+pub struct GravityTorque {
+    /// Holding torques, n.
+    pub torque: Vec<f64>,
+    /// By the joint coordinates (rad or m), n × n, symmetric.
+    pub by_coordinate: Vec<f64>,
+    /// By gravity in base coordinates (m/s²), n × 3.
+    pub by_gravity: Vec<f64>,
+    /// By the links' `[mass, h_x, h_y, h_z]` (kg, kg·m in link coordinates), n × 4n: the gravity regressor. Zero for
+    /// links before the joint.
+    pub by_inertia: Vec<f64>,
+    bodies: Vec<BodyBeyond>,
+}
+
+impl GravityTorque {
+    /// A workspace for a chain of that many joints, all zero.
+    pub fn new(joint_count: usize) -> Self {
+        GravityTorque {
+            torque: vec![0.0; joint_count],
+            by_coordinate: vec![0.0; joint_count * joint_count],
+            by_gravity: vec![0.0; joint_count * 3],
+            by_inertia: vec![0.0; joint_count * joint_count * INERTIA],
+            bodies: vec![BodyBeyond::default(); joint_count],
+        }
+    }
+
+    fn assert_size(&self, n: usize) {
+        assert_eq!(self.torque.len(), n, "one torque for each joint");
+        assert_eq!(
+            self.by_coordinate.len(),
+            n * n,
+            "n × n derivatives by coordinates"
+        );
+        assert_eq!(self.by_gravity.len(), n * 3, "n × 3 derivatives by gravity");
+        assert_eq!(
+            self.by_inertia.len(),
+            n * n * INERTIA,
+            "n × 4n derivatives by inertia"
+        );
+        assert_eq!(
+            self.bodies.len(),
+            n,
+            "a workspace for as many joints as the chain has"
+        );
+    }
+}
+
+impl Chain {
+    /// Holding torque of every joint, N·m (N for a prismatic joint), without derivatives.
+    ///
+    /// `coordinates`: n, rad or m. `gravity`: m/s² in base coordinates. `inertia`: 4 numbers a link, `[mass, h_x, h_y,
+    /// h_z]` in kg and kg·m in link coordinates. `torque`: n, overwritten.
+    ///
+    /// # Panics
+    ///
+    /// When a slice has another length.
+    pub fn gravity_torque(
+        &self,
+        coordinates: &[f64],
+        gravity: [f64; 3],
+        inertia: &[f64],
+        torque: &mut [f64],
+    ) {
+        assert_eq!(
+            torque.len(),
+            self.joint_count(),
+            "one torque for each joint"
+        );
+        let mut bodies = vec![BodyBeyond::default(); self.joint_count()];
+        sweep(self, coordinates, inertia, &mut bodies);
+        let gravity = Vector3::from(gravity);
+        for (torque, body) in torque.iter_mut().zip(&bodies) {
+            *torque = body.torque(&body.sensitivity(&gravity));
+        }
+    }
+
+    /// Holding torques and their derivatives; see [`GravityTorque`] for shapes, [`Chain::gravity_torque`] for the rest.
+    ///
+    /// Allocates nothing. The torques are bit for bit those of [`Chain::gravity_torque`].
+    ///
+    /// # Panics
+    ///
+    /// When a slice has another length, or `out` was made for another number of joints.
+    pub fn linearize_gravity_torque(
+        &self,
+        coordinates: &[f64],
+        gravity: [f64; 3],
+        inertia: &[f64],
+        out: &mut GravityTorque,
+    ) {
+        let n = self.joint_count();
+        out.assert_size(n);
+        sweep(self, coordinates, inertia, &mut out.bodies);
+        let gravity = Vector3::from(gravity);
+        for i in 0..n {
+            out.fill_row(i, &gravity);
+        }
+    }
+}
+
+impl GravityTorque {
+    /// Joint i: its torque, and its row of every derivative.
+    fn fill_row(&mut self, i: usize, gravity: &Vector3<f64>) {
+        let body = &self.bodies[i];
+        let sensitivity = body.sensitivity(gravity);
+        self.torque[i] = body.torque(&sensitivity);
+        self.by_gravity[3 * i..3 * i + 3].copy_from_slice(body.torque_by_gravity().as_slice());
+        self.fill_by_coordinate(i, &sensitivity);
+        self.fill_by_inertia(i, &sensitivity);
+    }
+
+    /// `w_i · v_j` for j ≥ i, and its mirror image.
+    fn fill_by_coordinate(&mut self, i: usize, sensitivity: &Sensitivity) {
+        let n = self.bodies.len();
+        for (j, body) in self.bodies.iter().enumerate().skip(i) {
+            let second = sensitivity.to_moment.dot(&body.moment_rate);
+            self.by_coordinate[n * i + j] = second;
+            self.by_coordinate[n * j + i] = second;
+        }
+    }
+
+    /// Zero before link i, then `[∂τ_i/∂m_k, ∂τ_i/∂h_k]`.
+    fn fill_by_inertia(&mut self, i: usize, sensitivity: &Sensitivity) {
+        let width = INERTIA * self.bodies.len();
+        let row = &mut self.by_inertia[width * i..width * (i + 1)];
+        let (before, beyond) = row.split_at_mut(INERTIA * i);
+        before.fill(0.0);
+        for (entry, link) in beyond.chunks_exact_mut(INERTIA).zip(&self.bodies[i..]) {
+            let lever = link.link_origin - self.bodies[i].point;
+            entry[0] = sensitivity.to_mass + sensitivity.to_moment.dot(&lever);
+            let by_moment = link.link_rotation.tr_mul(&sensitivity.to_moment);
+            entry[1..].copy_from_slice(by_moment.as_slice());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,66 @@
+//! Robots as chains of joints: forward kinematics and gravity torque with analytic derivatives.
+//!
+//! A [`Chain`] is a row of joints, each with a fixed transform before and after it, and one body ("link") beyond
+//! each joint. It is built from Denavit-Hartenberg rows ([`chain_from_dh`]), from a URDF ([`Chain::from_urdf`]) or
+//! by hand ([`Chain::new`]), and answers three questions about a static pose:
+//!
+//! - where is every link? [`Chain::forward`]
+//! - which torque does every joint exert to hold the arm against gravity? [`Chain::gravity_torque`]
+//! - how does that torque change with the joint coordinates, with gravity, and with the masses and first moments
+//!   of the links? [`Chain::linearize_gravity_torque`]
+//!
+//! # Conventions
+//!
+//! SI units and radians throughout. A transform `X_AB` takes coordinates in frame B to coordinates in frame A and
+//! rotation matrices are row-major. Gravity is the acceleration vector in base coordinates, (0, 0, −9.81) m/s² for an
+//! upright base with z up. Torque is what the joint **exerts** to hold the arm, the derivative of the potential energy
+//! with respect to the joint coordinate (the same sign as Pinocchio's generalized gravity).
+//!
+//! ```
+//! use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
+//!
+//! // A pendulum: one horizontal axis, 2 kg at 0.5 m along the link's x.
+//! let row = DhRow {
+//!     name: "shoulder".into(),
+//!     kind: JointKind::Revolute,
+//!     a: 0.5,
+//!     alpha: 0.0,
+//!     d: 0.0,
+//!     theta: 0.0,
+//!     limits: None,
+//!     link: Link { name: "arm".into(), inertia: None },
+//! };
+//! let chain = chain_from_dh("base", DhConvention::Standard, &[row])?;
+//! let mut torque = [0.0];
+//! // The axis is the base's z, so "down" is −y of the base; the mass sits in the link's origin.
+//! chain.gravity_torque(&[0.0], [0.0, -9.81, 0.0], &[2.0, 0.0, 0.0, 0.0], &mut torque);
+//! assert!((torque[0] - 2.0 * 9.81 * 0.5).abs() < 1e-12);
+//! # Ok::<(), gravcal_kinematics::ChainError>(())
+//! ```
+//!
+//! # What this crate does not do
+//!
+//! No trees (a URDF's side branches are refused by name), no loops, no dynamics beyond gravity, no sensors.
+
+mod axis_frame;
+mod axis_rotations;
+mod chain;
+mod dh;
+mod forward;
+mod gravity;
+mod joint;
+mod link;
+mod nearest;
+mod transform;
+mod urdf;
+
+#[cfg(test)]
+mod random_chain;
+
+pub use chain::{Chain, ChainError};
+pub use dh::{DhConvention, DhRow, chain_from_dh};
+pub use gravity::GravityTorque;
+pub use joint::{Joint, JointKind};
+pub use link::{Link, LinkInertia};
+pub use transform::{NotARotation, Transform};
+pub use urdf::UrdfError;

@@ -1,0 +1,267 @@
+//! What can be wrong with a recording: each error names the place, what was found, and what to do.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use crate::MappingError;
+
+/// One cell of a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    /// The file, as it was named by whoever asked to read it.
+    pub path: PathBuf,
+    /// Line in the file, counted from 1.
+    pub line: u64,
+    /// Name of the column.
+    pub column: String,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}:{}: column `{}`",
+            self.path.display(),
+            self.line,
+            self.column
+        )
+    }
+}
+
+/// Why a recording could not be read. Lines are counted from 1.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    /// The file does not exist, but its folder does.
+    #[error("{}: there is no such file", path.display())]
+    NoFile {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file's folder does not exist.
+    #[error("{}: there is no such folder as {}", path.display(), folder.display())]
+    NoFolder {
+        /// The file.
+        path: PathBuf,
+        /// Its folder.
+        folder: PathBuf,
+    },
+    /// The path is that of a folder.
+    #[error("{}: this is a folder; name a CSV file in it", path.display())]
+    IsFolder {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The operating system refuses.
+    #[error("{}: cannot be read: {cause}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        cause: io::Error,
+    },
+    /// The file is no UTF-8 text.
+    #[error("{}:{line}: this is not UTF-8 text; save the table as CSV in UTF-8", path.display())]
+    NotUtf8 {
+        /// The file.
+        path: PathBuf,
+        /// The first line with an invalid byte.
+        line: u64,
+    },
+    /// The file holds nothing but comments and blank lines.
+    #[error("{}: the file is empty; its first line must name the columns", path.display())]
+    NoHeader {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The file holds the names of its columns and nothing else.
+    #[error("{}: the file has a header but no rows", path.display())]
+    NoRows {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A column has an empty name.
+    #[error("{}:{line}: column {position} of the header has no name; name it or delete it", path.display())]
+    NoColumnName {
+        /// The file.
+        path: PathBuf,
+        /// Line of the header.
+        line: u64,
+        /// Place of the column, counted from 1.
+        position: usize,
+    },
+    /// Two columns have the same name.
+    #[error("{}:{line}: the header names column `{column}` twice; rename one{}", path.display(), no_header(&[column]))]
+    DuplicateColumn {
+        /// The file.
+        path: PathBuf,
+        /// Line of the header.
+        line: u64,
+        /// The name.
+        column: String,
+    },
+    /// A row has more or fewer cells than the header.
+    #[error("{}:{line}: expected {expected} cells, as in the header, found {found}", path.display())]
+    Ragged {
+        /// The file.
+        path: PathBuf,
+        /// Line of the row.
+        line: u64,
+        /// Cells of the header.
+        expected: usize,
+        /// Cells of the row.
+        found: usize,
+    },
+    /// A quoted cell goes on over the end of its line: nearly always a quote that is not closed, which would
+    /// otherwise swallow rows.
+    #[error("{}:{line}: a cell that begins here goes on over the end of the line; is a quote (\") not closed?", path.display())]
+    LineBreak {
+        /// The file.
+        path: PathBuf,
+        /// Line on which the row begins.
+        line: u64,
+    },
+    /// The file has no column of this name.
+    #[error("{}: there is no column `{column}`{}; the columns are {}", path.display(), hint(column, columns), listed(columns))]
+    UnknownColumn {
+        /// The file.
+        path: PathBuf,
+        /// The name that was asked for.
+        column: String,
+        /// The names that the file has, in its order.
+        columns: Vec<String>,
+    },
+    /// A cell that should hold a finite number holds something else.
+    #[error(
+        "{place}: expected a finite number, found `{found}`; leave the cell empty if a reading is missing"
+    )]
+    NotANumber {
+        /// The cell.
+        place: Place,
+        /// Its text.
+        found: String,
+    },
+    /// A position reading is missing.
+    #[error(
+        "{place}: the position is missing, and every torque depends on every position; delete the row"
+    )]
+    NoPosition {
+        /// The cell.
+        place: Place,
+    },
+    /// A cell that says whether a reading is usable says neither yes nor no.
+    #[error("{place}: expected 1 or true (usable), 0 or false (not usable), found `{found}`")]
+    NotYesOrNo {
+        /// The cell.
+        place: Place,
+        /// Its text.
+        found: String,
+    },
+    /// A standard deviation is zero, negative, or too small for its mean to have one.
+    #[error(
+        "{place}: a standard deviation must be greater than 0, found {found}; leave the cell empty if it is unknown"
+    )]
+    BadStd {
+        /// The cell.
+        place: Place,
+        /// Its number, in the unit of the reading.
+        found: f64,
+    },
+    /// A number of samples is below one.
+    #[error("{place}: a number of samples must be at least 1, found {found}")]
+    BadCount {
+        /// The cell.
+        place: Place,
+        /// Its number.
+        found: f64,
+    },
+    /// A standard deviation is given, but not of how many samples the reading is the mean.
+    #[error(
+        "{place}: the number of samples is missing, and the mean's standard deviation depends on it; fill it in, \
+         or leave the reading empty"
+    )]
+    NoCount {
+        /// The cell.
+        place: Place,
+    },
+    /// All rows are one pose.
+    #[error("{}: a table of one pose cannot identify anything{}; record more poses", path.display(), same(*rows))]
+    OnePose {
+        /// The file.
+        path: PathBuf,
+        /// How many rows were merged into the pose.
+        rows: u32,
+    },
+    /// The mapping contradicts itself, whatever the file holds.
+    #[error(transparent)]
+    Mapping(#[from] MappingError),
+}
+
+impl ReadError {
+    /// Says why a file cannot be opened: what the operating system calls "not found" may be file or folder.
+    pub(crate) fn opening(path: &Path, cause: io::Error) -> ReadError {
+        let path = path.to_owned();
+        if path.is_dir() {
+            return ReadError::IsFolder { path };
+        }
+        if cause.kind() != io::ErrorKind::NotFound {
+            return ReadError::Io { path, cause };
+        }
+        match missing_folder(&path) {
+            Some(folder) => ReadError::NoFolder { path, folder },
+            None => ReadError::NoFile { path },
+        }
+    }
+}
+
+/// The folder that `path` stands in, if it does not exist. The folder of a bare file name always does.
+pub(crate) fn missing_folder(path: &Path) -> Option<PathBuf> {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty())?;
+    (!folder.exists()).then(|| folder.to_owned())
+}
+
+/// What may have been meant by the name of a column that does not exist.
+fn hint(column: &str, columns: &[String]) -> String {
+    if let [only] = columns
+        && only.contains([';', '\t'])
+    {
+        return " (cells must be separated by commas)".to_owned();
+    }
+    let no_header = no_header(columns);
+    if !no_header.is_empty() {
+        return no_header.to_owned();
+    }
+    match crate::suggest::nearest(column, columns) {
+        Some(near) => format!(" (did you mean `{near}`?)"),
+        None => String::new(),
+    }
+}
+
+/// What to do if the "names" of columns are numbers: then the header is missing, or taken for a comment.
+fn no_header(columns: &[impl AsRef<str>]) -> &'static str {
+    if columns
+        .iter()
+        .all(|column| column.as_ref().parse::<f64>().is_ok())
+    {
+        " (if this row holds readings, add a header line before it, one that does not begin with #)"
+    } else {
+        ""
+    }
+}
+
+/// Names in backquotes with commas between.
+fn listed(names: &[String]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(", ")
+}
+
+/// Says that a pose is the only one because rows were merged.
+fn same(rows: u32) -> String {
+    if rows < 2 {
+        String::new()
+    } else {
+        format!(" (its {rows} rows all have the same positions)")
+    }
+}

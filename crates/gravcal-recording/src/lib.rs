@@ -1,0 +1,66 @@
+//! Recordings in and out: tables of static poses with units.
+//!
+//! A *static pose* is one standstill of a robot: the position reading of every joint, and the torque reading of
+//! those joints that have one. Recordings are CSV files, one row a standstill; a [`PoseMapping`] says which column
+//! is which reading and in which unit, and [`read_poses`] gives the poses in SI units:
+//!
+//! ```text
+//! CSV file ── Table ──(PoseMapping)──► Vec<StaticPose>          [Cell] ── write_table ──► CSV file
+//! ```
+//!
+//! **Conventions.** Inside the program angles are radians and lengths metres; degrees and millimetres become those
+//! here and nowhere else. Readings whose unit is the sensor's own (count, V) stay as they are. A missing torque
+//! reading is an empty cell; `nan` is an error, because a program that fails to read a sensor writes it too.
+//!
+//! **What is refused.** Whatever a file may hold, reading it gives poses or a [`ReadError`] that names the file, the
+//! line, the column, what was found and what to do. Nothing is skipped silently, and no file is left half written.
+//!
+//! ```
+//! use gravcal_recording::*;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let folder = tempfile::tempdir()?;
+//! # let path = folder.path().join("poses.csv");
+//! write_atomically(&path, b"q1_deg,tau1,samples\n90,2075,16\n-90,,16\n")?;
+//!
+//! let torque = ReadingColumn {
+//!     column: "tau1".to_owned(),
+//!     std: Some(0.8), // of one sample, as there is a count
+//!     count_column: Some("samples".to_owned()),
+//!     ..ReadingColumn::default()
+//! };
+//! let mapping = PoseMapping {
+//!     positions: vec![PositionColumn { column: "q1_deg".to_owned(), unit: "deg".parse()? }],
+//!     torques: vec![Some((torque, "count".parse()?))],
+//!     sweep_column: None,
+//!     merge_repeated: false,
+//! };
+//! let poses = read_poses(&path, &mapping)?;
+//! assert_eq!(poses[0].position, [std::f64::consts::FRAC_PI_2]);
+//! assert_eq!(poses[0].torque, [Some(Reading { value: 2075.0, std: Some(0.2) })]);
+//! assert_eq!(poses[1].torque, [None]);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! The crate knows no robot: a joint is a place in a list. It filters nothing and weighs nothing; the only sums it
+//! takes are the means of repeated rows, when the mapping asks for them.
+
+mod columns;
+mod error;
+mod mapping;
+mod merge;
+mod pose;
+mod suggest;
+mod table;
+mod unit;
+mod write;
+mod write_table;
+
+pub use error::{Place, ReadError};
+pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
+pub use pose::{Reading, StaticPose, read_poses};
+pub use table::Table;
+pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
+pub use write::{WriteError, write_atomically};
+pub use write_table::{Cell, write_table};

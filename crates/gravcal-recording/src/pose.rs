@@ -1,0 +1,397 @@
+//! Static poses: what every sensor reads while the robot stands still.
+
+use std::path::Path;
+
+use crate::columns::Columns;
+use crate::error::ReadError;
+use crate::mapping::PoseMapping;
+use crate::merge::merge_repeated;
+use crate::table::Table;
+
+/// A measured value and how well it is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// The value, in N·m (N at a prismatic joint) or the sensor's own unit (count, V).
+    pub value: f64,
+    /// Standard deviation of `value`, in the same unit, greater than 0: of the mean, where the value is a mean.
+    /// `None` if neither table nor mapping gives one.
+    pub std: Option<f64>,
+}
+
+/// One standstill of the robot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StaticPose {
+    /// Line in the file, counted from 1; of the first row, if rows were merged.
+    pub line: u64,
+    /// Position reading of every joint, in rad, m, or the sensor's own unit (count, V).
+    pub position: Vec<f64>,
+    /// Torque reading of every joint; `None` where there is none, or none that is usable.
+    pub torque: Vec<Option<Reading>>,
+    /// Label of the sweep that the pose belongs to.
+    pub sweep: Option<String>,
+    /// How many rows of the table became this pose, at least 1. A joint may have fewer readings.
+    pub merged: u32,
+}
+
+/// Reads a table of static poses, two at least, in the order of the file.
+///
+/// # Errors
+///
+/// Everything that [`Table::read`] refuses; a column that the mapping names and the table has not; a cell that is
+/// not what the mapping says; a missing position; a table in which all rows are one pose; a mapping that
+/// contradicts itself.
+pub fn read_poses(path: &Path, mapping: &PoseMapping) -> Result<Vec<StaticPose>, ReadError> {
+    mapping.check()?;
+    poses_of(&Table::read(path)?, mapping)
+}
+
+/// The poses in a table; `mapping` has been checked.
+fn poses_of(table: &Table, mapping: &PoseMapping) -> Result<Vec<StaticPose>, ReadError> {
+    let columns = Columns::find(table, mapping)?;
+    let rows: Vec<StaticPose> = (0..table.len())
+        .map(|row| columns.pose(row))
+        .collect::<Result<_, _>>()?;
+    let poses = if mapping.merge_repeated {
+        merge_repeated(&rows)
+    } else {
+        rows
+    };
+    match poses.as_slice() {
+        [only] => Err(ReadError::OnePose {
+            path: table.path().to_owned(),
+            rows: only.merged,
+        }),
+        _ => Ok(poses),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::FRAC_PI_2;
+    use std::fs;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::mapping::{PositionColumn, ReadingColumn};
+    use crate::unit::{PositionUnit, TorqueUnit};
+
+    fn torque(column: &str) -> ReadingColumn {
+        ReadingColumn {
+            column: column.to_owned(),
+            ..ReadingColumn::default()
+        }
+    }
+
+    /// One joint: `q` in degrees, and `tau` as described.
+    fn one_joint(torque: ReadingColumn) -> PoseMapping {
+        PoseMapping {
+            positions: vec![PositionColumn {
+                column: "q".to_owned(),
+                unit: PositionUnit::Degree,
+            }],
+            torques: vec![Some((torque, TorqueUnit::Count))],
+            sweep_column: None,
+            merge_repeated: false,
+        }
+    }
+
+    fn parse(text: &str, mapping: &PoseMapping) -> Result<Vec<StaticPose>, ReadError> {
+        mapping.check()?;
+        poses_of(
+            &Table::parse(Path::new("poses.csv"), text.as_bytes())?,
+            mapping,
+        )
+    }
+
+    fn message(text: &str, torque: ReadingColumn) -> String {
+        parse(text, &one_joint(torque)).unwrap_err().to_string()
+    }
+
+    /// The torque readings of the only joint.
+    fn torques(text: &str, torque: ReadingColumn) -> Vec<Option<Reading>> {
+        let poses = parse(text, &one_joint(torque)).unwrap();
+        poses.iter().map(|pose| pose.torque[0]).collect()
+    }
+
+    fn reading(value: f64, std: impl Into<Option<f64>>) -> Option<Reading> {
+        Some(Reading {
+            value,
+            std: std.into(),
+        })
+    }
+
+    #[test]
+    fn poses_are_in_si_units_and_in_the_order_of_the_file() {
+        let mut mapping = one_joint(torque("tau"));
+        mapping.positions.push(PositionColumn {
+            column: "x".to_owned(),
+            unit: PositionUnit::Millimeter,
+        });
+        mapping.torques.push(None);
+        mapping.sweep_column = Some("sweep".to_owned());
+        let poses = parse("tau,x,q,sweep\n2075,250,90,up\n-3,0,-180,\n", &mapping).unwrap();
+        let first = StaticPose {
+            line: 2,
+            position: vec![FRAC_PI_2, 0.25],
+            torque: vec![reading(2075.0, None), None],
+            sweep: Some("up".to_owned()),
+            merged: 1,
+        };
+        let second = StaticPose {
+            line: 3,
+            position: vec![-2.0 * FRAC_PI_2, 0.0],
+            torque: vec![reading(-3.0, None), None],
+            sweep: None,
+            merged: 1,
+        };
+        assert_eq!(poses, [first, second]);
+    }
+
+    #[test]
+    fn an_empty_torque_cell_is_a_missing_reading() {
+        let text = "q,tau\n0,1\n1, \n2,3\n";
+        assert_eq!(
+            torques(text, torque("tau")),
+            [reading(1.0, None), None, reading(3.0, None)]
+        );
+    }
+
+    #[test]
+    fn a_missing_position_is_an_error() {
+        assert_eq!(
+            message("q,tau\n0,1\n,2\n", torque("tau")),
+            "poses.csv:3: column `q`: the position is missing, and every torque depends on every position; \
+             delete the row"
+        );
+    }
+
+    #[test]
+    fn a_missing_column_is_an_error() {
+        assert_eq!(
+            message("q,tau_1\n0,1\n1,2\n", torque("tau1")),
+            "poses.csv: there is no column `tau1` (did you mean `tau_1`?); the columns are `q`, `tau_1`"
+        );
+    }
+
+    #[test]
+    fn a_reading_that_is_no_number_is_an_error() {
+        assert_eq!(
+            message("q,tau\n0,1\n1,nan\n", torque("tau")),
+            "poses.csv:3: column `tau`: expected a finite number, found `nan`; \
+             leave the cell empty if a reading is missing"
+        );
+    }
+
+    #[test]
+    fn a_deviation_without_count_is_that_of_the_value() {
+        let column = ReadingColumn {
+            std_column: Some("s".to_owned()),
+            ..torque("tau")
+        };
+        assert_eq!(
+            torques("q,tau,s\n0,1,0.5\n1,2,\n", column),
+            [reading(1.0, 0.5), reading(2.0, None)]
+        );
+    }
+
+    #[test]
+    fn a_deviation_with_count_is_that_of_one_sample() {
+        let columns = ReadingColumn {
+            std_column: Some("s".to_owned()),
+            count_column: Some("n".to_owned()),
+            ..torque("tau")
+        };
+        let constants = ReadingColumn {
+            std: Some(3.0),
+            count: Some(9.0),
+            ..torque("tau")
+        };
+        let text = "q,tau,s,n\n0,1,3,9\n1,2,3,9\n";
+        for mapped in [columns, constants] {
+            assert_eq!(
+                torques(text, mapped),
+                [reading(1.0, 1.0), reading(2.0, 1.0)]
+            );
+        }
+    }
+
+    #[test]
+    fn constants_fill_empty_cells_of_their_columns() {
+        let mapped = ReadingColumn {
+            std_column: Some("s".to_owned()),
+            count_column: Some("n".to_owned()),
+            std: Some(8.0),
+            count: Some(4.0),
+            ..torque("tau")
+        };
+        assert_eq!(
+            torques("q,tau,s,n\n0,1,,\n1,2,6,\n2,3,,16\n", mapped),
+            [reading(1.0, 4.0), reading(2.0, 3.0), reading(3.0, 2.0)]
+        );
+    }
+
+    #[test]
+    fn deviations_must_be_positive() {
+        let mapped = ReadingColumn {
+            std_column: Some("s".to_owned()),
+            ..torque("tau")
+        };
+        for found in ["0", "-0.5"] {
+            assert_eq!(
+                message(&format!("q,tau,s\n0,1,{found}\n1,2,1\n"), mapped.clone()),
+                format!(
+                    "poses.csv:2: column `s`: a standard deviation must be greater than 0, found {found}; \
+                     leave the cell empty if it is unknown"
+                )
+            );
+        }
+    }
+
+    #[test]
+    fn a_deviation_may_not_vanish_in_the_mean() {
+        let mapped = ReadingColumn {
+            std: Some(f64::from_bits(1)),
+            count: Some(1e6),
+            ..torque("tau")
+        };
+        let error = parse("q,tau\n0,1\n1,2\n", &one_joint(mapped)).unwrap_err();
+        assert!(matches!(error, ReadError::BadStd { place, .. } if place.column == "tau"));
+    }
+
+    #[test]
+    fn counts_must_be_at_least_one_and_present() {
+        let mapped = ReadingColumn {
+            std: Some(1.0),
+            count_column: Some("n".to_owned()),
+            ..torque("tau")
+        };
+        assert_eq!(
+            message("q,tau,n\n0,1,5\n1,2,0\n", mapped.clone()),
+            "poses.csv:3: column `n`: a number of samples must be at least 1, found 0"
+        );
+        assert_eq!(
+            message("q,tau,n\n0,1,5\n1,2,\n", mapped.clone()),
+            "poses.csv:3: column `n`: the number of samples is missing, and the mean's standard deviation \
+             depends on it; fill it in, or leave the reading empty"
+        );
+        // Of a reading that is missing, no count is missing.
+        assert_eq!(
+            torques("q,tau,n\n0,1,4\n1,,\n", mapped),
+            [reading(1.0, 0.5), None]
+        );
+    }
+
+    #[test]
+    fn unusable_readings_are_none_whatever_stands_there() {
+        let mapped = ReadingColumn {
+            usable_column: Some("ok".to_owned()),
+            ..torque("tau")
+        };
+        assert_eq!(
+            torques(
+                "q,tau,ok\n0,1,1\n1,2,0\n2,nan,False\n3,4,true\n4,,1\n",
+                mapped
+            ),
+            [reading(1.0, None), None, None, reading(4.0, None), None]
+        );
+    }
+
+    #[test]
+    fn usable_is_yes_or_no() {
+        let mapped = ReadingColumn {
+            usable_column: Some("ok".to_owned()),
+            ..torque("tau")
+        };
+        for found in ["yes", "2", ""] {
+            assert_eq!(
+                message(&format!("q,tau,ok\n0,1,{found}\n1,2,1\n"), mapped.clone()),
+                format!(
+                    "poses.csv:2: column `ok`: expected 1 or true (usable), 0 or false (not usable), found `{found}`"
+                )
+            );
+        }
+    }
+
+    #[test]
+    fn one_pose_is_not_enough() {
+        assert_eq!(
+            message("q,tau\n0,1\n", torque("tau")),
+            "poses.csv: a table of one pose cannot identify anything; record more poses"
+        );
+        let mut mapping = one_joint(torque("tau"));
+        mapping.merge_repeated = true;
+        assert_eq!(
+            parse("q,tau\n5,1\n5,2\n5,3\n", &mapping)
+                .unwrap_err()
+                .to_string(),
+            "poses.csv: a table of one pose cannot identify anything (its 3 rows all have the same positions); \
+             record more poses"
+        );
+        mapping.merge_repeated = false;
+        assert_eq!(parse("q,tau\n5,1\n5,2\n5,3\n", &mapping).unwrap().len(), 3);
+    }
+
+    #[test]
+    fn repeated_rows_are_merged_if_asked_for() {
+        let mut mapping = one_joint(ReadingColumn {
+            std: Some(1.0),
+            ..torque("tau")
+        });
+        mapping.merge_repeated = true;
+        let poses = parse("q,tau\n0,1\n5,1\n5,2\n5,\n5,3\n5,2\n", &mapping).unwrap();
+        assert_eq!(
+            poses
+                .iter()
+                .map(|pose| (pose.line, pose.merged))
+                .collect::<Vec<_>>(),
+            [(2, 1), (3, 5)]
+        );
+        assert_eq!(poses[1].torque, [reading(2.0, 0.5)]);
+    }
+
+    #[test]
+    fn a_mapping_that_contradicts_itself_is_told_before_the_file_is_opened() {
+        let error = read_poses(Path::new("absent.csv"), &one_joint(torque("q"))).unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "column `q` is mapped to two readings; each reading needs its own column"
+        );
+    }
+
+    #[test]
+    fn a_file_is_read_from_disk() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("poses.csv");
+        fs::write(&path, "q,tau\n0,1\n90,2\n").unwrap();
+        let poses = read_poses(&path, &one_joint(torque("tau"))).unwrap();
+        assert_eq!(poses[1].position, [FRAC_PI_2]);
+    }
+
+    proptest! {
+        /// Whatever stands in the cells, there are poses that keep what their documentation says, or an error.
+        #[test]
+        fn poses_keep_their_promises(
+            rows in proptest::collection::vec("(-?[0-3]?|nan|1e300|1e-320),(-?[0-3]?|x),(-?[0-3]?|1e-320),[0-3]?,(0|1|true)", 0..6),
+            merge_repeated: bool,
+        ) {
+            let mut mapping = one_joint(ReadingColumn {
+                std_column: Some("s".to_owned()),
+                count_column: Some("n".to_owned()),
+                usable_column: Some("ok".to_owned()),
+                ..torque("tau")
+            });
+            mapping.merge_repeated = merge_repeated;
+            match parse(&format!("q,tau,s,n,ok\n{}", rows.join("\n")), &mapping) {
+                Err(error) => prop_assert!(error.to_string().starts_with("poses.csv:")),
+                Ok(poses) => {
+                    prop_assert!(poses.len() > 1);
+                    prop_assert_eq!(poses.iter().map(|pose| pose.merged as usize).sum::<usize>(), rows.len());
+                    for std in poses.iter().filter_map(|pose| pose.torque[0]?.std) {
+                        prop_assert!(std > 0.0 && std.is_finite());
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,538 @@
+//! A CSV file as cells of text, each with its line in the file.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use csv::StringRecord;
+
+use crate::error::{Place, ReadError};
+
+/// A table of text cells with named columns, as read from a CSV file.
+///
+/// The file is UTF-8 text with commas between the cells; cells may be in double quotes. Its first row names the
+/// columns. Blank lines and lines that begin with `#` are skipped. White space around a cell does not count.
+/// A table has at least one column and one row, all names differ, and every row has a cell for every column.
+#[derive(Clone, Debug)]
+pub struct Table {
+    path: PathBuf,
+    columns: Vec<String>,
+    rows: Vec<Row>,
+}
+
+/// One row, and the line on which it stands.
+#[derive(Clone, Debug)]
+struct Row {
+    line: u64,
+    cells: StringRecord,
+}
+
+impl Table {
+    /// Reads a file.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be opened, is no UTF-8 text, has no header or no rows, has a column without a name or two
+    /// columns of one name, or has a row with more or fewer cells than the header.
+    pub fn read(path: &Path) -> Result<Table, ReadError> {
+        let bytes = fs::read(path).map_err(|cause| ReadError::opening(path, cause))?;
+        Table::parse(path, &bytes)
+    }
+
+    /// Reads what a file holds; `path` is its name in errors.
+    pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Table, ReadError> {
+        let text = utf8(path, bytes)?;
+        let mut records = records(path, text)?.into_iter();
+        let header = records.next().ok_or_else(|| ReadError::NoHeader {
+            path: path.to_owned(),
+        })?;
+        let columns = column_names(path, &header)?;
+        let rows: Vec<Row> = records.collect();
+        check_rows(path, columns.len(), &rows)?;
+        Ok(Table {
+            path: path.to_owned(),
+            columns,
+            rows,
+        })
+    }
+
+    /// The file, as it was named to [`read`](Self::read).
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Names of the columns, in the order of the file.
+    pub fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// Number of rows, the header not counted.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Whether there are no rows; never so in a table that was read.
+    pub fn is_empty(&self) -> bool {
+        self.rows.is_empty()
+    }
+
+    /// Place of the column with this name.
+    ///
+    /// # Errors
+    ///
+    /// There is none; the error lists those that there are.
+    pub fn column(&self, name: &str) -> Result<usize, ReadError> {
+        self.columns
+            .iter()
+            .position(|column| column == name)
+            .ok_or_else(|| ReadError::UnknownColumn {
+                path: self.path.clone(),
+                column: name.to_owned(),
+                columns: self.columns.clone(),
+            })
+    }
+
+    /// Line in the file on which a row stands, counted from 1.
+    ///
+    /// # Panics
+    ///
+    /// If `row` is not less than [`len`](Self::len).
+    pub fn line(&self, row: usize) -> u64 {
+        self.rows[row].line
+    }
+
+    /// Text of a cell, without the white space around it.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such row or column.
+    pub fn text(&self, row: usize, column: usize) -> &str {
+        self.rows[row].cells[column].trim()
+    }
+
+    /// Number in a cell, `None` if the cell is empty.
+    ///
+    /// # Errors
+    ///
+    /// The cell holds something else than a finite number: text, `nan`, `inf`, a number beyond the range of `f64`.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such row or column.
+    pub fn number(&self, row: usize, column: usize) -> Result<Option<f64>, ReadError> {
+        let text = self.text(row, column);
+        if text.is_empty() {
+            return Ok(None);
+        }
+        match text.parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(Some(number)),
+            _ => Err(ReadError::NotANumber {
+                place: self.place(row, column),
+                found: text.to_owned(),
+            }),
+        }
+    }
+
+    /// Names a cell in an error.
+    ///
+    /// # Panics
+    ///
+    /// If there is no such row or column.
+    pub fn place(&self, row: usize, column: usize) -> Place {
+        Place {
+            path: self.path.clone(),
+            line: self.line(row),
+            column: self.columns[column].clone(),
+        }
+    }
+}
+
+/// The bytes as text, without the byte order mark that spreadsheets put before it.
+fn utf8<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, ReadError> {
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let before = &bytes[..error.valid_up_to()];
+        ReadError::NotUtf8 {
+            path: path.to_owned(),
+            line: 1 + line_breaks(before),
+        }
+    })?;
+    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
+}
+
+/// All records, the header among them, of any number of cells.
+fn records(path: &Path, text: &str) -> Result<Vec<Row>, ReadError> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let mut lines = LineCounter {
+        text: text.as_bytes(),
+        byte: 0,
+        line: 1,
+    };
+    let mut rows = Vec::new();
+    let mut start = 0;
+    let mut cells = StringRecord::new();
+    while reader
+        .read_record(&mut cells)
+        .map_err(|error| ReadError::Io {
+            path: path.to_owned(),
+            cause: error.into(),
+        })?
+    {
+        let line = lines.line_of_record(start);
+        if cells.iter().any(|cell| cell.contains(['\n', '\r'])) {
+            return Err(ReadError::LineBreak {
+                path: path.to_owned(),
+                line,
+            });
+        }
+        rows.push(Row {
+            line,
+            cells: cells.clone(),
+        });
+        start = usize::try_from(reader.position().byte()).unwrap_or(text.len());
+    }
+    Ok(rows)
+}
+
+/// Finds the lines of records.
+///
+/// The csv reader knows where it began to look for a record, which is before the blank lines and comments that it
+/// skipped on the way; a message must name the line of the record itself.
+struct LineCounter<'a> {
+    text: &'a [u8],
+    byte: usize,
+    line: u64,
+}
+
+impl LineCounter<'_> {
+    /// Line of the first record at or after byte `from`; `from` must not decrease from call to call.
+    fn line_of_record(&mut self, from: usize) -> u64 {
+        let start = self.skip_blank_lines_and_comments(from);
+        self.line += line_breaks(&self.text[self.byte..start]);
+        self.byte = start;
+        self.line
+    }
+
+    fn skip_blank_lines_and_comments(&self, from: usize) -> usize {
+        let mut at = from;
+        loop {
+            match self.text.get(at) {
+                Some(b'\n' | b'\r') => at += 1,
+                Some(b'#') => at += length_of_line(&self.text[at..]),
+                _ => return at,
+            }
+        }
+    }
+}
+
+fn length_of_line(text: &[u8]) -> usize {
+    text.iter()
+        .position(|byte| *byte == b'\n')
+        .unwrap_or(text.len())
+}
+
+fn line_breaks(text: &[u8]) -> u64 {
+    text.iter().map(|byte| u64::from(*byte == b'\n')).sum()
+}
+
+fn column_names(path: &Path, header: &Row) -> Result<Vec<String>, ReadError> {
+    let mut names: Vec<String> = Vec::with_capacity(header.cells.len());
+    for cell in &header.cells {
+        let name = cell.trim();
+        if name.is_empty() {
+            let position = names.len() + 1;
+            return Err(ReadError::NoColumnName {
+                path: path.to_owned(),
+                line: header.line,
+                position,
+            });
+        }
+        if names.iter().any(|earlier| earlier == name) {
+            let column = name.to_owned();
+            return Err(ReadError::DuplicateColumn {
+                path: path.to_owned(),
+                line: header.line,
+                column,
+            });
+        }
+        names.push(name.to_owned());
+    }
+    Ok(names)
+}
+
+fn check_rows(path: &Path, expected: usize, rows: &[Row]) -> Result<(), ReadError> {
+    if rows.is_empty() {
+        return Err(ReadError::NoRows {
+            path: path.to_owned(),
+        });
+    }
+    match rows.iter().find(|row| row.cells.len() != expected) {
+        None => Ok(()),
+        Some(row) => {
+            let found = row.cells.len();
+            Err(ReadError::Ragged {
+                path: path.to_owned(),
+                line: row.line,
+                expected,
+                found,
+            })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn parse(text: impl AsRef<[u8]>) -> Result<Table, ReadError> {
+        Table::parse(Path::new("poses.csv"), text.as_ref())
+    }
+
+    fn error(text: impl AsRef<[u8]>) -> String {
+        parse(text).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn cells_are_text_or_numbers() {
+        let table = parse("q1, tau1 ,sweep\n1.5, -2e3 ,up\n+.5,,\"a, b\"\n").unwrap();
+        assert_eq!(table.path(), Path::new("poses.csv"));
+        assert_eq!(table.columns(), ["q1", "tau1", "sweep"]);
+        assert_eq!(table.len(), 2);
+        assert!(!table.is_empty());
+        assert_eq!(table.column("tau1").unwrap(), 1);
+        assert_eq!(table.number(0, 0).unwrap(), Some(1.5));
+        assert_eq!(table.number(0, 1).unwrap(), Some(-2000.0));
+        assert_eq!(table.number(1, 0).unwrap(), Some(0.5));
+        assert_eq!(table.number(1, 1).unwrap(), None);
+        assert_eq!(table.text(0, 2), "up");
+        assert_eq!(table.text(1, 2), "a, b");
+    }
+
+    #[test]
+    fn lines_are_those_of_the_file() {
+        let text = "# made by hand\n\nq\n1\n# why not\n#\n\n2\n\n3";
+        for text in [
+            text.to_owned(),
+            text.replace('\n', "\r\n"),
+            format!("\u{feff}{text}"),
+        ] {
+            let table = parse(text).unwrap();
+            let lines: Vec<u64> = (0..table.len()).map(|row| table.line(row)).collect();
+            assert_eq!(lines, [4, 8, 10]);
+            assert_eq!(table.columns(), ["q"]);
+        }
+    }
+
+    #[test]
+    fn a_quoted_sign_is_no_comment() {
+        let table = parse("label\n\"#1\"\n\"#2\"\n").unwrap();
+        assert_eq!((table.len(), table.text(0, 0), table.line(1)), (2, "#1", 3));
+    }
+
+    #[test]
+    fn a_cell_that_is_no_finite_number_is_an_error() {
+        for found in [
+            "abc",
+            "nan",
+            "NaN",
+            "inf",
+            "-infinity",
+            "1e999",
+            "1.5 N",
+            "--",
+        ] {
+            let table = parse(format!("q1,tau1\n# comment\n0,{found}\n")).unwrap();
+            assert_eq!(
+                table.number(0, 1).unwrap_err().to_string(),
+                format!(
+                    "poses.csv:3: column `tau1`: expected a finite number, found `{found}`; \
+                     leave the cell empty if a reading is missing"
+                )
+            );
+        }
+    }
+
+    #[test]
+    fn an_unknown_column_lists_what_there_is() {
+        let table = parse("q1_deg,tau_1,sweep\n0,0,a\n").unwrap();
+        assert_eq!(
+            table.column("tau1").unwrap_err().to_string(),
+            "poses.csv: there is no column `tau1` (did you mean `tau_1`?); the columns are `q1_deg`, `tau_1`, `sweep`"
+        );
+        assert_eq!(
+            table.column("temperature").unwrap_err().to_string(),
+            "poses.csv: there is no column `temperature`; the columns are `q1_deg`, `tau_1`, `sweep`"
+        );
+    }
+
+    #[test]
+    fn another_separator_is_recognised() {
+        let table = parse("q1;tau1\n0;0\n").unwrap();
+        assert_eq!(
+            table.column("q1").unwrap_err().to_string(),
+            "poses.csv: there is no column `q1` (cells must be separated by commas); the columns are `q1;tau1`"
+        );
+    }
+
+    #[test]
+    fn a_header_in_a_comment_is_recognised() {
+        let hint = "(if this row holds readings, add a header line before it, one that does not begin with #)";
+        let table = parse("# q1,tau1\n0.5,2.25\n0.75,2.5\n").unwrap();
+        assert_eq!(
+            table.column("q1").unwrap_err().to_string(),
+            format!("poses.csv: there is no column `q1` {hint}; the columns are `0.5`, `2.25`")
+        );
+        assert_eq!(
+            error("# q1,tau1\n0,0\n"),
+            format!("poses.csv:2: the header names column `0` twice; rename one {hint}")
+        );
+    }
+
+    #[test]
+    fn headers_must_name_every_column_once() {
+        assert_eq!(
+            error("# c\nq1,tau1,q1\n0,0,0\n"),
+            "poses.csv:2: the header names column `q1` twice; rename one"
+        );
+        assert_eq!(
+            error("q1,q2,\n0,0,\n"),
+            "poses.csv:1: column 3 of the header has no name; name it or delete it"
+        );
+    }
+
+    #[test]
+    fn files_without_header_or_rows_are_errors() {
+        for text in ["", "\n\n", "# nothing\n", "\u{feff}"] {
+            assert_eq!(
+                error(text),
+                "poses.csv: the file is empty; its first line must name the columns"
+            );
+        }
+        for text in ["q1,tau1", "q1,tau1\n", "q1,tau1\n# nothing\n\n"] {
+            assert_eq!(error(text), "poses.csv: the file has a header but no rows");
+        }
+    }
+
+    #[test]
+    fn ragged_rows_are_errors() {
+        assert_eq!(
+            error("a,b\n1,2\n\n1,2,3\n"),
+            "poses.csv:4: expected 2 cells, as in the header, found 3"
+        );
+        assert_eq!(
+            error("a,b\n1,2\n1\n"),
+            "poses.csv:3: expected 2 cells, as in the header, found 1"
+        );
+    }
+
+    #[test]
+    fn an_open_quote_swallows_no_rows() {
+        assert_eq!(
+            error("q,label\n1,a\n2,\"b\n3,c\n4,d\n"),
+            "poses.csv:3: a cell that begins here goes on over the end of the line; is a quote (\") not closed?"
+        );
+    }
+
+    #[test]
+    fn other_encodings_are_errors() {
+        assert_eq!(
+            error(b"q,label\n1,a\n2,\xe4\n"),
+            "poses.csv:3: this is not UTF-8 text; save the table as CSV in UTF-8"
+        );
+    }
+
+    #[test]
+    fn files_that_cannot_be_opened_are_told_apart() {
+        let folder = tempfile::tempdir().unwrap();
+        let message = |path: &Path| Table::read(path).unwrap_err().to_string();
+
+        let path = folder.path().join("absent.csv");
+        assert_eq!(
+            message(&path),
+            format!("{}: there is no such file", path.display())
+        );
+        assert_eq!(
+            message(Path::new("absent.csv")),
+            "absent.csv: there is no such file"
+        );
+
+        let absent = folder.path().join("absent");
+        let path = absent.join("poses.csv");
+        assert_eq!(
+            message(&path),
+            format!(
+                "{}: there is no such folder as {}",
+                path.display(),
+                absent.display()
+            )
+        );
+
+        let path = folder.path();
+        assert_eq!(
+            message(path),
+            format!(
+                "{}: this is a folder; name a CSV file in it",
+                path.display()
+            )
+        );
+
+        // A file where a folder should be: whatever the operating system calls it, the path is named.
+        let file = folder.path().join("file");
+        fs::write(&file, "").unwrap();
+        assert!(message(&file.join("poses.csv")).starts_with(&file.display().to_string()));
+    }
+
+    #[test]
+    fn a_file_is_read_from_disk() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("poses.csv");
+        fs::write(&path, "q\n1\n").unwrap();
+        let table = Table::read(&path).unwrap();
+        assert_eq!(
+            (table.path(), table.number(0, 0).unwrap()),
+            (path.as_path(), Some(1.0))
+        );
+    }
+
+    /// Touches every cell, as a reader of the table would.
+    fn exercise(bytes: &[u8]) {
+        let Ok(table) = parse(bytes) else { return };
+        for row in 0..table.len() {
+            for column in 0..table.columns().len() {
+                let _ = table.number(row, column).map_err(|error| error.to_string());
+            }
+        }
+        let _ = table.column("tau1").map_err(|error| error.to_string());
+    }
+
+    proptest! {
+        #[test]
+        fn arbitrary_bytes_do_not_panic(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+            exercise(&bytes);
+        }
+
+        /// Random bytes are seldom nearly a table; these are.
+        #[test]
+        fn almost_tables_do_not_panic(text in "[q1,\"#\n\r \u{feff}é.e-]{0,60}") {
+            exercise(text.as_bytes());
+        }
+
+        #[test]
+        fn lines_agree_with_a_naive_count(text in "(#[a-z,]{0,4}\n|\n|[a-z]{1,4}\n){0,30}") {
+            let content = |line: &&str| !line.is_empty() && !line.starts_with('#');
+            let naive = text.lines().zip(1..).filter(|(line, _)| content(line)).skip(1);
+            let naive: Vec<(String, u64)> = naive.map(|(line, number)| (line.to_owned(), number)).collect();
+            let Ok(table) = parse(&text) else {
+                prop_assert!(naive.is_empty());
+                return Ok(());
+            };
+            let found: Vec<(String, u64)> =
+                (0..table.len()).map(|row| (table.text(row, 0).to_owned(), table.line(row))).collect();
+            prop_assert_eq!(found, naive);
+        }
+    }
+}

@@ -1,0 +1,228 @@
+//! Units that can stand at the border of the program, and their factor to what is used inside.
+
+use std::f64::consts::PI;
+use std::fmt;
+use std::str::FromStr;
+
+/// Unit of a position reading: an angle, a length, or a sensor's own number.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum PositionUnit {
+    /// Angle, `rad`.
+    Radian,
+    /// Angle, `deg`.
+    Degree,
+    /// Length of a prismatic joint, `m`.
+    Meter,
+    /// Length of a prismatic joint, `mm`.
+    Millimeter,
+    /// Number of a converter or encoder, `count`.
+    Count,
+    /// Voltage of a potentiometer, `V`.
+    Volt,
+}
+
+impl PositionUnit {
+    /// Every unit, in the order in which messages list them.
+    pub const ALL: [PositionUnit; 6] = [
+        PositionUnit::Radian,
+        PositionUnit::Degree,
+        PositionUnit::Meter,
+        PositionUnit::Millimeter,
+        PositionUnit::Count,
+        PositionUnit::Volt,
+    ];
+
+    /// What a reading is multiplied with to be in rad or m. A sensor's own unit (count, V) stays: 1.
+    pub fn to_si(self) -> f64 {
+        match self {
+            PositionUnit::Degree => PI / 180.0,
+            PositionUnit::Millimeter => 1e-3,
+            PositionUnit::Radian | PositionUnit::Meter => 1.0,
+            PositionUnit::Count | PositionUnit::Volt => 1.0,
+        }
+    }
+
+    /// The unit that a reading has after multiplication with [`to_si`](Self::to_si).
+    pub fn si(self) -> PositionUnit {
+        match self {
+            PositionUnit::Degree => PositionUnit::Radian,
+            PositionUnit::Millimeter => PositionUnit::Meter,
+            other => other,
+        }
+    }
+
+    /// The name that stands in files, such as `deg`.
+    pub fn name(self) -> &'static str {
+        match self {
+            PositionUnit::Radian => "rad",
+            PositionUnit::Degree => "deg",
+            PositionUnit::Meter => "m",
+            PositionUnit::Millimeter => "mm",
+            PositionUnit::Count => "count",
+            PositionUnit::Volt => "V",
+        }
+    }
+}
+
+impl fmt::Display for PositionUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for PositionUnit {
+    type Err = UnknownUnit;
+
+    /// Takes the names exactly as [`Display`](fmt::Display) writes them (upper and lower case differ).
+    fn from_str(text: &str) -> Result<Self, UnknownUnit> {
+        let known = PositionUnit::ALL
+            .into_iter()
+            .find(|unit| unit.name() == text.trim());
+        known.ok_or_else(|| UnknownUnit {
+            quantity: "position",
+            found: text.to_owned(),
+            accepted: "rad, deg, m, mm, count, V",
+        })
+    }
+}
+
+/// Unit of a torque reading (a force, at a prismatic joint).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TorqueUnit {
+    /// Torque, `N·m`.
+    NewtonMeter,
+    /// Force of a prismatic joint, `N`.
+    Newton,
+    /// Number of a converter, `count`.
+    Count,
+    /// Voltage of a bridge amplifier, `V`.
+    Volt,
+}
+
+impl TorqueUnit {
+    /// Every unit, in the order in which messages list them.
+    pub const ALL: [TorqueUnit; 4] = [
+        TorqueUnit::NewtonMeter,
+        TorqueUnit::Newton,
+        TorqueUnit::Count,
+        TorqueUnit::Volt,
+    ];
+
+    /// What a reading is multiplied with to be in N·m or N: 1, as every unit is one of these or the sensor's own.
+    pub fn to_si(self) -> f64 {
+        match self {
+            TorqueUnit::NewtonMeter | TorqueUnit::Newton => 1.0,
+            TorqueUnit::Count | TorqueUnit::Volt => 1.0,
+        }
+    }
+
+    /// The name that messages and reports use, such as `N·m`.
+    pub fn name(self) -> &'static str {
+        match self {
+            TorqueUnit::NewtonMeter => "N·m",
+            TorqueUnit::Newton => "N",
+            TorqueUnit::Count => "count",
+            TorqueUnit::Volt => "V",
+        }
+    }
+}
+
+impl fmt::Display for TorqueUnit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for TorqueUnit {
+    type Err = UnknownUnit;
+
+    /// Takes the names as [`Display`](fmt::Display) writes them, and the newton metre also as `Nm` or `N*m`.
+    fn from_str(text: &str) -> Result<Self, UnknownUnit> {
+        match text.trim() {
+            // The second is U+22C5 (dot operator), which looks the same.
+            "N·m" | "N⋅m" | "Nm" | "N*m" => Ok(TorqueUnit::NewtonMeter),
+            "N" => Ok(TorqueUnit::Newton),
+            "count" => Ok(TorqueUnit::Count),
+            "V" => Ok(TorqueUnit::Volt),
+            _ => Err(UnknownUnit {
+                quantity: "torque",
+                found: text.to_owned(),
+                accepted: "N·m (also Nm, N*m), N, count, V",
+            }),
+        }
+    }
+}
+
+/// A text that names no unit of the quantity.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{found}` is no unit of {quantity}; accepted are {accepted}")]
+pub struct UnknownUnit {
+    quantity: &'static str,
+    found: String,
+    accepted: &'static str,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_position_unit_is_read_as_it_is_written() {
+        for unit in PositionUnit::ALL {
+            assert_eq!(unit.to_string().parse(), Ok(unit));
+        }
+    }
+
+    #[test]
+    fn every_torque_unit_is_read_as_it_is_written() {
+        for unit in TorqueUnit::ALL {
+            assert_eq!(unit.to_string().parse(), Ok(unit));
+            assert_eq!(unit.to_si(), 1.0);
+        }
+    }
+
+    #[test]
+    fn newton_metre_has_spellings_for_every_keyboard() {
+        for spelling in ["N·m", "N⋅m", "Nm", "N*m", " Nm "] {
+            assert_eq!(spelling.parse(), Ok(TorqueUnit::NewtonMeter));
+        }
+    }
+
+    #[test]
+    fn factors_lead_to_radian_and_metre() {
+        assert_eq!(180.0 * PositionUnit::Degree.to_si(), PI);
+        assert_eq!(250.0 * PositionUnit::Millimeter.to_si(), 0.25);
+        for unit in PositionUnit::ALL.map(PositionUnit::si) {
+            assert_eq!(unit.to_si(), 1.0);
+            assert_eq!(unit.si(), unit);
+        }
+    }
+
+    #[test]
+    fn unknown_units_list_every_accepted_name() {
+        let message = "degrees".parse::<PositionUnit>().unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "`degrees` is no unit of position; accepted are rad, deg, m, mm, count, V"
+        );
+        for unit in PositionUnit::ALL {
+            assert!(message.contains(unit.name()));
+        }
+
+        let message = "mNm".parse::<TorqueUnit>().unwrap_err().to_string();
+        assert_eq!(
+            message,
+            "`mNm` is no unit of torque; accepted are N·m (also Nm, N*m), N, count, V"
+        );
+        for unit in TorqueUnit::ALL {
+            assert!(message.contains(unit.name()));
+        }
+    }
+
+    #[test]
+    fn upper_and_lower_case_differ() {
+        // `M` or `MM` would be mega-something; better an error than a guess.
+        assert!("MM".parse::<PositionUnit>().is_err());
+        assert!("v".parse::<TorqueUnit>().is_err());
+    }
+}
