@@ -41,10 +41,8 @@ impl Covariance {
 
     /// Standard deviation of the linear function `Σ coefficient · column`.
     pub fn std_of(&self, terms: &[(usize, f64)]) -> f64 {
-        let variance: f64 = terms
-            .iter()
-            .map(|(i, a)| terms.iter().map(|(j, b)| a * b * self.at(*i, *j)).sum::<f64>())
-            .sum();
+        let variance: f64 =
+            terms.iter().map(|(i, a)| terms.iter().map(|(j, b)| a * b * self.at(*i, *j)).sum::<f64>()).sum();
         variance.max(0.0).sqrt()
     }
 }

@@ -71,8 +71,8 @@ pub fn check_derivatives(
         let scale = numeric[entries.clone()].iter().fold(1.0_f64, |m, v| m.max(v.abs()));
         for column in 0..columns {
             let (analytic, numeric) = (jacobian[entries.start + column], numeric[entries.start + column]);
-            // Written so that a NaN fails.
-            if !((analytic - numeric).abs() <= tolerance * scale) {
+            let difference = (analytic - numeric).abs();
+            if difference.is_nan() || difference > tolerance * scale {
                 return Err(DerivativeMismatch::Entry { row, column, analytic, numeric });
             }
         }

@@ -15,7 +15,7 @@ const SHADOW_TOLERANCE: f64 = 1e-6;
 /// Singular value decomposition of the whitened Jacobian, columns scaled to unit length so that units do not matter.
 #[derive(Debug)]
 pub struct Spectrum {
-    /// Norm of each column of J; 1 for a column of zeros.
+    /// Scale of each column of J, see [`Linearization::column_scales`].
     scales: Vec<f64>,
     /// Singular values of the scaled Jacobian, largest first.
     singular_values: Vec<f64>,
@@ -31,14 +31,18 @@ impl Spectrum {
     /// Where a residual cannot be evaluated there.
     pub fn new(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
         let linearization = DenseLinearization::new(problem, values)?;
-        let norms = linearization.column_norms();
-        let scales: Vec<f64> = norms.iter().map(|n| if *n > 0.0 { *n } else { 1.0 }).collect();
+        let scales = linearization.column_scales();
         let triangle = linearization.triangle();
         let columns = scales.len();
         // Square even where there are fewer rows than columns, so that the whole null space comes out.
-        let scaled = Mat::from_fn(columns, columns, |i, j| {
-            if i < triangle.nrows() { triangle[(i, j)] / scales[j] } else { 0.0 }
-        });
+        let scaled =
+            Mat::from_fn(
+                columns,
+                columns,
+                |i, j| {
+                    if i < triangle.nrows() { triangle[(i, j)] / scales[j] } else { 0.0 }
+                },
+            );
         let svd = scaled.svd().map_err(|_| EvaluateError("the Jacobian has no singular value decomposition".into()))?;
         let singular_values: Vec<f64> = (0..columns).map(|k| svd.S()[k]).collect();
         let largest = singular_values.first().copied().unwrap_or(0.0);
@@ -50,6 +54,11 @@ impl Spectrum {
     /// Number of directions that the data determine.
     pub fn rank(&self) -> usize {
         self.rank
+    }
+
+    /// Norm of one column of the whitened Jacobian: what a change of one unit does to the residuals.
+    pub fn column_scale(&self, column: usize) -> f64 {
+        self.scales[column]
     }
 
     /// Singular values of the column-scaled Jacobian, largest first.
@@ -76,9 +85,8 @@ impl Spectrum {
         let null = &self.directions[self.rank..];
         let size = columns.len();
         // Square at least, so that the complement comes out of the same decomposition.
-        let shadow = Mat::from_fn(size, null.len().max(size), |i, k| {
-            if k < null.len() { null[k][columns[i]] } else { 0.0 }
-        });
+        let shadow =
+            Mat::from_fn(size, null.len().max(size), |i, k| if k < null.len() { null[k][columns[i]] } else { 0.0 });
         let Ok(svd) = shadow.svd() else {
             return (Vec::new(), Vec::new());
         };

@@ -5,6 +5,10 @@ use faer::{Mat, MatRef};
 
 use crate::{EvaluateError, Problem, Values};
 
+/// Columns smaller than this share of the largest are rounding errors. Units differ by far less (1e6 between a count
+/// and a metre), rounding by more (1e-16).
+const DUST: f64 = 1e-12;
+
 /// A problem linearized at one point.
 pub trait Linearization {
     /// Cost ½ ‖r‖² there.
@@ -13,6 +17,13 @@ pub trait Linearization {
     fn gradient(&self) -> &[f64];
     /// Euclidean norm of each column of J.
     fn column_norms(&self) -> &[f64];
+    /// Scale of each column: its norm, but at least [`DUST`] of the largest, so that the rounding errors of a column
+    /// that is zero by structure are not taken for information.
+    fn column_scales(&self) -> Vec<f64> {
+        let largest = self.column_norms().iter().fold(0.0, |m: f64, n| m.max(*n));
+        let floor = if largest > 0.0 { DUST * largest } else { 1.0 };
+        self.column_norms().iter().map(|norm| norm.max(floor)).collect()
+    }
     /// Minimises `½ ‖J δ + r‖² + ½ λ ‖diag(scaling) δ‖²` and writes `δ`.
     fn damped_step(&mut self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> StepInfo;
 
@@ -111,9 +122,8 @@ impl Linearization for DenseLinearization {
         (0..columns).for_each(|j| step[j] = solution[(j, 0)]);
         // ½‖r‖² − ½‖Jδ + r‖² = −gᵀδ − ½‖Rδ‖²
         let along: f64 = self.gradient.iter().zip(&*step).map(|(g, d)| g * d).sum();
-        let image: f64 = (0..kept)
-            .map(|i| (0..columns).map(|j| self.triangle[(i, j)] * step[j]).sum::<f64>().powi(2))
-            .sum();
+        let image: f64 =
+            (0..kept).map(|i| (0..columns).map(|j| self.triangle[(i, j)] * step[j]).sum::<f64>().powi(2)).sum();
         StepInfo { predicted_reduction: -along - 0.5 * image }
     }
 }

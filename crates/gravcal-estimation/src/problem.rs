@@ -178,10 +178,8 @@ impl Problem {
             })
             .collect();
         let row_offsets = offsets(factors.iter().map(|f| f.residual.len()));
-        let local_offsets = factors
-            .iter()
-            .map(|f| offsets(f.residual.blocks().iter().map(|id| blocks[id.index()].len())))
-            .collect();
+        let local_offsets =
+            factors.iter().map(|f| offsets(f.residual.blocks().iter().map(|id| blocks[id.index()].len()))).collect();
         Problem { blocks, factors, value_offsets, column_offsets, columns, row_offsets, local_offsets }
     }
 

@@ -54,15 +54,9 @@ fn moved(kind: JointKind, frame: &Transform, coordinate: f64) -> Transform {
         JointKind::Revolute => {
             let (sin, cos) = coordinate.sin_cos();
             let rotation = Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, z]);
-            Transform {
-                rotation,
-                translation: frame.translation,
-            }
+            Transform { rotation, translation: frame.translation }
         }
-        JointKind::Prismatic => Transform {
-            rotation: frame.rotation,
-            translation: frame.translation + z * coordinate,
-        },
+        JointKind::Prismatic => Transform { rotation: frame.rotation, translation: frame.translation + z * coordinate },
     }
 }
 
@@ -74,8 +68,7 @@ fn smallest_rotation_from_z(axis: Vector3<f64>) -> Matrix3<f64> {
     if axis.z >= 0.0 {
         smallest_rotation(Vector3::z(), axis)
     } else {
-        smallest_rotation(-Vector3::z(), axis)
-            * Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0))
+        smallest_rotation(-Vector3::z(), axis) * Matrix3::from_diagonal(&Vector3::new(1.0, -1.0, -1.0))
     }
 }
 
@@ -101,10 +94,7 @@ mod tests {
         for axis in axes.map(|a| Vector3::from(a).normalize()) {
             let rotation = smallest_rotation_from_z(axis);
             assert!((rotation * Vector3::z() - axis).norm() < 1e-15, "{axis}");
-            assert!(
-                (rotation.transpose() * rotation - Matrix3::identity()).norm() < 1e-14,
-                "{axis}"
-            );
+            assert!((rotation.transpose() * rotation - Matrix3::identity()).norm() < 1e-14, "{axis}");
             assert!(rotation.determinant() > 0.0, "{axis}");
         }
         assert_eq!(smallest_rotation_from_z(Vector3::z()), Matrix3::identity());

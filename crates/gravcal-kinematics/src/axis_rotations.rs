@@ -42,9 +42,7 @@ mod tests {
     #[test]
     fn axis_rotations_of_standard_rows_are_the_twists_exactly() {
         let twists = [1.2, -0.7, 0.4];
-        let rows: Vec<_> = (0..3)
-            .map(|i| dh_row(i, JointKind::Revolute, [0.1, twists[i], 0.3, 0.0]))
-            .collect();
+        let rows: Vec<_> = (0..3).map(|i| dh_row(i, JointKind::Revolute, [0.1, twists[i], 0.3, 0.0])).collect();
         let rotations = standard_chain(&rows).axis_rotations();
         assert_eq!(rotations[0], Transform::identity().rotation());
         assert_eq!(rotations[1], Transform::about_x(twists[0]).rotation());

@@ -51,11 +51,7 @@ pub struct DhRow {
 /// # Errors
 ///
 /// See [`Chain::new`].
-pub fn chain_from_dh(
-    base: &str,
-    convention: DhConvention,
-    rows: &[DhRow],
-) -> Result<Chain, ChainError> {
+pub fn chain_from_dh(base: &str, convention: DhConvention, rows: &[DhRow]) -> Result<Chain, ChainError> {
     let joints = rows.iter().map(|row| joint_of(convention, row)).collect();
     let links = rows.iter().map(|row| row.link.clone()).collect();
     Chain::new(base, joints, links)
@@ -71,14 +67,7 @@ fn joint_of(convention: DhConvention, row: &DhRow) -> Joint {
         DhConvention::Standard => (turn, shift * x_screw),
         DhConvention::Modified => (x_screw * turn, shift),
     };
-    Joint {
-        name: row.name.clone(),
-        kind: row.kind,
-        before,
-        axis: [0.0, 0.0, 1.0],
-        after,
-        limits: row.limits,
-    }
+    Joint { name: row.name.clone(), kind: row.kind, before, axis: [0.0, 0.0, 1.0], after, limits: row.limits }
 }
 
 #[cfg(test)]
@@ -92,17 +81,8 @@ mod tests {
     /// The modified table of the same robot: the links' x-screws move one row on, the last one drops out (the last
     /// modified frame sits on the last axis, where standard has one more screw to go).
     fn to_modified(standard: &[DhRow]) -> Vec<DhRow> {
-        let screws =
-            std::iter::once((0.0, 0.0)).chain(standard.iter().map(|row| (row.a, row.alpha)));
-        standard
-            .iter()
-            .zip(screws)
-            .map(|(row, (a, alpha))| DhRow {
-                a,
-                alpha,
-                ..row.clone()
-            })
-            .collect()
+        let screws = std::iter::once((0.0, 0.0)).chain(standard.iter().map(|row| (row.a, row.alpha)));
+        standard.iter().zip(screws).map(|(row, (a, alpha))| DhRow { a, alpha, ..row.clone() }).collect()
     }
 
     /// Pose of standard link frame i in modified link frame i.
@@ -116,10 +96,7 @@ mod tests {
         links
             .flat_map(|(row, own)| {
                 let screw = last_screw(row);
-                let [turned, lever] = [
-                    screw.rotate_vector([own[1], own[2], own[3]]),
-                    screw.translation(),
-                ];
+                let [turned, lever] = [screw.rotate_vector([own[1], own[2], own[3]]), screw.translation()];
                 let moment = |axis: usize| turned[axis] + own[0] * lever[axis];
                 [own[0], moment(0), moment(1), moment(2)]
             })
@@ -168,14 +145,8 @@ mod tests {
 
     #[test]
     fn names_of_conventions_and_kinds_in_files() {
-        assert_eq!(
-            serde_json::to_string(&DhConvention::Modified).unwrap(),
-            "\"modified\""
-        );
-        assert_eq!(
-            serde_json::from_str::<JointKind>("\"prismatic\"").unwrap(),
-            JointKind::Prismatic
-        );
+        assert_eq!(serde_json::to_string(&DhConvention::Modified).unwrap(), "\"modified\"");
+        assert_eq!(serde_json::from_str::<JointKind>("\"prismatic\"").unwrap(), JointKind::Prismatic);
     }
 
     #[test]

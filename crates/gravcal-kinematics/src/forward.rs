@@ -12,11 +12,7 @@ impl Chain {
     ///
     /// When `coordinates` has not `joint_count()` entries.
     pub fn forward(&self, coordinates: &[f64]) -> Vec<Transform> {
-        assert_eq!(
-            coordinates.len(),
-            self.joint_count(),
-            "one coordinate for each joint"
-        );
+        assert_eq!(coordinates.len(), self.joint_count(), "one coordinate for each joint");
         let mut pose = Transform::identity();
         self.axis_frames
             .iter()
@@ -43,26 +39,12 @@ mod tests {
         let (sin, cos) = coordinate.sin_cos();
         let versine = 1.0 - cos;
         match joint.kind {
-            JointKind::Prismatic => {
-                Transform::along([x * coordinate, y * coordinate, z * coordinate])
-            }
+            JointKind::Prismatic => Transform::along([x * coordinate, y * coordinate, z * coordinate]),
             JointKind::Revolute => Transform::from_rotation(
                 [
-                    [
-                        x * x * versine + cos,
-                        x * y * versine - z * sin,
-                        x * z * versine + y * sin,
-                    ],
-                    [
-                        x * y * versine + z * sin,
-                        y * y * versine + cos,
-                        y * z * versine - x * sin,
-                    ],
-                    [
-                        x * z * versine - y * sin,
-                        y * z * versine + x * sin,
-                        z * z * versine + cos,
-                    ],
+                    [x * x * versine + cos, x * y * versine - z * sin, x * z * versine + y * sin],
+                    [x * y * versine + z * sin, y * y * versine + cos, y * z * versine - x * sin],
+                    [x * z * versine - y * sin, y * z * versine + x * sin, z * z * versine + cos],
                 ],
                 [0.0; 3],
             )

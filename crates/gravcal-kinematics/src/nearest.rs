@@ -1,10 +1,7 @@
 //! The nearest name, for messages about a misspelt one.
 
 /// The candidate with the fewest edits to `name`, if that is at most a third of its letters (and one at least).
-pub(crate) fn nearest<'a>(
-    name: &str,
-    candidates: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let allowed = (name.chars().count() / 3).max(1);
     candidates
         .into_iter()

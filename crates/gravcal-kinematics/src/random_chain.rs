@@ -42,24 +42,13 @@ pub(crate) fn dh_rows() -> impl Strategy<Value = Vec<DhRow>> {
     let row = (kind(), -1.0..1.0, -PI..PI, -1.0..1.0, -PI..PI);
     vec(row, 1..8).prop_map(|rows| {
         let numbered = rows.into_iter().enumerate();
-        numbered
-            .map(|(i, (kind, a, alpha, d, theta))| dh_row(i, kind, [a, alpha, d, theta]))
-            .collect()
+        numbered.map(|(i, (kind, a, alpha, d, theta))| dh_row(i, kind, [a, alpha, d, theta])).collect()
     })
 }
 
 /// Row number i (from 0) with `[a, alpha, d, theta]`.
 pub(crate) fn dh_row(i: usize, kind: JointKind, [a, alpha, d, theta]: [f64; 4]) -> DhRow {
-    DhRow {
-        name: format!("joint{i}"),
-        kind,
-        a,
-        alpha,
-        d,
-        theta,
-        limits: None,
-        link: link(i),
-    }
+    DhRow { name: format!("joint{i}"), kind, a, alpha, d, theta, limits: None, link: link(i) }
 }
 
 /// The chain of standard rows.
@@ -76,10 +65,7 @@ fn numbered(mut joints: Vec<Joint>) -> Chain {
 }
 
 fn link(i: usize) -> Link {
-    Link {
-        name: format!("link{i}"),
-        inertia: None,
-    }
+    Link { name: format!("link{i}"), inertia: None }
 }
 
 fn kind() -> impl Strategy<Value = JointKind> {
@@ -99,18 +85,13 @@ fn joint() -> impl Strategy<Value = Joint> {
 }
 
 fn transform() -> impl Strategy<Value = Transform> {
-    (uniform3(-1.0..1.0), uniform3(-PI..PI))
-        .prop_map(|(xyz, rpy)| Transform::from_xyz_rpy(xyz, rpy))
+    (uniform3(-1.0..1.0), uniform3(-PI..PI)).prop_map(|(xyz, rpy)| Transform::from_xyz_rpy(xyz, rpy))
 }
 
 /// Any direction, with the coordinate axes (both senses) as often as all others.
 fn axis() -> impl Strategy<Value = [f64; 3]> {
-    let along = prop_oneof![
-        Just([0.0, 0.0, 1.0]),
-        Just([0.0, 0.0, -1.0]),
-        Just([0.0, -1.0, 0.0]),
-        Just([1.0, 0.0, 0.0])
-    ];
+    let along =
+        prop_oneof![Just([0.0, 0.0, 1.0]), Just([0.0, 0.0, -1.0]), Just([0.0, -1.0, 0.0]), Just([1.0, 0.0, 0.0])];
     let any = (-1.0..1.0, -PI..PI).prop_map(|(z, angle): (f64, f64)| {
         let radius = (1.0 - z * z).sqrt();
         [radius * angle.cos(), radius * angle.sin(), z]

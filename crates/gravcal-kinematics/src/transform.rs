@@ -28,10 +28,7 @@ pub struct NotARotation(pub [[f64; 3]; 3]);
 impl Transform {
     /// The two frames coincide.
     pub fn identity() -> Self {
-        Transform {
-            rotation: Matrix3::identity(),
-            translation: Vector3::zeros(),
-        }
+        Transform { rotation: Matrix3::identity(), translation: Vector3::zeros() }
     }
 
     /// From a rotation matrix (row-major) and a translation in m.
@@ -39,23 +36,15 @@ impl Transform {
     /// # Errors
     ///
     /// [`NotARotation`] when the matrix is not orthogonal, or mirrors.
-    pub fn from_rotation(
-        rotation: [[f64; 3]; 3],
-        translation: [f64; 3],
-    ) -> Result<Self, NotARotation> {
+    pub fn from_rotation(rotation: [[f64; 3]; 3], translation: [f64; 3]) -> Result<Self, NotARotation> {
         let matrix = Matrix3::from_fn(|row, column| rotation[row][column]);
-        let deviation = (matrix.transpose() * matrix - Matrix3::identity())
-            .abs()
-            .max();
+        let deviation = (matrix.transpose() * matrix - Matrix3::identity()).abs().max();
         // Written so that a NaN is refused as well.
         let is_rotation = deviation <= ORTHOGONALITY && matrix.determinant() > 0.0;
         if !is_rotation {
             return Err(NotARotation(rotation));
         }
-        Ok(Transform {
-            rotation: matrix,
-            translation: translation.into(),
-        })
+        Ok(Transform { rotation: matrix, translation: translation.into() })
     }
 
     /// URDF's `<origin xyz rpy>`: `R = Rot_z(yaw) Rot_y(pitch) Rot_x(roll)`, angles in rad about fixed axes, m.
@@ -65,10 +54,7 @@ impl Transform {
 
     /// A pure translation, m.
     pub fn along(translation: [f64; 3]) -> Self {
-        Transform {
-            rotation: Matrix3::identity(),
-            translation: translation.into(),
-        }
+        Transform { rotation: Matrix3::identity(), translation: translation.into() }
     }
 
     /// A pure rotation by `angle` (rad) about x.
@@ -90,10 +76,7 @@ impl Transform {
     }
 
     pub(crate) fn turned(rotation: Matrix3<f64>) -> Self {
-        Transform {
-            rotation,
-            translation: Vector3::zeros(),
-        }
+        Transform { rotation, translation: Vector3::zeros() }
     }
 
     /// The rotation matrix, row-major: column j is B's axis j in A.
@@ -117,10 +100,7 @@ impl Transform {
     /// `X_BA`.
     pub fn inverse(&self) -> Transform {
         let rotation = self.rotation.transpose();
-        Transform {
-            rotation,
-            translation: -(rotation * self.translation),
-        }
+        Transform { rotation, translation: -(rotation * self.translation) }
     }
 
     /// Coordinates in A of a point given in B, m.
@@ -135,10 +115,7 @@ impl Transform {
 
     /// Whether every number is finite.
     pub(crate) fn is_finite(&self) -> bool {
-        self.rotation
-            .iter()
-            .chain(&self.translation)
-            .all(|value| value.is_finite())
+        self.rotation.iter().chain(&self.translation).all(|value| value.is_finite())
     }
 }
 
@@ -162,10 +139,7 @@ mod tests {
     use super::*;
 
     fn assert_close(left: [f64; 3], right: [f64; 3]) {
-        assert!(
-            left.iter().zip(right).all(|(l, r)| (l - r).abs() < 1e-15),
-            "{left:?} is not {right:?}"
-        );
+        assert!(left.iter().zip(right).all(|(l, r)| (l - r).abs() < 1e-15), "{left:?} is not {right:?}");
     }
 
     #[test]
@@ -187,10 +161,7 @@ mod tests {
     #[test]
     fn round_trip_through_rows() {
         let x = Transform::from_xyz_rpy([0.1, -0.2, 0.3], [0.4, -0.5, 0.6]);
-        assert_eq!(
-            Transform::from_rotation(x.rotation(), x.translation()),
-            Ok(x)
-        );
+        assert_eq!(Transform::from_rotation(x.rotation(), x.translation()), Ok(x));
     }
 
     #[test]
@@ -199,10 +170,7 @@ mod tests {
         let sheared = [[1.0, 0.1, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
         for bad in [mirror, sheared, [[f64::NAN; 3]; 3]] {
             let error = Transform::from_rotation(bad, [0.0; 3]).unwrap_err();
-            assert!(
-                error.to_string().contains("not a rotation matrix"),
-                "{error}"
-            );
+            assert!(error.to_string().contains("not a rotation matrix"), "{error}");
         }
     }
 }

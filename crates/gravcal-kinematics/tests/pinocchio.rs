@@ -59,55 +59,26 @@ fn facts() -> Facts {
 
 /// The file's nominal masses and moments, flat; zero where it states none.
 fn nominal_inertia(chain: &Chain) -> Vec<f64> {
-    let inertias = chain
-        .links()
-        .iter()
-        .map(|link| link.inertia.unwrap_or_default());
-    inertias
-        .flat_map(|i| {
-            [
-                i.mass,
-                i.first_moment[0],
-                i.first_moment[1],
-                i.first_moment[2],
-            ]
-        })
-        .collect()
+    let inertias = chain.links().iter().map(|link| link.inertia.unwrap_or_default());
+    inertias.flat_map(|i| [i.mass, i.first_moment[0], i.first_moment[1], i.first_moment[2]]).collect()
 }
 
 fn largest_difference(left: &[f64], right: &[f64]) -> f64 {
     assert_eq!(left.len(), right.len());
     // `max` would lose a NaN; the sum does not.
     assert!(left.iter().sum::<f64>().is_finite(), "{left:?}");
-    left.iter()
-        .zip(right)
-        .map(|(l, r)| (l - r).abs())
-        .fold(0.0, f64::max)
+    left.iter().zip(right).map(|(l, r)| (l - r).abs()).fold(0.0, f64::max)
 }
 
 fn compare_pose(chain: &Chain, facts: &Facts, pose: &Pose, worst: &mut Worst) {
     let inertia = nominal_inertia(chain);
     let mut torque = vec![0.0; chain.joint_count()];
-    chain.gravity_torque(
-        &pose.coordinates,
-        facts.gravity_upright,
-        &inertia,
-        &mut torque,
-    );
-    worst.torque = worst
-        .torque
-        .max(largest_difference(&torque, &pose.torque_upright));
+    chain.gravity_torque(&pose.coordinates, facts.gravity_upright, &inertia, &mut torque);
+    worst.torque = worst.torque.max(largest_difference(&torque, &pose.torque_upright));
 
     let mut tilted = GravityTorque::new(chain.joint_count());
-    chain.linearize_gravity_torque(
-        &pose.coordinates,
-        facts.gravity_tilted,
-        &inertia,
-        &mut tilted,
-    );
-    worst.torque = worst
-        .torque
-        .max(largest_difference(&tilted.torque, &pose.torque_tilted));
+    chain.linearize_gravity_torque(&pose.coordinates, facts.gravity_tilted, &inertia, &mut tilted);
+    worst.torque = worst.torque.max(largest_difference(&tilted.torque, &pose.torque_tilted));
     if let Some(rows) = &pose.by_coordinate_tilted {
         let difference = largest_difference(&tilted.by_coordinate, &rows.concat());
         worst.by_coordinate = worst.by_coordinate.max(difference);
@@ -123,11 +94,7 @@ fn compare_pose(chain: &Chain, facts: &Facts, pose: &Pose, worst: &mut Worst) {
 fn compare_robot(folder: &Path, facts: &Facts, robot: &Robot) -> Worst {
     let text = std::fs::read_to_string(folder.join(&robot.file)).unwrap();
     let chain = Chain::from_urdf(&text, &robot.base, &robot.tip).unwrap();
-    let names: Vec<_> = chain
-        .joints()
-        .iter()
-        .map(|joint| joint.name.clone())
-        .collect();
+    let names: Vec<_> = chain.joints().iter().map(|joint| joint.name.clone()).collect();
     assert_eq!(names, robot.joints, "{}", robot.file);
     let mut worst = Worst::default();
     for pose in &robot.pose {
@@ -140,10 +107,7 @@ fn compare_robot(folder: &Path, facts: &Facts, robot: &Robot) -> Worst {
 fn agrees_with_pinocchio_on_ten_urdfs() {
     let folder = shared_data();
     if !folder.is_dir() {
-        eprintln!(
-            "SKIPPED: no URDFs at {}; set GRAVCAL_SHARED_DATA to the folder that holds them",
-            folder.display()
-        );
+        eprintln!("SKIPPED: no URDFs at {}; set GRAVCAL_SHARED_DATA to the folder that holds them", folder.display());
         return;
     }
     let facts = facts();
@@ -161,26 +125,16 @@ fn agrees_with_pinocchio_on_ten_urdfs() {
 fn the_hand_of_the_panda_ends_the_chain() {
     let file = shared_data().join("urdf/panda_example-robot-data.urdf");
     let Ok(text) = std::fs::read_to_string(&file) else {
-        eprintln!(
-            "SKIPPED: {} is not there; set GRAVCAL_SHARED_DATA to the folder that holds urdf/",
-            file.display()
-        );
+        eprintln!("SKIPPED: {} is not there; set GRAVCAL_SHARED_DATA to the folder that holds urdf/", file.display());
         return;
     };
     let chain = Chain::from_urdf(&text, "panda_link0", "panda_hand").unwrap();
-    assert_eq!(
-        chain.cut_joints(),
-        ["panda_finger_joint1", "panda_finger_joint2"]
-    );
+    assert_eq!(chain.cut_joints(), ["panda_finger_joint1", "panda_finger_joint2"]);
     // Link 7 and the hand, without the fingers' 15 g each.
     assert!((chain.links()[6].inertia.unwrap().mass - (0.735522 + 0.73)).abs() < 1e-12);
 
-    let mimicking = Chain::from_urdf(&text, "panda_link0", "panda_rightfinger")
-        .unwrap_err()
-        .to_string();
+    let mimicking = Chain::from_urdf(&text, "panda_link0", "panda_rightfinger").unwrap_err().to_string();
     assert!(mimicking.contains("panda_finger_joint2"), "{mimicking}");
-    let branching = Chain::from_urdf(&text, "panda_link0", "panda_leftfinger")
-        .unwrap_err()
-        .to_string();
+    let branching = Chain::from_urdf(&text, "panda_link0", "panda_leftfinger").unwrap_err().to_string();
     assert!(branching.contains("panda_finger_joint2"), "{branching}");
 }

@@ -17,10 +17,7 @@ pub(crate) struct Columns<'a> {
 impl<'a> Columns<'a> {
     /// Looks for every column that the mapping names; `mapping` has been checked.
     pub(crate) fn find(table: &'a Table, mapping: &PoseMapping) -> Result<Columns<'a>, ReadError> {
-        let positions = mapping
-            .positions
-            .iter()
-            .map(|position| Position::find(table, position));
+        let positions = mapping.positions.iter().map(|position| Position::find(table, position));
         let torques = mapping.torques.iter().map(|torque| match torque {
             None => Ok(None),
             Some((column, unit)) => Torque::find(table, column, *unit).map(Some),
@@ -35,10 +32,7 @@ impl<'a> Columns<'a> {
 
     /// One row as a pose.
     pub(crate) fn pose(&self, row: usize) -> Result<StaticPose, ReadError> {
-        let positions = self
-            .positions
-            .iter()
-            .map(|position| position.read(self.table, row));
+        let positions = self.positions.iter().map(|position| position.read(self.table, row));
         let torques = self.torques.iter().map(|torque| match torque {
             None => Ok(None),
             Some(torque) => torque.read(row),
@@ -70,18 +64,13 @@ struct Position {
 
 impl Position {
     fn find(table: &Table, mapped: &PositionColumn) -> Result<Position, ReadError> {
-        Ok(Position {
-            column: table.column(&mapped.column)?,
-            to_si: mapped.unit.to_si(),
-        })
+        Ok(Position { column: table.column(&mapped.column)?, to_si: mapped.unit.to_si() })
     }
 
     fn read(&self, table: &Table, row: usize) -> Result<f64, ReadError> {
         match table.number(row, self.column)? {
             Some(reading) => Ok(reading * self.to_si),
-            None => Err(ReadError::NoPosition {
-                place: table.place(row, self.column),
-            }),
+            None => Err(ReadError::NoPosition { place: table.place(row, self.column) }),
         }
     }
 }
@@ -103,16 +92,9 @@ struct Setting {
 }
 
 impl<'a> Torque<'a> {
-    fn find(
-        table: &'a Table,
-        mapped: &ReadingColumn,
-        unit: TorqueUnit,
-    ) -> Result<Torque<'a>, ReadError> {
+    fn find(table: &'a Table, mapped: &ReadingColumn, unit: TorqueUnit) -> Result<Torque<'a>, ReadError> {
         let setting = |column: &Option<String>, constant| -> Result<Setting, ReadError> {
-            Ok(Setting {
-                column: find(table, column.as_ref())?,
-                constant,
-            })
+            Ok(Setting { column: find(table, column.as_ref())?, constant })
         };
         Ok(Torque {
             table,
@@ -131,10 +113,7 @@ impl<'a> Torque<'a> {
         let Some(value) = self.table.number(row, self.column)? else {
             return Ok(None);
         };
-        Ok(Some(Reading {
-            value: value * self.to_si,
-            std: self.std_of_value(row)?,
-        }))
+        Ok(Some(Reading { value: value * self.to_si, std: self.std_of_value(row)? }))
     }
 
     fn is_usable(&self, row: usize) -> Result<bool, ReadError> {
@@ -145,10 +124,7 @@ impl<'a> Torque<'a> {
         match text.to_ascii_lowercase().as_str() {
             "1" | "true" => Ok(true),
             "0" | "false" => Ok(false),
-            _ => Err(ReadError::NotYesOrNo {
-                place: self.table.place(row, column),
-                found: text.to_owned(),
-            }),
+            _ => Err(ReadError::NotYesOrNo { place: self.table.place(row, column), found: text.to_owned() }),
         }
     }
 
@@ -164,28 +140,18 @@ impl<'a> Torque<'a> {
             return Ok(Some(std));
         }
         let column = cell.map_or(self.column, |(_, column)| column);
-        Err(ReadError::BadStd {
-            place: self.table.place(row, column),
-            found,
-        })
+        Err(ReadError::BadStd { place: self.table.place(row, column), found })
     }
 
     /// Number of samples: 1, if the mapping speaks of none.
     fn count(&self, row: usize) -> Result<f64, ReadError> {
-        match (
-            self.in_column(row, self.count)?,
-            self.count.column,
-            self.count.constant,
-        ) {
-            (Some((found, column)), _, _) if found < 1.0 => Err(ReadError::BadCount {
-                place: self.table.place(row, column),
-                found,
-            }),
+        match (self.in_column(row, self.count)?, self.count.column, self.count.constant) {
+            (Some((found, column)), _, _) if found < 1.0 => {
+                Err(ReadError::BadCount { place: self.table.place(row, column), found })
+            }
             (Some((found, _)), _, _) => Ok(found),
             (None, _, Some(constant)) => Ok(constant),
-            (None, Some(column), None) => Err(ReadError::NoCount {
-                place: self.table.place(row, column),
-            }),
+            (None, Some(column), None) => Err(ReadError::NoCount { place: self.table.place(row, column) }),
             (None, None, None) => Ok(1.0),
         }
     }
@@ -195,9 +161,6 @@ impl<'a> Torque<'a> {
         let Some(column) = setting.column else {
             return Ok(None);
         };
-        Ok(self
-            .table
-            .number(row, column)?
-            .map(|number| (number, column)))
+        Ok(self.table.number(row, column)?.map(|number| (number, column)))
     }
 }

@@ -19,13 +19,7 @@ pub struct Place {
 
 impl fmt::Display for Place {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{}:{}: column `{}`",
-            self.path.display(),
-            self.line,
-            self.column
-        )
+        write!(f, "{}:{}: column `{}`", self.path.display(), self.line, self.column)
     }
 }
 
@@ -132,9 +126,7 @@ pub enum ReadError {
         columns: Vec<String>,
     },
     /// A cell that should hold a finite number holds something else.
-    #[error(
-        "{place}: expected a finite number, found `{found}`; leave the cell empty if a reading is missing"
-    )]
+    #[error("{place}: expected a finite number, found `{found}`; leave the cell empty if a reading is missing")]
     NotANumber {
         /// The cell.
         place: Place,
@@ -142,9 +134,7 @@ pub enum ReadError {
         found: String,
     },
     /// A position reading is missing.
-    #[error(
-        "{place}: the position is missing, and every torque depends on every position; delete the row"
-    )]
+    #[error("{place}: the position is missing, and every torque depends on every position; delete the row")]
     NoPosition {
         /// The cell.
         place: Place,
@@ -216,9 +206,7 @@ impl ReadError {
 
 /// The folder that `path` stands in, if it does not exist. The folder of a bare file name always does.
 pub(crate) fn missing_folder(path: &Path) -> Option<PathBuf> {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())?;
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty())?;
     (!folder.exists()).then(|| folder.to_owned())
 }
 
@@ -241,10 +229,7 @@ fn hint(column: &str, columns: &[String]) -> String {
 
 /// What to do if the "names" of columns are numbers: then the header is missing, or taken for a comment.
 fn no_header(columns: &[impl AsRef<str>]) -> &'static str {
-    if columns
-        .iter()
-        .all(|column| column.as_ref().parse::<f64>().is_ok())
-    {
+    if columns.iter().all(|column| column.as_ref().parse::<f64>().is_ok()) {
         " (if this row holds readings, add a header line before it, one that does not begin with #)"
     } else {
         ""
@@ -259,9 +244,5 @@ fn listed(names: &[String]) -> String {
 
 /// Says that a pose is the only one because rows were merged.
 fn same(rows: u32) -> String {
-    if rows < 2 {
-        String::new()
-    } else {
-        format!(" (its {rows} rows all have the same positions)")
-    }
+    if rows < 2 { String::new() } else { format!(" (its {rows} rows all have the same positions)") }
 }

@@ -63,4 +63,4 @@ pub use pose::{Reading, StaticPose, read_poses};
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
 pub use write::{WriteError, write_atomically};
-pub use write_table::{Cell, write_table};
+pub use write_table::{Cell, table_contents, write_table};

@@ -52,9 +52,7 @@ pub struct ReadingColumn {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MappingError {
     /// The lists are not of the same joints.
-    #[error(
-        "the mapping has {positions} positions but {torques} torques; it needs one of each for every joint"
-    )]
+    #[error("the mapping has {positions} positions but {torques} torques; it needs one of each for every joint")]
     UnequalLengths {
         /// Length of the list of positions.
         positions: usize,
@@ -71,17 +69,13 @@ pub enum MappingError {
         column: String,
     },
     /// A count without a standard deviation means nothing.
-    #[error(
-        "column `{column}`: a number of samples is given but no standard deviation of one sample"
-    )]
+    #[error("column `{column}`: a number of samples is given but no standard deviation of one sample")]
     CountWithoutStd {
         /// Name of the column of the reading.
         column: String,
     },
     /// The constant standard deviation cannot be one.
-    #[error(
-        "column `{column}`: the standard deviation must be finite and greater than 0, found {found}"
-    )]
+    #[error("column `{column}`: the standard deviation must be finite and greater than 0, found {found}")]
     BadStd {
         /// Name of the column of the reading.
         column: String,
@@ -89,9 +83,7 @@ pub enum MappingError {
         found: f64,
     },
     /// The constant number of samples cannot be one.
-    #[error(
-        "column `{column}`: the number of samples must be finite and at least 1, found {found}"
-    )]
+    #[error("column `{column}`: the number of samples must be finite and at least 1, found {found}")]
     BadCount {
         /// Name of the column of the reading.
         column: String,
@@ -115,27 +107,18 @@ impl PoseMapping {
         if positions != torques {
             return Err(MappingError::UnequalLengths { positions, torques });
         }
-        self.torques
-            .iter()
-            .flatten()
-            .try_for_each(|(torque, _)| torque.check())?;
+        self.torques.iter().flatten().try_for_each(|(torque, _)| torque.check())?;
         self.check_columns_differ()
     }
 
     /// Columns of counts, deviations and flags may be shared between joints; those of readings may not.
     fn check_columns_differ(&self) -> Result<(), MappingError> {
         let positions = self.positions.iter().map(|position| &position.column);
-        let torques = self
-            .torques
-            .iter()
-            .flatten()
-            .map(|(torque, _)| &torque.column);
+        let torques = self.torques.iter().flatten().map(|(torque, _)| &torque.column);
         let mut seen: Vec<&String> = Vec::new();
         for column in positions.chain(torques) {
             if seen.contains(&column) {
-                return Err(MappingError::ColumnTwice {
-                    column: column.clone(),
-                });
+                return Err(MappingError::ColumnTwice { column: column.clone() });
             }
             seen.push(column);
         }
@@ -152,19 +135,10 @@ impl ReadingColumn {
             return Err(MappingError::CountWithoutStd { column: column() });
         }
         if let Some(found) = self.std.filter(|std| !(std.is_finite() && *std > 0.0)) {
-            return Err(MappingError::BadStd {
-                column: column(),
-                found,
-            });
+            return Err(MappingError::BadStd { column: column(), found });
         }
-        if let Some(found) = self
-            .count
-            .filter(|count| !(count.is_finite() && *count >= 1.0))
-        {
-            return Err(MappingError::BadCount {
-                column: column(),
-                found,
-            });
+        if let Some(found) = self.count.filter(|count| !(count.is_finite() && *count >= 1.0)) {
+            return Err(MappingError::BadCount { column: column(), found });
         }
         Ok(())
     }
@@ -175,23 +149,14 @@ mod tests {
     use super::*;
 
     fn torque(column: &str) -> ReadingColumn {
-        ReadingColumn {
-            column: column.to_owned(),
-            ..ReadingColumn::default()
-        }
+        ReadingColumn { column: column.to_owned(), ..ReadingColumn::default() }
     }
 
     fn mapping(positions: &[&str], torques: &[ReadingColumn]) -> PoseMapping {
-        let position = |column: &&str| PositionColumn {
-            column: column.to_string(),
-            unit: PositionUnit::Radian,
-        };
+        let position = |column: &&str| PositionColumn { column: column.to_string(), unit: PositionUnit::Radian };
         PoseMapping {
             positions: positions.iter().map(position).collect(),
-            torques: torques
-                .iter()
-                .map(|torque| Some((torque.clone(), TorqueUnit::Count)))
-                .collect(),
+            torques: torques.iter().map(|torque| Some((torque.clone(), TorqueUnit::Count))).collect(),
             sweep_column: None,
             merge_repeated: false,
         }
@@ -208,18 +173,12 @@ mod tests {
             count_column: Some("n".to_owned()),
             ..torque(column)
         };
-        assert_eq!(
-            mapping(&["q1", "q2"], &[shared("tau1"), shared("tau2")]).check(),
-            Ok(())
-        );
+        assert_eq!(mapping(&["q1", "q2"], &[shared("tau1"), shared("tau2")]).check(), Ok(()));
     }
 
     #[test]
     fn lists_must_be_of_the_same_joints() {
-        assert_eq!(
-            message(&mapping(&[], &[])),
-            "the mapping names no position column"
-        );
+        assert_eq!(message(&mapping(&[], &[])), "the mapping names no position column");
         assert_eq!(
             message(&mapping(&["q1", "q2"], &[torque("tau1")])),
             "the mapping has 2 positions but 1 torques; it needs one of each for every joint"
@@ -229,25 +188,15 @@ mod tests {
     #[test]
     fn a_column_is_one_reading() {
         let expected = "column `q1` is mapped to two readings; each reading needs its own column";
-        assert_eq!(
-            message(&mapping(&["q1", "q1"], &[torque("tau1"), torque("tau2")])),
-            expected
-        );
+        assert_eq!(message(&mapping(&["q1", "q1"], &[torque("tau1"), torque("tau2")])), expected);
         assert_eq!(message(&mapping(&["q1"], &[torque("q1")])), expected);
     }
 
     #[test]
     fn a_count_needs_a_standard_deviation() {
-        let expected =
-            "column `tau1`: a number of samples is given but no standard deviation of one sample";
-        let constant = ReadingColumn {
-            count: Some(9.0),
-            ..torque("tau1")
-        };
-        let column = ReadingColumn {
-            count_column: Some("n".to_owned()),
-            ..torque("tau1")
-        };
+        let expected = "column `tau1`: a number of samples is given but no standard deviation of one sample";
+        let constant = ReadingColumn { count: Some(9.0), ..torque("tau1") };
+        let column = ReadingColumn { count_column: Some("n".to_owned()), ..torque("tau1") };
         for torque in [constant, column] {
             assert_eq!(message(&mapping(&["q1"], &[torque])), expected);
         }
@@ -255,39 +204,18 @@ mod tests {
 
     #[test]
     fn constants_must_be_in_range() {
-        for (std, shown) in [
-            (0.0, "0"),
-            (-1.0, "-1"),
-            (f64::NAN, "NaN"),
-            (f64::INFINITY, "inf"),
-        ] {
-            let torque = ReadingColumn {
-                std: Some(std),
-                ..torque("tau1")
-            };
+        for (std, shown) in [(0.0, "0"), (-1.0, "-1"), (f64::NAN, "NaN"), (f64::INFINITY, "inf")] {
+            let torque = ReadingColumn { std: Some(std), ..torque("tau1") };
             assert_eq!(
                 message(&mapping(&["q1"], &[torque])),
-                format!(
-                    "column `tau1`: the standard deviation must be finite and greater than 0, found {shown}"
-                )
+                format!("column `tau1`: the standard deviation must be finite and greater than 0, found {shown}")
             );
         }
-        for (count, shown) in [
-            (0.5, "0.5"),
-            (0.0, "0"),
-            (f64::NAN, "NaN"),
-            (f64::INFINITY, "inf"),
-        ] {
-            let torque = ReadingColumn {
-                std: Some(1.0),
-                count: Some(count),
-                ..torque("tau1")
-            };
+        for (count, shown) in [(0.5, "0.5"), (0.0, "0"), (f64::NAN, "NaN"), (f64::INFINITY, "inf")] {
+            let torque = ReadingColumn { std: Some(1.0), count: Some(count), ..torque("tau1") };
             assert_eq!(
                 message(&mapping(&["q1"], &[torque])),
-                format!(
-                    "column `tau1`: the number of samples must be finite and at least 1, found {shown}"
-                )
+                format!("column `tau1`: the number of samples must be finite and at least 1, found {shown}")
             );
         }
     }

@@ -34,12 +34,7 @@ fn mean(readings: &[Reading]) -> Option<Reading> {
     let first = readings.first()?.value;
     let m = readings.len() as f64;
     // Summing differences keeps digits when readings are alike, and gives back exactly the value when they are equal.
-    let value = first
-        + readings
-            .iter()
-            .map(|reading| reading.value - first)
-            .sum::<f64>()
-            / m;
+    let value = first + readings.iter().map(|reading| reading.value - first).sum::<f64>() / m;
     let stds: Option<Vec<f64>> = readings.iter().map(|reading| reading.std).collect();
     let std = stds.map(|stds| stds.into_iter().map(|std| std / m).fold(0.0, f64::hypot));
     Some(Reading { value, std })
@@ -50,68 +45,35 @@ mod tests {
     use super::*;
 
     fn pose(line: u64, position: f64, torque: Option<Reading>) -> StaticPose {
-        StaticPose {
-            line,
-            position: vec![position],
-            torque: vec![torque],
-            sweep: None,
-            merged: 1,
-        }
+        StaticPose { line, position: vec![position], torque: vec![torque], sweep: None, merged: 1 }
     }
 
     fn reading(value: f64, std: impl Into<Option<f64>>) -> Option<Reading> {
-        Some(Reading {
-            value,
-            std: std.into(),
-        })
+        Some(Reading { value, std: std.into() })
     }
 
     #[test]
     fn repeated_rows_become_their_mean() {
-        let rows: Vec<StaticPose> = (0..4)
-            .map(|row| pose(2 + row, 0.5, reading(2000.0 + row as f64, 0.5)))
-            .collect();
-        assert_eq!(
-            merge_repeated(&rows),
-            [StaticPose {
-                merged: 4,
-                ..pose(2, 0.5, reading(2001.5, 0.25))
-            }]
-        );
+        let rows: Vec<StaticPose> = (0..4).map(|row| pose(2 + row, 0.5, reading(2000.0 + row as f64, 0.5))).collect();
+        assert_eq!(merge_repeated(&rows), [StaticPose { merged: 4, ..pose(2, 0.5, reading(2001.5, 0.25)) }]);
     }
 
     #[test]
     fn unequal_deviations_add_in_quadrature() {
-        let rows = [
-            pose(2, 0.0, reading(1.0, 3.0)),
-            pose(3, 0.0, reading(2.0, 4.0)),
-        ];
+        let rows = [pose(2, 0.0, reading(1.0, 3.0)), pose(3, 0.0, reading(2.0, 4.0))];
         assert_eq!(merge_repeated(&rows)[0].torque, [reading(1.5, 2.5)]);
     }
 
     #[test]
     fn only_usable_readings_count() {
-        let rows = [
-            pose(2, 0.0, None),
-            pose(3, 0.0, reading(7.0, 0.5)),
-            pose(4, 0.0, None),
-        ];
-        assert_eq!(
-            merge_repeated(&rows),
-            [StaticPose {
-                merged: 3,
-                ..pose(2, 0.0, reading(7.0, 0.5))
-            }]
-        );
+        let rows = [pose(2, 0.0, None), pose(3, 0.0, reading(7.0, 0.5)), pose(4, 0.0, None)];
+        assert_eq!(merge_repeated(&rows), [StaticPose { merged: 3, ..pose(2, 0.0, reading(7.0, 0.5)) }]);
         assert_eq!(merge_repeated(&rows[..1])[0].torque, [None]);
     }
 
     #[test]
     fn one_unknown_deviation_makes_the_mean_s_unknown() {
-        let rows = [
-            pose(2, 0.0, reading(1.0, 0.5)),
-            pose(3, 0.0, reading(2.0, None)),
-        ];
+        let rows = [pose(2, 0.0, reading(1.0, 0.5)), pose(3, 0.0, reading(2.0, None))];
         assert_eq!(merge_repeated(&rows)[0].torque, [reading(1.5, None)]);
     }
 
@@ -119,19 +81,13 @@ mod tests {
     fn only_consecutive_rows_with_exactly_equal_positions_merge() {
         let next = 0.1_f64.next_up();
         let rows: Vec<StaticPose> = [0.1, 0.1, next, 0.1].map(|q| pose(2, q, None)).into();
-        let merged: Vec<u32> = merge_repeated(&rows)
-            .iter()
-            .map(|pose| pose.merged)
-            .collect();
+        let merged: Vec<u32> = merge_repeated(&rows).iter().map(|pose| pose.merged).collect();
         assert_eq!(merged, [2, 1, 1]);
     }
 
     #[test]
     fn sweeps_stay_apart() {
-        let sweep = |label: &str| StaticPose {
-            sweep: Some(label.to_owned()),
-            ..pose(2, 0.0, None)
-        };
+        let sweep = |label: &str| StaticPose { sweep: Some(label.to_owned()), ..pose(2, 0.0, None) };
         assert_eq!(merge_repeated(&[sweep("a"), sweep("b")]).len(), 2);
         assert_eq!(merge_repeated(&[sweep("a"), sweep("a")]).len(), 1);
     }

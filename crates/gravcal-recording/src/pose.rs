@@ -48,19 +48,10 @@ pub fn read_poses(path: &Path, mapping: &PoseMapping) -> Result<Vec<StaticPose>,
 /// The poses in a table; `mapping` has been checked.
 fn poses_of(table: &Table, mapping: &PoseMapping) -> Result<Vec<StaticPose>, ReadError> {
     let columns = Columns::find(table, mapping)?;
-    let rows: Vec<StaticPose> = (0..table.len())
-        .map(|row| columns.pose(row))
-        .collect::<Result<_, _>>()?;
-    let poses = if mapping.merge_repeated {
-        merge_repeated(&rows)
-    } else {
-        rows
-    };
+    let rows: Vec<StaticPose> = (0..table.len()).map(|row| columns.pose(row)).collect::<Result<_, _>>()?;
+    let poses = if mapping.merge_repeated { merge_repeated(&rows) } else { rows };
     match poses.as_slice() {
-        [only] => Err(ReadError::OnePose {
-            path: table.path().to_owned(),
-            rows: only.merged,
-        }),
+        [only] => Err(ReadError::OnePose { path: table.path().to_owned(), rows: only.merged }),
         _ => Ok(poses),
     }
 }
@@ -77,19 +68,13 @@ mod tests {
     use crate::unit::{PositionUnit, TorqueUnit};
 
     fn torque(column: &str) -> ReadingColumn {
-        ReadingColumn {
-            column: column.to_owned(),
-            ..ReadingColumn::default()
-        }
+        ReadingColumn { column: column.to_owned(), ..ReadingColumn::default() }
     }
 
     /// One joint: `q` in degrees, and `tau` as described.
     fn one_joint(torque: ReadingColumn) -> PoseMapping {
         PoseMapping {
-            positions: vec![PositionColumn {
-                column: "q".to_owned(),
-                unit: PositionUnit::Degree,
-            }],
+            positions: vec![PositionColumn { column: "q".to_owned(), unit: PositionUnit::Degree }],
             torques: vec![Some((torque, TorqueUnit::Count))],
             sweep_column: None,
             merge_repeated: false,
@@ -98,10 +83,7 @@ mod tests {
 
     fn parse(text: &str, mapping: &PoseMapping) -> Result<Vec<StaticPose>, ReadError> {
         mapping.check()?;
-        poses_of(
-            &Table::parse(Path::new("poses.csv"), text.as_bytes())?,
-            mapping,
-        )
+        poses_of(&Table::parse(Path::new("poses.csv"), text.as_bytes())?, mapping)
     }
 
     fn message(text: &str, torque: ReadingColumn) -> String {
@@ -115,19 +97,13 @@ mod tests {
     }
 
     fn reading(value: f64, std: impl Into<Option<f64>>) -> Option<Reading> {
-        Some(Reading {
-            value,
-            std: std.into(),
-        })
+        Some(Reading { value, std: std.into() })
     }
 
     #[test]
     fn poses_are_in_si_units_and_in_the_order_of_the_file() {
         let mut mapping = one_joint(torque("tau"));
-        mapping.positions.push(PositionColumn {
-            column: "x".to_owned(),
-            unit: PositionUnit::Millimeter,
-        });
+        mapping.positions.push(PositionColumn { column: "x".to_owned(), unit: PositionUnit::Millimeter });
         mapping.torques.push(None);
         mapping.sweep_column = Some("sweep".to_owned());
         let poses = parse("tau,x,q,sweep\n2075,250,90,up\n-3,0,-180,\n", &mapping).unwrap();
@@ -151,10 +127,7 @@ mod tests {
     #[test]
     fn an_empty_torque_cell_is_a_missing_reading() {
         let text = "q,tau\n0,1\n1, \n2,3\n";
-        assert_eq!(
-            torques(text, torque("tau")),
-            [reading(1.0, None), None, reading(3.0, None)]
-        );
+        assert_eq!(torques(text, torque("tau")), [reading(1.0, None), None, reading(3.0, None)]);
     }
 
     #[test]
@@ -185,34 +158,18 @@ mod tests {
 
     #[test]
     fn a_deviation_without_count_is_that_of_the_value() {
-        let column = ReadingColumn {
-            std_column: Some("s".to_owned()),
-            ..torque("tau")
-        };
-        assert_eq!(
-            torques("q,tau,s\n0,1,0.5\n1,2,\n", column),
-            [reading(1.0, 0.5), reading(2.0, None)]
-        );
+        let column = ReadingColumn { std_column: Some("s".to_owned()), ..torque("tau") };
+        assert_eq!(torques("q,tau,s\n0,1,0.5\n1,2,\n", column), [reading(1.0, 0.5), reading(2.0, None)]);
     }
 
     #[test]
     fn a_deviation_with_count_is_that_of_one_sample() {
-        let columns = ReadingColumn {
-            std_column: Some("s".to_owned()),
-            count_column: Some("n".to_owned()),
-            ..torque("tau")
-        };
-        let constants = ReadingColumn {
-            std: Some(3.0),
-            count: Some(9.0),
-            ..torque("tau")
-        };
+        let columns =
+            ReadingColumn { std_column: Some("s".to_owned()), count_column: Some("n".to_owned()), ..torque("tau") };
+        let constants = ReadingColumn { std: Some(3.0), count: Some(9.0), ..torque("tau") };
         let text = "q,tau,s,n\n0,1,3,9\n1,2,3,9\n";
         for mapped in [columns, constants] {
-            assert_eq!(
-                torques(text, mapped),
-                [reading(1.0, 1.0), reading(2.0, 1.0)]
-            );
+            assert_eq!(torques(text, mapped), [reading(1.0, 1.0), reading(2.0, 1.0)]);
         }
     }
 
@@ -233,10 +190,7 @@ mod tests {
 
     #[test]
     fn deviations_must_be_positive() {
-        let mapped = ReadingColumn {
-            std_column: Some("s".to_owned()),
-            ..torque("tau")
-        };
+        let mapped = ReadingColumn { std_column: Some("s".to_owned()), ..torque("tau") };
         for found in ["0", "-0.5"] {
             assert_eq!(
                 message(&format!("q,tau,s\n0,1,{found}\n1,2,1\n"), mapped.clone()),
@@ -250,22 +204,14 @@ mod tests {
 
     #[test]
     fn a_deviation_may_not_vanish_in_the_mean() {
-        let mapped = ReadingColumn {
-            std: Some(f64::from_bits(1)),
-            count: Some(1e6),
-            ..torque("tau")
-        };
+        let mapped = ReadingColumn { std: Some(f64::from_bits(1)), count: Some(1e6), ..torque("tau") };
         let error = parse("q,tau\n0,1\n1,2\n", &one_joint(mapped)).unwrap_err();
         assert!(matches!(error, ReadError::BadStd { place, .. } if place.column == "tau"));
     }
 
     #[test]
     fn counts_must_be_at_least_one_and_present() {
-        let mapped = ReadingColumn {
-            std: Some(1.0),
-            count_column: Some("n".to_owned()),
-            ..torque("tau")
-        };
+        let mapped = ReadingColumn { std: Some(1.0), count_column: Some("n".to_owned()), ..torque("tau") };
         assert_eq!(
             message("q,tau,n\n0,1,5\n1,2,0\n", mapped.clone()),
             "poses.csv:3: column `n`: a number of samples must be at least 1, found 0"
@@ -276,33 +222,21 @@ mod tests {
              depends on it; fill it in, or leave the reading empty"
         );
         // Of a reading that is missing, no count is missing.
-        assert_eq!(
-            torques("q,tau,n\n0,1,4\n1,,\n", mapped),
-            [reading(1.0, 0.5), None]
-        );
+        assert_eq!(torques("q,tau,n\n0,1,4\n1,,\n", mapped), [reading(1.0, 0.5), None]);
     }
 
     #[test]
     fn unusable_readings_are_none_whatever_stands_there() {
-        let mapped = ReadingColumn {
-            usable_column: Some("ok".to_owned()),
-            ..torque("tau")
-        };
+        let mapped = ReadingColumn { usable_column: Some("ok".to_owned()), ..torque("tau") };
         assert_eq!(
-            torques(
-                "q,tau,ok\n0,1,1\n1,2,0\n2,nan,False\n3,4,true\n4,,1\n",
-                mapped
-            ),
+            torques("q,tau,ok\n0,1,1\n1,2,0\n2,nan,False\n3,4,true\n4,,1\n", mapped),
             [reading(1.0, None), None, None, reading(4.0, None), None]
         );
     }
 
     #[test]
     fn usable_is_yes_or_no() {
-        let mapped = ReadingColumn {
-            usable_column: Some("ok".to_owned()),
-            ..torque("tau")
-        };
+        let mapped = ReadingColumn { usable_column: Some("ok".to_owned()), ..torque("tau") };
         for found in ["yes", "2", ""] {
             assert_eq!(
                 message(&format!("q,tau,ok\n0,1,{found}\n1,2,1\n"), mapped.clone()),
@@ -322,9 +256,7 @@ mod tests {
         let mut mapping = one_joint(torque("tau"));
         mapping.merge_repeated = true;
         assert_eq!(
-            parse("q,tau\n5,1\n5,2\n5,3\n", &mapping)
-                .unwrap_err()
-                .to_string(),
+            parse("q,tau\n5,1\n5,2\n5,3\n", &mapping).unwrap_err().to_string(),
             "poses.csv: a table of one pose cannot identify anything (its 3 rows all have the same positions); \
              record more poses"
         );
@@ -334,29 +266,17 @@ mod tests {
 
     #[test]
     fn repeated_rows_are_merged_if_asked_for() {
-        let mut mapping = one_joint(ReadingColumn {
-            std: Some(1.0),
-            ..torque("tau")
-        });
+        let mut mapping = one_joint(ReadingColumn { std: Some(1.0), ..torque("tau") });
         mapping.merge_repeated = true;
         let poses = parse("q,tau\n0,1\n5,1\n5,2\n5,\n5,3\n5,2\n", &mapping).unwrap();
-        assert_eq!(
-            poses
-                .iter()
-                .map(|pose| (pose.line, pose.merged))
-                .collect::<Vec<_>>(),
-            [(2, 1), (3, 5)]
-        );
+        assert_eq!(poses.iter().map(|pose| (pose.line, pose.merged)).collect::<Vec<_>>(), [(2, 1), (3, 5)]);
         assert_eq!(poses[1].torque, [reading(2.0, 0.5)]);
     }
 
     #[test]
     fn a_mapping_that_contradicts_itself_is_told_before_the_file_is_opened() {
         let error = read_poses(Path::new("absent.csv"), &one_joint(torque("q"))).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "column `q` is mapped to two readings; each reading needs its own column"
-        );
+        assert_eq!(error.to_string(), "column `q` is mapped to two readings; each reading needs its own column");
     }
 
     #[test]

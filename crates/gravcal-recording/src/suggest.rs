@@ -5,15 +5,9 @@
 /// than for `tau3`.
 pub(crate) fn nearest<'a>(wanted: &str, known: &'a [String]) -> Option<&'a str> {
     let wanted = folded(wanted);
-    let distances: Vec<usize> = known
-        .iter()
-        .map(|name| edit_distance(&wanted, &folded(name)))
-        .collect();
+    let distances: Vec<usize> = known.iter().map(|name| edit_distance(&wanted, &folded(name))).collect();
     let least = *distances.iter().min()?;
-    let mut nearest = known
-        .iter()
-        .zip(&distances)
-        .filter(|(_, distance)| **distance == least);
+    let mut nearest = known.iter().zip(&distances).filter(|(_, distance)| **distance == least);
     let (name, _) = nearest.next()?;
     (least <= wanted.len() / 3 && nearest.next().is_none()).then_some(name)
 }

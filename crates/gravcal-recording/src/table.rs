@@ -42,17 +42,11 @@ impl Table {
     pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Table, ReadError> {
         let text = utf8(path, bytes)?;
         let mut records = records(path, text)?.into_iter();
-        let header = records.next().ok_or_else(|| ReadError::NoHeader {
-            path: path.to_owned(),
-        })?;
+        let header = records.next().ok_or_else(|| ReadError::NoHeader { path: path.to_owned() })?;
         let columns = column_names(path, &header)?;
         let rows: Vec<Row> = records.collect();
         check_rows(path, columns.len(), &rows)?;
-        Ok(Table {
-            path: path.to_owned(),
-            columns,
-            rows,
-        })
+        Ok(Table { path: path.to_owned(), columns, rows })
     }
 
     /// The file, as it was named to [`read`](Self::read).
@@ -81,14 +75,11 @@ impl Table {
     ///
     /// There is none; the error lists those that there are.
     pub fn column(&self, name: &str) -> Result<usize, ReadError> {
-        self.columns
-            .iter()
-            .position(|column| column == name)
-            .ok_or_else(|| ReadError::UnknownColumn {
-                path: self.path.clone(),
-                column: name.to_owned(),
-                columns: self.columns.clone(),
-            })
+        self.columns.iter().position(|column| column == name).ok_or_else(|| ReadError::UnknownColumn {
+            path: self.path.clone(),
+            column: name.to_owned(),
+            columns: self.columns.clone(),
+        })
     }
 
     /// Line in the file on which a row stands, counted from 1.
@@ -125,10 +116,7 @@ impl Table {
         }
         match text.parse::<f64>() {
             Ok(number) if number.is_finite() => Ok(Some(number)),
-            _ => Err(ReadError::NotANumber {
-                place: self.place(row, column),
-                found: text.to_owned(),
-            }),
+            _ => Err(ReadError::NotANumber { place: self.place(row, column), found: text.to_owned() }),
         }
     }
 
@@ -138,11 +126,7 @@ impl Table {
     ///
     /// If there is no such row or column.
     pub fn place(&self, row: usize, column: usize) -> Place {
-        Place {
-            path: self.path.clone(),
-            line: self.line(row),
-            column: self.columns[column].clone(),
-        }
+        Place { path: self.path.clone(), line: self.line(row), column: self.columns[column].clone() }
     }
 }
 
@@ -150,47 +134,28 @@ impl Table {
 fn utf8<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, ReadError> {
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let before = &bytes[..error.valid_up_to()];
-        ReadError::NotUtf8 {
-            path: path.to_owned(),
-            line: 1 + line_breaks(before),
-        }
+        ReadError::NotUtf8 { path: path.to_owned(), line: 1 + line_breaks(before) }
     })?;
     Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
 }
 
 /// All records, the header among them, of any number of cells.
 fn records(path: &Path, text: &str) -> Result<Vec<Row>, ReadError> {
-    let mut reader = csv::ReaderBuilder::new()
-        .has_headers(false)
-        .flexible(true)
-        .comment(Some(b'#'))
-        .from_reader(text.as_bytes());
-    let mut lines = LineCounter {
-        text: text.as_bytes(),
-        byte: 0,
-        line: 1,
-    };
+    let mut reader =
+        csv::ReaderBuilder::new().has_headers(false).flexible(true).comment(Some(b'#')).from_reader(text.as_bytes());
+    let mut lines = LineCounter { text: text.as_bytes(), byte: 0, line: 1 };
     let mut rows = Vec::new();
     let mut start = 0;
     let mut cells = StringRecord::new();
     while reader
         .read_record(&mut cells)
-        .map_err(|error| ReadError::Io {
-            path: path.to_owned(),
-            cause: error.into(),
-        })?
+        .map_err(|error| ReadError::Io { path: path.to_owned(), cause: error.into() })?
     {
         let line = lines.line_of_record(start);
         if cells.iter().any(|cell| cell.contains(['\n', '\r'])) {
-            return Err(ReadError::LineBreak {
-                path: path.to_owned(),
-                line,
-            });
+            return Err(ReadError::LineBreak { path: path.to_owned(), line });
         }
-        rows.push(Row {
-            line,
-            cells: cells.clone(),
-        });
+        rows.push(Row { line, cells: cells.clone() });
         start = usize::try_from(reader.position().byte()).unwrap_or(text.len());
     }
     Ok(rows)
@@ -228,9 +193,7 @@ impl LineCounter<'_> {
 }
 
 fn length_of_line(text: &[u8]) -> usize {
-    text.iter()
-        .position(|byte| *byte == b'\n')
-        .unwrap_or(text.len())
+    text.iter().position(|byte| *byte == b'\n').unwrap_or(text.len())
 }
 
 fn line_breaks(text: &[u8]) -> u64 {
@@ -243,19 +206,11 @@ fn column_names(path: &Path, header: &Row) -> Result<Vec<String>, ReadError> {
         let name = cell.trim();
         if name.is_empty() {
             let position = names.len() + 1;
-            return Err(ReadError::NoColumnName {
-                path: path.to_owned(),
-                line: header.line,
-                position,
-            });
+            return Err(ReadError::NoColumnName { path: path.to_owned(), line: header.line, position });
         }
         if names.iter().any(|earlier| earlier == name) {
             let column = name.to_owned();
-            return Err(ReadError::DuplicateColumn {
-                path: path.to_owned(),
-                line: header.line,
-                column,
-            });
+            return Err(ReadError::DuplicateColumn { path: path.to_owned(), line: header.line, column });
         }
         names.push(name.to_owned());
     }
@@ -264,20 +219,13 @@ fn column_names(path: &Path, header: &Row) -> Result<Vec<String>, ReadError> {
 
 fn check_rows(path: &Path, expected: usize, rows: &[Row]) -> Result<(), ReadError> {
     if rows.is_empty() {
-        return Err(ReadError::NoRows {
-            path: path.to_owned(),
-        });
+        return Err(ReadError::NoRows { path: path.to_owned() });
     }
     match rows.iter().find(|row| row.cells.len() != expected) {
         None => Ok(()),
         Some(row) => {
             let found = row.cells.len();
-            Err(ReadError::Ragged {
-                path: path.to_owned(),
-                line: row.line,
-                expected,
-                found,
-            })
+            Err(ReadError::Ragged { path: path.to_owned(), line: row.line, expected, found })
         }
     }
 }
@@ -315,11 +263,7 @@ mod tests {
     #[test]
     fn lines_are_those_of_the_file() {
         let text = "# made by hand\n\nq\n1\n# why not\n#\n\n2\n\n3";
-        for text in [
-            text.to_owned(),
-            text.replace('\n', "\r\n"),
-            format!("\u{feff}{text}"),
-        ] {
+        for text in [text.to_owned(), text.replace('\n', "\r\n"), format!("\u{feff}{text}")] {
             let table = parse(text).unwrap();
             let lines: Vec<u64> = (0..table.len()).map(|row| table.line(row)).collect();
             assert_eq!(lines, [4, 8, 10]);
@@ -335,16 +279,7 @@ mod tests {
 
     #[test]
     fn a_cell_that_is_no_finite_number_is_an_error() {
-        for found in [
-            "abc",
-            "nan",
-            "NaN",
-            "inf",
-            "-infinity",
-            "1e999",
-            "1.5 N",
-            "--",
-        ] {
+        for found in ["abc", "nan", "NaN", "inf", "-infinity", "1e999", "1.5 N", "--"] {
             let table = parse(format!("q1,tau1\n# comment\n0,{found}\n")).unwrap();
             assert_eq!(
                 table.number(0, 1).unwrap_err().to_string(),
@@ -394,23 +329,14 @@ mod tests {
 
     #[test]
     fn headers_must_name_every_column_once() {
-        assert_eq!(
-            error("# c\nq1,tau1,q1\n0,0,0\n"),
-            "poses.csv:2: the header names column `q1` twice; rename one"
-        );
-        assert_eq!(
-            error("q1,q2,\n0,0,\n"),
-            "poses.csv:1: column 3 of the header has no name; name it or delete it"
-        );
+        assert_eq!(error("# c\nq1,tau1,q1\n0,0,0\n"), "poses.csv:2: the header names column `q1` twice; rename one");
+        assert_eq!(error("q1,q2,\n0,0,\n"), "poses.csv:1: column 3 of the header has no name; name it or delete it");
     }
 
     #[test]
     fn files_without_header_or_rows_are_errors() {
         for text in ["", "\n\n", "# nothing\n", "\u{feff}"] {
-            assert_eq!(
-                error(text),
-                "poses.csv: the file is empty; its first line must name the columns"
-            );
+            assert_eq!(error(text), "poses.csv: the file is empty; its first line must name the columns");
         }
         for text in ["q1,tau1", "q1,tau1\n", "q1,tau1\n# nothing\n\n"] {
             assert_eq!(error(text), "poses.csv: the file has a header but no rows");
@@ -419,14 +345,8 @@ mod tests {
 
     #[test]
     fn ragged_rows_are_errors() {
-        assert_eq!(
-            error("a,b\n1,2\n\n1,2,3\n"),
-            "poses.csv:4: expected 2 cells, as in the header, found 3"
-        );
-        assert_eq!(
-            error("a,b\n1,2\n1\n"),
-            "poses.csv:3: expected 2 cells, as in the header, found 1"
-        );
+        assert_eq!(error("a,b\n1,2\n\n1,2,3\n"), "poses.csv:4: expected 2 cells, as in the header, found 3");
+        assert_eq!(error("a,b\n1,2\n1\n"), "poses.csv:3: expected 2 cells, as in the header, found 1");
     }
 
     #[test]
@@ -451,34 +371,15 @@ mod tests {
         let message = |path: &Path| Table::read(path).unwrap_err().to_string();
 
         let path = folder.path().join("absent.csv");
-        assert_eq!(
-            message(&path),
-            format!("{}: there is no such file", path.display())
-        );
-        assert_eq!(
-            message(Path::new("absent.csv")),
-            "absent.csv: there is no such file"
-        );
+        assert_eq!(message(&path), format!("{}: there is no such file", path.display()));
+        assert_eq!(message(Path::new("absent.csv")), "absent.csv: there is no such file");
 
         let absent = folder.path().join("absent");
         let path = absent.join("poses.csv");
-        assert_eq!(
-            message(&path),
-            format!(
-                "{}: there is no such folder as {}",
-                path.display(),
-                absent.display()
-            )
-        );
+        assert_eq!(message(&path), format!("{}: there is no such folder as {}", path.display(), absent.display()));
 
         let path = folder.path();
-        assert_eq!(
-            message(path),
-            format!(
-                "{}: this is a folder; name a CSV file in it",
-                path.display()
-            )
-        );
+        assert_eq!(message(path), format!("{}: this is a folder; name a CSV file in it", path.display()));
 
         // A file where a folder should be: whatever the operating system calls it, the path is named.
         let file = folder.path().join("file");
@@ -492,10 +393,7 @@ mod tests {
         let path = folder.path().join("poses.csv");
         fs::write(&path, "q\n1\n").unwrap();
         let table = Table::read(&path).unwrap();
-        assert_eq!(
-            (table.path(), table.number(0, 0).unwrap()),
-            (path.as_path(), Some(1.0))
-        );
+        assert_eq!((table.path(), table.number(0, 0).unwrap()), (path.as_path(), Some(1.0)));
     }
 
     /// Touches every cell, as a reader of the table would.

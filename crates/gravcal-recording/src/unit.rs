@@ -75,9 +75,7 @@ impl FromStr for PositionUnit {
 
     /// Takes the names exactly as [`Display`](fmt::Display) writes them (upper and lower case differ).
     fn from_str(text: &str) -> Result<Self, UnknownUnit> {
-        let known = PositionUnit::ALL
-            .into_iter()
-            .find(|unit| unit.name() == text.trim());
+        let known = PositionUnit::ALL.into_iter().find(|unit| unit.name() == text.trim());
         known.ok_or_else(|| UnknownUnit {
             quantity: "position",
             found: text.to_owned(),
@@ -101,12 +99,7 @@ pub enum TorqueUnit {
 
 impl TorqueUnit {
     /// Every unit, in the order in which messages list them.
-    pub const ALL: [TorqueUnit; 4] = [
-        TorqueUnit::NewtonMeter,
-        TorqueUnit::Newton,
-        TorqueUnit::Count,
-        TorqueUnit::Volt,
-    ];
+    pub const ALL: [TorqueUnit; 4] = [TorqueUnit::NewtonMeter, TorqueUnit::Newton, TorqueUnit::Count, TorqueUnit::Volt];
 
     /// What a reading is multiplied with to be in N·m or N: 1, as every unit is one of these or the sensor's own.
     pub fn to_si(self) -> f64 {
@@ -201,19 +194,13 @@ mod tests {
     #[test]
     fn unknown_units_list_every_accepted_name() {
         let message = "degrees".parse::<PositionUnit>().unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "`degrees` is no unit of position; accepted are rad, deg, m, mm, count, V"
-        );
+        assert_eq!(message, "`degrees` is no unit of position; accepted are rad, deg, m, mm, count, V");
         for unit in PositionUnit::ALL {
             assert!(message.contains(unit.name()));
         }
 
         let message = "mNm".parse::<TorqueUnit>().unwrap_err().to_string();
-        assert_eq!(
-            message,
-            "`mNm` is no unit of torque; accepted are N·m (also Nm, N*m), N, count, V"
-        );
+        assert_eq!(message, "`mNm` is no unit of torque; accepted are N·m (also Nm, N*m), N, count, V");
         for unit in TorqueUnit::ALL {
             assert!(message.contains(unit.name()));
         }

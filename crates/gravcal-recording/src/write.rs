@@ -90,20 +90,12 @@ pub enum WriteError {
 /// The folder does not exist, the path is that of a folder, or the operating system refuses (rights, full disk).
 pub fn write_atomically(path: &Path, contents: &[u8]) -> Result<(), WriteError> {
     if path.is_dir() {
-        return Err(WriteError::IsFolder {
-            path: path.to_owned(),
-        });
+        return Err(WriteError::IsFolder { path: path.to_owned() });
     }
     if let Some(folder) = missing_folder(path) {
-        return Err(WriteError::NoFolder {
-            path: path.to_owned(),
-            folder,
-        });
+        return Err(WriteError::NoFolder { path: path.to_owned(), folder });
     }
-    write(path, contents).map_err(|cause| WriteError::Io {
-        path: path.to_owned(),
-        cause,
-    })
+    write(path, contents).map_err(|cause| WriteError::Io { path: path.to_owned(), cause })
 }
 
 fn write(path: &Path, contents: &[u8]) -> io::Result<()> {
@@ -116,10 +108,7 @@ fn write(path: &Path, contents: &[u8]) -> io::Result<()> {
 
 /// Writes a new file beside `path` and renames it. On the way out by error the new file is deleted.
 fn replace(path: &Path, contents: &[u8], permissions: Option<Permissions>) -> io::Result<()> {
-    let folder = path
-        .parent()
-        .filter(|folder| !folder.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut file = new_file().tempfile_in(folder)?;
     file.write_all(contents)?;
     if let Some(permissions) = permissions {
@@ -145,9 +134,7 @@ mod tests {
     use super::*;
 
     fn names_in(folder: &Path) -> Vec<String> {
-        let entries = fs::read_dir(folder)
-            .unwrap()
-            .map(|entry| entry.unwrap().file_name());
+        let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name());
         entries.map(|name| name.into_string().unwrap()).collect()
     }
 
@@ -169,11 +156,7 @@ mod tests {
         let path = absent.join("result.csv");
         assert_eq!(
             write_atomically(&path, b"x").unwrap_err().to_string(),
-            format!(
-                "{}: there is no such folder as {}; create it first",
-                path.display(),
-                absent.display()
-            )
+            format!("{}: there is no such folder as {}; create it first", path.display(), absent.display())
         );
     }
 
@@ -181,13 +164,8 @@ mod tests {
     fn a_folder_is_not_overwritten() {
         let folder = tempfile::tempdir().unwrap();
         assert_eq!(
-            write_atomically(folder.path(), b"x")
-                .unwrap_err()
-                .to_string(),
-            format!(
-                "{}: this is a folder; name a file in it",
-                folder.path().display()
-            )
+            write_atomically(folder.path(), b"x").unwrap_err().to_string(),
+            format!("{}: this is a folder; name a file in it", folder.path().display())
         );
         assert!(folder.path().is_dir());
     }
@@ -200,13 +178,8 @@ mod tests {
         // The "folder" is a file, which no operating system lets one write into.
         let path = file.join("result.csv");
         let error = write_atomically(&path, b"x").unwrap_err();
-        let WriteError::Io { cause, .. } = &error else {
-            panic!("{error}")
-        };
-        assert_eq!(
-            error.to_string(),
-            format!("{}: cannot be written: {cause}", path.display())
-        );
+        let WriteError::Io { cause, .. } = &error else { panic!("{error}") };
+        assert_eq!(error.to_string(), format!("{}: cannot be written: {cause}", path.display()));
         assert_eq!(names_in(folder.path()), ["file"]);
     }
 
@@ -223,10 +196,7 @@ mod tests {
         #[test]
         fn access_rights_are_the_usual_ones_or_those_of_the_old_file() {
             let folder = tempfile::tempdir().unwrap();
-            let (usual, path) = (
-                folder.path().join("usual"),
-                folder.path().join("result.csv"),
-            );
+            let (usual, path) = (folder.path().join("usual"), folder.path().join("result.csv"));
             fs::write(&usual, "").unwrap();
             write_atomically(&path, b"new").unwrap();
             assert_eq!(mode(&path), mode(&usual));

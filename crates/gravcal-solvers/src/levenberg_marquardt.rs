@@ -42,7 +42,7 @@ pub struct LevenbergMarquardt {
 impl Default for LevenbergMarquardt {
     fn default() -> Self {
         LevenbergMarquardt {
-            max_iterations: 200,
+            max_iterations: 100,
             cosine_tolerance: 1e-10,
             step_tolerance: 1e-13,
             cost_tolerance: 1e-15,
@@ -67,11 +67,7 @@ impl Solver for LevenbergMarquardt {
     ) -> Result<Estimate, SolveError> {
         let lent = Lend { problem, initial, context: RefCell::new(context) };
         let state = IterationState::new().param(initial.as_slice().to_vec()).max_iters(u64::MAX);
-        let run = Executor::new(lent, Run::new(self.clone()))
-            .configure(|_| state)
-            .ctrlc(false)
-            .timer(false)
-            .run();
+        let run = Executor::new(lent, Run::new(self.clone())).configure(|_| state).ctrlc(false).timer(false).run();
         match run {
             Ok(result) => Ok(result.solver.into_estimate()),
             Err(error) => Err(match error.downcast::<EvaluateError>() {
@@ -149,10 +145,9 @@ impl Run {
     /// Takes a point as the current one and tells the observer.
     fn move_to(&mut self, lent: &Lend<'_, '_, '_>, values: Values, step: f64) -> Result<(), EvaluateError> {
         let linearization = DenseLinearization::new(lent.problem, &values)?;
-        self.scaling.resize(linearization.column_norms().len(), 0.0);
-        for (scale, norm) in self.scaling.iter_mut().zip(linearization.column_norms()) {
-            *scale = scale.max(*norm);
-        }
+        let scales = linearization.column_scales();
+        self.scaling.resize(scales.len(), 0.0);
+        self.scaling.iter_mut().zip(scales).for_each(|(largest, scale)| *largest = largest.max(scale));
         let record = IterationRecord {
             iteration: self.records.len(),
             cost: linearization.cost(),
@@ -171,13 +166,14 @@ impl Run {
         let Some(mut current) = self.current.take() else {
             return Ok(Some(Termination::NoProgress));
         };
-        let scaling: Vec<f64> = self.scaling.iter().map(|s| if *s > 0.0 { *s } else { 1.0 }).collect();
+        let scaling = self.scaling.clone();
         let cost = current.linearization.cost();
         let mut step = vec![0.0; scaling.len()];
         loop {
             let predicted = current.linearization.damped_step(self.damping, &scaling, &mut step).predicted_reduction;
             let candidate = lent.problem("moves", |l| Ok(l.problem.retract(&current.values, &step)))?;
-            let relative_step = lent.problem("lengths", |l| Ok(relative_length(l.problem, &current.values, &step, &scaling)))?;
+            let relative_step =
+                lent.problem("lengths", |l| Ok(relative_length(l.problem, &current.values, &step, &scaling)))?;
             // A point where the model has no value is as bad as one of infinite cost.
             let moved = lent.problem("cost_count", |l| Ok(l.cost(&candidate).unwrap_or(f64::INFINITY)))?;
             let actual = cost - moved;

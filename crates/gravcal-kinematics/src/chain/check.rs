@@ -13,15 +13,10 @@ const AXIS_LENGTH: f64 = 1e-5;
 
 pub(super) fn counts(base: &str, joints: &[Joint], links: &[Link]) -> Result<(), ChainError> {
     if joints.is_empty() {
-        return Err(ChainError::NoJoints {
-            base: base.to_owned(),
-        });
+        return Err(ChainError::NoJoints { base: base.to_owned() });
     }
     if joints.len() != links.len() {
-        return Err(ChainError::LinkCount {
-            joints: joints.len(),
-            links: links.len(),
-        });
+        return Err(ChainError::LinkCount { joints: joints.len(), links: links.len() });
     }
     Ok(())
 }
@@ -48,15 +43,10 @@ pub(super) fn link(link: &Link) -> Result<(), ChainError> {
         return Ok(());
     };
     if !inertia.mass.is_finite() || inertia.first_moment.iter().any(|h| !h.is_finite()) {
-        return Err(ChainError::NotFinite {
-            what: format!("mass or first moment of link `{}`", link.name),
-        });
+        return Err(ChainError::NotFinite { what: format!("mass or first moment of link `{}`", link.name) });
     }
     if inertia.mass < 0.0 {
-        return Err(ChainError::NegativeMass {
-            link: link.name.clone(),
-            mass: inertia.mass,
-        });
+        return Err(ChainError::NegativeMass { link: link.name.clone(), mass: inertia.mass });
     }
     Ok(())
 }
@@ -70,20 +60,14 @@ pub(super) fn finite(joint: &Joint) -> Result<(), ChainError> {
         ("limits", limits_finite),
     ];
     match parts.into_iter().find(|(_, finite)| !finite) {
-        Some((part, _)) => Err(ChainError::NotFinite {
-            what: format!("{part} of joint `{}`", joint.name),
-        }),
+        Some((part, _)) => Err(ChainError::NotFinite { what: format!("{part} of joint `{}`", joint.name) }),
         None => Ok(()),
     }
 }
 
 pub(super) fn limits(joint: &Joint) -> Result<(), ChainError> {
     match joint.limits {
-        Some([lower, upper]) if lower > upper => Err(ChainError::Limits {
-            joint: joint.name.clone(),
-            lower,
-            upper,
-        }),
+        Some([lower, upper]) if lower > upper => Err(ChainError::Limits { joint: joint.name.clone(), lower, upper }),
         _ => Ok(()),
     }
 }
@@ -92,11 +76,7 @@ pub(super) fn unit_axis(joint: &Joint) -> Result<[f64; 3], ChainError> {
     let axis = Vector3::from(joint.axis);
     let length = axis.norm();
     if (length - 1.0).abs() > AXIS_LENGTH {
-        return Err(ChainError::Axis {
-            joint: joint.name.clone(),
-            axis: joint.axis,
-            length,
-        });
+        return Err(ChainError::Axis { joint: joint.name.clone(), axis: joint.axis, length });
     }
     Ok((axis / length).into())
 }
@@ -121,10 +101,7 @@ mod tests {
     }
 
     fn link(name: &str, inertia: Option<LinkInertia>) -> Link {
-        Link {
-            name: name.into(),
-            inertia,
-        }
+        Link { name: name.into(), inertia }
     }
 
     fn one_joint(joint: Joint) -> Result<Chain, ChainError> {
@@ -132,11 +109,7 @@ mod tests {
     }
 
     fn one_link(mass: f64, first_moment: [f64; 3]) -> Result<Chain, ChainError> {
-        Chain::new(
-            "base",
-            vec![joint("a")],
-            vec![link("arm", Some(LinkInertia { mass, first_moment }))],
-        )
+        Chain::new("base", vec![joint("a")], vec![link("arm", Some(LinkInertia { mass, first_moment }))])
     }
 
     #[test]
@@ -146,121 +119,39 @@ mod tests {
             let links = links.iter().map(|name| link(name, None)).collect();
             Chain::new("base", joints, links).unwrap_err()
         };
-        assert_eq!(
-            refused(&[], &[]),
-            ChainError::NoJoints {
-                base: "base".into()
-            }
-        );
-        assert_eq!(
-            refused(&["a"], &["x", "y"]),
-            ChainError::LinkCount {
-                joints: 1,
-                links: 2
-            }
-        );
-        assert_eq!(
-            refused(&["a", "a"], &["x", "y"]),
-            ChainError::RepeatedJoint("a".into())
-        );
-        assert_eq!(
-            refused(&["a", "b"], &["x", "x"]),
-            ChainError::RepeatedLink("x".into())
-        );
-        assert_eq!(
-            refused(&["a"], &["base"]),
-            ChainError::RepeatedLink("base".into())
-        );
+        assert_eq!(refused(&[], &[]), ChainError::NoJoints { base: "base".into() });
+        assert_eq!(refused(&["a"], &["x", "y"]), ChainError::LinkCount { joints: 1, links: 2 });
+        assert_eq!(refused(&["a", "a"], &["x", "y"]), ChainError::RepeatedJoint("a".into()));
+        assert_eq!(refused(&["a", "b"], &["x", "x"]), ChainError::RepeatedLink("x".into()));
+        assert_eq!(refused(&["a"], &["base"]), ChainError::RepeatedLink("base".into()));
     }
 
     #[test]
     fn axes_and_limits() {
-        let nearly = one_joint(Joint {
-            axis: [0.600003, 0.0, 0.8],
-            ..joint("a")
-        })
-        .unwrap();
+        let nearly = one_joint(Joint { axis: [0.600003, 0.0, 0.8], ..joint("a") }).unwrap();
         assert!((Vector3::from(nearly.joints()[0].axis).norm() - 1.0).abs() < 1e-15);
 
-        let long = one_joint(Joint {
-            axis: [0.0, 0.0, 2.0],
-            ..joint("a")
-        })
-        .unwrap_err();
-        assert!(
-            long.to_string()
-                .contains("`a` has length 2; expected a unit vector"),
-            "{long}"
-        );
+        let long = one_joint(Joint { axis: [0.0, 0.0, 2.0], ..joint("a") }).unwrap_err();
+        assert!(long.to_string().contains("`a` has length 2; expected a unit vector"), "{long}");
 
-        let swapped = one_joint(Joint {
-            limits: Some([1.0, -1.0]),
-            ..joint("a")
-        })
-        .unwrap_err();
-        assert_eq!(
-            swapped,
-            ChainError::Limits {
-                joint: "a".into(),
-                lower: 1.0,
-                upper: -1.0
-            }
-        );
+        let swapped = one_joint(Joint { limits: Some([1.0, -1.0]), ..joint("a") }).unwrap_err();
+        assert_eq!(swapped, ChainError::Limits { joint: "a".into(), lower: 1.0, upper: -1.0 });
     }
 
     #[test]
     fn numbers() {
         let broken = Transform::along([f64::NAN, 0.0, 0.0]);
         let refused = [
-            (
-                one_joint(Joint {
-                    before: broken,
-                    ..joint("a")
-                }),
-                "transform before of joint `a`",
-            ),
-            (
-                one_joint(Joint {
-                    after: broken,
-                    ..joint("a")
-                }),
-                "transform after of joint `a`",
-            ),
-            (
-                one_joint(Joint {
-                    axis: [f64::NAN; 3],
-                    ..joint("a")
-                }),
-                "axis of joint `a`",
-            ),
-            (
-                one_joint(Joint {
-                    limits: Some([0.0, f64::INFINITY]),
-                    ..joint("a")
-                }),
-                "limits of joint `a`",
-            ),
-            (
-                one_link(f64::NAN, [0.0; 3]),
-                "mass or first moment of link `arm`",
-            ),
-            (
-                one_link(1.0, [f64::INFINITY; 3]),
-                "mass or first moment of link `arm`",
-            ),
+            (one_joint(Joint { before: broken, ..joint("a") }), "transform before of joint `a`"),
+            (one_joint(Joint { after: broken, ..joint("a") }), "transform after of joint `a`"),
+            (one_joint(Joint { axis: [f64::NAN; 3], ..joint("a") }), "axis of joint `a`"),
+            (one_joint(Joint { limits: Some([0.0, f64::INFINITY]), ..joint("a") }), "limits of joint `a`"),
+            (one_link(f64::NAN, [0.0; 3]), "mass or first moment of link `arm`"),
+            (one_link(1.0, [f64::INFINITY; 3]), "mass or first moment of link `arm`"),
         ];
         for (result, what) in refused {
-            assert_eq!(
-                result.unwrap_err(),
-                ChainError::NotFinite { what: what.into() }
-            );
+            assert_eq!(result.unwrap_err(), ChainError::NotFinite { what: what.into() });
         }
-        assert_eq!(
-            one_link(-1.0, [0.0; 3]).unwrap_err(),
-            ChainError::NegativeMass {
-                link: "arm".into(),
-                mass: -1.0
-            }
-        );
+        assert_eq!(one_link(-1.0, [0.0; 3]).unwrap_err(), ChainError::NegativeMass { link: "arm".into(), mass: -1.0 });
     }
 }

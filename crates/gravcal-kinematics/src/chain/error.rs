@@ -11,9 +11,7 @@ pub enum ChainError {
         base: String,
     },
     /// Every joint moves exactly one link.
-    #[error(
-        "{joints} joints but {links} links; give exactly one link for each joint, in the same order"
-    )]
+    #[error("{joints} joints but {links} links; give exactly one link for each joint, in the same order")]
     LinkCount {
         /// Number of joints.
         joints: usize,
@@ -27,9 +25,7 @@ pub enum ChainError {
     #[error("two links (the base counts as one) are named `{0}`; give each its own name")]
     RepeatedLink(String),
     /// The axis is not of unit length.
-    #[error(
-        "axis {axis:?} of joint `{joint}` has length {length}; expected a unit vector: divide it by its length"
-    )]
+    #[error("axis {axis:?} of joint `{joint}` has length {length}; expected a unit vector: divide it by its length")]
     Axis {
         /// Name of the joint.
         joint: String,
@@ -39,9 +35,7 @@ pub enum ChainError {
         length: f64,
     },
     /// The lower limit lies above the upper one.
-    #[error(
-        "limits of joint `{joint}` are the wrong way round: lower {lower} is above upper {upper}; swap them"
-    )]
+    #[error("limits of joint `{joint}` are the wrong way round: lower {lower} is above upper {upper}; swap them")]
     Limits {
         /// Name of the joint.
         joint: String,

@@ -30,11 +30,7 @@ impl Chain {
     /// [`ChainError`] when there is no joint, when there are not as many links as joints, when a name occurs twice, an
     /// axis is not a unit vector (within 1e-5), limits are the wrong way round, a number is not finite, or a mass is
     /// negative.
-    pub fn new(
-        base: impl Into<String>,
-        mut joints: Vec<Joint>,
-        links: Vec<Link>,
-    ) -> Result<Chain, ChainError> {
+    pub fn new(base: impl Into<String>, mut joints: Vec<Joint>, links: Vec<Link>) -> Result<Chain, ChainError> {
         let base = base.into();
         check::counts(&base, &joints, &links)?;
         check::names(&base, &joints, &links)?;
@@ -45,13 +41,7 @@ impl Chain {
             joint.axis = check::unit_axis(joint)?;
         }
         let axis_frames = joints.iter().map(AxisFrame::of).collect();
-        Ok(Chain {
-            base,
-            joints,
-            links,
-            cut_joints: Vec::new(),
-            axis_frames,
-        })
+        Ok(Chain { base, joints, links, cut_joints: Vec::new(), axis_frames })
     }
 
     /// Name of the base link, whose frame gravity is given in.

@@ -53,14 +53,8 @@ impl Default for BodyBeyond {
 impl BodyBeyond {
     pub fn sensitivity(&self, gravity: &Vector3<f64>) -> Sensitivity {
         match self.kind {
-            JointKind::Revolute => Sensitivity {
-                to_mass: 0.0,
-                to_moment: self.axis.cross(gravity),
-            },
-            JointKind::Prismatic => Sensitivity {
-                to_mass: -gravity.dot(&self.axis),
-                to_moment: Vector3::zeros(),
-            },
+            JointKind::Revolute => Sensitivity { to_mass: 0.0, to_moment: self.axis.cross(gravity) },
+            JointKind::Prismatic => Sensitivity { to_mass: -gravity.dot(&self.axis), to_moment: Vector3::zeros() },
         }
     }
 
@@ -77,22 +71,9 @@ impl BodyBeyond {
 }
 
 /// Fills `bodies`: frames outward, then masses and moments inward.
-pub(super) fn sweep(
-    chain: &Chain,
-    coordinates: &[f64],
-    inertia: &[f64],
-    bodies: &mut [BodyBeyond],
-) {
-    assert_eq!(
-        coordinates.len(),
-        chain.joint_count(),
-        "one coordinate for each joint"
-    );
-    assert_eq!(
-        inertia.len(),
-        INERTIA * chain.joint_count(),
-        "four numbers for each link"
-    );
+pub(super) fn sweep(chain: &Chain, coordinates: &[f64], inertia: &[f64], bodies: &mut [BodyBeyond]) {
+    assert_eq!(coordinates.len(), chain.joint_count(), "one coordinate for each joint");
+    assert_eq!(inertia.len(), INERTIA * chain.joint_count(), "four numbers for each link");
     place(chain, coordinates, bodies);
     gather(inertia, bodies);
 }

@@ -68,22 +68,10 @@ impl GravityTorque {
 
     fn assert_size(&self, n: usize) {
         assert_eq!(self.torque.len(), n, "one torque for each joint");
-        assert_eq!(
-            self.by_coordinate.len(),
-            n * n,
-            "n × n derivatives by coordinates"
-        );
+        assert_eq!(self.by_coordinate.len(), n * n, "n × n derivatives by coordinates");
         assert_eq!(self.by_gravity.len(), n * 3, "n × 3 derivatives by gravity");
-        assert_eq!(
-            self.by_inertia.len(),
-            n * n * INERTIA,
-            "n × 4n derivatives by inertia"
-        );
-        assert_eq!(
-            self.bodies.len(),
-            n,
-            "a workspace for as many joints as the chain has"
-        );
+        assert_eq!(self.by_inertia.len(), n * n * INERTIA, "n × 4n derivatives by inertia");
+        assert_eq!(self.bodies.len(), n, "a workspace for as many joints as the chain has");
     }
 }
 
@@ -96,18 +84,8 @@ impl Chain {
     /// # Panics
     ///
     /// When a slice has another length.
-    pub fn gravity_torque(
-        &self,
-        coordinates: &[f64],
-        gravity: [f64; 3],
-        inertia: &[f64],
-        torque: &mut [f64],
-    ) {
-        assert_eq!(
-            torque.len(),
-            self.joint_count(),
-            "one torque for each joint"
-        );
+    pub fn gravity_torque(&self, coordinates: &[f64], gravity: [f64; 3], inertia: &[f64], torque: &mut [f64]) {
+        assert_eq!(torque.len(), self.joint_count(), "one torque for each joint");
         let mut bodies = vec![BodyBeyond::default(); self.joint_count()];
         sweep(self, coordinates, inertia, &mut bodies);
         let gravity = Vector3::from(gravity);

@@ -16,19 +16,13 @@ const ROUNDING: f64 = 1e-11;
 impl Pose {
     fn torque(&self) -> Vec<f64> {
         let mut torque = vec![f64::NAN; self.chain.joint_count()];
-        self.chain
-            .gravity_torque(&self.coordinates, self.gravity, &self.inertia, &mut torque);
+        self.chain.gravity_torque(&self.coordinates, self.gravity, &self.inertia, &mut torque);
         torque
     }
 
     fn linearized(&self) -> GravityTorque {
         let mut out = GravityTorque::new(self.chain.joint_count());
-        self.chain.linearize_gravity_torque(
-            &self.coordinates,
-            self.gravity,
-            &self.inertia,
-            &mut out,
-        );
+        self.chain.linearize_gravity_torque(&self.coordinates, self.gravity, &self.inertia, &mut out);
         out
     }
 
@@ -51,11 +45,7 @@ fn column(pose: &Pose, change: impl Fn(&mut Pose, f64)) -> Vec<f64> {
         change(&mut pose, step);
         pose.torque()
     };
-    moved(STEP)
-        .iter()
-        .zip(moved(-STEP))
-        .map(|(plus, minus)| (plus - minus) / (2.0 * STEP))
-        .collect()
+    moved(STEP).iter().zip(moved(-STEP)).map(|(plus, minus)| (plus - minus) / (2.0 * STEP)).collect()
 }
 
 /// Compares a row-major Jacobian with its columns by differences.
@@ -64,10 +54,7 @@ fn check_columns(jacobian: &[f64], columns: &[Vec<f64>]) -> Result<(), TestCaseE
     for (j, column) in columns.iter().enumerate() {
         for (i, difference) in column.iter().enumerate() {
             let analytic = jacobian[width * i + j];
-            prop_assert!(
-                (analytic - difference).abs() < DIFFERENCE,
-                "[{i}, {j}]: {analytic}, {difference}"
-            );
+            prop_assert!((analytic - difference).abs() < DIFFERENCE, "[{i}, {j}]: {analytic}, {difference}");
         }
     }
     Ok(())
@@ -83,10 +70,7 @@ fn check_equal(left: &[f64], right: &[f64]) -> Result<(), TestCaseError> {
 
 /// `matrix · vector` for a row-major matrix.
 fn product(matrix: &[f64], vector: &[f64]) -> Vec<f64> {
-    matrix
-        .chunks(vector.len())
-        .map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum())
-        .collect()
+    matrix.chunks(vector.len()).map(|row| row.iter().zip(vector).map(|(a, b)| a * b).sum()).collect()
 }
 
 proptest! {
@@ -167,11 +151,7 @@ proptest! {
 fn a_level_arm_is_held_upwards() {
     // Axis along −y of the base (twist 90°): a positive angle raises the arm, so does a positive torque.
     let rows = [
-        dh_row(
-            0,
-            JointKind::Revolute,
-            [0.0, std::f64::consts::FRAC_PI_2, 0.0, 0.0],
-        ),
+        dh_row(0, JointKind::Revolute, [0.0, std::f64::consts::FRAC_PI_2, 0.0, 0.0]),
         dh_row(1, JointKind::Revolute, [0.5, 0.0, 0.0, 0.0]),
     ];
     let inertia = [0.0, 0.0, 0.0, 0.0, 2.0, -0.3, 0.0, 0.0];
@@ -185,11 +165,6 @@ fn a_level_arm_is_held_upwards() {
 fn a_lift_carries_its_weight() {
     let rows = [dh_row(0, JointKind::Prismatic, [0.1, 0.2, 0.3, 0.4])];
     let mut force = [0.0];
-    standard_chain(&rows).gravity_torque(
-        &[0.7],
-        [1.0, 0.0, -10.0],
-        &[2.0, 0.1, 0.1, 0.1],
-        &mut force,
-    );
+    standard_chain(&rows).gravity_torque(&[0.7], [1.0, 0.0, -10.0], &[2.0, 0.1, 0.1, 0.1], &mut force);
     assert_eq!(force, [20.0]);
 }

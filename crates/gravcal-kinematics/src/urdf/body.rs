@@ -21,11 +21,7 @@ pub(super) struct RigidBody {
 impl RigidBody {
     /// Gathers from `link` outward; all in that link's frame.
     pub fn gather(tree: &Tree, link: usize) -> Result<Self, UrdfError> {
-        let mut body = RigidBody {
-            mass: 0.0,
-            first_moment: Vector3::zeros(),
-            movable_joints: Vec::new(),
-        };
+        let mut body = RigidBody { mass: 0.0, first_moment: Vector3::zeros(), movable_joints: Vec::new() };
         let mut open = vec![(link, Transform::identity())];
         while let Some((link, pose)) = open.pop() {
             body.add(&tree.robot.links[link], &pose)?;
@@ -50,10 +46,7 @@ impl RigidBody {
             return Err(UrdfError::NotFinite { what });
         }
         if mass < 0.0 {
-            return Err(UrdfError::NegativeMass {
-                link: link.name.clone(),
-                mass,
-            });
+            return Err(UrdfError::NegativeMass { link: link.name.clone(), mass });
         }
         self.mass += mass;
         self.first_moment += (pose.rotation * center + pose.translation) * mass;
@@ -64,9 +57,6 @@ impl RigidBody {
     pub fn inertia_in(&self, frame: &Transform) -> Option<LinkInertia> {
         let about_frame = self.first_moment - frame.translation * self.mass;
         let first_moment = frame.rotation.tr_mul(&about_frame).into();
-        (self.mass > 0.0).then_some(LinkInertia {
-            mass: self.mass,
-            first_moment,
-        })
+        (self.mass > 0.0).then_some(LinkInertia { mass: self.mass, first_moment })
     }
 }

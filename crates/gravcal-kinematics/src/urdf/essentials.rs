@@ -29,21 +29,14 @@ struct Open {
 pub(super) fn essentials(text: &str) -> Result<String, UrdfError> {
     let mut reader = Reader::from_str(text);
     let mut kept = Writer::new(Vec::new());
-    let mut open = vec![Open {
-        name: String::new(),
-        children: Vec::new(),
-    }];
+    let mut open = vec![Open { name: String::new(), children: Vec::new() }];
     loop {
-        let event = reader
-            .read_event()
-            .map_err(|error| located(text, &reader, &error))?;
+        let event = reader.read_event().map_err(|error| located(text, &reader, &error))?;
         match &event {
             Event::Start(start) => match enter(&mut open, start)? {
                 Some(element) => open.push(element),
                 None => {
-                    reader
-                        .read_to_end(start.name())
-                        .map_err(|error| located(text, &reader, &error))?;
+                    reader.read_to_end(start.name()).map_err(|error| located(text, &reader, &error))?;
                     continue;
                 }
             },
@@ -59,8 +52,7 @@ pub(super) fn essentials(text: &str) -> Result<String, UrdfError> {
             // Text, comments and declarations: URDF says everything in attributes.
             _ => continue,
         }
-        kept.write_event(event)
-            .map_err(|error| UrdfError::Parse(error.to_string()))?;
+        kept.write_event(event).map_err(|error| UrdfError::Parse(error.to_string()))?;
     }
     finished(&open)?;
     Ok(String::from_utf8_lossy(&kept.into_inner()).into_owned())
@@ -76,9 +68,7 @@ fn enter(open: &mut [Open], start: &BytesStart) -> Result<Option<Open>, UrdfErro
         return Ok(None);
     };
     if parent.name.is_empty() && name != "robot" {
-        return Err(UrdfError::Parse(format!(
-            "the root element is <{name}>, not <robot>"
-        )));
+        return Err(UrdfError::Parse(format!("the root element is <{name}>, not <robot>")));
     }
     let (wanted, often) = children_of(&parent.name);
     let again = parent.children.contains(&name);
@@ -88,10 +78,7 @@ fn enter(open: &mut [Open], start: &BytesStart) -> Result<Option<Open>, UrdfErro
     if !again {
         parent.children.push(name.clone());
     }
-    Ok(Some(Open {
-        name,
-        children: Vec::new(),
-    }))
+    Ok(Some(Open { name, children: Vec::new() }))
 }
 
 /// The children that matter, and whether they may stand more than once.
@@ -101,35 +88,22 @@ fn children_of(element: &str) -> (&'static [&'static str], bool) {
         "robot" => (&["link", "joint"], true),
         "link" => (&["inertial"], false),
         "inertial" => (&["origin", "mass", "inertia"], false),
-        "joint" => (
-            &["origin", "parent", "child", "axis", "limit", "mimic"],
-            false,
-        ),
+        "joint" => (&["origin", "parent", "child", "axis", "limit", "mimic"], false),
         _ => (&[], false),
     }
 }
 
 fn finished(open: &[Open]) -> Result<(), UrdfError> {
     match open {
-        [document] if document.children.is_empty() => {
-            Err(UrdfError::Parse("there is no <robot> element".to_owned()))
-        }
-        [_, .., innermost] => Err(UrdfError::Parse(format!(
-            "<{}> is not closed",
-            innermost.name
-        ))),
+        [document] if document.children.is_empty() => Err(UrdfError::Parse("there is no <robot> element".to_owned())),
+        [_, .., innermost] => Err(UrdfError::Parse(format!("<{}> is not closed", innermost.name))),
         _ => Ok(()),
     }
 }
 
 fn located(text: &str, reader: &Reader<&[u8]>, error: &quick_xml::Error) -> UrdfError {
-    let position = usize::try_from(reader.error_position())
-        .unwrap_or(usize::MAX)
-        .min(text.len());
-    let line = 1 + text.as_bytes()[..position]
-        .iter()
-        .filter(|byte| **byte == b'\n')
-        .count();
+    let position = usize::try_from(reader.error_position()).unwrap_or(usize::MAX).min(text.len());
+    let line = 1 + text.as_bytes()[..position].iter().filter(|byte| **byte == b'\n').count();
     UrdfError::Parse(format!("line {line}: {error}"))
 }
 
@@ -153,10 +127,7 @@ mod tests {
     #[test]
     fn of_a_repeated_element_the_first_counts() {
         let text = r#"<robot><joint><origin xyz="1 0 0"/><origin xyz="2 0 0"/></joint><joint><origin xyz="3 0 0"/></joint></robot>"#;
-        assert_eq!(
-            essentials(text).unwrap(),
-            text.replace(r#"<origin xyz="2 0 0"/>"#, "")
-        );
+        assert_eq!(essentials(text).unwrap(), text.replace(r#"<origin xyz="2 0 0"/>"#, ""));
     }
 
     #[test]
@@ -178,9 +149,6 @@ mod tests {
     #[test]
     fn depth_is_no_danger() {
         let deep = "<a>".repeat(100_000) + &"</a>".repeat(100_000);
-        assert_eq!(
-            essentials(&format!("<robot>{deep}</robot>")).unwrap(),
-            "<robot></robot>"
-        );
+        assert_eq!(essentials(&format!("<robot>{deep}</robot>")).unwrap(), "<robot></robot>");
     }
 }

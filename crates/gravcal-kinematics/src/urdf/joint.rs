@@ -19,12 +19,7 @@ pub(super) enum Motion {
 ///
 /// Mimic, floating, planar and spherical joints, by name.
 pub(super) fn motion(joint: &urdf_rs::Joint) -> Result<Motion, UrdfError> {
-    let unsupported = |kind| {
-        Err(UrdfError::UnsupportedJoint {
-            joint: joint.name.clone(),
-            kind,
-        })
-    };
+    let unsupported = |kind| Err(UrdfError::UnsupportedJoint { joint: joint.name.clone(), kind });
     let kind = match joint.joint_type {
         JointType::Fixed => return Ok(Motion::Fixed),
         JointType::Revolute | JointType::Continuous => JointKind::Revolute,
@@ -35,10 +30,7 @@ pub(super) fn motion(joint: &urdf_rs::Joint) -> Result<Motion, UrdfError> {
     };
     match &joint.mimic {
         None => Ok(Motion::Moving(kind)),
-        Some(mimic) => Err(UrdfError::Mimic {
-            joint: joint.name.clone(),
-            leader: mimic.joint.clone(),
-        }),
+        Some(mimic) => Err(UrdfError::Mimic { joint: joint.name.clone(), leader: mimic.joint.clone() }),
     }
 }
 
@@ -46,9 +38,7 @@ pub(super) fn motion(joint: &urdf_rs::Joint) -> Result<Motion, UrdfError> {
 pub(super) fn origin(joint: &urdf_rs::Joint) -> Result<Transform, UrdfError> {
     let origin = Transform::from_xyz_rpy(joint.origin.xyz.0, joint.origin.rpy.0);
     if !origin.is_finite() {
-        return Err(UrdfError::NotFinite {
-            what: format!("origin of joint `{}`", joint.name),
-        });
+        return Err(UrdfError::NotFinite { what: format!("origin of joint `{}`", joint.name) });
     }
     Ok(origin)
 }
@@ -57,18 +47,12 @@ pub(super) fn origin(joint: &urdf_rs::Joint) -> Result<Transform, UrdfError> {
 pub(super) fn axis(joint: &urdf_rs::Joint) -> Result<[f64; 3], UrdfError> {
     let axis = joint.axis.xyz.0;
     if !axis.iter().all(|value| value.is_finite()) {
-        return Err(UrdfError::NotFinite {
-            what: format!("axis of joint `{}`", joint.name),
-        });
+        return Err(UrdfError::NotFinite { what: format!("axis of joint `{}`", joint.name) });
     }
     // Divided by the largest component first: neither huge nor tiny axes overflow or vanish when squared.
-    let largest = axis
-        .iter()
-        .fold(0.0_f64, |largest, value| largest.max(value.abs()));
+    let largest = axis.iter().fold(0.0_f64, |largest, value| largest.max(value.abs()));
     if largest == 0.0 {
-        return Err(UrdfError::ZeroAxis {
-            joint: joint.name.clone(),
-        });
+        return Err(UrdfError::ZeroAxis { joint: joint.name.clone() });
     }
     let scaled = axis.map(|value| value / largest);
     let length = scaled.iter().map(|value| value * value).sum::<f64>().sqrt();

@@ -47,17 +47,11 @@ impl Chain {
     pub fn from_urdf(text: &str, base: &str, tip: &str) -> Result<Chain, UrdfError> {
         let robot = read(text)?;
         let tree = Tree::new(&robot)?;
-        let ends = Ends {
-            base: tree.find("base", base)?,
-            tip: tree.find("tip", tip)?,
-        };
+        let ends = Ends { base: tree.find("base", base)?, tip: tree.find("tip", tip)? };
         let path = tree.path(ends.base, ends.tip)?;
         let segments = fold(&tree, &path, &ends)?;
         let (links, cut) = carried(&tree, &segments, &ends)?;
-        let joints = segments
-            .iter()
-            .map(|segment| segment.joint(&tree))
-            .collect::<Result<_, _>>()?;
+        let joints = segments.iter().map(|segment| segment.joint(&tree)).collect::<Result<_, _>>()?;
         let mut chain = Chain::new(base, joints, links)?;
         chain.cut_joints = cut;
         Ok(chain)
@@ -108,12 +102,7 @@ fn fold(tree: &Tree, path: &[usize], ends: &Ends) -> Result<Vec<Segment>, UrdfEr
         let source = &tree.robot.joints[index];
         fixed = fixed * joint::origin(source)?;
         if let Motion::Moving(kind) = joint::motion(source)? {
-            segments.push(Segment {
-                joint: index,
-                kind,
-                before: fixed,
-                after: Transform::identity(),
-            });
+            segments.push(Segment { joint: index, kind, before: fixed, after: Transform::identity() });
             fixed = Transform::identity();
         }
     }
@@ -128,11 +117,7 @@ fn fold(tree: &Tree, path: &[usize], ends: &Ends) -> Result<Vec<Segment>, UrdfEr
 }
 
 /// The links of the chain, and the names of the joints that were cut off behind the last one.
-fn carried(
-    tree: &Tree,
-    segments: &[Segment],
-    ends: &Ends,
-) -> Result<(Vec<Link>, Vec<String>), UrdfError> {
+fn carried(tree: &Tree, segments: &[Segment], ends: &Ends) -> Result<(Vec<Link>, Vec<String>), UrdfError> {
     let mut links = Vec::new();
     let mut cut = Vec::new();
     for (k, segment) in segments.iter().enumerate() {
@@ -144,29 +129,17 @@ fn carried(
                 tree.link_name(child)
             }
             None => {
-                cut = body
-                    .movable_joints
-                    .iter()
-                    .map(|&joint| tree.joint_name(joint))
-                    .collect();
+                cut = body.movable_joints.iter().map(|&joint| tree.joint_name(joint)).collect();
                 tree.link_name(ends.tip)
             }
         };
-        links.push(Link {
-            name,
-            inertia: body.inertia_in(&segment.after),
-        });
+        links.push(Link { name, inertia: body.inertia_in(&segment.after) });
     }
     Ok((links, cut))
 }
 
 /// Only the path's next joint may move what hangs on a body before the last.
-fn refuse_branches(
-    tree: &Tree,
-    body: &RigidBody,
-    next: usize,
-    ends: &Ends,
-) -> Result<(), UrdfError> {
+fn refuse_branches(tree: &Tree, body: &RigidBody, next: usize, ends: &Ends) -> Result<(), UrdfError> {
     match body.movable_joints.iter().find(|&&joint| joint != next) {
         None => Ok(()),
         Some(&joint) => Err(UrdfError::Branch {

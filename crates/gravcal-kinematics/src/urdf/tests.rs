@@ -49,28 +49,16 @@ fn refused_between(base: &str, tip: &str) -> UrdfError {
 }
 
 fn assert_close(left: [f64; 3], right: [f64; 3]) {
-    assert!(
-        left.iter().zip(right).all(|(l, r)| (l - r).abs() < 1e-15),
-        "{left:?} is not {right:?}"
-    );
+    assert!(left.iter().zip(right).all(|(l, r)| (l - r).abs() < 1e-15), "{left:?} is not {right:?}");
 }
 
 #[test]
 fn joints_of_the_path() {
     let chain = Chain::from_urdf(ARM, "base", "hand").unwrap();
     let joints = chain.joints();
-    assert_eq!(
-        joints
-            .iter()
-            .map(|joint| joint.name.as_str())
-            .collect::<Vec<_>>(),
-        ["pan", "lift"]
-    );
+    assert_eq!(joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>(), ["pan", "lift"]);
     assert_eq!((joints[0].axis, joints[0].limits), ([0.0, 0.0, 1.0], None));
-    assert_eq!(
-        (joints[1].axis, joints[1].limits),
-        ([0.0, -1.0, 0.0], Some([-1.0, 2.0]))
-    );
+    assert_eq!((joints[1].axis, joints[1].limits), ([0.0, -1.0, 0.0], Some([-1.0, 2.0])));
     // The bracket turns its x to the column's y.
     assert_close(joints[1].before.translation(), [1.0, 0.2, 0.0]);
     assert_close(joints[1].after.translation(), [0.5, 0.0, 0.0]);
@@ -79,11 +67,7 @@ fn joints_of_the_path() {
 #[test]
 fn fixed_bodies_are_merged_and_the_last_link_is_the_tip() {
     let chain = Chain::from_urdf(ARM, "base", "hand").unwrap();
-    let names: Vec<_> = chain
-        .links()
-        .iter()
-        .map(|link| link.name.as_str())
-        .collect();
+    let names: Vec<_> = chain.links().iter().map(|link| link.name.as_str()).collect();
     assert_eq!(names, ["column", "hand"]);
 
     let column = chain.links()[0].inertia.unwrap();
@@ -112,10 +96,7 @@ fn what_moves_beyond_the_tip_is_cut_and_named() {
 fn a_tip_before_the_end_of_its_body_still_carries_all_of_it() {
     let chain = Chain::from_urdf(ARM, "base", "arm").unwrap();
     let arm = chain.links()[1].inertia.unwrap();
-    assert_eq!(
-        (arm.mass, chain.cut_joints()),
-        (1.0, ["grip".to_owned()].as_slice())
-    );
+    assert_eq!((arm.mass, chain.cut_joints()), (1.0, ["grip".to_owned()].as_slice()));
     assert_close(arm.first_moment, [0.6, 0.0, 0.0]);
 }
 
@@ -130,19 +111,13 @@ fn the_base_may_be_any_link() {
 fn what_is_not_stated_is_not_known() {
     let no_limits = arm_with(r#"lower="-1" upper="2""#, "").unwrap();
     assert_eq!(no_limits.joints()[1].limits, None);
-    let no_mass = Chain::from_urdf(
-        &ARM.replace(r#"<mass value="1"/>"#, r#"<mass value="0"/>"#),
-        "base",
-        "hand",
-    );
+    let no_mass = Chain::from_urdf(&ARM.replace(r#"<mass value="1"/>"#, r#"<mass value="0"/>"#), "base", "hand");
     assert_eq!(no_mass.unwrap().links()[1].inertia, None);
 }
 
 #[test]
 fn not_xml() {
-    let message = Chain::from_urdf("joints: [pan]", "base", "hand")
-        .unwrap_err()
-        .to_string();
+    let message = Chain::from_urdf("joints: [pan]", "base", "hand").unwrap_err().to_string();
     assert!(message.starts_with("not a readable URDF: "), "{message}");
     let message = refused("</robot>", "").to_string();
     assert!(message.starts_with("not a readable URDF: "), "{message}");
@@ -152,49 +127,27 @@ fn not_xml() {
 
 #[test]
 fn xacro() {
-    assert_eq!(
-        refused("<link name=\"base\"/>", "<xacro:base/>"),
-        UrdfError::Xacro
-    );
+    assert_eq!(refused("<link name=\"base\"/>", "<xacro:base/>"), UrdfError::Xacro);
 }
 
 #[test]
 fn missing_links() {
     let message = refused_between("bse", "hand").to_string();
-    assert!(
-        message.contains("base link `bse` is not in the URDF (did you mean `base`?)"),
-        "{message}"
-    );
-    assert!(
-        message.ends_with("links there: base, column, bracket, arm, hand, finger"),
-        "{message}"
-    );
+    assert!(message.contains("base link `bse` is not in the URDF (did you mean `base`?)"), "{message}");
+    assert!(message.ends_with("links there: base, column, bracket, arm, hand, finger"), "{message}");
     let message = refused_between("base", "tool0").to_string();
-    assert!(
-        message.contains("tip link `tool0` is not in the URDF; links there: base"),
-        "{message}"
-    );
-    let message = Chain::from_urdf("<robot name=\"r\"/>", "base", "hand")
-        .unwrap_err()
-        .to_string();
+    assert!(message.contains("tip link `tool0` is not in the URDF; links there: base"), "{message}");
+    let message = Chain::from_urdf("<robot name=\"r\"/>", "base", "hand").unwrap_err().to_string();
     assert!(message.ends_with("links there: none"), "{message}");
 }
 
 #[test]
 fn joints_on_undefined_links() {
     let error = refused(r#"<child link="arm"/>"#, r#"<child link="amr"/>"#);
-    let expected = UrdfError::UnknownLink {
-        joint: "lift".into(),
-        role: "child",
-        link: "amr".into(),
-    };
+    let expected = UrdfError::UnknownLink { joint: "lift".into(), role: "child", link: "amr".into() };
     assert_eq!(error, expected);
     let error = refused(r#"<parent link="bracket"/>"#, r#"<parent link="b"/>"#);
-    let expected = UrdfError::UnknownLink {
-        joint: "lift".into(),
-        role: "parent",
-        link: "b".into(),
-    };
+    let expected = UrdfError::UnknownLink { joint: "lift".into(), role: "parent", link: "b".into() };
     assert_eq!(error, expected);
 }
 
@@ -217,57 +170,30 @@ fn no_path() {
 #[test]
 fn nothing_moves() {
     let error = refused_between("column", "bracket");
-    assert_eq!(
-        error,
-        UrdfError::NothingMoves {
-            base: "column".into(),
-            tip: "bracket".into()
-        }
-    );
-    assert!(matches!(
-        refused_between("base", "base"),
-        UrdfError::NothingMoves { .. }
-    ));
+    assert_eq!(error, UrdfError::NothingMoves { base: "column".into(), tip: "bracket".into() });
+    assert!(matches!(refused_between("base", "base"), UrdfError::NothingMoves { .. }));
 }
 
 #[test]
 fn loops() {
     let closing = r#"<joint name="rod" type="revolute"><parent link="base"/><child link="hand"/><limit velocity="1"/></joint></robot>"#;
-    let expected = UrdfError::TwoParents {
-        link: "hand".into(),
-        first: "wrist".into(),
-        second: "rod".into(),
-    };
+    let expected = UrdfError::TwoParents { link: "hand".into(), first: "wrist".into(), second: "rod".into() };
     assert_eq!(refused("</robot>", closing), expected);
 
     // Through the base: every link has one parent, and none is a root.
     let ring = r#"<joint name="ring" type="fixed"><parent link="hand"/><child link="base"/></joint></robot>"#;
-    let UrdfError::Loop { links } = refused("</robot>", ring) else {
-        panic!("expected a loop")
-    };
+    let UrdfError::Loop { links } = refused("</robot>", ring) else { panic!("expected a loop") };
     assert_eq!(links.len(), 6);
     assert_eq!(links.first(), links.last());
-    assert!(
-        links.windows(2).any(|pair| pair == ["hand", "base"]),
-        "{links:?}"
-    );
+    assert!(links.windows(2).any(|pair| pair == ["hand", "base"]), "{links:?}");
 
     // Beside the chain, and a link that is its own parent.
     let beside = r#"<link name="a"/><link name="b"/>
         <joint name="ab" type="fixed"><parent link="a"/><child link="b"/></joint>
         <joint name="ba" type="fixed"><parent link="b"/><child link="a"/></joint></robot>"#;
-    assert!(
-        refused("</robot>", beside)
-            .to_string()
-            .contains(" form a loop: ")
-    );
+    assert!(refused("</robot>", beside).to_string().contains(" form a loop: "));
     let own = r#"<link name="a"/><joint name="aa" type="fixed"><parent link="a"/><child link="a"/></joint></robot>"#;
-    assert_eq!(
-        refused("</robot>", own),
-        UrdfError::Loop {
-            links: vec!["a".into(), "a".into()]
-        }
-    );
+    assert_eq!(refused("</robot>", own), UrdfError::Loop { links: vec!["a".into(), "a".into()] });
 }
 
 #[test]
@@ -275,115 +201,53 @@ fn repeated_names() {
     let error = refused("</robot>", r#"<link name="arm"/></robot>"#);
     assert_eq!(error, UrdfError::RepeatedLink("arm".into()));
     let error = refused(r#"joint name="lift""#, r#"joint name="pan""#);
-    assert_eq!(
-        error,
-        UrdfError::Chain(ChainError::RepeatedJoint("pan".into()))
-    );
+    assert_eq!(error, UrdfError::Chain(ChainError::RepeatedJoint("pan".into())));
 }
 
 #[test]
 fn joints_that_a_chain_cannot_hold() {
     for kind in ["floating", "planar"] {
         let error = refused(r#"type="revolute""#, &format!(r#"type="{kind}""#));
-        assert_eq!(
-            error,
-            UrdfError::UnsupportedJoint {
-                joint: "lift".into(),
-                kind
-            }
-        );
+        assert_eq!(error, UrdfError::UnsupportedJoint { joint: "lift".into(), kind });
     }
-    let error = refused(
-        r#"<axis xyz="0 -1 0"/>"#,
-        r#"<axis xyz="0 -1 0"/><mimic joint="pan"/>"#,
-    );
-    assert_eq!(
-        error,
-        UrdfError::Mimic {
-            joint: "lift".into(),
-            leader: "pan".into()
-        }
-    );
+    let error = refused(r#"<axis xyz="0 -1 0"/>"#, r#"<axis xyz="0 -1 0"/><mimic joint="pan"/>"#);
+    assert_eq!(error, UrdfError::Mimic { joint: "lift".into(), leader: "pan".into() });
 }
 
 #[test]
 fn movable_branches_before_the_last_body() {
     let branch = r#"<link name="camera"/><joint name="tilt" type="continuous"><parent link="bracket"/><child link="camera"/></joint></robot>"#;
     let error = refused("</robot>", branch);
-    let expected = UrdfError::Branch {
-        joint: "tilt".into(),
-        link: "bracket".into(),
-        base: "base".into(),
-        tip: "hand".into(),
-    };
+    let expected =
+        UrdfError::Branch { joint: "tilt".into(), link: "bracket".into(), base: "base".into(), tip: "hand".into() };
     assert_eq!(error, expected);
     // On the base it loads nothing: only the hand's own joint is cut.
     let second_arm = branch.replace("bracket", "base");
-    assert_eq!(
-        arm_with("</robot>", &second_arm).unwrap().cut_joints(),
-        ["grip"]
-    );
+    assert_eq!(arm_with("</robot>", &second_arm).unwrap().cut_joints(), ["grip"]);
 }
 
 #[test]
 fn numbers() {
-    assert_eq!(
-        refused(r#"xyz="0 -1 0""#, r#"xyz="0 0 0""#),
-        UrdfError::ZeroAxis {
-            joint: "lift".into()
-        }
-    );
+    assert_eq!(refused(r#"xyz="0 -1 0""#, r#"xyz="0 0 0""#), UrdfError::ZeroAxis { joint: "lift".into() });
     let error = refused(r#"lower="-1" upper="2""#, r#"lower="2" upper="-1""#);
-    let swapped = ChainError::Limits {
-        joint: "lift".into(),
-        lower: 2.0,
-        upper: -1.0,
-    };
+    let swapped = ChainError::Limits { joint: "lift".into(), lower: 2.0, upper: -1.0 };
     assert_eq!(error, UrdfError::Chain(swapped));
     assert_eq!(
         refused(r#"<mass value="2"/>"#, r#"<mass value="-2"/>"#),
-        UrdfError::NegativeMass {
-            link: "bracket".into(),
-            mass: -2.0
-        }
+        UrdfError::NegativeMass { link: "bracket".into(), mass: -2.0 }
     );
     let not_finite = [
-        (
-            r#"<mass value="2"/>"#,
-            r#"<mass value="nan"/>"#,
-            "mass or centre of mass of link `bracket`",
-        ),
-        (
-            r#"<origin xyz="0 0.5 0"/>"#,
-            r#"<origin xyz="0 inf 0"/>"#,
-            "mass or centre of mass of link `bracket`",
-        ),
-        (
-            r#"xyz="1 0 0""#,
-            r#"xyz="1 nan 0""#,
-            "origin of joint `mount`",
-        ),
-        (
-            r#"xyz="0.2 0 0""#,
-            r#"xyz="0.2 0 0" rpy="inf 0 0""#,
-            "origin of joint `lift`",
-        ),
-        (
-            r#"xyz="0 -1 0""#,
-            r#"xyz="0 nan 0""#,
-            "axis of joint `lift`",
-        ),
+        (r#"<mass value="2"/>"#, r#"<mass value="nan"/>"#, "mass or centre of mass of link `bracket`"),
+        (r#"<origin xyz="0 0.5 0"/>"#, r#"<origin xyz="0 inf 0"/>"#, "mass or centre of mass of link `bracket`"),
+        (r#"xyz="1 0 0""#, r#"xyz="1 nan 0""#, "origin of joint `mount`"),
+        (r#"xyz="0.2 0 0""#, r#"xyz="0.2 0 0" rpy="inf 0 0""#, "origin of joint `lift`"),
+        (r#"xyz="0 -1 0""#, r#"xyz="0 nan 0""#, "axis of joint `lift`"),
     ];
     for (from, to, what) in not_finite {
-        assert_eq!(
-            refused(from, to),
-            UrdfError::NotFinite { what: what.into() }
-        );
+        assert_eq!(refused(from, to), UrdfError::NotFinite { what: what.into() });
     }
     let error = refused(r#"lower="-1""#, r#"lower="nan""#);
-    let limits = ChainError::NotFinite {
-        what: "limits of joint `lift`".into(),
-    };
+    let limits = ChainError::NotFinite { what: "limits of joint `lift`".into() };
     assert_eq!(error, UrdfError::Chain(limits));
 }
 

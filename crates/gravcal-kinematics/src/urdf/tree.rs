@@ -40,14 +40,11 @@ impl<'a> Tree<'a> {
     fn attach(&mut self, joint: usize, index: &HashMap<&str, usize>) -> Result<(), UrdfError> {
         let robot = self.robot;
         let end = |role, link: &'a str| {
-            index
-                .get(link)
-                .copied()
-                .ok_or_else(|| UrdfError::UnknownLink {
-                    joint: self.joint_name(joint),
-                    role,
-                    link: link.to_owned(),
-                })
+            index.get(link).copied().ok_or_else(|| UrdfError::UnknownLink {
+                joint: self.joint_name(joint),
+                role,
+                link: link.to_owned(),
+            })
         };
         let parent = end("parent", &robot.joints[joint].parent.link)?;
         let child = end("child", &robot.joints[joint].child.link)?;
@@ -71,16 +68,10 @@ impl<'a> Tree<'a> {
         let mut open: Vec<usize> = (0..reached.len()).filter(is_root).collect();
         while let Some(link) = open.pop() {
             reached[link] = true;
-            open.extend(
-                self.child_joints(link)
-                    .iter()
-                    .map(|&joint| self.child(joint)),
-            );
+            open.extend(self.child_joints(link).iter().map(|&joint| self.child(joint)));
         }
         match reached.iter().position(|reached| !reached) {
-            Some(link) => Err(UrdfError::Loop {
-                links: self.loop_above(link),
-            }),
+            Some(link) => Err(UrdfError::Loop { links: self.loop_above(link) }),
             None => Ok(()),
         }
     }
@@ -98,24 +89,18 @@ impl<'a> Tree<'a> {
             upward.push(link);
             next = self.parent(link);
         }
-        upward
-            .into_iter()
-            .rev()
-            .map(|link| self.link_name(link))
-            .collect()
+        upward.into_iter().rev().map(|link| self.link_name(link)).collect()
     }
 
     /// Index of the link that is to be base or tip.
     pub fn find(&self, role: &'static str, name: &str) -> Result<usize, UrdfError> {
         let names = || self.robot.links.iter().map(|link| link.name.as_str());
-        names()
-            .position(|link| link == name)
-            .ok_or_else(|| UrdfError::MissingLink {
-                role,
-                name: name.to_owned(),
-                nearest: nearest(name, names()).map(str::to_owned),
-                links: names().map(str::to_owned).collect(),
-            })
+        names().position(|link| link == name).ok_or_else(|| UrdfError::MissingLink {
+            role,
+            name: name.to_owned(),
+            nearest: nearest(name, names()).map(str::to_owned),
+            links: names().map(str::to_owned).collect(),
+        })
     }
 
     /// The joints from base to tip, outward.
@@ -135,20 +120,17 @@ impl<'a> Tree<'a> {
 
     fn no_path(&self, base: usize, tip: usize) -> UrdfError {
         let above_tip = self.ancestors(tip);
-        let shared = self
-            .ancestors(base)
-            .into_iter()
-            .find(|link| above_tip.contains(link));
+        let shared = self.ancestors(base).into_iter().find(|link| above_tip.contains(link));
         let hint = match shared {
             Some(link) if link == tip => "the tip lies before the base; exchange the two".to_owned(),
-            Some(link) => format!("they branch apart at link `{}`; a base there, or before it, reaches the tip", self.link_name(link)),
-            None => "the URDF holds more than one tree, and they are in different ones; join the trees by a joint".to_owned(),
+            Some(link) => format!(
+                "they branch apart at link `{}`; a base there, or before it, reaches the tip",
+                self.link_name(link)
+            ),
+            None => "the URDF holds more than one tree, and they are in different ones; join the trees by a joint"
+                .to_owned(),
         };
-        UrdfError::NoPath {
-            base: self.link_name(base),
-            tip: self.link_name(tip),
-            hint,
-        }
+        UrdfError::NoPath { base: self.link_name(base), tip: self.link_name(tip), hint }
     }
 
     /// The link itself and all it hangs on, inward.

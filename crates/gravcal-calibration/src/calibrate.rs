@@ -1,0 +1,103 @@
+//! Runs the estimators of a session.
+
+use std::fmt;
+use std::str::FromStr;
+
+use thiserror::Error;
+
+use crate::joint::{EstimateError, Signals, estimate_jointly};
+use crate::result::EstimatorResult;
+use crate::sequential::{Plan, run_steps, tell_steps};
+use crate::session::Session;
+use crate::workbench::Workbench;
+
+/// The estimators that a user can choose by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum EstimatorName {
+    /// The paper's steps.
+    Sequential,
+    /// All unknowns together, all torque readings.
+    Joint,
+    /// All unknowns together, only the torque readings that the paper's steps read.
+    JointPaperSignals,
+}
+
+impl EstimatorName {
+    /// Every estimator.
+    pub const ALL: [EstimatorName; 3] =
+        [EstimatorName::Sequential, EstimatorName::Joint, EstimatorName::JointPaperSignals];
+
+    /// Those that run where nothing is chosen.
+    pub const DEFAULT: [EstimatorName; 2] = [EstimatorName::Sequential, EstimatorName::Joint];
+
+    /// The name in files and on the command line.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            EstimatorName::Sequential => "sequential",
+            EstimatorName::Joint => "joint",
+            EstimatorName::JointPaperSignals => "joint-paper-signals",
+        }
+    }
+}
+
+impl fmt::Display for EstimatorName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// No estimator has this name.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("unknown estimator `{name}`; there is: {known}")]
+pub struct UnknownEstimator {
+    name: String,
+    known: String,
+}
+
+impl FromStr for EstimatorName {
+    type Err = UnknownEstimator;
+
+    fn from_str(name: &str) -> Result<Self, UnknownEstimator> {
+        EstimatorName::ALL.into_iter().find(|e| e.as_str() == name).ok_or_else(|| UnknownEstimator {
+            name: name.to_owned(),
+            known: EstimatorName::ALL.map(EstimatorName::as_str).join(", "),
+        })
+    }
+}
+
+/// An estimator gave no answer at all.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{estimator}: {source}")]
+pub struct CalibrateError {
+    /// Which.
+    pub estimator: EstimatorName,
+    /// Why.
+    pub source: EstimateError,
+}
+
+/// Runs the estimators in the given order. The sequential steps, where they reach gravity, also offer the joint
+/// estimators a start.
+///
+/// # Errors
+/// Where one of them has no answer at all; not converging is a verdict.
+pub fn calibrate(
+    session: &Session,
+    estimators: &[EstimatorName],
+    workbench: &Workbench<'_>,
+) -> Result<Vec<EstimatorResult>, CalibrateError> {
+    let steps = run_steps(session, &Plan::new(session), workbench);
+    let known = steps.as_start(session);
+    estimators
+        .iter()
+        .map(|estimator| {
+            let result = match estimator {
+                EstimatorName::Sequential => tell_steps(session, &steps, workbench),
+                EstimatorName::Joint => estimate_jointly(session, Signals::All, known.as_ref(), workbench),
+                EstimatorName::JointPaperSignals => {
+                    estimate_jointly(session, Signals::PaperSteps, known.as_ref(), workbench)
+                }
+            };
+            result.map_err(|source| CalibrateError { estimator: *estimator, source })
+        })
+        .collect()
+}

@@ -1,0 +1,201 @@
+//! Parameters that the data do not determine, held while the rest is solved for.
+//!
+//! - **Gauges.** Where a combination of sensor parameters has no effect at all (the common scale of all torque gains),
+//!   one of them is held at its start, or the solution would drift along it. The held problem has the same optimum, and
+//!   is judged without the hold, so that nothing looks determined that is not.
+//! - **Idle joints.** A joint whose axis is parallel to gravity in every pose carries none of it, and its torque gain is
+//!   undetermined. Left free, the gain (and the moments that only this joint sees) would explain its noise by a tilt that
+//!   is not there. The gain is held at zero: the joint's readings then say only what they can, its bias.
+//! - **Runaways.** Where the data say too little of a parameter, its estimate may end anywhere, and linearized there the
+//!   others' uncertainty would mean nothing. It is put back to its nominal value and held.
+//!
+//! The last two are held in the judgement too, and the result says so. A runaway that is part of a combination without
+//! effect takes the combination's anchor with it, or the held value would seem to fix the combination.
+
+use gravcal_estimation::BlockId;
+
+use super::idle::idle_joints;
+use super::problem::{JointProblem, Readings, pose};
+use super::solve::Solved;
+use super::{EstimateError, Unknowns};
+use crate::judgement::Combination;
+use crate::parameter::Quantity;
+use crate::session::Session;
+use crate::workbench::Workbench;
+
+/// An undetermined gain ran away when it left its nominal value by this share of it, an offset by this angle in rad
+/// (or this way in m).
+const RUNAWAY_SHARE: f64 = 0.5;
+const RUNAWAY_ANGLE: f64 = 1.0;
+/// Rounds at most until the holds no longer change.
+const ROUNDS: usize = 6;
+
+/// A sensor parameter of which the data say too little, and the value at which it is held.
+#[derive(Clone, Debug)]
+pub(crate) struct SetAside {
+    pub parameter: (usize, Quantity),
+    pub value: f64,
+    /// How it is told among what is undetermined.
+    pub combination: Combination,
+}
+
+/// What is held.
+#[derive(Clone, Debug)]
+pub(super) struct Holds {
+    set_aside: Vec<SetAside>,
+    gauges: Vec<(usize, Quantity)>,
+    /// Joints that were idle at any solution so far.
+    idle: Vec<bool>,
+}
+
+impl Holds {
+    /// The gauges that the readings need, judged at `start`.
+    pub fn at_start(session: &Session, readings: &Readings, start: &Unknowns) -> Result<Holds, EstimateError> {
+        let mut holds = Holds { set_aside: Vec::new(), gauges: Vec::new(), idle: vec![false; session.joints.len()] };
+        holds.start_over(session, readings, start)?;
+        Ok(holds)
+    }
+
+    /// Forgets what was held but for idle joints' gains, and finds the gauges anew.
+    fn start_over(&mut self, session: &Session, readings: &Readings, start: &Unknowns) -> Result<(), EstimateError> {
+        self.set_aside.retain(SetAside::is_idle_joint);
+        let posed = pose_with(session, readings, start, &self.set_aside)?;
+        let judged = Solved::at_start(readings.clone(), posed)?.with_holds(&self.set_aside, &self.idle);
+        self.gauges = gauges(session, &judged);
+        Ok(())
+    }
+
+    /// Solves from `start` until no further parameter needs to be held.
+    pub fn solve(
+        &mut self,
+        session: &Session,
+        readings: &Readings,
+        start: &Unknowns,
+        workbench: &Workbench<'_>,
+    ) -> Result<Solved, EstimateError> {
+        let mut from = start.clone();
+        for round in 0.. {
+            let posed = pose_with(session, readings, &from, &self.set_aside)?;
+            let held: Vec<BlockId> = self.gauges.iter().map(|(j, q)| posed.layout.sensors[*j][*q as usize]).collect();
+            let problem = posed.problem.holding(&held, "a combination that has no effect is fixed by it");
+            let estimate = workbench.solve(&problem, &posed.initial)?;
+            let solved = Solved::judged(readings.clone(), posed, estimate)?;
+            let idle = idle_joints(session, &solved.unknowns(&from));
+            let newly_idle = (0..idle.len()).any(|joint| idle[joint] && !self.idle[joint]);
+            self.idle.iter_mut().zip(idle).for_each(|(ever, now)| *ever |= now);
+            let solved = solved.with_holds(&self.set_aside, &self.idle);
+            let more = undetermined_to_hold(session, &solved);
+            let gauges = gauges(session, &solved);
+            if round == ROUNDS || (gauges == self.gauges && more.is_empty() && !self.held_wrongly(newly_idle)) {
+                return Ok(solved);
+            }
+            self.set_aside.extend(more.iter().cloned());
+            if self.held_wrongly(newly_idle) || more.iter().any(SetAside::is_idle_joint) {
+                self.start_over(session, readings, start)?;
+                from = start.clone();
+            } else if more.is_empty() {
+                from = solved.unknowns(&from);
+                self.gauges = gauges;
+            } else {
+                // What ran away left the others where nothing good starts from.
+                self.gauges = gauges;
+                from = start.clone();
+            }
+        }
+        unreachable!("the loop returns")
+    }
+
+    /// Whether a joint that turned out to be idle anchors a combination.
+    fn held_wrongly(&self, newly_idle: bool) -> bool {
+        let anchors = self.set_aside.iter().filter(|s| !s.is_idle_joint()).map(|s| s.parameter);
+        newly_idle && anchors.chain(self.gauges.iter().copied()).any(|(j, q)| q == Quantity::TorqueGain && self.idle[j])
+    }
+}
+
+impl SetAside {
+    /// Whether this is the gain of a joint that carries no gravity.
+    pub fn is_idle_joint(&self) -> bool {
+        self.parameter.1 == Quantity::TorqueGain && self.value == 0.0
+    }
+}
+
+fn pose_with(
+    session: &Session,
+    readings: &Readings,
+    start: &Unknowns,
+    set_aside: &[SetAside],
+) -> Result<JointProblem, EstimateError> {
+    let mut start = start.clone();
+    for SetAside { parameter: (joint, quantity), value, .. } in set_aside {
+        start.sensors[*joint][*quantity as usize] = *value;
+    }
+    let mut posed = pose(session, readings, &start)?;
+    let held: Vec<BlockId> =
+        set_aside.iter().map(|s| posed.layout.sensors[s.parameter.0][s.parameter.1 as usize]).collect();
+    posed.problem = posed.problem.holding(&held, "undetermined");
+    Ok(posed)
+}
+
+/// The anchor of each combination without any effect.
+fn gauges(session: &Session, solved: &Solved) -> Vec<(usize, Quantity)> {
+    let without_effect = |c: &&Combination| c.std_over_limit.is_none() && !c.gravity;
+    let combinations = solved.judge(session).combinations;
+    combinations.iter().filter(without_effect).filter_map(|c| c.anchor).collect()
+}
+
+/// Idle joints' torque gains, and runaways.
+fn undetermined_to_hold(session: &Session, solved: &Solved) -> Vec<SetAside> {
+    let posed = &solved.posed;
+    let id = |joint: usize, quantity: Quantity| posed.layout.sensors[joint][quantity as usize];
+    let unknowns = solved.unknowns(&Unknowns::nominal(session));
+    let combinations = solved.judge(session).combinations;
+    let mut found = Vec::new();
+    for combination in &combinations {
+        for (joint, quantity, coefficient) in &combination.sensors {
+            let (joint, quantity) = (*joint, *quantity);
+            if posed.problem.columns_of(id(joint, quantity)).is_empty() {
+                continue; // held already
+            }
+            let nominal = session.joints[joint].of(quantity).nominal;
+            let alone = Combination {
+                sensors: vec![(joint, quantity, *coefficient)],
+                gravity: false,
+                std_over_limit: combination.std_over_limit,
+                anchor: None,
+            };
+            let weak = combination.std_over_limit.is_some();
+            if quantity == Quantity::TorqueGain && (weak || combination.sensors.len() == 1) && solved.idle[joint] {
+                found.push(SetAside { parameter: (joint, quantity), value: 0.0, combination: alone });
+            } else if weak && ran_away(unknowns.sensors[joint][quantity as usize], nominal, quantity) {
+                found.push(SetAside { parameter: (joint, quantity), value: nominal, combination: alone });
+            }
+        }
+    }
+    // With an idle joint held, what only looked weak beside it is judged anew.
+    if found.iter().any(SetAside::is_idle_joint) {
+        found.retain(SetAside::is_idle_joint);
+        return found;
+    }
+    let broken = combinations.iter().filter(|c| found.iter().any(|s| c.breaks_with(s.parameter)));
+    let anchors: Vec<SetAside> = broken
+        .filter_map(|combination| {
+            let (joint, quantity) = combination.anchor?;
+            if found.iter().any(|s| s.parameter == (joint, quantity)) {
+                return None;
+            }
+            let value = session.joints[joint].of(quantity).nominal;
+            Some(SetAside { parameter: (joint, quantity), value, combination: combination.clone() })
+        })
+        .collect();
+    found.extend(anchors);
+    found
+}
+
+fn ran_away(value: f64, nominal: f64, quantity: Quantity) -> bool {
+    let distance = (value - nominal).abs();
+    match quantity {
+        Quantity::TorqueGain | Quantity::PositionGain => distance > RUNAWAY_SHARE * nominal.abs(),
+        Quantity::PositionOffset => distance > RUNAWAY_ANGLE,
+        Quantity::TorqueBias => false,
+    }
+}

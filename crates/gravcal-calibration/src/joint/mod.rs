@@ -1,0 +1,252 @@
+//! The joint estimator: every torque reading once, all unknowns together.
+
+mod hold;
+mod idle;
+mod problem;
+mod solve;
+mod start;
+mod unknowns;
+
+use gravcal_estimation::{EvaluateError, SolveError};
+use thiserror::Error;
+
+use crate::judgement::{Judgement, Quantile, Situation, determined_moments, gravity_result, judge};
+use crate::parameter::Quantity;
+use crate::result::{CovarianceResult, EstimatorResult, GravityResult, ParameterResult, Undetermined, Verdict};
+use crate::sequential::Plan;
+use crate::session::{LAST_FRAME_CHOICE, Session};
+use crate::workbench::Workbench;
+
+use hold::SetAside;
+pub(crate) use idle::idle_joints;
+pub use problem::{JointProblem, PosingError, Readings, pose};
+pub use solve::{Solved, solve};
+pub(crate) use solve::{fit_with_held_out, solve_posed};
+pub use unknowns::{Layout, Unknowns};
+
+/// The joint problem could not be solved.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum EstimateError {
+    /// It could not be posed.
+    #[error(transparent)]
+    Posing(#[from] PosingError),
+    /// It could not be solved.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    /// It could not be judged.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+}
+
+/// Which torque readings an estimator may use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signals {
+    /// All of them.
+    All,
+    /// Only those that the paper's steps read.
+    PaperSteps,
+}
+
+/// Solves the joint problem, from `known` values (the sequential estimator's) if they start it better than the
+/// nominal ones.
+///
+/// # Errors
+/// Where there is no answer at all; not converging is a verdict.
+pub fn estimate_jointly(
+    session: &Session,
+    signals: Signals,
+    known: Option<&Unknowns>,
+    workbench: &Workbench<'_>,
+) -> Result<EstimatorResult, EstimateError> {
+    let name = match signals {
+        Signals::All => "joint",
+        Signals::PaperSteps => "joint-paper-signals",
+    };
+    let solved = solve(session, &select(session, signals), known, workbench)?;
+    let fit = solve::fit_with_held_out(session, &solved, workbench)?;
+    Ok(tell(session, name, &solved, Some(fit)))
+}
+
+/// The torque readings that an estimator may use, with a first guess of unstated noise.
+pub fn select(session: &Session, signals: Signals) -> Readings {
+    let noise = solve::first_noise(session);
+    match signals {
+        Signals::All => Readings::select(session, noise, |_, _| true),
+        Signals::PaperSteps => {
+            let read = Plan::new(session).readings();
+            Readings::select(session, noise, |pose, joint| read.contains(&(pose, joint)))
+        }
+    }
+}
+
+/// Tells a solved problem in words and numbers.
+fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::result::Fit>) -> EstimatorResult {
+    let judgement = solved.judge(session);
+    let situation = solved.situation(session);
+    let gravity = judgement.gravity.then(|| solved.gravity(session));
+    let parameters = tell_parameters(session, solved, &judgement);
+    let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
+    undetermined.extend(last_frame_choice(session));
+    let converged = solved.estimate.termination.converged();
+    let complete =
+        parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));
+    let mirrored = mirrored_gains(session, solved, &parameters);
+    let mut notes = frame_notes(session);
+    notes.extend(set_aside_notes(session, solved));
+    notes.extend(mirrored.iter().cloned());
+    EstimatorResult {
+        name: name.to_owned(),
+        verdict: match (converged && mirrored.is_empty(), complete) {
+            (false, _) => Verdict::Failed,
+            (true, true) => Verdict::Determined,
+            (true, false) => Verdict::PartlyDetermined,
+        },
+        termination: solved.estimate.termination.to_string(),
+        iterations: solved.estimate.iterations.len().saturating_sub(1),
+        covariance: tell_covariance(session, solved, &judgement),
+        moments: determined_moments(
+            &solved.posed.problem,
+            &solved.estimate.values,
+            &solved.posed.layout,
+            &solved.spectrum,
+            &solved.covariance,
+        ),
+        gravity,
+        parameters,
+        undetermined,
+        fit,
+        notes,
+    }
+}
+
+fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
+    let quantile = solved.quantile(session);
+    let mut parameters = Vec::new();
+    for (joint, ids) in solved.posed.layout.sensors.iter().enumerate() {
+        for quantity in Quantity::ALL {
+            let id = ids[quantity as usize];
+            let value = solved.estimate.values.scalar(id);
+            let std = solved.sensor_std(joint, quantity);
+            let mut told = session.blank_parameter(joint, quantity);
+            told.determined = judgement.parameters[joint][quantity as usize] && told.determined;
+            if told.determined {
+                told.value = Some(value);
+                told.std = Some(std);
+                told.ci95 = Some(quantile.interval(value, std));
+            }
+            parameters.push(told);
+        }
+    }
+    parameters
+}
+
+/// A gain of the other sign than declared is the mirror image of a solution, not an answer.
+fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
+    let mut mirrored = Vec::new();
+    for (joint, ids) in solved.posed.layout.sensors.iter().enumerate() {
+        for quantity in [Quantity::TorqueGain, Quantity::PositionGain] {
+            let name = quantity.name(&session.robot.chain.joints()[joint].name);
+            let value = solved.estimate.values.scalar(ids[quantity as usize]);
+            let determined = parameters.iter().any(|p| p.name == name && p.determined);
+            if determined && value * session.joints[joint].of(quantity).nominal < 0.0 {
+                mirrored.push(format!(
+                    "{name} came out as {value:.4}, of the other sign than declared: if the sensor is mounted \
+                     reversed, say so ({}_sign = \"reversed\" in its [[joint]])",
+                    if quantity == Quantity::TorqueGain { "torque" } else { "position" },
+                ));
+            }
+        }
+    }
+    mirrored
+}
+
+fn tell_covariance(session: &Session, solved: &Solved, judgement: &Judgement) -> CovarianceResult {
+    let layout = &solved.posed.layout;
+    let mut blocks = Vec::new();
+    if judgement.gravity {
+        blocks.push(layout.gravity);
+    }
+    for (joint, ids) in layout.sensors.iter().enumerate() {
+        for quantity in Quantity::ALL {
+            let free = session.held_reason(joint, quantity).is_none();
+            if free && judgement.parameters[joint][quantity as usize] {
+                blocks.push(ids[quantity as usize]);
+            }
+        }
+    }
+    let problem = &solved.posed.problem;
+    let stored = solved.covariance.stored(problem, &solved.estimate.values, &blocks);
+    let order: Vec<String> = blocks
+        .iter()
+        .flat_map(|id| (0..problem.block(*id).len()).map(|i| problem.block(*id).component_name(i)))
+        .collect();
+    CovarianceResult { matrix: stored.chunks(order.len().max(1)).map(<[f64]>::to_vec).collect(), order }
+}
+
+/// The choice of the last link's frame, told as something undetermined.
+pub(crate) fn last_frame_choice(session: &Session) -> Option<Undetermined> {
+    let last = session.joints.len() - 1;
+    let name = Quantity::PositionOffset.name(&session.robot.chain.joints()[last].name);
+    (session.held_reason(last, Quantity::PositionOffset) == Some(LAST_FRAME_CHOICE)).then(|| Undetermined {
+        combination: name.clone(),
+        parameters: vec![name],
+        why: "a choice of the last link's frame: turning it turns the unknown moments and placements along".into(),
+        cure: "state a load's position in the last link (position_m)".into(),
+    })
+}
+
+/// Which parameters were set aside, in words.
+fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
+    let tell = |aside: &SetAside| {
+        let (joint, quantity) = aside.parameter;
+        let joint_name = &session.robot.chain.joints()[joint].name;
+        if aside.is_idle_joint() {
+            return format!("{joint_name} carries no gravity: its torque readings enter through its bias only.");
+        }
+        let name = quantity.name(joint_name);
+        format!(
+            "The data say too little of {name}: the rest, moments included, is estimated with it at {}.",
+            aside.value
+        )
+    };
+    solved.set_aside.iter().map(tell).collect()
+}
+
+/// What every estimator's reader should know of the frames.
+pub(crate) fn frame_notes(session: &Session) -> Vec<String> {
+    let first = &session.robot.chain.joints()[0].name;
+    vec![format!("{first}.position_offset is zero by definition of the base frame.")]
+}
+
+impl Solved {
+    /// What is determined, with what was set aside counted as not.
+    pub(crate) fn judge(&self, session: &Session) -> Judgement {
+        let posed = &self.posed;
+        let spreads = session.torque_spreads();
+        let values = &self.estimate.values;
+        let mut judgement = judge(session, &posed.problem, values, &posed.layout, &self.spectrum, &spreads, &self.idle);
+        for SetAside { combination, .. } in &self.set_aside {
+            for (joint, quantity, _) in &combination.sensors {
+                judgement.parameters[*joint][*quantity as usize] = false;
+            }
+            judgement.combinations.push(combination.clone());
+        }
+        judgement
+    }
+
+    pub(crate) fn situation<'s>(&self, session: &'s Session) -> Situation<'s> {
+        let g = self.estimate.values.get(self.posed.layout.gravity);
+        let read = (0..session.joints.len()).map(|joint| self.posed.rows.iter().any(|(_, j)| *j == joint)).collect();
+        Situation { session, gravity: [g[0], g[1], g[2]], read, idle: self.idle.clone() }
+    }
+
+    fn quantile(&self, session: &Session) -> Quantile {
+        let estimated = session.noise_estimated().iter().any(|e| *e);
+        Quantile::new(estimated, self.posed.problem.rows().saturating_sub(self.spectrum.rank()))
+    }
+
+    fn gravity(&self, session: &Session) -> GravityResult {
+        let g = self.estimate.values.get(self.posed.layout.gravity);
+        gravity_result([g[0], g[1], g[2]], &self.gravity_covariance(), session.asks("gravity"))
+    }
+}

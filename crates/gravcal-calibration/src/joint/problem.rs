@@ -1,0 +1,227 @@
+//! The joint problem: all residuals over all unknowns, every torque reading exactly once, as pose torque.
+
+use std::sync::Arc;
+
+use gravcal_estimation::{
+    Block, BlockId, Factor, Manifold, Noise, NoiseError, Problem, ProblemBuilder, ProblemError, Values,
+};
+use thiserror::Error;
+
+use super::unknowns::{Layout, Unknowns};
+use crate::parameter::Quantity;
+use crate::residuals::{CarriedLoad, GravityNorm, LoadDistance, PoseTorque, PoseTorqueBlocks, Prior};
+use crate::session::{InertiaKnowledge, Knowledge, KnowledgeKind, Session};
+
+/// Centre of mass from which an assumed mass's moment is taken to be uncertain, m: see [`moment_std`].
+const TYPICAL_LEVER: f64 = 0.1;
+
+/// The joint problem cannot be posed.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum PosingError {
+    /// See [`ProblemError`].
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// See [`NoiseError`].
+    #[error(transparent)]
+    Noise(#[from] NoiseError),
+}
+
+/// Which torque readings enter, and how uncertain they are.
+#[derive(Clone, Debug)]
+pub struct Readings {
+    /// Joints whose torque enters, for each pose of the session.
+    pub used: Vec<Vec<usize>>,
+    /// Standard deviation, by joint, of readings that state none; unit of the reading.
+    pub noise: Vec<f64>,
+}
+
+impl Readings {
+    /// Every torque reading of the session for which `keep(pose, joint)` holds.
+    pub fn select(session: &Session, noise: Vec<f64>, keep: impl Fn(usize, usize) -> bool) -> Readings {
+        let used = session
+            .poses
+            .iter()
+            .enumerate()
+            .map(|(index, pose)| {
+                (0..pose.torque.len()).filter(|joint| pose.torque[*joint].is_some() && keep(index, *joint)).collect()
+            })
+            .collect();
+        Readings { used, noise }
+    }
+
+    /// Standard deviation of one reading, unit of the reading.
+    pub fn std(&self, session: &Session, pose: usize, joint: usize) -> f64 {
+        session.poses[pose].torque[joint].as_ref().and_then(|r| r.std).unwrap_or(self.noise[joint])
+    }
+}
+
+/// A posed joint problem.
+#[derive(Clone, Debug)]
+pub struct JointProblem {
+    /// The problem.
+    pub problem: Problem,
+    /// Its start.
+    pub initial: Values,
+    /// Its blocks.
+    pub layout: Layout,
+    /// Pose and joint of each torque row; these rows come first.
+    pub rows: Vec<(usize, usize)>,
+}
+
+/// Poses the joint problem with the given readings, from the given start.
+///
+/// # Errors
+/// Where there is nothing to measure or nothing unknown.
+pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, PosingError> {
+    let mut builder = ProblemBuilder::new();
+    let layout = add_blocks(session, readings, start, &mut builder);
+    let rows = add_pose_torques(session, readings, &layout, &mut builder)?;
+    add_knowledge(session, &layout, &mut builder)?;
+    let (problem, initial) = builder.build()?;
+    Ok(JointProblem { problem, initial, layout, rows })
+}
+
+/// The same with the torque readings alone: no prior, no known norm, no known distance.
+///
+/// # Errors
+/// As [`pose`].
+pub(crate) fn pose_readings_alone(
+    session: &Session,
+    readings: &Readings,
+    start: &Unknowns,
+) -> Result<JointProblem, PosingError> {
+    let mut builder = ProblemBuilder::new();
+    let layout = add_blocks(session, readings, start, &mut builder);
+    let rows = add_pose_torques(session, readings, &layout, &mut builder)?;
+    let (problem, initial) = builder.build()?;
+    Ok(JointProblem { problem, initial, layout, rows })
+}
+
+fn add_blocks(session: &Session, readings: &Readings, start: &Unknowns, builder: &mut ProblemBuilder) -> Layout {
+    let joints = session.robot.chain.joints();
+    let gravity = builder.add_block(gravity_block(session), &start.gravity);
+    let sensors = joints
+        .iter()
+        .enumerate()
+        .map(|(index, joint)| {
+            Quantity::ALL.map(|quantity| {
+                let unit = session.parameter_unit(index, quantity);
+                let block = Block::scalar(quantity.name(&joint.name), unit);
+                let block = match session.held_reason(index, quantity) {
+                    Some(reason) => block.held(reason),
+                    None => block,
+                };
+                builder.add_block(block, &[start.sensors[index][quantity as usize]])
+            })
+        })
+        .collect();
+    let inertia = session.robot.chain.links().iter().zip(&start.inertia).map(|(link, value)| {
+        let mut block =
+            Block::vector(link.name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);
+        block.units[0] = "kg".into();
+        builder.add_block(block, value)
+    });
+    let inertia = inertia.collect();
+    let loads = (0..session.loads.len())
+        .map(|load| {
+            let carried = |pose: usize| session.poses[pose].load == Some(load) && !readings.used[pose].is_empty();
+            (0..session.poses.len())
+                .any(carried)
+                .then(|| builder.add_block(load_block(session, load), &start.loads[load]))
+        })
+        .collect();
+    Layout { gravity, sensors, inertia, loads }
+}
+
+fn gravity_block(session: &Session) -> Block {
+    let block = Block::vector("gravity", "m/s²", &["x", "y", "z"]);
+    match session.gravity.magnitude_std {
+        Some(_) => block,
+        None => block.on(Manifold::Sphere { radius: session.gravity.magnitude }),
+    }
+}
+
+fn load_block(session: &Session, load: usize) -> Block {
+    let load = &session.loads[load];
+    let block = Block::vector(format!("load.{}.position", load.name), "m", &["x", "y", "z"]);
+    match (load.position, load.position_std) {
+        (Some(_), None) => block.held("its position in the link is given as exact"),
+        _ => block,
+    }
+}
+
+fn add_pose_torques(
+    session: &Session,
+    readings: &Readings,
+    layout: &Layout,
+    builder: &mut ProblemBuilder,
+) -> Result<Vec<(usize, usize)>, NoiseError> {
+    let chain = Arc::new(session.robot.chain.clone());
+    let blocks =
+        PoseTorqueBlocks { gravity: layout.gravity, sensors: layout.sensors.clone(), inertia: layout.inertia.clone() };
+    let mut rows = Vec::new();
+    for (index, pose) in session.poses.iter().enumerate() {
+        let used = &readings.used[index];
+        if used.is_empty() {
+            continue;
+        }
+        let load = pose.load.and_then(|load| {
+            let position = layout.loads[load]?;
+            Some(CarriedLoad { position, mass: session.loads[load].mass, link: session.loads[load].link })
+        });
+        let values = used.iter().filter_map(|joint| Some((*joint, pose.torque[*joint].as_ref()?.value))).collect();
+        let std: Vec<f64> = used.iter().map(|joint| readings.std(session, index, *joint)).collect();
+        let residual = PoseTorque::new(Arc::clone(&chain), &blocks, pose.position.clone(), values, load);
+        builder.add_factor(Factor::new(residual, Noise::independent(&std)?));
+        rows.extend(used.iter().map(|joint| (index, *joint)));
+    }
+    Ok(rows)
+}
+
+fn add_knowledge(session: &Session, layout: &Layout, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
+    if let Some(std) = session.gravity.magnitude_std {
+        let residual = GravityNorm::new(layout.gravity, session.gravity.magnitude);
+        builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
+    }
+    for (joint, ids) in session.joints.iter().zip(&layout.sensors) {
+        for quantity in Quantity::ALL {
+            if let Knowledge { nominal, kind: KnowledgeKind::Prior { std } } = joint.of(quantity) {
+                add_prior(builder, ids[quantity as usize], vec![nominal], &[std])?;
+            }
+        }
+    }
+    if let InertiaKnowledge::Model { relative_std } = session.inertia {
+        for (link, id) in session.robot.chain.links().iter().zip(&layout.inertia) {
+            if let Some(inertia) = &link.inertia {
+                let [x, y, z] = inertia.first_moment;
+                let moment = relative_std * moment_std(inertia.mass, [x, y, z]);
+                let std = [relative_std * inertia.mass, moment, moment, moment];
+                add_prior(builder, *id, vec![inertia.mass, x, y, z], &std)?;
+            }
+        }
+    }
+    for (load, id) in session.loads.iter().zip(&layout.loads) {
+        if let (Some(position), Some(std), Some(id)) = (load.position, load.position_std, id) {
+            add_prior(builder, *id, position.to_vec(), &[std; 3])?;
+        }
+    }
+    for known in &session.load_distances {
+        if let [Some(a), Some(b)] = known.between.map(|load| layout.loads[load]) {
+            let residual = LoadDistance::new([a, b], known.distance);
+            builder.add_factor(Factor::new(residual, Noise::independent(&[known.std])?));
+        }
+    }
+    Ok(())
+}
+
+fn add_prior(builder: &mut ProblemBuilder, block: BlockId, expected: Vec<f64>, std: &[f64]) -> Result<(), NoiseError> {
+    builder.add_factor(Factor::new(Prior::new(block, expected), Noise::independent(std)?));
+    Ok(())
+}
+
+/// Size of a first moment for a relative uncertainty, kg·m: that of the moment itself, but at least that of the
+/// mass at [`TYPICAL_LEVER`], so that a moment drawn as zero is not taken as exact.
+fn moment_std(mass: f64, moment: [f64; 3]) -> f64 {
+    let length = moment.iter().map(|c| c * c).sum::<f64>().sqrt();
+    length.max(mass * TYPICAL_LEVER)
+}

@@ -1,0 +1,184 @@
+//! Solving the joint problem: start, unstated noise, the second fit that leaves a tenth of the poses out.
+
+use gravcal_estimation::{Covariance, Estimate, EvaluateError, Spectrum, Termination};
+
+use super::hold::{Holds, SetAside};
+use super::problem::{JointProblem, Readings, pose};
+use super::start::best_start;
+use super::{EstimateError, Unknowns};
+use crate::judgement::{fit, held_out};
+use crate::parameter::Quantity;
+use crate::result::Fit;
+use crate::session::Session;
+use crate::workbench::Workbench;
+
+/// One pose in so many is held out of the second fit.
+const HELD_OUT_SHARE: usize = 10;
+/// Rounds of noise estimation at most, and the relative change at which they end.
+const NOISE_ROUNDS: usize = 8;
+const NOISE_TOLERANCE: f64 = 1e-3;
+/// A solved and judged joint problem.
+#[derive(Debug)]
+pub struct Solved {
+    /// The readings that entered, with the noise that was stated or found.
+    pub readings: Readings,
+    /// The problem.
+    pub posed: JointProblem,
+    /// Its solution.
+    pub estimate: Estimate,
+    /// What the data determine there.
+    pub spectrum: Spectrum,
+    /// How well.
+    pub covariance: Covariance,
+    /// Parameters of which the data say too little, and which were held.
+    pub(crate) set_aside: Vec<SetAside>,
+    /// Joints that carry no gravity.
+    pub(crate) idle: Vec<bool>,
+}
+
+/// Solves for everything, from `known` values if they start the problem better than the nominal ones; noise that no
+/// reading states is estimated from the residuals of each joint.
+///
+/// # Errors
+/// Where there is no answer at all; not converging is a [`gravcal_estimation::Termination`].
+pub fn solve(
+    session: &Session,
+    readings: &Readings,
+    known: Option<&Unknowns>,
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
+    workbench.tell("starting values");
+    let mut start = best_start(session, readings, known)?;
+    let mut readings = readings.clone();
+    let mut holds = Holds::at_start(session, &readings, &start)?;
+    for round in 0.. {
+        workbench.tell("all unknowns together");
+        let solved = holds.solve(session, &readings, &start, workbench)?;
+        if !session.noise_estimated().iter().any(|e| *e) || round == NOISE_ROUNDS {
+            return Ok(solved);
+        }
+        let noise = solved.residual_noise(session)?;
+        let settled = noise.iter().zip(&readings.noise).all(|(new, old)| (new / old - 1.0).abs() < NOISE_TOLERANCE);
+        start = Unknowns::of(&solved.estimate.values, &solved.posed.layout, &start);
+        readings.noise = noise;
+        if settled {
+            return Ok(solved);
+        }
+    }
+    unreachable!("the loop returns")
+}
+
+/// Solves a posed problem and judges the solution.
+pub(crate) fn solve_posed(
+    readings: Readings,
+    posed: JointProblem,
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
+    let estimate = workbench.solve(&posed.problem, &posed.initial)?;
+    Ok(Solved::judged(readings, posed, estimate)?)
+}
+
+/// A first standard deviation for joints whose readings state none: a hundredth of the readings' spread.
+pub(super) fn first_noise(session: &Session) -> Vec<f64> {
+    session.torque_spreads().iter().map(|spread| if *spread > 0.0 { 0.01 * spread } else { 1.0 }).collect()
+}
+
+impl Solved {
+    /// Standard deviation of each joint's residuals, allowing for the parameters that the rows themselves took up.
+    fn residual_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+        let rows = self.posed.problem.augmented_jacobian(&self.estimate.values)?;
+        let leverages = self.spectrum.leverages(&rows);
+        let width = self.posed.problem.columns().len() + 1;
+        let mut sums = vec![(0.0, 0.0); session.joints.len()];
+        for (index, (pose, joint)) in self.posed.rows.iter().enumerate() {
+            let std = self.readings.std(session, *pose, *joint);
+            let residual = rows[index * width + width - 1] * std;
+            sums[*joint].0 += residual * residual;
+            sums[*joint].1 += (1.0 - leverages[index]).max(0.0);
+        }
+        let noise = sums.iter().zip(&self.readings.noise).map(|((squares, freedom), old)| {
+            if *squares > 0.0 && *freedom > 0.0 { (squares / freedom).sqrt() } else { *old }
+        });
+        Ok(noise.collect())
+    }
+
+    /// Judges a problem at its start, without solving it.
+    ///
+    /// # Errors
+    /// Where it cannot be evaluated there.
+    pub fn at_start(readings: Readings, posed: JointProblem) -> Result<Solved, EvaluateError> {
+        let estimate = Estimate {
+            values: posed.initial.clone(),
+            cost: posed.problem.cost(&posed.initial)?,
+            termination: Termination::Stopped,
+            iterations: Vec::new(),
+        };
+        Solved::judged(readings, posed, estimate)
+    }
+
+    pub(super) fn judged(readings: Readings, posed: JointProblem, estimate: Estimate) -> Result<Solved, EvaluateError> {
+        let spectrum = Spectrum::new(&posed.problem, &estimate.values)?;
+        let covariance = spectrum.covariance();
+        let idle = vec![false; posed.layout.sensors.len()];
+        Ok(Solved { readings, posed, estimate, spectrum, covariance, set_aside: Vec::new(), idle })
+    }
+
+    pub(super) fn with_holds(self, set_aside: &[SetAside], idle: &[bool]) -> Solved {
+        Solved { set_aside: set_aside.to_vec(), idle: idle.to_vec(), ..self }
+    }
+
+    /// Standard deviation of a sensor parameter, in its unit; 0 where it is held.
+    pub fn sensor_std(&self, joint: usize, quantity: Quantity) -> f64 {
+        let id = self.posed.layout.sensors[joint][quantity as usize];
+        self.posed.problem.columns_of(id).next().map_or(0.0, |column| self.covariance.std(column))
+    }
+
+    /// Covariance of gravity in base coordinates, 3 × 3, row-major, (m/s²)².
+    pub fn gravity_covariance(&self) -> Vec<f64> {
+        self.covariance.stored(&self.posed.problem, &self.estimate.values, &[self.posed.layout.gravity])
+    }
+
+    /// The solution as plain numbers.
+    pub fn unknowns(&self, fallback: &Unknowns) -> Unknowns {
+        Unknowns::of(&self.estimate.values, &self.posed.layout, fallback)
+    }
+}
+
+/// Tells the fit, with the prediction of a tenth of the poses by a second fit that did not see them.
+///
+/// What the first problem held beyond the session's own choices, the second holds too.
+pub(crate) fn fit_with_held_out(
+    session: &Session,
+    solved: &Solved,
+    workbench: &Workbench<'_>,
+) -> Result<Fit, EstimateError> {
+    let whitened = solved.posed.problem.residuals(&solved.estimate.values)?;
+    let mut told = fit(session, &solved.readings, &solved.posed, &solved.estimate, &whitened, solved.spectrum.rank());
+    workbench.tell("predicting held-out poses");
+    let is_held_out = |pose: usize| pose % HELD_OUT_SHARE == HELD_OUT_SHARE / 2;
+    let part = |held: bool| {
+        let mut readings = solved.readings.clone();
+        let other = readings.used.iter_mut().enumerate().filter(|(pose, _)| is_held_out(*pose) != held);
+        other.for_each(|(_, used)| used.clear());
+        readings
+    };
+    let start = solved.unknowns(&Unknowns::nominal(session));
+    let Ok(mut seen) = pose(session, &part(false), &start) else { return Ok(told) };
+    let also_held: Vec<_> = seen
+        .problem
+        .block_ids()
+        .filter(|id| {
+            let twin = solved.posed.problem.find(&seen.problem.block(*id).name);
+            twin.is_some_and(|twin| solved.posed.problem.block(twin).held.is_some())
+        })
+        .collect();
+    seen.problem = seen.problem.holding(&also_held, "held in the first fit");
+    let estimate = workbench.solve(&seen.problem, &seen.initial)?;
+    let prediction = Unknowns::of(&estimate.values, &seen.layout, &start);
+    let held = part(true);
+    if let Ok(posed) = pose(session, &held, &prediction) {
+        let whitened = posed.problem.residuals(&posed.initial)?;
+        told.held_out = Some(held_out(session, &held, &posed.rows, &whitened));
+    }
+    Ok(told)
+}

@@ -1,0 +1,102 @@
+//! Where the joint problem starts.
+//!
+//! For given gravity, gains and offsets every torque reading is linear in the biases, the links' masses and moments
+//! and the placements of the loads. So a candidate is a direction of gravity (with the nominal sensor values, or
+//! those that the sequential estimator found), its worth is the cost after that linear problem is solved, and the
+//! best candidate wins.
+
+use gravcal_estimation::{BlockId, DenseLinearization, Linearization};
+
+use super::problem::{PosingError, Readings, pose_readings_alone};
+use super::unknowns::Unknowns;
+use crate::parameter::Quantity;
+use crate::session::Session;
+
+/// Directions tried besides the declared one.
+const DIRECTIONS: usize = 48;
+/// Poses that suffice to compare candidates.
+const POSES: usize = 120;
+/// Damping that leaves combinations without information where they are, and nothing else: column-relative.
+const FAINT_DAMPING: f64 = 1e-14;
+/// Angle by which the declared direction is left, rad: exactly along an axis, the moments that the axis would carry
+/// have no effect, and nothing could be said of them.
+const OFF_AXIS: f64 = 0.02;
+
+/// The best of `known` (if any) and the nominal values under directions spread over the declared hemisphere.
+pub(super) fn best_start(
+    session: &Session,
+    readings: &Readings,
+    known: Option<&Unknowns>,
+) -> Result<Unknowns, PosingError> {
+    let sample = thinned(readings);
+    let nominal = Unknowns::nominal(session);
+    let declared = session.gravity.hemisphere;
+    let candidates =
+        known.cloned().into_iter().chain([off_axis(declared)].into_iter().chain(directions(declared)).map(
+            |direction| Unknowns { gravity: direction.map(|c| session.gravity.magnitude * c), ..nominal.clone() },
+        ));
+    let mut best: Option<(f64, Unknowns)> = None;
+    for candidate in candidates {
+        let (cost, solved) = solve_linear_part(session, &sample, &candidate)?;
+        if best.as_ref().is_none_or(|(lowest, _)| cost < *lowest) {
+            best = Some((cost, solved));
+        }
+    }
+    Ok(best.map_or(nominal, |(_, start)| start))
+}
+
+/// Biases, masses, moments and placements by linear least squares, everything else as it stands; and the cost left.
+fn solve_linear_part(
+    session: &Session,
+    readings: &Readings,
+    candidate: &Unknowns,
+) -> Result<(f64, Unknowns), PosingError> {
+    let posed = pose_readings_alone(session, readings, candidate)?;
+    let nonlinear: Vec<BlockId> = posed
+        .layout
+        .sensors
+        .iter()
+        .flat_map(|ids| {
+            [Quantity::TorqueGain, Quantity::PositionGain, Quantity::PositionOffset].map(|q| ids[q as usize])
+        })
+        .chain([posed.layout.gravity])
+        .collect();
+    let linear = posed.problem.holding(&nonlinear, "given by the candidate");
+    let Ok(mut linearization) = DenseLinearization::new(&linear, &posed.initial) else {
+        return Ok((f64::INFINITY, candidate.clone()));
+    };
+    let scaling = linearization.column_scales();
+    let mut step = vec![0.0; scaling.len()];
+    let gain = linearization.damped_step(FAINT_DAMPING, &scaling, &mut step).predicted_reduction;
+    let solved = linear.retract(&posed.initial, &step);
+    Ok((linearization.cost() - gain, Unknowns::of(&solved, &posed.layout, candidate)))
+}
+
+/// Every so many poses of the readings, so that about [`POSES`] are left.
+fn thinned(readings: &Readings) -> Readings {
+    let stride = readings.used.iter().filter(|used| !used.is_empty()).count().div_ceil(POSES).max(1);
+    let mut thinned = readings.clone();
+    thinned.used.iter_mut().enumerate().filter(|(i, _)| i % stride != 0).for_each(|(_, used)| used.clear());
+    thinned
+}
+
+/// A direction [`OFF_AXIS`] away from the given one, towards no special side.
+fn off_axis(direction: [f64; 3]) -> [f64; 3] {
+    let direction = nalgebra::Vector3::from(direction);
+    let side = direction.cross(&nalgebra::Vector3::new(0.36, 0.48, 0.8)).normalize();
+    (OFF_AXIS.cos() * direction + OFF_AXIS.sin() * side).into()
+}
+
+/// Directions spread evenly (Fibonacci lattice) over the half of the sphere about `pole`.
+fn directions(pole: [f64; 3]) -> Vec<[f64; 3]> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    (0..2 * DIRECTIONS)
+        .map(|k| {
+            let z = 1.0 - (k as f64 + 0.5) / DIRECTIONS as f64;
+            let (sin, cos) = (golden * k as f64).sin_cos();
+            let r = (1.0 - z * z).sqrt();
+            [r * cos, r * sin, z]
+        })
+        .filter(|d| d.iter().zip(pole).map(|(a, b)| a * b).sum::<f64>() > 0.0)
+        .collect()
+}

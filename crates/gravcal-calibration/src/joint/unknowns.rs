@@ -1,0 +1,95 @@
+//! The unknowns of the joint problem as plain numbers: what a start, a truth or a solution is made of.
+
+use gravcal_estimation::{BlockId, Values};
+
+use crate::parameter::Quantity;
+use crate::session::Session;
+
+/// A value for every unknown of the joint problem, in inside units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Unknowns {
+    /// Gravity in base coordinates, m/s².
+    pub gravity: [f64; 3],
+    /// `[k, b, s, o]` of each joint.
+    pub sensors: Vec<[f64; 4]>,
+    /// `(m, h_x, h_y, h_z)` of each link, kg and kg·m.
+    pub inertia: Vec<[f64; 4]>,
+    /// Centre of mass of each load in its link's frame, m.
+    pub loads: Vec<[f64; 3]>,
+}
+
+impl Unknowns {
+    /// What the robot and the session say beforehand, gravity along the declared hemisphere.
+    pub fn nominal(session: &Session) -> Unknowns {
+        let magnitude = session.gravity.magnitude;
+        Unknowns {
+            gravity: session.gravity.hemisphere.map(|c| magnitude * c),
+            sensors: session
+                .joints
+                .iter()
+                .map(|joint| Quantity::ALL.map(|quantity| joint.of(quantity).nominal))
+                .collect(),
+            inertia: session.robot.chain.links().iter().map(nominal_inertia).collect(),
+            loads: nominal_placements(session),
+        }
+    }
+
+    /// The values of one solution.
+    pub(crate) fn of(values: &Values, layout: &Layout, fallback: &Unknowns) -> Unknowns {
+        let vector = |id: BlockId| [values.get(id)[0], values.get(id)[1], values.get(id)[2]];
+        Unknowns {
+            gravity: vector(layout.gravity),
+            sensors: layout.sensors.iter().map(|ids| ids.map(|id| values.scalar(id))).collect(),
+            inertia: layout
+                .inertia
+                .iter()
+                .map(|id| {
+                    let v = values.get(*id);
+                    [v[0], v[1], v[2], v[3]]
+                })
+                .collect(),
+            loads: layout.loads.iter().zip(&fallback.loads).map(|(id, f)| id.map_or(*f, vector)).collect(),
+        }
+    }
+}
+
+/// The blocks of a joint problem.
+#[derive(Clone, Debug)]
+pub struct Layout {
+    /// Gravity.
+    pub gravity: BlockId,
+    /// `[k, b, s, o]` of each joint.
+    pub sensors: Vec<[BlockId; 4]>,
+    /// `(m, h)` of each link.
+    pub inertia: Vec<BlockId>,
+    /// Placement of each load; `None` where no pose that is used carries it.
+    pub loads: Vec<Option<BlockId>>,
+}
+
+/// A link without an assumed mass starts as 1 kg a few centimetres from its frame's origin, in no special direction:
+/// what can be determined does not depend on the numbers, only on their not being special.
+const SOME_INERTIA: [f64; 4] = [1.0, 0.06, 0.05, 0.08];
+/// A load without a known position starts here, m, in no special direction either.
+const SOME_PLACEMENT: [f64; 3] = [0.05, 0.04, 0.1];
+/// The direction in which placements of a known distance start apart: of unit length.
+const SOME_DIRECTION: [f64; 3] = [0.6, 0.48, 0.64];
+
+fn nominal_inertia(link: &gravcal_kinematics::Link) -> [f64; 4] {
+    link.inertia.as_ref().map_or(SOME_INERTIA, |i| [i.mass, i.first_moment[0], i.first_moment[1], i.first_moment[2]])
+}
+
+/// Unknown placements of a known distance start that far apart.
+fn nominal_placements(session: &Session) -> Vec<[f64; 3]> {
+    let mut placements: Vec<[f64; 3]> = session.loads.iter().map(|l| l.position.unwrap_or(SOME_PLACEMENT)).collect();
+    for known in &session.load_distances {
+        let [a, b] = known.between;
+        if placements[a] == placements[b] {
+            for (load, sign) in [(a, -0.5), (b, 0.5)] {
+                if session.loads[load].position.is_none() {
+                    (0..3).for_each(|i| placements[load][i] += sign * known.distance * SOME_DIRECTION[i]);
+                }
+            }
+        }
+    }
+    placements
+}

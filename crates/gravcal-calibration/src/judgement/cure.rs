@@ -1,0 +1,126 @@
+//! Undetermined combinations in words: what they are, why, and which pose or load would determine them.
+
+use super::determined::Combination;
+use crate::parameter::Quantity;
+use crate::result::Undetermined;
+use crate::session::{InertiaKnowledge, Session};
+
+/// Angle between gravity and the first axis below which tilting the base is the cure, rad.
+const UPRIGHT: f64 = 0.05;
+
+/// What the words depend on.
+pub(crate) struct Situation<'a> {
+    /// The session.
+    pub session: &'a Session,
+    /// Gravity in base coordinates, m/s².
+    pub gravity: [f64; 3],
+    /// Joints with at least one torque reading in use.
+    pub read: Vec<bool>,
+    /// Joints that carry no gravity.
+    pub idle: Vec<bool>,
+}
+
+impl Situation<'_> {
+    /// Tells a combination in words.
+    pub fn tell(&self, combination: &Combination) -> Undetermined {
+        let names: Vec<String> = combination.sensors.iter().map(|(j, q, _)| q.name(self.joint(*j))).collect();
+        let mut parameters = names.clone();
+        if combination.gravity {
+            parameters.insert(0, "gravity".into());
+        }
+        let (words, why, cure) = self.explain(combination, &parameters);
+        let why = match combination.std_over_limit {
+            Some(ratio) => format!("{why} (its standard deviation is {ratio:.1} times what would be of use)"),
+            None => why,
+        };
+        Undetermined { combination: words, parameters, why, cure }
+    }
+
+    fn explain(&self, combination: &Combination, parameters: &[String]) -> (String, String, String) {
+        let list = parameters.join(", ");
+        if self.is_common_scale(combination) {
+            return (
+                "common scale of all torque gains".into(),
+                "all masses and moments are unknown, so readings in any unit of torque explain the data".into(),
+                self.scale_cure(),
+            );
+        }
+        if let Some(unread) = combination
+            .sensors
+            .iter()
+            .find(|(j, q, _)| matches!(q, Quantity::TorqueGain | Quantity::TorqueBias) && !self.read[*j])
+        {
+            let joint = self.joint(unread.0);
+            return (list, format!("no torque reading of {joint} is used"), format!("record the torque of {joint}"));
+        }
+        if combination.sensors.iter().all(|(j, _, _)| *j == 0) && !combination.sensors.is_empty() && self.is_upright() {
+            let first = self.joint(0);
+            return (
+                list,
+                format!("gravity is parallel to the axis of {first}, which therefore carries none of it"),
+                format!("tilt the base by a few degrees (10° serve well), so that {first} carries gravity"),
+            );
+        }
+        if combination.gravity {
+            return (
+                list,
+                "the poses see gravity from too few directions".into(),
+                "add poses in which the first joints take at least three well separated positions".into(),
+            );
+        }
+        if combination.sensors.iter().any(|(_, q, _)| *q == Quantity::TorqueGain) {
+            return (list, "only their combination acts on the readings".into(), self.scale_cure());
+        }
+        (
+            list,
+            "only their combination acts on the readings, or the range of motion is too short".into(),
+            "add poses that move these joints over a wider range, at several positions of the joints before them"
+                .into(),
+        )
+    }
+
+    fn is_common_scale(&self, combination: &Combination) -> bool {
+        let torque = |q: Quantity| q == Quantity::TorqueGain;
+        let gains = combination.sensors.iter().filter(|(_, q, _)| torque(*q));
+        let equal = gains.clone().all(|(_, _, c)| (c / combination.sensors[0].2 - 1.0).abs() < 0.01);
+        let with_sensor = (0..self.session.joints.len()).filter(|j| self.read[*j] && !self.idle[*j]).count();
+        !combination.gravity
+            && combination.sensors.iter().all(|(_, q, _)| torque(*q))
+            && with_sensor > 1
+            && gains.filter(|(j, _, _)| !self.idle[*j]).count() == with_sensor
+            && equal
+    }
+
+    fn scale_cure(&self) -> String {
+        let loaded = self.session.poses.iter().any(|p| p.load.is_some());
+        let bare = self.session.poses.iter().any(|p| p.load.is_none());
+        let placed = !self.session.load_distances.is_empty();
+        match (loaded, bare, placed, self.session.inertia) {
+            (false, ..) => {
+                "attach a load of known mass to the last link and record loaded poses besides the bare ones; \
+                            two placements a known distance apart are best"
+                    .into()
+            }
+            (true, false, ..) => "record bare poses besides the loaded ones".into(),
+            (true, true, false, _) => {
+                "record the load at a second placement a known distance (load_distance) from the first".into()
+            }
+            (_, _, _, InertiaKnowledge::Unknown) => {
+                "state the load's position in the link (position_m), or the links' masses ([inertia] links = \"model\")"
+                    .into()
+            }
+            _ => "state a gain as known: [[joint]] torque_gain = { fixed = …, unit = … }".into(),
+        }
+    }
+
+    fn is_upright(&self) -> bool {
+        let axis = self.session.robot.chain.axis_rotations()[0].map(|row| row[2]);
+        let norm = self.gravity.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let along: f64 = axis.iter().zip(self.gravity).map(|(a, g)| a * g).sum();
+        (1.0 - (along / norm).powi(2)).max(0.0).sqrt() < UPRIGHT
+    }
+
+    fn joint(&self, index: usize) -> &str {
+        &self.session.robot.chain.joints()[index].name
+    }
+}

@@ -1,0 +1,13 @@
+//! What a solution is worth: which parameters are determined, how well, and what the residuals say.
+
+mod cure;
+mod determined;
+mod fit;
+mod moments;
+mod uncertainty;
+
+pub(crate) use cure::Situation;
+pub(crate) use determined::{Combination, Judgement, judge};
+pub(crate) use fit::{fit, held_out};
+pub(crate) use moments::determined_moments;
+pub(crate) use uncertainty::{Quantile, gravity_result};

@@ -1,0 +1,43 @@
+//! Identification of joint sensors and gravity from static poses.
+//!
+//! From static poses of a robot (readings of its joint position and torque sensors) this crate finds each torque
+//! sensor's gain and bias, each position sensor's gain and offset, and gravity in the base frame:
+//!
+//! ```text
+//!     reading of torque    y_i = k_i τ_i(θ; g, moments, load) + b_i        (paper, eqs. (5)–(8))
+//!     joint coordinate     θ_i = s_i q_i + o_i                             (paper, eq. (3))
+//! ```
+//!
+//! after Ma, Hollerbach and Xu, *Gravity Based Autonomous Calibration for Robot Manipulators*, 1994. Two estimators
+//! share the residuals of [`residuals`]: the paper's [`sequential`] steps, and the [`joint`] problem over everything.
+//!
+//! Inside: SI units and radians; torque readings in the unit of their sensor. A [`Session`] is what a user says,
+//! [`calibrate`] what the estimators answer.
+
+mod axis_frames;
+mod calibrate;
+mod closed_form;
+mod document;
+mod judgement;
+mod workbench;
+
+pub mod check;
+pub mod joint;
+pub mod parameter;
+pub mod residuals;
+pub mod result;
+pub mod robot;
+pub mod sequential;
+pub mod session;
+pub mod simulation;
+pub mod sweeps;
+
+#[cfg(test)]
+mod reference;
+#[cfg(test)]
+mod testing;
+
+pub use calibrate::{CalibrateError, EstimatorName, UnknownEstimator, calibrate};
+pub use robot::Robot;
+pub use session::Session;
+pub use workbench::Workbench;

@@ -1,0 +1,163 @@
+//! What an estimator answers. Values in SI (angles in rad); torque readings in the unit of their sensor.
+//!
+//! The types serialize as they stand in `calibration.json`; what is undetermined has no value, never a number.
+
+use serde::Serialize;
+
+/// One estimator's answer.
+#[derive(Clone, Debug, Serialize)]
+pub struct EstimatorResult {
+    /// `sequential`, `joint`, …
+    pub name: String,
+    /// Whether everything asked for is determined.
+    pub verdict: Verdict,
+    /// Why the solver stopped, in words.
+    pub termination: String,
+    /// Iterations of the solver (of all steps, for the sequential estimator).
+    pub iterations: usize,
+    /// Gravity in base coordinates; absent where it is undetermined.
+    pub gravity: Option<GravityResult>,
+    /// Every sensor parameter.
+    pub parameters: Vec<ParameterResult>,
+    /// Covariance of the determined sensor parameters and gravity.
+    pub covariance: CovarianceResult,
+    /// Combinations of the links' masses and moments and of load placements that the data determine.
+    pub moments: Vec<MomentResult>,
+    /// What the data do not determine.
+    pub undetermined: Vec<Undetermined>,
+    /// How well the model explains the readings; absent where nothing could be fitted.
+    pub fit: Option<Fit>,
+    /// Remarks a person should read.
+    pub notes: Vec<String>,
+}
+
+/// The estimator's verdict.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Everything asked for is determined.
+    Determined,
+    /// Solved, but something asked for is undetermined.
+    PartlyDetermined,
+    /// No answer.
+    Failed,
+}
+
+/// Gravity in base coordinates.
+#[derive(Clone, Debug, Serialize)]
+pub struct GravityResult {
+    /// m/s².
+    pub vector_m_per_s2: [f64; 3],
+    /// Standard deviation of each component, m/s².
+    pub std_m_per_s2: [f64; 3],
+    /// Half-angle of the cone about the vector that holds the true direction with 95 % probability, degrees.
+    pub cone95_deg: f64,
+    /// Whether it was asked for.
+    pub asked: bool,
+}
+
+/// One sensor parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct ParameterResult {
+    /// `joint1.torque_gain`.
+    pub name: String,
+    /// Unit of value, std and interval.
+    pub unit: String,
+    /// The equation in which it stands.
+    pub convention: &'static str,
+    /// Absent where undetermined.
+    pub value: Option<f64>,
+    /// Standard deviation; 0 where the value is held.
+    pub std: Option<f64>,
+    /// 95 % interval.
+    pub ci95: Option<[f64; 2]>,
+    /// Whether the data (or exact knowledge) give it a value.
+    pub determined: bool,
+    /// Why it was held and not estimated, where it was.
+    pub held: Option<String>,
+    /// Whether it was asked for.
+    pub asked: bool,
+    /// The value from which the estimation started.
+    pub nominal: f64,
+}
+
+/// A covariance matrix with the names of its rows.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct CovarianceResult {
+    /// `gravity.x`, `joint1.torque_gain`, …
+    pub order: Vec<String>,
+    /// Rows of the matrix, in the products of the parameters' units.
+    pub matrix: Vec<Vec<f64>>,
+}
+
+/// A combination `Σ coefficient · parameter` of masses, moments and placements that the data determine.
+#[derive(Clone, Debug, Serialize)]
+pub struct MomentResult {
+    /// Parameter and coefficient; `link1.mass` (kg), `link1.first_moment.x` (kg·m), `load.plate-a.position.x` (m).
+    pub terms: Vec<(String, f64)>,
+    /// Value of the combination.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+}
+
+/// A combination of sensor parameters that the data do not determine.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Undetermined {
+    /// The combination in words, such as `common scale of all torque gains`.
+    pub combination: String,
+    /// The parameters in it.
+    pub parameters: Vec<String>,
+    /// Why.
+    pub why: String,
+    /// Which pose or load would determine it.
+    pub cure: String,
+}
+
+/// How well a model explains the readings.
+#[derive(Clone, Debug, Serialize)]
+pub struct Fit {
+    /// Sum of squared residuals in standard deviations.
+    pub chi_squared: f64,
+    /// Rows less the number of parameters that the data determine.
+    pub degrees_of_freedom: usize,
+    /// Probability of a χ² at least as large if the model and the stated noise hold; absent where the noise was
+    /// estimated from the residuals.
+    pub p_value: Option<f64>,
+    /// By joint, torque readings only.
+    pub joints: Vec<JointFit>,
+    /// The same for a tenth of the poses that a second fit did not see.
+    pub held_out: Option<HeldOut>,
+}
+
+/// Residuals of one joint's torque readings.
+#[derive(Clone, Debug, Serialize)]
+pub struct JointFit {
+    /// The joint.
+    pub joint: String,
+    /// Unit of what follows.
+    pub unit: String,
+    /// How many.
+    pub readings: usize,
+    /// Root mean square.
+    pub rms: f64,
+    /// Largest |residual|.
+    pub largest: f64,
+    /// Standard deviation that the fit assumed (mean over the readings).
+    pub noise_std: f64,
+    /// Whether that was estimated from the residuals.
+    pub noise_estimated: bool,
+}
+
+/// Prediction of poses that were left out of the fit.
+#[derive(Clone, Debug, Serialize)]
+pub struct HeldOut {
+    /// How many poses.
+    pub poses: usize,
+    /// Sum of squared prediction errors in standard deviations of the readings.
+    pub chi_squared: f64,
+    /// How many readings.
+    pub readings: usize,
+    /// By joint.
+    pub joints: Vec<JointFit>,
+}

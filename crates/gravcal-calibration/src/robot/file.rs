@@ -1,0 +1,190 @@
+//! Robots from files: `robot.toml`, and URDF.
+//!
+//! ```toml
+//! name = "two-joints"
+//! convention = "standard-dh"                 # or "modified-dh"
+//! base = "base"                              # optional: name of the base frame
+//! [[joint]]                                  # one for each joint, proximal first
+//! name = "shoulder"
+//! kind = "revolute"                          # the default, or "prismatic"
+//! a_m = 0.0
+//! alpha_deg = 90.0                           # or alpha_rad
+//! d_m = 0.3
+//! theta_deg = 0.0                            # optional fixed part, or theta_rad
+//! limits_deg = [-90.0, 90.0]                 # optional; or limits_rad; limits_m of a prismatic joint
+//! link = "upper-arm"                         # optional, "link<i>" by default
+//! mass_kg = 2.0                              # optional, with center_of_mass_m in the link's frame
+//! center_of_mass_m = [0.1, 0.05, 0.15]
+//! torque_sensor = { gain = { value = 6.69, unit = "count/(N·m)" }, bias = { value = 2048, unit = "count" } }
+//! position_sensor = { gain = { value = 1.0, unit = "deg/deg" }, offset = { value = 135.0, unit = "deg" } }
+//! ```
+//!
+//! Gains of sensors are positive numbers; that a sensor is mounted the other way round is said by the session that
+//! reads it.
+
+use std::path::Path;
+
+use gravcal_kinematics::{Chain, DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
+use serde::Deserialize;
+
+use super::sensors_file::{PositionSensorTable, SensorTables, TorqueSensorTable};
+use super::{NominalSensors, Robot};
+use crate::document::{Document, Field, FileError, read_text};
+
+/// `robot.toml`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+struct RobotTable {
+    name: String,
+    convention: Convention,
+    base: Option<String>,
+    joint: Vec<JointTable>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+enum Convention {
+    #[serde(rename = "standard-dh")]
+    Standard,
+    #[serde(rename = "modified-dh")]
+    Modified,
+}
+
+/// `[[joint]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+struct JointTable {
+    name: String,
+    kind: Option<JointKind>,
+    a_m: f64,
+    alpha_deg: Option<f64>,
+    alpha_rad: Option<f64>,
+    d_m: f64,
+    theta_deg: Option<f64>,
+    theta_rad: Option<f64>,
+    limits_deg: Option<[f64; 2]>,
+    limits_rad: Option<[f64; 2]>,
+    limits_m: Option<[f64; 2]>,
+    link: Option<String>,
+    mass_kg: Option<f64>,
+    center_of_mass_m: Option<[f64; 3]>,
+    torque_sensor: Option<TorqueSensorTable>,
+    position_sensor: Option<PositionSensorTable>,
+}
+
+impl JointTable {
+    fn kind(&self) -> JointKind {
+        self.kind.unwrap_or(JointKind::Revolute)
+    }
+
+    fn sensors(&self, document: &Document, field: &Field) -> Result<NominalSensors, FileError> {
+        let (torque, position) = (self.torque_sensor.as_ref(), self.position_sensor.as_ref());
+        SensorTables { kind: self.kind(), torque, position }.nominal(document, field)
+    }
+}
+
+/// Reads `robot.toml`.
+pub(super) fn read(path: &Path) -> Result<Robot, FileError> {
+    let document = Document::read(path)?;
+    let table: RobotTable = document.parse()?;
+    let chain = chain(&document, &table)?;
+    let joints = table.joint.iter().enumerate();
+    let sensors = joints.map(|(i, joint)| joint.sensors(&document, &joint_field(i))).collect::<Result<_, _>>()?;
+    Ok(Robot { name: table.name, chain, sensors })
+}
+
+/// Reads a URDF; the robot is named after the file.
+pub(super) fn read_urdf(path: &Path, base: &str, tip: &str) -> Result<Robot, FileError> {
+    let text = read_text(path)?;
+    let chain = Chain::from_urdf(&text, base, tip).map_err(|error| FileError::new(path, error))?;
+    let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let sensors = vec![Default::default(); chain.joint_count()];
+    Ok(Robot { name, chain, sensors })
+}
+
+fn joint_field(index: usize) -> Field {
+    Field::new("joint").at(index)
+}
+
+fn chain(document: &Document, table: &RobotTable) -> Result<Chain, FileError> {
+    let base = table.base.as_deref().unwrap_or("base");
+    let convention = match table.convention {
+        Convention::Standard => DhConvention::Standard,
+        Convention::Modified => DhConvention::Modified,
+    };
+    document.check_names(table.joint.iter().map(|joint| joint.name.as_str()), |i| joint_field(i).key("name"))?;
+    let rows: Vec<DhRow> =
+        table.joint.iter().enumerate().map(|(i, joint)| row(document, i, joint)).collect::<Result<_, _>>()?;
+    document.check_names(rows.iter().map(|row| row.link.name.as_str()), |i| joint_field(i).key("link"))?;
+    // What is left: no joints at all, a link that bears the base's name.
+    chain_from_dh(base, convention, &rows).map_err(|error| document.error(&Field::new("joint"), error))
+}
+
+fn row(document: &Document, index: usize, joint: &JointTable) -> Result<DhRow, FileError> {
+    let field = joint_field(index);
+    let alpha = angle(document, &field, "alpha", joint.alpha_deg, joint.alpha_rad)?;
+    let alpha = alpha.ok_or_else(|| {
+        document.error(&field, "the twist is missing: give alpha_deg or alpha_rad (0 where the axes are parallel)")
+    })?;
+    let theta = angle(document, &field, "theta", joint.theta_deg, joint.theta_rad)?.unwrap_or(0.0);
+    let limits = limits(document, &field, joint)?;
+    let name = joint.link.clone().unwrap_or_else(|| format!("link{}", index + 1));
+    let link = Link { name, inertia: inertia(document, &field, joint)? };
+    Ok(DhRow { name: joint.name.clone(), kind: joint.kind(), a: joint.a_m, alpha, d: joint.d_m, theta, limits, link })
+}
+
+/// An angle that may be written in degrees or radians, in rad.
+fn angle(
+    document: &Document,
+    joint: &Field,
+    name: &str,
+    deg: Option<f64>,
+    rad: Option<f64>,
+) -> Result<Option<f64>, FileError> {
+    if deg.is_some() && rad.is_some() {
+        let message = format!("{name} is given in degrees and in radians: keep one");
+        return Err(document.error(&joint.key(&format!("{name}_rad")), message));
+    }
+    Ok(deg.map(f64::to_radians).or(rad))
+}
+
+/// Limits in rad or m.
+fn limits(document: &Document, joint: &Field, table: &JointTable) -> Result<Option<[f64; 2]>, FileError> {
+    let all = [
+        ("limits_deg", table.limits_deg, JointKind::Revolute),
+        ("limits_rad", table.limits_rad, JointKind::Revolute),
+        ("limits_m", table.limits_m, JointKind::Prismatic),
+    ];
+    let mut written = all.into_iter().filter_map(|(name, limits, kind)| Some((name, limits?, kind)));
+    let Some((name, [lower, upper], kind)) = written.next() else { return Ok(None) };
+    let field = joint.key(name);
+    if kind != table.kind() {
+        let message = "limits of a revolute joint are limits_deg or limits_rad, those of a prismatic one limits_m";
+        return Err(document.error(&field, message));
+    }
+    if let Some((other, ..)) = written.next() {
+        return Err(document.error(&joint.key(other), format!("{name} is given as well: keep one")));
+    }
+    if lower >= upper {
+        let message = format!("the limits {lower}, {upper} are the wrong way round: expected [lower, upper]");
+        return Err(document.error(&field, message));
+    }
+    let to_si = if name == "limits_deg" { f64::to_radians } else { |value| value };
+    Ok(Some([lower, upper].map(to_si)))
+}
+
+fn inertia(document: &Document, joint: &Field, table: &JointTable) -> Result<Option<LinkInertia>, FileError> {
+    match (table.mass_kg, table.center_of_mass_m) {
+        (None, None) => Ok(None),
+        (Some(mass), _) if mass < 0.0 => {
+            let message = format!("{mass} is not a mass: expected a number of kg, zero or more");
+            Err(document.error(&joint.key("mass_kg"), message))
+        }
+        (Some(mass), Some(center)) => Ok(Some(LinkInertia { mass, first_moment: center.map(|c| mass * c) })),
+        (Some(_), None) => {
+            Err(document.error(&joint.key("mass_kg"), "a mass without its place: add center_of_mass_m = [x, y, z]"))
+        }
+        (None, Some(_)) => {
+            Err(document.error(&joint.key("center_of_mass_m"), "a centre of mass without a mass: add mass_kg"))
+        }
+    }
+}

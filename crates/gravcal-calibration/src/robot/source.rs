@@ -1,0 +1,96 @@
+//! Where a session or a simulation says its robot comes from: `robot = …`.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Deserializer, Error, MapAccess, Visitor};
+
+use super::Robot;
+use crate::document::{Document, Field, FileError};
+
+/// `robot = "robot.toml"`, or `robot = { urdf = "robot.urdf", base = "base_link", tip = "tool0" }`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum RobotSource {
+    /// Path of a `robot.toml`.
+    Toml(String),
+    /// A chain within a URDF.
+    Urdf(UrdfSource),
+}
+
+/// A chain within a URDF.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct UrdfSource {
+    /// Path of the file.
+    urdf: String,
+    /// The link whose frame gravity is given in.
+    base: String,
+    /// The last link.
+    tip: String,
+}
+
+/// Reads the robot that a field names. Gives the path of its file as well.
+///
+/// # Errors
+/// The file cannot be read, or is no robot; the error tells which field named it.
+pub(crate) fn resolve_robot(
+    document: &Document,
+    field: &Field,
+    source: &RobotSource,
+) -> Result<(Robot, PathBuf), FileError> {
+    match source {
+        RobotSource::Toml(written) if is_urdf(written) => Err(document.error(
+            field,
+            format!(
+                "of a URDF one must also know where the chain begins and ends: write robot = {{ urdf = \"{written}\", \
+                 base = \"<base link>\", tip = \"<last link>\" }}"
+            ),
+        )),
+        RobotSource::Toml(written) => read_named(document, field, written, Robot::read),
+        RobotSource::Urdf(UrdfSource { urdf, base, tip }) => {
+            read_named(document, &field.key("urdf"), urdf, |path| Robot::from_urdf_file(path, base, tip))
+        }
+    }
+}
+
+fn is_urdf(written: &str) -> bool {
+    Path::new(written).extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"))
+}
+
+fn read_named(
+    document: &Document,
+    field: &Field,
+    written: &str,
+    read: impl Fn(&Path) -> Result<Robot, FileError>,
+) -> Result<(Robot, PathBuf), FileError> {
+    let path = document.resolve_path(field, written)?;
+    let robot = read(&path).map_err(|error| error.with_note(document.named_by(field, written)))?;
+    Ok((robot, path))
+}
+
+// By hand and not as an untagged enum, whose errors neither say what was found nor where.
+impl<'de> Deserialize<'de> for RobotSource {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(SourceVisitor)
+    }
+}
+
+struct SourceVisitor;
+
+impl<'de> Visitor<'de> for SourceVisitor {
+    type Value = RobotSource;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the path of a robot.toml, or { urdf = \"…\", base = \"…\", tip = \"…\" }")
+    }
+
+    fn visit_str<E: Error>(self, path: &str) -> Result<RobotSource, E> {
+        Ok(RobotSource::Toml(path.to_owned()))
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<RobotSource, A::Error> {
+        UrdfSource::deserialize(MapAccessDeserializer::new(table)).map(RobotSource::Urdf)
+    }
+}

@@ -1,0 +1,140 @@
+//! Step 1: torque bias and position gain of one joint from its own sweeps (paper, section 2.1).
+
+use gravcal_estimation::{Block, Factor, Noise, ProblemBuilder};
+
+use super::fitting::StepFit;
+use super::found::{Found, Frozen, Missing};
+use super::plan::Plan;
+use crate::closed_form::{fit_sinusoid, search_position_gain};
+use crate::joint::Readings;
+use crate::parameter::Quantity;
+use crate::residuals::{Sinusoid, SinusoidBlocks};
+use crate::session::Session;
+use crate::workbench::Workbench;
+
+const CURE: &str = "sweep this joint over its whole range while the others stand, and read its torque";
+
+/// What step 1 finds for one joint.
+#[derive(Clone, Debug)]
+pub struct Bias {
+    /// Torque bias.
+    pub torque_bias: Found,
+    /// Position gain.
+    pub position_gain: Found,
+    /// Standard deviation of the residuals, unit of the torque reading, where there was a fit.
+    pub residual_std: Option<f64>,
+    /// Largest |residual| of the sinusoids, unit of the torque reading.
+    pub largest_residual: Option<f64>,
+    /// Solver iterations.
+    pub iterations: usize,
+}
+
+impl Bias {
+    fn missing(missing: Missing) -> Bias {
+        Bias {
+            torque_bias: Err(missing.clone()),
+            position_gain: Err(missing),
+            residual_std: None,
+            largest_residual: None,
+            iterations: 0,
+        }
+    }
+}
+
+/// Position and torque reading of `observed` while `swept` moves, with their poses; rows without a reading dropped.
+pub(super) fn readings_of(
+    session: &Session,
+    poses: &[usize],
+    swept: usize,
+    observed: usize,
+) -> Vec<(usize, (f64, f64))> {
+    poses
+        .iter()
+        .filter_map(|pose| {
+            let p = &session.poses[*pose];
+            Some((*pose, (p.position[swept], p.torque[observed].as_ref()?.value)))
+        })
+        .collect()
+}
+
+/// Fits the sinusoids of all step-1 sweeps of a joint with a common gain and bias, eq. (8).
+pub(super) fn find_bias(
+    session: &Session,
+    plan: &Plan,
+    readings: &Readings,
+    joint: usize,
+    workbench: &Workbench<'_>,
+) -> Bias {
+    match fit(session, plan, readings, joint, workbench) {
+        Ok(bias) => bias,
+        Err(missing) => Bias::missing(missing),
+    }
+}
+
+fn fit(
+    session: &Session,
+    plan: &Plan,
+    readings: &Readings,
+    joint: usize,
+    workbench: &Workbench<'_>,
+) -> Result<Bias, Missing> {
+    let sweeps: Vec<Vec<(usize, (f64, f64))>> = plan.bias[joint]
+        .iter()
+        .map(|sweep| readings_of(session, &plan.sweeps[*sweep].poses, joint, joint))
+        .filter(|sweep| sweep.len() > 4)
+        .collect();
+    let name = &session.robot.chain.joints()[joint].name;
+    if sweeps.is_empty() {
+        return Err(Missing::new(format!("step 1 has no sweep of {name} with its torque read"), CURE));
+    }
+    let pairs: Vec<Vec<(f64, f64)>> = sweeps.iter().map(|s| s.iter().map(|(_, r)| *r).collect()).collect();
+    let knowledge = |quantity| session.joints[joint].of(quantity);
+    let nominal = knowledge(Quantity::PositionGain).nominal;
+    let gain = search_position_gain(&pairs, nominal)
+        .ok_or_else(|| Missing::new(format!("the sweeps of {name} form no sinusoid"), CURE))?;
+
+    let mut builder = ProblemBuilder::new();
+    let position_gain = builder.add_block(Block::scalar("position_gain", ""), &[gain]);
+    let starts: Vec<_> = pairs.iter().filter_map(|sweep| fit_sinusoid(sweep, gain, None)).collect();
+    let bias = starts.iter().map(|s| s.coefficients[2]).sum::<f64>() / starts.len() as f64;
+    let torque_bias = builder.add_block(Block::scalar("torque_bias", ""), &[bias]);
+    for (index, (sweep, start)) in sweeps.iter().zip(&starts).enumerate() {
+        let block = Block::vector(format!("sweep{index}"), "", &["a", "c"]);
+        let coefficients = builder.add_block(block, &[start.coefficients[0], start.coefficients[1]]);
+        let blocks = SinusoidBlocks { position_gain, torque_bias, coefficients };
+        let std: Vec<f64> = sweep.iter().map(|(pose, _)| readings.std(session, *pose, joint)).collect();
+        let noise = Noise::independent(&std).map_err(|e| Missing::new(e.to_string(), CURE))?;
+        builder.add_factor(Factor::new(Sinusoid::new(blocks, pairs[index].clone()), noise));
+    }
+    let fitted = StepFit::solve(builder, workbench, CURE)?;
+    let spread = session.torque_spreads()[joint];
+    Ok(Bias {
+        torque_bias: fitted.frozen(torque_bias, 0.5 * spread, CURE),
+        position_gain: fitted.frozen(position_gain, 0.1 * nominal.abs(), CURE).and_then(|found| {
+            same_sign(found, nominal).ok_or_else(|| Missing::new(format!("the sweeps of {name} are no sinusoid"), CURE))
+        }),
+        residual_std: residual_std(&fitted, &sweeps, |pose| readings.std(session, pose, joint)),
+        largest_residual: largest_residual(&fitted, &sweeps, |pose| readings.std(session, pose, joint)),
+        iterations: fitted.estimate.iterations.len() - 1,
+    })
+}
+
+fn same_sign(found: Frozen, nominal: f64) -> Option<Frozen> {
+    (found.value * nominal > 0.0).then_some(found)
+}
+
+/// Residuals in the unit of the reading.
+fn residuals(fitted: &StepFit, sweeps: &[Vec<(usize, (f64, f64))>], std: impl Fn(usize) -> f64) -> Option<Vec<f64>> {
+    let whitened = fitted.problem.residuals(fitted.values()).ok()?;
+    Some(sweeps.iter().flatten().zip(whitened).map(|((pose, _), r)| r * std(*pose)).collect())
+}
+
+fn residual_std(fitted: &StepFit, sweeps: &[Vec<(usize, (f64, f64))>], std: impl Fn(usize) -> f64) -> Option<f64> {
+    let squares: f64 = residuals(fitted, sweeps, std)?.iter().map(|r| r * r).sum();
+    let freedom = fitted.degrees_of_freedom;
+    (freedom > 0 && squares > 0.0).then(|| (squares / freedom as f64).sqrt())
+}
+
+fn largest_residual(fitted: &StepFit, sweeps: &[Vec<(usize, (f64, f64))>], std: impl Fn(usize) -> f64) -> Option<f64> {
+    residuals(fitted, sweeps, std)?.into_iter().map(f64::abs).reduce(f64::max)
+}

@@ -1,0 +1,272 @@
+//! The sequential estimator: the paper's steps 1, 2 and 3, from the base outward, each step's result frozen for the
+//! next.
+
+mod bias;
+mod fitting;
+mod found;
+mod gain;
+mod gravity;
+mod plan;
+
+use gravcal_estimation::BlockId;
+
+use crate::joint::{self, EstimateError, Readings, Signals, Unknowns, solve_posed};
+use crate::judgement::{Quantile, determined_moments, gravity_result};
+use crate::parameter::Quantity;
+use crate::result::{CovarianceResult, EstimatorResult, ParameterResult, Undetermined, Verdict};
+use crate::session::Session;
+use crate::workbench::Workbench;
+
+use bias::Bias;
+use gain::Gain;
+
+pub use found::{Found, Frozen, Missing};
+pub use gravity::Gravity;
+pub use plan::{LoadPair, Plan};
+
+/// What the steps found for one joint.
+#[derive(Clone, Debug)]
+pub struct SensorValues {
+    /// Step 3.
+    pub torque_gain: Found,
+    /// Step 1.
+    pub torque_bias: Found,
+    /// Step 1.
+    pub position_gain: Found,
+    /// Step 3.
+    pub position_offset: Found,
+}
+
+impl SensorValues {
+    /// What was found for one quantity.
+    pub fn of(&self, quantity: Quantity) -> &Found {
+        match quantity {
+            Quantity::TorqueGain => &self.torque_gain,
+            Quantity::TorqueBias => &self.torque_bias,
+            Quantity::PositionGain => &self.position_gain,
+            Quantity::PositionOffset => &self.position_offset,
+        }
+    }
+}
+
+/// What the steps found.
+#[derive(Clone, Debug)]
+pub struct SequentialValues {
+    /// One for each joint.
+    pub sensors: Vec<SensorValues>,
+    /// Step 2.
+    pub gravity: Result<Gravity, Missing>,
+    /// Largest |residual| of the sinusoids of step 1 by joint, unit of the torque reading.
+    pub largest_residuals: Vec<Option<f64>>,
+    /// Solver iterations of all steps.
+    pub iterations: usize,
+    /// The readings with the noise that was stated or found.
+    pub readings: Readings,
+}
+
+/// Runs the paper's procedure.
+pub fn run_steps(session: &Session, plan: &Plan, workbench: &Workbench<'_>) -> SequentialValues {
+    let joints = 0..session.joints.len();
+    let mut readings = joint::select(session, Signals::All);
+
+    workbench.tell("step 1: torque biases and position gains");
+    let biases: Vec<Bias> =
+        joints.clone().map(|joint| bias::find_bias(session, plan, &readings, joint, workbench)).collect();
+    for (joint, bias) in biases.iter().enumerate() {
+        if let Some(std) = bias.residual_std {
+            readings.noise[joint] = std; // read only where no reading states its own
+        }
+    }
+    let mut known = SequentialValues::after_step_1(&biases, readings);
+
+    workbench.tell("step 2: gravity");
+    known.gravity = gravity::find_gravity(session, plan, &known.readings, &known, workbench);
+    known.iterations += known.gravity.as_ref().map_or(0, |g| g.iterations);
+
+    workbench.tell("step 3: torque gains and position offsets");
+    for joint in joints {
+        let Gain { torque_gain, position_offset, iterations } =
+            gain::find_gain(session, plan, &known.readings, &known, joint, workbench);
+        known.sensors[joint].torque_gain = torque_gain;
+        known.sensors[joint].position_offset = position_offset;
+        known.iterations += iterations;
+    }
+    known.respect_exact_knowledge(session);
+    known
+}
+
+impl SequentialValues {
+    fn after_step_1(biases: &[Bias], readings: Readings) -> SequentialValues {
+        let not_yet = || Err(Missing::new("not reached", ""));
+        SequentialValues {
+            sensors: biases
+                .iter()
+                .map(|bias| SensorValues {
+                    torque_gain: not_yet(),
+                    torque_bias: bias.torque_bias.clone(),
+                    position_gain: bias.position_gain.clone(),
+                    position_offset: not_yet(),
+                })
+                .collect(),
+            gravity: Err(Missing::new("not reached", "")),
+            largest_residuals: biases.iter().map(|b| b.largest_residual).collect(),
+            iterations: biases.iter().map(|b| b.iterations).sum(),
+            readings,
+        }
+    }
+
+    /// What the session gives as exact is no result of a step.
+    fn respect_exact_knowledge(&mut self, session: &Session) {
+        for (joint, sensor) in self.sensors.iter_mut().enumerate() {
+            for quantity in Quantity::ALL {
+                if session.held_reason(joint, quantity).is_some() {
+                    let exact = Ok(Frozen { value: session.joints[joint].of(quantity).nominal, std: 0.0 });
+                    match quantity {
+                        Quantity::TorqueGain => sensor.torque_gain = exact,
+                        Quantity::TorqueBias => sensor.torque_bias = exact,
+                        Quantity::PositionGain => sensor.position_gain = exact,
+                        Quantity::PositionOffset => sensor.position_offset = exact,
+                    }
+                }
+            }
+        }
+    }
+
+    /// A start for the joint problem: what was found, the nominal values for the rest. `None` without gravity.
+    pub fn as_start(&self, session: &Session) -> Option<Unknowns> {
+        let mut start = Unknowns::nominal(session);
+        start.gravity = self.gravity.as_ref().ok()?.vector;
+        for (values, sensor) in start.sensors.iter_mut().zip(&self.sensors) {
+            for quantity in Quantity::ALL {
+                if let Ok(found) = sensor.of(quantity) {
+                    values[quantity as usize] = found.value;
+                }
+            }
+        }
+        Some(start)
+    }
+}
+
+/// Tells the steps' values. To judge them on the same footing as the joint estimator, the joint problem is solved
+/// for what the steps leave out (masses, moments, placements, parameters not found) with their values held.
+///
+/// # Errors
+/// Where that problem has no answer at all.
+pub fn tell_steps(
+    session: &Session,
+    known: &SequentialValues,
+    workbench: &Workbench<'_>,
+) -> Result<EstimatorResult, EstimateError> {
+    let parameters = tell_parameters(session, known);
+    let undetermined = tell_missing(session, known);
+    let gravity = known.gravity.as_ref().ok();
+    let asked = |name: &str| session.asks(name);
+    let complete = parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !asked("gravity"));
+    let any = parameters.iter().any(|p| p.determined && p.held.is_none()) || gravity.is_some();
+    let mut result = EstimatorResult {
+        name: "sequential".into(),
+        verdict: match (any, complete) {
+            (false, _) => Verdict::Failed,
+            (true, true) => Verdict::Determined,
+            (true, false) => Verdict::PartlyDetermined,
+        },
+        termination: "three steps, each with the results of the steps before frozen".into(),
+        iterations: known.iterations,
+        gravity: gravity.map(|g| gravity_result(g.vector, &g.covariance, asked("gravity"))),
+        covariance: CovarianceResult::default(),
+        moments: Vec::new(),
+        undetermined,
+        fit: None,
+        notes: tell_notes(session, known),
+        parameters,
+    };
+    if let Some(start) = known.as_start(session) {
+        workbench.tell("judging the sequential values on all readings");
+        let mut posed = joint::pose(session, &known.readings, &start)?;
+        let held = found_blocks(&posed, known);
+        posed.problem = posed.problem.holding(&held, "found by the sequential steps");
+        let solved = solve_posed(known.readings.clone(), posed, workbench)?;
+        result.moments = determined_moments(
+            &solved.posed.problem,
+            &solved.estimate.values,
+            &solved.posed.layout,
+            &solved.spectrum,
+            &solved.covariance,
+        );
+        result.fit = Some(joint::fit_with_held_out(session, &solved, workbench)?);
+    }
+    Ok(result)
+}
+
+fn found_blocks(posed: &joint::JointProblem, known: &SequentialValues) -> Vec<BlockId> {
+    let sensors =
+        posed.layout.sensors.iter().zip(&known.sensors).flat_map(|(ids, sensor)| {
+            Quantity::ALL.into_iter().filter(|q| sensor.of(*q).is_ok()).map(|q| ids[q as usize])
+        });
+    sensors.chain([posed.layout.gravity]).collect()
+}
+
+fn tell_parameters(session: &Session, known: &SequentialValues) -> Vec<ParameterResult> {
+    let quantile = Quantile::new(false, 0);
+    let mut parameters = Vec::new();
+    for (joint, sensor) in known.sensors.iter().enumerate() {
+        for quantity in Quantity::ALL {
+            let mut told = session.blank_parameter(joint, quantity);
+            match sensor.of(quantity) {
+                Ok(found) if told.determined => {
+                    told.value = Some(found.value);
+                    told.std = Some(found.std);
+                    told.ci95 = Some(quantile.interval(found.value, found.std));
+                }
+                _ => told.determined = false,
+            }
+            parameters.push(told);
+        }
+    }
+    parameters
+}
+
+/// What was not found, parameters with one and the same reason together.
+fn tell_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined> {
+    let mut reasons: Vec<(Missing, Vec<String>)> = Vec::new();
+    let mut add = |missing: &Missing, name: String| match reasons.iter_mut().find(|(m, _)| m == missing) {
+        Some((_, names)) => names.push(name),
+        None => reasons.push((missing.clone(), vec![name])),
+    };
+    if let Err(missing) = &known.gravity {
+        add(missing, "gravity".into());
+    }
+    for (joint, sensor) in known.sensors.iter().enumerate() {
+        for quantity in Quantity::ALL {
+            if let Err(missing) = sensor.of(quantity) {
+                add(missing, quantity.name(&session.robot.chain.joints()[joint].name));
+            }
+        }
+    }
+    let mut told: Vec<Undetermined> = reasons.into_iter().map(|(missing, names)| missing.tell(names)).collect();
+    told.extend(joint::last_frame_choice(session));
+    told
+}
+
+fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
+    let mut notes = joint::frame_notes(session);
+    notes.push(
+        "Standard deviations are those of each step given the frozen results of the steps before it; the errors of \
+         those results are not in them."
+            .into(),
+    );
+    notes.extend(known.gravity.as_ref().ok().and_then(|g| g.assumed.clone()));
+    let largest: Vec<String> = known
+        .largest_residuals
+        .iter()
+        .enumerate()
+        .filter_map(|(joint, largest)| {
+            let unit = session.joints[joint].torque_unit.map_or_else(String::new, |u| u.to_string());
+            Some(format!("{} {:.2} {unit}", session.robot.chain.joints()[joint].name, (*largest)?))
+        })
+        .collect();
+    if !largest.is_empty() {
+        notes.push(format!("Largest residual of the sinusoids of step 1: {}.", largest.join(", ")));
+    }
+    notes
+}

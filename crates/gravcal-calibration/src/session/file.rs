@@ -1,0 +1,173 @@
+//! Sessions from `session.toml`.
+//!
+//! ```toml
+//! robot = "robot.toml"                       # or { urdf = "arm.urdf", base = "link_0", tip = "link_7" }
+//! estimators = ["sequential", "joint"]       # optional
+//! solver = "levenberg-marquardt"             # optional
+//!
+//! [gravity]
+//! magnitude_m_per_s2 = 9.80665               # or latitude_deg and altitude_m
+//! magnitude_std_m_per_s2 = 0.001             # optional: exact without it
+//! hemisphere = [0, 0, -1]                    # rough direction in base coordinates: settles the sign
+//!
+//! [inertia]                                  # optional
+//! links = "unknown"                          # the default; or "model", with relative_std = 0.1
+//!
+//! [readings]
+//! position = { columns = ["q1", "q2"], unit = "deg" }
+//! torque = { columns = ["y1", ""], unit = "count", std = 0.8 }    # "": no torque sensor
+//! sweep_column = "sweep"                     # optional: labels of sweeps
+//! merge_repeated_rows = false                # optional: rows of one standstill become one pose
+//!
+//! [[joint]]                                  # optional: what is known of a joint's sensors
+//! name = "shoulder"
+//! torque_sign = "reversed"                   # "normal" by default; position_sign likewise
+//! torque_gain = { nominal = 6.69, unit = "count/(N·m)" }          # only a start
+//! position_gain = { fixed = 1, unit = "deg/deg" }                 # exact
+//! position_offset = { nominal = 135, std = 2, unit = "deg" }      # known that well
+//!
+//! [[load]]                                   # optional
+//! name = "plate-a"
+//! mass_kg = 1.724
+//! link = "link2"
+//! position_m = [0, 0, 0.1]                   # optional, with or without position_std_m
+//!
+//! [[load_distance]]                          # optional; both loads on one link
+//! between = ["plate-a", "plate-b"]
+//! distance_m = 0.402
+//! distance_std_m = 0.0005                    # optional: a micrometre without it
+//!
+//! [[poses]]                                  # one at least
+//! file = "${DATA:-.}/poses-a.csv"
+//! load = "plate-a"                           # optional: nothing attached without it
+//! swept = "shoulder"                         # optional: found by movement without it
+//! step = 2                                   # optional: the step of the sequential procedure that reads it
+//!
+//! [ask]                                      # optional
+//! add = ["shoulder.position_offset"]
+//! drop = ["shoulder.torque_gain"]
+//! ```
+//!
+//! Where a value may differ by joint (`unit`, `std`, `count`) it is one for all or a list with one for each. The noise
+//! columns `std_columns`, `count_columns` and `usable_columns` are lists, with `""` where a joint has none.
+//!
+//! Each section has its own file: what may stand there (a struct for serde) and what it comes to. Numbers carry their
+//! unit in the name of the field or in a `unit` beside them; here they become SI and radians.
+
+mod ask;
+mod gravity;
+mod inertia;
+mod joints;
+mod knowledge;
+mod loads;
+mod normal_gravity;
+mod poses;
+mod readings;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use gravcal_recording::ReadError;
+use serde::Deserialize;
+
+use super::Session;
+use crate::document::{Document, Field, FileError};
+use crate::robot::{Robot, RobotSource, resolve_robot};
+
+/// Why a session cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum SessionError {
+    /// Something is wrong with the session's file or the robot's.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// Something is wrong with a table of poses.
+    #[error("{error}\n  {named_by}")]
+    Table {
+        /// What, and where in the table.
+        error: ReadError,
+        /// The place in the session that named the table.
+        named_by: String,
+    },
+}
+
+/// `session.toml`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+struct SessionTable {
+    robot: RobotSource,
+    #[serde(default)]
+    estimators: Vec<String>,
+    solver: Option<String>,
+    gravity: gravity::GravityTable,
+    #[serde(default)]
+    inertia: inertia::InertiaTable,
+    readings: readings::ReadingsTable,
+    #[serde(default)]
+    joint: Vec<joints::JointTable>,
+    #[serde(default)]
+    load: Vec<loads::LoadTable>,
+    #[serde(default)]
+    load_distance: Vec<loads::LoadDistanceTable>,
+    #[serde(default)]
+    poses: Vec<poses::PosesTable>,
+    #[serde(default)]
+    ask: ask::AskTable,
+}
+
+/// What every section is read against.
+struct Context<'a> {
+    document: &'a Document,
+    robot: &'a Robot,
+    /// Where the robot was read from, for messages.
+    robot_path: &'a Path,
+    joint_names: Vec<&'a str>,
+    link_names: Vec<&'a str>,
+}
+
+impl<'a> Context<'a> {
+    fn new(document: &'a Document, robot: &'a Robot, robot_path: &'a Path) -> Self {
+        let joint_names = robot.chain.joints().iter().map(|joint| joint.name.as_str()).collect();
+        let link_names = robot.chain.links().iter().map(|link| link.name.as_str()).collect();
+        Context { document, robot, robot_path, joint_names, link_names }
+    }
+}
+
+/// Reads a session and everything it names. What `session.toml` says is checked before any table is opened.
+pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
+    let document = Document::read(path)?;
+    let written: SessionTable = document.parse()?;
+    let (robot, robot_path) = resolve_robot(&document, &Field::new("robot"), &written.robot)?;
+    let context = Context::new(&document, &robot, &robot_path);
+
+    let gravity = gravity::resolve(&document, &written.gravity)?;
+    let inertia = inertia::resolve(&context, &written.inertia)?;
+    let mapping = readings::mapping(&context, &written.readings)?;
+    let joints = joints::resolve(&context, &mapping, &written.joint)?;
+    let loads = loads::resolve(&context, &written.load)?;
+    let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
+    let ask = ask::resolve(&context, &joints, written.ask)?;
+    let tables = poses::tables(&context, &loads, &written.poses)?;
+    let poses = poses::read_all(&document, &written.poses, &tables, &mapping)?;
+
+    let inputs = inputs(path, &robot_path, tables.iter().map(|table| table.path.clone()));
+    let (estimators, solver) = (written.estimators, written.solver);
+    Ok(Session {
+        robot,
+        gravity,
+        inertia,
+        loads,
+        load_distances,
+        joints,
+        tables,
+        poses,
+        ask,
+        estimators,
+        solver,
+        inputs,
+    })
+}
+
+fn inputs(session: &Path, robot: &Path, tables: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {
+    [session, robot].map(Path::to_owned).into_iter().chain(tables).collect()
+}

@@ -1,0 +1,85 @@
+//! `[[load]]` and `[[load_distance]]`: bodies of known mass, and how far apart their placements are.
+
+use serde::Deserialize;
+
+use super::Context;
+use crate::document::{Document, Field, FileError};
+use crate::session::{Load, LoadDistance};
+
+/// Standard deviation of a distance that comes without one, m: exact to a micrometre.
+const EXACT_DISTANCE_STD: f64 = 1e-6;
+
+/// `[[load]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub(super) struct LoadTable {
+    name: String,
+    mass_kg: f64,
+    link: String,
+    position_m: Option<[f64; 3]>,
+    position_std_m: Option<f64>,
+}
+
+/// `[[load_distance]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub(super) struct LoadDistanceTable {
+    between: [String; 2],
+    distance_m: f64,
+    distance_std_m: Option<f64>,
+}
+
+/// What the `[[load]]` come to.
+pub(super) fn resolve(context: &Context<'_>, tables: &[LoadTable]) -> Result<Vec<Load>, FileError> {
+    let names = tables.iter().map(|table| table.name.as_str());
+    context.document.check_names(names, |i| Field::new("load").at(i).key("name"))?;
+    tables.iter().enumerate().map(|(i, table)| load(context, &Field::new("load").at(i), table)).collect()
+}
+
+fn load(context: &Context<'_>, field: &Field, table: &LoadTable) -> Result<Load, FileError> {
+    let document = context.document;
+    let mass = document.positive(&field.key("mass_kg"), table.mass_kg, "a mass", "kg")?;
+    let link = document.lookup(&field.key("link"), "link", &table.link, &context.link_names)?;
+    let std_field = field.key("position_std_m");
+    if table.position_std_m.is_some() && table.position_m.is_none() {
+        return Err(document.error(&std_field, "a standard deviation of what? add position_m, or delete this"));
+    }
+    let std = table.position_std_m.map(|std| document.positive(&std_field, std, "a standard deviation", "m"));
+    Ok(Load { name: table.name.clone(), mass, link, position: table.position_m, position_std: std.transpose()? })
+}
+
+/// What the `[[load_distance]]` come to.
+pub(super) fn resolve_distances(
+    document: &Document,
+    loads: &[Load],
+    tables: &[LoadDistanceTable],
+) -> Result<Vec<LoadDistance>, FileError> {
+    let tables = tables.iter().enumerate();
+    tables.map(|(i, table)| distance(document, &Field::new("load_distance").at(i), loads, table)).collect()
+}
+
+fn distance(
+    document: &Document,
+    field: &Field,
+    loads: &[Load],
+    table: &LoadDistanceTable,
+) -> Result<LoadDistance, FileError> {
+    let between = field.key("between");
+    let names: Vec<&str> = loads.iter().map(|load| load.name.as_str()).collect();
+    let find = |end: usize| document.lookup(&between.at(end), "load", &table.between[end], &names);
+    let [first, second] = [find(0)?, find(1)?];
+    if first == second {
+        return Err(document.error(&between, "a load is no distance from itself: name two loads"));
+    }
+    if loads[first].link != loads[second].link {
+        let message = "the two loads are on different links, so their distance changes as the robot moves: name two on \
+                       one link";
+        return Err(document.error(&between, message));
+    }
+    let std = table.distance_std_m.unwrap_or(EXACT_DISTANCE_STD);
+    Ok(LoadDistance {
+        between: [first, second],
+        distance: document.positive(&field.key("distance_m"), table.distance_m, "a distance", "m")?,
+        std: document.positive(&field.key("distance_std_m"), std, "a standard deviation", "m")?,
+    })
+}

@@ -1,0 +1,285 @@
+//! A session: everything that a user says of one calibration, resolved and checked. Inside: SI and radians.
+
+mod file;
+pub(crate) mod units;
+
+use std::path::{Path, PathBuf};
+
+use gravcal_kinematics::JointKind;
+use gravcal_recording::{PositionUnit, Reading, TorqueUnit};
+
+use crate::parameter::Quantity;
+use crate::result::ParameterResult;
+use crate::robot::Robot;
+
+pub use file::SessionError;
+
+/// One calibration: the robot, what is known beforehand, and the static poses.
+#[derive(Clone, Debug)]
+pub struct Session {
+    /// The robot.
+    pub robot: Robot,
+    /// What is known of gravity.
+    pub gravity: GravityKnowledge,
+    /// What is known of the links' masses and moments.
+    pub inertia: InertiaKnowledge,
+    /// Known loads, each at one placement.
+    pub loads: Vec<Load>,
+    /// Known distances between placements.
+    pub load_distances: Vec<LoadDistance>,
+    /// One for each joint of the chain.
+    pub joints: Vec<JointKnowledge>,
+    /// One for each `[[poses]]`.
+    pub tables: Vec<PoseTable>,
+    /// All static poses of all tables, in order.
+    pub poses: Vec<Pose>,
+    /// Changes to what is asked for.
+    pub ask: Ask,
+    /// Estimators to run, by name; empty for the default.
+    pub estimators: Vec<String>,
+    /// The solver's name, where the session chooses one.
+    pub solver: Option<String>,
+    /// Every file that was read, for the record of where a result comes from.
+    pub inputs: Vec<PathBuf>,
+}
+
+impl Session {
+    /// Reads `session.toml` and everything it names.
+    ///
+    /// # Errors
+    /// Names the file, the line and the field.
+    pub fn read(path: &Path) -> Result<Session, SessionError> {
+        file::read(path)
+    }
+}
+
+/// What is known of gravity beforehand.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GravityKnowledge {
+    /// ‖g‖, m/s².
+    pub magnitude: f64,
+    /// Standard deviation of the magnitude, m/s²; `None` where it is taken as exact (gravity on the sphere).
+    pub magnitude_std: Option<f64>,
+    /// Rough direction of gravity in base coordinates, of unit length: settles the sign.
+    pub hemisphere: [f64; 3],
+}
+
+/// What is known of the links' masses and first moments.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum InertiaKnowledge {
+    /// Nothing: the robot's values are only a start.
+    Unknown,
+    /// The robot's values, as a prior with this standard deviation relative to each value.
+    Model {
+        /// Relative standard deviation, for example 0.1.
+        relative_std: f64,
+    },
+}
+
+/// A load of known mass at one placement.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Load {
+    /// Name.
+    pub name: String,
+    /// kg.
+    pub mass: f64,
+    /// Index of the link that carries it.
+    pub link: usize,
+    /// Its centre of mass in the link's frame, m, where known.
+    pub position: Option<[f64; 3]>,
+    /// Standard deviation of each component of `position`, m; `None` with a position: exact.
+    pub position_std: Option<f64>,
+}
+
+/// A known distance between the centres of mass of two placements.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoadDistance {
+    /// Indices of the loads; both on one link.
+    pub between: [usize; 2],
+    /// m.
+    pub distance: f64,
+    /// m.
+    pub std: f64,
+}
+
+/// What is known of one joint's sensors beforehand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointKnowledge {
+    /// Unit of the torque reading; `None` where the joint has no torque sensor.
+    pub torque_unit: Option<TorqueUnit>,
+    /// Unit of the position reading.
+    pub position_unit: PositionUnit,
+    /// Knowledge of each parameter, in the order of [`Quantity::ALL`].
+    pub parameters: [Knowledge; 4],
+}
+
+impl JointKnowledge {
+    /// What is known of one parameter of the joint.
+    pub fn of(&self, quantity: Quantity) -> Knowledge {
+        self.parameters[quantity as usize]
+    }
+}
+
+/// What is known of one sensor parameter beforehand, in inside units.
+///
+/// The sign of `nominal` of a gain is the declared sign of the sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Knowledge {
+    /// Where the estimation starts.
+    pub nominal: f64,
+    /// How it is known.
+    pub kind: KnowledgeKind,
+}
+
+/// How a parameter is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum KnowledgeKind {
+    /// Only as a start.
+    Start,
+    /// As a prior with this standard deviation.
+    Prior {
+        /// In the parameter's unit.
+        std: f64,
+    },
+    /// Exactly: held.
+    Fixed,
+}
+
+/// One `[[poses]]` of the session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PoseTable {
+    /// The file.
+    pub path: PathBuf,
+    /// Index of the load attached, if any.
+    pub load: Option<usize>,
+    /// Index of the swept joint, where declared.
+    pub swept: Option<usize>,
+    /// The step of the sequential procedure that may read its sweeps; `None`: every step that can.
+    pub step: Option<u8>,
+}
+
+/// One static pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    /// Index into [`Session::tables`].
+    pub table: usize,
+    /// Line of the file.
+    pub line: u64,
+    /// Label of the declared sweep, where a column gives one.
+    pub sweep_label: Option<String>,
+    /// Index of the load attached, if any.
+    pub load: Option<usize>,
+    /// Position readings (rad, m, or the sensor's own unit).
+    pub position: Vec<f64>,
+    /// Torque readings, absent where missing or unusable.
+    pub torque: Vec<Option<Reading>>,
+}
+
+/// Changes to what is asked for; names such as `joint1.torque_gain`, `gravity`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Ask {
+    /// Asked for besides the default.
+    pub add: Vec<String>,
+    /// Not asked for.
+    pub drop: Vec<String>,
+}
+
+impl Session {
+    /// Unit of a parameter inside the program.
+    pub fn parameter_unit(&self, joint: usize, quantity: Quantity) -> String {
+        let knowledge = &self.joints[joint];
+        let prismatic = self.robot.chain.joints()[joint].kind == JointKind::Prismatic;
+        let coordinate = if prismatic { "m" } else { "rad" };
+        let effort = if prismatic { "N" } else { "(N·m)" };
+        let reading = knowledge.torque_unit.map_or_else(|| "1".to_owned(), |unit| unit.to_string());
+        match quantity {
+            Quantity::TorqueGain => format!("{reading}/{effort}"),
+            Quantity::TorqueBias => reading,
+            Quantity::PositionGain => format!("{coordinate}/{}", knowledge.position_unit.si()),
+            Quantity::PositionOffset => coordinate.to_owned(),
+        }
+    }
+
+    /// Why a parameter is held and not estimated, if it is.
+    pub fn held_reason(&self, joint: usize, quantity: Quantity) -> Option<&'static str> {
+        let knowledge = self.joints[joint].of(quantity);
+        let last = joint + 1 == self.joints.len();
+        match quantity {
+            _ if knowledge.kind == KnowledgeKind::Fixed => Some("given as exact"),
+            Quantity::TorqueGain | Quantity::TorqueBias if self.joints[joint].torque_unit.is_none() => {
+                Some(NO_TORQUE_SENSOR)
+            }
+            Quantity::PositionOffset if joint == 0 => Some(BASE_FRAME_CHOICE),
+            Quantity::PositionOffset if last && !self.last_frame_is_fixed() => Some(LAST_FRAME_CHOICE),
+            _ => None,
+        }
+    }
+
+    /// Largest less smallest torque reading of each joint, unit of the reading; 0 where there is none.
+    pub fn torque_spreads(&self) -> Vec<f64> {
+        (0..self.joints.len())
+            .map(|joint| {
+                let values = || self.poses.iter().filter_map(|pose| Some(pose.torque[joint].as_ref()?.value));
+                let high = values().fold(f64::NEG_INFINITY, f64::max);
+                (high - values().fold(f64::INFINITY, f64::min)).max(0.0)
+            })
+            .collect()
+    }
+
+    /// By joint, whether a torque reading states no standard deviation, so that it is estimated from residuals.
+    pub fn noise_estimated(&self) -> Vec<bool> {
+        let unstated =
+            |joint: usize| self.poses.iter().any(|p| p.torque[joint].as_ref().is_some_and(|r| r.std.is_none()));
+        (0..self.joints.len()).map(unstated).collect()
+    }
+
+    /// Whether a parameter (or `gravity`) is asked for: every one but what is a choice of frame, unless the session
+    /// asks for more or less.
+    pub fn asks(&self, name: &str) -> bool {
+        let listed = |list: &[String]| list.iter().any(|n| n == name);
+        let by_default = !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
+            Quantity::ALL.iter().any(|q| {
+                let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
+                let no_sensor = self.joints[joint].torque_unit.is_none()
+                    && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
+                q.name(&j.name) == name
+                    && (no_sensor || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason)))
+            })
+        });
+        (by_default || listed(&self.ask.add)) && !listed(&self.ask.drop)
+    }
+
+    /// A parameter's entry in a result, without a value; `determined` only says that its value is not a choice.
+    pub(crate) fn blank_parameter(&self, joint: usize, quantity: Quantity) -> ParameterResult {
+        let name = quantity.name(&self.robot.chain.joints()[joint].name);
+        let held = self.held_reason(joint, quantity);
+        let meaningless = held == Some(LAST_FRAME_CHOICE) || held == Some(NO_TORQUE_SENSOR);
+        ParameterResult {
+            asked: self.asks(&name),
+            unit: self.parameter_unit(joint, quantity),
+            convention: quantity.convention(),
+            value: None,
+            std: None,
+            ci95: None,
+            determined: !meaningless,
+            held: held.map(str::to_owned),
+            nominal: self.joints[joint].of(quantity).nominal,
+            name,
+        }
+    }
+
+    /// Whether something known in the last link's frame fixes that frame: a load's placement, or the offset itself.
+    fn last_frame_is_fixed(&self) -> bool {
+        let last = self.joints.len() - 1;
+        let placed = self.loads.iter().any(|load| load.link == last && load.position.is_some());
+        let prior = matches!(self.joints[last].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
+        let model = matches!(self.inertia, InertiaKnowledge::Model { .. });
+        placed || prior || model
+    }
+}
+
+const NO_TORQUE_SENSOR: &str = "the joint has no torque sensor";
+/// Why the first joint's offset is held.
+pub const BASE_FRAME_CHOICE: &str = "zero by definition of the base frame";
+/// Why the last joint's offset is held.
+pub const LAST_FRAME_CHOICE: &str = "a choice of the last link's frame";

@@ -1,0 +1,211 @@
+//! Units of sensor parameters as they stand in files.
+//!
+//! ```text
+//!     reading = gain · torque + bias          gain in count/(N·m), bias in count
+//!     coordinate = gain · reading + offset    gain in deg/count,   offset in deg
+//! ```
+//!
+//! Each function takes the unit as it is written, `None` where it is missing, and refuses both a missing and an unknown
+//! unit with the list of those that may stand there.
+
+use std::str::FromStr;
+
+use gravcal_kinematics::JointKind;
+use gravcal_recording::{PositionUnit, TorqueUnit};
+
+/// A unit that is missing, or does not fit its quantity.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{}: expected {expected}", described(.found.as_deref()))]
+pub(crate) struct UnitError {
+    found: Option<String>,
+    expected: String,
+}
+
+fn described(found: Option<&str>) -> String {
+    match found {
+        Some(found) => format!("the unit `{found}` does not fit"),
+        None => "the unit is missing".to_owned(),
+    }
+}
+
+/// The unit of a position gain: a coordinate a reading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PositionGainUnit {
+    /// Of the coordinate: an angle or a length.
+    pub coordinate: PositionUnit,
+    /// Of the reading.
+    pub reading: PositionUnit,
+}
+
+impl PositionGainUnit {
+    /// What a gain is multiplied with to be in rad (or m) a unit of the reading in SI.
+    pub fn to_si(self) -> f64 {
+        self.coordinate.to_si() / self.reading.to_si()
+    }
+}
+
+/// The SI unit of what a joint exerts: the only one a torque gain may be counted in.
+pub(crate) fn effort(kind: JointKind) -> TorqueUnit {
+    match kind {
+        JointKind::Revolute => TorqueUnit::NewtonMeter,
+        JointKind::Prismatic => TorqueUnit::Newton,
+    }
+}
+
+/// The SI unit of a joint's coordinate.
+pub(crate) fn si_coordinate(kind: JointKind) -> PositionUnit {
+    match kind {
+        JointKind::Revolute => PositionUnit::Radian,
+        JointKind::Prismatic => PositionUnit::Meter,
+    }
+}
+
+/// Unit of a position reading, such as `deg`.
+pub(crate) fn position_reading(written: Option<&str>) -> Result<PositionUnit, UnitError> {
+    parse(written, || format!("a unit of position, one of {}", listed(&PositionUnit::ALL)))
+}
+
+/// Unit of a torque reading, such as `count`.
+pub(crate) fn torque_reading(written: Option<&str>) -> Result<TorqueUnit, UnitError> {
+    parse(written, || format!("a unit of torque readings, one of {}", listed(&TorqueUnit::ALL)))
+}
+
+/// Unit of a joint's coordinate, such as `deg`.
+pub(crate) fn coordinate(written: Option<&str>, kind: JointKind) -> Result<PositionUnit, UnitError> {
+    let expected = || format!("one of {}, as the joint is {}", listed(&coordinates(kind)), adjective(kind));
+    let unit: PositionUnit = parse(written, expected)?;
+    if coordinates(kind).contains(&unit) { Ok(unit) } else { Err(refused(written, expected())) }
+}
+
+/// Unit of a torque gain, such as `count/(N·m)`; gives that of the reading, as the joint's kind fixes the other.
+pub(crate) fn torque_gain(written: Option<&str>, kind: JointKind) -> Result<TorqueUnit, UnitError> {
+    let denominator = effort(kind);
+    let shown = if kind == JointKind::Revolute { format!("({denominator})") } else { denominator.to_string() };
+    let expected = || {
+        let units = TorqueUnit::ALL.map(|reading| format!("{reading}/{shown}")).join(", ");
+        format!("one of {units}, as the joint is {}", adjective(kind))
+    };
+    match ratio::<TorqueUnit>(written) {
+        Some((reading, unit)) if unit == denominator => Ok(reading),
+        _ => Err(refused(written, expected())),
+    }
+}
+
+/// Unit of a position gain, such as `deg/count`.
+pub(crate) fn position_gain(written: Option<&str>, kind: JointKind) -> Result<PositionGainUnit, UnitError> {
+    match ratio::<PositionUnit>(written) {
+        Some((coordinate, reading)) if coordinates(kind).contains(&coordinate) => {
+            Ok(PositionGainUnit { coordinate, reading })
+        }
+        _ => {
+            let expected = format!(
+                "<coordinate>/<reading>, such as {}/count, with a coordinate in {} (the joint is {}) and a reading in {}",
+                si_coordinate(kind),
+                listed(&coordinates(kind)),
+                adjective(kind),
+                listed(&PositionUnit::ALL)
+            );
+            Err(refused(written, expected))
+        }
+    }
+}
+
+fn parse<U: FromStr>(written: Option<&str>, expected: impl Fn() -> String) -> Result<U, UnitError> {
+    written.and_then(|unit| unit.parse().ok()).ok_or_else(|| refused(written, expected()))
+}
+
+/// The two units of `a/b` or `a/(b)`.
+fn ratio<U: FromStr>(written: Option<&str>) -> Option<(U, U)> {
+    let (numerator, denominator) = written?.split_once('/')?;
+    Some((without_brackets(numerator).parse().ok()?, without_brackets(denominator).parse().ok()?))
+}
+
+fn without_brackets(unit: &str) -> &str {
+    let unit = unit.trim();
+    unit.strip_prefix('(').and_then(|unit| unit.strip_suffix(')')).unwrap_or(unit)
+}
+
+fn refused(written: Option<&str>, expected: String) -> UnitError {
+    UnitError { found: written.map(str::to_owned), expected }
+}
+
+fn coordinates(kind: JointKind) -> [PositionUnit; 2] {
+    match kind {
+        JointKind::Revolute => [PositionUnit::Radian, PositionUnit::Degree],
+        JointKind::Prismatic => [PositionUnit::Meter, PositionUnit::Millimeter],
+    }
+}
+
+fn adjective(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Revolute => "revolute",
+        JointKind::Prismatic => "prismatic",
+    }
+}
+
+fn listed<U: ToString>(units: &[U]) -> String {
+    units.iter().map(U::to_string).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use JointKind::{Prismatic, Revolute};
+
+    #[test]
+    fn gains_of_torque_have_the_unit_of_their_reading() {
+        for spelling in ["count/(N·m)", "count/N·m", "count/Nm", "count / (N*m)"] {
+            assert_eq!(torque_gain(Some(spelling), Revolute), Ok(TorqueUnit::Count), "{spelling}");
+        }
+        assert_eq!(torque_gain(Some("(N·m)/(N·m)"), Revolute), Ok(TorqueUnit::NewtonMeter));
+        assert_eq!(torque_gain(Some("V/N"), Prismatic), Ok(TorqueUnit::Volt));
+    }
+
+    #[test]
+    fn gains_of_position_lead_to_si() {
+        let factor = |unit: &str, kind| position_gain(Some(unit), kind).unwrap().to_si();
+        assert_eq!(factor("deg/deg", Revolute), 1.0);
+        assert_eq!(factor("mm/mm", Prismatic), 1.0);
+        assert_eq!(factor("deg/count", Revolute), PI / 180.0);
+        assert_eq!(factor("mm/V", Prismatic), 1e-3);
+        assert_eq!(factor("rad/deg", Revolute), 180.0 / PI);
+    }
+
+    #[test]
+    fn missing_and_unknown_units_are_told_with_the_accepted_ones() {
+        let message = |error: Result<TorqueUnit, UnitError>| error.unwrap_err().to_string();
+        assert_eq!(
+            message(torque_gain(None, Revolute)),
+            "the unit is missing: expected one of N·m/(N·m), N/(N·m), count/(N·m), V/(N·m), as the joint is revolute"
+        );
+        assert_eq!(
+            message(torque_gain(Some("count/(N·m)"), Prismatic)),
+            "the unit `count/(N·m)` does not fit: expected one of N·m/N, N/N, count/N, V/N, as the joint is prismatic"
+        );
+        assert_eq!(
+            message(torque_reading(Some("counts"))),
+            "the unit `counts` does not fit: expected a unit of torque readings, one of N·m, N, count, V"
+        );
+        assert_eq!(
+            position_reading(None).unwrap_err().to_string(),
+            "the unit is missing: expected a unit of position, one of rad, deg, m, mm, count, V"
+        );
+        for unit in [None, Some("m"), Some("count"), Some("degree")] {
+            assert!(
+                coordinate(unit, Revolute)
+                    .unwrap_err()
+                    .to_string()
+                    .ends_with("one of rad, deg, as the joint is revolute")
+            );
+        }
+        for unit in [None, Some("count"), Some("m/count"), Some("count/deg"), Some("rad/deg/s")] {
+            let message = position_gain(unit, Revolute).unwrap_err().to_string();
+            assert!(
+                message.contains("such as rad/count, with a coordinate in rad, deg (the joint is revolute) and"),
+                "{message}"
+            );
+        }
+    }
+}

@@ -1,0 +1,122 @@
+//! One trial: poses, deflections, readings.
+
+use gravcal_recording::Reading;
+use rand::{Rng, RngExt};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64;
+
+use super::{Run, Simulation};
+use crate::parameter::Quantity;
+use crate::session::{Pose, Session};
+
+/// Rounds in which a compliant joint and its torque come to agree; each shrinks the error by (compliance · stiffness
+/// of gravity), a few per cent.
+const COMPLIANCE_ROUNDS: usize = 20;
+
+/// The session of trial number `trial`.
+pub(super) fn session(simulation: &Simulation, trial: u64) -> Session {
+    let mut random = Pcg64::new(u128::from(simulation.seed), u128::from(trial));
+    let mut session = simulation.template.clone();
+    for (table, run) in simulation.runs.iter().enumerate() {
+        for (index, stand) in stands(simulation, run, &mut random).into_iter().enumerate() {
+            let pose = read_sensors(simulation, table, index, &stand, &mut random);
+            session.poses.push(pose);
+        }
+    }
+    session
+}
+
+/// Where the joints stand: position readings without noise, and the deflection drawn for each joint.
+struct Stand {
+    position: Vec<f64>,
+    deflection: Vec<f64>,
+    swept: Option<usize>,
+}
+
+fn stands(simulation: &Simulation, run: &Run, random: &mut Pcg64) -> Vec<Stand> {
+    let joints = simulation.template.joints.len();
+    let hold = |random: &mut Pcg64| -> Vec<f64> {
+        (0..joints).map(|_| simulation.disturbance.deflection.hold_std * normal(random)).collect()
+    };
+    match run {
+        Run::Sweep { swept, range, poses, held } => {
+            let deflection = hold(random);
+            (0..*poses)
+                .map(|k| {
+                    let share = k as f64 / (*poses as f64 - 1.0).max(1.0);
+                    let mut position = held.clone();
+                    position[*swept] = range[0] + share * (range[1] - range[0]);
+                    Stand { position, deflection: deflection.clone(), swept: Some(*swept) }
+                })
+                .collect()
+        }
+        Run::Random { poses } => (0..*poses)
+            .map(|_| Stand {
+                position: (0..joints).map(|joint| random_position(simulation, joint, random)).collect(),
+                deflection: hold(random),
+                swept: None,
+            })
+            .collect(),
+    }
+}
+
+/// A reading at which the joint is anywhere within its limits (a whole turn where it has none).
+fn random_position(simulation: &Simulation, joint: usize, random: &mut Pcg64) -> f64 {
+    let [low, high] =
+        simulation.template.robot.chain.joints()[joint].limits.unwrap_or([-std::f64::consts::PI, std::f64::consts::PI]);
+    let sensor = simulation.truth.sensors[joint];
+    let coordinate = random.random_range(low..=high);
+    (coordinate - sensor[Quantity::PositionOffset as usize]) / sensor[Quantity::PositionGain as usize]
+}
+
+fn read_sensors(simulation: &Simulation, table: usize, index: usize, stand: &Stand, random: &mut Pcg64) -> Pose {
+    let load = simulation.template.tables[table].load;
+    let torque = torque_at(simulation, stand, load);
+    let disturbance = &simulation.disturbance;
+    let position =
+        stand.position.iter().zip(&disturbance.position_std).map(|(q, std)| q + std * normal(random)).collect();
+    let torque = torque
+        .iter()
+        .enumerate()
+        .map(|(joint, torque)| {
+            let [gain, bias, ..] = simulation.truth.sensors[joint];
+            // Drawn for every joint, so that a joint without a sensor does not shift the others' noise.
+            let value = gain * torque + bias + disturbance.torque_std[joint] * normal(random);
+            simulation.template.joints[joint].torque_unit?;
+            let value = disturbance.converter.map_or(value, |converter| converter.convert(value));
+            Some(Reading { value, std: Some(simulation.stated_std(joint)) })
+        })
+        .collect();
+    // Line 1 of a table is its header.
+    Pose { table, line: index as u64 + 2, sweep_label: None, load, position, torque }
+}
+
+/// True torques, stationary joints deflected.
+fn torque_at(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> Vec<f64> {
+    let truth = &simulation.truth;
+    let mut inertia: Vec<f64> = truth.inertia.iter().flatten().copied().collect();
+    if let Some(load) = load {
+        let (mass, link) = (simulation.template.loads[load].mass, simulation.template.loads[load].link);
+        inertia[4 * link] += mass;
+        (0..3).for_each(|axis| inertia[4 * link + 1 + axis] += mass * truth.loads[load][axis]);
+    }
+    let compliance = &simulation.disturbance.deflection.compliance;
+    let mut torque = vec![0.0; stand.position.len()];
+    let rounds = if compliance.iter().any(|c| *c != 0.0) { COMPLIANCE_ROUNDS } else { 1 };
+    for _ in 0..rounds {
+        let coordinates: Vec<f64> = (0..stand.position.len())
+            .map(|joint| {
+                let [_, _, gain, offset] = truth.sensors[joint];
+                let deflection = stand.deflection[joint] + compliance[joint] * torque[joint];
+                let moving = stand.swept == Some(joint);
+                gain * stand.position[joint] + offset + if moving { 0.0 } else { deflection }
+            })
+            .collect();
+        simulation.template.robot.chain.gravity_torque(&coordinates, truth.gravity, &inertia, &mut torque);
+    }
+    torque
+}
+
+fn normal(random: &mut impl Rng) -> f64 {
+    random.sample(StandardNormal)
+}

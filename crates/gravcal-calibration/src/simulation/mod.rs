@@ -1,0 +1,136 @@
+//! Sessions with known truth: what the sensors of a known robot would read.
+//!
+//! ```text
+//!     θ_i = s_i q_i + o_i + δ_i,     y_i = convert(k_i τ_i(θ) + b_i + noise)
+//! ```
+//!
+//! `δ` is the deflection of a joint that stands still, which its position sensor does not see. Everything random
+//! comes from one generator with a stream a trial, so that a trial depends on the seed and its number only.
+
+mod draw;
+mod file;
+mod write;
+
+use std::path::Path;
+
+use crate::document::FileError;
+use crate::joint::Unknowns;
+use crate::session::Session;
+
+pub use write::{SimulateError, write_session};
+
+/// A simulated experiment.
+#[derive(Clone, Debug)]
+pub struct Simulation {
+    /// What the session will say; its tables are there, its poses are not.
+    pub template: Session,
+    /// The true values.
+    pub truth: Unknowns,
+    /// One for each table of the template.
+    pub runs: Vec<Run>,
+    /// What disturbs the readings.
+    pub disturbance: Disturbance,
+    /// Seed of the random numbers.
+    pub seed: u64,
+}
+
+/// Poses of one table.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Run {
+    /// One joint moves in even steps, the others stand.
+    Sweep {
+        /// Index of the joint that moves.
+        swept: usize,
+        /// Its first and last position reading.
+        range: [f64; 2],
+        /// Number of poses.
+        poses: usize,
+        /// Position reading of every joint; that of the swept one is not used.
+        held: Vec<f64>,
+    },
+    /// Every joint at a random place within its limits.
+    Random {
+        /// Number of poses.
+        poses: usize,
+    },
+}
+
+/// What disturbs the readings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Disturbance {
+    /// Standard deviation of the averaged torque reading of each joint, unit of the reading.
+    pub torque_std: Vec<f64>,
+    /// Standard deviation of the averaged position reading of each joint, unit of the reading (rad for an angle).
+    pub position_std: Vec<f64>,
+    /// Converter of the torque readings, if they pass through one.
+    pub converter: Option<Converter>,
+    /// Deflection of stationary joints.
+    pub deflection: Deflection,
+}
+
+/// An analogue-to-digital converter.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Converter {
+    /// Number of bits.
+    pub bits: u32,
+    /// Reading at the lowest and, one step above, the highest code; unit of the reading.
+    pub range: [f64; 2],
+}
+
+impl Converter {
+    /// Width of one step, unit of the reading.
+    pub fn step(&self) -> f64 {
+        (self.range[1] - self.range[0]) / 2f64.powi(self.bits as i32)
+    }
+
+    /// The reading it gives: the nearest step within its range.
+    pub fn convert(&self, value: f64) -> f64 {
+        let code = ((value - self.range[0]) / self.step()).round();
+        self.range[0] + self.step() * code.clamp(0.0, 2f64.powi(self.bits as i32) - 1.0)
+    }
+}
+
+/// Deflection of joints that stand still: true coordinate less what the calibrated position sensor says.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Deflection {
+    /// Standard deviation of one draw for each joint and hold, rad: a hold is a sweep, or one random pose.
+    pub hold_std: f64,
+    /// `δ = c τ` of each joint, rad/(N·m).
+    pub compliance: Vec<f64>,
+}
+
+impl Simulation {
+    /// Reads `simulation.toml` and the robot that it names.
+    ///
+    /// # Errors
+    /// Names the file, the line and the field.
+    pub fn read(path: &Path) -> Result<Simulation, FileError> {
+        file::read(path)
+    }
+
+    /// The session of one trial.
+    pub fn session(&self, trial: u64) -> Session {
+        draw::session(self, trial)
+    }
+
+    /// Standard deviation that the session states for a joint's readings: noise and the converter's step,
+    /// `√(σ² + Δ²/12)`.
+    pub fn stated_std(&self, joint: usize) -> f64 {
+        let step = self.disturbance.converter.map_or(0.0, |c| c.step());
+        (self.disturbance.torque_std[joint].powi(2) + step * step / 12.0).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn converter_rounds_and_saturates() {
+        let converter = Converter { bits: 12, range: [0.0, 4096.0] };
+        assert_eq!(converter.step(), 1.0);
+        assert_eq!([2047.6, -5.0, 5000.0].map(|v| converter.convert(v)), [2048.0, 0.0, 4095.0]);
+        let volts = Converter { bits: 12, range: [-10.0, 10.0] };
+        assert!((volts.convert(0.001) - 0.0).abs() < 1e-12 && volts.convert(11.0) < 10.0);
+    }
+}

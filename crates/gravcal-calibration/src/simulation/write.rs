@@ -1,0 +1,265 @@
+//! Writes a simulated session: `session.toml`, its tables, and the truth.
+
+use std::path::{Path, PathBuf};
+
+use gravcal_recording::{Cell, TorqueUnit, WriteError, table_contents, write_atomically};
+use serde::Serialize;
+use thiserror::Error;
+
+use super::Simulation;
+use crate::parameter::Quantity;
+use crate::session::Session;
+
+/// A simulated session cannot be written.
+#[derive(Debug, Error)]
+pub enum SimulateError {
+    /// A file stands in the way.
+    #[error("{0} exists and differs: pass --overwrite to replace it, or --output to write elsewhere")]
+    Exists(PathBuf),
+    /// See [`WriteError`].
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// A name cannot be written in TOML.
+    #[error("the session cannot be written as TOML: {0}")]
+    Toml(#[from] toml::ser::Error),
+}
+
+/// Writes one trial into a folder, which is made if it is missing. Gives the files, `session.toml` first.
+///
+/// A file that already holds the same bytes is left alone.
+///
+/// # Errors
+/// Where a file differs and `overwrite` is not set (then nothing is written), or cannot be written.
+pub fn write_session(
+    simulation: &Simulation,
+    trial: u64,
+    folder: &Path,
+    overwrite: bool,
+) -> Result<Vec<PathBuf>, SimulateError> {
+    let session = simulation.session(trial);
+    std::fs::create_dir_all(folder).map_err(|cause| WriteError::Io { path: folder.to_owned(), cause })?;
+    let mut files: Vec<(PathBuf, Vec<u8>)> = vec![("session.toml".into(), session_toml(simulation, folder)?.into())];
+    for (index, table) in session.tables.iter().enumerate() {
+        files.push((table.path.clone(), table_bytes(&session, index)?));
+    }
+    files.push(("truth.toml".into(), truth_toml(simulation)?.into()));
+    let differs = |name: &Path, bytes: &[u8]| std::fs::read(folder.join(name)).is_ok_and(|existing| existing != bytes);
+    if let Some((name, _)) = files.iter().find(|(name, bytes)| !overwrite && differs(name, bytes)) {
+        return Err(SimulateError::Exists(folder.join(name)));
+    }
+    for (name, bytes) in &files {
+        let path = folder.join(name);
+        if std::fs::read(&path).is_ok_and(|existing| existing == *bytes) {
+            continue;
+        }
+        write_atomically(&path, bytes)?;
+    }
+    Ok(files.into_iter().map(|(name, _)| folder.join(name)).collect())
+}
+
+/// `session.toml` as its reader expects it.
+#[derive(Serialize)]
+struct SessionTable {
+    robot: RobotTable,
+    gravity: GravityTable,
+    readings: ReadingsTable,
+    load: Vec<LoadTable>,
+    load_distance: Vec<LoadDistanceTable>,
+    poses: Vec<PosesTable>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum RobotTable {
+    Toml(String),
+    Urdf { urdf: String, base: String, tip: String },
+}
+
+#[derive(Serialize)]
+struct GravityTable {
+    magnitude_m_per_s2: f64,
+    hemisphere: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct ReadingsTable {
+    position: PositionTable,
+    torque: TorqueTable,
+}
+
+#[derive(Serialize)]
+struct PositionTable {
+    columns: Vec<String>,
+    unit: Vec<String>,
+}
+
+#[derive(Serialize)]
+struct TorqueTable {
+    columns: Vec<String>,
+    unit: Vec<String>,
+    std: Vec<f64>,
+}
+
+#[derive(Serialize)]
+struct LoadTable {
+    name: String,
+    mass_kg: f64,
+    link: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position_m: Option<[f64; 3]>,
+}
+
+#[derive(Serialize)]
+struct LoadDistanceTable {
+    between: [String; 2],
+    distance_m: f64,
+}
+
+#[derive(Serialize)]
+struct PosesTable {
+    file: String,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    load: Option<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    step: Option<u8>,
+}
+
+fn session_toml(simulation: &Simulation, folder: &Path) -> Result<String, SimulateError> {
+    let session = &simulation.template;
+    let joints = 0..session.joints.len();
+    let load_name = |load: usize| session.loads[load].name.clone();
+    let table = SessionTable {
+        robot: robot_table(session, folder),
+        gravity: GravityTable { magnitude_m_per_s2: session.gravity.magnitude, hemisphere: session.gravity.hemisphere },
+        readings: ReadingsTable {
+            position: PositionTable {
+                columns: joints.clone().map(|joint| position_column(session, joint)).collect(),
+                unit: session.joints.iter().map(|joint| joint.position_unit.to_string()).collect(),
+            },
+            torque: TorqueTable {
+                columns: joints.clone().map(|joint| torque_column(session, joint)).collect(),
+                unit: session.joints.iter().map(|joint| torque_unit(joint.torque_unit).to_owned()).collect(),
+                std: joints.map(|joint| simulation.stated_std(joint)).collect(),
+            },
+        },
+        load: session
+            .loads
+            .iter()
+            .map(|load| LoadTable {
+                name: load.name.clone(),
+                mass_kg: load.mass,
+                link: session.robot.chain.links()[load.link].name.clone(),
+                position_m: load.position,
+            })
+            .collect(),
+        load_distance: session
+            .load_distances
+            .iter()
+            .map(|known| LoadDistanceTable { between: known.between.map(load_name), distance_m: known.distance })
+            .collect(),
+        poses: session
+            .tables
+            .iter()
+            .map(|table| PosesTable {
+                file: table.path.to_string_lossy().into_owned(),
+                load: table.load.map(load_name),
+                step: table.step,
+            })
+            .collect(),
+    };
+    Ok(format!(
+        "# Simulated: made by `gravcal simulate`. truth.toml holds the true values.\n{}",
+        toml::to_string(&table)?
+    ))
+}
+
+/// The robot by its path relative to the session's folder.
+fn robot_table(session: &Session, folder: &Path) -> RobotTable {
+    let path = session.inputs.last().map_or(Path::new(""), PathBuf::as_path);
+    let written = relative_path(folder, path);
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf")) {
+        let chain = &session.robot.chain;
+        let tip = chain.links().last().map_or_else(String::new, |link| link.name.clone());
+        RobotTable::Urdf { urdf: written, base: chain.base().to_owned(), tip }
+    } else {
+        RobotTable::Toml(written)
+    }
+}
+
+/// `path` as seen from `folder`, with `/` between its parts; as it stands where one of them cannot be resolved.
+fn relative_path(folder: &Path, path: &Path) -> String {
+    let (Ok(folder), Ok(target)) = (folder.canonicalize(), path.canonicalize()) else {
+        return path.to_string_lossy().into_owned();
+    };
+    let common = folder.components().zip(target.components()).take_while(|(a, b)| a == b).count();
+    let up = folder.components().skip(common).map(|_| "..".to_owned());
+    let down = target.components().skip(common).map(|part| part.as_os_str().to_string_lossy().into_owned());
+    up.chain(down).collect::<Vec<_>>().join("/")
+}
+
+fn position_column(session: &Session, joint: usize) -> String {
+    format!("{}_position_{}", session.robot.chain.joints()[joint].name, session.joints[joint].position_unit)
+}
+
+fn torque_column(session: &Session, joint: usize) -> String {
+    let unit = torque_unit(session.joints[joint].torque_unit).replace('·', "");
+    format!("{}_torque_{unit}", session.robot.chain.joints()[joint].name)
+}
+
+fn torque_unit(unit: Option<TorqueUnit>) -> &'static str {
+    unit.map_or("", TorqueUnit::name)
+}
+
+fn table_bytes(session: &Session, table: usize) -> Result<Vec<u8>, WriteError> {
+    let joints = 0..session.joints.len();
+    let positions = joints.clone().map(|joint| position_column(session, joint));
+    let columns: Vec<String> = positions.chain(joints.map(|joint| torque_column(session, joint))).collect();
+    let rows: Vec<Vec<Cell>> = session
+        .poses
+        .iter()
+        .filter(|pose| pose.table == table)
+        .map(|pose| {
+            let torques = pose.torque.iter().map(|reading| Cell::from(reading.as_ref().map(|r| r.value)));
+            pose.position.iter().map(|q| Cell::from(*q)).chain(torques).collect()
+        })
+        .collect();
+    table_contents(&session.tables[table].path, &[], &columns, &rows)
+}
+
+/// `truth.toml`, inside units.
+#[derive(Serialize)]
+struct TruthTable {
+    gravity_m_per_s2: [f64; 3],
+    parameter: Vec<TrueParameter>,
+    load: Vec<TruePlacement>,
+}
+
+#[derive(Serialize)]
+struct TrueParameter {
+    name: String,
+    value: f64,
+    unit: String,
+}
+
+#[derive(Serialize)]
+struct TruePlacement {
+    name: String,
+    position_m: [f64; 3],
+}
+
+fn truth_toml(simulation: &Simulation) -> Result<String, SimulateError> {
+    let (session, truth) = (&simulation.template, &simulation.truth);
+    let parameter = (0..session.joints.len()).flat_map(|joint| {
+        Quantity::ALL.map(|quantity| TrueParameter {
+            name: quantity.name(&session.robot.chain.joints()[joint].name),
+            value: truth.sensors[joint][quantity as usize],
+            unit: session.parameter_unit(joint, quantity),
+        })
+    });
+    let load = session.loads.iter().zip(&truth.loads);
+    Ok(toml::to_string(&TruthTable {
+        gravity_m_per_s2: truth.gravity,
+        parameter: parameter.collect(),
+        load: load.map(|(load, position)| TruePlacement { name: load.name.clone(), position_m: *position }).collect(),
+    })?)
+}

@@ -1,0 +1,105 @@
+//! The reference protocol of the Sarcos shoulder, for the tests of this crate.
+
+use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
+use gravcal_recording::{PositionUnit, TorqueUnit};
+
+use crate::joint::Unknowns;
+use crate::robot::Robot;
+use crate::session::{
+    Ask, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable,
+    Session,
+};
+use crate::simulation::{Deflection, Disturbance, Run, Simulation};
+
+/// Three axes through the shoulder, twists 90°, −90°, 90°.
+pub fn sarcos_robot() -> Robot {
+    let row = |i: usize, alpha: f64, moment: [f64; 3]| DhRow {
+        name: format!("joint{i}"),
+        kind: JointKind::Revolute,
+        a: 0.0,
+        alpha: alpha.to_radians(),
+        d: 0.0,
+        theta: 0.0,
+        limits: None,
+        link: Link { name: format!("link{i}"), inertia: Some(LinkInertia { mass: 2.0, first_moment: moment }) },
+    };
+    let rows = [row(1, 90.0, [0.2, 0.1, 0.3]), row(2, -90.0, [0.5, -1.0, 0.8]), row(3, 90.0, [1.5, 0.8, 2.5])];
+    let chain = chain_from_dh("base", DhConvention::Standard, &rows).unwrap();
+    Robot { name: "sarcos".into(), chain, sensors: vec![Default::default(); 3] }
+}
+
+/// The reference protocol: nine sweeps of 37 readings.
+pub fn sarcos_shoulder() -> Simulation {
+    let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
+    let joint = |offset: f64| JointKnowledge {
+        torque_unit: Some(TorqueUnit::Count),
+        position_unit: PositionUnit::Radian,
+        parameters: [start(6.69), start(2048.0), start(1.0), start(offset)],
+    };
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let sweep =
+        |swept: usize, held: [f64; 3]| Run::Sweep { swept, range: [-quarter, quarter], poses: 37, held: held.to_vec() };
+    let rest = [-quarter; 3];
+    let at = |joint: usize, q: f64| {
+        let mut held = rest;
+        held[joint] = q;
+        held
+    };
+    let runs = vec![
+        (sweep(0, rest), None, 1),
+        (sweep(1, rest), None, 1),
+        (sweep(2, rest), None, 1),
+        (sweep(1, at(0, -0.6)), None, 2),
+        (sweep(1, at(0, 0.9)), None, 2),
+        (sweep(1, at(0, 0.3)), Some(0), 3),
+        (sweep(1, at(0, 0.3)), Some(1), 3),
+        (sweep(2, at(1, -0.7)), Some(0), 3),
+        (sweep(2, at(1, -0.7)), Some(1), 3),
+        (sweep(2, at(1, 0.8)), Some(0), 3),
+        (sweep(2, at(1, 0.8)), Some(1), 3),
+    ];
+    let direction: nalgebra::Vector3<f64> = nalgebra::Vector3::new(-3.43, -5.94, -7.0).normalize();
+    let load = |name: &str| Load { name: name.into(), mass: 1.724, link: 2, position: None, position_std: None };
+    let centre: nalgebra::Vector3<f64> = nalgebra::Vector3::new(0.15, 0.05, 0.45);
+    let arm: nalgebra::Vector3<f64> = 0.201 * nalgebra::Vector3::new(0.8, 0.0, 0.6);
+    let template = Session {
+        robot: sarcos_robot(),
+        gravity: GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: direction.into() },
+        inertia: InertiaKnowledge::Unknown,
+        loads: vec![load("plate-a"), load("plate-b")],
+        load_distances: vec![LoadDistance { between: [0, 1], distance: 0.402, std: 1e-6 }],
+        joints: vec![joint(0.0), joint(135f64.to_radians()), joint(0.2)],
+        tables: runs
+            .iter()
+            .enumerate()
+            .map(|(i, (_, load, step))| PoseTable {
+                path: format!("sweep-{i}.csv").into(),
+                load: *load,
+                swept: None,
+                step: Some(*step),
+            })
+            .collect(),
+        poses: Vec::new(),
+        ask: Ask::default(),
+        estimators: Vec::new(),
+        solver: None,
+        inputs: Vec::new(),
+    };
+    let mut truth = Unknowns::nominal(&template);
+    truth.gravity = (9.8 * direction).into();
+    truth.sensors =
+        vec![[7.12, 2075.0, 0.988, 0.0], [5.97, 2008.0, 0.995, 134.2_f64.to_radians()], [6.5, 2050.0, 1.01, 0.2]];
+    truth.loads = vec![[0, 1, 2].map(|i| centre[i] + arm[i]), [0, 1, 2].map(|i| centre[i] - arm[i])];
+    Simulation {
+        template,
+        truth,
+        runs: runs.into_iter().map(|(run, _, _)| run).collect(),
+        disturbance: Disturbance {
+            torque_std: vec![0.8; 3],
+            position_std: vec![0.0; 3],
+            converter: None,
+            deflection: Deflection { hold_std: 0.0, compliance: vec![0.0; 3] },
+        },
+        seed: 1,
+    }
+}

@@ -1,0 +1,158 @@
+//! `gravcal calibrate`: reads a session, runs the estimators, tells and writes what they answer.
+
+use std::num::NonZeroU16;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use gravcal_calibration::result::EstimatorResult;
+use gravcal_calibration::{EstimatorName, Session, Workbench};
+use gravcal_report::{
+    CalibrationFile, CalibrationTable, Contents, Input, Options, OutputError, OutputFolder, Provenance, Written,
+};
+use gravcal_solvers::SolverName;
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::names::{Choice, estimator_parser, solver_parser};
+use crate::progress::Progress;
+use crate::stopwatch::{Phase, Stopwatch};
+use crate::terminal;
+
+/// Find gains, offsets and gravity of a session, with their uncertainty
+///
+/// Runs the estimators on all static poses of the session, prints their answers side by side, and writes them to the
+/// output folder: calibration.json for programs, table.txt for people, timing.json. What the poses do not determine
+/// is named together with what would cure it, and has no value.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The session, such as experiments/sarcos-shoulder/session.toml
+    #[arg(value_name = "SESSION")]
+    session: PathBuf,
+
+    /// Estimator to run; may be given several times [default: what the session says, else sequential and joint]
+    #[arg(long = "estimator", value_name = "NAME", value_parser = estimator_parser())]
+    estimators: Vec<EstimatorName>,
+
+    /// Method that minimises [default: what the session says, else levenberg-marquardt]
+    #[arg(long, value_name = "NAME", value_parser = solver_parser())]
+    solver: Option<SolverName>,
+
+    /// Folder for the results [default: `calibration` beside session.toml, `NAME-calibration` beside NAME.toml]
+    #[arg(long, value_name = "DIR")]
+    output: Option<PathBuf>,
+
+    /// Replace other results in the output folder
+    #[arg(long)]
+    overwrite: bool,
+
+    /// Show no progress
+    #[arg(long, short)]
+    quiet: bool,
+
+    /// Number of threads; results do not depend on it [default: one for each processor]
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroU16>,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  gravcal calibrate session.toml
+  gravcal calibrate session.toml --estimator joint --output /tmp/trial
+  gravcal calibrate session.toml --overwrite
+
+Exit codes, of the joint estimator if it ran:
+  0  everything that is asked for is determined
+  2  bad input or usage; nothing is written
+  3  solved, but something that is asked for is undetermined
+  4  no convergence";
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
+    limit_threads(arguments.threads)?;
+    let watch = Stopwatch::start(Phase::Read);
+    let path = arguments.session.as_path();
+    let session = Session::read(path).map_err(|error| Failure::bad_input(&error))?;
+    let choice = Choice::new(&arguments.estimators, arguments.solver, &session, path)?;
+    let folder = output_folder(arguments);
+    folder.check().map_err(|error| refused(&error))?;
+    let provenance = provenance(&session, path, &choice)?;
+
+    let results = calibrate(&session, &choice, &watch, arguments.quiet)?;
+
+    let table = CalibrationTable { robot: &session.robot.name, results: &results }.to_string();
+    let written = write(&folder, &results, &provenance, &table, &watch);
+    terminal::print(&table)?;
+    terminal::print(&format!("\n{}\n", where_to(&folder, written?)))?;
+    Ok(Exit::of_calibration(&results))
+}
+
+fn limit_threads(threads: Option<NonZeroU16>) -> Result<(), Failure> {
+    let Some(threads) = threads else { return Ok(()) };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get().into());
+    pool.build_global().map_err(|error| Failure::bad_input(&error).about(format!("--threads {threads}")))
+}
+
+fn output_folder(arguments: &Arguments) -> OutputFolder {
+    let path = arguments.output.clone().unwrap_or_else(|| OutputFolder::beside(&arguments.session));
+    OutputFolder::new(path, arguments.overwrite)
+}
+
+/// Hashes the inputs as they were read, before the solve.
+fn provenance(session: &Session, path: &Path, choice: &Choice) -> Result<Provenance, Failure> {
+    let base = path.parent().unwrap_or(Path::new(""));
+    let inputs: Result<Vec<Input>, _> = session.inputs.iter().map(|input| Input::read(input, base)).collect();
+    let options = Options {
+        estimators: choice.estimators.iter().map(ToString::to_string).collect(),
+        solver: choice.solver.to_string(),
+    };
+    Ok(Provenance::new(inputs.map_err(|error| Failure::bad_input(&error))?, options))
+}
+
+fn calibrate(
+    session: &Session,
+    choice: &Choice,
+    watch: &Stopwatch,
+    quiet: bool,
+) -> Result<Vec<EstimatorResult>, Failure> {
+    let progress = Progress::new(quiet);
+    let tell = |stage: &str| {
+        watch.enter(Phase::of_stage(stage));
+        progress.stage(stage);
+    };
+    watch.enter(Phase::Start);
+    let solver = choice.solver.build();
+    let workbench = Workbench::new(solver.as_ref(), &tell);
+    gravcal_calibration::calibrate(session, &choice.estimators, &workbench)
+        .map_err(|error| Failure::no_convergence(&error))
+}
+
+fn write(
+    folder: &OutputFolder,
+    results: &[EstimatorResult],
+    provenance: &Provenance,
+    table: &str,
+    watch: &Stopwatch,
+) -> Result<Written, Failure> {
+    let calibration = CalibrationFile { estimators: results, provenance }.to_json();
+    let calibration = calibration.map_err(|error| Failure::no_convergence(&error))?;
+    let timing = watch.times().to_json().map_err(|error| Failure::no_convergence(&error))?;
+    let contents = Contents { calibration: &calibration, table, timing: &timing };
+    folder.write(&contents).map_err(|error| refused(&error))
+}
+
+fn refused(error: &OutputError) -> Failure {
+    let failure = Failure::bad_input(error);
+    match error {
+        OutputError::Occupied { .. } => failure.hint("--overwrite replaces them, --output DIR writes elsewhere"),
+        _ => failure.hint("--output DIR writes elsewhere"),
+    }
+}
+
+fn where_to(folder: &OutputFolder, written: Written) -> String {
+    let files = match written {
+        Written::New => "calibration.json, table.txt, timing.json",
+        Written::Unchanged => "already there, unchanged",
+    };
+    format!("Results in {} ({files})", folder.path().display())
+}

@@ -1,0 +1,53 @@
+//! `gravcal check`: what a session can and cannot determine, before any solve.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use gravcal_calibration::Session;
+use gravcal_calibration::check::check;
+use gravcal_report::{CheckTable, check_json};
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::terminal;
+
+/// Tell what a session can and cannot determine, before any solve
+///
+/// Reads the session and its poses, judges them at nominal values, and tells for each parameter how well it can be
+/// known, for what cannot be known why and what would cure it, and which sweeps the sequential procedure finds.
+/// Torque readings need not mean anything yet: only which there are is looked at, and their noise.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// The session, such as experiments/sarcos-shoulder/session.toml
+    #[arg(value_name = "SESSION")]
+    session: PathBuf,
+
+    /// Print JSON instead of a table
+    #[arg(long)]
+    json: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  gravcal check session.toml
+  gravcal check session.toml --json
+
+Exit codes:
+  0  everything that is asked for can be determined
+  2  bad input or usage
+  3  something that is asked for cannot be determined";
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
+    let session = Session::read(&arguments.session).map_err(|error| Failure::bad_input(&error))?;
+    let subject = arguments.session.display();
+    let report = check(&session).map_err(|error| Failure::bad_input(&error).about(subject))?;
+    let text = if arguments.json {
+        check_json(&report).map_err(|error| Failure::bad_input(&error))?
+    } else {
+        CheckTable { robot: &session.robot.name, report: &report }.to_string()
+    };
+    terminal::print(&text)?;
+    Ok(if report.complete { Exit::Determined } else { Exit::PartlyDetermined })
+}

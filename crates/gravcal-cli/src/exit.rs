@@ -1,0 +1,103 @@
+//! Exit codes.
+
+use std::process::ExitCode;
+
+use gravcal_calibration::EstimatorName;
+use gravcal_calibration::result::{EstimatorResult, Verdict};
+
+/// How the program ends; worse is greater.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Exit {
+    /// Everything that is asked for is, or can be, determined.
+    Determined = 0,
+    /// Bad input or usage.
+    BadInput = 2,
+    /// Solved, but something that is asked for is undetermined.
+    PartlyDetermined = 3,
+    /// No convergence.
+    NoConvergence = 4,
+}
+
+impl Exit {
+    /// Every way to end.
+    #[cfg(test)]
+    pub const ALL: [Exit; 4] = [Exit::Determined, Exit::BadInput, Exit::PartlyDetermined, Exit::NoConvergence];
+
+    /// The number that the shell sees.
+    pub fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// What a calibration comes to: the joint estimator decides where it ran, otherwise the worst of those that did.
+    pub fn of_calibration(results: &[EstimatorResult]) -> Exit {
+        let joint = results.iter().find(|result| result.name == EstimatorName::Joint.as_str());
+        match joint {
+            Some(joint) => joint.verdict.into(),
+            None => results.iter().map(|result| result.verdict.into()).max().unwrap_or(Exit::NoConvergence),
+        }
+    }
+}
+
+impl From<Verdict> for Exit {
+    fn from(verdict: Verdict) -> Exit {
+        match verdict {
+            Verdict::Determined => Exit::Determined,
+            Verdict::PartlyDetermined => Exit::PartlyDetermined,
+            Verdict::Failed => Exit::NoConvergence,
+        }
+    }
+}
+
+impl From<Exit> for ExitCode {
+    fn from(exit: Exit) -> ExitCode {
+        ExitCode::from(exit.code())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gravcal_calibration::result::CovarianceResult;
+
+    fn result(name: &str, verdict: Verdict) -> EstimatorResult {
+        EstimatorResult {
+            name: name.into(),
+            verdict,
+            termination: String::new(),
+            iterations: 0,
+            gravity: None,
+            parameters: Vec::new(),
+            covariance: CovarianceResult::default(),
+            moments: Vec::new(),
+            undetermined: Vec::new(),
+            fit: None,
+            notes: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn codes_are_those_of_the_contract() {
+        assert_eq!(Exit::ALL.map(Exit::code), [0, 2, 3, 4]);
+        assert_eq!(
+            [Verdict::Determined, Verdict::PartlyDetermined, Verdict::Failed].map(|verdict| Exit::from(verdict).code()),
+            [0, 3, 4]
+        );
+    }
+
+    #[test]
+    fn the_joint_estimator_decides() {
+        let results = [result("sequential", Verdict::Failed), result("joint", Verdict::Determined)];
+        assert_eq!(Exit::of_calibration(&results), Exit::Determined);
+    }
+
+    #[test]
+    fn a_single_estimator_decides_for_itself() {
+        assert_eq!(Exit::of_calibration(&[result("sequential", Verdict::PartlyDetermined)]), Exit::PartlyDetermined);
+    }
+
+    #[test]
+    fn without_the_joint_estimator_the_worst_decides() {
+        let results = [result("sequential", Verdict::Failed), result("joint-paper-signals", Verdict::Determined)];
+        assert_eq!(Exit::of_calibration(&results), Exit::NoConvergence);
+    }
+}

@@ -1,0 +1,115 @@
+//! An error as its reader sees it: what, why, and what to do.
+
+use std::error::Error;
+use std::fmt;
+
+use crate::exit::Exit;
+
+/// Why the program ends early.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// With which code.
+    pub exit: Exit,
+    message: String,
+    causes: Vec<String>,
+    hint: Option<String>,
+}
+
+impl Failure {
+    /// Bad input or usage.
+    pub fn bad_input(error: &dyn Error) -> Failure {
+        Failure::new(Exit::BadInput, error)
+    }
+
+    /// There is no answer to the input.
+    pub fn no_convergence(error: &dyn Error) -> Failure {
+        Failure::new(Exit::NoConvergence, error)
+    }
+
+    fn new(exit: Exit, error: &dyn Error) -> Failure {
+        Failure { exit, message: error.to_string(), causes: causes(error), hint: None }
+    }
+
+    /// With what stands before the message: the file that it is about.
+    pub fn about(mut self, subject: impl fmt::Display) -> Failure {
+        self.message = format!("{subject}: {}", self.message);
+        self
+    }
+
+    /// With what the user can do.
+    pub fn hint(mut self, hint: impl Into<String>) -> Failure {
+        self.hint = Some(hint.into());
+        self
+    }
+}
+
+/// The chain of causes, without those that the text before them already tells.
+fn causes(error: &dyn Error) -> Vec<String> {
+    let mut told = error.to_string();
+    let mut causes = Vec::new();
+    let mut next = error.source();
+    while let Some(cause) = next {
+        let text = cause.to_string();
+        if !told.contains(&text) {
+            causes.push(text.clone());
+            told = text;
+        }
+        next = cause.source();
+    }
+    causes
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "error: {}", self.message)?;
+        for cause in &self.causes {
+            write!(f, "\n  cause: {cause}")?;
+        }
+        match &self.hint {
+            Some(hint) => write!(f, "\nhint: {hint}"),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// An error with causes below it, told or not in its own text.
+    #[derive(Debug)]
+    struct Chain(&'static str, Option<Box<Chain>>);
+
+    impl fmt::Display for Chain {
+        fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str(self.0)
+        }
+    }
+
+    impl Error for Chain {
+        fn source(&self) -> Option<&(dyn Error + 'static)> {
+            self.1.as_deref().map(|cause| cause as _)
+        }
+    }
+
+    fn chain(texts: &[&'static str]) -> Chain {
+        let below = (texts.len() > 1).then(|| Box::new(chain(&texts[1..])));
+        Chain(texts[0], below)
+    }
+
+    #[test]
+    fn every_cause_is_told_once() {
+        let error = chain(&["joint: singular", "singular", "no pose", "disk full"]);
+        assert_eq!(
+            Failure::bad_input(&error).to_string(),
+            "error: joint: singular\n  cause: no pose\n  cause: disk full"
+        );
+    }
+
+    #[test]
+    fn subject_and_hint_stand_around_the_message() {
+        let failure = Failure::bad_input(&chain(&["unknown solver"])).about("a/session.toml").hint("choose one");
+        assert_eq!(failure.to_string(), "error: a/session.toml: unknown solver\nhint: choose one");
+        assert_eq!(failure.exit, Exit::BadInput);
+    }
+}

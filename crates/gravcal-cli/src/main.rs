@@ -1,0 +1,111 @@
+//! The program `gravcal`: arguments, choosing by name, progress, exit codes. What it does is in the libraries.
+//!
+//! Only here is anything printed, and the clock read.
+
+mod calibrate;
+mod check;
+mod exit;
+mod failure;
+mod names;
+mod progress;
+mod simulate;
+mod stopwatch;
+mod terminal;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+use exit::Exit;
+use failure::Failure;
+
+/// Calibrates a robot's joint torque and position sensors, and gravity in its base frame, from static poses.
+#[derive(Debug, Parser)]
+#[command(name = "gravcal", version, after_help = AFTER_HELP, after_long_help = AFTER_LONG_HELP)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Calibrate(calibrate::Arguments),
+    Check(check::Arguments),
+    Simulate(simulate::Arguments),
+}
+
+const AFTER_HELP: &str = "\
+Start with: gravcal calibrate experiments/sarcos-shoulder/session.toml
+`gravcal --help` tells what a session is, and what the exit codes mean.";
+
+const AFTER_LONG_HELP: &str = "\
+What a session is:
+  A file such as session.toml that says all that is known beforehand: the robot,
+  how strong gravity is and roughly where it points, known loads, units and
+  nominal values of the sensors, and which tables of static poses belong to it.
+  A static pose is one row of a CSV file: the joints' position and torque
+  readings while the robot stands still. Paths in a session are relative to it.
+
+From a robot to its calibration:
+  1. Write session.toml and record a few poses.
+  2. gravcal check session.toml
+     tells what these poses can and cannot determine, and what would cure it.
+  3. Record the rest.
+  4. gravcal calibrate session.toml
+     finds gains, offsets and gravity, with their uncertainty.
+
+Conventions of what comes out:
+  reading = torque_gain * torque + torque_bias
+  coordinate = position_gain * reading + position_offset
+
+Exit codes:
+  0  everything that is asked for is determined
+  2  bad input or usage; nothing is written
+  3  solved, but something that is asked for is undetermined
+  4  no convergence";
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    match run(&arguments.command) {
+        Ok(exit) => exit.into(),
+        Err(failure) => {
+            terminal::complain(&failure.to_string());
+            failure.exit.into()
+        }
+    }
+}
+
+fn run(command: &Command) -> Result<Exit, Failure> {
+    match command {
+        Command::Calibrate(arguments) => calibrate::run(arguments),
+        Command::Check(arguments) => check::run(arguments),
+        Command::Simulate(arguments) => simulate::run(arguments),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn arguments_are_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn usage_errors_exit_with_the_code_of_bad_input() {
+        for line in [&["gravcal", "calibrate"][..], &["gravcal", "fly"], &["gravcal", "check", "a", "--colour"]] {
+            let error = Arguments::try_parse_from(line).unwrap_err();
+            assert_eq!(error.exit_code(), i32::from(Exit::BadInput.code()), "{line:?}");
+        }
+    }
+
+    #[test]
+    fn help_tells_every_exit_code() {
+        let help = Arguments::command().render_long_help().to_string();
+        for exit in Exit::ALL {
+            assert!(help.contains(&format!("\n  {}  ", exit.code())), "{exit:?}");
+        }
+    }
+}

@@ -1,0 +1,134 @@
+//! Names of estimators and solvers: from the command line, else from the session, else the default.
+
+use std::collections::BTreeMap;
+use std::error::Error;
+use std::path::Path;
+use std::str::FromStr;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use gravcal_calibration::{EstimatorName, Session};
+use gravcal_solvers::SolverName;
+use toml::{Spanned, Value};
+
+use crate::failure::Failure;
+
+/// Takes the name of an estimator; the help lists them.
+pub fn estimator_parser() -> impl TypedValueParser<Value = EstimatorName> {
+    PossibleValuesParser::new(EstimatorName::ALL.map(EstimatorName::as_str)).try_map(|name| name.parse())
+}
+
+/// Takes the name of a solver; the help lists them.
+pub fn solver_parser() -> impl TypedValueParser<Value = SolverName> {
+    PossibleValuesParser::new(SolverName::ALL.map(SolverName::as_str)).try_map(|name| name.parse())
+}
+
+/// What runs, and by which method.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// Each at most once.
+    pub estimators: Vec<EstimatorName>,
+    /// The method.
+    pub solver: SolverName,
+}
+
+impl Choice {
+    /// What the command line says (`estimators` may be empty), else the session at `path`, else the default.
+    pub fn new(
+        estimators: &[EstimatorName],
+        solver: Option<SolverName>,
+        session: &Session,
+        path: &Path,
+    ) -> Result<Choice, Failure> {
+        Ok(Choice {
+            estimators: once(choose_estimators(estimators, &session.estimators, path)?),
+            solver: choose_solver(solver, session.solver.as_deref(), path)?,
+        })
+    }
+}
+
+fn choose_estimators(said: &[EstimatorName], session: &[String], path: &Path) -> Result<Vec<EstimatorName>, Failure> {
+    if !said.is_empty() {
+        return Ok(said.to_vec());
+    }
+    if session.is_empty() {
+        return Ok(EstimatorName::DEFAULT.to_vec());
+    }
+    session.iter().map(|name| named(name, "estimators", path)).collect()
+}
+
+fn choose_solver(said: Option<SolverName>, session: Option<&str>, path: &Path) -> Result<SolverName, Failure> {
+    match (said, session) {
+        (Some(solver), _) => Ok(solver),
+        (None, Some(name)) => named(name, "solver", path),
+        (None, None) => Ok(SolverName::LevenbergMarquardt),
+    }
+}
+
+/// A name in a field of the session.
+fn named<T: FromStr<Err: Error>>(name: &str, field: &str, path: &Path) -> Result<T, Failure> {
+    name.parse().map_err(|error| {
+        let line = line_of(field, path).map_or_else(String::new, |line| format!(":{line}"));
+        Failure::bad_input(&error).about(format!("{}{line}: {field}", path.display()))
+    })
+}
+
+/// Line, counted from 1, on which a field of the session's top level has its value.
+fn line_of(field: &str, path: &Path) -> Option<usize> {
+    let text = std::fs::read_to_string(path).ok()?;
+    let fields: BTreeMap<String, Spanned<Value>> = toml::from_str(&text).ok()?;
+    let start = fields.get(field)?.span().start;
+    Some(text.get(..start)?.matches('\n').count() + 1)
+}
+
+/// Twice the same estimator is twice the same answer.
+fn once(estimators: Vec<EstimatorName>) -> Vec<EstimatorName> {
+    let mut different = Vec::new();
+    for estimator in estimators {
+        if !different.contains(&estimator) {
+            different.push(estimator);
+        }
+    }
+    different
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use EstimatorName::{Joint, JointPaperSignals, Sequential};
+
+    fn chosen(said: &[EstimatorName], session: &[&str]) -> Result<Vec<EstimatorName>, Failure> {
+        let session: Vec<String> = session.iter().map(|name| (*name).to_owned()).collect();
+        choose_estimators(said, &session, Path::new("session.toml"))
+    }
+
+    #[test]
+    fn command_line_before_session_before_default() {
+        assert_eq!(chosen(&[], &[]), Ok(vec![Sequential, Joint]));
+        assert_eq!(chosen(&[], &["joint-paper-signals"]), Ok(vec![JointPaperSignals]));
+        assert_eq!(chosen(&[Sequential], &["joint"]), Ok(vec![Sequential]));
+        assert_eq!(once(vec![Joint, Sequential, Joint]), [Joint, Sequential]);
+    }
+
+    #[test]
+    fn an_unknown_name_in_the_session_is_told_with_the_known_ones() {
+        let failure = chosen(&[], &["kalman"]).unwrap_err();
+        assert_eq!(
+            failure.to_string(),
+            "error: session.toml: estimators: unknown estimator `kalman`; there is: sequential, joint, \
+             joint-paper-signals"
+        );
+    }
+
+    #[test]
+    fn the_line_of_the_name_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("session.toml");
+        std::fs::write(&path, "robot = \"robot.toml\"\n\nsolver = \"simplex\"\n[gravity]\nhemisphere = [0, 0, -1]\n")
+            .unwrap();
+        let failure = choose_solver(None, Some("simplex"), &path).unwrap_err();
+        assert_eq!(
+            failure.to_string(),
+            format!("error: {}:3: solver: unknown solver `simplex`; there is: levenberg-marquardt", path.display())
+        );
+    }
+}

@@ -1,0 +1,69 @@
+//! The table of a check, for people: what a session can and cannot determine, before any solve.
+
+mod data;
+mod parameters;
+mod steps;
+
+use std::fmt;
+
+use gravcal_calibration::check::CheckReport;
+
+use crate::json::{JsonError, json};
+use crate::text::wrapped;
+use crate::undetermined::{Entry, tell_undetermined};
+
+/// What a session can determine, as text of 80 columns.
+#[derive(Clone, Copy, Debug)]
+pub struct CheckTable<'a> {
+    /// Name of the robot.
+    pub robot: &'a str,
+    /// What was found.
+    pub report: &'a CheckReport,
+}
+
+impl fmt::Display for CheckTable<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sections = [
+            verdict(self.robot, self.report),
+            parameters::tell(self.report),
+            undetermined(self.report),
+            parameters::tell_tilts(self.report),
+            data::tell(self.report),
+            data::tell_sweeps(self.report),
+            steps::tell(self.report),
+        ];
+        let told: Vec<String> = sections.into_iter().filter(|section| !section.is_empty()).collect();
+        f.write_str(&told.join("\n"))
+    }
+}
+
+/// What a session can determine, for programs.
+///
+/// # Errors
+/// None that is known of.
+pub fn check_json(report: &CheckReport) -> Result<String, JsonError> {
+    json(report)
+}
+
+fn verdict(robot: &str, report: &CheckReport) -> String {
+    let missing: Vec<&str> =
+        report.parameters.iter().filter(|p| p.asked && !p.determined).map(|p| p.name.as_str()).collect();
+    let words = if report.complete {
+        "everything that is asked for can be determined".to_owned()
+    } else {
+        format!("not everything that is asked for can be determined: not {}", missing.join(", "))
+    };
+    format!("Check of {robot}\n{}", wrapped("  ", "  ", &words)) + &wrapped("  ", "  ", &report.judged_at)
+}
+
+fn undetermined(report: &CheckReport) -> String {
+    if report.undetermined.is_empty() {
+        return String::new();
+    }
+    let entry = |undetermined| Entry { undetermined, whose: None };
+    let entries: Vec<Entry<'_>> = report.undetermined.iter().map(entry).collect();
+    format!("Undetermined by the joint estimator\n{}", tell_undetermined(&entries))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,22 @@
+//! What the sequential procedure will do with the sweeps.
+
+use gravcal_calibration::check::{CheckReport, StepReport};
+
+use crate::text::wrapped;
+
+pub(super) fn tell(report: &CheckReport) -> String {
+    if report.steps.is_empty() {
+        return String::new();
+    }
+    let told: String = report.steps.iter().map(|step| wrapped("  ", "    ", &in_words(step))).collect();
+    format!("Sequential procedure\n{told}")
+}
+
+fn in_words(step: &StepReport) -> String {
+    let StepReport { step, finds, sweeps, problem } = step;
+    let plural = if *sweeps == 1 { "" } else { "s" };
+    match problem {
+        None => format!("step {step} finds {finds} from {sweeps} sweep{plural}"),
+        Some(problem) => format!("step {step} cannot find {finds}: {problem}"),
+    }
+}

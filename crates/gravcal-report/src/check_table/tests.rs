@@ -1,0 +1,112 @@
+use super::*;
+use gravcal_calibration::check::{CheckedParameter, StepReport, SweepReport, TiltReport};
+use gravcal_calibration::result::Undetermined;
+
+fn parameter(name: &str, unit: &str, predicted_std: Option<f64>) -> CheckedParameter {
+    CheckedParameter { name: name.into(), unit: unit.into(), asked: true, determined: true, held: None, predicted_std }
+}
+
+fn report() -> CheckReport {
+    let held = Some("zero by definition of the base frame".to_owned());
+    CheckReport {
+        judged_at: "Judged at nominal values, gravity along the declared hemisphere.".into(),
+        poses: vec![("none".into(), 111), ("plate-a".into(), 37)],
+        torque_readings: vec![("joint1".into(), 148), ("joint2".into(), 147)],
+        sweep_rule: "A sweep is five or more rows in which one joint moves.".into(),
+        sweeps: vec![SweepReport {
+            table: "bias.csv".into(),
+            lines: [2, 38],
+            joint: "joint1".into(),
+            poses: 37,
+            range_deg: [-90.0, 90.0],
+            load: None,
+            steps: vec![1, 3],
+        }],
+        steps: vec![
+            StepReport { step: 1, finds: "joint1.torque_bias, joint1.position_gain".into(), sweeps: 1, problem: None },
+            StepReport { step: 2, finds: "gravity".into(), sweeps: 0, problem: Some("no sweep of joint2".into()) },
+        ],
+        parameters: vec![
+            parameter("gravity", "deg", Some(0.0234)),
+            CheckedParameter { determined: false, ..parameter("joint1.torque_gain", "count/(N·m)", None) },
+            parameter("joint1.torque_bias", "count", Some(0.118)),
+            CheckedParameter { held, asked: false, ..parameter("joint1.position_offset", "rad", None) },
+            parameter("joint2.torque_bias", "count", None),
+            parameter("joint2.position_offset", "rad", Some(0.001)),
+        ],
+        undetermined: vec![Undetermined {
+            combination: "joint1.torque_gain".into(),
+            parameters: vec!["joint1.torque_gain".into()],
+            why: "gravity is parallel to the axis of joint1".into(),
+            cure: "tilt the base".into(),
+        }],
+        tilts: vec![TiltReport {
+            tilt_deg: 10.0,
+            torque_gain_relative_std: Some(0.0123),
+            position_gain_relative_std: None,
+        }],
+        complete: false,
+    }
+}
+
+#[test]
+fn the_whole_table() {
+    let report = report();
+    assert_eq!(
+        CheckTable { robot: "arm", report: &report }.to_string(),
+        "\
+Check of arm
+  not everything that is asked for can be determined: not joint1.torque_gain
+  Judged at nominal values, gravity along the declared hemisphere.
+
+Predicted standard deviations, joint estimator
+                     unit          predicted std
+  gravity            deg                   0.023
+  joint1
+    torque_gain      count/(N·m)    undetermined
+    torque_bias      count                  0.12
+    position_offset  deg                held [1]
+  joint2
+    torque_bias      count        determined [2]
+    position_offset  deg                   0.057
+  [1] held: zero by definition of the base frame
+  [2] can be determined; how well depends on noise that no reading states
+
+Undetermined by the joint estimator
+  joint1.torque_gain
+    why  gravity is parallel to the axis of joint1
+    cure tilt the base
+
+What a tilt of the base brings to the first joint: predicted std
+  tilt, deg  torque gain, %  position gain, %
+         10             1.2      undetermined
+
+Poses by load: none 111, plate-a 37
+Torque readings by joint: joint1 148, joint2 147
+
+Sweeps
+  A sweep is five or more rows in which one joint moves.
+  swept   poses  from, deg  to, deg  load  steps  table:lines
+  joint1     37      -90.0     90.0  none  1, 3   bias.csv:2-38
+
+Sequential procedure
+  step 1 finds joint1.torque_bias, joint1.position_gain from 1 sweep
+  step 2 cannot find gravity: no sweep of joint2
+"
+    );
+}
+
+#[test]
+fn a_complete_session_says_so_first() {
+    let report = CheckReport { complete: true, ..report() };
+    let text = CheckTable { robot: "arm", report: &report }.to_string();
+    assert!(text.starts_with("Check of arm\n  everything that is asked for can be determined\n"));
+}
+
+#[test]
+fn json_has_the_same_fields() {
+    let json: serde_json::Value = serde_json::from_str(&check_json(&report()).unwrap()).unwrap();
+    assert_eq!(json["complete"], false);
+    assert_eq!(json["parameters"][0]["name"], "gravity");
+    assert_eq!(json["undetermined"][0]["cure"], "tilt the base");
+}

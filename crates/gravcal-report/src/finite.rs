@@ -1,0 +1,153 @@
+//! JSON has no infinite numbers and no NaN; `serde_json` writes `null` for them, which would read as "not determined".
+//! They are looked for beforehand instead, in every number of a result.
+//!
+//! Results are taken apart field by field, so that a new field cannot be forgotten here.
+
+use gravcal_calibration::result::{
+    CovarianceResult, EstimatorResult, Fit, GravityResult, HeldOut, JointFit, MomentResult, ParameterResult,
+};
+use thiserror::Error;
+
+/// A result holds a number that a file cannot: infinite, or none at all.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("the result cannot be written: {place} is {found}")]
+pub struct NotFinite {
+    place: String,
+    found: f64,
+}
+
+/// A number with where it stands.
+type Number = (String, f64);
+
+/// Looks at every number of the results.
+///
+/// # Errors
+/// For the first that is not finite, with where it stands.
+pub(crate) fn check_finite(results: &[EstimatorResult]) -> Result<(), NotFinite> {
+    match results.iter().flat_map(numbers).find(|(_, value)| !value.is_finite()) {
+        Some((place, found)) => Err(NotFinite { place, found }),
+        None => Ok(()),
+    }
+}
+
+fn numbers(result: &EstimatorResult) -> Vec<Number> {
+    let EstimatorResult {
+        name,
+        verdict: _,
+        termination: _,
+        iterations: _,
+        gravity,
+        parameters,
+        covariance,
+        moments,
+        undetermined: _,
+        fit,
+        notes: _,
+    } = result;
+    let inside = gravity.iter().flat_map(of_gravity);
+    let inside = inside.chain(parameters.iter().flat_map(of_parameter));
+    let inside = inside.chain(of_covariance(covariance));
+    let inside = inside.chain(moments.iter().flat_map(of_moment));
+    let inside = inside.chain(fit.iter().flat_map(of_fit));
+    inside.map(|(place, value)| (format!("{name}: {place}"), value)).collect()
+}
+
+fn of_gravity(gravity: &GravityResult) -> Vec<Number> {
+    let GravityResult { vector_m_per_s2, std_m_per_s2, cone95_deg, asked: _ } = gravity;
+    let mut numbers = each("gravity", vector_m_per_s2);
+    numbers.extend(each("standard deviation of gravity", std_m_per_s2));
+    numbers.extend(each("cone of gravity", [cone95_deg]));
+    numbers
+}
+
+fn of_parameter(parameter: &ParameterResult) -> Vec<Number> {
+    let ParameterResult { name, unit: _, convention: _, value, std, ci95, determined: _, held: _, asked: _, nominal } =
+        parameter;
+    let mut numbers = each(name, value);
+    numbers.extend(each(&format!("standard deviation of {name}"), std));
+    numbers.extend(each(&format!("95 % interval of {name}"), ci95.iter().flatten()));
+    numbers.extend(each(&format!("nominal value of {name}"), [nominal]));
+    numbers
+}
+
+fn of_covariance(covariance: &CovarianceResult) -> Vec<Number> {
+    let CovarianceResult { order, matrix } = covariance;
+    let row = |(name, row): (&String, &Vec<f64>)| each(&format!("covariance of {name}"), row);
+    order.iter().zip(matrix).flat_map(row).collect()
+}
+
+fn of_moment(moment: &MomentResult) -> Vec<Number> {
+    let MomentResult { terms, value, std } = moment;
+    let names: Vec<&str> = terms.iter().map(|(name, _)| name.as_str()).collect();
+    let coefficients = terms.iter().map(|(_, coefficient)| coefficient);
+    each(&format!("combination of {}", names.join(", ")), coefficients.chain([value, std]))
+}
+
+fn of_fit(fit: &Fit) -> Vec<Number> {
+    let Fit { chi_squared, degrees_of_freedom: _, p_value, joints, held_out } = fit;
+    let mut numbers = each("χ²", [chi_squared]);
+    numbers.extend(each("p-value", p_value));
+    numbers.extend(joints.iter().flat_map(of_joint));
+    numbers.extend(held_out.iter().flat_map(of_held_out));
+    numbers
+}
+
+fn of_held_out(held_out: &HeldOut) -> Vec<Number> {
+    let HeldOut { poses: _, chi_squared, readings: _, joints } = held_out;
+    let joints = joints.iter().flat_map(of_joint);
+    let numbers = each("χ²", [chi_squared]).into_iter().chain(joints);
+    numbers.map(|(place, value)| (format!("held-out {place}"), value)).collect()
+}
+
+fn of_joint(fit: &JointFit) -> Vec<Number> {
+    let JointFit { joint, unit: _, readings: _, rms, largest, noise_std, noise_estimated: _ } = fit;
+    each(&format!("residual of {joint}"), [rms, largest, noise_std])
+}
+
+fn each<'a>(place: &str, values: impl IntoIterator<Item = &'a f64>) -> Vec<Number> {
+    values.into_iter().map(|value| (place.to_owned(), *value)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{determined, fit, result};
+
+    fn complete() -> EstimatorResult {
+        let mut joint = result("joint");
+        joint.parameters = vec![determined("joint1.torque_gain", "count/(N·m)", 7.1, 0.1)];
+        joint.covariance = CovarianceResult { order: vec!["joint1.torque_gain".into()], matrix: vec![vec![0.01]] };
+        joint.moments = vec![MomentResult { terms: vec![("link1.mass".into(), 1.0)], value: 2.0, std: 0.1 }];
+        joint.fit = Some(fit());
+        joint
+    }
+
+    #[test]
+    fn a_sound_result_passes() {
+        assert_eq!(check_finite(&[complete()]), Ok(()));
+    }
+
+    #[test]
+    fn the_place_is_named() {
+        let refused = |spoil: fn(&mut EstimatorResult)| {
+            let mut spoilt = complete();
+            spoil(&mut spoilt);
+            check_finite(&[complete(), spoilt]).unwrap_err().to_string()
+        };
+        let reading = |place: &str| format!("the result cannot be written: joint: {place}");
+        assert_eq!(
+            refused(|r| r.parameters[0].std = Some(f64::NAN)),
+            reading("standard deviation of joint1.torque_gain is NaN")
+        );
+        assert_eq!(
+            refused(|r| r.covariance.matrix[0][0] = f64::INFINITY),
+            reading("covariance of joint1.torque_gain is inf")
+        );
+        assert_eq!(refused(|r| r.moments[0].value = f64::NAN), reading("combination of link1.mass is NaN"));
+        assert_eq!(
+            refused(|r| r.fit.as_mut().unwrap().held_out.as_mut().unwrap().joints[0].rms = f64::NAN),
+            reading("held-out residual of joint1 is NaN")
+        );
+        assert_eq!(refused(|r| r.gravity.as_mut().unwrap().cone95_deg = f64::NAN), reading("cone of gravity is NaN"));
+    }
+}

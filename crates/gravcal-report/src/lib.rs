@@ -1,0 +1,45 @@
+//! Results for people and programs: tables and calibration files.
+//!
+//! An estimator's answer is a value ([`EstimatorResult`](gravcal_calibration::result::EstimatorResult)); this crate
+//! gives it its outward forms:
+//!
+//! | form | for | here |
+//! |---|---|---|
+//! | `table.txt` | people | [`CalibrationTable`], a value with `Display`, 80 columns wide |
+//! | `calibration.json` | programs | [`CalibrationFile`]: the answers and where they come from |
+//! | `timing.json` | people who wonder | [`Timing`], apart from the results, whose bytes are compared |
+//!
+//! and [`OutputFolder`] puts the three in place without overwriting other results. [`CheckTable`] and
+//! [`check_json`] tell what a session can determine, before any solve.
+//!
+//! **Conventions.** Files hold SI units and radians. Tables show angles' offsets in degrees, and say so.
+//!
+//! **What this crate does not do.** It prints nothing, reads no clock, and knows neither solvers nor how a session
+//! is written down.
+
+mod calibration_file;
+mod check_table;
+mod finite;
+mod footnotes;
+mod grid;
+mod json;
+mod number;
+mod output;
+mod provenance;
+mod sensor_row;
+mod table;
+mod text;
+mod timing;
+mod undetermined;
+
+#[cfg(test)]
+mod testing;
+
+pub use calibration_file::{CalibrationFile, FORMAT};
+pub use check_table::{CheckTable, check_json};
+pub use finite::NotFinite;
+pub use json::JsonError;
+pub use output::{Contents, OutputError, OutputFolder, Written};
+pub use provenance::{Input, InputError, Options, Provenance};
+pub use table::CalibrationTable;
+pub use timing::Timing;

@@ -1,0 +1,129 @@
+//! How well the model explains the readings.
+
+use gravcal_calibration::result::{EstimatorResult, Fit, HeldOut, JointFit};
+
+use crate::grid::{Cell, Grid, Side};
+use crate::number::significant;
+use crate::text::wrapped;
+
+/// Below this probability the stated noise and the model do not go together.
+const IMPROBABLE: f64 = 1e-3;
+
+pub(super) fn tell(results: &[EstimatorResult]) -> String {
+    let fits = results.iter().filter_map(|result| Some((result.name.as_str(), result.fit.as_ref()?)));
+    let told: String = fits.map(|(name, fit)| tell_one(name, fit)).collect();
+    if told.is_empty() { told } else { format!("Fit: residuals of the torque readings, in their unit\n{told}") }
+}
+
+fn tell_one(name: &str, fit: &Fit) -> String {
+    let mut text = wrapped("  ", "    ", &format!("{name}: {}", chi_squared(fit)));
+    if let Some(held_out) = &fit.held_out {
+        text += &wrapped("    ", "    ", &prediction(held_out));
+    }
+    text += &grid(fit).lines("    ");
+    if fit.joints.iter().any(|joint| joint.noise_estimated) {
+        text += &wrapped("    ", "    ", "~ estimated from the residuals");
+    }
+    text
+}
+
+fn chi_squared(fit: &Fit) -> String {
+    let chi_squared = significant(fit.chi_squared, 5);
+    format!("χ² {chi_squared} for {} degrees of freedom, {}", fit.degrees_of_freedom, probability(fit))
+}
+
+fn probability(fit: &Fit) -> String {
+    match fit.p_value {
+        Some(p) if p < IMPROBABLE => "p < 0.001: model and stated noise do not explain the readings".to_owned(),
+        Some(p) if p > 1.0 - IMPROBABLE => "p > 0.999: the residuals are smaller than the stated noise".to_owned(),
+        Some(p) => format!("p = {}", significant(p, 2)),
+        None if fit.joints.iter().any(|joint| joint.noise_estimated) => {
+            "noise estimated from the residuals, no p-value".to_owned()
+        }
+        None => "no p-value".to_owned(),
+    }
+}
+
+fn prediction(held_out: &HeldOut) -> String {
+    format!(
+        "held out: {} poses that a second fit did not see, χ² {} for {} readings",
+        held_out.poses,
+        significant(held_out.chi_squared, 5),
+        held_out.readings
+    )
+}
+
+fn grid(fit: &Fit) -> Grid {
+    let columns = if fit.held_out.is_some() { 8 } else { 6 };
+    let mut sides = vec![Side::Left, Side::Left];
+    sides.resize(columns, Side::Right);
+    let mut grid = Grid::new(sides);
+    let over = ["", "", "", "", "fitted", "", "held out", ""];
+    let headings = ["", "unit", "readings", "noise", "rms", "largest", "rms", "largest"];
+    grid.row(over[..columns].iter().copied().map(Cell::text).collect());
+    grid.row(headings[..columns].iter().copied().map(Cell::text).collect());
+    for joint in &fit.joints {
+        grid.row(joint_row(joint, fit.held_out.as_ref()));
+    }
+    grid
+}
+
+fn joint_row(joint: &JointFit, held_out: Option<&HeldOut>) -> Vec<Cell> {
+    let estimated = if joint.noise_estimated { "~" } else { "" };
+    let noise = format!("{estimated}{}", significant(joint.noise_std, 2));
+    let mut row = vec![
+        Cell::text(&joint.joint),
+        Cell::text(&joint.unit),
+        Cell::text(joint.readings.to_string()),
+        Cell::text(noise),
+        Cell::text(significant(joint.rms, 3)),
+        Cell::text(significant(joint.largest, 3)),
+    ];
+    if let Some(other) = held_out.and_then(|all| all.joints.iter().find(|other| other.joint == joint.joint)) {
+        row.push(Cell::text(significant(other.rms, 3)));
+        row.push(Cell::text(significant(other.largest, 3)));
+    }
+    row
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{fit, joint_fit, result};
+
+    #[test]
+    fn residuals_stand_beside_the_noise() {
+        let mut joint = result("joint");
+        joint.fit = Some(fit());
+        assert_eq!(
+            tell(&[joint]),
+            "\
+Fit: residuals of the torque readings, in their unit
+  joint: χ² 101.30 for 95 degrees of freedom, p = 0.31
+    held out: 4 poses that a second fit did not see, χ² 9.1000 for 8 readings
+                                    fitted           held out
+            unit   readings  noise     rms  largest       rms  largest
+    joint1  count        37   0.80   0.791     2.12     0.912     1.43
+"
+        );
+    }
+
+    #[test]
+    fn probabilities_in_words() {
+        let told = |p_value| probability(&Fit { p_value, ..fit() });
+        assert_eq!(told(Some(0.054)), "p = 0.054");
+        assert_eq!(told(Some(0.0)), "p < 0.001: model and stated noise do not explain the readings");
+        assert_eq!(told(Some(0.99995)), "p > 0.999: the residuals are smaller than the stated noise");
+        assert_eq!(told(None), "no p-value");
+    }
+
+    #[test]
+    fn estimated_noise_has_no_p_value() {
+        let mut estimated = joint_fit("joint1");
+        estimated.noise_estimated = true;
+        let told = tell_one("joint", &Fit { p_value: None, joints: vec![estimated], held_out: None, ..fit() });
+        assert!(told.contains("noise estimated from the\n    residuals, no p-value\n"), "{told}");
+        assert!(!told.contains("held out"), "{told}");
+        assert!(told.contains("~0.80") && told.ends_with("    ~ estimated from the residuals\n"), "{told}");
+    }
+}

@@ -1,0 +1,67 @@
+//! The table of a calibration, for people: verdict, values side by side, what is undetermined and its cure, fit, notes.
+
+mod fit;
+mod shared;
+mod values;
+mod verdict;
+
+use std::fmt;
+
+use gravcal_calibration::result::EstimatorResult;
+
+use crate::text::wrapped;
+use crate::undetermined::{Entry, tell_undetermined};
+use shared::{Shared, by_content};
+
+/// The answers of the estimators side by side, as text of 80 columns.
+///
+/// ```
+/// let results = []; // what `gravcal_calibration::calibrate` returned
+/// let table = gravcal_report::CalibrationTable { robot: "my-arm", results: &results };
+/// assert_eq!(table.to_string(), "Calibration of my-arm: no estimator ran\n");
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct CalibrationTable<'a> {
+    /// Name of the robot.
+    pub robot: &'a str,
+    /// What the estimators answered.
+    pub results: &'a [EstimatorResult],
+}
+
+impl fmt::Display for CalibrationTable<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sections = [
+            verdict::tell(self.robot, self.results),
+            values::tell(self.results),
+            undetermined(self.results),
+            fit::tell(self.results),
+            notes(self.results),
+        ];
+        let told: Vec<String> = sections.into_iter().filter(|section| !section.is_empty()).collect();
+        f.write_str(&told.join("\n"))
+    }
+}
+
+fn undetermined(results: &[EstimatorResult]) -> String {
+    let several = results.len() > 1;
+    let shared = by_content(results, |result| &result.undetermined).into_iter();
+    let entries: Vec<Entry<'_>> =
+        shared.map(|shared| Entry { undetermined: shared.item, whose: several.then_some(shared.names) }).collect();
+    under("Undetermined", tell_undetermined(&entries))
+}
+
+fn notes(results: &[EstimatorResult]) -> String {
+    let tell = |note: &Shared<'_, String>| {
+        let whose = if note.everyone { String::new() } else { format!("{}: ", note.names) };
+        wrapped("  - ", "    ", &format!("{whose}{}", note.item))
+    };
+    under("Notes", by_content(results, |result| &result.notes).iter().map(tell).collect())
+}
+
+/// A section, or nothing where there is nothing to say.
+fn under(heading: &str, lines: String) -> String {
+    if lines.is_empty() { lines } else { format!("{heading}\n{lines}") }
+}
+
+#[cfg(test)]
+mod tests;

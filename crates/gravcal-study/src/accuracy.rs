@@ -1,0 +1,180 @@
+//! Root-mean-square errors of the estimators over many simulated sessions, beside the Cramér-Rao bound.
+
+use gravcal_calibration::joint::{self, EstimateError, Signals, Solved};
+use gravcal_calibration::sequential::{Plan, run_steps};
+use gravcal_calibration::simulation::Simulation;
+use gravcal_calibration::{Session, Workbench};
+use gravcal_estimation::Solver;
+use rayon::prelude::*;
+use thiserror::Error;
+
+use crate::quantities::{Measured, measured_quantities};
+
+/// What is compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Column {
+    /// The paper's steps.
+    Sequential,
+    /// Joint estimation from the torque readings that the paper's steps read.
+    JointPaperSignals,
+    /// Joint estimation from all torque readings.
+    Joint,
+}
+
+impl Column {
+    /// In the order of a table.
+    pub const ALL: [Column; 3] = [Column::Sequential, Column::JointPaperSignals, Column::Joint];
+
+    /// Heading.
+    pub fn name(self) -> &'static str {
+        match self {
+            Column::Sequential => "sequential",
+            Column::JointPaperSignals => "joint, paper's signals",
+            Column::Joint => "joint, all signals",
+        }
+    }
+}
+
+/// The study has no answer.
+#[derive(Debug, Error)]
+pub enum StudyError {
+    /// The true values cannot be judged.
+    #[error("the Cramér-Rao bound cannot be computed: {0}")]
+    Bound(#[from] EstimateError),
+}
+
+/// Errors of one estimator in one quantity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColumnAccuracy {
+    /// Trials in which the estimator gave a value.
+    pub answers: usize,
+    /// Root mean square error over those, in the unit of the quantity; NaN without any.
+    pub rms_error: f64,
+    /// Mean error.
+    pub mean_error: f64,
+    /// Cramér-Rao bound of the readings it uses; `None` for the sequential steps, and where the readings do not
+    /// determine the quantity.
+    pub bound: Option<f64>,
+}
+
+/// Accuracy of all estimators in all quantities.
+#[derive(Clone, Debug)]
+pub struct Accuracy {
+    /// Trials run.
+    pub trials: u64,
+    /// Quantities, each with its columns in the order of [`Column::ALL`].
+    pub rows: Vec<(Measured, [ColumnAccuracy; 3])>,
+    /// Mean over the trials of the largest residual of the sinusoids of step 1 (largest over the joints), unit of
+    /// the torque reading; `None` where no trial had one.
+    pub largest_sinusoid_residual: Option<f64>,
+}
+
+/// Runs `trials` trials of a simulation.
+///
+/// # Errors
+/// Where the bound cannot be computed. A trial in which an estimator gives no answer is counted, not an error.
+pub fn accuracy(
+    simulation: &Simulation,
+    trials: u64,
+    solver: &dyn Solver,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Accuracy, StudyError> {
+    let session = simulation.session(0);
+    let quantities = measured_quantities(&session);
+    let bounds = [Signals::PaperSteps, Signals::All].map(|signals| bound(simulation, &session, signals, &quantities));
+    let [paper, all] = bounds;
+    let (paper, all) = (paper?, all?);
+    let outcomes: Vec<Trial> = (0..trials)
+        .into_par_iter()
+        .map(|trial| {
+            let outcome = run_trial(simulation, trial, solver, &quantities);
+            progress();
+            outcome
+        })
+        .collect();
+    let rows = quantities
+        .iter()
+        .enumerate()
+        .map(|(index, quantity)| {
+            let bound_of = |column: Column| match column {
+                Column::Sequential => None,
+                Column::JointPaperSignals => paper[index],
+                Column::Joint => all[index],
+            };
+            let columns = [0, 1, 2].map(|c| summarize(&outcomes, c, index, bound_of(Column::ALL[c])));
+            (*quantity, columns)
+        })
+        .collect();
+    let largest: Vec<f64> = outcomes.iter().filter_map(|t| t.largest_sinusoid_residual).collect();
+    Ok(Accuracy {
+        trials,
+        rows,
+        largest_sinusoid_residual: (!largest.is_empty()).then(|| largest.iter().sum::<f64>() / largest.len() as f64),
+    })
+}
+
+/// Errors of one trial: by column and quantity.
+struct Trial {
+    errors: [Vec<Option<f64>>; 3],
+    largest_sinusoid_residual: Option<f64>,
+}
+
+fn run_trial(simulation: &Simulation, trial: u64, solver: &dyn Solver, quantities: &[Measured]) -> Trial {
+    let session = simulation.session(trial);
+    let quiet = |_: &str| {};
+    let workbench = Workbench::new(solver, &quiet);
+    let steps = run_steps(&session, &Plan::new(&session), &workbench);
+    let known = steps.as_start(&session);
+    let error = |quantity: &Measured, value: f64| value - quantity.of(&simulation.truth);
+    let jointly = |signals: Signals| -> Vec<Option<f64>> {
+        let readings = joint::select(&session, signals);
+        match joint::solve(&session, &readings, known.as_ref(), &workbench) {
+            Ok(solved) if solved.estimate.termination.converged() => {
+                let found = solved.unknowns(&simulation.truth);
+                quantities.iter().map(|q| Some(error(q, q.of(&found)))).collect()
+            }
+            _ => vec![None; quantities.len()],
+        }
+    };
+    Trial {
+        errors: [
+            quantities.iter().map(|q| Some(error(q, q.of_steps(&steps)?))).collect(),
+            jointly(Signals::PaperSteps),
+            jointly(Signals::All),
+        ],
+        largest_sinusoid_residual: steps.largest_residuals.iter().flatten().copied().reduce(f64::max),
+    }
+}
+
+/// Standard deviations at the true values; `None` for a quantity that the readings do not determine.
+fn bound(
+    simulation: &Simulation,
+    session: &Session,
+    signals: Signals,
+    quantities: &[Measured],
+) -> Result<Vec<Option<f64>>, EstimateError> {
+    let readings = joint::select(session, signals);
+    let posed = joint::pose(session, &readings, &simulation.truth)?;
+    let judged = Solved::at_start(readings, posed)?;
+    let open = |quantity: &Measured| {
+        let layout = &judged.posed.layout;
+        let id = match quantity {
+            Measured::Gravity(_) => layout.gravity,
+            Measured::Sensor(joint, q) => layout.sensors[*joint][*q as usize],
+        };
+        let columns: Vec<usize> = judged.posed.problem.columns_of(id).collect();
+        !judged.spectrum.null_space_within(&columns).is_empty()
+    };
+    Ok(quantities.iter().map(|q| (!open(q)).then(|| q.std(&judged))).collect())
+}
+
+fn summarize(outcomes: &[Trial], column: usize, quantity: usize, bound: Option<f64>) -> ColumnAccuracy {
+    let errors: Vec<f64> = outcomes.iter().filter_map(|t| t.errors[column][quantity]).collect();
+    let count = errors.len() as f64;
+    ColumnAccuracy {
+        answers: errors.len(),
+        rms_error: (errors.iter().map(|e| e * e).sum::<f64>() / count).sqrt(),
+        mean_error: errors.iter().sum::<f64>() / count,
+        bound,
+    }
+}

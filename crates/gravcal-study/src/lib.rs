@@ -1,0 +1,10 @@
+//! Batches of simulated calibrations: how accurate each estimator is, against the Cramér-Rao bound.
+//!
+//! A trial depends on the simulation's seed and the trial's number only; trials run in parallel, and their errors are
+//! summed in the order of their numbers, so that a table has the same bits on any number of threads.
+
+mod accuracy;
+mod quantities;
+
+pub use accuracy::{Accuracy, Column, ColumnAccuracy, StudyError, accuracy};
+pub use quantities::{Measured, measured_quantities};

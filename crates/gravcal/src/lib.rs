@@ -1,0 +1,38 @@
+//! Calibration of a robot's joint torque and position sensors, and of gravity in its base frame, from static poses.
+//!
+//! This crate gives the library crates one name. Read a session, choose a method, run the estimators:
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! use gravcal::calibration::{EstimatorName, Session, Workbench, calibrate};
+//! use gravcal::solvers::SolverName;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let session = Session::read(Path::new("experiments/sarcos-shoulder/session.toml"))?;
+//! let solver = SolverName::LevenbergMarquardt.build();
+//! let workbench = Workbench::new(solver.as_ref(), &|_stage| {});
+//!
+//! for result in calibrate(&session, &EstimatorName::DEFAULT, &workbench)? {
+//!     println!("{}: {:?}", result.name, result.verdict);
+//!     for parameter in result.parameters.iter().filter(|parameter| parameter.determined) {
+//!         println!("  {} {:?} ± {:?} {}", parameter.name, parameter.value, parameter.std, parameter.unit);
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! | module | owns |
+//! |---|---|
+//! | [`calibration`] | sensor models, the session, the sequential and joint estimators, simulation, verdicts |
+//! | [`estimation`] | nonlinear least squares: problem, covariance, identifiability; knows no robot |
+//! | [`kinematics`] | robots from DH rows or URDF, gravity torque with its derivatives |
+//! | [`recording`] | tables of static poses with units, in and out |
+//! | [`solvers`] | the methods that minimise |
+
+pub use gravcal_calibration as calibration;
+pub use gravcal_estimation as estimation;
+pub use gravcal_kinematics as kinematics;
+pub use gravcal_recording as recording;
+pub use gravcal_solvers as solvers;
