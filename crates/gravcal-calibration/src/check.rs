@@ -5,8 +5,7 @@
 
 use serde::Serialize;
 
-use crate::joint::{EstimateError, Readings, Signals, Solved, Unknowns, idle_joints, pose, select};
-use crate::judgement::{Situation, judge};
+use crate::joint::{EstimateError, Readings, Signals, Unknowns, judge_at_start, select};
 use crate::parameter::Quantity;
 use crate::result::Undetermined;
 use crate::sequential::Plan;
@@ -15,6 +14,8 @@ use crate::sweeps::{HOLD_TOLERANCE, SWEEP_POSES, SWEEP_RANGE};
 
 /// Angles between base and gravity at which the first joint is judged, degrees.
 const TILTS_DEG: [f64; 5] = [1.0, 2.0, 5.0, 10.0, 20.0];
+/// Largest less smallest of some hundred readings of mere noise, in standard deviations.
+const NOISE_SPREAD: f64 = 5.0;
 /// Below this angle between gravity and the first axis the effect of a tilt is told, rad.
 const NEARLY_UPRIGHT: f64 = 0.1;
 
@@ -134,12 +135,10 @@ struct NominalVerdict {
 }
 
 fn judge_at(session: &Session, readings: &Readings, values: &Unknowns) -> Result<NominalVerdict, EstimateError> {
-    let Solved { posed, spectrum, covariance, .. } =
-        Solved::at_start(readings.clone(), pose(session, readings, values)?)?;
+    let judged = judge_at_start(session, readings, values)?;
     // Readings count, not their values: a bias is judged against the torque that the nominal model predicts.
-    let spreads = predicted_spreads(session, readings, values);
-    let idle = idle_joints(session, values);
-    let judgement = judge(session, &posed.problem, &posed.initial, &posed.layout, &spectrum, &spreads, &idle);
+    let judgement = judged.judge_with_spreads(session, &predicted_spreads(session, readings, values));
+    let (posed, covariance) = (&judged.posed, &judged.covariance);
     let stated = !session.noise_estimated().iter().any(|e| *e);
     let std = |id: gravcal_estimation::BlockId| {
         posed.problem.columns_of(id).map(|column| covariance.std(column)).reduce(f64::max).filter(|_| stated)
@@ -168,15 +167,14 @@ fn judge_at(session: &Session, readings: &Readings, values: &Unknowns) -> Result
             });
         }
     }
-    let read = (0..session.joints.len()).map(|joint| posed.rows.iter().any(|(_, j)| *j == joint)).collect();
-    let situation = Situation { session, gravity: values.gravity, read, idle };
+    let situation = judged.situation(session);
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
     undetermined.extend(crate::joint::last_frame_choice(session));
     Ok(NominalVerdict { parameters, undetermined })
 }
 
 /// Largest less smallest torque reading that the nominal model predicts for each joint, unit of the reading; never
-/// less than the noise, so that a joint that carries nothing still tells its bias.
+/// less than noise alone spreads them, so that a joint that carries nothing still tells its bias.
 fn predicted_spreads(session: &Session, readings: &Readings, values: &Unknowns) -> Vec<f64> {
     let inertia: Vec<f64> = values.inertia.iter().flatten().copied().collect();
     let mut range = vec![(f64::INFINITY, f64::NEG_INFINITY); session.joints.len()];
@@ -190,7 +188,11 @@ fn predicted_spreads(session: &Session, readings: &Readings, values: &Unknowns) 
             range[*joint] = (range[*joint].0.min(reading), range[*joint].1.max(reading));
         }
     }
-    range.iter().zip(&readings.noise).map(|((low, high), noise)| (high - low).max(*noise)).collect()
+    let noise = |joint: usize| {
+        let first = (0..readings.used.len()).find(|pose| readings.used[*pose].contains(&joint));
+        first.map_or(1.0, |pose| readings.std(session, pose, joint))
+    };
+    range.iter().enumerate().map(|(joint, (low, high))| (high - low).max(NOISE_SPREAD * noise(joint))).collect()
 }
 
 fn tilts(session: &Session, readings: &Readings, nominal: &Unknowns) -> Result<Vec<TiltReport>, EstimateError> {

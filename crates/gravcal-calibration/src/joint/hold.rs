@@ -119,6 +119,20 @@ impl SetAside {
     }
 }
 
+/// Judges a session at given values, without solving: the gains of joints that carry no gravity there are held.
+pub(crate) fn judge_at_start(
+    session: &Session,
+    readings: &Readings,
+    values: &Unknowns,
+) -> Result<Solved, EstimateError> {
+    let idle = idle_joints(session, values);
+    let free = Solved::at_start(readings.clone(), pose(session, readings, values)?)?.with_holds(&[], &idle);
+    let mut set_aside = undetermined_to_hold(session, &free);
+    set_aside.retain(SetAside::is_idle_joint);
+    let posed = pose_with(session, readings, values, &set_aside)?;
+    Ok(Solved::at_start(readings.clone(), posed)?.with_holds(&set_aside, &idle))
+}
+
 fn pose_with(
     session: &Session,
     readings: &Readings,
@@ -149,11 +163,12 @@ fn undetermined_to_hold(session: &Session, solved: &Solved) -> Vec<SetAside> {
     let id = |joint: usize, quantity: Quantity| posed.layout.sensors[joint][quantity as usize];
     let unknowns = solved.unknowns(&Unknowns::nominal(session));
     let combinations = solved.judge(session).combinations;
-    let mut found = Vec::new();
+    let mut found: Vec<SetAside> = Vec::new();
     for combination in &combinations {
         for (joint, quantity, coefficient) in &combination.sensors {
             let (joint, quantity) = (*joint, *quantity);
-            if posed.problem.columns_of(id(joint, quantity)).is_empty() {
+            let known = found.iter().any(|s| s.parameter == (joint, quantity));
+            if known || posed.problem.columns_of(id(joint, quantity)).is_empty() {
                 continue; // held already
             }
             let nominal = session.joints[joint].of(quantity).nominal;

@@ -14,11 +14,11 @@ use crate::judgement::{Judgement, Quantile, Situation, determined_moments, gravi
 use crate::parameter::Quantity;
 use crate::result::{CovarianceResult, EstimatorResult, GravityResult, ParameterResult, Undetermined, Verdict};
 use crate::sequential::Plan;
-use crate::session::{LAST_FRAME_CHOICE, Session};
+use crate::session::{BASE_FRAME_CHOICE, LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
 
 use hold::SetAside;
-pub(crate) use idle::idle_joints;
+pub(crate) use hold::judge_at_start;
 pub use problem::{JointProblem, PosingError, Readings, pose};
 pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
@@ -214,17 +214,24 @@ fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
 
 /// What every estimator's reader should know of the frames.
 pub(crate) fn frame_notes(session: &Session) -> Vec<String> {
-    let first = &session.robot.chain.joints()[0].name;
-    vec![format!("{first}.position_offset is zero by definition of the base frame.")]
+    let name = Quantity::PositionOffset.name(&session.robot.chain.joints()[0].name);
+    vec![match session.held_reason(0, Quantity::PositionOffset) {
+        Some(BASE_FRAME_CHOICE) => format!("{name} is zero by definition of the base frame."),
+        _ => format!("{name} is given as exact, which defines the base frame."),
+    }]
 }
 
 impl Solved {
     /// What is determined, with what was set aside counted as not.
     pub(crate) fn judge(&self, session: &Session) -> Judgement {
-        let posed = &self.posed;
-        let spreads = session.torque_spreads();
-        let values = &self.estimate.values;
-        let mut judgement = judge(session, &posed.problem, values, &posed.layout, &self.spectrum, &spreads, &self.idle);
+        self.judge_with_spreads(session, &session.torque_spreads())
+    }
+
+    /// The same with given spreads (largest less smallest torque reading of each joint).
+    pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
+        let (posed, values) = (&self.posed, &self.estimate.values);
+        let mut judgement =
+            judge(session, &posed.problem, values, &posed.layout, &self.spectrum, spreads, &self.idle);
         for SetAside { combination, .. } in &self.set_aside {
             for (joint, quantity, _) in &combination.sensors {
                 judgement.parameters[*joint][*quantity as usize] = false;

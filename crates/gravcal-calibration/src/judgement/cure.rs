@@ -69,11 +69,16 @@ impl Situation<'_> {
             );
         }
         if combination.sensors.iter().any(|(_, q, _)| *q == Quantity::TorqueGain) {
-            return (list, "only their combination acts on the readings".into(), self.scale_cure());
+            let why = if combination.sensors.len() == 1 {
+                "the unknown masses and moments trade off with it"
+            } else {
+                "only their combination acts on the readings"
+            };
+            return (list, why.into(), self.scale_cure());
         }
         (
             list,
-            "only their combination acts on the readings, or the range of motion is too short".into(),
+            "the range of motion is too short, or they act on the readings only together".into(),
             "add poses that move these joints over a wider range, at several positions of the joints before them"
                 .into(),
         )

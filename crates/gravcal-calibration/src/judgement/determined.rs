@@ -42,6 +42,11 @@ pub(crate) struct Combination {
 }
 
 impl Combination {
+    /// Whether it is this one parameter.
+    fn is_only(&self, parameter: (usize, Quantity)) -> bool {
+        !self.gravity && self.sensors.len() == 1 && (self.sensors[0].0, self.sensors[0].1) == parameter
+    }
+
     /// Whether holding this parameter would fix a combination that has no effect.
     pub fn breaks_with(&self, parameter: (usize, Quantity)) -> bool {
         self.std_over_limit.is_none() && self.sensors.iter().any(|(j, q, _)| (*j, *q) == parameter)
@@ -171,7 +176,7 @@ impl SensorColumns {
         for (index, identity) in self.identity.iter().enumerate() {
             let told = match identity {
                 None => weak.iter().chain(without).any(|c| c.gravity),
-                Some(_) => without.iter().any(|c| c.anchor == *identity),
+                Some(identity) => without.iter().any(|c| c.anchor == Some(*identity) || c.is_only(*identity)),
             };
             let ratio = covariance.std_of(&self.anchored(index, without)) / self.limits[index];
             if ratio > 1.0 && !told {
