@@ -10,7 +10,6 @@ mod environment;
 mod field;
 mod file_error;
 mod names;
-mod nearest;
 mod one_or_many;
 mod text;
 

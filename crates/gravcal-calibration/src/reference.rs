@@ -219,3 +219,19 @@ fn same_bits_on_one_thread_and_on_two() {
     };
     assert_eq!(run(1), run(2));
 }
+
+/// Gravity of uncertain magnitude is a free vector with its norm as a residual (paper, eq. (9)).
+#[test]
+fn an_uncertain_magnitude_widens_gravity_along_itself_only() {
+    let mut session = sarcos_shoulder().session(0);
+    session.gravity.magnitude_std = Some(0.05);
+    let free = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    assert_eq!(free.verdict, Verdict::Determined);
+    let gravity = free.gravity.unwrap();
+    let norm = gravity.vector_m_per_s2.iter().map(|c| c * c).sum::<f64>().sqrt();
+    assert!((norm - 9.8).abs() < 1e-3, "{norm}");
+    // Moments and masses take up the scale, so the norm is known by its prior alone.
+    let along: f64 = gravity.std_m_per_s2.iter().map(|s| s * s).sum::<f64>().sqrt();
+    assert!((along - 0.05).abs() < 0.005, "{along}");
+    assert!(gravity.cone95_deg < 0.1);
+}

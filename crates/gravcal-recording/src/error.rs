@@ -221,7 +221,8 @@ fn hint(column: &str, columns: &[String]) -> String {
     if !no_header.is_empty() {
         return no_header.to_owned();
     }
-    match crate::suggest::nearest(column, columns) {
+    let known: Vec<&str> = columns.iter().map(String::as_str).collect();
+    match crate::suggest::nearest_name(column, &known) {
         Some(near) => format!(" (did you mean `{near}`?)"),
         None => String::new(),
     }

@@ -60,6 +60,7 @@ mod write_table;
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use pose::{Reading, StaticPose, read_poses};
+pub use suggest::nearest_name;
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
 pub use write::{WriteError, write_atomically};

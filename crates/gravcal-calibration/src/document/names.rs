@@ -1,6 +1,7 @@
 //! Names in a document that stand for something elsewhere: looked up, and declared once.
 
-use super::nearest::nearest;
+use gravcal_recording::nearest_name;
+
 use super::{Document, Field, FileError};
 
 impl Document {
@@ -12,7 +13,8 @@ impl Document {
     /// There is none of that name; the error lists those there are.
     pub fn lookup(&self, field: &Field, what: &str, name: &str, known: &[&str]) -> Result<usize, FileError> {
         known.iter().position(|candidate| *candidate == name).ok_or_else(|| {
-            let suggestion = nearest(name, known).map(|near| format!(" (did you mean `{near}`?)")).unwrap_or_default();
+            let suggestion =
+                nearest_name(name, known).map(|near| format!(" (did you mean `{near}`?)")).unwrap_or_default();
             self.error(field, format!("there is no {what} `{name}`{suggestion}; {}", listed(what, known)))
         })
     }

@@ -230,8 +230,7 @@ impl Solved {
     /// The same with given spreads (largest less smallest torque reading of each joint).
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
         let (posed, values) = (&self.posed, &self.estimate.values);
-        let mut judgement =
-            judge(session, &posed.problem, values, &posed.layout, &self.spectrum, spreads, &self.idle);
+        let mut judgement = judge(session, &posed.problem, values, &posed.layout, &self.spectrum, spreads, &self.idle);
         for SetAside { combination, .. } in &self.set_aside {
             for (joint, quantity, _) in &combination.sensors {
                 judgement.parameters[*joint][*quantity as usize] = false;
