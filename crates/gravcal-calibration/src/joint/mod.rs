@@ -22,6 +22,7 @@ pub(crate) use hold::judge_at_start;
 pub use problem::{JointProblem, PosingError, Readings, pose};
 pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
+pub(crate) use start::start_around;
 pub use unknowns::{Layout, Unknowns};
 
 /// The joint problem could not be solved.

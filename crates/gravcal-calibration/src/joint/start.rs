@@ -42,7 +42,36 @@ pub(super) fn best_start(
             best = Some((cost, solved));
         }
     }
-    Ok(best.map_or(nominal, |(_, start)| start))
+    let mut start = best.map_or(nominal, |(_, start)| start);
+    respect_distances(session, &mut start);
+    Ok(start)
+}
+
+/// Masses, moments and placements that suit given gravity and sensors, which stay as they are.
+pub(crate) fn start_around(session: &Session, readings: &Readings, known: &Unknowns) -> Result<Unknowns, PosingError> {
+    let (_, solved) = solve_linear_part(session, &thinned(readings), known)?;
+    let mut start = Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), ..solved };
+    respect_distances(session, &mut start);
+    Ok(start)
+}
+
+/// Puts placements of a known distance that far apart: the linear problem does not know of distances, and a solver
+/// that starts off a nearly exact distance must creep along its sphere.
+fn respect_distances(session: &Session, start: &mut Unknowns) {
+    for known in &session.load_distances {
+        let [a, b] = known.between;
+        let [p, q] = known.between.map(|load| nalgebra::Vector3::from(start.loads[load]));
+        let Some(direction) = (q - p).try_normalize(f64::MIN_POSITIVE) else { continue };
+        let excess = known.distance - (q - p).norm();
+        let free = known.between.map(|load| session.loads[load].position.is_none());
+        let shares = match free {
+            [true, true] => [0.5, 0.5],
+            [true, false] => [1.0, 0.0],
+            [false, _] => [0.0, 1.0],
+        };
+        start.loads[a] = (p - shares[0] * excess * direction).into();
+        start.loads[b] = (q + shares[1] * excess * direction).into();
+    }
 }
 
 /// Biases, masses, moments and placements by linear least squares, everything else as it stands; and the cost left.

@@ -80,13 +80,13 @@ pub fn run_steps(session: &Session, plan: &Plan, workbench: &Workbench<'_>) -> S
     let mut known = SequentialValues::after_step_1(&biases, readings);
 
     workbench.tell("step 2: gravity");
-    known.gravity = gravity::find_gravity(session, plan, &known.readings, &known, workbench);
+    known.gravity = gravity::find_gravity(session, plan, &known, workbench);
     known.iterations += known.gravity.as_ref().map_or(0, |g| g.iterations);
 
     workbench.tell("step 3: torque gains and position offsets");
     for joint in joints {
         let Gain { torque_gain, position_offset, iterations } =
-            gain::find_gain(session, plan, &known.readings, &known, joint, workbench);
+            gain::find_gain(session, plan, &known, joint, workbench);
         known.sensors[joint].torque_gain = torque_gain;
         known.sensors[joint].position_offset = position_offset;
         known.iterations += iterations;
@@ -182,10 +182,14 @@ pub fn tell_steps(
     };
     if let Some(start) = known.as_start(session) {
         workbench.tell("judging the sequential values on all readings");
+        let start = joint::start_around(session, &known.readings, &start)?;
         let mut posed = joint::pose(session, &known.readings, &start)?;
         let held = found_blocks(&posed, known);
         posed.problem = posed.problem.holding(&held, "found by the sequential steps");
         let solved = solve_posed(known.readings.clone(), posed, workbench)?;
+        if !solved.estimate.termination.converged() {
+            result.notes.push(format!("The fit below is no optimum: {}.", solved.estimate.termination));
+        }
         result.moments = determined_moments(
             &solved.posed.problem,
             &solved.estimate.values,
