@@ -94,6 +94,7 @@ pub struct CovarianceResult {
 #[derive(Clone, Debug, Serialize)]
 pub struct MomentResult {
     /// Parameter and coefficient; `link1.mass` (kg), `link1.first_moment.x` (kg·m), `load.plate-a.position.x` (m).
+    /// `load.plate-b.displacement_from.plate-a.x` (m) is the position of plate-b less that of plate-a.
     pub terms: Vec<(String, f64)>,
     /// Value of the combination.
     pub value: f64,

@@ -67,7 +67,7 @@ pub fn sarcos_shoulder() -> Simulation {
         gravity: GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: direction.into() },
         inertia: InertiaKnowledge::Unknown,
         loads: vec![load("plate-a"), load("plate-b")],
-        load_distances: vec![LoadDistance { between: [0, 1], distance: 0.402, std: 1e-6 }],
+        load_distances: vec![LoadDistance { between: [0, 1], distance: 0.402, std: None }],
         joints: vec![joint(0.0), joint(135f64.to_radians()), joint(0.2)],
         tables: runs
             .iter()

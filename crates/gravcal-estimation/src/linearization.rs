@@ -17,7 +17,7 @@ pub trait Linearization {
     fn gradient(&self) -> &[f64];
     /// Euclidean norm of each column of J.
     fn column_norms(&self) -> &[f64];
-    /// Scale of each column: its norm, but at least [`DUST`] of the largest, so that the rounding errors of a column
+    /// Scale of each column: its norm, but at least 1e-12 of the largest, so that the rounding errors of a column
     /// that is zero by structure are not taken for information.
     fn column_scales(&self) -> Vec<f64> {
         let largest = self.column_norms().iter().fold(0.0, |m: f64, n| m.max(*n));

@@ -2,6 +2,7 @@
 
 mod hold;
 mod idle;
+mod placements;
 mod problem;
 mod solve;
 mod start;

@@ -7,6 +7,7 @@ use gravcal_estimation::{
 };
 use thiserror::Error;
 
+use super::placements::{add_placements, distances_left};
 use super::unknowns::{Layout, Unknowns};
 use crate::parameter::Quantity;
 use crate::residuals::{CarriedLoad, GravityNorm, LoadDistance, PoseTorque, PoseTorqueBlocks, Prior};
@@ -14,6 +15,9 @@ use crate::session::{InertiaKnowledge, Knowledge, KnowledgeKind, Session};
 
 /// Centre of mass from which an assumed mass's moment is taken to be uncertain, m: see [`moment_std`].
 const TYPICAL_LEVER: f64 = 0.1;
+
+/// Standard deviation of an exact distance that cannot be held by the placements themselves, m.
+const EXACT_DISTANCE_STD: f64 = 1e-6;
 
 /// The joint problem cannot be posed.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -74,9 +78,9 @@ pub struct JointProblem {
 /// Where there is nothing to measure or nothing unknown.
 pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, PosingError> {
     let mut builder = ProblemBuilder::new();
-    let layout = add_blocks(session, readings, start, &mut builder);
+    let layout = add_blocks(session, readings, start, true, &mut builder);
     let rows = add_pose_torques(session, readings, &layout, &mut builder)?;
-    add_knowledge(session, &layout, &mut builder)?;
+    add_knowledge(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
     Ok(JointProblem { problem, initial, layout, rows })
 }
@@ -91,13 +95,19 @@ pub(crate) fn pose_readings_alone(
     start: &Unknowns,
 ) -> Result<JointProblem, PosingError> {
     let mut builder = ProblemBuilder::new();
-    let layout = add_blocks(session, readings, start, &mut builder);
+    let layout = add_blocks(session, readings, start, false, &mut builder);
     let rows = add_pose_torques(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
     Ok(JointProblem { problem, initial, layout, rows })
 }
 
-fn add_blocks(session: &Session, readings: &Readings, start: &Unknowns, builder: &mut ProblemBuilder) -> Layout {
+fn add_blocks(
+    session: &Session,
+    readings: &Readings,
+    start: &Unknowns,
+    exact_distances: bool,
+    builder: &mut ProblemBuilder,
+) -> Layout {
     let joints = session.robot.chain.joints();
     let gravity = builder.add_block(gravity_block(session), &start.gravity);
     let sensors = joints
@@ -122,14 +132,7 @@ fn add_blocks(session: &Session, readings: &Readings, start: &Unknowns, builder:
         builder.add_block(block, value)
     });
     let inertia = inertia.collect();
-    let loads = (0..session.loads.len())
-        .map(|load| {
-            let carried = |pose: usize| session.poses[pose].load == Some(load) && !readings.used[pose].is_empty();
-            (0..session.poses.len())
-                .any(carried)
-                .then(|| builder.add_block(load_block(session, load), &start.loads[load]))
-        })
-        .collect();
+    let loads = add_placements(session, &carried(session, readings), start, exact_distances, builder);
     Layout { gravity, sensors, inertia, loads }
 }
 
@@ -141,13 +144,10 @@ fn gravity_block(session: &Session) -> Block {
     }
 }
 
-fn load_block(session: &Session, load: usize) -> Block {
-    let load = &session.loads[load];
-    let block = Block::vector(format!("load.{}.position", load.name), "m", &["x", "y", "z"]);
-    match (load.position, load.position_std) {
-        (Some(_), None) => block.held("its position in the link is given as exact"),
-        _ => block,
-    }
+/// Which loads hang on the robot in a pose that is used.
+fn carried(session: &Session, readings: &Readings) -> Vec<bool> {
+    let poses = || session.poses.iter().zip(&readings.used).filter(|(_, used)| !used.is_empty());
+    (0..session.loads.len()).map(|load| poses().any(|(pose, _)| pose.load == Some(load))).collect()
 }
 
 fn add_pose_torques(
@@ -166,7 +166,7 @@ fn add_pose_torques(
             continue;
         }
         let load = pose.load.and_then(|load| {
-            let position = layout.loads[load]?;
+            let position = layout.loads[load].clone()?;
             Some(CarriedLoad { position, mass: session.loads[load].mass, link: session.loads[load].link })
         });
         let values = used.iter().filter_map(|joint| Some((*joint, pose.torque[*joint].as_ref()?.value))).collect();
@@ -178,7 +178,12 @@ fn add_pose_torques(
     Ok(rows)
 }
 
-fn add_knowledge(session: &Session, layout: &Layout, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
+fn add_knowledge(
+    session: &Session,
+    readings: &Readings,
+    layout: &Layout,
+    builder: &mut ProblemBuilder,
+) -> Result<(), NoiseError> {
     if let Some(std) = session.gravity.magnitude_std {
         let residual = GravityNorm::new(layout.gravity, session.gravity.magnitude);
         builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
@@ -200,15 +205,18 @@ fn add_knowledge(session: &Session, layout: &Layout, builder: &mut ProblemBuilde
             }
         }
     }
-    for (load, id) in session.loads.iter().zip(&layout.loads) {
-        if let (Some(position), Some(std), Some(id)) = (load.position, load.position_std, id) {
+    for (load, placement) in session.loads.iter().zip(&layout.loads) {
+        // A load with a position of its own is tied to no other: its placement is one block.
+        if let (Some(position), Some(std), Some([id])) = (load.position, load.position_std, placement.as_deref()) {
             add_prior(builder, *id, position.to_vec(), &[std; 3])?;
         }
     }
-    for known in &session.load_distances {
-        if let [Some(a), Some(b)] = known.between.map(|load| layout.loads[load]) {
+    for index in distances_left(session, &carried(session, readings)) {
+        let known = &session.load_distances[index];
+        if let [Some(a), Some(b)] = known.between.map(|load| layout.loads[load].clone()) {
             let residual = LoadDistance::new([a, b], known.distance);
-            builder.add_factor(Factor::new(residual, Noise::independent(&[known.std])?));
+            let std = known.std.unwrap_or(EXACT_DISTANCE_STD);
+            builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
         }
     }
     Ok(())

@@ -2,6 +2,7 @@
 
 use gravcal_estimation::{BlockId, Values};
 
+use super::placements::Placement;
 use crate::parameter::Quantity;
 use crate::session::Session;
 
@@ -37,6 +38,10 @@ impl Unknowns {
     /// The values of one solution.
     pub(crate) fn of(values: &Values, layout: &Layout, fallback: &Unknowns) -> Unknowns {
         let vector = |id: BlockId| [values.get(id)[0], values.get(id)[1], values.get(id)[2]];
+        let position = |placement: &Placement| {
+            let parts: Vec<[f64; 3]> = placement.iter().map(|id| vector(*id)).collect();
+            [0, 1, 2].map(|axis| parts.iter().map(|part| part[axis]).sum())
+        };
         Unknowns {
             gravity: vector(layout.gravity),
             sensors: layout.sensors.iter().map(|ids| ids.map(|id| values.scalar(id))).collect(),
@@ -48,7 +53,7 @@ impl Unknowns {
                     [v[0], v[1], v[2], v[3]]
                 })
                 .collect(),
-            loads: layout.loads.iter().zip(&fallback.loads).map(|(id, f)| id.map_or(*f, vector)).collect(),
+            loads: layout.loads.iter().zip(&fallback.loads).map(|(p, f)| p.as_ref().map_or(*f, position)).collect(),
         }
     }
 }
@@ -62,8 +67,8 @@ pub struct Layout {
     pub sensors: Vec<[BlockId; 4]>,
     /// `(m, h)` of each link.
     pub inertia: Vec<BlockId>,
-    /// Placement of each load; `None` where no pose that is used carries it.
-    pub loads: Vec<Option<BlockId>>,
+    /// For each load the blocks whose sum is its position; `None` where no pose that is used carries it.
+    pub loads: Vec<Option<Vec<BlockId>>>,
 }
 
 /// A link without an assumed mass starts as 1 kg a few centimetres from its frame's origin, in no special direction:

@@ -2,7 +2,7 @@
 //!
 //! Any masses and moments that reproduce these combinations predict the same gravity torques.
 
-use gravcal_estimation::{BlockId, Covariance, Problem, Spectrum, Values, sparse_basis};
+use gravcal_estimation::{BlockId, Covariance, Manifold, Problem, Spectrum, Values, sparse_basis};
 
 use crate::joint::Layout;
 use crate::result::MomentResult;
@@ -15,8 +15,27 @@ pub(crate) fn determined_moments(
     spectrum: &Spectrum,
     covariance: &Covariance,
 ) -> Vec<MomentResult> {
-    let blocks: Vec<BlockId> = layout.inertia.iter().copied().chain(layout.loads.iter().flatten().copied()).collect();
-    // These blocks are Euclidean: a column is a stored coordinate.
+    let mut placements: Vec<BlockId> = layout.loads.iter().flatten().flatten().copied().collect();
+    placements.sort_unstable();
+    placements.dedup();
+    let (on_sphere, euclidean): (Vec<BlockId>, Vec<BlockId>) =
+        placements.into_iter().partition(|id| problem.block(*id).manifold != Manifold::Euclidean);
+    let blocks: Vec<BlockId> = layout.inertia.iter().copied().chain(euclidean).collect();
+    let mut results = combinations(problem, values, &blocks, spectrum, covariance);
+    for id in on_sphere {
+        results.extend(determined_vector(problem, values, id, spectrum, covariance));
+    }
+    results
+}
+
+/// Combinations of blocks whose columns are their stored coordinates.
+fn combinations(
+    problem: &Problem,
+    values: &Values,
+    blocks: &[BlockId],
+    spectrum: &Spectrum,
+    covariance: &Covariance,
+) -> Vec<MomentResult> {
     let coordinates: Vec<(usize, BlockId, usize)> = blocks
         .iter()
         .flat_map(|id| problem.columns_of(*id).enumerate().map(|(component, column)| (column, *id, component)))
@@ -32,6 +51,29 @@ pub(crate) fn determined_moments(
                 value: used().map(|((_, id, i), c)| c * values.get(*id)[*i]).sum(),
                 std: covariance.std_of(&by_column),
             }
+        })
+        .collect()
+}
+
+/// The components of a vector of known length, where its direction is determined.
+fn determined_vector(
+    problem: &Problem,
+    values: &Values,
+    id: BlockId,
+    spectrum: &Spectrum,
+    covariance: &Covariance,
+) -> Vec<MomentResult> {
+    let columns: Vec<usize> = problem.columns_of(id).collect();
+    if !spectrum.null_space_within(&columns).is_empty() {
+        return Vec::new();
+    }
+    let stored = covariance.stored(problem, values, &[id]);
+    let length = problem.block(id).len();
+    (0..length)
+        .map(|i| MomentResult {
+            terms: vec![(problem.block(id).component_name(i), 1.0)],
+            value: values.get(id)[i],
+            std: stored[i * (length + 1)].max(0.0).sqrt(),
         })
         .collect()
 }

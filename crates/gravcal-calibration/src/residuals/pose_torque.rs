@@ -25,10 +25,10 @@ pub struct PoseTorqueBlocks {
 }
 
 /// A load that hangs on the robot during a pose.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct CarriedLoad {
-    /// Its centre of mass in the link's frame, m.
-    pub position: BlockId,
+    /// Blocks whose sum is its centre of mass in the link's frame, m.
+    pub position: Vec<BlockId>,
     /// kg.
     pub mass: f64,
     /// Index of the link.
@@ -59,7 +59,7 @@ impl PoseTorque {
         let mut order = vec![blocks.gravity];
         order.extend(blocks.sensors.iter().flatten());
         order.extend(&blocks.inertia);
-        order.extend(load.map(|l| l.position));
+        order.extend(load.iter().flat_map(|l| &l.position));
         PoseTorque { chain, blocks: order, position, readings, load }
     }
 
@@ -92,11 +92,13 @@ impl PoseTorque {
     fn inertia(&self, x: LocalValues<'_>) -> Vec<f64> {
         let start = x.column(self.inertia_block());
         let mut inertia = x.as_slice()[start..start + 4 * self.position.len()].to_vec();
-        if let Some(load) = self.load {
+        if let Some(load) = &self.load {
             let carried = &mut inertia[4 * load.link..4 * load.link + 4];
             carried[0] += load.mass;
-            let position = x.block(self.load_block());
-            carried[1..].iter_mut().zip(position).for_each(|(h, r)| *h += load.mass * r);
+            for part in 0..load.position.len() {
+                let position = x.block(self.load_block() + part);
+                carried[1..].iter_mut().zip(position).for_each(|(h, r)| *h += load.mass * r);
+            }
         }
         inertia
     }
@@ -121,10 +123,12 @@ impl PoseTorque {
         for k in 4 * joint..4 * n {
             row[inertia + k] = gain * by_inertia[k];
         }
-        if let Some(load) = self.load {
-            let column = x.column(self.load_block());
-            for axis in 0..3 {
-                row[column + axis] = gain * load.mass * by_inertia[4 * load.link + 1 + axis];
+        if let Some(load) = &self.load {
+            for part in 0..load.position.len() {
+                let column = x.column(self.load_block() + part);
+                for axis in 0..3 {
+                    row[column + axis] = gain * load.mass * by_inertia[4 * load.link + 1 + axis];
+                }
             }
         }
     }
@@ -195,14 +199,14 @@ mod tests {
         let chain = Arc::new(chain_from_dh("base", DhConvention::Standard, &rows).unwrap());
         let mut lengths = vec![3];
         lengths.extend([1; 12]);
-        lengths.extend([4, 4, 4, 3]);
+        lengths.extend([4, 4, 4, 3, 3]);
         let ids = ids(&lengths);
         let blocks = PoseTorqueBlocks {
             gravity: ids[0],
             sensors: (0..3).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
             inertia: ids[13..16].to_vec(),
         };
-        let load = CarriedLoad { position: ids[16], mass: 1.7, link: 1 };
+        let load = CarriedLoad { position: ids[16..18].to_vec(), mass: 1.7, link: 1 };
         let readings = vec![(0, 3.0), (2, 1.0)];
         let residual = PoseTorque::new(chain, &blocks, vec![0.3, 0.2, -0.8], readings, Some(load));
         check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);

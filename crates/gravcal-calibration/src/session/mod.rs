@@ -98,8 +98,8 @@ pub struct LoadDistance {
     pub between: [usize; 2],
     /// m.
     pub distance: f64,
-    /// m.
-    pub std: f64,
+    /// Standard deviation, m; `None`: exact.
+    pub std: Option<f64>,
 }
 
 /// What is known of one joint's sensors beforehand.

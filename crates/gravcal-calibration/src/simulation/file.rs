@@ -17,9 +17,6 @@ use crate::session::{
     Session, units,
 };
 
-/// Standard deviation of a distance that the session is told without one: exact to a micrometre.
-const EXACT_DISTANCE_STD: f64 = 1e-6;
-
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SimulationTable {
@@ -228,7 +225,7 @@ impl Reader<'_> {
                     let message = "two placements of a known distance must differ and be on one link";
                     return Err(self.document.error(&field, message));
                 }
-                Ok(LoadDistance { between, distance, std: EXACT_DISTANCE_STD })
+                Ok(LoadDistance { between, distance, std: None })
             })
             .collect()
     }

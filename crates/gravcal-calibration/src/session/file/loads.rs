@@ -6,9 +6,6 @@ use super::Context;
 use crate::document::{Document, Field, FileError};
 use crate::session::{Load, LoadDistance};
 
-/// Standard deviation of a distance that comes without one, m: exact to a micrometre.
-const EXACT_DISTANCE_STD: f64 = 1e-6;
-
 /// `[[load]]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
@@ -76,10 +73,10 @@ fn distance(
                        one link";
         return Err(document.error(&between, message));
     }
-    let std = table.distance_std_m.unwrap_or(EXACT_DISTANCE_STD);
+    let positive = |std| document.positive(&field.key("distance_std_m"), std, "a standard deviation", "m");
     Ok(LoadDistance {
         between: [first, second],
         distance: document.positive(&field.key("distance_m"), table.distance_m, "a distance", "m")?,
-        std: document.positive(&field.key("distance_std_m"), std, "a standard deviation", "m")?,
+        std: table.distance_std_m.map(positive).transpose()?,
     })
 }

@@ -131,7 +131,7 @@ fn gravity_loads_and_tables_are_read() {
     let plate_b =
         Load { name: "plate-b".into(), mass: 1.7, link: 1, position: Some([0.0, 0.0, 0.1]), position_std: Some(0.001) };
     assert_eq!(session.loads, [plate_a, plate_b]);
-    assert_eq!(session.load_distances, [LoadDistance { between: [0, 1], distance: 0.402, std: 1e-6 }]);
+    assert_eq!(session.load_distances, [LoadDistance { between: [0, 1], distance: 0.402, std: None }]);
     assert_eq!(
         (session.estimators, session.solver),
         (vec!["joint".to_owned()], Some("levenberg-marquardt".to_owned()))

@@ -1,0 +1,101 @@
+//! Where the loads hang: blocks for their centres of mass.
+//!
+//! A placement is a position of its own, or, at an exactly known distance d from another, that one's position plus a
+//! vector on the sphere of radius d: the distance then holds exactly, as gravity's norm does. Distances that are
+//! uncertain, or would close a circle, are residuals.
+
+use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
+
+use super::Unknowns;
+use crate::session::Session;
+
+/// The blocks whose sum is a load's position.
+pub(crate) type Placement = Vec<BlockId>;
+
+/// Adds the blocks of all carried loads; distances enter only if `exact_distances`.
+pub(super) fn add_placements(
+    session: &Session,
+    carried: &[bool],
+    start: &Unknowns,
+    exact_distances: bool,
+    builder: &mut ProblemBuilder,
+) -> Vec<Option<Placement>> {
+    let mut placements: Vec<Option<Placement>> = vec![None; session.loads.len()];
+    let parents = if exact_distances { parents(session, carried) } else { vec![None; session.loads.len()] };
+    // Parents first: a chain of placements is no longer than the loads.
+    for _ in 0..session.loads.len() {
+        for load in (0..session.loads.len()).filter(|load| carried[*load]) {
+            if placements[load].is_some() {
+                continue;
+            }
+            placements[load] = match parents[load] {
+                None => Some(vec![builder.add_block(position_block(session, load), &start.loads[load])]),
+                Some((parent, distance)) => placements[parent].clone().map(|mut blocks| {
+                    blocks.push(add_displacement(session, load, parent, distance, start, builder));
+                    blocks
+                }),
+            };
+        }
+    }
+    placements
+}
+
+/// Indices of the known distances that the placements do not hold by themselves.
+pub(super) fn distances_left(session: &Session, carried: &[bool]) -> Vec<usize> {
+    let parents = parents(session, carried);
+    let held = |index: usize| {
+        let [a, b] = session.load_distances[index].between;
+        let exact = session.load_distances[index].std.is_none();
+        let is_parent = |child: usize, parent: usize| parents[child].is_some_and(|(p, _)| p == parent);
+        exact && (is_parent(b, a) || is_parent(a, b))
+    };
+    (0..session.load_distances.len()).filter(|index| !held(*index)).collect()
+}
+
+/// For each load the placement that it is tied to, and the distance in m.
+fn parents(session: &Session, carried: &[bool]) -> Vec<Option<(usize, f64)>> {
+    let mut parents: Vec<Option<(usize, f64)>> = vec![None; session.loads.len()];
+    for known in session.load_distances.iter().filter(|known| known.std.is_none()) {
+        let [a, b] = known.between;
+        let ties = |child: usize, parent: usize, parents: &[Option<(usize, f64)>]| {
+            let mut root = parent;
+            while let Some((next, _)) = parents[root] {
+                root = next;
+            }
+            parents[child].is_none() && session.loads[child].position.is_none() && root != child
+        };
+        if !(carried[a] && carried[b]) {
+            continue;
+        }
+        if ties(b, a, &parents) {
+            parents[b] = Some((a, known.distance));
+        } else if ties(a, b, &parents) {
+            parents[a] = Some((b, known.distance));
+        }
+    }
+    parents
+}
+
+fn position_block(session: &Session, load: usize) -> Block {
+    let load = &session.loads[load];
+    let block = Block::vector(format!("load.{}.position", load.name), "m", &["x", "y", "z"]);
+    match (load.position, load.position_std) {
+        (Some(_), None) => block.held("its position in the link is given as exact"),
+        _ => block,
+    }
+}
+
+fn add_displacement(
+    session: &Session,
+    load: usize,
+    parent: usize,
+    distance: f64,
+    start: &Unknowns,
+    builder: &mut ProblemBuilder,
+) -> BlockId {
+    let difference = nalgebra::Vector3::from(start.loads[load]) - nalgebra::Vector3::from(start.loads[parent]);
+    let direction = difference.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(nalgebra::Vector3::x);
+    let name = format!("load.{}.displacement_from.{}", session.loads[load].name, session.loads[parent].name);
+    let block = Block::vector(name, "m", &["x", "y", "z"]).on(Manifold::Sphere { radius: distance });
+    builder.add_block(block, (distance * direction).as_slice())
+}
