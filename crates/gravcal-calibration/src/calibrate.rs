@@ -6,7 +6,8 @@ use std::str::FromStr;
 use thiserror::Error;
 
 use crate::joint::{EstimateError, Signals, estimate_jointly};
-use crate::result::EstimatorResult;
+use crate::parameter::Quantity;
+use crate::result::{CovarianceResult, EstimatorResult, ParameterResult, Verdict};
 use crate::sequential::{Plan, run_steps, tell_steps};
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -65,26 +66,9 @@ impl FromStr for EstimatorName {
     }
 }
 
-/// An estimator gave no answer at all.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[error("{estimator}: {source}")]
-pub struct CalibrateError {
-    /// Which.
-    pub estimator: EstimatorName,
-    /// Why.
-    pub source: EstimateError,
-}
-
 /// Runs the estimators in the given order. The sequential steps, where they reach gravity, also offer the joint
-/// estimators a start.
-///
-/// # Errors
-/// Where one of them has no answer at all; not converging is a verdict.
-pub fn calibrate(
-    session: &Session,
-    estimators: &[EstimatorName],
-    workbench: &Workbench<'_>,
-) -> Result<Vec<EstimatorResult>, CalibrateError> {
+/// estimators a start. An estimator that has no answer at all has failed, and says why; it takes no other with it.
+pub fn calibrate(session: &Session, estimators: &[EstimatorName], workbench: &Workbench<'_>) -> Vec<EstimatorResult> {
     let steps = run_steps(session, &Plan::new(session), workbench);
     let known = steps.as_start(session);
     estimators
@@ -97,7 +81,26 @@ pub fn calibrate(
                     estimate_jointly(session, Signals::PaperSteps, known.as_ref(), workbench)
                 }
             };
-            result.map_err(|source| CalibrateError { estimator: *estimator, source })
+            result.unwrap_or_else(|error| failed(session, *estimator, &error))
         })
         .collect()
+}
+
+/// An answer without any value.
+fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) -> EstimatorResult {
+    let joints = 0..session.joints.len();
+    let blank = joints.flat_map(|joint| Quantity::ALL.map(|quantity| session.blank_parameter(joint, quantity)));
+    EstimatorResult {
+        name: estimator.to_string(),
+        verdict: Verdict::Failed,
+        termination: error.to_string(),
+        iterations: 0,
+        gravity: None,
+        parameters: blank.map(|parameter| ParameterResult { determined: false, ..parameter }).collect(),
+        covariance: CovarianceResult::default(),
+        moments: Vec::new(),
+        undetermined: Vec::new(),
+        fit: None,
+        notes: Vec::new(),
+    }
 }

@@ -37,7 +37,7 @@ mod reference;
 #[cfg(test)]
 mod testing;
 
-pub use calibrate::{CalibrateError, EstimatorName, UnknownEstimator, calibrate};
+pub use calibrate::{EstimatorName, UnknownEstimator, calibrate};
 pub use robot::Robot;
 pub use session::Session;
 pub use workbench::Workbench;

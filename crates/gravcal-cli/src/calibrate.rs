@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     folder.check().map_err(|error| refused(&error))?;
     let provenance = provenance(&session, path, &choice)?;
 
-    let results = calibrate(&session, &choice, &watch, arguments.quiet)?;
+    let results = calibrate(&session, &choice, &watch, arguments.quiet);
 
     let table = CalibrationTable { robot: &session.robot.name, results: &results }.to_string();
     let written = write(&folder, &results, &provenance, &table, &watch);
@@ -109,12 +109,7 @@ fn provenance(session: &Session, path: &Path, choice: &Choice) -> Result<Provena
     Ok(Provenance::new(inputs.map_err(|error| Failure::bad_input(&error))?, options))
 }
 
-fn calibrate(
-    session: &Session,
-    choice: &Choice,
-    watch: &Stopwatch,
-    quiet: bool,
-) -> Result<Vec<EstimatorResult>, Failure> {
+fn calibrate(session: &Session, choice: &Choice, watch: &Stopwatch, quiet: bool) -> Vec<EstimatorResult> {
     let progress = Progress::new(quiet);
     let tell = |stage: &str| {
         watch.enter(Phase::of_stage(stage));
@@ -124,7 +119,6 @@ fn calibrate(
     let solver = choice.solver.build();
     let workbench = Workbench::new(solver.as_ref(), &tell);
     gravcal_calibration::calibrate(session, &choice.estimators, &workbench)
-        .map_err(|error| Failure::no_convergence(&error))
 }
 
 fn write(

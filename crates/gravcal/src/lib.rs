@@ -13,7 +13,7 @@
 //! let solver = SolverName::LevenbergMarquardt.build();
 //! let workbench = Workbench::new(solver.as_ref(), &|_stage| {});
 //!
-//! for result in calibrate(&session, &EstimatorName::DEFAULT, &workbench)? {
+//! for result in calibrate(&session, &EstimatorName::DEFAULT, &workbench) {
 //!     println!("{}: {:?}", result.name, result.verdict);
 //!     for parameter in result.parameters.iter().filter(|parameter| parameter.determined) {
 //!         println!("  {} {:?} ± {:?} {}", parameter.name, parameter.value, parameter.std, parameter.unit);
