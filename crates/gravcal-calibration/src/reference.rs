@@ -235,3 +235,47 @@ fn an_uncertain_magnitude_widens_gravity_along_itself_only() {
     assert!((along - 0.05).abs() < 0.005, "{along}");
     assert!(gravity.cone95_deg < 0.1);
 }
+
+#[test]
+fn readings_that_contradict_the_model_determine_nothing() {
+    let mut session = sarcos_shoulder().session(0);
+    for reading in session.poses.iter_mut().filter_map(|pose| pose.torque[1].as_mut()) {
+        reading.value = 4096.0 - reading.value; // reversed, and not declared so
+    }
+    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    assert_eq!(result.verdict, Verdict::Failed);
+    let told = result.notes.join(" ");
+    assert!(told.contains("times worse than their stated noise") || told.contains("reversed"), "{told}");
+}
+
+#[test]
+fn a_moderate_misfit_widens_the_standard_deviations() {
+    let session = sarcos_shoulder().session(0);
+    let mut optimistic = session.clone();
+    for reading in optimistic.poses.iter_mut().flat_map(|p| p.torque.iter_mut().flatten()) {
+        reading.std = Some(0.4); // half of what it is
+    }
+    let [honest, widened] =
+        [&session, &optimistic].map(|s| with_workbench(|w| estimate_jointly(s, Signals::All, None, w)).unwrap());
+    assert_eq!(widened.verdict, Verdict::Determined);
+    assert!(widened.notes.iter().any(|note| note.contains("2.0 times worse")), "{:?}", widened.notes);
+    let std = |result: &crate::result::EstimatorResult| result.parameters[0].std.unwrap();
+    assert!((std(&widened) / std(&honest) - 1.0).abs() < 0.05);
+}
+
+/// A joint without a torque sensor tells nothing itself, and takes nothing from the others.
+#[test]
+fn a_first_joint_without_a_torque_sensor_leaves_the_others_determined() {
+    let mut session = sarcos_shoulder().session(0);
+    session.joints[0].torque_unit = None;
+    session.poses.iter_mut().for_each(|pose| pose.torque[0] = None);
+    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    assert_eq!(result.verdict, Verdict::Determined);
+    let truth = sarcos_shoulder().truth;
+    for (joint, quantity) in [(1, Quantity::TorqueGain), (2, Quantity::TorqueGain), (0, Quantity::PositionGain)] {
+        let told = &result.parameters[4 * joint + quantity as usize];
+        let error = told.value.unwrap() - truth.sensors[joint][quantity as usize];
+        assert!(error.abs() < 4.5 * told.std.unwrap(), "{}: {error}", told.name);
+    }
+    assert!(result.fit.unwrap().p_value.unwrap() > 1e-4);
+}

@@ -162,3 +162,14 @@ pub struct HeldOut {
     /// By joint.
     pub joints: Vec<JointFit>,
 }
+
+/// Probability below which the stated noise is taken not to explain the residuals.
+const SIGNIFICANCE: f64 = 1e-3;
+
+impl Fit {
+    /// How many times worse than their stated noise the readings are explained, `√(χ²/dof)`, where that is no accident.
+    pub(crate) fn misfit(&self) -> Option<f64> {
+        let ratio = (self.chi_squared / self.degrees_of_freedom as f64).sqrt();
+        self.p_value.filter(|p| *p < SIGNIFICANCE).map(|_| ratio)
+    }
+}

@@ -36,16 +36,50 @@ pub struct Sweep {
 /// Finds the sweeps of a session, in the order of its poses.
 pub fn find_sweeps(session: &Session) -> Vec<Sweep> {
     let mut sweeps = Vec::new();
-    let mut run: Vec<usize> = Vec::new();
+    let mut run = Run::default();
     for pose in 0..session.poses.len() {
-        if run.first().is_some_and(|first| !continues(session, *first, &run, pose)) {
+        if !run.take(session, pose) {
             sweeps.extend(sweep_of(session, &run));
-            run.clear();
+            run = Run::default();
+            run.take(session, pose);
         }
-        run.push(pose);
     }
     sweeps.extend(sweep_of(session, &run));
     sweeps
+}
+
+/// Consecutive poses in which at most one joint moves.
+#[derive(Default)]
+struct Run {
+    poses: Vec<usize>,
+    /// Smallest and largest nominal coordinate of each joint so far, rad or m.
+    ranges: Vec<[f64; 2]>,
+}
+
+impl Run {
+    /// Takes a pose into the run if it continues it.
+    fn take(&mut self, session: &Session, pose: usize) -> bool {
+        let coordinates = (0..session.joints.len()).map(|joint| nominal_coordinate(session, pose, joint));
+        let Some(first) = self.poses.first() else {
+            self.ranges = coordinates.map(|c| [c, c]).collect();
+            self.poses.push(pose);
+            return true;
+        };
+        let (a, b) = (&session.poses[*first], &session.poses[pose]);
+        let ranges: Vec<[f64; 2]> =
+            self.ranges.iter().zip(coordinates).map(|([low, high], c)| [low.min(c), high.max(c)]).collect();
+        let moving = ranges.iter().filter(|[low, high]| high - low > HOLD_TOLERANCE).count();
+        let continues = a.table == b.table && a.sweep_label == b.sweep_label && moving <= 1;
+        if continues {
+            self.ranges = ranges;
+            self.poses.push(pose);
+        }
+        continues
+    }
+
+    fn moved(&self, joint: usize) -> f64 {
+        self.ranges[joint][1] - self.ranges[joint][0]
+    }
 }
 
 /// Nominal coordinate of a joint in a pose, without its offset.
@@ -53,35 +87,22 @@ fn nominal_coordinate(session: &Session, pose: usize, joint: usize) -> f64 {
     session.joints[joint].of(Quantity::PositionGain).nominal * session.poses[pose].position[joint]
 }
 
-/// How far a joint moves within some poses, rad or m.
-fn movement(session: &Session, poses: impl Iterator<Item = usize> + Clone, joint: usize) -> f64 {
-    let coordinates = poses.map(|pose| nominal_coordinate(session, pose, joint));
-    let high = coordinates.clone().fold(f64::NEG_INFINITY, f64::max);
-    high - coordinates.fold(f64::INFINITY, f64::min)
-}
-
-fn continues(session: &Session, first: usize, run: &[usize], next: usize) -> bool {
-    let (a, b) = (&session.poses[first], &session.poses[next]);
-    let moving = (0..session.joints.len())
-        .filter(|joint| movement(session, run.iter().copied().chain([next]), *joint) > HOLD_TOLERANCE);
-    a.table == b.table && a.sweep_label == b.sweep_label && moving.count() <= 1
-}
-
-fn sweep_of(session: &Session, run: &[usize]) -> Option<Sweep> {
-    let first = *run.first()?;
+fn sweep_of(session: &Session, run: &Run) -> Option<Sweep> {
+    let first = *run.poses.first()?;
     let table = session.poses[first].table;
-    let moved = |joint: usize| movement(session, run.iter().copied(), joint);
-    let swept = (0..session.joints.len()).max_by(|a, b| moved(*a).total_cmp(&moved(*b)))?;
+    let swept = (0..session.joints.len()).max_by(|a, b| run.moved(*a).total_cmp(&run.moved(*b)))?;
     let declared = session.tables[table].swept;
     let turns = session.robot.chain.joints()[swept].kind == JointKind::Revolute;
-    if run.len() < SWEEP_POSES || !turns || moved(swept) < SWEEP_RANGE || declared.is_some_and(|d| d != swept) {
+    if run.poses.len() < SWEEP_POSES || !turns || run.moved(swept) < SWEEP_RANGE || declared.is_some_and(|d| d != swept)
+    {
         return None;
     }
-    let mean =
-        |joint: usize| run.iter().map(|pose| nominal_coordinate(session, *pose, joint)).sum::<f64>() / run.len() as f64;
+    let mean = |joint: usize| {
+        run.poses.iter().map(|pose| nominal_coordinate(session, *pose, joint)).sum::<f64>() / run.poses.len() as f64
+    };
     Some(Sweep {
         table,
-        poses: run.to_vec(),
+        poses: run.poses.clone(),
         swept,
         load: session.poses[first].load,
         held: (0..session.joints.len()).map(mean).collect(),

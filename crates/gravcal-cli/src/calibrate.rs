@@ -1,6 +1,5 @@
 //! `gravcal calibrate`: reads a session, runs the estimators, tells and writes what they answer.
 
-use std::num::NonZeroU16;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -51,8 +50,8 @@ pub struct Arguments {
     quiet: bool,
 
     /// Number of threads; results do not depend on it [default: one for each processor]
-    #[arg(long, value_name = "N")]
-    threads: Option<NonZeroU16>,
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
 }
 
 const EXAMPLES: &str = "\
@@ -87,9 +86,9 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     Ok(Exit::of_calibration(&results))
 }
 
-fn limit_threads(threads: Option<NonZeroU16>) -> Result<(), Failure> {
+fn limit_threads(threads: Option<u16>) -> Result<(), Failure> {
     let Some(threads) = threads else { return Ok(()) };
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.get().into());
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
     pool.build_global().map_err(|error| Failure::bad_input(&error).about(format!("--threads {threads}")))
 }
 

@@ -39,6 +39,11 @@ impl Covariance {
         covariance
     }
 
+    /// The same with every variance and covariance multiplied by `factor`.
+    pub fn scaled(&self, factor: f64) -> Covariance {
+        Covariance { tangent: self.tangent.iter().map(|v| factor * v).collect(), size: self.size }
+    }
+
     /// Standard deviation of the linear function `Σ coefficient · column`.
     pub fn std_of(&self, terms: &[(usize, f64)]) -> f64 {
         let variance: f64 =

@@ -22,6 +22,8 @@ pub struct Spectrum {
     /// Right singular vectors, one a row.
     directions: Vec<Vec<f64>>,
     rank: usize,
+    /// Columns of zeros: the last directions.
+    idle: Vec<usize>,
 }
 
 impl Spectrum {
@@ -34,21 +36,31 @@ impl Spectrum {
         let scales = linearization.column_scales();
         let triangle = linearization.triangle();
         let columns = scales.len();
-        // Square even where there are fewer rows than columns, so that the whole null space comes out.
-        let scaled =
-            Mat::from_fn(
-                columns,
-                columns,
-                |i, j| {
-                    if i < triangle.nrows() { triangle[(i, j)] / scales[j] } else { 0.0 }
-                },
-            );
-        let svd = scaled.svd().map_err(|_| EvaluateError("the Jacobian has no singular value decomposition".into()))?;
-        let singular_values: Vec<f64> = (0..columns).map(|k| svd.S()[k]).collect();
+        // A column of zeros is a direction without information by itself: decomposed along with the others it would
+        // mix with theirs.
+        let (active, idle): (Vec<usize>, Vec<usize>) =
+            (0..columns).partition(|j| linearization.column_norms()[*j] > 0.0);
+        // At least as many rows as columns, so that the whole null space comes out.
+        let scaled = Mat::from_fn(triangle.nrows().max(active.len()), active.len(), |i, j| {
+            if i < triangle.nrows() { triangle[(i, active[j])] / scales[active[j]] } else { 0.0 }
+        });
+        let svd =
+            scaled.thin_svd().map_err(|_| EvaluateError("the Jacobian has no singular value decomposition".into()))?;
+        let mut singular_values: Vec<f64> = (0..active.len()).map(|k| svd.S()[k]).collect();
         let largest = singular_values.first().copied().unwrap_or(0.0);
         let rank = singular_values.iter().filter(|s| **s > RANK_TOLERANCE * largest).count();
-        let directions = (0..columns).map(|k| (0..columns).map(|j| svd.V()[(j, k)]).collect()).collect();
-        Ok(Spectrum { scales, singular_values, directions, rank })
+        let mut directions: Vec<Vec<f64>> = (0..active.len())
+            .map(|k| {
+                let mut direction = vec![0.0; columns];
+                active.iter().enumerate().for_each(|(j, column)| direction[*column] = svd.V()[(j, k)]);
+                direction
+            })
+            .collect();
+        for column in &idle {
+            singular_values.push(0.0);
+            directions.push((0..columns).map(|j| f64::from(j == *column)).collect());
+        }
+        Ok(Spectrum { scales, singular_values, directions, rank, idle })
     }
 
     /// Number of directions that the data determine.
@@ -80,19 +92,32 @@ impl Spectrum {
     }
 
     /// Orthonormal bases, in scaled coordinates, of the null space's projection on some columns and of its
-    /// orthogonal complement.
+    /// orthogonal complement. Columns of zeros come as directions of their own.
     fn null_space_shadow(&self, columns: &[usize]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
-        let null = &self.directions[self.rank..];
-        let size = columns.len();
+        let null = &self.directions[self.rank..self.directions.len() - self.idle.len()];
+        let active: Vec<usize> = (0..columns.len()).filter(|i| !self.idle.contains(&columns[*i])).collect();
+        let size = active.len();
         // Square at least, so that the complement comes out of the same decomposition.
         let shadow =
-            Mat::from_fn(size, null.len().max(size), |i, k| if k < null.len() { null[k][columns[i]] } else { 0.0 });
+            Mat::from_fn(
+                size,
+                null.len().max(size),
+                |i, k| {
+                    if k < null.len() { null[k][columns[active[i]]] } else { 0.0 }
+                },
+            );
         let Ok(svd) = shadow.svd() else {
             return (Vec::new(), Vec::new());
         };
-        let vector = |k: usize| (0..size).map(|i| svd.U()[(i, k)]).collect::<Vec<f64>>();
+        let vector = |k: usize| {
+            let mut vector = vec![0.0; columns.len()];
+            active.iter().enumerate().for_each(|(i, place)| vector[*place] = svd.U()[(i, k)]);
+            vector
+        };
         let shown = (0..size).filter(|k| svd.S()[*k] > SHADOW_TOLERANCE).count();
-        ((0..shown).map(vector).collect(), (shown..size).map(vector).collect())
+        let idle = (0..columns.len()).filter(|i| self.idle.contains(&columns[*i]));
+        let alone = idle.map(|place| (0..columns.len()).map(|i| f64::from(i == place)).collect());
+        ((0..shown).map(vector).chain(alone).collect(), (shown..size).map(vector).collect())
     }
 
     /// Covariance `(JᵀJ)⁺` over the determined directions.

@@ -17,12 +17,9 @@ pub trait Linearization {
     fn gradient(&self) -> &[f64];
     /// Euclidean norm of each column of J.
     fn column_norms(&self) -> &[f64];
-    /// Scale of each column: its norm, but at least 1e-12 of the largest, so that the rounding errors of a column
-    /// that is zero by structure are not taken for information.
+    /// Scale of each column: its norm, or 1 for a column of zeros.
     fn column_scales(&self) -> Vec<f64> {
-        let largest = self.column_norms().iter().fold(0.0, |m: f64, n| m.max(*n));
-        let floor = if largest > 0.0 { DUST * largest } else { 1.0 };
-        self.column_norms().iter().map(|norm| norm.max(floor)).collect()
+        self.column_norms().iter().map(|norm| if *norm > 0.0 { *norm } else { 1.0 }).collect()
     }
     /// Minimises `½ ‖J δ + r‖² + ½ λ ‖diag(scaling) δ‖²` and writes `δ`.
     fn damped_step(&mut self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> StepInfo;
@@ -66,7 +63,8 @@ impl DenseLinearization {
     /// Where a residual cannot be evaluated there.
     pub fn new(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
         let columns = problem.columns().len();
-        let rows = problem.augmented_jacobian(values)?;
+        let mut rows = problem.augmented_jacobian(values)?;
+        clear_dust(&mut rows, columns + 1);
         let augmented = MatRef::from_row_major_slice(&rows, problem.rows(), columns + 1);
         // The residual rides along as a last column, so that its rotation needs no Q.
         let factored = augmented.qr();
@@ -90,6 +88,20 @@ impl DenseLinearization {
     /// The triangular factor of the whitened Jacobian: it has the Jacobian's singular values and null space.
     pub(crate) fn triangle(&self) -> MatRef<'_, f64> {
         self.triangle.as_ref()
+    }
+}
+
+/// Makes columns that are zero but for rounding errors zero, so that nothing walks along them or takes them for
+/// information. The last column is the residual and stays.
+fn clear_dust(rows: &mut [f64], width: usize) {
+    let mut squares = vec![0.0; width];
+    for row in rows.chunks_exact(width) {
+        squares.iter_mut().zip(row).for_each(|(sum, v)| *sum += v * v);
+    }
+    let largest = squares[..width - 1].iter().fold(0.0, |m: f64, v| m.max(*v));
+    let dust: Vec<usize> = (0..width - 1).filter(|j| squares[*j] <= DUST * DUST * largest).collect();
+    for row in rows.chunks_exact_mut(width) {
+        dust.iter().for_each(|j| row[*j] = 0.0);
     }
 }
 

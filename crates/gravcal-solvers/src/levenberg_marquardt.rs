@@ -33,7 +33,7 @@ pub struct LevenbergMarquardt {
     pub max_iterations: usize,
     /// Ends where the largest |cosine| between the residual and a column of J is at most this.
     pub cosine_tolerance: f64,
-    /// Ends where a step is at most this share of the parameters, both scaled by D.
+    /// Ends where the step of every block is at most this share of the block or of the residual, scaled by D.
     pub step_tolerance: f64,
     /// Ends where predicted and actual reduction are at most this share of the cost.
     pub cost_tolerance: f64,
@@ -42,7 +42,7 @@ pub struct LevenbergMarquardt {
 impl Default for LevenbergMarquardt {
     fn default() -> Self {
         LevenbergMarquardt {
-            max_iterations: 100,
+            max_iterations: 200,
             cosine_tolerance: 1e-10,
             step_tolerance: 1e-13,
             cost_tolerance: 1e-15,
@@ -173,7 +173,7 @@ impl Run {
             let predicted = current.linearization.damped_step(self.damping, &scaling, &mut step).predicted_reduction;
             let candidate = lent.problem("moves", |l| Ok(l.problem.retract(&current.values, &step)))?;
             let relative_step =
-                lent.problem("lengths", |l| Ok(relative_length(l.problem, &current.values, &step, &scaling)))?;
+                lent.problem("lengths", |l| Ok(relative_length(l.problem, &current, &step, &scaling)))?;
             // A point where the model has no value is as bad as one of infinite cost.
             let moved = lent.problem("cost_count", |l| Ok(l.cost(&candidate).unwrap_or(f64::INFINITY)))?;
             let actual = cost - moved;
@@ -220,17 +220,22 @@ impl Run {
     }
 }
 
-/// Length of a step relative to the parameters, each block weighted by the largest scale of its columns: a pure
-/// number that does not change with the units.
-fn relative_length(problem: &Problem, values: &Values, step: &[f64], scaling: &[f64]) -> f64 {
-    let (mut length, mut size) = (0.0, 0.0);
-    for id in problem.block_ids() {
-        let columns = problem.columns_of(id);
-        let weight = scaling[columns.clone()].iter().fold(0.0, |m: f64, s| m.max(*s)).powi(2);
-        length += weight * step[columns].iter().map(|d| d * d).sum::<f64>();
-        size += weight * values.get(id).iter().map(|v| v * v).sum::<f64>();
-    }
-    (length / size.max(f64::MIN_POSITIVE)).sqrt()
+/// Largest step of a block, relative to the block's own size or to the residual, whichever is larger, each as the
+/// block's columns see it. A pure number that does not change with the units, and that one block of wandering values
+/// cannot make small.
+fn relative_length(problem: &Problem, current: &Current, step: &[f64], scaling: &[f64]) -> f64 {
+    let residual = (2.0 * current.linearization.cost()).sqrt();
+    let norm = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    problem
+        .block_ids()
+        .filter(|id| !problem.columns_of(*id).is_empty())
+        .map(|id| {
+            let columns = problem.columns_of(id);
+            let weight = scaling[columns.clone()].iter().fold(0.0, |m: f64, s| m.max(*s));
+            let size = (weight * norm(current.values.get(id))).max(residual);
+            weight * norm(&step[columns]) / size.max(f64::MIN_POSITIVE)
+        })
+        .fold(0.0, f64::max)
 }
 
 impl ArgminSolver<Lend<'_, '_, '_>, IterationState> for Run {

@@ -9,13 +9,14 @@ mod start;
 mod unknowns;
 
 use gravcal_estimation::{EvaluateError, SolveError};
+use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
 use crate::judgement::{Judgement, Quantile, Situation, determined_moments, gravity_result, judge};
 use crate::parameter::Quantity;
 use crate::result::{CovarianceResult, EstimatorResult, GravityResult, ParameterResult, Undetermined, Verdict};
 use crate::sequential::Plan;
-use crate::session::{BASE_FRAME_CHOICE, LAST_FRAME_CHOICE, Session};
+use crate::session::{LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
 
 use hold::SetAside;
@@ -66,7 +67,39 @@ pub fn estimate_jointly(
     };
     let solved = solve(session, &select(session, signals), known, workbench)?;
     let fit = solve::fit_with_held_out(session, &solved, workbench)?;
-    Ok(tell(session, name, &solved, Some(fit)))
+    let misfit = fit.misfit();
+    let solved = match misfit {
+        Some(misfit) => Solved { covariance: solved.covariance.scaled(misfit * misfit), ..solved },
+        None => solved,
+    };
+    let mut result = tell(session, name, &solved, Some(fit));
+    if let Some(misfit) = misfit {
+        tell_misfit(misfit, &mut result);
+    }
+    Ok(result)
+}
+
+/// Readings explained this many times worse than their stated noise contradict the model: no number can be relied on.
+const CONTRADICTION: f64 = 3.0;
+
+/// Says that the stated noise does not explain the residuals; beyond [`CONTRADICTION`] the estimate has failed.
+fn tell_misfit(misfit: f64, result: &mut EstimatorResult) {
+    result.notes.push(format!(
+        "The readings are explained {misfit:.1} times worse than their stated noise (p < 0.001). All standard \
+         deviations are widened by that factor."
+    ));
+    if misfit > CONTRADICTION {
+        result.verdict = Verdict::Failed;
+        result.termination =
+            format!("the model contradicts the readings: residuals {misfit:.0} times the stated noise");
+        result.notes.push(
+            "What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
+             hemisphere of gravity, the loads' masses and distances, values given as fixed, poses that are not static, \
+             single bad rows. If the model is known to be this rough, leave std away: the noise is then estimated from \
+             the residuals."
+                .into(),
+        );
+    }
 }
 
 /// The torque readings that an estimator may use, with a first guess of unstated noise.
@@ -92,8 +125,8 @@ fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::resul
     let converged = solved.estimate.termination.converged();
     let complete =
         parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));
-    let mirrored = mirrored_gains(session, solved, &parameters);
-    let mut notes = frame_notes(session);
+    let mirrored = if converged { mirrored_gains(session, solved, &parameters) } else { Vec::new() };
+    let mut notes = session_notes(session);
     notes.extend(set_aside_notes(session, solved));
     notes.extend(mirrored.iter().cloned());
     EstimatorResult {
@@ -214,14 +247,30 @@ fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
     solved.set_aside.iter().map(tell).collect()
 }
 
-/// What every estimator's reader should know of the frames.
-pub(crate) fn frame_notes(session: &Session) -> Vec<String> {
+/// What every estimator's reader should know of frames, positions and loads.
+pub(crate) fn session_notes(session: &Session) -> Vec<String> {
     let name = Quantity::PositionOffset.name(&session.robot.chain.joints()[0].name);
-    vec![match session.held_reason(0, Quantity::PositionOffset) {
-        Some(BASE_FRAME_CHOICE) => format!("{name} is zero by definition of the base frame."),
-        _ => format!("{name} is given as exact, which defines the base frame."),
-    }]
+    let mut notes = vec![match session.joints[0].of(Quantity::PositionOffset).nominal {
+        0.0 => format!("{name} is zero by definition of the base frame."),
+        given => format!("{name} is held at {given:.6}, which defines the base frame."),
+    }];
+    for (index, joint) in session.robot.chain.joints().iter().enumerate() {
+        let gain = session.joints[index].of(Quantity::PositionGain).nominal;
+        let turns = session.poses.iter().map(|pose| (gain * pose.position[index]).abs()).fold(0.0, f64::max);
+        if joint.kind == JointKind::Revolute && turns > IMPLAUSIBLE_ANGLE {
+            notes.push(format!("{} reads up to {turns:.0} rad: is its unit deg, declared as rad?", joint.name));
+        }
+    }
+    for (index, load) in session.loads.iter().enumerate() {
+        if session.poses.iter().all(|pose| pose.load != Some(index)) {
+            notes.push(format!("No pose carries load `{}`: is a `load =` missing from a [[poses]]?", load.name));
+        }
+    }
+    notes
 }
+
+/// No joint of an arm turns this far, rad: two turns.
+const IMPLAUSIBLE_ANGLE: f64 = 4.0 * std::f64::consts::PI;
 
 impl Solved {
     /// What is determined, with what was set aside counted as not.
@@ -232,7 +281,15 @@ impl Solved {
     /// The same with given spreads (largest less smallest torque reading of each joint).
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
         let (posed, values) = (&self.posed, &self.estimate.values);
-        let mut judgement = judge(session, &posed.problem, values, &posed.layout, &self.spectrum, spreads, &self.idle);
+        let mut judgement = judge(
+            session,
+            &posed.problem,
+            values,
+            &posed.layout,
+            (&self.spectrum, &self.covariance),
+            spreads,
+            &self.idle,
+        );
         for SetAside { combination, .. } in &self.set_aside {
             for (joint, quantity, _) in &combination.sensors {
                 judgement.parameters[*joint][*quantity as usize] = false;

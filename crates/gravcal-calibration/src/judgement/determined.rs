@@ -60,13 +60,13 @@ pub(crate) fn judge(
     problem: &Problem,
     values: &Values,
     layout: &Layout,
-    spectrum: &Spectrum,
+    (spectrum, covariance): (&Spectrum, &Covariance),
     spreads: &[f64],
     idle: &[bool],
 ) -> Judgement {
     let asked = SensorColumns::new(session, problem, values, layout, spreads, idle);
     let mut combinations = asked.without_information(spectrum);
-    combinations.extend(asked.with_little_information(&spectrum.covariance(), &combinations));
+    combinations.extend(asked.with_little_information(covariance, &combinations));
     let touched = |joint: usize, quantity: Quantity| {
         combinations.iter().any(|c| c.sensors.iter().any(|(j, q, _)| (*j, *q) == (joint, quantity)))
     };

@@ -1,6 +1,6 @@
 //! Step 1: torque bias and position gain of one joint from its own sweeps (paper, section 2.1).
 
-use gravcal_estimation::{Block, Factor, Noise, ProblemBuilder};
+use gravcal_estimation::{Block, BlockId, Factor, Noise, ProblemBuilder};
 
 use super::fitting::StepFit;
 use super::found::{Found, Frozen, Missing};
@@ -65,9 +65,34 @@ pub(super) fn find_bias(
     joint: usize,
     workbench: &Workbench<'_>,
 ) -> Bias {
-    match fit(session, plan, readings, joint, workbench) {
-        Ok(bias) => bias,
-        Err(missing) => Bias::missing(missing),
+    let mut bias = fit(session, plan, readings, joint, workbench).unwrap_or_else(Bias::missing);
+    // What is given as exact is known also where no sweep tells it.
+    if let Some(value) = exact(session, joint, Quantity::TorqueBias) {
+        bias.torque_bias = Ok(Frozen { value, std: 0.0 });
+    }
+    if let Some(value) = exact(session, joint, Quantity::PositionGain) {
+        bias.position_gain = Ok(Frozen { value, std: 0.0 });
+    }
+    bias
+}
+
+/// The value of a parameter that is no unknown.
+fn exact(session: &Session, joint: usize, quantity: Quantity) -> Option<f64> {
+    session.held_reason(joint, quantity).map(|_| session.joints[joint].of(quantity).nominal)
+}
+
+/// A block of one number, held where the session gives its value as exact.
+fn add_scalar(
+    session: &Session,
+    joint: usize,
+    quantity: Quantity,
+    start: f64,
+    builder: &mut ProblemBuilder,
+) -> BlockId {
+    let block = Block::scalar(quantity.as_str(), session.parameter_unit(joint, quantity));
+    match exact(session, joint, quantity) {
+        Some(value) => builder.add_block(block.held("given as exact"), &[value]),
+        None => builder.add_block(block, &[start]),
     }
 }
 
@@ -90,14 +115,15 @@ fn fit(
     let pairs: Vec<Vec<(f64, f64)>> = sweeps.iter().map(|s| s.iter().map(|(_, r)| *r).collect()).collect();
     let knowledge = |quantity| session.joints[joint].of(quantity);
     let nominal = knowledge(Quantity::PositionGain).nominal;
-    let gain = search_position_gain(&pairs, nominal)
+    let gain = exact(session, joint, Quantity::PositionGain)
+        .or_else(|| search_position_gain(&pairs, nominal))
         .ok_or_else(|| Missing::new(format!("the sweeps of {name} form no sinusoid"), CURE))?;
 
     let mut builder = ProblemBuilder::new();
-    let position_gain = builder.add_block(Block::scalar("position_gain", ""), &[gain]);
+    let position_gain = add_scalar(session, joint, Quantity::PositionGain, gain, &mut builder);
     let starts: Vec<_> = pairs.iter().filter_map(|sweep| fit_sinusoid(sweep, gain, None)).collect();
     let bias = starts.iter().map(|s| s.coefficients[2]).sum::<f64>() / starts.len() as f64;
-    let torque_bias = builder.add_block(Block::scalar("torque_bias", ""), &[bias]);
+    let torque_bias = add_scalar(session, joint, Quantity::TorqueBias, bias, &mut builder);
     for (index, (sweep, start)) in sweeps.iter().zip(&starts).enumerate() {
         let block = Block::vector(format!("sweep{index}"), "", &["a", "c"]);
         let coefficients = builder.add_block(block, &[start.coefficients[0], start.coefficients[1]]);

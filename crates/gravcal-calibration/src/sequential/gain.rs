@@ -228,7 +228,14 @@ impl Step<'_> {
             })
             .collect();
         let torque_gain = Block::scalar(Quantity::TorqueGain.name(self.name(self.joint)), "");
-        let torque_gain = builder.add_block(torque_gain, &[start.torque_gain]);
+        let exact_gain = self.session.held_reason(self.joint, Quantity::TorqueGain);
+        let torque_gain = match exact_gain {
+            Some(reason) => {
+                let value = self.session.joints[self.joint].of(Quantity::TorqueGain).nominal;
+                builder.add_block(torque_gain.held(reason), &[value])
+            }
+            None => builder.add_block(torque_gain, &[start.torque_gain]),
+        };
         let on_sphere =
             Block::vector("displacement", "m", &["x", "y", "z"]).on(Manifold::Sphere { radius: given.distance });
         let displacement = builder.add_block(on_sphere, start.displacement.as_slice());

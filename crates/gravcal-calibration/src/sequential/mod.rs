@@ -62,6 +62,8 @@ pub struct SequentialValues {
     pub iterations: usize,
     /// The readings with the noise that was stated or found.
     pub readings: Readings,
+    /// Whether the session has any sweep.
+    pub any_sweep: bool,
 }
 
 /// Runs the paper's procedure.
@@ -77,7 +79,7 @@ pub fn run_steps(session: &Session, plan: &Plan, workbench: &Workbench<'_>) -> S
             readings.noise[joint] = std; // read only where no reading states its own
         }
     }
-    let mut known = SequentialValues::after_step_1(&biases, readings);
+    let mut known = SequentialValues::after_step_1(&biases, readings, !plan.sweeps.is_empty());
 
     workbench.tell("step 2: gravity");
     known.gravity = gravity::find_gravity(session, plan, &known, workbench);
@@ -96,7 +98,7 @@ pub fn run_steps(session: &Session, plan: &Plan, workbench: &Workbench<'_>) -> S
 }
 
 impl SequentialValues {
-    fn after_step_1(biases: &[Bias], readings: Readings) -> SequentialValues {
+    fn after_step_1(biases: &[Bias], readings: Readings, any_sweep: bool) -> SequentialValues {
         let not_yet = || Err(Missing::new("not reached", ""));
         SequentialValues {
             sensors: biases
@@ -112,6 +114,7 @@ impl SequentialValues {
             largest_residuals: biases.iter().map(|b| b.largest_residual).collect(),
             iterations: biases.iter().map(|b| b.iterations).sum(),
             readings,
+            any_sweep,
         }
     }
 
@@ -232,6 +235,13 @@ fn tell_parameters(session: &Session, known: &SequentialValues) -> Vec<Parameter
 
 /// What was not found, parameters with one and the same reason together.
 fn tell_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined> {
+    if !known.any_sweep {
+        let missing = Missing::new(
+            "the session has no sweeps, which the steps are made of",
+            "rely on the joint estimator; or sweep one joint while the others stand (`gravcal check` tells the rule)",
+        );
+        return vec![Undetermined { combination: "everything".into(), ..missing.tell(vec!["everything".into()]) }];
+    }
     let mut reasons: Vec<(Missing, Vec<String>)> = Vec::new();
     let mut add = |missing: &Missing, name: String| match reasons.iter_mut().find(|(m, _)| m == missing) {
         Some((_, names)) => names.push(name),
@@ -253,7 +263,7 @@ fn tell_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined
 }
 
 fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
-    let mut notes = joint::frame_notes(session);
+    let mut notes = joint::session_notes(session);
     notes.push(
         "Standard deviations are those of each step given the frozen results of the steps before it; the errors of \
          those results are not in them."

@@ -71,9 +71,8 @@ use std::path::{Path, PathBuf};
 use gravcal_recording::ReadError;
 use serde::Deserialize;
 
-use super::{JointKnowledge, Knowledge, KnowledgeKind, Session};
+use super::Session;
 use crate::document::{Document, Field, FileError};
-use crate::parameter::Quantity;
 use crate::robot::{Robot, RobotSource, resolve_robot};
 
 /// Why a session cannot be read.
@@ -144,8 +143,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let gravity = gravity::resolve(&document, &written.gravity)?;
     let inertia = inertia::resolve(&context, &written.inertia)?;
     let mapping = readings::mapping(&context, &written.readings)?;
-    let mut joints = joints::resolve(&context, &mapping, &written.joint)?;
-    zero_first_offset(&mut joints);
+    let joints = joints::resolve(&context, &mapping, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
     let ask = ask::resolve(&context, &joints, written.ask)?;
@@ -168,17 +166,6 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         solver,
         inputs,
     })
-}
-
-/// The base frame is defined such that the first joint has no offset (paper, section 2), unless the session gives that
-/// offset as exact, which defines the base frame as well.
-fn zero_first_offset(joints: &mut [JointKnowledge]) {
-    if let Some(first) = joints.first_mut() {
-        let offset = &mut first.parameters[Quantity::PositionOffset as usize];
-        if offset.kind != KnowledgeKind::Fixed {
-            *offset = Knowledge { nominal: 0.0, kind: KnowledgeKind::Start };
-        }
-    }
 }
 
 fn inputs(session: &Path, robot: &Path, tables: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {

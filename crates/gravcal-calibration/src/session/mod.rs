@@ -280,6 +280,6 @@ impl Session {
 
 const NO_TORQUE_SENSOR: &str = "the joint has no torque sensor";
 /// Why the first joint's offset is held.
-pub const BASE_FRAME_CHOICE: &str = "zero by definition of the base frame";
+pub const BASE_FRAME_CHOICE: &str = "it defines the base frame";
 /// Why the last joint's offset is held.
 pub const LAST_FRAME_CHOICE: &str = "a choice of the last link's frame";
