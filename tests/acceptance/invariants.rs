@@ -1,1 +1,94 @@
-//! (being written)
+//! What ARCHITECTURE.md calls invariants, as far as the files of the project can hold them.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use crate::tree;
+
+/// The crates that the program and its libraries are made of.
+fn crates() -> Vec<PathBuf> {
+    tree::folders(&tree::root().join("crates"))
+}
+
+/// Names under `[dependencies]` of a crate.
+fn dependencies(name: &str) -> Vec<String> {
+    let manifest: toml::Table = tree::read_toml(&tree::root().join("crates").join(name).join("Cargo.toml"));
+    manifest["dependencies"].as_table().unwrap().keys().cloned().collect()
+}
+
+/// Those that are crates of this project.
+fn own_dependencies(name: &str) -> Vec<String> {
+    dependencies(name).into_iter().filter(|dependency| dependency.starts_with("gravcal")).collect()
+}
+
+#[test]
+fn what_robots_recordings_and_estimation_are_made_of_is_independent() {
+    for name in ["gravcal-estimation", "gravcal-kinematics", "gravcal-recording"] {
+        assert_eq!(own_dependencies(name), [""; 0], "{name}");
+    }
+}
+
+#[test]
+fn solvers_know_estimation_only() {
+    assert_eq!(own_dependencies("gravcal-solvers"), ["gravcal-estimation"]);
+}
+
+#[test]
+fn calibration_knows_neither_solvers_nor_reports() {
+    let known = own_dependencies("gravcal-calibration");
+    for stranger in ["gravcal-solvers", "gravcal-report"] {
+        assert!(!known.iter().any(|name| name == stranger), "{stranger}");
+    }
+}
+
+#[test]
+fn threads_enter_at_two_seams_and_are_counted_by_the_program() {
+    let names = crates().into_iter().map(|path| tree::name(&path));
+    let threaded: Vec<String> = names.filter(|name| dependencies(name).contains(&"rayon".to_owned())).collect();
+    assert_eq!(threaded, ["gravcal-cli", "gravcal-estimation", "gravcal-study"]);
+}
+
+#[test]
+fn only_the_program_prints_or_reads_the_clock() {
+    let libraries: Vec<PathBuf> = crates().into_iter().filter(|path| tree::name(path) != "gravcal-cli").collect();
+    let sources: Vec<PathBuf> = libraries.iter().flat_map(|path| tree::files_below(&path.join("src"))).collect();
+    assert!(sources.len() > libraries.len());
+    let found: Vec<String> = sources.iter().flat_map(|source| forbidden(source)).collect();
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+/// Lines of a source, comments and tests aside, that print or read the clock.
+fn forbidden(source: &Path) -> Vec<String> {
+    let text = fs::read_to_string(source).unwrap();
+    let program = text.split("#[cfg(test)]\nmod tests {").next().unwrap();
+    let code = program.lines().filter(|line| !line.trim_start().starts_with("//"));
+    let forbidden = code.filter(|line| ["std::time", "print!(", "println!("].iter().any(|word| line.contains(word)));
+    forbidden.map(|line| format!("{}: {}", source.display(), line.trim())).collect()
+}
+
+#[test]
+fn every_model_is_a_robot_whose_numbers_have_a_source() {
+    let models = tree::folders(&tree::root().join("models"));
+    assert!(!models.is_empty(), "there is no model");
+    for model in models {
+        let has = |file: &str| model.join(file).is_file();
+        assert!(has("robot.toml") || has("robot.urdf"), "{} has no robot", model.display());
+        assert!(has("README.md"), "{} has no README.md", model.display());
+    }
+}
+
+#[test]
+fn the_readme_sends_to_files_that_exist() {
+    let readme = fs::read_to_string(tree::root().join("README.md")).unwrap();
+    let rows: Vec<&str> = readme.lines().skip_while(|line| !line.starts_with("| to add |")).skip(2).collect();
+    let rows: Vec<&str> = rows.into_iter().take_while(|line| line.starts_with('|')).collect();
+    assert!(rows.iter().any(|row| row.starts_with("| solver |")), "{rows:?}");
+    let paths = rows.iter().flat_map(|row| quoted(row)).filter(|word| word.contains('/') && !word.contains('<'));
+    let absent: Vec<&str> = paths.filter(|path| !tree::root().join(path).exists()).collect();
+    assert!(absent.is_empty(), "README.md sends to {absent:?}");
+}
+
+/// What stands between backquotes.
+fn quoted(line: &str) -> impl Iterator<Item = &str> {
+    line.split('`').skip(1).step_by(2)
+}

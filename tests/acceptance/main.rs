@@ -2,8 +2,15 @@
 
 #![allow(clippy::unwrap_used, clippy::panic)] // a helper of a test may fail it
 
+mod accuracy;
+mod answer;
 mod experiments;
+mod extreme_numbers;
 mod invariants;
 mod program;
 mod reproducible;
+mod seven_joints;
+mod small_session;
+mod tree;
 mod wrong_input;
+mod wrong_simulation;

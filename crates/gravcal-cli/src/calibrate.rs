@@ -64,7 +64,7 @@ Exit codes, of the joint estimator if it ran:
   0  everything that is asked for is determined
   2  bad input or usage; nothing is written
   3  solved, but something that is asked for is undetermined
-  4  no convergence";
+  4  no answer to rely on: no convergence, or readings that contradict the model";
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {

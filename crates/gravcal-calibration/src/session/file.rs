@@ -150,6 +150,11 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let tables = poses::tables(&context, &loads, &written.poses)?;
     let poses = poses::read_all(&document, &written.poses, &tables, &mapping)?;
 
+    if poses.iter().all(|pose| pose.torque.iter().all(Option::is_none)) {
+        let message = "no table has a usable torque reading: every torque cell is empty or marked unusable";
+        return Err(document.error(&Field::new("readings").key("torque"), message).into());
+    }
+
     let inputs = inputs(path, &robot_path, tables.iter().map(|table| table.path.clone()));
     let (estimators, solver) = (written.estimators, written.solver);
     Ok(Session {

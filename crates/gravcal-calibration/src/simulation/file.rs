@@ -17,6 +17,9 @@ use crate::session::{
     Session, units,
 };
 
+/// Poses of one table at most: a day of standing still for a second each.
+const MOST_POSES: usize = 100_000;
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SimulationTable {
@@ -360,10 +363,12 @@ impl Reader<'_> {
     }
 
     fn enough(&self, field: &Field, poses: usize) -> Result<(), FileError> {
-        if poses >= 2 {
-            return Ok(());
-        }
-        Err(self.document.error(&field.key("poses"), format!("{poses} poses identify nothing: expected 2 at least")))
+        let message = match poses {
+            0 | 1 => format!("{poses} poses identify nothing: expected 2 at least"),
+            _ if poses > MOST_POSES => format!("{poses} poses are too many: expected {MOST_POSES} at most"),
+            _ => return Ok(()),
+        };
+        Err(self.document.error(&field.key("poses"), message))
     }
 
     fn pose_table(

@@ -1,0 +1,87 @@
+//! The part of `calibration.json` that the tests look at, with the names that other programs rely on.
+
+use serde::Deserialize;
+
+/// `calibration.json`.
+#[derive(Debug, Deserialize)]
+pub struct Answer {
+    /// Which format, and which version of it.
+    pub format: String,
+    /// One entry an estimator.
+    pub estimators: Vec<Estimator>,
+}
+
+/// What one estimator answered.
+#[derive(Debug, Deserialize)]
+pub struct Estimator {
+    /// `joint`, `sequential`.
+    pub name: String,
+    /// `determined`, `partly-determined` or `failed`.
+    pub verdict: String,
+    /// Nothing where it is undetermined.
+    pub gravity: Option<Gravity>,
+    /// Every sensor parameter.
+    pub parameters: Vec<Parameter>,
+    /// What the data do not determine.
+    pub undetermined: Vec<Undetermined>,
+}
+
+/// Gravity in base coordinates.
+#[derive(Debug, Deserialize)]
+pub struct Gravity {
+    /// m/s².
+    pub vector_m_per_s2: [f64; 3],
+    /// m/s².
+    pub std_m_per_s2: [f64; 3],
+}
+
+/// One sensor parameter.
+#[derive(Debug, Deserialize)]
+pub struct Parameter {
+    /// `joint1.torque_gain`.
+    pub name: String,
+    /// Unit of value and std.
+    pub unit: String,
+    /// Nothing where it is undetermined.
+    pub value: Option<f64>,
+    /// Nothing where it is undetermined, zero where it is held.
+    pub std: Option<f64>,
+    /// Nothing where it is undetermined.
+    pub ci95: Option<[f64; 2]>,
+    /// Whether it has a value.
+    pub determined: bool,
+    /// Why it is held, where it is.
+    pub held: Option<String>,
+}
+
+/// A combination that the data do not determine.
+#[derive(Debug, Deserialize)]
+pub struct Undetermined {
+    /// Its name.
+    pub combination: String,
+    /// What would determine it.
+    pub cure: String,
+}
+
+impl Estimator {
+    /// The parameter of a name.
+    pub fn parameter(&self, name: &str) -> Option<&Parameter> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// The parameters that were estimated and came out determined.
+    pub fn estimated(&self) -> impl Iterator<Item = &Parameter> {
+        self.parameters.iter().filter(|parameter| parameter.determined && parameter.held.is_none())
+    }
+
+    /// Names of the parameters without a value.
+    pub fn without_value(&self) -> Vec<&str> {
+        let open = self.parameters.iter().filter(|parameter| !parameter.determined);
+        open.map(|parameter| parameter.name.as_str()).collect()
+    }
+}
+
+/// Names of the undetermined combinations, in the program's order.
+pub fn combinations(undetermined: &[Undetermined]) -> Vec<&str> {
+    undetermined.iter().map(|undetermined| undetermined.combination.as_str()).collect()
+}
