@@ -378,8 +378,9 @@ impl Reader<'_> {
         load: Option<&str>,
         loads: &[Load],
     ) -> Result<PoseTable, FileError> {
-        if file.components().count() != 1 || file.file_name().is_none() {
-            let message = "expected the name of a file in the session's own folder, such as \"poses.csv\"";
+        let is_csv = file.extension().is_some_and(|extension| extension == "csv");
+        if file.components().count() != 1 || !is_csv {
+            let message = "expected the name of a CSV file in the session's own folder, such as \"poses.csv\"";
             return Err(self.document.error(&field.key("file"), message));
         }
         let load = load.map(|name| self.load(&field.key("load"), name, loads)).transpose()?;
