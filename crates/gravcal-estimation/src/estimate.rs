@@ -33,6 +33,8 @@ pub enum Termination {
     NoProgress,
     /// Stopped from outside.
     Stopped,
+    /// Not minimised at all: values judged as they were given.
+    AsGiven,
 }
 
 impl Termination {
@@ -60,6 +62,7 @@ impl fmt::Display for Termination {
             Termination::IterationLimit { limit } => write!(f, "not converged after {limit} iterations"),
             Termination::NoProgress => write!(f, "not converged: no step lowers the cost"),
             Termination::Stopped => write!(f, "stopped from outside"),
+            Termination::AsGiven => write!(f, "not minimised: judged as given"),
         }
     }
 }

@@ -30,11 +30,23 @@ const RUNAWAY_ANGLE: f64 = 1.0;
 /// Rounds at most until the holds no longer change.
 const ROUNDS: usize = 6;
 
+/// Why a parameter of which the data say too little is held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Reason {
+    /// The torque gain of a joint that carries no gravity, held at zero.
+    Idle,
+    /// Far from its nominal value, put back to it.
+    Runaway,
+    /// Fixes a combination without effect that a runaway in it would seem to fix; held at its nominal value.
+    Anchor,
+}
+
 /// A sensor parameter of which the data say too little, and the value at which it is held.
 #[derive(Clone, Debug)]
 pub(crate) struct SetAside {
     pub parameter: (usize, Quantity),
     pub value: f64,
+    pub reason: Reason,
     /// How it is told among what is undetermined.
     pub combination: Combination,
 }
@@ -115,7 +127,7 @@ impl Holds {
 impl SetAside {
     /// Whether this is the gain of a joint that carries no gravity.
     pub fn is_idle_joint(&self) -> bool {
-        self.parameter.1 == Quantity::TorqueGain && self.value == 0.0
+        self.reason == Reason::Idle
     }
 }
 
@@ -157,53 +169,79 @@ fn gauges(session: &Session, solved: &Solved) -> Vec<(usize, Quantity)> {
     combinations.iter().filter(without_effect).filter_map(|c| c.anchor).collect()
 }
 
-/// Idle joints' torque gains, and runaways.
+/// What else needs to be held at a solution: idle joints' torque gains; once there are none, runaways, which may
+/// only have looked weak beside an idle joint, and the anchors that must go with them.
 fn undetermined_to_hold(session: &Session, solved: &Solved) -> Vec<SetAside> {
-    let posed = &solved.posed;
-    let id = |joint: usize, quantity: Quantity| posed.layout.sensors[joint][quantity as usize];
-    let unknowns = solved.unknowns(&Unknowns::nominal(session));
     let combinations = solved.judge(session).combinations;
-    let mut found: Vec<SetAside> = Vec::new();
-    for combination in &combinations {
-        for (joint, quantity, coefficient) in &combination.sensors {
-            let (joint, quantity) = (*joint, *quantity);
-            let known = found.iter().any(|s| s.parameter == (joint, quantity));
-            if known || posed.problem.columns_of(id(joint, quantity)).is_empty() {
-                continue; // held already
-            }
-            let nominal = session.joints[joint].of(quantity).nominal;
-            let alone = Combination {
-                sensors: vec![(joint, quantity, *coefficient)],
-                gravity: false,
-                std_over_limit: combination.std_over_limit,
-                anchor: None,
-            };
-            let weak = combination.std_over_limit.is_some();
-            if quantity == Quantity::TorqueGain && (weak || combination.sensors.len() == 1) && solved.idle[joint] {
-                found.push(SetAside { parameter: (joint, quantity), value: 0.0, combination: alone });
-            } else if weak && ran_away(unknowns.sensors[joint][quantity as usize], nominal, quantity) {
-                found.push(SetAside { parameter: (joint, quantity), value: nominal, combination: alone });
+    let idle = idle_gains(solved, &combinations);
+    if !idle.is_empty() {
+        return idle;
+    }
+    let mut found = runaways(session, solved, &combinations);
+    let anchors = anchors_to_go_with(session, &combinations, &found);
+    found.extend(anchors);
+    found
+}
+
+/// Free sensor parameters in combinations, each once: parameter, its combination, and itself alone as one.
+fn free_parameters<'c>(
+    solved: &Solved,
+    combinations: &'c [Combination],
+) -> Vec<((usize, Quantity), &'c Combination, Combination)> {
+    let posed = &solved.posed;
+    let mut free: Vec<((usize, Quantity), &Combination, Combination)> = Vec::new();
+    for combination in combinations {
+        for sensor @ (joint, quantity, _) in &combination.sensors {
+            let held = posed.problem.columns_of(posed.layout.sensors[*joint][*quantity as usize]).is_empty();
+            if !held && free.iter().all(|(parameter, _, _)| *parameter != (*joint, *quantity)) {
+                let std_over_limit = combination.std_over_limit;
+                let alone = Combination { sensors: vec![*sensor], gravity: false, std_over_limit, anchor: None };
+                free.push(((*joint, *quantity), combination, alone));
             }
         }
     }
-    // With an idle joint held, what only looked weak beside it is judged anew.
-    if found.iter().any(SetAside::is_idle_joint) {
-        found.retain(SetAside::is_idle_joint);
-        return found;
-    }
+    free
+}
+
+fn idle_gains(solved: &Solved, combinations: &[Combination]) -> Vec<SetAside> {
+    let is_idle = |(joint, quantity): (usize, Quantity), combination: &Combination| {
+        let alone = combination.std_over_limit.is_some() || combination.sensors.len() == 1;
+        quantity == Quantity::TorqueGain && alone && solved.idle[joint]
+    };
+    free_parameters(solved, combinations)
+        .into_iter()
+        .filter(|(parameter, combination, _)| is_idle(*parameter, combination))
+        .map(|(parameter, _, alone)| SetAside { parameter, value: 0.0, reason: Reason::Idle, combination: alone })
+        .collect()
+}
+
+fn runaways(session: &Session, solved: &Solved, combinations: &[Combination]) -> Vec<SetAside> {
+    let unknowns = solved.unknowns(&Unknowns::nominal(session));
+    let weak = free_parameters(solved, combinations).into_iter().filter(|(_, c, _)| c.std_over_limit.is_some());
+    weak.filter_map(|(parameter, _, alone)| {
+        let (joint, quantity) = parameter;
+        let value = session.joints[joint].of(quantity).nominal;
+        ran_away(unknowns.sensors[joint][quantity as usize], value, quantity).then_some(SetAside {
+            parameter,
+            value,
+            reason: Reason::Runaway,
+            combination: alone,
+        })
+    })
+    .collect()
+}
+
+fn anchors_to_go_with(session: &Session, combinations: &[Combination], found: &[SetAside]) -> Vec<SetAside> {
     let broken = combinations.iter().filter(|c| found.iter().any(|s| c.breaks_with(s.parameter)));
-    let anchors: Vec<SetAside> = broken
+    broken
         .filter_map(|combination| {
             let (joint, quantity) = combination.anchor?;
-            if found.iter().any(|s| s.parameter == (joint, quantity)) {
-                return None;
-            }
+            let parameter = (joint, quantity);
             let value = session.joints[joint].of(quantity).nominal;
-            Some(SetAside { parameter: (joint, quantity), value, combination: combination.clone() })
+            let new = found.iter().all(|s| s.parameter != parameter);
+            new.then(|| SetAside { parameter, value, reason: Reason::Anchor, combination: combination.clone() })
         })
-        .collect();
-    found.extend(anchors);
-    found
+        .collect()
 }
 
 fn ran_away(value: f64, nominal: f64, quantity: Quantity) -> bool {

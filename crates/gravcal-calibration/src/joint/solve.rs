@@ -110,7 +110,7 @@ impl Solved {
         let estimate = Estimate {
             values: posed.initial.clone(),
             cost: posed.problem.cost(&posed.initial)?,
-            termination: Termination::Stopped,
+            termination: Termination::AsGiven,
             iterations: Vec::new(),
         };
         Solved::judged(readings, posed, estimate)
