@@ -9,6 +9,7 @@ use gravcal_report::{CheckTable, check_json};
 
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::names::Choice;
 use crate::terminal;
 
 /// Tell what a session can and cannot determine, before any solve
@@ -41,6 +42,8 @@ Exit codes:
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let session = Session::read(&arguments.session).map_err(|error| Failure::bad_input(&error))?;
+    // Names that `calibrate` would refuse are refused here already.
+    Choice::new(&[], None, &session, &arguments.session)?;
     let subject = arguments.session.display();
     let report = check(&session).map_err(|error| Failure::bad_input(&error).about(subject))?;
     let text = if arguments.json {

@@ -76,7 +76,21 @@ pub fn estimate_jointly(
     if let Some(misfit) = misfit {
         tell_misfit(misfit, &mut result);
     }
+    if result.verdict == Verdict::Failed {
+        withdraw(&mut result);
+    }
     Ok(result)
+}
+
+/// Takes the values of a failed estimate back: only what was held has one.
+fn withdraw(result: &mut EstimatorResult) {
+    result.gravity = None;
+    result.covariance = CovarianceResult::default();
+    result.moments.clear();
+    for parameter in result.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
+        parameter.determined = false;
+        (parameter.value, parameter.std, parameter.ci95) = (None, None, None);
+    }
 }
 
 /// Readings explained this many times worse than their stated noise contradict the model: no number can be relied on.

@@ -71,8 +71,9 @@ use std::path::{Path, PathBuf};
 use gravcal_recording::ReadError;
 use serde::Deserialize;
 
-use super::Session;
+use super::{JointKnowledge, KnowledgeKind, Session};
 use crate::document::{Document, Field, FileError};
+use crate::parameter::Quantity;
 use crate::robot::{Robot, RobotSource, resolve_robot};
 
 /// Why a session cannot be read.
@@ -144,6 +145,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let inertia = inertia::resolve(&context, &written.inertia)?;
     let mapping = readings::mapping(&context, &written.readings)?;
     let joints = joints::resolve(&context, &mapping, &written.joint)?;
+    refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
     let ask = ask::resolve(&context, &joints, written.ask)?;
@@ -171,6 +173,19 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         solver,
         inputs,
     })
+}
+
+/// The first joint's offset defines the base frame: it has a value, but it cannot be uncertain.
+fn refuse_prior_on_base_frame(
+    context: &Context<'_>,
+    joints: &[JointKnowledge],
+    written: &[joints::JointTable],
+) -> Result<(), FileError> {
+    let KnowledgeKind::Prior { .. } = joints[0].of(Quantity::PositionOffset).kind else { return Ok(()) };
+    let index = written.iter().position(|joint| joint.name == context.joint_names[0]).unwrap_or(0);
+    let field = Field::new("joint").at(index).key("position_offset").key("std");
+    let message = "the first joint's offset defines the base frame, so it cannot be uncertain: leave std away";
+    Err(context.document.error(&field, message))
 }
 
 fn inputs(session: &Path, robot: &Path, tables: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {

@@ -37,10 +37,25 @@ pub fn write_session(
     overwrite: bool,
 ) -> Result<Vec<PathBuf>, SimulateError> {
     let session = simulation.session(trial);
+    let is_new = !folder.exists();
     std::fs::create_dir_all(folder).map_err(|cause| WriteError::Io { path: folder.to_owned(), cause })?;
+    let written = write_files(simulation, &session, folder, overwrite);
+    if is_new && written.is_err() {
+        // Only an empty folder can be removed: a refusal leaves nothing behind.
+        std::fs::remove_dir(folder).ok();
+    }
+    written
+}
+
+fn write_files(
+    simulation: &Simulation,
+    session: &Session,
+    folder: &Path,
+    overwrite: bool,
+) -> Result<Vec<PathBuf>, SimulateError> {
     let mut files: Vec<(PathBuf, Vec<u8>)> = vec![("session.toml".into(), session_toml(simulation, folder)?.into())];
     for (index, table) in session.tables.iter().enumerate() {
-        files.push((table.path.clone(), table_bytes(&session, index)?));
+        files.push((table.path.clone(), table_bytes(session, index)?));
     }
     files.push(("truth.toml".into(), truth_toml(simulation)?.into()));
     let differs = |name: &Path, bytes: &[u8]| std::fs::read(folder.join(name)).is_ok_and(|existing| existing != bytes);

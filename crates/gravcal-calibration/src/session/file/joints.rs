@@ -26,7 +26,7 @@ use crate::session::{JointKnowledge, Knowledge};
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct JointTable {
-    name: String,
+    pub name: String,
     torque_sign: Option<Sign>,
     position_sign: Option<Sign>,
     torque_gain: Option<KnowledgeTable>,

@@ -51,8 +51,21 @@ pub(super) fn resolve_distances(
     loads: &[Load],
     tables: &[LoadDistanceTable],
 ) -> Result<Vec<LoadDistance>, FileError> {
-    let tables = tables.iter().enumerate();
-    tables.map(|(i, table)| distance(document, &Field::new("load_distance").at(i), loads, table)).collect()
+    let mut distances: Vec<LoadDistance> = Vec::new();
+    for (index, table) in tables.iter().enumerate() {
+        let field = Field::new("load_distance").at(index);
+        let known = distance(document, &field, loads, table)?;
+        let same = |other: &LoadDistance| {
+            let [a, b] = known.between;
+            other.between == [a, b] || other.between == [b, a]
+        };
+        if let Some(first) = distances.iter().position(same) {
+            let message = format!("the distance between these two loads is already load_distance[{first}]: keep one");
+            return Err(document.error(&field.key("between"), message));
+        }
+        distances.push(known);
+    }
+    Ok(distances)
 }
 
 fn distance(
