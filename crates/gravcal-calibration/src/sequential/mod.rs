@@ -176,7 +176,7 @@ pub fn tell_steps(
         termination: "three steps, each with the results of the steps before frozen".into(),
         iterations: known.iterations,
         gravity: gravity.map(|g| gravity_result(g.vector, &g.covariance, asked("gravity"))),
-        covariance: CovarianceResult::default(),
+        covariance: tell_covariance(session, known),
         moments: Vec::new(),
         undetermined,
         fit: None,
@@ -211,6 +211,31 @@ fn found_blocks(posed: &joint::JointProblem, known: &SequentialValues) -> Vec<Bl
             Quantity::ALL.into_iter().filter(|q| sensor.of(*q).is_ok()).map(|q| ids[q as usize])
         });
     sensors.chain([posed.layout.gravity]).collect()
+}
+
+/// Gravity's covariance and the variances of what the steps found: between steps, and between the parameters of one
+/// step, nothing is known to the sequential estimator, and zeros stand for it.
+fn tell_covariance(session: &Session, known: &SequentialValues) -> CovarianceResult {
+    let joints = session.robot.chain.joints().iter().zip(&known.sensors).enumerate();
+    let found = joints.flat_map(|(index, (joint, sensor))| {
+        Quantity::ALL.into_iter().filter_map(move |quantity| {
+            let free = session.held_reason(index, quantity).is_none();
+            let frozen = sensor.of(quantity).as_ref().ok().filter(|_| free)?;
+            Some((quantity.name(&joint.name), frozen.std * frozen.std))
+        })
+    });
+    let gravity = known.gravity.as_ref().ok();
+    let axes = if gravity.is_some() { 3 } else { 0 };
+    let (names, variances): (Vec<String>, Vec<f64>) = found.unzip();
+    let order: Vec<String> =
+        ["gravity.x", "gravity.y", "gravity.z"][..axes].iter().map(|n| (*n).to_owned()).chain(names).collect();
+    let entry = |i: usize, j: usize| match gravity {
+        Some(gravity) if i < axes && j < axes => gravity.covariance[3 * i + j],
+        _ if i == j => variances[i - axes],
+        _ => 0.0,
+    };
+    let matrix = (0..order.len()).map(|i| (0..order.len()).map(|j| entry(i, j)).collect()).collect();
+    CovarianceResult { order, matrix }
 }
 
 fn tell_parameters(session: &Session, known: &SequentialValues) -> Vec<ParameterResult> {
@@ -266,7 +291,7 @@ fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
     let mut notes = joint::session_notes(session);
     notes.push(
         "Standard deviations are those of each step given the frozen results of the steps before it; the errors of \
-         those results are not in them."
+         those results are not in them, and no covariance between steps is known."
             .into(),
     );
     notes.extend(known.gravity.as_ref().ok().and_then(|g| g.assumed.clone()));
