@@ -119,9 +119,4 @@ impl Values {
     pub fn as_slice(&self) -> &[f64] {
         &self.data
     }
-
-    /// All numbers, block after block.
-    pub fn as_mut_slice(&mut self) -> &mut [f64] {
-        &mut self.data
-    }
 }

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use crate::{Block, BlockId, Covariance, DenseLinearization, EvaluateError, Linearization, Problem, Values};
+use crate::{Covariance, DenseLinearization, EvaluateError, Linearization, Problem, Values};
 
 /// Singular values of the column-scaled Jacobian below this share of the largest are zero. The scaled matrix
 /// carries rounding errors of about (rows · 1e-16); a direction weaker than 1e-9 cannot be told from them.
@@ -71,11 +71,6 @@ impl Spectrum {
     /// Norm of one column of the whitened Jacobian: what a change of one unit does to the residuals.
     pub fn column_scale(&self, column: usize) -> f64 {
         self.scales[column]
-    }
-
-    /// Singular values of the column-scaled Jacobian, largest first.
-    pub fn singular_values(&self) -> &[f64] {
-        &self.singular_values
     }
 
     /// Basis of what the directions without information do to the given columns, in the columns' units: empty where
@@ -161,24 +156,6 @@ impl Spectrum {
 
     fn unscale(&self, direction: &[f64]) -> Vec<f64> {
         direction.iter().zip(&self.scales).map(|(v, scale)| v / scale).collect()
-    }
-}
-
-/// One term of a combination of parameters.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Term {
-    /// The block.
-    pub block: BlockId,
-    /// Which of its stored coordinates.
-    pub component: usize,
-    /// Coefficient.
-    pub coefficient: f64,
-}
-
-impl Term {
-    /// `joint1.torque_gain`, `gravity.x`.
-    pub fn name(&self, blocks: &[Block]) -> String {
-        blocks[self.block.index()].component_name(self.component)
     }
 }
 

@@ -37,7 +37,7 @@ pub use covariance::Covariance;
 pub use derivative_check::{DerivativeMismatch, check_derivatives};
 pub use estimate::{Estimate, IterationRecord, Termination};
 pub use factor::Factor;
-pub use identifiability::{Spectrum, Term, sparse_basis};
+pub use identifiability::{Spectrum, sparse_basis};
 pub use linearization::{DenseLinearization, Linearization, StepInfo};
 pub use manifold::Manifold;
 pub use noise::{Noise, NoiseError};

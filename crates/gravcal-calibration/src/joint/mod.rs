@@ -275,6 +275,10 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
             notes.push(format!("{} reads up to {turns:.0} rad: is its unit deg, declared as rad?", joint.name));
         }
     }
+    let cut = session.robot.chain.cut_joints();
+    if !cut.is_empty() {
+        notes.push(format!("The chain ends at its tip: what hangs on it by {} is left out.", cut.join(", ")));
+    }
     for (index, load) in session.loads.iter().enumerate() {
         if session.poses.iter().all(|pose| pose.load != Some(index)) {
             notes.push(format!("No pose carries load `{}`: is a `load =` missing from a [[poses]]?", load.name));
