@@ -29,6 +29,10 @@ pub struct Block {
     pub manifold: Manifold,
     /// Why the block is held at its initial value, if it is.
     pub held: Option<String>,
+    /// Whether it belongs to a few factors only, as the unknowns of one pose do: see [`Block::local`].
+    pub local: bool,
+    /// Whether the residuals are affine in it: see [`Block::linear`].
+    pub linear: bool,
 }
 
 impl Block {
@@ -40,6 +44,8 @@ impl Block {
             components: vec![String::new()],
             manifold: Manifold::Euclidean,
             held: None,
+            local: false,
+            linear: false,
         }
     }
 
@@ -51,6 +57,8 @@ impl Block {
             components: components.iter().map(|c| (*c).to_owned()).collect(),
             manifold: Manifold::Euclidean,
             held: None,
+            local: false,
+            linear: false,
         }
     }
 
@@ -62,6 +70,17 @@ impl Block {
     /// The same block held at its initial value, for the stated reason.
     pub fn held(self, reason: impl Into<String>) -> Self {
         Block { held: Some(reason.into()), ..self }
+    }
+
+    /// The same block as one of a kind that grows with the data (the unknowns of one pose). Such blocks are eliminated
+    /// before the rest, so that cost and memory grow linearly with their number; the result is the same.
+    pub fn local(self) -> Self {
+        Block { local: true, ..self }
+    }
+
+    /// The same block as one of those in which, all taken together, every residual is affine.
+    pub fn linear(self) -> Self {
+        Block { linear: true, ..self }
     }
 
     /// How many numbers store the block.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::Values;
+use crate::{ActiveConstraint, Values};
 
 /// Why a solver stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -93,4 +93,6 @@ pub struct Estimate {
     pub termination: Termination,
     /// The way it went, the start first.
     pub iterations: Vec<IterationRecord>,
+    /// Constraints on which the solution leans; empty without constraints.
+    pub active: Vec<ActiveConstraint>,
 }

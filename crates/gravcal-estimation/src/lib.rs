@@ -20,12 +20,14 @@
 //! `gravcal-solvers`); [`Spectrum`] and [`Covariance`] only judge. The crate knows no robot and no file.
 
 mod block;
+mod constraint;
 mod covariance;
 mod derivative_check;
 mod estimate;
 mod factor;
 mod identifiability;
 mod linearization;
+mod loss;
 mod manifold;
 mod noise;
 mod problem;
@@ -33,12 +35,14 @@ mod residual;
 mod solver;
 
 pub use block::{Block, BlockId, Values};
+pub use constraint::{ActiveConstraint, Affine, Constraint, ConstraintError, ConstraintKind};
 pub use covariance::Covariance;
 pub use derivative_check::{DerivativeMismatch, check_derivatives};
 pub use estimate::{Estimate, IterationRecord, Termination};
 pub use factor::Factor;
 pub use identifiability::{Spectrum, sparse_basis};
 pub use linearization::{DenseLinearization, Linearization, StepInfo};
+pub use loss::{Loss, LossWidth};
 pub use manifold::Manifold;
 pub use noise::{Noise, NoiseError};
 pub use problem::{Column, Problem, ProblemBuilder, ProblemError};

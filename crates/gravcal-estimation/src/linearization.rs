@@ -24,6 +24,12 @@ pub trait Linearization {
     /// Minimises `½ ‖J δ + r‖² + ½ λ ‖diag(scaling) δ‖²` and writes `δ`.
     fn damped_step(&mut self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> StepInfo;
 
+    /// `‖J v‖²`.
+    fn image_norm_squared(&self, v: &[f64]) -> f64;
+
+    /// `JᵀJ`, row-major, of all columns: memory grows with their square.
+    fn hessian(&self) -> Vec<f64>;
+
     /// Largest |cosine| between the residual and a column of J: 0 at a stationary point, whatever the scales.
     fn largest_cosine(&self) -> f64 {
         let residual = (2.0 * self.cost()).sqrt();
@@ -63,7 +69,7 @@ impl DenseLinearization {
     /// Where a residual cannot be evaluated there.
     pub fn new(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
         let columns = problem.columns().len();
-        let mut rows = problem.augmented_jacobian(values)?;
+        let mut rows = problem.corrected_jacobian(values)?;
         clear_dust(&mut rows, columns + 1);
         let augmented = MatRef::from_row_major_slice(&rows, problem.rows(), columns + 1);
         // The residual rides along as a last column, so that its rotation needs no Q.
@@ -79,7 +85,7 @@ impl DenseLinearization {
         Ok(DenseLinearization {
             triangle,
             rotated_residual,
-            cost: 0.5 * residual.iter().map(|v| v * v).sum::<f64>(),
+            cost: problem.cost(values)?,
             gradient,
             column_norms: (0..columns).map(|j| jacobian.col(j).norm_l2()).collect(),
         })
@@ -134,8 +140,17 @@ impl Linearization for DenseLinearization {
         (0..columns).for_each(|j| step[j] = solution[(j, 0)]);
         // ½‖r‖² − ½‖Jδ + r‖² = −gᵀδ − ½‖Rδ‖²
         let along: f64 = self.gradient.iter().zip(&*step).map(|(g, d)| g * d).sum();
-        let image: f64 =
-            (0..kept).map(|i| (0..columns).map(|j| self.triangle[(i, j)] * step[j]).sum::<f64>().powi(2)).sum();
-        StepInfo { predicted_reduction: -along - 0.5 * image }
+        StepInfo { predicted_reduction: -along - 0.5 * self.image_norm_squared(step) }
+    }
+
+    fn image_norm_squared(&self, v: &[f64]) -> f64 {
+        let row = |i: usize| v.iter().enumerate().map(|(j, v)| self.triangle[(i, j)] * v).sum::<f64>();
+        (0..self.triangle.nrows()).map(|i| row(i).powi(2)).sum()
+    }
+
+    fn hessian(&self) -> Vec<f64> {
+        let columns = self.triangle.ncols();
+        let product = self.triangle.transpose() * &self.triangle;
+        (0..columns * columns).map(|k| product[(k / columns, k % columns)]).collect()
     }
 }

@@ -7,7 +7,10 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use thiserror::Error;
 
-use crate::{Block, BlockId, EvaluateError, Factor, LocalValues, Manifold, RowsMut, Values};
+use crate::{
+    Block, BlockId, Constraint, ConstraintError, DenseLinearization, EvaluateError, Factor, Linearization, LocalValues,
+    LossWidth, Manifold, RowsMut, Values,
+};
 
 /// Factors evaluated by one task: fixed, so that the work is cut the same way on any number of threads.
 const FACTORS_PER_BATCH: usize = 64;
@@ -18,6 +21,7 @@ pub struct ProblemBuilder {
     blocks: Vec<Block>,
     initial: Vec<f64>,
     factors: Vec<Factor>,
+    constraints: Vec<Constraint>,
 }
 
 /// Something that makes a problem unanswerable.
@@ -55,6 +59,25 @@ pub enum ProblemError {
         /// Rows of the noise.
         noise: usize,
     },
+    /// A loss without a width.
+    #[error("factor {factor}: {source}")]
+    Loss {
+        /// Position in the order of addition.
+        factor: usize,
+        /// What is wrong with it.
+        source: LossWidth,
+    },
+    /// A residual that reads a block twice.
+    #[error("factor {factor} reads `{block}` twice")]
+    ReadTwice {
+        /// Position in the order of addition.
+        factor: usize,
+        /// The block.
+        block: String,
+    },
+    /// A constraint that makes no sense.
+    #[error(transparent)]
+    Constraint(#[from] ConstraintError),
 }
 
 impl ProblemBuilder {
@@ -80,16 +103,28 @@ impl ProblemBuilder {
         self.factors.push(factor);
     }
 
+    /// Adds a constraint.
+    pub fn add_constraint(&mut self, constraint: Constraint) {
+        self.constraints.push(constraint);
+    }
+
+    /// The initial values of the blocks so far.
+    pub fn initial(&self) -> Values {
+        Values { data: self.initial.clone(), offsets: offsets(self.blocks.iter().map(Block::len)).into() }
+    }
+
     /// Checks everything and fixes the layout. Gives the problem and the initial values.
     ///
     /// # Errors
     /// See [`ProblemError`].
     pub fn build(self) -> Result<(Problem, Values), ProblemError> {
-        let offsets = offsets(self.blocks.iter().map(Block::len));
-        let initial = Values { data: self.initial, offsets: offsets.into() };
+        let initial = self.initial();
         check_blocks(&self.blocks, &initial)?;
         check_factors(&self.blocks, &self.factors)?;
-        let problem = Problem::assemble(self.blocks, self.factors, Arc::clone(&initial.offsets));
+        let stored: Vec<usize> = self.blocks.iter().map(Block::len).collect();
+        self.constraints.iter().try_for_each(|constraint| constraint.check(&stored))?;
+        let offsets = Arc::clone(&initial.offsets);
+        let problem = Problem::assemble(self.blocks, self.factors, self.constraints, offsets);
         if problem.columns.is_empty() { Err(ProblemError::NoUnknowns) } else { Ok((problem, initial)) }
     }
 }
@@ -125,7 +160,14 @@ fn check_factors(blocks: &[Block], factors: &[Factor]) -> Result<(), ProblemErro
         if rows != noise || rows == 0 {
             return Err(ProblemError::NoiseRows { factor: index, rows, noise });
         }
-        factor.residual.blocks().iter().for_each(|id| read[id.index()] = true);
+        factor.loss.checked().map_err(|source| ProblemError::Loss { factor: index, source })?;
+        let mut own = HashSet::new();
+        for id in factor.residual.blocks() {
+            if !own.insert(id) {
+                return Err(ProblemError::ReadTwice { factor: index, block: blocks[id.index()].name.clone() });
+            }
+            read[id.index()] = true;
+        }
     }
     match blocks.iter().zip(&read).find(|(block, read)| block.held.is_none() && !**read) {
         Some((block, _)) => Err(ProblemError::Unread(block.name.clone())),
@@ -157,6 +199,7 @@ pub struct Column {
 pub struct Problem {
     blocks: Vec<Block>,
     factors: Vec<Factor>,
+    constraints: Vec<Constraint>,
     value_offsets: Arc<[usize]>,
     /// First column of each block, and the number of columns at the end.
     column_offsets: Vec<usize>,
@@ -168,7 +211,12 @@ pub struct Problem {
 }
 
 impl Problem {
-    fn assemble(blocks: Vec<Block>, factors: Vec<Factor>, value_offsets: Arc<[usize]>) -> Self {
+    fn assemble(
+        blocks: Vec<Block>,
+        factors: Vec<Factor>,
+        constraints: Vec<Constraint>,
+        value_offsets: Arc<[usize]>,
+    ) -> Self {
         let column_offsets = offsets(blocks.iter().map(Block::tangent_dimension));
         let columns = blocks
             .iter()
@@ -180,7 +228,7 @@ impl Problem {
         let row_offsets = offsets(factors.iter().map(|f| f.residual.len()));
         let local_offsets =
             factors.iter().map(|f| offsets(f.residual.blocks().iter().map(|id| blocks[id.index()].len()))).collect();
-        Problem { blocks, factors, value_offsets, column_offsets, columns, row_offsets, local_offsets }
+        Problem { blocks, factors, constraints, value_offsets, column_offsets, columns, row_offsets, local_offsets }
     }
 
     /// All blocks, in the order of addition.
@@ -234,7 +282,20 @@ impl Problem {
         for id in ids {
             blocks[id.index()].held.get_or_insert_with(|| reason.to_owned());
         }
-        Problem::assemble(blocks, self.factors.clone(), Arc::clone(&self.value_offsets))
+        Problem::assemble(blocks, self.factors.clone(), self.constraints.clone(), Arc::clone(&self.value_offsets))
+    }
+
+    /// What the unknowns must obey.
+    pub fn constraints(&self) -> &[Constraint] {
+        &self.constraints
+    }
+
+    /// Linearizes at `values`, in the form that suits the problem's size and structure.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated there.
+    pub fn linearize<'p>(&'p self, values: &Values) -> Result<Box<dyn Linearization + 'p>, EvaluateError> {
+        Ok(Box::new(DenseLinearization::new(self, values)?))
     }
 
     /// Whitened residuals at `values`, one a row.
@@ -249,23 +310,50 @@ impl Problem {
         Ok(rows)
     }
 
-    /// Cost ½ Σ r² of the whitened residuals.
+    /// Cost ½ Σ ρ of the whitened residuals, with ρ each factor's loss.
     ///
     /// # Errors
     /// As [`Problem::residuals`].
     pub fn cost(&self, values: &Values) -> Result<f64, EvaluateError> {
-        Ok(0.5 * self.residuals(values)?.iter().map(|r| r * r).sum::<f64>())
+        let residuals = self.residuals(values)?;
+        let of_factor = |(index, factor): (usize, &Factor)| factor.cost(&residuals[self.rows_of(index)]);
+        Ok(self.factors.iter().enumerate().map(of_factor).sum())
     }
 
-    /// Whitened `[J r]` by the tangent coordinates: one row a residual, the residual last, row-major.
+    /// Weight ρ′ of every row: 1 where the reading counts fully, near 0 where its loss takes it for an outlier.
+    ///
+    /// # Errors
+    /// As [`Problem::residuals`].
+    pub fn weights(&self, values: &Values) -> Result<Vec<f64>, EvaluateError> {
+        let residuals = self.residuals(values)?;
+        let of_factor = |(index, factor): (usize, &Factor)| factor.weights(&residuals[self.rows_of(index)]);
+        Ok(self.factors.iter().enumerate().flat_map(of_factor).collect())
+    }
+
+    /// Whitened `[J r]` by the tangent coordinates, before any loss: one row a residual, the residual last, row-major.
     ///
     /// # Errors
     /// As [`Problem::residuals`].
     pub fn augmented_jacobian(&self, values: &Values) -> Result<Vec<f64>, EvaluateError> {
+        self.augmented(values, |_, _, _| ())
+    }
+
+    /// The same with every factor's loss, so that `J̃ᵀ r̃` is the gradient of the cost and `J̃ᵀ J̃` its curvature.
+    pub(crate) fn corrected_jacobian(&self, values: &Values) -> Result<Vec<f64>, EvaluateError> {
+        self.augmented(values, Factor::correct)
+    }
+
+    fn augmented(
+        &self,
+        values: &Values,
+        correct: impl Fn(&Factor, &mut [f64], usize) + Sync,
+    ) -> Result<Vec<f64>, EvaluateError> {
         let width = self.columns.len() + 1;
         let mut rows = vec![0.0; self.rows() * width];
         self.for_each_batch(&mut rows, width, |this, factor, out, scratch| {
-            this.linearize_factor(values, factor, out, scratch)
+            this.linearize_factor(values, factor, out, scratch)?;
+            correct(&this.factors[factor], out, width);
+            Ok(())
         })?;
         Ok(rows)
     }
@@ -331,7 +419,7 @@ impl Problem {
         jacobian: Option<RowsMut<'_>>,
         scratch: &mut Scratch,
     ) -> Result<(), EvaluateError> {
-        let Factor { residual: model, noise } = &self.factors[factor];
+        let Factor { residual: model, noise, .. } = &self.factors[factor];
         scratch.local.clear();
         for id in model.blocks() {
             scratch.local.extend_from_slice(values.get(*id));
@@ -351,7 +439,7 @@ impl Problem {
         out: &mut [f64],
         scratch: &mut Scratch,
     ) -> Result<(), EvaluateError> {
-        let Factor { residual: model, noise } = &self.factors[factor];
+        let Factor { residual: model, noise, .. } = &self.factors[factor];
         let (rows, width) = (model.len(), self.columns.len() + 1);
         let local_width = self.local_offsets[factor].last().copied().unwrap_or(0);
         let mut jacobian = std::mem::take(&mut scratch.jacobian);

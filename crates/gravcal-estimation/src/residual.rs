@@ -1,6 +1,7 @@
 //! What an author of a measurement model writes.
 
 use std::fmt::Debug;
+use std::ops::Range;
 
 use thiserror::Error;
 
@@ -19,6 +20,12 @@ pub trait Residual: Debug + Send + Sync {
     /// Whether there is nothing to evaluate.
     fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+
+    /// Local columns that one row can touch, as ascending ranges that do not meet; `None`: all. Constant, and an
+    /// entry outside of it is not read. Saves work where rows touch few of the columns.
+    fn row_pattern(&self, _row: usize) -> Option<&[Range<usize>]> {
+        None
     }
 
     /// Writes `r(x)` and, where asked, `∂r/∂x` by the stored coordinates. The Jacobian comes in zeroed.

@@ -1,5 +1,6 @@
 //! What a method that minimises a problem offers.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use thiserror::Error;
@@ -77,6 +78,8 @@ pub struct SolveContext<'a> {
     pub observer: Option<&'a mut dyn Observer>,
     /// Set from elsewhere to stop after the current iteration.
     pub stop: Option<&'a AtomicBool>,
+    /// File in which the state is kept after every iteration, so that a solve that was interrupted goes on from there.
+    pub checkpoint: Option<&'a Path>,
 }
 
 impl SolveContext<'_> {

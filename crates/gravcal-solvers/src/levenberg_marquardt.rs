@@ -139,6 +139,7 @@ impl Run {
             values: current.values,
             termination: self.termination,
             iterations: self.records,
+            active: Vec::new(),
         }
     }
 

@@ -112,6 +112,7 @@ impl Solved {
             cost: posed.problem.cost(&posed.initial)?,
             termination: Termination::AsGiven,
             iterations: Vec::new(),
+            active: Vec::new(),
         };
         Solved::judged(readings, posed, estimate)
     }

@@ -1,0 +1,235 @@
+//! What the unknowns must obey, exactly, whatever the readings say.
+//!
+//! ```text
+//!     range     lower ≤ f(x) ≤ upper                    bounds, linear constraints
+//!     cone      ‖(f_1(x), …, f_n(x))‖ ≤ f_0(x)           balls, centres of mass inside a ball
+//!     length    ‖x_block‖ = length                       a vector of known length
+//! ```
+//!
+//! `f` are affine functions of stored coordinates. Ranges and cones are convex; a length is not. Methods that cannot
+//! take constraints say so ([`Solver::check`](crate::Solver::check)).
+
+use thiserror::Error;
+
+use crate::{BlockId, Values};
+
+/// `constant + Σ coefficient · component`.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Affine {
+    /// Block, stored component, coefficient.
+    pub terms: Vec<(BlockId, usize, f64)>,
+    /// What is added.
+    pub constant: f64,
+}
+
+impl Affine {
+    /// One component of a block.
+    pub fn component(block: BlockId, index: usize) -> Self {
+        Affine { terms: vec![(block, index, 1.0)], constant: 0.0 }
+    }
+
+    /// A number.
+    pub fn constant(value: f64) -> Self {
+        Affine { terms: Vec::new(), constant: value }
+    }
+
+    /// With one more term.
+    pub fn plus(mut self, block: BlockId, index: usize, coefficient: f64) -> Self {
+        self.terms.push((block, index, coefficient));
+        self
+    }
+
+    /// With a number added.
+    pub fn offset(self, value: f64) -> Self {
+        Affine { constant: self.constant + value, ..self }
+    }
+
+    /// Its value.
+    pub fn at(&self, values: &Values) -> f64 {
+        self.constant + self.terms.iter().map(|(id, index, c)| c * values.get(*id)[*index]).sum::<f64>()
+    }
+}
+
+/// One constraint with the name under which it is told.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Constraint {
+    /// Such as `mass of link2 is positive`.
+    pub name: String,
+    /// What it demands.
+    pub kind: ConstraintKind,
+}
+
+/// What a constraint demands.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ConstraintKind {
+    /// `lower ≤ function ≤ upper`; either may be infinite, both may be equal.
+    Range {
+        /// What is constrained.
+        function: Affine,
+        /// Smallest value allowed, in the unit of the function.
+        lower: f64,
+        /// Largest value allowed.
+        upper: f64,
+    },
+    /// `‖norm_of‖ ≤ at_most`: a second-order cone.
+    Cone {
+        /// Components of the vector.
+        norm_of: Vec<Affine>,
+        /// Largest length allowed; positive on one side of a plane only.
+        at_most: Affine,
+    },
+    /// `‖block‖ = length`: like [`Manifold::Sphere`](crate::Manifold::Sphere), but as an equation.
+    Length {
+        /// The block, on [`Manifold::Euclidean`](crate::Manifold::Euclidean).
+        block: BlockId,
+        /// In the unit of the block, positive.
+        length: f64,
+    },
+}
+
+/// A constraint that makes no sense by itself.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("constraint `{name}`: {reason}")]
+pub struct ConstraintError {
+    /// Its name.
+    pub name: String,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+/// A constraint on which a solution leans.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ActiveConstraint {
+    /// Its name.
+    pub name: String,
+    /// How much the cost would fall for each unit by which it gives way; never negative for a range or a cone (in units
+    /// of its function), of either sign for an equation.
+    pub multiplier: f64,
+}
+
+impl Constraint {
+    /// `lower ≤ component ≤ upper` of a block.
+    pub fn bound(name: impl Into<String>, block: BlockId, component: usize, lower: f64, upper: f64) -> Self {
+        Constraint::range(name, Affine::component(block, component), lower, upper)
+    }
+
+    /// `lower ≤ function ≤ upper`.
+    pub fn range(name: impl Into<String>, function: Affine, lower: f64, upper: f64) -> Self {
+        Constraint { name: name.into(), kind: ConstraintKind::Range { function, lower, upper } }
+    }
+
+    /// `‖norm_of‖ ≤ at_most`.
+    pub fn cone(name: impl Into<String>, norm_of: Vec<Affine>, at_most: Affine) -> Self {
+        Constraint { name: name.into(), kind: ConstraintKind::Cone { norm_of, at_most } }
+    }
+
+    /// A block within `radius` of `centre`.
+    pub fn ball(name: impl Into<String>, block: BlockId, centre: &[f64], radius: f64) -> Self {
+        let norm_of = centre.iter().enumerate().map(|(i, c)| Affine::component(block, i).offset(-c)).collect();
+        Constraint::cone(name, norm_of, Affine::constant(radius))
+    }
+
+    /// `‖block‖ = length`.
+    pub fn length(name: impl Into<String>, block: BlockId, length: f64) -> Self {
+        Constraint { name: name.into(), kind: ConstraintKind::Length { block, length } }
+    }
+
+    /// By how much it is violated, in the unit of its function; zero or less where it holds.
+    pub fn violation(&self, values: &Values) -> f64 {
+        match &self.kind {
+            ConstraintKind::Range { function, lower, upper } => {
+                let value = function.at(values);
+                (lower - value).max(value - upper)
+            }
+            ConstraintKind::Cone { norm_of, at_most } => {
+                norm(norm_of.iter().map(|f| f.at(values))) - at_most.at(values)
+            }
+            ConstraintKind::Length { block, length } => (norm(values.get(*block).iter().copied()) - length).abs(),
+        }
+    }
+
+    /// Blocks that it reads.
+    pub fn blocks(&self) -> Vec<BlockId> {
+        let of = |f: &Affine| f.terms.iter().map(|(id, ..)| *id).collect::<Vec<_>>();
+        let mut blocks = match &self.kind {
+            ConstraintKind::Range { function, .. } => of(function),
+            ConstraintKind::Cone { norm_of, at_most } => norm_of.iter().chain([at_most]).flat_map(of).collect(),
+            ConstraintKind::Length { block, .. } => vec![*block],
+        };
+        blocks.sort_unstable();
+        blocks.dedup();
+        blocks
+    }
+
+    /// # Errors
+    /// Where no values could obey it, or it reads what does not exist. `stored`: numbers of each block.
+    pub(crate) fn check(&self, stored: &[usize]) -> Result<(), ConstraintError> {
+        match self.fault(stored) {
+            Some(reason) => Err(ConstraintError { name: self.name.clone(), reason }),
+            None => Ok(()),
+        }
+    }
+
+    fn fault(&self, stored: &[usize]) -> Option<String> {
+        let functions: Vec<&Affine> = match &self.kind {
+            ConstraintKind::Range { function, lower, upper } => {
+                if lower.is_nan() || upper.is_nan() || lower > upper {
+                    return Some(format!("its lower bound {lower} exceeds its upper bound {upper}"));
+                }
+                vec![function]
+            }
+            ConstraintKind::Cone { norm_of, at_most } => norm_of.iter().chain([at_most]).collect(),
+            ConstraintKind::Length { block, length } => {
+                if !(length.is_finite() && *length > 0.0) {
+                    return Some(format!("the length {length} must be positive and finite"));
+                }
+                return (block.index() >= stored.len()).then(|| "it reads a block of another problem".into());
+            }
+        };
+        functions.into_iter().find_map(|f| f.fault(stored))
+    }
+}
+
+impl Affine {
+    fn fault(&self, stored: &[usize]) -> Option<String> {
+        if !self.constant.is_finite() || self.terms.iter().any(|(_, _, c)| !c.is_finite()) {
+            return Some("a coefficient is not finite".into());
+        }
+        let unknown = self.terms.iter().find(|(id, index, _)| stored.get(id.index()).is_none_or(|n| index >= n));
+        unknown.map(|(id, index, _)| format!("there is no component {index} of block {}", id.index()))
+    }
+}
+
+fn norm(components: impl Iterator<Item = f64>) -> f64 {
+    components.map(|c| c * c).sum::<f64>().sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Block, ProblemBuilder};
+
+    fn block_at(initial: &[f64]) -> (BlockId, Values) {
+        let mut builder = ProblemBuilder::new();
+        let id = builder.add_block(Block::vector("x", "m", &["x", "y", "z"]), initial);
+        (id, builder.initial())
+    }
+
+    #[test]
+    fn violations_are_told_in_the_unit_of_the_function() {
+        let (x, values) = block_at(&[3.0, 4.0, 0.0]);
+        assert_eq!(Constraint::bound("b", x, 1, 5.0, f64::INFINITY).violation(&values), 1.0);
+        assert_eq!(Constraint::bound("b", x, 1, f64::NEG_INFINITY, 3.5).violation(&values), 0.5);
+        assert_eq!(Constraint::ball("s", x, &[0.0; 3], 7.0).violation(&values), -2.0);
+        assert_eq!(Constraint::length("l", x, 6.0).violation(&values), 1.0);
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused_by_name() {
+        let (x, _) = block_at(&[0.0; 3]);
+        let error = Constraint::bound("mass", x, 0, 2.0, 1.0).check(&[3]).unwrap_err();
+        assert_eq!(error.to_string(), "constraint `mass`: its lower bound 2 exceeds its upper bound 1");
+        assert!(Constraint::bound("mass", x, 3, 0.0, 1.0).check(&[3]).is_err());
+        assert!(Constraint::length("g", x, 0.0).check(&[3]).is_err());
+    }
+}
