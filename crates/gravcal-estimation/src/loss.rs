@@ -89,7 +89,7 @@ impl Loss {
             }
             Loss::Tukey(c) if s <= c * c => {
                 let inner = 1.0 - s / (c * c);
-                of(c * c / 3.0 * (1.0 - inner.powi(3)), inner * inner, -2.0 * inner / (c * c))
+                of(s / 3.0 * (1.0 + inner + inner * inner), inner * inner, -2.0 * inner / (c * c))
             }
             Loss::Tukey(c) => of(c * c / 3.0, 0.0, 0.0),
             Loss::GemanMcClure(c) => {
