@@ -2,7 +2,8 @@
 
 use faer::Mat;
 
-use crate::{Covariance, DenseLinearization, EvaluateError, Linearization, Problem, Values};
+use crate::linearization::Orthogonal;
+use crate::{Covariance, EvaluateError, Linearization, Problem, Values};
 
 /// Singular values of the column-scaled Jacobian below this share of the largest are zero. The scaled matrix
 /// carries rounding errors of about (rows · 1e-16); a direction weaker than 1e-9 cannot be told from them.
@@ -32,7 +33,7 @@ impl Spectrum {
     /// # Errors
     /// Where a residual cannot be evaluated there.
     pub fn new(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
-        let linearization = DenseLinearization::new(problem, values)?;
+        let linearization = Orthogonal::new(problem, values)?;
         let scales = linearization.column_scales();
         let triangle = linearization.triangle();
         let columns = scales.len();

@@ -41,7 +41,7 @@ pub use derivative_check::{DerivativeMismatch, check_derivatives};
 pub use estimate::{Estimate, IterationRecord, Termination};
 pub use factor::Factor;
 pub use identifiability::{Spectrum, sparse_basis};
-pub use linearization::{DenseLinearization, Linearization, StepInfo};
+pub use linearization::{Linearization, StepInfo};
 pub use loss::{Loss, LossWidth};
 pub use manifold::Manifold;
 pub use noise::{Noise, NoiseError};
