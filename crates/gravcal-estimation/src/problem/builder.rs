@@ -1,11 +1,12 @@
 //! Collecting a problem, and checking it.
 
 use std::collections::HashSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use thiserror::Error;
 
-use super::{Problem, offsets};
+use super::{Problem, Rows, offsets};
 use crate::{Block, BlockId, Constraint, ConstraintError, Factor, LossWidth, Manifold, Values};
 
 /// Collects blocks and factors.
@@ -78,6 +79,19 @@ pub enum ProblemError {
         /// The block.
         block: String,
     },
+    /// A residual that wrote beyond the rows or columns it has, or failed otherwise inside.
+    #[error(
+        "factor {factor} (of {blocks}) panicked at the initial values: {message}. Does it write a row or a column that \
+         it does not have? `check_derivatives` tells more"
+    )]
+    Panicked {
+        /// Position in the order of addition.
+        factor: usize,
+        /// Names of the blocks that it reads.
+        blocks: String,
+        /// What it said.
+        message: String,
+    },
     /// A constraint that makes no sense.
     #[error(transparent)]
     Constraint(#[from] ConstraintError),
@@ -128,7 +142,11 @@ impl ProblemBuilder {
         self.constraints.iter().try_for_each(|constraint| constraint.check(&stored))?;
         let offsets = Arc::clone(&initial.offsets);
         let problem = Problem::assemble(self.blocks, self.factors.into(), self.constraints, offsets);
-        if problem.columns.is_empty() { Err(ProblemError::NoUnknowns) } else { Ok((problem, initial)) }
+        if problem.columns.is_empty() {
+            return Err(ProblemError::NoUnknowns);
+        }
+        try_every_factor(&problem, &initial)?;
+        Ok((problem, initial))
     }
 }
 
@@ -178,5 +196,122 @@ fn check_factors(blocks: &[Block], factors: &[Factor]) -> Result<(), ProblemErro
     match blocks.iter().zip(&read).find(|(block, read)| block.held.is_none() && !**read) {
         Some((block, _)) => Err(ProblemError::Unread(block.name.clone())),
         None => Ok(()),
+    }
+}
+
+/// Evaluates every factor once, so that one of the wrong shape is told by name before anything relies on it. A factor
+/// that has no value at the initial point is left to the solver.
+fn try_every_factor(problem: &Problem, initial: &Values) -> Result<(), ProblemError> {
+    let mut rows = Rows::new(problem, initial);
+    for (index, factor) in problem.factors.iter().enumerate() {
+        let outcome = catch_unwind(AssertUnwindSafe(|| rows.linearize(index, false).is_ok()));
+        if let Err(panic) = outcome {
+            let message = panic.downcast_ref::<String>().cloned();
+            let message = message.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()));
+            return Err(ProblemError::Panicked {
+                factor: index,
+                blocks: names(problem, factor),
+                message: message.unwrap_or_else(|| "no message".into()),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn names(problem: &Problem, factor: &Factor) -> String {
+    let names: Vec<String> = factor.residual.blocks().iter().map(|id| problem.block(*id).name.clone()).collect();
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{EvaluateError, LocalValues, Loss, Noise, Residual, RowsMut};
+
+    /// `x − 1`, with a choice of mistakes.
+    #[derive(Debug)]
+    struct Mistaken {
+        reads: Vec<BlockId>,
+        /// Column that it writes.
+        column: usize,
+    }
+
+    impl Residual for Mistaken {
+        fn blocks(&self) -> &[BlockId] {
+            &self.reads
+        }
+
+        fn len(&self) -> usize {
+            1
+        }
+
+        fn evaluate(
+            &self,
+            x: LocalValues<'_>,
+            residual: &mut [f64],
+            jacobian: Option<RowsMut<'_>>,
+        ) -> Result<(), EvaluateError> {
+            residual[0] = x.scalar(0) - 1.0;
+            if let Some(mut rows) = jacobian {
+                rows.row(0)[self.column] = 1.0;
+            }
+            Ok(())
+        }
+    }
+
+    fn unit() -> Noise {
+        Noise::independent(&[1.0]).unwrap()
+    }
+
+    fn refusal(fill: impl FnOnce(&mut ProblemBuilder)) -> String {
+        let mut builder = ProblemBuilder::new();
+        fill(&mut builder);
+        builder.build().unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_problem_without_an_answer_is_refused_by_name() {
+        assert!(refusal(|_| ()).starts_with("no factors"));
+        let unread = |builder: &mut ProblemBuilder| {
+            let x = builder.add_block(Block::scalar("x", "m"), &[0.0]);
+            builder.add_block(Block::scalar("lonely", "m"), &[0.0]);
+            builder.add_factor(Factor::new(Mistaken { reads: vec![x], column: 0 }, unit()));
+        };
+        assert!(refusal(unread).starts_with("nothing reads the unknown `lonely`"));
+        let held = |builder: &mut ProblemBuilder| {
+            let x = builder.add_block(Block::scalar("x", "m").held("known"), &[0.0]);
+            builder.add_factor(Factor::new(Mistaken { reads: vec![x], column: 0 }, unit()));
+        };
+        assert!(refusal(held).starts_with("no unknowns"));
+        let infinite = |builder: &mut ProblemBuilder| {
+            builder.add_block(Block::scalar("x", "m"), &[f64::INFINITY]);
+        };
+        assert_eq!(refusal(infinite), "the initial value [inf] of `x` is not finite");
+    }
+
+    #[test]
+    fn a_residual_of_the_wrong_shape_is_refused_by_name() {
+        let with = |reads: fn(BlockId) -> Vec<BlockId>, column: usize, noise: Noise| {
+            refusal(|builder| {
+                let x = builder.add_block(Block::scalar("x", "m"), &[0.0]);
+                builder.add_factor(Factor::new(Mistaken { reads: reads(x), column }, noise));
+            })
+        };
+        let two = Noise::independent(&[1.0, 1.0]).unwrap();
+        assert_eq!(with(|x| vec![x], 0, two), "factor 0 has 1 residuals but noise for 2");
+        assert_eq!(with(|x| vec![x, x], 0, unit()), "factor 0 reads `x` twice");
+        assert!(with(|x| vec![x, BlockId(7)], 0, unit()).starts_with("factor 0 reads block number 7, but there are"));
+        let told = with(|x| vec![x], 1, unit());
+        assert!(told.starts_with("factor 0 (of x) panicked at the initial values: index out of bounds"), "{told}");
+    }
+
+    #[test]
+    fn a_loss_without_a_width_is_refused() {
+        let told = refusal(|builder| {
+            let x = builder.add_block(Block::scalar("x", "m"), &[0.0]);
+            let residual = Mistaken { reads: vec![x], column: 0 };
+            builder.add_factor(Factor::new(residual, unit()).with_loss(Loss::Huber(-1.0)));
+        });
+        assert_eq!(told, "factor 0: the width -1 of a loss must be positive and finite (in standard deviations)");
     }
 }

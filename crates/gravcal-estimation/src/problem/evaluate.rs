@@ -5,7 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Place, Problem, RowPlan};
-use crate::{EvaluateError, Factor, LocalValues, Loss, Manifold, Noise, RowsMut, Values};
+use crate::{EvaluateError, Factor, LocalValues, Loss, Noise, RowsMut, Values};
 
 /// Factors evaluated by one task: fixed, so that the work is cut the same way on any number of threads.
 const FACTORS_PER_BATCH: usize = 64;
@@ -104,12 +104,23 @@ pub(crate) struct Rows<'a> {
     residual: Vec<f64>,
     /// Factors that are still to be applied to each row of the Jacobian and to its residual.
     scales: Vec<(f64, f64)>,
+    /// Tangent basis of each shared block on a sphere.
+    bases: Vec<Option<[f64; 6]>>,
 }
 
 impl<'a> Rows<'a> {
     pub fn new(problem: &'a Problem, values: &'a Values) -> Self {
         let buffer = Vec::new;
-        Rows { problem, values, local: buffer(), jacobian: buffer(), residual: buffer(), scales: Vec::new() }
+        let bases = problem.structure.spheres.iter().map(|id| problem.block(*id).manifold.basis(values.get(*id)));
+        Rows {
+            problem,
+            values,
+            local: buffer(),
+            jacobian: buffer(),
+            residual: buffer(),
+            scales: Vec::new(),
+            bases: bases.collect(),
+        }
     }
 
     fn load_values(&mut self, factor: usize) {
@@ -187,10 +198,7 @@ impl<'a> Rows<'a> {
         for piece in &plan.pieces {
             match piece.sphere {
                 None => out.extend(local[piece.from..piece.from + piece.length].iter().map(|v| scale * v)),
-                Some(id) => {
-                    let manifold = self.problem.block(id).manifold;
-                    project(manifold, self.values.get(id), &local[piece.from..], |v| out.push(scale * v));
-                }
+                Some(sphere) => project(self.bases[sphere], &local[piece.from..], |v| out.push(scale * v)),
             }
         }
         out.push(self.residual(row));
@@ -224,7 +232,8 @@ impl<'a> Rows<'a> {
             let mut columns = problem.columns_of(*id);
             let stored = problem.block(*id).len();
             if !columns.is_empty() {
-                project(problem.block(*id).manifold, self.values.get(*id), &local[*from..*from + stored], |v| {
+                let basis = problem.block(*id).manifold.basis(self.values.get(*id));
+                project(basis, &local[*from..*from + stored], |v| {
                     columns.next().into_iter().for_each(|c| found(problem.structure.places[c], scale * v));
                 });
             }
@@ -256,8 +265,8 @@ impl<'a> Rows<'a> {
 }
 
 /// Stored columns as tangent ones.
-fn project(manifold: Manifold, value: &[f64], stored: &[f64], mut found: impl FnMut(f64)) {
-    match manifold.basis(value) {
+fn project(basis: Option<[f64; 6]>, stored: &[f64], mut found: impl FnMut(f64)) {
+    match basis {
         None => stored.iter().for_each(|v| found(*v)),
         Some(basis) => (0..2).for_each(|t| found((0..3).map(|s| stored[s] * basis[s * 2 + t]).sum())),
     }

@@ -73,8 +73,8 @@ pub(crate) struct Piece {
     pub from: usize,
     /// Number of compact columns.
     pub length: usize,
-    /// The block, if it lives on a sphere: three stored columns become two.
-    pub sphere: Option<BlockId>,
+    /// Place among [`Structure::spheres`] of its block, if that lives on one: three stored columns become two.
+    pub sphere: Option<usize>,
 }
 
 #[derive(Clone, Debug)]
@@ -83,6 +83,8 @@ pub(crate) struct Structure {
     pub shared: Vec<usize>,
     /// Place of each column.
     pub places: Vec<Place>,
+    /// Shared blocks that live on a sphere.
+    pub spheres: Vec<BlockId>,
     pub shapes: Vec<Shape>,
     /// Shape of each factor.
     pub shape_of: Vec<usize>,
@@ -94,7 +96,10 @@ pub(crate) struct Structure {
 
 impl Structure {
     pub fn new(blocks: &[Block], factors: &[Factor], column_offsets: &[usize]) -> Self {
-        let layout = Layout { blocks, factors, column_offsets };
+        let spheres =
+            blocks.iter().enumerate().filter(|(_, block)| !block.local && block.manifold != Manifold::Euclidean);
+        let spheres: Vec<BlockId> = spheres.map(|(index, _)| BlockId(index as u32)).collect();
+        let layout = Layout { blocks, factors, column_offsets, spheres: &spheres };
         let (shared, mut places) = layout.shared_columns();
         let (shapes, shape_of) = layout.shapes(&places);
         let (mut islands, order) = layout.islands(&shape_of);
@@ -105,7 +110,7 @@ impl Structure {
         }
         note_shared(&mut islands, &order, &shapes, &shape_of);
         let chunks = cut(order.len(), &islands, shared.len());
-        Structure { shared, places, shapes, shape_of, islands, order, chunks }
+        Structure { shared, places, spheres, shapes, shape_of, islands, order, chunks }
     }
 }
 
@@ -114,6 +119,7 @@ struct Layout<'a> {
     blocks: &'a [Block],
     factors: &'a [Factor],
     column_offsets: &'a [usize],
+    spheres: &'a [BlockId],
 }
 
 impl Layout<'_> {
@@ -216,7 +222,8 @@ impl Layout<'_> {
                         (first + range.start - stored.start, piece)
                     }
                     Manifold::Sphere { .. } => {
-                        (first, Piece { from: stored.start, length: columns.len(), sphere: Some(*id) })
+                        let sphere = self.spheres.iter().position(|sphere| sphere == id);
+                        (first, Piece { from: stored.start, length: columns.len(), sphere })
                     }
                 });
             }
