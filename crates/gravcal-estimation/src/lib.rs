@@ -18,7 +18,11 @@
 //!
 //! Three nouns, three places: the [`Problem`] only holds; a [`Solver`] only minimises (the methods are in
 //! `gravcal-solvers`); [`Spectrum`] and [`Covariance`] only judge. The crate knows no robot and no file.
+//!
+//! A residual is written as [`adding_a_residual`] shows: with derivatives by hand, or once as a [`Formula`] whose
+//! derivatives are [`Automatic`].
 
+mod automatic;
 mod block;
 mod covariance;
 mod derivative_check;
@@ -32,6 +36,10 @@ mod problem;
 mod residual;
 mod solver;
 
+#[doc = include_str!("../ADDING_A_RESIDUAL.md")]
+pub mod adding_a_residual {}
+
+pub use automatic::{Automatic, DIRECTIONS, Formula, LocalNumbers, Number};
 pub use block::{Block, BlockId, Values};
 pub use covariance::Covariance;
 pub use derivative_check::{DerivativeMismatch, check_derivatives};
