@@ -17,8 +17,13 @@
 //! value for it exists in the data: [`Spectrum`] finds those directions and names them; nothing here invents one.
 //!
 //! Three nouns, three places: the [`Problem`] only holds; a [`Solver`] only minimises (the methods are in
-//! `gravcal-solvers`); [`Spectrum`] and [`Covariance`] only judge. The crate knows no robot and no file.
+//! `gravcal-solvers`); [`Spectrum`] and [`Covariance`] only judge. The crate knows no robot, and no file but those that
+//! [`published`] problems come in.
+//!
+//! A residual is written as [`adding_a_residual`] shows: with derivatives by hand, or once as a [`Formula`] whose
+//! derivatives are [`Automatic`].
 
+mod automatic;
 mod block;
 mod constraint;
 mod covariance;
@@ -31,9 +36,14 @@ mod loss;
 mod manifold;
 mod noise;
 mod problem;
+pub mod published;
 mod residual;
 mod solver;
 
+#[doc = include_str!("../ADDING_A_RESIDUAL.md")]
+pub mod adding_a_residual {}
+
+pub use automatic::{Automatic, DIRECTIONS, Formula, LocalNumbers, Number};
 pub use block::{Block, BlockId, Values};
 pub use constraint::{ActiveConstraint, Affine, Constraint, ConstraintError, ConstraintKind};
 pub use covariance::Covariance;
