@@ -285,6 +285,16 @@ impl Problem {
         Problem::assemble(blocks, self.factors.clone(), self.constraints.clone(), Arc::clone(&self.value_offsets))
     }
 
+    /// The same blocks with other factors: other losses, other samples.
+    ///
+    /// # Errors
+    /// As [`ProblemBuilder::build`], of the factors.
+    pub fn with_factors(&self, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
+        check_factors(&self.blocks, &factors)?;
+        let (blocks, constraints) = (self.blocks.clone(), self.constraints.clone());
+        Ok(Problem::assemble(blocks, factors, constraints, Arc::clone(&self.value_offsets)))
+    }
+
     /// What the unknowns must obey.
     pub fn constraints(&self) -> &[Constraint] {
         &self.constraints
