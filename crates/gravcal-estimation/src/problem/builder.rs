@@ -171,7 +171,7 @@ fn check_blocks(blocks: &[Block], initial: &Values) -> Result<(), ProblemError> 
     Ok(())
 }
 
-fn check_factors(blocks: &[Block], factors: &[Factor]) -> Result<(), ProblemError> {
+pub(super) fn check_factors(blocks: &[Block], factors: &[Factor]) -> Result<(), ProblemError> {
     if factors.is_empty() {
         return Err(ProblemError::NoFactors);
     }

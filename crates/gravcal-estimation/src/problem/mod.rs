@@ -126,6 +126,16 @@ impl Problem {
         Problem::assemble(blocks, Arc::clone(&self.factors), self.constraints.clone(), Arc::clone(&self.value_offsets))
     }
 
+    /// The same blocks with other factors: other losses, other samples.
+    ///
+    /// # Errors
+    /// As [`ProblemBuilder::build`], of the factors.
+    pub fn with_factors(&self, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
+        builder::check_factors(&self.blocks, &factors)?;
+        let (blocks, constraints) = (self.blocks.clone(), self.constraints.clone());
+        Ok(Problem::assemble(blocks, factors.into(), constraints, Arc::clone(&self.value_offsets)))
+    }
+
     /// What the unknowns must obey.
     pub fn constraints(&self) -> &[Constraint] {
         &self.constraints
