@@ -9,14 +9,14 @@
 //! a quadratic function over ranges and second-order cones. `D` and `λ` are those of
 //! [`LevenbergMarquardt`](crate::LevenbergMarquardt), and so are the tests of convergence; a step is taken if the cost falls.
 //! The start obeys the constraints, they are convex, and each step obeys them: so do all points on the way, and the cost
-//! alone tells progress. A vector of known length is moved along its tangent plane and scaled back to its length.
+//! alone tells progress; where its digits end, the cosine below does. A vector of known length is moved along its tangent
+//! plane and scaled back to its length.
 //!
 //! **Optimality.** It ends where the Lagrangian `½ ‖r‖² − zᵀ s` is stationary, `Jᵀ r = Gᵀ z`, with `s` and `z` in their cones
 //! and `zᵀ s = 0` (Karush, Kuhn and Tucker; Nocedal and Wright, *Numerical optimization*, 2006, theorem 12.1). The cosine of
 //! the trace and of the termination is that of `Jᵀ r − Gᵀ z`, or `zᵀ s / ‖r‖²` where that is larger.
 //!
-//! **Digits.** A step that no constraint stops comes from the linearization, as Levenberg-Marquardt's does: without
-//! constraints the two methods are one. Else `JᵀJ` is formed, which halves the digits of directions that the data hardly
+//! **Digits.** A step that no constraint stops comes from the linearization, as Levenberg-Marquardt's does. Else `JᵀJ` is formed, which halves the digits of directions that the data hardly
 //! determine (singular values below 1e-6 of the largest, columns scaled); the gradient, and so the optimum, loses none.
 //!
 //! **Not taken.** Ranges and cones over blocks of a fixed length: such sets are not convex, and "the nearest point
@@ -129,6 +129,8 @@ fn fixed_length(constraint: &str, block: &str) -> String {
 
 /// Damping beyond which a step is shorter than rounding.
 const MAX_DAMPING: f64 = 1e32;
+/// A point is nearer to the optimum if its cosine is at most this share of the other's.
+const NEARER: f64 = 0.9;
 /// Damping at the start, relative to the column norms.
 const INITIAL_DAMPING: f64 = 1e-3;
 
@@ -151,6 +153,18 @@ struct Current<'p> {
     trial: Option<Trial>,
 }
 
+impl Current<'_> {
+    fn cost(&self) -> f64 {
+        self.point.linearization.cost()
+    }
+
+    /// How far from optimal it is.
+    fn cosine(&self) -> f64 {
+        let unknown = if self.cost() > 0.0 { f64::INFINITY } else { 0.0 };
+        self.trial.as_ref().map_or(unknown, |trial| trial.cosine)
+    }
+}
+
 impl<'r, 'o> Run<'r, 'o> {
     fn new(options: &'r Clarabel, problem: &'r Problem, context: &'r mut SolveContext<'o>) -> Self {
         let damping = Damping { lambda: INITIAL_DAMPING, scaling: Vec::new() };
@@ -158,7 +172,8 @@ impl<'r, 'o> Run<'r, 'o> {
     }
 
     fn from(mut self, initial: &Values) -> Result<Estimate, SolveError> {
-        let mut current = self.arrive(initial.clone(), 0.0)?;
+        let mut current = self.look(initial.clone())?;
+        self.record(&current, 0.0);
         let termination = loop {
             if let Some(end) = self.ended(&current) {
                 break end;
@@ -171,7 +186,7 @@ impl<'r, 'o> Run<'r, 'o> {
             ActiveConstraint { name: self.problem.constraints()[index].name.clone(), multiplier }
         };
         Ok(Estimate {
-            cost: current.point.linearization.cost(),
+            cost: current.cost(),
             values: current.point.values,
             termination,
             iterations: self.records,
@@ -179,28 +194,26 @@ impl<'r, 'o> Run<'r, 'o> {
         })
     }
 
-    /// Takes a point as the current one, finds the step from there, and tells the observer.
-    fn arrive(&mut self, values: Values, step: f64) -> Result<Current<'r>, EvaluateError> {
+    /// Linearizes at a point and finds the step from there.
+    fn look(&mut self, values: Values) -> Result<Current<'r>, EvaluateError> {
         let linearization = self.problem.linearize(&values)?;
         let scales = linearization.column_scales();
         self.damping.scaling.resize(scales.len(), 0.0);
         self.damping.scaling.iter_mut().zip(scales).for_each(|(largest, scale)| *largest = largest.max(scale));
-        let cost = linearization.cost();
         let mut current = Current { point: Point { values, linearization }, trial: None };
-        if cost > 0.0 {
+        if current.cost() > 0.0 {
             self.aim(&mut current);
         }
-        let unknown = if cost > 0.0 { f64::INFINITY } else { 0.0 };
-        let record = IterationRecord {
-            iteration: self.records.len(),
-            cost,
-            cosine: current.trial.as_ref().map_or(unknown, |trial| trial.cosine),
-            step,
-            damping: self.damping.lambda,
-        };
+        Ok(current)
+    }
+
+    /// Keeps a record of a new current point and tells the observer.
+    fn record(&mut self, current: &Current<'_>, step: f64) {
+        let iteration = self.records.len();
+        let (cost, cosine) = (current.cost(), current.cosine());
+        let record = IterationRecord { iteration, cost, cosine, step, damping: self.damping.lambda };
         self.context.tell(&record);
         self.records.push(record);
-        Ok(current)
     }
 
     /// Finds the step at the present damping.
@@ -219,38 +232,54 @@ impl<'r, 'o> Run<'r, 'o> {
     }
 
     fn stationary(&self, current: &Current<'_>) -> Option<Termination> {
-        if current.point.linearization.cost() == 0.0 {
+        if current.cost() == 0.0 {
             return Some(Termination::ZeroResidual);
         }
-        let cosine = current.trial.as_ref()?.cosine;
+        let cosine = current.cosine();
         (cosine <= self.options.cosine_tolerance).then_some(Termination::Gradient { cosine })
     }
 
-    /// Tries steps of growing damping until one lowers the cost. `None` while there is reason to go on.
+    /// Tries steps of growing damping until one is better. `None` while there is reason to go on.
     fn advance(&mut self, current: &mut Current<'r>) -> Result<Option<Termination>, EvaluateError> {
-        let cost = current.point.linearization.cost();
         loop {
-            let mut end = None;
             if let Some(trial) = &current.trial {
                 let candidate = self.moved(&current.point.values, &trial.step);
                 let relative_step = self.relative_length(&current.point, &trial.step);
                 // A point where the model has no value is as bad as one of infinite cost.
                 let moved = self.problem.cost(&candidate).unwrap_or(f64::INFINITY);
-                let actual = cost - moved;
-                end = self.judge(cost, trial.predicted, actual, relative_step);
+                let actual = current.cost() - moved;
+                let end = self.judge(current.cost(), trial.predicted, actual, relative_step);
+                if matches!(end, Some(Termination::Cost { .. })) {
+                    return Ok(if self.moves_nearer(current, candidate, relative_step)? { None } else { end });
+                }
                 if actual > 0.0 && moved.is_finite() {
                     self.accept(actual / trial.predicted);
-                    *current = self.arrive(candidate, relative_step)?;
+                    *current = self.look(candidate)?;
+                    self.record(current, relative_step);
+                    return Ok(end);
+                }
+                if end.is_some() {
                     return Ok(end);
                 }
             }
-            if end.is_some() || self.damping.lambda > MAX_DAMPING {
-                return Ok(Some(end.unwrap_or(Termination::NoProgress)));
+            if self.damping.lambda > MAX_DAMPING {
+                return Ok(Some(Termination::NoProgress));
             }
             self.damping.lambda *= self.growth;
             self.growth *= 2.0;
             self.aim(current);
         }
+    }
+
+    /// Where the cost has no more digits to tell which of two points is better, their cosines do.
+    fn moves_nearer(&mut self, current: &mut Current<'r>, candidate: Values, step: f64) -> Result<bool, EvaluateError> {
+        let next = self.look(candidate)?;
+        let nearer = next.cosine() <= NEARER * current.cosine();
+        if nearer {
+            *current = next;
+            self.record(current, step);
+        }
+        Ok(nearer)
     }
 
     /// Nielsen's update after an accepted step.

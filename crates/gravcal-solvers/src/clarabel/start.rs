@@ -3,11 +3,12 @@
 //! A start outside is refused with the nearest values that obey, those of
 //!
 //! ```text
-//!     minimise over δ   Σ (δ_j / x_j)²     such that   s(δ) = s₀ + G δ ∈ K
+//!     minimise over δ   Σ_blocks ‖δ‖² / ‖x‖²     such that   s(δ) = s₀ + G δ ∈ K
 //! ```
 //!
-//! (a component that is zero counts in its unit). If there are none, the certificate of that (`z ∈ K*` with `Gᵀ z = 0` and
-//! `s₀ᵀ z < 0`) tells which constraints contradict each other.
+//! (a block of zeros counts in its unit). If there are none, the certificate of that (`z ∈ K*` with `Gᵀ z = 0` and
+//! `s₀ᵀ z < 0`) tells constraints that contradict each other; of these, the ones are left out without which the others still
+//! do (deletion filter: Chinneck and Dravnieks, *Locating minimal infeasible constraint sets in linear programs*, 1991).
 
 use faer::Mat;
 use gravcal_estimation::{Constraint, ConstraintKind, Problem, SolveError, Values};
@@ -60,8 +61,8 @@ fn projection(problem: &Problem, initial: &Values, rows: &[Rows]) -> Result<Vec<
         .block_ids()
         .filter(|id| !problem.columns_of(*id).is_empty())
         .flat_map(|id| {
-            let columns = problem.columns_of(id).len();
-            initial.get(id)[..columns].iter().map(|x| if *x == 0.0 { 1.0 } else { x.abs() })
+            let size = norm(initial.get(id));
+            problem.columns_of(id).map(move |_| if size > 0.0 { size } else { 1.0 })
         })
         .collect();
     let columns = units.len();
@@ -70,8 +71,11 @@ fn projection(problem: &Problem, initial: &Values, rows: &[Rows]) -> Result<Vec<
     match solve(&quadratic, &rows) {
         Outcome::Solved(solution) => Ok(solution.step.iter().zip(&units).map(|(w, unit)| w * unit).collect()),
         Outcome::Contradiction(positions) => {
-            let mut names: Vec<String> =
-                positions.iter().map(|i| format!("`{}`", problem.constraints()[rows[*i].constraint].name)).collect();
+            let contradicting = positions.into_iter().map(|i| rows[i].clone()).collect();
+            let mut names: Vec<String> = irreducible(&quadratic, contradicting)
+                .iter()
+                .map(|r| format!("`{}`", problem.constraints()[r.constraint].name))
+                .collect();
             names.dedup();
             Err(SolveError::Contradiction(names))
         }
@@ -80,6 +84,19 @@ fn projection(problem: &Problem, initial: &Values, rows: &[Rows]) -> Result<Vec<
             Err(SolveError::Failed { solver: NAME, reason })
         }
     }
+}
+
+/// Rows of a contradiction, each of which it needs.
+fn irreducible(quadratic: &Quadratic, mut rows: Vec<Rows>) -> Vec<Rows> {
+    let mut at = 0;
+    while at < rows.len() {
+        let left_out = rows.remove(at);
+        if !matches!(solve(quadratic, &rows), Outcome::Contradiction(_)) {
+            rows.insert(at, left_out);
+            at += 1;
+        }
+    }
+    rows
 }
 
 /// Brings every vector of known length to its length.

@@ -10,7 +10,7 @@ use super::programme::{Outcome, Solution, solve};
 use super::rows::{Cone, Rows, rows};
 
 /// Duals, relative to the residual, from which on a solution leans on a constraint.
-const LEANING: f64 = 1e-9;
+const LEANING: f64 = 1e-10;
 
 /// A linearized point.
 pub(super) struct Point<'p> {
@@ -58,7 +58,7 @@ impl Trial {
                     left = kept;
                     None
                 }
-                None => Some(Trial::constrained(point, damping, &entered)?),
+                None => Some(Trial::constrained(problem, point, damping, &entered)?),
             };
         }
     }
@@ -70,15 +70,14 @@ impl Trial {
         Some(Trial { step, predicted: info.predicted_reduction, active: Vec::new(), cosine })
     }
 
-    fn constrained(point: &Point<'_>, damping: &Damping, entered: &[Rows]) -> Option<Trial> {
+    fn constrained(problem: &Problem, point: &Point<'_>, damping: &Damping, entered: &[Rows]) -> Option<Trial> {
         let linearization = point.linearization.as_ref();
-        let model = Model::new(linearization, &damping.scaling, damping.lambda);
+        let model = Model::new(problem, point, &damping.scaling, damping.lambda);
         let entered: Vec<Rows> = entered.iter().map(|r| r.in_units(&model.units)).collect();
         let Outcome::Solved(solution) = solve(&model.quadratic, &entered) else { return None };
         let step: Vec<f64> = solution.step.iter().zip(&model.units).map(|(w, unit)| w * unit).collect();
-        let along: f64 = linearization.gradient().iter().zip(&step).map(|(g, d)| g * d).sum();
         Some(Trial {
-            predicted: -along - 0.5 * linearization.image_norm_squared(&step),
+            predicted: model.predicted_reduction(linearization, &step),
             active: active(&model, &entered, &solution.duals),
             cosine: distance(linearization, damping, &model, &entered, &solution),
             step,
