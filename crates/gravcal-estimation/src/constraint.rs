@@ -13,6 +13,9 @@ use thiserror::Error;
 
 use crate::{BlockId, Values};
 
+/// Share of the numbers that make up a constraint within which it counts as obeyed.
+const ROUNDING: f64 = 1e-9;
+
 /// `constant + Σ coefficient · component`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Affine {
@@ -102,8 +105,10 @@ pub struct ConstraintError {
 pub struct ActiveConstraint {
     /// Its name.
     pub name: String,
-    /// How much the cost would fall for each unit by which it gives way; never negative for a range or a cone (in units
-    /// of its function), of either sign for an equation.
+    /// How much the cost would fall for each unit by which it gives way, in the unit of its function.
+    ///
+    /// A range gives way at the limit at which it holds, outwards, and a cone by what is added to `f_0`: never
+    /// negative. An equation gives way by a larger value or length; where the cost would rise, the multiplier is negative.
     pub multiplier: f64,
 }
 
@@ -148,17 +153,49 @@ impl Constraint {
         }
     }
 
+    /// Whether it holds, up to rounding: a violation by [`ROUNDING`] of the numbers that it is made of is none.
+    pub fn is_obeyed_by(&self, values: &Values) -> bool {
+        let limits = match &self.kind {
+            ConstraintKind::Range { lower, upper, .. } => [lower, upper].map(|v| if v.is_finite() { v.abs() } else { 0.0 }),
+            ConstraintKind::Cone { .. } => [0.0; 2],
+            ConstraintKind::Length { length, .. } => [*length, 0.0],
+        };
+        let size: f64 = limits.into_iter().chain(self.functions().iter().map(|f| f.size_at(values))).sum();
+        self.violation(values) <= ROUNDING * size
+    }
+
+    /// What is wrong with values that break it, in words: `` `mass of link2` (is -1, must be at least 0) ``.
+    pub fn complaint(&self, values: &Values) -> String {
+        let (found, demanded) = match &self.kind {
+            ConstraintKind::Range { function, lower, upper } => (format!("is {}", function.at(values)), told(*lower, *upper)),
+            ConstraintKind::Cone { norm_of, at_most } => {
+                let length = norm(norm_of.iter().map(|f| f.at(values)));
+                (format!("has length {length}"), format!("at most {}", at_most.at(values)))
+            }
+            ConstraintKind::Length { block, length } => {
+                (format!("has length {}", norm(values.get(*block).iter().copied())), length.to_string())
+            }
+        };
+        format!("`{}` ({found}, must be {demanded})", self.name)
+    }
+
     /// Blocks that it reads.
     pub fn blocks(&self) -> Vec<BlockId> {
-        let of = |f: &Affine| f.terms.iter().map(|(id, ..)| *id).collect::<Vec<_>>();
-        let mut blocks = match &self.kind {
-            ConstraintKind::Range { function, .. } => of(function),
-            ConstraintKind::Cone { norm_of, at_most } => norm_of.iter().chain([at_most]).flat_map(of).collect(),
+        let mut blocks: Vec<BlockId> = match &self.kind {
             ConstraintKind::Length { block, .. } => vec![*block],
+            _ => self.functions().iter().flat_map(|f| f.terms.iter().map(|(id, ..)| *id)).collect(),
         };
         blocks.sort_unstable();
         blocks.dedup();
         blocks
+    }
+
+    fn functions(&self) -> Vec<&Affine> {
+        match &self.kind {
+            ConstraintKind::Range { function, .. } => vec![function],
+            ConstraintKind::Cone { norm_of, at_most } => norm_of.iter().chain([at_most]).collect(),
+            ConstraintKind::Length { .. } => Vec::new(),
+        }
     }
 
     /// # Errors
@@ -171,32 +208,49 @@ impl Constraint {
     }
 
     fn fault(&self, stored: &[usize]) -> Option<String> {
-        let functions: Vec<&Affine> = match &self.kind {
-            ConstraintKind::Range { function, lower, upper } => {
-                if lower.is_nan() || upper.is_nan() || lower > upper {
-                    return Some(format!("its lower bound {lower} exceeds its upper bound {upper}"));
-                }
-                vec![function]
+        match &self.kind {
+            ConstraintKind::Range { lower, upper, .. } if lower.is_nan() || upper.is_nan() || lower > upper => {
+                return Some(format!("its lower bound {lower} exceeds its upper bound {upper}"));
             }
-            ConstraintKind::Cone { norm_of, at_most } => norm_of.iter().chain([at_most]).collect(),
-            ConstraintKind::Length { block, length } => {
-                if !(length.is_finite() && *length > 0.0) {
-                    return Some(format!("the length {length} must be positive and finite"));
-                }
-                return (block.index() >= stored.len()).then(|| "it reads a block of another problem".into());
+            ConstraintKind::Range { lower, upper, .. } if *lower == f64::INFINITY || *upper == f64::NEG_INFINITY => {
+                return Some(format!("nothing is between {lower} and {upper}"));
             }
-        };
-        functions.into_iter().find_map(|f| f.fault(stored))
+            ConstraintKind::Length { length, .. } if !(length.is_finite() && *length > 0.0) => {
+                return Some(format!("the length {length} must be positive and finite"));
+            }
+            ConstraintKind::Length { block, .. } if block.index() >= stored.len() => {
+                return Some("it reads a block of another problem".into());
+            }
+            ConstraintKind::Range { .. } | ConstraintKind::Cone { .. } if self.blocks().is_empty() => {
+                return Some("it reads no block".into());
+            }
+            _ => {}
+        }
+        self.functions().into_iter().find_map(|f| f.fault(stored))
     }
 }
 
 impl Affine {
+    /// Sum of the sizes of its terms.
+    fn size_at(&self, values: &Values) -> f64 {
+        self.constant.abs() + self.terms.iter().map(|(id, i, c)| (c * values.get(*id)[*i]).abs()).sum::<f64>()
+    }
+
     fn fault(&self, stored: &[usize]) -> Option<String> {
         if !self.constant.is_finite() || self.terms.iter().any(|(_, _, c)| !c.is_finite()) {
             return Some("a coefficient is not finite".into());
         }
         let unknown = self.terms.iter().find(|(id, index, _)| stored.get(id.index()).is_none_or(|n| index >= n));
         unknown.map(|(id, index, _)| format!("there is no component {index} of block {}", id.index()))
+    }
+}
+
+fn told(lower: f64, upper: f64) -> String {
+    match (lower.is_finite(), upper.is_finite()) {
+        _ if lower == upper => lower.to_string(),
+        (true, false) => format!("at least {lower}"),
+        (false, true) => format!("at most {upper}"),
+        _ => format!("between {lower} and {upper}"),
     }
 }
 

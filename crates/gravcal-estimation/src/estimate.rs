@@ -7,7 +7,8 @@ use crate::{ActiveConstraint, Values};
 /// Why a solver stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Termination {
-    /// The residual is orthogonal to every column of the Jacobian: the largest cosine is at or below the tolerance.
+    /// The residual is orthogonal to every column of the Jacobian: the largest cosine is at or below the tolerance. With
+    /// constraints, what they hold back is taken off first: the point obeys the conditions of Karush, Kuhn and Tucker.
     Gradient {
         /// Largest |cosine| between the residual and a column of the Jacobian.
         cosine: f64,
@@ -74,7 +75,7 @@ pub struct IterationRecord {
     pub iteration: usize,
     /// Cost ½ Σ r² of the whitened residuals after the iteration.
     pub cost: f64,
-    /// Largest |cosine| between the residual and a column of the Jacobian.
+    /// Largest |cosine| between the residual and a column of the Jacobian, what constraints hold back taken off.
     pub cosine: f64,
     /// Relative length of the accepted step.
     pub step: f64,

@@ -49,6 +49,20 @@ pub enum SolveError {
     /// A residual has no value at the start.
     #[error("the start cannot be evaluated: {0}")]
     Evaluate(#[from] EvaluateError),
+    /// The start breaks constraints.
+    #[error("the start breaks {}; nearest to it, no constraint is broken by {}", .broken.join(", "), .nearest.join(", "))]
+    StartOutside {
+        /// Each constraint that it breaks, with its value and its limits.
+        broken: Vec<String>,
+        /// What its components would have to be.
+        nearest: Vec<String>,
+    },
+    /// A constraint over blocks that are all held, and that they break.
+    #[error("held values break {0}: hold them elsewhere, or drop the constraint")]
+    HeldOutside(String),
+    /// No values obey all constraints: the names of those that contradict each other.
+    #[error("no values obey all constraints; these contradict each other: {}", .0.join(", "))]
+    Contradiction(Vec<String>),
     /// The method failed inside.
     #[error("{solver} failed: {reason}")]
     Failed {

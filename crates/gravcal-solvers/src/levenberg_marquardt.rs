@@ -55,8 +55,15 @@ impl Solver for LevenbergMarquardt {
         NAME
     }
 
-    fn check(&self, _problem: &Problem) -> Result<(), Unsupported> {
-        Ok(()) // takes every problem: fewer rows than unknowns and lost rank are left to the damping
+    /// Takes every problem without constraints: fewer rows than unknowns and lost rank are left to the damping.
+    fn check(&self, problem: &Problem) -> Result<(), Unsupported> {
+        match problem.constraints().first() {
+            None => Ok(()),
+            Some(constraint) => Err(Unsupported {
+                solver: NAME,
+                reason: format!("it has constraints, such as `{}`, which only `clarabel` obeys", constraint.name),
+            }),
+        }
     }
 
     fn solve(

@@ -3,6 +3,7 @@
 //! To add a method: one file here with a type that implements [`Solver`], and its name in [`SolverName`].
 //! The shared suite of published problems (`tests/published_problems.rs`) then runs it by itself.
 
+mod clarabel;
 mod levenberg_marquardt;
 
 use std::fmt;
@@ -11,6 +12,7 @@ use std::str::FromStr;
 use gravcal_estimation::Solver;
 use thiserror::Error;
 
+pub use crate::clarabel::Clarabel;
 pub use levenberg_marquardt::LevenbergMarquardt;
 
 /// The methods that a user can choose by name.
@@ -18,16 +20,19 @@ pub use levenberg_marquardt::LevenbergMarquardt;
 pub enum SolverName {
     /// [`LevenbergMarquardt`].
     LevenbergMarquardt,
+    /// [`Clarabel`].
+    Clarabel,
 }
 
 impl SolverName {
     /// Every method.
-    pub const ALL: [SolverName; 1] = [SolverName::LevenbergMarquardt];
+    pub const ALL: [SolverName; 2] = [SolverName::LevenbergMarquardt, SolverName::Clarabel];
 
     /// The name in files and on the command line.
     pub fn as_str(self) -> &'static str {
         match self {
             SolverName::LevenbergMarquardt => levenberg_marquardt::NAME,
+            SolverName::Clarabel => crate::clarabel::NAME,
         }
     }
 
@@ -35,6 +40,7 @@ impl SolverName {
     pub fn build(self) -> Box<dyn Solver> {
         match self {
             SolverName::LevenbergMarquardt => Box::new(LevenbergMarquardt::default()),
+            SolverName::Clarabel => Box::new(Clarabel::default()),
         }
     }
 }

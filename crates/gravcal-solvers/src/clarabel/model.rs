@@ -1,0 +1,76 @@
+//! The damped linear model of the cost as a quadratic function of pure numbers.
+//!
+//! ```text
+//!     ½ ‖J δ + r‖² + ½ λ ‖D δ‖² + ½ δᵀ C δ − ½ ‖r‖²  =  ‖r‖²/(1 + λ) (½ wᵀ K w + qᵀ w)
+//!     δ_j = ‖r‖ / ((1 + λ) D_j) w_j,     K = (D⁻¹ (JᵀJ + C) D⁻¹ + λ I) / (1 + λ),     q_j = (Jᵀ r)_j / (D_j ‖r‖)
+//! ```
+//!
+//! `q` holds cosines, and `w = 1` is a step that changes the residuals by as much as they are.
+//!
+//! `C` is diagonal. A vector x of known length L that steps by δ along its tangent plane and is scaled back ends
+//! `‖δ‖² x / (2 L²)` short of the plane. Where the readings pull it outwards that costs `½ ‖δ‖² (−xᵀ Jᵀ r) / L²`, which would
+//! make every step too long.
+
+use faer::Mat;
+use gravcal_estimation::{ConstraintKind, Linearization, Problem};
+
+use super::trial::Point;
+
+use super::programme::Quadratic;
+
+/// Damping at least: JᵀJ carries rounding errors of this size, and could otherwise fall for directions without
+/// information.
+const LEAST_DAMPING: f64 = 1e-13;
+
+/// The model at one point and one damping.
+pub(super) struct Model {
+    pub quadratic: Quadratic,
+    /// Step of each column for w = 1.
+    pub units: Vec<f64>,
+    /// Cost for a value 1 of the quadratic function.
+    pub energy: f64,
+    /// The diagonal of C.
+    pub bend: Vec<f64>,
+}
+
+impl Model {
+    pub fn new(problem: &Problem, point: &Point<'_>, scaling: &[f64], damping: f64) -> Model {
+        let damping = damping.max(LEAST_DAMPING);
+        let linearization = point.linearization.as_ref();
+        let (columns, hessian) = (scaling.len(), linearization.hessian());
+        let bend = bend(problem, point);
+        let residual = (2.0 * linearization.cost()).sqrt();
+        let curvature = |i: usize, j: usize| {
+            let (bend, damping_here) = if i == j { (bend[i], damping) } else { (0.0, 0.0) };
+            ((hessian[i * columns + j] + bend) / (scaling[i] * scaling[j]) + damping_here) / (1.0 + damping)
+        };
+        let slope = linearization.gradient().iter().zip(scaling).map(|(g, d)| g / (d * residual)).collect();
+        Model {
+            quadratic: Quadratic { curvature: Mat::from_fn(columns, columns, curvature), slope },
+            units: scaling.iter().map(|d| residual / ((1.0 + damping) * d)).collect(),
+            energy: residual * residual / (1.0 + damping),
+            bend,
+        }
+    }
+
+    /// Reduction of the cost that the linear model predicts for a step, the damping not counted.
+    pub fn predicted_reduction(&self, linearization: &dyn Linearization, step: &[f64]) -> f64 {
+        let along: f64 = linearization.gradient().iter().zip(step).map(|(g, d)| g * d).sum();
+        let bent: f64 = self.bend.iter().zip(step).map(|(c, d)| c * d * d).sum();
+        -along - 0.5 * (linearization.image_norm_squared(step) + bent)
+    }
+}
+
+/// The diagonal of C.
+fn bend(problem: &Problem, point: &Point<'_>) -> Vec<f64> {
+    let gradient = point.linearization.gradient();
+    let mut bend = vec![0.0; gradient.len()];
+    for constraint in problem.constraints() {
+        if let ConstraintKind::Length { block, length } = &constraint.kind {
+            let columns = problem.columns_of(*block);
+            let pull: f64 = gradient[columns.clone()].iter().zip(point.values.get(*block)).map(|(g, x)| -g * x).sum();
+            bend[columns].fill(pull.max(0.0) / (length * length));
+        }
+    }
+    bend
+}

@@ -1,0 +1,11 @@
+//! What the constrained method promises.
+
+// clippy.toml allows unwrap in tests, but does not see that a helper of one is part of it.
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod by_hand;
+mod hock_schittkowski;
+mod length;
+mod optimality;
+mod pose;
+mod refused;
