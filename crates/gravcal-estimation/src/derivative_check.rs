@@ -22,12 +22,24 @@ pub enum DerivativeMismatch {
         /// What extrapolated central differences say.
         numeric: f64,
     },
+    /// A slope outside of the row's pattern, where it would not be read.
+    #[error("∂r[{row}]/∂x[{column}] is {numeric:e}, but the row's pattern leaves that column out")]
+    Pattern {
+        /// Row of the residual.
+        row: usize,
+        /// Local column.
+        column: usize,
+        /// What extrapolated central differences say.
+        numeric: f64,
+    },
 }
 
 /// Checks `∂r/∂x` of `residual` at `x` (blocks one after the other, of the given lengths).
 ///
 /// The reference is Richardson's extrapolation of central differences at two steps (error of fourth order).
 /// An entry passes when it agrees within `tolerance` times the largest entry of its row, or 1 where that is smaller.
+///
+/// Slopes outside of a row's [pattern](Residual::row_pattern) are found, too.
 ///
 /// # Errors
 /// The first entry that disagrees.
@@ -71,6 +83,11 @@ pub fn check_derivatives(
         let scale = numeric[entries.clone()].iter().fold(1.0_f64, |m, v| m.max(v.abs()));
         for column in 0..columns {
             let (analytic, numeric) = (jacobian[entries.start + column], numeric[entries.start + column]);
+            let read =
+                residual.row_pattern(row).is_none_or(|ranges| ranges.iter().any(|range| range.contains(&column)));
+            if !read && numeric.abs() > tolerance * scale {
+                return Err(DerivativeMismatch::Pattern { row, column, numeric });
+            }
             let difference = (analytic - numeric).abs();
             if difference.is_nan() || difference > tolerance * scale {
                 return Err(DerivativeMismatch::Entry { row, column, analytic, numeric });

@@ -38,40 +38,6 @@ impl Factor {
         }
     }
 
-    /// Puts the loss into whitened rows `[J r]` of `width` numbers: afterwards their products are the gradient and the
-    /// curvature of the cost.
-    pub(crate) fn correct(&self, rows: &mut [f64], width: usize) {
-        match (self.loss, &self.noise) {
-            (Loss::None, _) => {}
-            (_, Noise::Independent { .. }) => {
-                for row in rows.chunks_exact_mut(width) {
-                    let s = row[width - 1] * row[width - 1];
-                    let (residual, jacobian) = self.loss.at(s).correction(s);
-                    row[..width - 1].iter_mut().for_each(|v| *v *= jacobian);
-                    row[width - 1] *= residual;
-                }
-            }
-            (_, Noise::Correlated { .. }) => self.correct_together(rows, width),
-        }
-    }
-
-    /// `J̃ = √ρ′ J + (b − √ρ′) r (rᵀJ)/s`: only the part along r loses curvature.
-    fn correct_together(&self, rows: &mut [f64], width: usize) {
-        let r: Vec<f64> = rows.chunks_exact(width).map(|row| row[width - 1]).collect();
-        let s = square(&r);
-        let value = self.loss.at(s);
-        let (residual, along) = value.correction(s);
-        let across = value.first.max(0.0).sqrt();
-        for column in 0..width - 1 {
-            let projection: f64 = rows.chunks_exact(width).zip(&r).map(|(row, r)| row[column] * r).sum();
-            let extra = if s > 0.0 { (along - across) * projection / s } else { 0.0 };
-            for (row, r) in rows.chunks_exact_mut(width).zip(&r) {
-                row[column] = across * row[column] + extra * r;
-            }
-        }
-        rows.chunks_exact_mut(width).for_each(|row| row[width - 1] *= residual);
-    }
-
     /// The same with a robust loss.
     pub fn with_loss(self, loss: Loss) -> Self {
         Factor { loss, ..self }

@@ -1,8 +1,20 @@
-//! What the data determine: rank, null space, and combinations a person can read.
+//! What the data determine: rank, null space, and directions of which they say little.
+//!
+//! With `D` the norms of the columns of the whitened Jacobian J, everything is judged on `J D⁻¹`, whose columns have unit
+//! length, so that units do not matter:
+//!
+//! - *Without information* is a direction whose singular value is below [`RANK_TOLERANCE`] of the largest.
+//! - *Weak* is a direction whose standard deviation, in units of `1/D`, exceeds that of the median direction
+//!   [`WEAK`] times. Within some of the columns, what is left of the information when all others are unknown counts.
+//!
+//! A direction is a step of the parameters that changes the residuals not at all, or hardly.
+//! [`named_combinations`](crate::named_combinations) puts it into words.
 
 use faer::Mat;
 
-use crate::{Covariance, DenseLinearization, EvaluateError, Linearization, Problem, Values};
+use crate::linearization::Orthogonal;
+use crate::statistics::Covariance;
+use crate::{EvaluateError, Linearization, Problem, Values};
 
 /// Singular values of the column-scaled Jacobian below this share of the largest are zero. The scaled matrix
 /// carries rounding errors of about (rows · 1e-16); a direction weaker than 1e-9 cannot be told from them.
@@ -11,6 +23,21 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// A column takes part in a null direction (of unit length, in scaled coordinates) if its entry exceeds this. Null
 /// vectors are accurate to about 1e-16 over the smallest true singular value: 1e-7 at the rank tolerance.
 const SHADOW_TOLERANCE: f64 = 1e-6;
+
+/// A direction is weak where it is known this many times worse than the median one.
+const WEAK: f64 = 1e3;
+
+/// Parts of a weak direction below this share of its largest, in scaled coordinates, are not told.
+const READABLE: f64 = 0.02;
+
+/// A direction of which the data say little.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WeakDirection {
+    /// A step by the columns in question, in their units; its length means nothing.
+    pub step: Vec<f64>,
+    /// How many times the standard deviation along it exceeds that of the median direction.
+    pub times_worse: f64,
+}
 
 /// Singular value decomposition of the whitened Jacobian, columns scaled to unit length so that units do not matter.
 #[derive(Debug)]
@@ -32,7 +59,7 @@ impl Spectrum {
     /// # Errors
     /// Where a residual cannot be evaluated there.
     pub fn new(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
-        let linearization = DenseLinearization::new(problem, values)?;
+        let linearization = Orthogonal::new(problem, values)?;
         let scales = linearization.column_scales();
         let triangle = linearization.triangle();
         let columns = scales.len();
@@ -115,23 +142,85 @@ impl Spectrum {
         ((0..shown).map(vector).chain(alone).collect(), (shown..size).map(vector).collect())
     }
 
-    /// Covariance `(JᵀJ)⁺` over the determined directions.
+    /// The directions without information as they show in the given columns, each with as few parts as can be found: steps
+    /// in the columns' units.
+    pub fn null_directions(&self, columns: &[usize]) -> Vec<Vec<f64>> {
+        let (shown, _) = self.null_space_shadow(columns);
+        self.readable(columns, &shown)
+    }
+
+    /// The weak directions within the given columns, each with as few parts as can be found. Directions without any
+    /// information are not among them.
+    pub fn weak_directions(&self, columns: &[usize]) -> Vec<WeakDirection> {
+        let (_, determined) = self.null_space_shadow(columns);
+        let covariance = self.scaled_covariance(columns);
+        let size = determined.len();
+        let within = Mat::from_fn(size, size, |i, j| form(&covariance, &determined[i], &determined[j]));
+        // No decomposition, no direction: the numbers are not finite then, and told elsewhere.
+        let Ok(eigen) = within.self_adjoint_eigen(faer::Side::Lower) else { return Vec::new() };
+        let variances: Vec<f64> = eigen.S().column_vector().iter().copied().collect();
+        let Some(median) = variances.get(size.saturating_sub(1) / 2).copied() else { return Vec::new() };
+        let weak: Vec<Vec<f64>> = (0..size)
+            .filter(|k| variances[*k] > WEAK * WEAK * median)
+            .map(|k| combine(&determined, eigen.U().col(k).iter().copied(), columns.len()))
+            .collect();
+        sparse_basis(&weak, READABLE)
+            .into_iter()
+            .map(|direction| {
+                let length = direction.iter().map(|c| c * c).sum::<f64>();
+                let times_worse = (form(&covariance, &direction, &direction) / length / median).sqrt();
+                WeakDirection { step: self.unscale_within(columns, &direction), times_worse }
+            })
+            .collect()
+    }
+
+    /// Steps by some columns, in their units, as the sparsest easily found basis of their span.
+    pub(crate) fn sparse(&self, columns: &[usize], steps: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let scaled = |step: &Vec<f64>| step.iter().zip(columns).map(|(c, j)| c * self.scales[*j]).collect();
+        self.readable(columns, &steps.iter().map(scaled).collect::<Vec<_>>())
+    }
+
+    fn readable(&self, columns: &[usize], scaled: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        sparse_basis(scaled, READABLE).iter().map(|direction| self.unscale_within(columns, direction)).collect()
+    }
+
+    fn unscale_within(&self, columns: &[usize], direction: &[f64]) -> Vec<f64> {
+        direction.iter().zip(columns).map(|(c, j)| c / self.scales[*j]).collect()
+    }
+
+    /// Covariance of some columns in scaled coordinates.
+    fn scaled_covariance(&self, columns: &[usize]) -> Vec<Vec<f64>> {
+        let covariance = self.covariance();
+        let scaled = |i: usize, j: usize| self.scales[i] * self.scales[j] * covariance.at(i, j);
+        columns.iter().map(|i| columns.iter().map(|j| scaled(*i, *j)).collect()).collect()
+    }
+
+    /// Covariance `(JᵀJ)⁺` over the determined directions, with J as the spectrum decomposed it: with every factor's
+    /// loss. It is the covariance of the estimate where there is no loss.
     pub fn covariance(&self) -> Covariance {
         let size = self.scales.len();
-        let factors: Vec<Vec<f64>> = self.directions[..self.rank]
-            .iter()
-            .zip(&self.singular_values)
-            .map(|(v, s)| self.unscale(v).iter().map(|c| c / s).collect())
-            .collect();
         let mut tangent = vec![0.0; size * size];
-        for factor in &factors {
-            for i in 0..size {
-                for j in 0..size {
-                    tangent[i * size + j] += factor[i] * factor[j];
-                }
+        for direction in &self.determined_directions() {
+            for (row, left) in tangent.chunks_exact_mut(size).zip(direction) {
+                row.iter_mut().zip(direction).for_each(|(sum, right)| *sum += left * right);
             }
         }
-        Covariance { tangent, size }
+        Covariance::new(tangent, size)
+    }
+
+    /// Steps by all columns along the determined directions, each of which moves the whitened residuals by a unit
+    /// vector, perpendicular to those of the others.
+    pub(crate) fn determined_directions(&self) -> Vec<Vec<f64>> {
+        let along = self.directions[..self.rank].iter().zip(&self.singular_values);
+        along.map(|(v, s)| self.unscale(v).iter().map(|c| c / s).collect()).collect()
+    }
+
+    /// A step by all columns without what it moves along directions that the data do not determine.
+    pub(crate) fn determined_part(&self, step: &[f64]) -> Vec<f64> {
+        let scaled: Vec<f64> = step.iter().zip(&self.scales).map(|(c, scale)| c * scale).collect();
+        let dot = |v: &[f64]| v.iter().zip(&scaled).map(|(v, s)| v * s).sum::<f64>();
+        let determined = &self.directions[..self.rank];
+        self.unscale(&combine(determined, determined.iter().map(|v| dot(v)), step.len()))
     }
 
     /// Sum of squares of each row of the scaled Jacobian's projector: how many of the fitted parameters each
@@ -157,6 +246,21 @@ impl Spectrum {
     fn unscale(&self, direction: &[f64]) -> Vec<f64> {
         direction.iter().zip(&self.scales).map(|(v, scale)| v / scale).collect()
     }
+}
+
+/// `aᵀ M b`.
+fn form(matrix: &[Vec<f64>], a: &[f64], b: &[f64]) -> f64 {
+    let times = |row: &Vec<f64>| row.iter().zip(b).map(|(m, b)| m * b).sum::<f64>();
+    matrix.iter().zip(a).map(|(row, a)| a * times(row)).sum()
+}
+
+/// `Σ weight · vector` of vectors of `size` numbers.
+fn combine(vectors: &[Vec<f64>], weights: impl Iterator<Item = f64>, size: usize) -> Vec<f64> {
+    let mut sum = vec![0.0; size];
+    for (vector, weight) in vectors.iter().zip(weights) {
+        sum.iter_mut().zip(vector).for_each(|(sum, v)| *sum += weight * v);
+    }
+    sum
 }
 
 /// The sparsest easily found basis of the span of `vectors`: reduced row echelon form with complete pivoting.

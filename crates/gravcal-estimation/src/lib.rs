@@ -13,38 +13,54 @@
 //! **Assumptions.** The noise is zero-mean with the stated covariance, factors are independent of each other, and
 //! the residuals are smooth near the solution. Then twice the cost is χ²-distributed with (rows − rank) degrees of
 //! freedom and `(JᵀJ)⁻¹` of the whitened Jacobian is the covariance of the estimate. Where the model is wrong,
-//! the χ² says so, and the covariance is too small. Where a direction of `x` leaves every residual unchanged, no
+//! the χ² says so, and that covariance is too small: [`statistics`] has others. Where a direction of `x` leaves every residual unchanged, no
 //! value for it exists in the data: [`Spectrum`] finds those directions and names them; nothing here invents one.
 //!
 //! Three nouns, three places: the [`Problem`] only holds; a [`Solver`] only minimises (the methods are in
-//! `gravcal-solvers`); [`Spectrum`] and [`Covariance`] only judge. The crate knows no robot and no file.
+//! `gravcal-solvers`); [`Spectrum`] and [`statistics`] only judge. The crate knows no robot, and no file but those that
+//! [`published`] problems come in.
+//!
+//! A residual is written as [`adding_a_residual`] shows: with derivatives by hand, or once as a [`Formula`] whose
+//! derivatives are [`Automatic`].
 
+mod automatic;
 mod block;
+mod combination;
 mod constraint;
-mod covariance;
 mod derivative_check;
 mod estimate;
 mod factor;
 mod identifiability;
 mod linearization;
 mod loss;
+mod loss_name;
 mod manifold;
 mod noise;
 mod problem;
+pub mod published;
 mod residual;
 mod solver;
+pub mod statistics;
+#[cfg(test)]
+mod testing;
 
+#[doc = include_str!("../ADDING_A_RESIDUAL.md")]
+pub mod adding_a_residual {}
+
+pub use automatic::{Automatic, DIRECTIONS, Formula, LocalNumbers, Number};
 pub use block::{Block, BlockId, Values};
+pub use combination::{NamedCombination, NamedTerm, held_blocks, named_combinations};
 pub use constraint::{ActiveConstraint, Affine, Constraint, ConstraintError, ConstraintKind};
-pub use covariance::Covariance;
 pub use derivative_check::{DerivativeMismatch, check_derivatives};
 pub use estimate::{Estimate, IterationRecord, Termination};
 pub use factor::Factor;
-pub use identifiability::{Spectrum, sparse_basis};
-pub use linearization::{DenseLinearization, Linearization, StepInfo};
+pub use identifiability::{Spectrum, WeakDirection, sparse_basis};
+pub use linearization::{Linearization, StepInfo};
 pub use loss::{Loss, LossWidth};
+pub use loss_name::{LossName, UnknownLoss};
 pub use manifold::Manifold;
 pub use noise::{Noise, NoiseError};
 pub use problem::{Column, Problem, ProblemBuilder, ProblemError};
 pub use residual::{EvaluateError, LocalValues, Residual, RowsMut};
 pub use solver::{Observer, SolveContext, SolveError, Solver, Unsupported};
+pub use statistics::{Covariance, Uncertainty};

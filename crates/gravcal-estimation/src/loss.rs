@@ -98,6 +98,28 @@ impl Loss {
             }
         }
     }
+
+    /// Puts the loss into correlated whitened rows of a Jacobian (row-major) and its residual: afterwards their products
+    /// are the gradient and the curvature of the cost. `J̃ = √ρ′ J + (b − √ρ′) r (rᵀJ)/s`: only the part along r loses
+    /// curvature.
+    pub(crate) fn correct_together(self, jacobian: &mut [f64], r: &mut [f64]) {
+        if self == Loss::None || jacobian.is_empty() {
+            return;
+        }
+        let width = jacobian.len() / r.len();
+        let s = r.iter().map(|r| r * r).sum();
+        let value = self.at(s);
+        let (residual, along) = value.correction(s);
+        let across = value.first.max(0.0).sqrt();
+        for column in 0..width {
+            let projection: f64 = jacobian.chunks_exact(width).zip(&*r).map(|(row, r)| row[column] * r).sum();
+            let extra = if s > 0.0 { (along - across) * projection / s } else { 0.0 };
+            for (row, r) in jacobian.chunks_exact_mut(width).zip(&*r) {
+                row[column] = across * row[column] + extra * r;
+            }
+        }
+        r.iter_mut().for_each(|r| *r *= residual);
+    }
 }
 
 impl LossValue {

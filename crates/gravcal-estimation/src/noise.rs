@@ -89,6 +89,22 @@ impl Noise {
     }
 }
 
+impl Noise {
+    /// The reverse of whitening, in place: what has unit variance and no correlation becomes an error of the readings.
+    pub(crate) fn unwhiten(&self, rows: &mut [f64]) {
+        match self {
+            Noise::Independent { weights } => rows.iter_mut().zip(weights).for_each(|(v, weight)| *v /= weight),
+            Noise::Correlated { whitener } => {
+                let n = self.rows();
+                for i in 0..n {
+                    let known: f64 = (0..i).map(|j| whitener[i * n + j] * rows[j]).sum();
+                    rows[i] = (rows[i] - known) / whitener[i * (n + 1)];
+                }
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -102,6 +118,17 @@ mod tests {
         let expected = (9.0 * 1.5 * 1.5 - 2.0 * 1.2 * 1.5 * -2.0 + 4.0 * 4.0) / determinant;
         noise.whiten(&mut r, 1);
         assert!((r[0] * r[0] + r[1] * r[1] - expected).abs() < 1e-14);
+    }
+
+    #[test]
+    fn unwhitening_undoes_whitening() {
+        let correlated = Noise::correlated(&[4.0, 1.2, 1.2, 9.0], 2).unwrap();
+        for noise in [correlated, Noise::independent(&[2.0, 3.0]).unwrap()] {
+            let mut r = [1.5, -2.0];
+            noise.unwhiten(&mut r);
+            noise.whiten(&mut r, 1);
+            assert!((r[0] - 1.5).abs() < 1e-14 && (r[1] + 2.0).abs() < 1e-14, "{r:?}");
+        }
     }
 
     #[test]

@@ -1,7 +1,9 @@
 //! The directions of the axes, without any length.
 
+use nalgebra::Matrix3;
+
 use crate::chain::Chain;
-use crate::transform::{Transform, rows};
+use crate::transform::rows;
 
 impl Chain {
     /// Rotations between successive axis frames, row-major: `joint_count()` matrices.
@@ -18,12 +20,12 @@ impl Chain {
     /// fixed part of θ, element 0 is the identity and `C_i = Rot_x(α_i)`, as in the paper's eq. (1). What is beyond the
     /// last axis does not appear.
     pub fn axis_rotations(&self) -> Vec<[[f64; 3]; 3]> {
-        let mut before = Transform::identity();
+        let mut before = Matrix3::identity();
         self.axis_frames
             .iter()
             .map(|frame| {
-                let rotation = before.rotation * frame.from_parent.rotation;
-                before = frame.to_link;
+                let rotation = before * frame.from_parent.rotation();
+                before = *frame.to_link.rotation();
                 rows(&rotation)
             })
             .collect()
@@ -32,12 +34,13 @@ impl Chain {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::{Matrix3, Vector3};
+    use nalgebra::Vector3;
     use proptest::prelude::*;
 
     use super::*;
     use crate::joint::JointKind;
     use crate::random_chain::{dh_row, pose, standard_chain};
+    use crate::transform::Transform;
 
     #[test]
     fn axis_rotations_of_standard_rows_are_the_twists_exactly() {

@@ -20,8 +20,8 @@ use argmin::core::{
     CostFunction, Error, Executor, IterState, KV, Problem as Counted, Solver as ArgminSolver, State, TerminationReason,
 };
 use gravcal_estimation::{
-    DenseLinearization, Estimate, EvaluateError, IterationRecord, Linearization, Problem, SolveContext, SolveError,
-    Solver, Termination, Unsupported, Values,
+    Estimate, EvaluateError, IterationRecord, Linearization, Problem, SolveContext, SolveError, Solver, Termination,
+    Unsupported, Values,
 };
 
 pub(crate) const NAME: &str = "levenberg-marquardt";
@@ -104,21 +104,21 @@ impl CostFunction for Lend<'_, '_, '_> {
 }
 
 /// The method at work.
-struct Run {
+struct Run<'p> {
     options: LevenbergMarquardt,
     damping: f64,
     /// Factor by which the damping grows after the next rejected step.
     growth: f64,
     /// D: the largest norm of each column so far.
     scaling: Vec<f64>,
-    current: Option<Current>,
+    current: Option<Current<'p>>,
     termination: Termination,
     records: Vec<IterationRecord>,
 }
 
-struct Current {
+struct Current<'p> {
     values: Values,
-    linearization: DenseLinearization,
+    linearization: Box<dyn Linearization + 'p>,
 }
 
 /// Damping beyond which a step is shorter than rounding.
@@ -126,7 +126,7 @@ const MAX_DAMPING: f64 = 1e32;
 /// Damping at the start, relative to the column norms.
 const INITIAL_DAMPING: f64 = 1e-3;
 
-impl Run {
+impl<'p> Run<'p> {
     fn new(options: LevenbergMarquardt) -> Self {
         Run {
             options,
@@ -151,8 +151,8 @@ impl Run {
     }
 
     /// Takes a point as the current one and tells the observer.
-    fn move_to(&mut self, lent: &Lend<'_, '_, '_>, values: Values, step: f64) -> Result<(), EvaluateError> {
-        let linearization = DenseLinearization::new(lent.problem, &values)?;
+    fn move_to(&mut self, lent: &Lend<'p, '_, '_>, values: Values, step: f64) -> Result<(), EvaluateError> {
+        let linearization = lent.problem.linearize(&values)?;
         let scales = linearization.column_scales();
         self.scaling.resize(scales.len(), 0.0);
         self.scaling.iter_mut().zip(scales).for_each(|(largest, scale)| *largest = largest.max(scale));
@@ -170,7 +170,7 @@ impl Run {
     }
 
     /// Tries steps of growing damping until one lowers the cost. `None` while there is reason to go on.
-    fn iterate(&mut self, lent: &mut Counted<Lend<'_, '_, '_>>) -> Result<Option<Termination>, Error> {
+    fn iterate(&mut self, lent: &mut Counted<Lend<'p, '_, '_>>) -> Result<Option<Termination>, Error> {
         let Some(mut current) = self.current.take() else {
             return Ok(Some(Termination::NoProgress));
         };
@@ -231,7 +231,7 @@ impl Run {
 /// Largest step of a block, relative to the block's own size or to the residual, whichever is larger, each as the
 /// block's columns see it. A pure number that does not change with the units, and that one block of wandering values
 /// cannot make small.
-fn relative_length(problem: &Problem, current: &Current, step: &[f64], scaling: &[f64]) -> f64 {
+fn relative_length(problem: &Problem, current: &Current<'_>, step: &[f64], scaling: &[f64]) -> f64 {
     let residual = (2.0 * current.linearization.cost()).sqrt();
     let norm = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
     problem
@@ -246,14 +246,14 @@ fn relative_length(problem: &Problem, current: &Current, step: &[f64], scaling: 
         .fold(0.0, f64::max)
 }
 
-impl ArgminSolver<Lend<'_, '_, '_>, IterationState> for Run {
+impl<'p> ArgminSolver<Lend<'p, '_, '_>, IterationState> for Run<'p> {
     fn name(&self) -> &str {
         NAME
     }
 
     fn init(
         &mut self,
-        problem: &mut Counted<Lend<'_, '_, '_>>,
+        problem: &mut Counted<Lend<'p, '_, '_>>,
         state: IterationState,
     ) -> Result<(IterationState, Option<KV>), Error> {
         problem.problem("jacobian_count", |l| Ok(self.move_to(l, l.initial.clone(), 0.0)?))?;
@@ -263,7 +263,7 @@ impl ArgminSolver<Lend<'_, '_, '_>, IterationState> for Run {
 
     fn next_iter(
         &mut self,
-        problem: &mut Counted<Lend<'_, '_, '_>>,
+        problem: &mut Counted<Lend<'p, '_, '_>>,
         state: IterationState,
     ) -> Result<(IterationState, Option<KV>), Error> {
         let mut end = self.stationary();

@@ -10,7 +10,7 @@ use thiserror::Error;
 use super::placements::{add_placements, distances_left};
 use super::unknowns::{Layout, Unknowns};
 use crate::parameter::Quantity;
-use crate::residuals::{CarriedLoad, GravityNorm, LoadDistance, PoseTorque, PoseTorqueBlocks, Prior};
+use crate::residuals::{CarriedLoad, GravityNorm, LoadDistance, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, Prior};
 use crate::session::{InertiaKnowledge, Knowledge, KnowledgeKind, Session};
 
 /// Centre of mass from which an assumed mass's moment is taken to be uncertain, m: see [`moment_std`].
@@ -150,28 +150,35 @@ fn carried(session: &Session, readings: &Readings) -> Vec<bool> {
     (0..session.loads.len()).map(|load| poses().any(|(pose, _)| pose.load == Some(load))).collect()
 }
 
+/// The model of poses with nothing attached, and that of poses with each load.
+fn models(session: &Session, layout: &Layout) -> (Arc<PoseTorqueModel>, Vec<Arc<PoseTorqueModel>>) {
+    let chain = Arc::new(session.robot.chain.clone());
+    let blocks =
+        PoseTorqueBlocks { gravity: layout.gravity, sensors: layout.sensors.clone(), inertia: layout.inertia.clone() };
+    let model = |load| Arc::new(PoseTorqueModel::new(Arc::clone(&chain), &blocks, load));
+    let loaded = session.loads.iter().zip(&layout.loads).map(|(load, position)| {
+        model(position.clone().map(|position| CarriedLoad { position, mass: load.mass, link: load.link }))
+    });
+    (model(None), loaded.collect())
+}
+
 fn add_pose_torques(
     session: &Session,
     readings: &Readings,
     layout: &Layout,
     builder: &mut ProblemBuilder,
 ) -> Result<Vec<(usize, usize)>, NoiseError> {
-    let chain = Arc::new(session.robot.chain.clone());
-    let blocks =
-        PoseTorqueBlocks { gravity: layout.gravity, sensors: layout.sensors.clone(), inertia: layout.inertia.clone() };
+    let (bare, loaded) = models(session, layout);
     let mut rows = Vec::new();
     for (index, pose) in session.poses.iter().enumerate() {
         let used = &readings.used[index];
         if used.is_empty() {
             continue;
         }
-        let load = pose.load.and_then(|load| {
-            let position = layout.loads[load].clone()?;
-            Some(CarriedLoad { position, mass: session.loads[load].mass, link: session.loads[load].link })
-        });
+        let model = pose.load.map_or(&bare, |load| &loaded[load]);
         let values = used.iter().filter_map(|joint| Some((*joint, pose.torque[*joint].as_ref()?.value))).collect();
         let std: Vec<f64> = used.iter().map(|joint| readings.std(session, index, *joint)).collect();
-        let residual = PoseTorque::new(Arc::clone(&chain), &blocks, pose.position.clone(), values, load);
+        let residual = PoseTorque::new(Arc::clone(model), pose.position.clone(), values);
         builder.add_factor(Factor::new(residual, Noise::independent(&std)?));
         rows.extend(used.iter().map(|joint| (index, *joint)));
     }

@@ -5,7 +5,7 @@
 //! those that the sequential estimator found), its worth is the cost after that linear problem is solved, and the
 //! best candidate wins.
 
-use gravcal_estimation::{BlockId, DenseLinearization, Linearization};
+use gravcal_estimation::BlockId;
 
 use super::problem::{PosingError, Readings, pose_readings_alone};
 use super::unknowns::Unknowns;
@@ -91,7 +91,7 @@ fn solve_linear_part(
         .chain([posed.layout.gravity])
         .collect();
     let linear = posed.problem.holding(&nonlinear, "given by the candidate");
-    let Ok(mut linearization) = DenseLinearization::new(&linear, &posed.initial) else {
+    let Ok(mut linearization) = linear.linearize(&posed.initial) else {
         return Ok((f64::INFINITY, candidate.clone()));
     };
     let scaling = linearization.column_scales();

@@ -51,6 +51,7 @@ impl Default for BodyBeyond {
 }
 
 impl BodyBeyond {
+    #[inline(always)]
     pub fn sensitivity(&self, gravity: &Vector3<f64>) -> Sensitivity {
         match self.kind {
             JointKind::Revolute => Sensitivity { to_mass: 0.0, to_moment: self.axis.cross(gravity) },

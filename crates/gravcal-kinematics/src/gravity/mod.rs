@@ -88,10 +88,25 @@ impl Chain {
         assert_eq!(torque.len(), self.joint_count(), "one torque for each joint");
         let mut bodies = vec![BodyBeyond::default(); self.joint_count()];
         sweep(self, coordinates, inertia, &mut bodies);
-        let gravity = Vector3::from(gravity);
-        for (torque, body) in torque.iter_mut().zip(&bodies) {
-            *torque = body.torque(&body.sensitivity(&gravity));
-        }
+        torques(&bodies, gravity, torque);
+    }
+
+    /// Holding torques into `out.torque`; the derivatives there stay as they are. For the rest see
+    /// [`Chain::gravity_torque`], to whose torques these are equal to the bit. Allocates nothing.
+    ///
+    /// # Panics
+    ///
+    /// When a slice has another length, or `out` was made for another number of joints.
+    pub fn update_gravity_torque(
+        &self,
+        coordinates: &[f64],
+        gravity: [f64; 3],
+        inertia: &[f64],
+        out: &mut GravityTorque,
+    ) {
+        out.assert_size(self.joint_count());
+        sweep(self, coordinates, inertia, &mut out.bodies);
+        torques(&out.bodies, gravity, &mut out.torque);
     }
 
     /// Holding torques and their derivatives; see [`GravityTorque`] for shapes, [`Chain::gravity_torque`] for the rest.
@@ -115,6 +130,13 @@ impl Chain {
         for i in 0..n {
             out.fill_row(i, &gravity);
         }
+    }
+}
+
+fn torques(bodies: &[BodyBeyond], gravity: [f64; 3], torque: &mut [f64]) {
+    let gravity = Vector3::from(gravity);
+    for (torque, body) in torque.iter_mut().zip(bodies) {
+        *torque = body.torque(&body.sensitivity(&gravity));
     }
 }
 

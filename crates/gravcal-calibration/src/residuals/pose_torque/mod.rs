@@ -1,0 +1,231 @@
+//! All torque readings of one static pose.
+//!
+//! ```text
+//!     y_i = k_i τ_i(θ; g, moments, load) + b_i,     θ_j = s_j q_j + o_j
+//! ```
+//!
+//! `τ_i = z_{i−1} · (g × M_i)` is the chain's gravity torque (see `gravcal-kinematics`). A load of mass `m_L` at
+//! `r_L` adds `(m_L, m_L r_L)` to the mass and first moment of the link that carries it. Joints without a usable
+//! reading have no row.
+
+mod model;
+
+use std::cell::RefCell;
+use std::ops::Range;
+use std::sync::Arc;
+
+use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
+use gravcal_kinematics::GravityTorque;
+
+pub use model::{CarriedLoad, PoseTorqueBlocks, PoseTorqueModel};
+use model::{GRAVITY, INERTIA, SENSORS, sensor_column};
+
+/// The torque readings of one pose.
+#[derive(Clone, Debug)]
+pub struct PoseTorque {
+    model: Arc<PoseTorqueModel>,
+    /// Position reading of every joint.
+    position: Vec<f64>,
+    /// Joint and torque reading of each row.
+    readings: Vec<(usize, f64)>,
+}
+
+/// What an evaluation computes on the way, kept by each thread from one pose to the next.
+struct Workspace {
+    coordinates: Vec<f64>,
+    inertia: Vec<f64>,
+    torque: GravityTorque,
+}
+
+impl Workspace {
+    fn new(joints: usize) -> Self {
+        Workspace {
+            coordinates: vec![0.0; joints],
+            inertia: vec![0.0; INERTIA * joints],
+            torque: GravityTorque::new(joints),
+        }
+    }
+}
+
+thread_local! {
+    static WORKSPACE: RefCell<Workspace> = RefCell::new(Workspace::new(0));
+}
+
+impl PoseTorque {
+    /// `position`: reading of every joint; `readings`: joint and torque reading, one a row.
+    pub fn new(model: Arc<PoseTorqueModel>, position: Vec<f64>, readings: Vec<(usize, f64)>) -> Self {
+        PoseTorque { model, position, readings }
+    }
+
+    /// True coordinates of all joints.
+    fn set_coordinates(&self, x: &[f64], coordinates: &mut [f64]) {
+        let (sensors, _) = x[GRAVITY..].as_chunks::<SENSORS>();
+        for ((coordinate, q), [_, _, gain, offset]) in coordinates.iter_mut().zip(&self.position).zip(sensors) {
+            *coordinate = gain * q + offset;
+        }
+    }
+
+    /// Masses and moments of all links, the load's included.
+    fn set_inertia(&self, x: &[f64], inertia: &mut [f64]) {
+        let (links, load) = x[sensor_column(self.position.len())..].split_at(inertia.len());
+        inertia.copy_from_slice(links);
+        if let Some(CarriedLoad { mass, link, .. }) = self.model.load {
+            let carried = &mut inertia[INERTIA * link..INERTIA * (link + 1)];
+            carried[0] += mass;
+            for part in load.chunks_exact(3) {
+                carried[1..].iter_mut().zip(part).for_each(|(h, r)| *h += mass * r);
+            }
+        }
+    }
+
+    fn fill_row(&self, gain: f64, joint: usize, torque: &GravityTorque, row: &mut [f64]) {
+        let n = self.position.len();
+        let (by_gravity, rest) = row.split_at_mut(GRAVITY);
+        let (by_sensors, rest) = rest.split_at_mut(SENSORS * n);
+        let (by_links, by_load) = rest.split_at_mut(INERTIA * n);
+        let (by_sensors, _) = by_sensors.as_chunks_mut::<SENSORS>();
+        let (by_links, _) = by_links.as_chunks_mut::<INERTIA>();
+        for (entry, by) in by_gravity.iter_mut().zip(&torque.by_gravity[3 * joint..]) {
+            *entry = gain * by;
+        }
+        for ((entries, q), by) in by_sensors.iter_mut().zip(&self.position).zip(&torque.by_coordinate[n * joint..]) {
+            *entries = [0.0, 0.0, gain * by * q, gain * by];
+        }
+        [by_sensors[joint][0], by_sensors[joint][1]] = [torque.torque[joint], 1.0];
+        let (by_inertia, _) = torque.by_inertia[INERTIA * n * joint..].as_chunks::<INERTIA>();
+        // Links before the joint do not load it: their entries stay zero.
+        for (entries, by) in by_links.iter_mut().zip(by_inertia).skip(joint) {
+            *entries = by.map(|by| gain * by);
+        }
+        if let Some(CarriedLoad { mass, link, .. }) = self.model.load {
+            let [_, by_moment @ ..] = by_inertia[link];
+            for part in by_load.as_chunks_mut().0 {
+                *part = by_moment.map(|by| gain * mass * by);
+            }
+        }
+    }
+
+    fn evaluate_in(
+        &self,
+        Workspace { coordinates, inertia, torque }: &mut Workspace,
+        x: &[f64],
+        residual: &mut [f64],
+        jacobian: Option<RowsMut<'_>>,
+    ) {
+        self.set_coordinates(x, coordinates);
+        self.set_inertia(x, inertia);
+        let gravity = [x[0], x[1], x[2]];
+        if jacobian.is_some() {
+            self.model.chain.linearize_gravity_torque(coordinates, gravity, inertia, torque);
+        } else {
+            self.model.chain.update_gravity_torque(coordinates, gravity, inertia, torque);
+        }
+        let (sensors, _) = x[GRAVITY..].as_chunks::<SENSORS>();
+        for (residual, (joint, reading)) in residual.iter_mut().zip(&self.readings) {
+            let [gain, bias, ..] = sensors[*joint];
+            *residual = gain * torque.torque[*joint] + bias - reading;
+        }
+        if let Some(mut rows) = jacobian {
+            for (row, (joint, _)) in self.readings.iter().enumerate() {
+                self.fill_row(sensors[*joint][0], *joint, torque, rows.row(row));
+            }
+        }
+    }
+}
+
+impl Residual for PoseTorque {
+    fn blocks(&self) -> &[BlockId] {
+        &self.model.blocks
+    }
+
+    fn len(&self) -> usize {
+        self.readings.len()
+    }
+
+    fn row_pattern(&self, row: usize) -> Option<&[Range<usize>]> {
+        Some(&self.model.patterns[self.readings[row].0])
+    }
+
+    fn evaluate(
+        &self,
+        x: LocalValues<'_>,
+        residual: &mut [f64],
+        jacobian: Option<RowsMut<'_>>,
+    ) -> Result<(), EvaluateError> {
+        WORKSPACE.with_borrow_mut(|workspace| {
+            if workspace.coordinates.len() != self.position.len() {
+                *workspace = Workspace::new(self.position.len());
+            }
+            self.evaluate_in(workspace, x.as_slice(), residual, jacobian);
+        });
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
+
+    use super::*;
+    use crate::residuals::testing::{check_at_random_points, ids};
+
+    /// Turning, sliding and turning joint with a load on the second link, and readings of the given joints; and the
+    /// lengths of its blocks.
+    fn loaded(joints: &[usize]) -> (PoseTorque, Vec<usize>) {
+        let row = |i: usize, kind, a, alpha, d| DhRow {
+            name: format!("joint{i}"),
+            kind,
+            a,
+            alpha,
+            d,
+            theta: 0.1,
+            limits: None,
+            link: Link { name: format!("link{i}"), inertia: None },
+        };
+        let rows = [
+            row(1, JointKind::Revolute, 0.1, 1.2, 0.3),
+            row(2, JointKind::Prismatic, 0.2, -0.7, 0.1),
+            row(3, JointKind::Revolute, -0.3, 0.4, 0.2),
+        ];
+        let chain = Arc::new(chain_from_dh("base", DhConvention::Standard, &rows).unwrap());
+        let mut lengths = vec![3];
+        lengths.extend([1; 12]);
+        lengths.extend([4, 4, 4, 3, 3]);
+        let ids = ids(&lengths);
+        let blocks = PoseTorqueBlocks {
+            gravity: ids[0],
+            sensors: (0..3).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
+            inertia: ids[13..16].to_vec(),
+        };
+        let load = CarriedLoad { position: ids[16..18].to_vec(), mass: 1.7, link: 1 };
+        let model = Arc::new(PoseTorqueModel::new(chain, &blocks, Some(load)));
+        let readings = joints.iter().map(|joint| (*joint, 2.0)).collect();
+        (PoseTorque::new(model, vec![0.3, 0.2, -0.8], readings), lengths)
+    }
+
+    #[test]
+    fn derivatives() {
+        let (residual, lengths) = loaded(&[0, 2]);
+        check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+    }
+
+    #[test]
+    fn rows_touch_only_the_columns_of_their_pattern() {
+        let (residual, lengths) = loaded(&[0, 1, 2]);
+        assert_eq!(residual.row_pattern(0).unwrap(), [0..7, 9..11, 13..33]);
+        assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 5..11, 13..15, 19..33]);
+        assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..7, 9..15, 23..33]);
+        let offsets: Vec<usize> = (0..=lengths.len()).map(|blocks| lengths[..blocks].iter().sum()).collect();
+        let x: Vec<f64> = (0..33).map(|k| 1.0 + f64::from(k).sin()).collect();
+        let (mut values, mut jacobian) = ([0.0; 3], [0.0; 3 * 33]);
+        let rows = RowsMut::new(&mut jacobian, 33);
+        residual.evaluate(LocalValues::new(&x, &offsets), &mut values, Some(rows)).unwrap();
+        for (row, entries) in jacobian.chunks(33).enumerate() {
+            let pattern = residual.row_pattern(row).unwrap();
+            let touched = entries.iter().enumerate().filter(|(_, entry)| **entry != 0.0);
+            touched.for_each(|(column, _)| {
+                assert!(pattern.iter().any(|range| range.contains(&column)), "{row}, {column}")
+            });
+        }
+    }
+}

@@ -1,0 +1,91 @@
+//! What all poses with the same load share: chain, unknowns, and which of them each torque depends on.
+//!
+//! Stored columns, for n joints: gravity 3, `[k, b, s, o]` of each joint, `(m, h)` of each link, 3 for each part of the
+//! load's position.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use gravcal_estimation::BlockId;
+use gravcal_kinematics::Chain;
+
+/// Stored columns of gravity.
+pub(super) const GRAVITY: usize = 3;
+/// Stored columns of one joint's sensors, and of one link's mass and first moment.
+pub(super) const SENSORS: usize = 4;
+pub(super) const INERTIA: usize = 4;
+/// Of a joint's sensor columns, those before position gain and offset: torque gain and bias.
+const OWN: usize = 2;
+
+/// Blocks of a [`PoseTorque`](super::PoseTorque), shared by all poses.
+#[derive(Clone, Debug)]
+pub struct PoseTorqueBlocks {
+    /// g in base coordinates, m/s².
+    pub gravity: BlockId,
+    /// `[k, b, s, o]` of each joint.
+    pub sensors: Vec<[BlockId; 4]>,
+    /// `(m, h_x, h_y, h_z)` of each link.
+    pub inertia: Vec<BlockId>,
+}
+
+/// A load that hangs on the robot during a pose.
+#[derive(Clone, Debug)]
+pub struct CarriedLoad {
+    /// Blocks whose sum is its centre of mass in the link's frame, m.
+    pub position: Vec<BlockId>,
+    /// kg.
+    pub mass: f64,
+    /// Index of the link.
+    pub link: usize,
+}
+
+/// What all poses with the same load share.
+#[derive(Debug)]
+pub struct PoseTorqueModel {
+    pub(super) chain: Arc<Chain>,
+    pub(super) blocks: Vec<BlockId>,
+    pub(super) load: Option<CarriedLoad>,
+    /// Stored columns that each joint's torque can touch.
+    pub(super) patterns: Vec<Vec<Range<usize>>>,
+}
+
+impl PoseTorqueModel {
+    /// The chain, its unknowns, and the load it carries.
+    pub fn new(chain: Arc<Chain>, blocks: &PoseTorqueBlocks, load: Option<CarriedLoad>) -> Self {
+        let mut order = vec![blocks.gravity];
+        order.extend(blocks.sensors.iter().flatten());
+        order.extend(&blocks.inertia);
+        order.extend(load.iter().flat_map(|l| &l.position));
+        let joints = chain.joint_count();
+        let end = inertia_column(joints, joints) + 3 * load.as_ref().map_or(0, |l| l.position.len());
+        let patterns = (0..joints).map(|joint| pattern(joint, joints, end)).collect();
+        PoseTorqueModel { chain, blocks: order, load, patterns }
+    }
+}
+
+/// First stored column of a joint's sensors.
+pub(super) fn sensor_column(joint: usize) -> usize {
+    GRAVITY + SENSORS * joint
+}
+
+/// First stored column of a link's mass and moment; with `link == joints`, of the load's position.
+fn inertia_column(joints: usize, link: usize) -> usize {
+    sensor_column(joints) + INERTIA * link
+}
+
+/// Columns up to `end` that a joint's torque can touch: its own gain and bias but not the others', and nothing of the
+/// links before it.
+fn pattern(joint: usize, joints: usize, end: usize) -> Vec<Range<usize>> {
+    let mut ranges = vec![0..GRAVITY];
+    let sensors = (0..joints).map(|other| {
+        let column = sensor_column(other);
+        if other == joint { column..column + SENSORS } else { column + OWN..column + SENSORS }
+    });
+    for range in sensors.chain([inertia_column(joints, joint)..end]) {
+        match ranges.last_mut() {
+            Some(last) if last.end == range.start => last.end = range.end,
+            _ => ranges.push(range),
+        }
+    }
+    ranges
+}

@@ -1,0 +1,65 @@
+//! What a method needs of the Jacobian, without seeing how it is stored.
+//!
+//! Two forms: [`normal`] (normal equations, fast) and [`orthogonal`] (orthogonal factorization, no digit lost). Both
+//! eliminate local blocks island by island, so that cost and memory grow linearly with their number. Damping comes
+//! before elimination, and another damping reuses what was summed over the factors.
+
+mod normal;
+mod orthogonal;
+mod triangle;
+
+pub(crate) use normal::Normal;
+pub(crate) use orthogonal::Orthogonal;
+
+/// Columns smaller than this share of the largest are rounding errors. Units differ by far less (1e6 between a count
+/// and a metre), rounding by more (1e-16).
+const DUST: f64 = 1e-12;
+
+/// A problem linearized at one point.
+pub trait Linearization {
+    /// Cost there: ½ ‖r‖², or ½ Σ ρ with losses.
+    fn cost(&self) -> f64;
+    /// `Jᵀ r`, one entry a column.
+    fn gradient(&self) -> &[f64];
+    /// Euclidean norm of each column of J.
+    fn column_norms(&self) -> &[f64];
+    /// Scale of each column: its norm, or 1 for a column of zeros.
+    fn column_scales(&self) -> Vec<f64> {
+        self.column_norms().iter().map(|norm| if *norm > 0.0 { *norm } else { 1.0 }).collect()
+    }
+    /// Minimises `½ ‖J δ + r‖² + ½ λ ‖diag(scaling) δ‖²` and writes `δ`.
+    fn damped_step(&mut self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> StepInfo;
+
+    /// `‖J v‖²`.
+    fn image_norm_squared(&self, v: &[f64]) -> f64;
+
+    /// `JᵀJ`, row-major, of all columns: memory grows with their square.
+    fn hessian(&self) -> Vec<f64>;
+
+    /// Largest |cosine| between the residual and a column of J: 0 at a stationary point, whatever the scales.
+    fn largest_cosine(&self) -> f64 {
+        let residual = (2.0 * self.cost()).sqrt();
+        self.gradient()
+            .iter()
+            .zip(self.column_norms())
+            .filter(|(_, norm)| **norm > 0.0 && residual > 0.0)
+            .map(|(g, norm)| g.abs() / (norm * residual))
+            .fold(0.0, f64::max)
+    }
+}
+
+/// What a step promises.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct StepInfo {
+    /// Reduction of the cost that the linear model predicts for the step, not counting the damping.
+    pub predicted_reduction: f64,
+}
+
+/// Columns that are zero but for rounding errors, so that nothing walks along them or takes them for information.
+fn dust(norms: &[f64]) -> impl Iterator<Item = usize> + '_ {
+    let largest = norms.iter().fold(0.0, |m: f64, norm| m.max(*norm));
+    (0..norms.len()).filter(move |column| norms[*column] <= DUST * largest)
+}
+
+#[cfg(test)]
+mod tests;

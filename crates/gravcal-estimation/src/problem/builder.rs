@@ -1,0 +1,317 @@
+//! Collecting a problem, and checking it.
+
+use std::collections::HashSet;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use thiserror::Error;
+
+use super::{Problem, Rows, offsets};
+use crate::{Block, BlockId, Constraint, ConstraintError, Factor, LossWidth, Manifold, Values};
+
+/// Collects blocks and factors.
+#[derive(Debug, Default)]
+pub struct ProblemBuilder {
+    blocks: Vec<Block>,
+    initial: Vec<f64>,
+    factors: Vec<Factor>,
+    constraints: Vec<Constraint>,
+}
+
+/// Something that makes a problem unanswerable.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ProblemError {
+    /// Nothing was measured.
+    #[error("no factors: the problem has no measurement")]
+    NoFactors,
+    /// Nothing is unknown.
+    #[error("no unknowns: every block is held")]
+    NoUnknowns,
+    /// A free block that no factor reads.
+    #[error("nothing reads the unknown `{0}`: hold it, or add a measurement of it")]
+    Unread(String),
+    /// Two blocks of one name.
+    #[error("two blocks are named `{0}`")]
+    DuplicateName(String),
+    /// An initial value that is not finite, or not on the block's manifold.
+    #[error("the initial value {value:?} of `{block}` {reason}")]
+    Initial {
+        /// The block.
+        block: String,
+        /// Its value.
+        value: Vec<f64>,
+        /// What is wrong with it.
+        reason: &'static str,
+    },
+    /// A factor whose residual and noise have different numbers of rows.
+    #[error("factor {factor} has {rows} residuals but noise for {noise}")]
+    NoiseRows {
+        /// Position in the order of addition.
+        factor: usize,
+        /// Rows of the residual.
+        rows: usize,
+        /// Rows of the noise.
+        noise: usize,
+    },
+    /// A loss without a width.
+    #[error("factor {factor}: {source}")]
+    Loss {
+        /// Position in the order of addition.
+        factor: usize,
+        /// What is wrong with it.
+        source: LossWidth,
+    },
+    /// A residual that reads a block of another problem.
+    #[error("factor {factor} reads block number {block}, but there are only {blocks}: is it of another problem?")]
+    Foreign {
+        /// Position in the order of addition.
+        factor: usize,
+        /// Position of the block that it reads.
+        block: usize,
+        /// Number of blocks there are.
+        blocks: usize,
+    },
+    /// A residual that reads a block twice.
+    #[error("factor {factor} reads `{block}` twice")]
+    ReadTwice {
+        /// Position in the order of addition.
+        factor: usize,
+        /// The block.
+        block: String,
+    },
+    /// A residual that wrote beyond the rows or columns it has, or failed otherwise inside.
+    #[error(
+        "factor {factor} (of {blocks}) panicked at the initial values: {message}. Does it write a row or a column that \
+         it does not have? `check_derivatives` tells more"
+    )]
+    Panicked {
+        /// Position in the order of addition.
+        factor: usize,
+        /// Names of the blocks that it reads.
+        blocks: String,
+        /// What it said.
+        message: String,
+    },
+    /// A constraint that makes no sense.
+    #[error(transparent)]
+    Constraint(#[from] ConstraintError),
+}
+
+impl ProblemBuilder {
+    /// An empty problem.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a block with its initial value.
+    ///
+    /// # Panics
+    /// If `initial` has another length than the block.
+    pub fn add_block(&mut self, block: Block, initial: &[f64]) -> BlockId {
+        assert_eq!(block.len(), initial.len(), "initial value of `{}`", block.name);
+        let id = BlockId(self.blocks.len() as u32);
+        self.blocks.push(block);
+        self.initial.extend_from_slice(initial);
+        id
+    }
+
+    /// Adds a factor.
+    pub fn add_factor(&mut self, factor: Factor) {
+        self.factors.push(factor);
+    }
+
+    /// Adds a constraint.
+    pub fn add_constraint(&mut self, constraint: Constraint) {
+        self.constraints.push(constraint);
+    }
+
+    /// The initial values of the blocks so far.
+    pub fn initial(&self) -> Values {
+        Values { data: self.initial.clone(), offsets: offsets(self.blocks.iter().map(Block::len)).into() }
+    }
+
+    /// Checks everything and fixes the layout. Gives the problem and the initial values.
+    ///
+    /// # Errors
+    /// See [`ProblemError`].
+    pub fn build(self) -> Result<(Problem, Values), ProblemError> {
+        let initial = self.initial();
+        check_blocks(&self.blocks, &initial)?;
+        check_factors(&self.blocks, &self.factors)?;
+        let stored: Vec<usize> = self.blocks.iter().map(Block::len).collect();
+        self.constraints.iter().try_for_each(|constraint| constraint.check(&stored))?;
+        let offsets = Arc::clone(&initial.offsets);
+        let problem = Problem::assemble(self.blocks, self.factors.into(), self.constraints, offsets);
+        if problem.columns.is_empty() {
+            return Err(ProblemError::NoUnknowns);
+        }
+        try_every_factor(&problem, &initial)?;
+        Ok((problem, initial))
+    }
+}
+
+fn check_blocks(blocks: &[Block], initial: &Values) -> Result<(), ProblemError> {
+    let mut names = HashSet::new();
+    for (index, block) in blocks.iter().enumerate() {
+        if !names.insert(block.name.as_str()) {
+            return Err(ProblemError::DuplicateName(block.name.clone()));
+        }
+        let value = initial.get(BlockId(index as u32));
+        let refuse = |reason| ProblemError::Initial { block: block.name.clone(), value: value.to_vec(), reason };
+        if value.iter().any(|v| !v.is_finite()) {
+            return Err(refuse("is not finite"));
+        }
+        if let Manifold::Sphere { radius } = block.manifold {
+            let norm = value.iter().map(|v| v * v).sum::<f64>().sqrt();
+            if (norm - radius).abs() > 1e-9 * radius {
+                return Err(refuse("does not have the length of its sphere"));
+            }
+        }
+    }
+    Ok(())
+}
+
+pub(super) fn check_factors(blocks: &[Block], factors: &[Factor]) -> Result<(), ProblemError> {
+    if factors.is_empty() {
+        return Err(ProblemError::NoFactors);
+    }
+    let mut read = vec![false; blocks.len()];
+    for (index, factor) in factors.iter().enumerate() {
+        let (rows, noise) = (factor.residual.len(), factor.noise.rows());
+        if rows != noise || rows == 0 {
+            return Err(ProblemError::NoiseRows { factor: index, rows, noise });
+        }
+        factor.loss.checked().map_err(|source| ProblemError::Loss { factor: index, source })?;
+        let mut own = HashSet::new();
+        for id in factor.residual.blocks() {
+            if id.index() >= blocks.len() {
+                return Err(ProblemError::Foreign { factor: index, block: id.index(), blocks: blocks.len() });
+            }
+            if !own.insert(id) {
+                return Err(ProblemError::ReadTwice { factor: index, block: blocks[id.index()].name.clone() });
+            }
+            read[id.index()] = true;
+        }
+    }
+    match blocks.iter().zip(&read).find(|(block, read)| block.held.is_none() && !**read) {
+        Some((block, _)) => Err(ProblemError::Unread(block.name.clone())),
+        None => Ok(()),
+    }
+}
+
+/// Evaluates every factor once, so that one of the wrong shape is told by name before anything relies on it. A factor
+/// that has no value at the initial point is left to the solver.
+fn try_every_factor(problem: &Problem, initial: &Values) -> Result<(), ProblemError> {
+    let mut rows = Rows::new(problem, initial);
+    for (index, factor) in problem.factors.iter().enumerate() {
+        let outcome = catch_unwind(AssertUnwindSafe(|| rows.linearize(index, false).is_ok()));
+        if let Err(panic) = outcome {
+            let message = panic.downcast_ref::<String>().cloned();
+            let message = message.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()));
+            return Err(ProblemError::Panicked {
+                factor: index,
+                blocks: names(problem, factor),
+                message: message.unwrap_or_else(|| "no message".into()),
+            });
+        }
+    }
+    Ok(())
+}
+
+fn names(problem: &Problem, factor: &Factor) -> String {
+    let names: Vec<String> = factor.residual.blocks().iter().map(|id| problem.block(*id).name.clone()).collect();
+    names.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{EvaluateError, LocalValues, Loss, Noise, Residual, RowsMut};
+
+    /// `x − 1`, with a choice of mistakes.
+    #[derive(Debug)]
+    struct Mistaken {
+        reads: Vec<BlockId>,
+        /// Column that it writes.
+        column: usize,
+    }
+
+    impl Residual for Mistaken {
+        fn blocks(&self) -> &[BlockId] {
+            &self.reads
+        }
+
+        fn len(&self) -> usize {
+            1
+        }
+
+        fn evaluate(
+            &self,
+            x: LocalValues<'_>,
+            residual: &mut [f64],
+            jacobian: Option<RowsMut<'_>>,
+        ) -> Result<(), EvaluateError> {
+            residual[0] = x.scalar(0) - 1.0;
+            if let Some(mut rows) = jacobian {
+                rows.row(0)[self.column] = 1.0;
+            }
+            Ok(())
+        }
+    }
+
+    fn unit() -> Noise {
+        Noise::independent(&[1.0]).unwrap()
+    }
+
+    fn refusal(fill: impl FnOnce(&mut ProblemBuilder)) -> String {
+        let mut builder = ProblemBuilder::new();
+        fill(&mut builder);
+        builder.build().unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_problem_without_an_answer_is_refused_by_name() {
+        assert!(refusal(|_| ()).starts_with("no factors"));
+        let unread = |builder: &mut ProblemBuilder| {
+            let x = builder.add_block(Block::scalar("x", "m"), &[0.0]);
+            builder.add_block(Block::scalar("lonely", "m"), &[0.0]);
+            builder.add_factor(Factor::new(Mistaken { reads: vec![x], column: 0 }, unit()));
+        };
+        assert!(refusal(unread).starts_with("nothing reads the unknown `lonely`"));
+        let held = |builder: &mut ProblemBuilder| {
+            let x = builder.add_block(Block::scalar("x", "m").held("known"), &[0.0]);
+            builder.add_factor(Factor::new(Mistaken { reads: vec![x], column: 0 }, unit()));
+        };
+        assert!(refusal(held).starts_with("no unknowns"));
+        let infinite = |builder: &mut ProblemBuilder| {
+            builder.add_block(Block::scalar("x", "m"), &[f64::INFINITY]);
+        };
+        assert_eq!(refusal(infinite), "the initial value [inf] of `x` is not finite");
+    }
+
+    #[test]
+    fn a_residual_of_the_wrong_shape_is_refused_by_name() {
+        let with = |reads: fn(BlockId) -> Vec<BlockId>, column: usize, noise: Noise| {
+            refusal(|builder| {
+                let x = builder.add_block(Block::scalar("x", "m"), &[0.0]);
+                builder.add_factor(Factor::new(Mistaken { reads: reads(x), column }, noise));
+            })
+        };
+        let two = Noise::independent(&[1.0, 1.0]).unwrap();
+        assert_eq!(with(|x| vec![x], 0, two), "factor 0 has 1 residuals but noise for 2");
+        assert_eq!(with(|x| vec![x, x], 0, unit()), "factor 0 reads `x` twice");
+        assert!(with(|x| vec![x, BlockId(7)], 0, unit()).starts_with("factor 0 reads block number 7, but there are"));
+        let told = with(|x| vec![x], 1, unit());
+        assert!(told.starts_with("factor 0 (of x) panicked at the initial values: index out of bounds"), "{told}");
+    }
+
+    #[test]
+    fn a_loss_without_a_width_is_refused() {
+        let told = refusal(|builder| {
+            let x = builder.add_block(Block::scalar("x", "m"), &[0.0]);
+            let residual = Mistaken { reads: vec![x], column: 0 };
+            builder.add_factor(Factor::new(residual, unit()).with_loss(Loss::Huber(-1.0)));
+        });
+        assert_eq!(told, "factor 0: the width -1 of a loss must be positive and finite (in standard deviations)");
+    }
+}

@@ -1,0 +1,273 @@
+//! Evaluating the factors of a problem: residuals, cost, weights, and rows of the Jacobian.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::{Place, Problem, RowPlan};
+use crate::{EvaluateError, Factor, LocalValues, Loss, Noise, RowsMut, Values};
+
+/// Factors evaluated by one task: fixed, so that the work is cut the same way on any number of threads.
+const FACTORS_PER_BATCH: usize = 64;
+
+impl Problem {
+    /// Whitened residuals at `values`, one a row.
+    ///
+    /// # Errors
+    /// Where a model has no value there, or gives one that is not finite.
+    pub fn residuals(&self, values: &Values) -> Result<Vec<f64>, EvaluateError> {
+        let mut out = vec![0.0; self.rows()];
+        self.for_each_batch(values, &mut out, 1, |rows, factor, out| {
+            rows.evaluate(factor)?;
+            out.copy_from_slice(&rows.residual);
+            Ok(())
+        })?;
+        Ok(out)
+    }
+
+    /// Cost ½ Σ ρ of the whitened residuals, with ρ each factor's loss.
+    ///
+    /// # Errors
+    /// As [`Problem::residuals`].
+    pub fn cost(&self, values: &Values) -> Result<f64, EvaluateError> {
+        let residuals = self.residuals(values)?;
+        let of_factor = |(index, factor): (usize, &Factor)| factor.cost(&residuals[self.rows_of(index)]);
+        Ok(self.factors.iter().enumerate().map(of_factor).sum())
+    }
+
+    /// Weight ρ′ of every row: 1 where the reading counts fully, near 0 where its loss takes it for an outlier.
+    ///
+    /// # Errors
+    /// As [`Problem::residuals`].
+    pub fn weights(&self, values: &Values) -> Result<Vec<f64>, EvaluateError> {
+        let residuals = self.residuals(values)?;
+        let of_factor = |(index, factor): (usize, &Factor)| factor.weights(&residuals[self.rows_of(index)]);
+        Ok(self.factors.iter().enumerate().flat_map(of_factor).collect())
+    }
+
+    /// Whitened `[J r]` by the tangent coordinates, before any loss: one row a residual, the residual last, row-major.
+    ///
+    /// # Errors
+    /// As [`Problem::residuals`].
+    pub fn augmented_jacobian(&self, values: &Values) -> Result<Vec<f64>, EvaluateError> {
+        let width = self.columns.len() + 1;
+        let mut out = vec![0.0; self.rows() * width];
+        self.for_each_batch(values, &mut out, width, |rows, factor, out| {
+            rows.linearize(factor, false)?;
+            rows.check_jacobian(factor)?;
+            out.chunks_exact_mut(width).enumerate().for_each(|(row, out)| rows.scatter(factor, row, out));
+            Ok(())
+        })?;
+        Ok(out)
+    }
+
+    /// Runs `task` on every factor, batches in parallel, each writing only its own rows of `width` numbers.
+    fn for_each_batch<F>(&self, values: &Values, out: &mut [f64], width: usize, task: F) -> Result<(), EvaluateError>
+    where
+        F: Fn(&mut Rows<'_>, usize, &mut [f64]) -> Result<(), EvaluateError> + Sync,
+    {
+        let mut batches = Vec::new();
+        let mut rest = out;
+        for start in (0..self.factors.len()).step_by(FACTORS_PER_BATCH) {
+            let end = (start + FACTORS_PER_BATCH).min(self.factors.len());
+            let (batch, tail) = rest.split_at_mut((self.row_offsets[end] - self.row_offsets[start]) * width);
+            batches.push((start..end, batch));
+            rest = tail;
+        }
+        let run = |(factors, mut out): (Range<usize>, &mut [f64])| {
+            let mut rows = Rows::new(self, values);
+            for factor in factors {
+                let (own, tail) = out.split_at_mut(self.rows_of(factor).len() * width);
+                task(&mut rows, factor, own)?;
+                out = tail;
+            }
+            Ok(())
+        };
+        // The first error in the order of the factors, whichever task met its own first.
+        let outcomes: Vec<Result<(), EvaluateError>> = if batches.len() < 4 {
+            batches.into_iter().map(run).collect()
+        } else {
+            batches.into_par_iter().map(run).collect()
+        };
+        outcomes.into_iter().collect()
+    }
+}
+
+/// The rows of one factor after another, in buffers that are used again.
+pub(crate) struct Rows<'a> {
+    problem: &'a Problem,
+    values: &'a Values,
+    local: Vec<f64>,
+    /// Rows by local stored columns, row-major.
+    jacobian: Vec<f64>,
+    /// Whitened residuals.
+    residual: Vec<f64>,
+    /// Factors that are still to be applied to each row of the Jacobian and to its residual.
+    scales: Vec<(f64, f64)>,
+    /// Tangent basis of each shared block on a sphere.
+    bases: Vec<Option<[f64; 6]>>,
+}
+
+impl<'a> Rows<'a> {
+    pub fn new(problem: &'a Problem, values: &'a Values) -> Self {
+        let buffer = Vec::new;
+        let bases = problem.structure.spheres.iter().map(|id| problem.block(*id).manifold.basis(values.get(*id)));
+        Rows {
+            problem,
+            values,
+            local: buffer(),
+            jacobian: buffer(),
+            residual: buffer(),
+            scales: Vec::new(),
+            bases: bases.collect(),
+        }
+    }
+
+    fn load_values(&mut self, factor: usize) {
+        self.local.clear();
+        for id in self.problem.factors[factor].residual.blocks() {
+            self.local.extend_from_slice(self.values.get(*id));
+        }
+        self.residual.clear();
+        self.residual.resize(self.problem.factors[factor].residual.len(), 0.0);
+    }
+
+    /// Loads the whitened residuals of a factor, and nothing else.
+    pub fn evaluate(&mut self, factor: usize) -> Result<(), EvaluateError> {
+        self.load_values(factor);
+        let Factor { residual: model, noise, .. } = &self.problem.factors[factor];
+        let local = LocalValues::new(&self.local, &self.problem.shape_of(factor).local_offsets);
+        model.evaluate(local, &mut self.residual, None)?;
+        self.check_residual(factor)?;
+        noise.whiten(&mut self.residual, 1);
+        Ok(())
+    }
+
+    /// Loads the whitened rows `[J r]` of a factor, with its loss if `with_loss`, and gives its cost.
+    pub fn linearize(&mut self, factor: usize, with_loss: bool) -> Result<f64, EvaluateError> {
+        self.load_values(factor);
+        let Factor { residual: model, noise, .. } = &self.problem.factors[factor];
+        let offsets = &self.problem.shape_of(factor).local_offsets;
+        let width = offsets[offsets.len() - 1];
+        self.jacobian.clear();
+        self.jacobian.resize(model.len() * width, 0.0);
+        let rows = RowsMut::new(&mut self.jacobian, width);
+        model.evaluate(LocalValues::new(&self.local, offsets), &mut self.residual, Some(rows))?;
+        self.check_residual(factor)?;
+        noise.whiten(&mut self.residual, 1);
+        let cost = self.problem.factors[factor].cost(&self.residual);
+        self.scale(factor, width, with_loss);
+        Ok(cost)
+    }
+
+    /// Finds what is still to be applied to each row; correlated rows are whitened and corrected right away.
+    fn scale(&mut self, factor: usize, width: usize, with_loss: bool) {
+        let Factor { noise, loss, .. } = &self.problem.factors[factor];
+        self.scales.clear();
+        match noise {
+            Noise::Independent { weights } if with_loss && *loss != Loss::None => {
+                self.scales.extend(weights.iter().zip(&self.residual).map(|(weight, r)| {
+                    let (residual, jacobian) = loss.at(r * r).correction(r * r);
+                    (weight * jacobian, residual)
+                }));
+            }
+            Noise::Independent { weights } => self.scales.extend(weights.iter().map(|weight| (*weight, 1.0))),
+            Noise::Correlated { .. } => {
+                noise.whiten(&mut self.jacobian, width.max(1));
+                if with_loss {
+                    loss.correct_together(&mut self.jacobian, &mut self.residual);
+                }
+                self.scales.resize(self.residual.len(), (1.0, 1.0));
+            }
+        }
+    }
+
+    fn local_row(&self, row: usize) -> &[f64] {
+        let width = self.local.len();
+        &self.jacobian[row * width..(row + 1) * width]
+    }
+
+    /// Residual of a row, with everything applied.
+    pub fn residual(&self, row: usize) -> f64 {
+        self.scales[row].1 * self.residual[row]
+    }
+
+    /// Appends the shared columns of a row, compact, and its residual.
+    pub fn gather(&self, plan: &RowPlan, row: usize, out: &mut Vec<f64>) {
+        let (scale, local) = (self.scales[row].0, self.local_row(row));
+        for piece in &plan.pieces {
+            match piece.sphere {
+                None => out.extend(local[piece.from..piece.from + piece.length].iter().map(|v| scale * v)),
+                Some(sphere) => project(self.bases[sphere], &local[piece.from..], |v| out.push(scale * v)),
+            }
+        }
+        out.push(self.residual(row));
+    }
+
+    /// Calls `found(index, entry)` for the entries of a row in the columns of an island.
+    pub fn for_island(&self, factor: usize, row: usize, mut found: impl FnMut(usize, f64)) {
+        self.for_blocks(factor, row, |place, entry| {
+            if let Place::Island { index, .. } = place {
+                found(index, entry);
+            }
+        });
+    }
+
+    /// Writes a row over all columns, the residual last.
+    fn scatter(&self, factor: usize, row: usize, out: &mut [f64]) {
+        let structure = self.problem.structure();
+        self.for_blocks(factor, row, |place, entry| match place {
+            Place::Shared(index) => out[structure.shared[index]] = entry,
+            Place::Island { island, index } => out[structure.islands[island].columns[index]] = entry,
+        });
+        out[out.len() - 1] = self.residual(row);
+    }
+
+    /// Calls `found(place, entry)` for every entry of a row in the tangent columns of the factor's free blocks.
+    fn for_blocks(&self, factor: usize, row: usize, mut found: impl FnMut(Place, f64)) {
+        let problem = self.problem;
+        let (scale, local) = (self.scales[row].0, self.local_row(row));
+        let offsets = &problem.shape_of(factor).local_offsets;
+        for (id, from) in problem.factors[factor].residual.blocks().iter().zip(offsets) {
+            let mut columns = problem.columns_of(*id);
+            let stored = problem.block(*id).len();
+            if !columns.is_empty() {
+                let basis = problem.block(*id).manifold.basis(self.values.get(*id));
+                project(basis, &local[*from..*from + stored], |v| {
+                    columns.next().into_iter().for_each(|c| found(problem.structure.places[c], scale * v));
+                });
+            }
+        }
+    }
+
+    fn check_residual(&self, factor: usize) -> Result<(), EvaluateError> {
+        match self.residual.iter().position(|r| !r.is_finite()) {
+            Some(row) => Err(self.not_finite(factor, format!("row {row} gives {}", self.residual[row]))),
+            None => Ok(()),
+        }
+    }
+
+    /// Fails where an entry of the Jacobian that was loaded last is not finite.
+    pub fn check_jacobian(&self, factor: usize) -> Result<(), EvaluateError> {
+        let width = self.local.len().max(1);
+        match self.jacobian.iter().position(|v| !v.is_finite()) {
+            Some(at) => Err(self.not_finite(factor, format!("the derivative of row {} is not finite", at / width))),
+            None => Ok(()),
+        }
+    }
+
+    fn not_finite(&self, factor: usize, what: String) -> EvaluateError {
+        let model = &self.problem.factors[factor].residual;
+        let told = |id: &crate::BlockId| format!("{} = {:?}", self.problem.block(*id).name, self.values.get(*id));
+        let at: Vec<String> = model.blocks().iter().map(told).collect();
+        EvaluateError(format!("factor {factor}: {what} at {}", at.join(", ")))
+    }
+}
+
+/// Stored columns as tangent ones.
+fn project(basis: Option<[f64; 6]>, stored: &[f64], mut found: impl FnMut(f64)) {
+    match basis {
+        None => stored.iter().for_each(|v| found(*v)),
+        Some(basis) => (0..2).for_each(|t| found((0..3).map(|s| stored[s] * basis[s * 2 + t]).sum())),
+    }
+}

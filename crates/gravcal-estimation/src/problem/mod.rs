@@ -1,0 +1,198 @@
+//! The problem: blocks and factors, immutable once built. It only holds and evaluates; solving is elsewhere.
+
+mod builder;
+mod evaluate;
+mod structure;
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use crate::linearization::{Normal, Orthogonal};
+use crate::{Block, BlockId, Constraint, EvaluateError, Factor, Linearization, Values};
+
+pub use builder::{ProblemBuilder, ProblemError};
+pub(crate) use evaluate::Rows;
+use structure::Shape;
+pub(crate) use structure::{Chunk, Island, Place, RowPlan, Structure};
+
+/// Multiplications of an orthogonal factorization that take about a millisecond.
+const SMALL: usize = 1_000_000;
+
+/// Starts of consecutive runs of the given lengths, and the total at the end.
+fn offsets(lengths: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut total = 0;
+    let ends = lengths.map(|length| {
+        total += length;
+        total
+    });
+    std::iter::once(0).chain(ends).collect()
+}
+
+/// One tangent coordinate of a free block.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// The block.
+    pub block: BlockId,
+    /// Which of its tangent coordinates.
+    pub index: usize,
+}
+
+/// Blocks with names and units, and the factors between them.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    blocks: Vec<Block>,
+    factors: Arc<[Factor]>,
+    constraints: Vec<Constraint>,
+    value_offsets: Arc<[usize]>,
+    /// First column of each block, and the number of columns at the end.
+    column_offsets: Vec<usize>,
+    columns: Vec<Column>,
+    /// First row of each factor, and the number of rows at the end.
+    row_offsets: Vec<usize>,
+    structure: Arc<Structure>,
+}
+
+impl Problem {
+    fn assemble(
+        blocks: Vec<Block>,
+        factors: Arc<[Factor]>,
+        constraints: Vec<Constraint>,
+        value_offsets: Arc<[usize]>,
+    ) -> Self {
+        let column_offsets = offsets(blocks.iter().map(Block::tangent_dimension));
+        let columns = blocks
+            .iter()
+            .enumerate()
+            .flat_map(|(block, b)| {
+                (0..b.tangent_dimension()).map(move |index| Column { block: BlockId(block as u32), index })
+            })
+            .collect();
+        let row_offsets = offsets(factors.iter().map(|f| f.residual.len()));
+        let structure = Arc::new(Structure::new(&blocks, &factors, &column_offsets));
+        Problem { blocks, factors, constraints, value_offsets, column_offsets, columns, row_offsets, structure }
+    }
+
+    /// All blocks, in the order of addition.
+    pub fn blocks(&self) -> &[Block] {
+        &self.blocks
+    }
+
+    /// Names of all blocks, in the order of addition.
+    pub fn block_ids(&self) -> impl Iterator<Item = BlockId> + use<> {
+        (0..self.blocks.len() as u32).map(BlockId)
+    }
+
+    /// One block.
+    pub fn block(&self, id: BlockId) -> &Block {
+        &self.blocks[id.index()]
+    }
+
+    /// The block of this name.
+    pub fn find(&self, name: &str) -> Option<BlockId> {
+        self.blocks.iter().position(|b| b.name == name).map(|index| BlockId(index as u32))
+    }
+
+    /// All factors, in the order of addition.
+    pub fn factors(&self) -> &[Factor] {
+        &self.factors
+    }
+
+    /// Tangent coordinates of the free blocks, one a column of the Jacobian.
+    pub fn columns(&self) -> &[Column] {
+        &self.columns
+    }
+
+    /// The columns of one block; empty where it is held.
+    pub fn columns_of(&self, id: BlockId) -> Range<usize> {
+        self.column_offsets[id.index()]..self.column_offsets[id.index() + 1]
+    }
+
+    /// Number of residual rows.
+    pub fn rows(&self) -> usize {
+        self.row_offsets.last().copied().unwrap_or(0)
+    }
+
+    /// The rows of one factor.
+    pub fn rows_of(&self, factor: usize) -> Range<usize> {
+        self.row_offsets[factor]..self.row_offsets[factor + 1]
+    }
+
+    /// The same problem with more blocks held at their initial values.
+    pub fn holding(&self, ids: &[BlockId], reason: &str) -> Problem {
+        let mut blocks = self.blocks.clone();
+        for id in ids {
+            blocks[id.index()].held.get_or_insert_with(|| reason.to_owned());
+        }
+        Problem::assemble(blocks, Arc::clone(&self.factors), self.constraints.clone(), Arc::clone(&self.value_offsets))
+    }
+
+    /// The same blocks with other factors: other losses, other samples.
+    ///
+    /// # Errors
+    /// As [`ProblemBuilder::build`], of the factors.
+    pub fn with_factors(&self, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
+        builder::check_factors(&self.blocks, &factors)?;
+        let (blocks, constraints) = (self.blocks.clone(), self.constraints.clone());
+        Ok(Problem::assemble(blocks, factors.into(), constraints, Arc::clone(&self.value_offsets)))
+    }
+
+    /// What the unknowns must obey.
+    pub fn constraints(&self) -> &[Constraint] {
+        &self.constraints
+    }
+
+    /// Linearizes at `values`, in the form that suits the problem's size and structure: by an orthogonal factorization
+    /// where that is cheap, else by normal equations with local blocks eliminated, which turn to the orthogonal
+    /// factorization by themselves where they would lose digits.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated there.
+    pub fn linearize<'p>(&'p self, values: &Values) -> Result<Box<dyn Linearization + 'p>, EvaluateError> {
+        if self.is_small() {
+            Ok(Box::new(Orthogonal::new(self, values)?))
+        } else {
+            Ok(Box::new(Normal::new(self, values)?))
+        }
+    }
+
+    /// Whether an orthogonal factorization costs so little that the digits it spares need no second thought.
+    fn is_small(&self) -> bool {
+        self.structure.islands.is_empty() && self.rows() * self.columns.len().pow(2) <= SMALL
+    }
+
+    fn shape_of(&self, factor: usize) -> &Shape {
+        &self.structure.shapes[self.structure.shape_of[factor]]
+    }
+
+    /// How the shared columns of each row of a factor are picked.
+    pub(crate) fn plans(&self, factor: usize) -> &[RowPlan] {
+        &self.shape_of(factor).rows
+    }
+
+    /// How it is laid out for linearization.
+    pub(crate) fn structure(&self) -> &Structure {
+        &self.structure
+    }
+
+    /// Moves every free block by its part of `step`.
+    pub fn retract(&self, values: &Values, step: &[f64]) -> Values {
+        let mut moved = values.clone();
+        for (index, block) in self.blocks.iter().enumerate() {
+            let columns = self.columns_of(BlockId(index as u32));
+            if !columns.is_empty() {
+                let range = self.value_offsets[index]..self.value_offsets[index + 1];
+                block.manifold.retract(&mut moved.data[range], &step[columns]);
+            }
+        }
+        moved
+    }
+
+    /// `∂(stored coordinates)/∂(columns)` of a free block: stored × tangent, row-major.
+    pub fn tangent_basis(&self, values: &Values, id: BlockId) -> Vec<f64> {
+        let block = self.block(id);
+        match block.manifold.basis(values.get(id)) {
+            Some(basis) => basis.to_vec(),
+            None => (0..block.len() * block.len()).map(|k| f64::from(k % (block.len() + 1) == 0)).collect(),
+        }
+    }
+}

@@ -1,0 +1,348 @@
+//! How a problem is laid out for linearization: which columns belong to whom, which factors look alike, in which order
+//! and in which chunks they are summed. Found once, when the problem is built.
+//!
+//! *Shared* columns are those of blocks not marked [`local`](crate::Block::local). Local blocks that meet in a factor
+//! form an *island*; islands meet only through shared columns, so each can be eliminated by itself. Factors of the same
+//! *shape* read the same shared blocks in the same places, so that each of their rows has the same compact columns.
+
+use std::collections::HashMap;
+use std::ops::Range;
+use std::sync::Arc;
+
+use super::offsets;
+use crate::{Block, BlockId, Factor, Manifold, Noise};
+
+/// Fewest factors that are worth a chunk of their own.
+const FACTORS_PER_CHUNK: usize = 512;
+/// Most chunks: each holds a Hessian of its own while the sums run.
+const MAX_CHUNKS: usize = 64;
+/// Most numbers in the Hessians of all chunks together.
+const MAX_CHUNK_NUMBERS: usize = 1 << 24;
+
+/// Where a column is solved for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// Among the shared columns.
+    Shared(usize),
+    /// Within an island.
+    Island { island: usize, index: usize },
+}
+
+/// Local blocks that are eliminated together.
+#[derive(Clone, Debug)]
+pub(crate) struct Island {
+    /// Its own columns.
+    pub columns: Vec<usize>,
+    /// The shared columns (as indices among them) that its factors touch, ascending.
+    pub shared: Arc<[usize]>,
+    /// Its factors, as a range of [`Structure::order`].
+    pub factors: Range<usize>,
+}
+
+/// Consecutive work whose sums are kept apart, so that chunks can run on any thread.
+#[derive(Clone, Debug)]
+pub(crate) struct Chunk {
+    /// Range of [`Structure::order`].
+    pub factors: Range<usize>,
+    /// The islands among them; factors before the first island's belong to none.
+    pub islands: Range<usize>,
+}
+
+/// What factors of one shape have in common.
+#[derive(Clone, Debug)]
+pub(crate) struct Shape {
+    /// Start of each block among the local stored columns, and their number.
+    pub local_offsets: Vec<usize>,
+    /// One a row.
+    pub rows: Vec<RowPlan>,
+}
+
+/// How the shared columns of one row are picked from the local stored ones.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct RowPlan {
+    /// What is copied.
+    pub pieces: Vec<Piece>,
+    /// Index among the shared columns of each compact column, ascending.
+    pub columns: Vec<usize>,
+}
+
+/// A run of columns.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    /// First local stored column.
+    pub from: usize,
+    /// Number of compact columns.
+    pub length: usize,
+    /// Place among [`Structure::spheres`] of its block, if that lives on one: three stored columns become two.
+    pub sphere: Option<usize>,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Structure {
+    /// The shared columns.
+    pub shared: Vec<usize>,
+    /// Place of each column.
+    pub places: Vec<Place>,
+    /// Shared blocks that live on a sphere.
+    pub spheres: Vec<BlockId>,
+    pub shapes: Vec<Shape>,
+    /// Shape of each factor.
+    pub shape_of: Vec<usize>,
+    pub islands: Vec<Island>,
+    /// Factors in the order in which they are summed: those without local blocks first, then island by island.
+    pub order: Vec<usize>,
+    pub chunks: Vec<Chunk>,
+}
+
+impl Structure {
+    pub fn new(blocks: &[Block], factors: &[Factor], column_offsets: &[usize]) -> Self {
+        let spheres =
+            blocks.iter().enumerate().filter(|(_, block)| !block.local && block.manifold != Manifold::Euclidean);
+        let spheres: Vec<BlockId> = spheres.map(|(index, _)| BlockId(index as u32)).collect();
+        let layout = Layout { blocks, factors, column_offsets, spheres: &spheres };
+        let (shared, mut places) = layout.shared_columns();
+        let (shapes, shape_of) = layout.shapes(&places);
+        let (mut islands, order) = layout.islands(&shape_of);
+        for (index, island) in islands.iter().enumerate() {
+            for (inside, column) in island.columns.iter().enumerate() {
+                places[*column] = Place::Island { island: index, index: inside };
+            }
+        }
+        note_shared(&mut islands, &order, &shapes, &shape_of);
+        let chunks = cut(order.len(), &islands, shared.len());
+        Structure { shared, places, spheres, shapes, shape_of, islands, order, chunks }
+    }
+}
+
+/// The parts of a problem that its structure follows from.
+struct Layout<'a> {
+    blocks: &'a [Block],
+    factors: &'a [Factor],
+    column_offsets: &'a [usize],
+    spheres: &'a [BlockId],
+}
+
+impl Layout<'_> {
+    fn is_local(&self, id: BlockId) -> bool {
+        self.blocks[id.index()].local
+    }
+
+    fn columns_of(&self, id: BlockId) -> Range<usize> {
+        self.column_offsets[id.index()]..self.column_offsets[id.index() + 1]
+    }
+
+    /// Columns of blocks that are not local, and by column the place among them (islands are filled in later).
+    fn shared_columns(&self) -> (Vec<usize>, Vec<Place>) {
+        let mut shared = Vec::new();
+        let mut places = Vec::new();
+        for (index, block) in self.blocks.iter().enumerate() {
+            for column in self.columns_of(BlockId(index as u32)) {
+                places.push(Place::Shared(shared.len()));
+                if !block.local {
+                    shared.push(column);
+                }
+            }
+        }
+        (shared, places)
+    }
+
+    /// The different shapes, and the shape of each factor.
+    fn shapes(&self, places: &[Place]) -> (Vec<Shape>, Vec<usize>) {
+        let mut shapes: Vec<Shape> = Vec::new();
+        let mut first: Vec<usize> = Vec::new();
+        let mut known: HashMap<(usize, Vec<BlockId>), Vec<usize>> = HashMap::new();
+        let mut shape_of: Vec<usize> = Vec::with_capacity(self.factors.len());
+        for factor in 0..self.factors.len() {
+            // Poses of one kind follow each other: most often it is the last one's shape.
+            if let Some(last) = shape_of.last()
+                && self.alike(first[*last], factor)
+            {
+                shape_of.push(*last);
+                continue;
+            }
+            let residual = &self.factors[factor].residual;
+            let shared = residual.blocks().iter().copied().filter(|id| !self.is_local(*id)).collect();
+            let candidates = known.entry((residual.len(), shared)).or_default();
+            let shape = candidates.iter().copied().find(|shape| self.alike(first[*shape], factor));
+            shape_of.push(shape.unwrap_or_else(|| {
+                candidates.push(shapes.len());
+                first.push(factor);
+                shapes.push(self.shape(factor, places));
+                shapes.len() - 1
+            }));
+        }
+        (shapes, shape_of)
+    }
+
+    /// Whether two factors have the same shape.
+    fn alike(&self, a: usize, b: usize) -> bool {
+        let (fa, fb) = (&self.factors[a], &self.factors[b]);
+        let (ra, rb) = (&fa.residual, &fb.residual);
+        let same_block = |(x, y): (&BlockId, &BlockId)| {
+            let (bx, by) = (&self.blocks[x.index()], &self.blocks[y.index()]);
+            x == y || (bx.local && by.local && bx.len() == by.len())
+        };
+        ra.blocks().len() == rb.blocks().len()
+            && ra.len() == rb.len()
+            && ra.blocks().iter().zip(rb.blocks()).all(same_block)
+            && is_correlated(fa) == is_correlated(fb)
+            && (0..ra.len()).all(|row| ra.row_pattern(row) == rb.row_pattern(row))
+    }
+
+    fn shape(&self, factor: usize, places: &[Place]) -> Shape {
+        let residual = &self.factors[factor].residual;
+        let local_offsets = offsets(residual.blocks().iter().map(|id| self.blocks[id.index()].len()));
+        let everything = 0..local_offsets[local_offsets.len() - 1];
+        let rows = (0..residual.len())
+            .map(|row| {
+                // Whitening of correlated rows mixes them: each touches all columns then.
+                let pattern = residual.row_pattern(row).filter(|_| !is_correlated(&self.factors[factor]));
+                self.row_plan(
+                    residual.blocks(),
+                    &local_offsets,
+                    pattern.unwrap_or(std::slice::from_ref(&everything)),
+                    places,
+                )
+            })
+            .collect();
+        Shape { local_offsets, rows }
+    }
+
+    fn row_plan(&self, ids: &[BlockId], offsets: &[usize], pattern: &[Range<usize>], places: &[Place]) -> RowPlan {
+        let mut runs: Vec<(usize, Piece)> = Vec::new();
+        for (local, id) in ids.iter().enumerate().filter(|(_, id)| !self.is_local(**id)) {
+            let columns = self.columns_of(*id);
+            let Some(Place::Shared(first)) = columns.clone().next().map(|column| places[column]) else { continue };
+            let stored = offsets[local]..offsets[local + 1];
+            let touched = pattern.iter().map(|range| range.start.max(stored.start)..range.end.min(stored.end));
+            for range in touched.filter(|range| !range.is_empty()) {
+                runs.push(match self.blocks[id.index()].manifold {
+                    Manifold::Euclidean => {
+                        let piece = Piece { from: range.start, length: range.len(), sphere: None };
+                        (first + range.start - stored.start, piece)
+                    }
+                    Manifold::Sphere { .. } => {
+                        let sphere = self.spheres.iter().position(|sphere| sphere == id);
+                        (first, Piece { from: stored.start, length: columns.len(), sphere })
+                    }
+                });
+            }
+        }
+        runs.sort_by_key(|(to, _)| *to);
+        runs.dedup_by_key(|(to, _)| *to); // a sphere that several ranges touch
+        let columns = runs.iter().flat_map(|(to, piece)| *to..to + piece.length).collect();
+        RowPlan { pieces: join(runs), columns }
+    }
+
+    /// Islands of local blocks, and the factors in order.
+    fn islands(&self, shape_of: &[usize]) -> (Vec<Island>, Vec<usize>) {
+        let free_local = |id: &BlockId| self.is_local(*id) && !self.columns_of(*id).is_empty();
+        let mut roots = Roots((0..self.blocks.len()).collect());
+        for factor in self.factors {
+            let mut local = factor.residual.blocks().iter().filter(|id| free_local(id));
+            if let Some(first) = local.next() {
+                local.for_each(|other| roots.unite(first.index(), other.index()));
+            }
+        }
+        let mut number: HashMap<usize, usize> = HashMap::new();
+        let mut islands: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
+        for id in (0..self.blocks.len() as u32).map(BlockId).filter(free_local) {
+            let island = *number.entry(roots.find(id.index())).or_insert_with(|| {
+                islands.push(Default::default());
+                islands.len() - 1
+            });
+            islands[island].0.extend(self.columns_of(id));
+        }
+        let mut order = Vec::with_capacity(self.factors.len());
+        for (index, factor) in self.factors.iter().enumerate() {
+            match factor.residual.blocks().iter().find(|id| free_local(id)) {
+                Some(id) => islands[number[&roots.find(id.index())]].1.push(index),
+                None => order.push(index),
+            }
+        }
+        order.sort_by_key(|factor| shape_of[*factor]); // stable: within a shape in the order of addition
+        let islands = islands
+            .into_iter()
+            .map(|(columns, factors)| {
+                let start = order.len();
+                order.extend(factors);
+                Island { columns, shared: Arc::from([]), factors: start..order.len() }
+            })
+            .collect();
+        (islands, order)
+    }
+}
+
+fn is_correlated(factor: &Factor) -> bool {
+    matches!(factor.noise, Noise::Correlated { .. })
+}
+
+/// Runs that continue each other become one.
+fn join(runs: Vec<(usize, Piece)>) -> Vec<Piece> {
+    let mut pieces: Vec<Piece> = Vec::new();
+    for (_, piece) in runs {
+        match pieces.last_mut() {
+            Some(last) if last.sphere.is_none() && piece.sphere.is_none() && last.from + last.length == piece.from => {
+                last.length += piece.length;
+            }
+            _ => pieces.push(piece),
+        }
+    }
+    pieces
+}
+
+/// Notes the shared columns that each island's factors touch; equal lists are kept once.
+fn note_shared(islands: &mut [Island], order: &[usize], shapes: &[Shape], shape_of: &[usize]) {
+    let mut known: HashMap<Vec<usize>, Arc<[usize]>> = HashMap::new();
+    for island in islands {
+        let mut of_island: Vec<usize> = order[island.factors.clone()].iter().map(|factor| shape_of[*factor]).collect();
+        of_island.sort_unstable();
+        of_island.dedup();
+        let shared = known.entry(of_island).or_insert_with_key(|of_island| {
+            let rows = of_island.iter().flat_map(|shape| &shapes[*shape].rows);
+            let mut columns: Vec<usize> = rows.flat_map(|row| row.columns.iter().copied()).collect();
+            columns.sort_unstable();
+            columns.dedup();
+            columns.into()
+        });
+        island.shared = Arc::clone(shared);
+    }
+}
+
+/// Cuts the order into chunks, without cutting an island.
+fn cut(factors: usize, islands: &[Island], shared: usize) -> Vec<Chunk> {
+    let most = (MAX_CHUNK_NUMBERS / (shared * shared).max(1)).clamp(1, MAX_CHUNKS);
+    let length = factors.div_ceil(most).max(FACTORS_PER_CHUNK);
+    let mut chunks: Vec<Chunk> = Vec::new();
+    let mut island = 0;
+    let mut start = 0;
+    while start < factors {
+        let mut end = (start + length).min(factors);
+        let first = island;
+        while let Some(next) = islands.get(island).filter(|next| next.factors.start < end) {
+            end = end.max(next.factors.end);
+            island += 1;
+        }
+        chunks.push(Chunk { factors: start..end, islands: first..island });
+        start = end;
+    }
+    chunks
+}
+
+/// Disjoint sets by path halving.
+struct Roots(Vec<usize>);
+
+impl Roots {
+    fn find(&mut self, mut index: usize) -> usize {
+        while self.0[index] != index {
+            self.0[index] = self.0[self.0[index]];
+            index = self.0[index];
+        }
+        index
+    }
+
+    fn unite(&mut self, a: usize, b: usize) {
+        let (a, b) = (self.find(a), self.find(b));
+        self.0[a.max(b)] = a.min(b);
+    }
+}

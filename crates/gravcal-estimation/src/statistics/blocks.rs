@@ -1,0 +1,72 @@
+//! Blocks of neighbouring samples: errors within a block may depend on each other, those of different blocks must not.
+
+use std::ops::Range;
+
+use super::TooFewBlocks;
+
+/// Fewer blocks do not tell how much blocks scatter.
+pub const MIN_BLOCKS: usize = 30;
+
+/// A cut of consecutive factors into blocks. Factors outside of them are no samples but knowledge (priors, known
+/// lengths), whose noise is taken as stated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SampleBlocks {
+    blocks: Vec<Range<usize>>,
+}
+
+impl SampleBlocks {
+    /// Cuts the factors `samples` into as many blocks of at least `length` as there can be, as equal as can be.
+    ///
+    /// # Errors
+    /// Below [`MIN_BLOCKS`] blocks.
+    pub fn new(samples: Range<usize>, length: usize) -> Result<Self, TooFewBlocks> {
+        let all = samples.len();
+        let count = all.checked_div(length).unwrap_or(0);
+        if count < MIN_BLOCKS {
+            return Err(TooFewBlocks { samples: all, length });
+        }
+        let start = |block: usize| samples.start + block * all / count;
+        Ok(SampleBlocks { blocks: (0..count).map(|block| start(block)..start(block + 1)).collect() })
+    }
+
+    /// How many.
+    pub fn count(&self) -> usize {
+        self.blocks.len()
+    }
+
+    /// The factors of each block.
+    pub fn iter(&self) -> impl ExactSizeIterator<Item = Range<usize>> + '_ {
+        self.blocks.iter().cloned()
+    }
+
+    /// Those of `factors` factors that belong to no block.
+    pub(super) fn outside(&self, factors: usize) -> impl Iterator<Item = usize> + use<> {
+        let first = self.blocks.first().map_or(0, |block| block.start);
+        let last = self.blocks.last().map_or(0, |block| block.end);
+        (0..first).chain(last..factors)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_sample_is_in_one_block_and_no_block_is_short() {
+        let blocks = SampleBlocks::new(3..320, 10).unwrap();
+        assert_eq!(blocks.count(), 31);
+        let all: Vec<usize> = blocks.iter().flatten().collect();
+        assert_eq!(all, (3..320).collect::<Vec<_>>());
+        assert!(blocks.iter().all(|block| (10..=11).contains(&block.len())));
+        assert_eq!(blocks.outside(322).collect::<Vec<_>>(), [0, 1, 2, 320, 321]);
+    }
+
+    #[test]
+    fn too_few_blocks_are_refused_with_a_cure() {
+        let told = |samples, length| SampleBlocks::new(0..samples, length).unwrap_err().to_string();
+        assert!(told(299, 10).starts_with("299 samples in blocks of 10 are 29 blocks, and 30 are needed"));
+        assert!(told(299, 10).ends_with("blocks of 1 to 9 samples"));
+        assert!(told(20, 1).ends_with("30 samples at least"));
+        assert!(SampleBlocks::new(0..100, 0).is_err());
+    }
+}

@@ -1,0 +1,212 @@
+//! Covariance of tangent coordinates, and of what depends on them.
+//!
+//! With `Σ` the covariance of the columns and `F` the slopes of some functions of them, the functions have the
+//! covariance `F Σ Fᵀ`: exactly where they are linear, to first order elsewhere (the delta method).
+//!
+//! Along directions that the data do not determine `Σ` holds nothing (zero): ask [`Spectrum`](crate::Spectrum) which
+//! those are before a number is shown.
+
+use crate::{BlockId, EvaluateError, Problem, Values};
+
+/// Step of the differences, relative to the block's size or its standard deviation: rounding 1e-13, error of the
+/// extrapolation 1e-12.
+const DIFFERENCE: f64 = 1e-3;
+
+/// A linear function of the columns: column and coefficient. What is not named has the coefficient zero.
+pub type LinearFunction = Vec<(usize, f64)>;
+
+/// Covariance of the free blocks in tangent coordinates.
+#[derive(Clone, Debug)]
+pub struct Covariance {
+    /// Square, row-major, in the order of the problem's columns.
+    tangent: Vec<f64>,
+    size: usize,
+}
+
+impl Covariance {
+    /// `tangent`: `size` rows, one after the other.
+    pub(crate) fn new(tangent: Vec<f64>, size: usize) -> Self {
+        Covariance { tangent, size }
+    }
+
+    /// Covariance between two columns.
+    pub fn at(&self, row: usize, column: usize) -> f64 {
+        self.tangent[row * self.size + column]
+    }
+
+    /// Standard deviation of one column.
+    pub fn std(&self, column: usize) -> f64 {
+        self.at(column, column).max(0.0).sqrt()
+    }
+
+    /// Correlation between two columns, from −1 to 1; 0 where one of them has no variance.
+    pub fn correlation(&self, row: usize, column: usize) -> f64 {
+        correlation(self.at(row, column), self.at(row, row), self.at(column, column))
+    }
+
+    /// The same with every variance and covariance multiplied by `factor`.
+    pub fn scaled(&self, factor: f64) -> Covariance {
+        Covariance { tangent: self.tangent.iter().map(|v| factor * v).collect(), size: self.size }
+    }
+
+    /// Standard deviation of the linear function `Σ coefficient · column`.
+    pub fn std_of(&self, function: &[(usize, f64)]) -> f64 {
+        self.between(function, function).max(0.0).sqrt()
+    }
+
+    /// Covariance of linear functions, row-major.
+    pub fn of(&self, functions: &[LinearFunction]) -> Vec<f64> {
+        functions.iter().flat_map(|a| functions.iter().map(|b| self.between(a, b))).collect()
+    }
+
+    fn between(&self, a: &[(usize, f64)], b: &[(usize, f64)]) -> f64 {
+        a.iter().map(|(i, a)| b.iter().map(|(j, b)| a * b * self.at(*i, *j)).sum::<f64>()).sum()
+    }
+
+    /// Covariance of the stored coordinates of a list of blocks, row-major; zero where a block is held.
+    ///
+    /// It is `B Σ Bᵀ` with `B` the tangent basis of each block, so that a vector on a sphere has a singular one.
+    pub fn stored(&self, problem: &Problem, values: &Values, blocks: &[BlockId]) -> Vec<f64> {
+        self.of(&stored_coordinates(problem, values, blocks))
+    }
+
+    /// Correlations of the stored coordinates of a list of blocks, row-major; 0 where one has no variance, 1 of each
+    /// with itself.
+    pub fn stored_correlations(&self, problem: &Problem, values: &Values, blocks: &[BlockId]) -> Vec<f64> {
+        let covariance = self.stored(problem, values, blocks);
+        let size = (covariance.len() as f64).sqrt().round() as usize;
+        let variance = |i: usize| covariance[i * (size + 1)];
+        let entry = |k: usize| match (k / size, k % size) {
+            (i, j) if i == j => 1.0,
+            (i, j) => correlation(covariance[k], variance(i), variance(j)),
+        };
+        (0..covariance.len()).map(entry).collect()
+    }
+
+    /// Covariance of `function` of the stored coordinates of some blocks (one block after the other), row-major.
+    ///
+    /// # Errors
+    /// As [`Covariance::linearized`].
+    pub fn of_function(
+        &self,
+        (problem, values): (&Problem, &Values),
+        blocks: &[BlockId],
+        function: impl Fn(&[f64]) -> Vec<f64>,
+    ) -> Result<Vec<f64>, EvaluateError> {
+        Ok(self.of(&self.linearized((problem, values), blocks, function)?))
+    }
+
+    /// The slopes of `function` of the stored coordinates of some blocks, one linear function an entry: Richardson's
+    /// extrapolation of central differences along the blocks' manifolds (error of fourth order).
+    ///
+    /// # Errors
+    /// Where the function has a value near `values` that is not finite, or not as many values everywhere.
+    pub fn linearized(
+        &self,
+        (problem, values): (&Problem, &Values),
+        blocks: &[BlockId],
+        function: impl Fn(&[f64]) -> Vec<f64>,
+    ) -> Result<Vec<LinearFunction>, EvaluateError> {
+        let stored = |at: &Values| blocks.iter().flat_map(|id| at.get(*id).to_vec()).collect::<Vec<f64>>();
+        let entries = function(&stored(values)).len();
+        let evaluate = |column: usize, by: f64| {
+            let mut step = vec![0.0; self.size];
+            step[column] = by;
+            let at = stored(&problem.retract(values, &step));
+            let value = function(&at);
+            let sound = value.len() == entries && value.iter().all(|v| v.is_finite());
+            if sound { Ok(value) } else { Err(EvaluateError(format!("the function gives {value:?} at {at:?}"))) }
+        };
+        let mut slopes = vec![LinearFunction::new(); entries];
+        for id in blocks {
+            let size = values.get(*id).iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            for column in problem.columns_of(*id) {
+                let largest = size.max(self.std(column));
+                let step = DIFFERENCE * if largest > 0.0 { largest } else { 1.0 };
+                let slope = |h: f64| -> Result<Vec<f64>, EvaluateError> {
+                    let (up, down) = (evaluate(column, h)?, evaluate(column, -h)?);
+                    Ok(up.iter().zip(down).map(|(up, down)| (up - down) / (2.0 * h)).collect())
+                };
+                let (wide, narrow) = (slope(step)?, slope(0.5 * step)?);
+                for (entry, (wide, narrow)) in slopes.iter_mut().zip(wide.iter().zip(narrow)) {
+                    entry.push((column, (4.0 * narrow - wide) / 3.0));
+                }
+            }
+        }
+        Ok(slopes)
+    }
+}
+
+/// Each stored coordinate of some blocks as a linear function of the columns; none of a held block.
+pub fn stored_coordinates(problem: &Problem, values: &Values, blocks: &[BlockId]) -> Vec<LinearFunction> {
+    let of_block = |id: &BlockId| {
+        let columns = problem.columns_of(*id);
+        let basis = problem.tangent_basis(values, *id);
+        let tangent = columns.len();
+        let row = |stored: usize| columns.clone().zip(basis[stored * tangent..].iter().copied()).collect();
+        (0..problem.block(*id).len()).map(row).collect::<Vec<LinearFunction>>()
+    };
+    blocks.iter().flat_map(of_block).collect()
+}
+
+fn correlation(covariance: f64, variance: f64, other: f64) -> f64 {
+    let product = variance.max(0.0).sqrt() * other.max(0.0).sqrt();
+    if product > 0.0 { (covariance / product).clamp(-1.0, 1.0) } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Line;
+    use crate::{Block, Factor, Manifold, Noise, ProblemBuilder};
+
+    /// A vector on a sphere of radius 5 and a number, measured directly.
+    fn sphere_and_number() -> (Problem, Values, [BlockId; 2]) {
+        let mut builder = ProblemBuilder::new();
+        let vector = Block::vector("g", "m/s²", &["x", "y", "z"]).on(Manifold::Sphere { radius: 5.0 });
+        let g = builder.add_block(vector, &[3.0, 0.0, 4.0]);
+        let a = builder.add_block(Block::scalar("a", ""), &[2.0]);
+        for (id, component) in [(g, 0), (g, 1), (a, 0)] {
+            let noise = Noise::independent(&[0.1]).unwrap();
+            builder.add_factor(Factor::new(Line::component(id, component), noise));
+        }
+        let (problem, values) = builder.build().unwrap();
+        (problem, values, [g, a])
+    }
+
+    #[test]
+    fn a_function_has_the_covariance_of_its_slopes() {
+        let (problem, values, blocks) = sphere_and_number();
+        let covariance = Covariance::new(vec![0.04, 0.01, 0.0, 0.01, 0.09, 0.0, 0.0, 0.0, 0.25], 3);
+        let of = |f: fn(&[f64]) -> Vec<f64>| covariance.of_function((&problem, &values), &blocks, f).unwrap();
+        // The length never changes on a sphere; a linear function is its own slope.
+        let length = of(|x| vec![(x[0] * x[0] + x[1] * x[1] + x[2] * x[2]).sqrt()]);
+        assert!(length[0].abs() < 1e-18, "{length:?}");
+        let same = of(|x| x.to_vec());
+        let stored = covariance.stored(&problem, &values, &blocks);
+        assert!(same.iter().zip(&stored).all(|(a, b)| (a - b).abs() < 1e-12), "{same:?} {stored:?}");
+        // d(a³) = 3 a² da at a = 2.
+        let cube = of(|x| vec![x[3].powi(3)]);
+        assert!((cube[0] / (144.0 * 0.25) - 1.0).abs() < 1e-9, "{cube:?}");
+    }
+
+    #[test]
+    fn a_function_without_a_value_is_told() {
+        let (problem, values, blocks) = sphere_and_number();
+        let covariance = Covariance::new(vec![0.0; 9], 3);
+        let error = covariance.of_function((&problem, &values), &blocks, |x| vec![(x[3] - 2.0).sqrt()]).unwrap_err();
+        assert!(error.to_string().contains("NaN"), "{error}");
+    }
+
+    #[test]
+    fn correlations_are_covariances_without_units() {
+        let (problem, values, blocks) = sphere_and_number();
+        let covariance = Covariance::new(vec![0.04, 0.03, 0.0, 0.03, 0.09, 0.0, 0.0, 0.0, 0.0], 3);
+        assert!((covariance.correlation(0, 1) - 0.5).abs() < 1e-15);
+        assert_eq!(covariance.correlation(0, 2), 0.0);
+        let stored = covariance.stored_correlations(&problem, &values, &blocks);
+        assert_eq!([stored[0], stored[5], stored[10], stored[15]], [1.0; 4]);
+        // x and z of a sphere move together: along the tangent, against each other.
+        assert!((stored[2] + 1.0).abs() < 1e-12, "{stored:?}");
+    }
+}

@@ -1,0 +1,74 @@
+//! Why an uncertainty cannot be told.
+
+use thiserror::Error;
+
+use super::MIN_BLOCKS;
+use crate::EvaluateError;
+
+/// An uncertainty that the data do not give.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum StatisticsError {
+    /// A residual, or the function of interest, has no value.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+    /// Too few blocks for their scatter to tell anything.
+    #[error(transparent)]
+    TooFewBlocks(#[from] TooFewBlocks),
+    /// As many parameters as residuals: nothing is left from which noise could be estimated.
+    #[error("{rows} residuals and {rank} parameters that they determine: nothing is left to estimate the noise from")]
+    NoFreedom {
+        /// Rows of the problem.
+        rows: usize,
+        /// Rank of its Jacobian.
+        rank: usize,
+    },
+    /// With a loss that forgives outliers, a point that looks stationary and is no minimum.
+    #[error("the cost is not convex at the solution: so many readings count as outliers that no covariance exists")]
+    NotConvex,
+    /// What a single block determines has no scatter over blocks.
+    #[error(
+        "samples {first} to {last} alone determine {combination}: smaller blocks, or more samples like these, would tell \
+         how well"
+    )]
+    SingleBlock {
+        /// First factor of the block, counted from 1.
+        first: usize,
+        /// Last factor of the block.
+        last: usize,
+        /// What they determine.
+        combination: String,
+    },
+    /// Most replicates of a bootstrap gave no solution.
+    #[error(
+        "of {replicates} replicates of the bootstrap {not_converged} did not converge and {undetermined} lacked samples \
+         that determine everything"
+    )]
+    Replicates {
+        /// How many there were.
+        replicates: usize,
+        /// How many did not converge.
+        not_converged: usize,
+        /// How many determined less than the samples themselves.
+        undetermined: usize,
+    },
+}
+
+/// Blocks of which there are not enough.
+#[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
+#[error(
+    "{samples} samples in blocks of {length} are {} blocks, and {MIN_BLOCKS} are needed for their scatter to tell \
+     anything: {}", samples.checked_div(*length).unwrap_or(0), cure(*samples)
+)]
+pub struct TooFewBlocks {
+    /// How many samples there are.
+    pub samples: usize,
+    /// How many of them were to make a block.
+    pub length: usize,
+}
+
+fn cure(samples: usize) -> String {
+    match samples / MIN_BLOCKS {
+        0 => format!("{MIN_BLOCKS} samples at least"),
+        longest => format!("blocks of 1 to {longest} samples"),
+    }
+}

@@ -1,0 +1,178 @@
+//! Uncertainty from the noise: the model holds, and errors differ only by chance.
+//!
+//! Without a loss the covariance is `σ² (JᵀJ)⁻¹` of the whitened Jacobian over the determined directions, with σ = 1
+//! where the noise was stated, `σ² = Σ r²/(n − p)` where only its ratios are known.
+//!
+//! With losses it is that of an M-estimator (Huber, *Robust statistics*, 1981, section 7.6, the first of his three
+//! forms and his correction K). For the pieces `i` (rows, or whole factors of d rows where their noise is correlated)
+//! that have the same loss, with `ψ = ρ′ r`,
+//!
+//! ```text
+//!     m = Σ (d ρ′ + 2 ρ″ s) / n             mean slope of ψ
+//!     q = Σ ρ′² s / (n − p)                 mean square of ψ
+//!     K = 1 + (p/n) var(slope) / m²
+//!
+//!     Σ = A⁻¹ B A⁻¹,   A = Σ_losses m JᵀJ,   B = Σ_losses K² q JᵀJ
+//! ```
+//!
+//! `n`, `p`: rows with that loss and how many parameters they take up. With one loss this is `K² q/m² (JᵀJ)⁻¹`. Rows
+//! without a loss keep their stated noise (m = q = K = 1).
+//!
+//! **Assumptions.** The whitened errors under one loss are independent, alike and symmetric, normal or not. Their size
+//! cancels: `q` and `m` come from the residuals, so the stated noise only sets where the loss begins. That is why a loss
+//! always gives Student's intervals, and why nothing is scaled by χ² on top. Without a loss and with stated noise
+//! intervals are normal.
+
+use faer::Mat;
+use faer::linalg::solvers::{Llt, Solve};
+
+use super::projected::{Piece, Projected, sandwiched};
+use super::{Covariance, Quantile, Solution, StatisticsError, Uncertainty};
+use crate::Loss;
+
+/// What is known of the size of the noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoiseKnowledge {
+    /// Stated before the residuals were seen: the covariance as it is, normal intervals.
+    Stated,
+    /// Already found from these residuals: the covariance as it is, Student's intervals.
+    Found,
+    /// Stated up to a common factor, which the residuals tell: the covariance is scaled by χ² over its degrees of freedom,
+    /// Student's intervals.
+    Relative,
+}
+
+impl Uncertainty {
+    /// The uncertainty that follows from the noise alone.
+    ///
+    /// # Errors
+    /// Where the noise is not stated (or there is a loss) and no residual is left to tell it, or where so much is
+    /// forgiven that no minimum is left.
+    pub fn from_noise(solution: &Solution<'_>, noise: NoiseKnowledge) -> Result<Uncertainty, StatisticsError> {
+        let (rows, rank) = (solution.problem.rows(), solution.spectrum.rank());
+        let robust = solution.problem.factors().iter().any(|factor| factor.loss != Loss::None);
+        if !robust && noise == NoiseKnowledge::Stated {
+            return Ok(Uncertainty::with_quantile(solution.spectrum.covariance(), Quantile::normal()));
+        }
+        if rows <= rank {
+            return Err(StatisticsError::NoFreedom { rows, rank });
+        }
+        let freedom = (rows - rank) as f64;
+        let covariance = if robust {
+            of_m_estimator(solution)?
+        } else {
+            let plain = solution.spectrum.covariance();
+            match noise {
+                NoiseKnowledge::Relative => {
+                    let residuals = solution.problem.residuals(solution.values)?;
+                    plain.scaled(residuals.iter().map(|r| r * r).sum::<f64>() / freedom)
+                }
+                NoiseKnowledge::Stated | NoiseKnowledge::Found => plain,
+            }
+        };
+        Ok(Uncertainty::with_quantile(covariance, Quantile::student(freedom)))
+    }
+}
+
+fn of_m_estimator(solution: &Solution<'_>) -> Result<Covariance, StatisticsError> {
+    let projected = Projected::new(solution)?;
+    let factors = solution.problem.factors();
+    let gram = projected.gram(0..factors.len());
+    let inverse = Llt::new(gram.as_ref(), faer::Side::Lower).map_err(|_| StatisticsError::NotConvex)?;
+    let (mut bread, mut meat) = (Mat::zeros(gram.nrows(), gram.nrows()), Mat::zeros(gram.nrows(), gram.nrows()));
+    for loss in different(factors.iter().map(|factor| factor.loss)) {
+        let group = || (0..factors.len()).filter(|factor| factors[*factor].loss == loss);
+        let own = projected.gram(group());
+        let (slope, square) = match loss {
+            Loss::None => (1.0, 1.0),
+            _ => influence(group().flat_map(|factor| projected.pieces(factor)), trace(&inverse.solve(&own)))?,
+        };
+        bread += faer::Scale(slope) * &own;
+        meat += faer::Scale(square) * &own;
+    }
+    Ok(projected.covariance(&sandwiched(&bread, &meat)?))
+}
+
+fn different(losses: impl Iterator<Item = Loss>) -> Vec<Loss> {
+    let mut different = Vec::new();
+    for loss in losses {
+        if !different.contains(&loss) {
+            different.push(loss);
+        }
+    }
+    different
+}
+
+/// Mean slope of ψ, and its mean square with Huber's correction, of pieces that take up so many parameters.
+fn influence<'p>(pieces: impl Iterator<Item = Piece<'p>>, parameters: f64) -> Result<(f64, f64), StatisticsError> {
+    let (mut rows, mut slopes, mut slopes_squared, mut squares) = (0.0, 0.0, 0.0, 0.0);
+    for piece in pieces {
+        let length = piece.len() as f64;
+        let slope = piece.loss.first + 2.0 * piece.loss.second * piece.square / length;
+        rows += length;
+        slopes += length * slope;
+        slopes_squared += length * slope * slope;
+        squares += piece.loss.first.powi(2) * piece.square;
+    }
+    let mean = slopes / rows;
+    if mean <= 0.0 || rows <= parameters {
+        return Err(StatisticsError::NotConvex);
+    }
+    let variance = (slopes_squared / rows - mean * mean).max(0.0);
+    let correction = 1.0 + parameters / rows * variance / (mean * mean);
+    Ok((mean, correction * correction * squares / (rows - parameters)))
+}
+
+fn trace(matrix: &Mat<f64>) -> f64 {
+    (0..matrix.nrows()).map(|i| matrix[(i, i)]).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{fit, fit_robustly, line};
+
+    /// Slope and intercept of a line, by the textbook.
+    #[test]
+    fn noise_known_up_to_a_factor_is_taken_from_the_residuals() {
+        let y = [0.1, 1.3, 1.8, 3.4, 3.9];
+        let solved = fit(line(&y));
+        let stated = Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Stated).unwrap();
+        let relative = Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Relative).unwrap();
+        // Σ(t − t̄)² = 10, residuals −0.06, 0.17, −0.3, 0.33, −0.14 of 0.04 + 0.97 t − y.
+        assert!((stated.covariance().at(1, 1) - 0.1).abs() < 1e-12);
+        let variance =
+            (0.06_f64.powi(2) + 0.17_f64.powi(2) + 0.3_f64.powi(2) + 0.33_f64.powi(2) + 0.14_f64.powi(2)) / 3.0;
+        let ratio = relative.covariance().at(1, 1) / (0.1 * variance);
+        assert!((ratio - 1.0).abs() < 1e-9, "{ratio}");
+        let [low, high] = relative.interval(0.0, &[(1, 1.0)]);
+        let student = 3.182_446_305 * (0.1 * variance).sqrt();
+        assert!((high - student).abs() < 1e-8 && (low + student).abs() < 1e-8);
+        let found = Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Found).unwrap();
+        assert!(found.interval(0.0, &[(1, 1.0)])[1] > 1.6 * stated.interval(0.0, &[(1, 1.0)])[1]);
+    }
+
+    #[test]
+    fn without_a_residual_left_there_is_no_noise_to_estimate() {
+        let solved = fit(line(&[1.0, 2.0]));
+        assert!(Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Stated).is_ok());
+        let refused = Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Found).unwrap_err();
+        assert_eq!(refused, StatisticsError::NoFreedom { rows: 2, rank: 2 });
+    }
+
+    /// Huber's formula by hand, for the level of readings of which one is far out.
+    #[test]
+    fn a_loss_takes_the_size_of_the_noise_from_the_residuals() {
+        let y = [-0.5, 0.4, 0.1, -0.3, 0.2, 0.6, -0.6, 30.0];
+        let solved = fit_robustly(&y, Loss::Huber(1.0));
+        let level = solved.values.as_slice()[0];
+        assert!((level - (1.0 - 0.1) / 7.0).abs() < 1e-9, "{level}"); // seven inside, one pulls with force 1
+        let uncertainty = Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Stated).unwrap();
+        let (n, m) = (8.0, 7.0 / 8.0);
+        let squares: f64 = y[..7].iter().map(|y| (y - level).powi(2)).sum::<f64>() + 1.0;
+        let correction = 1.0 + 1.0 / n * (m - m * m) / (m * m);
+        let expected = correction * correction * squares / (n - 1.0) / (m * m) / n;
+        let found = uncertainty.covariance().at(0, 0);
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
+    }
+}

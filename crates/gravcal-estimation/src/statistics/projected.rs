@@ -1,0 +1,209 @@
+//! The whitened rows `[J r]` seen along the directions that the data determine, and what the losses make of them.
+//!
+//! With `T` a basis of these directions (one a column) and `z = Tᵀ j` a row in its coordinates, a piece of the problem
+//! (one row where the noise is independent, a whole factor where it is correlated) with `s = ‖r‖²` has
+//!
+//! ```text
+//!     score        ρ′ Zᵀ r                            slope of its cost; the scores of all pieces sum to zero
+//!     curvature    ρ′ ZᵀZ + 2 ρ″ (Zᵀ r)(Zᵀ r)ᵀ        of its cost, without second derivatives of r
+//! ```
+
+use faer::Mat;
+use faer::linalg::solvers::{Llt, Solve};
+
+use super::{Covariance, Solution, StatisticsError};
+use crate::loss::LossValue;
+use crate::{Loss, Noise, Problem};
+
+/// Rows of a problem in the coordinates of the determined directions.
+pub(super) struct Projected<'a> {
+    problem: &'a Problem,
+    /// `Tᵀ`: one direction a row.
+    pub directions: Vec<Vec<f64>>,
+    /// `z` of each row.
+    rows: Vec<Vec<f64>>,
+    residuals: Vec<f64>,
+}
+
+/// What is whitened, and forgiven, together.
+pub(super) struct Piece<'a> {
+    rows: &'a [Vec<f64>],
+    residuals: &'a [f64],
+    /// `s`.
+    pub square: f64,
+    /// ρ and its derivatives.
+    pub loss: LossValue,
+}
+
+impl<'a> Projected<'a> {
+    /// Directions such that `J̃ T` has orthonormal columns, with J̃ the Jacobian that the spectrum decomposed.
+    pub fn new(solution: &Solution<'a>) -> Result<Self, StatisticsError> {
+        let directions = solution.spectrum.determined_directions();
+        let augmented = solution.problem.augmented_jacobian(solution.values)?;
+        let width = solution.problem.columns().len() + 1;
+        let project = |row: &[f64]| directions.iter().map(|direction| dot(row, direction)).collect();
+        Ok(Projected {
+            problem: solution.problem,
+            rows: augmented.chunks_exact(width).map(|row| project(&row[..width - 1])).collect(),
+            residuals: augmented.chunks_exact(width).map(|row| row[width - 1]).collect(),
+            directions,
+        })
+    }
+
+    /// The same in coordinates in which the curvature of the whole cost is the identity.
+    pub fn with_unit_curvature(mut self) -> Result<Self, StatisticsError> {
+        let curvature = self.curvature(0..self.problem.factors().len());
+        let factor = Llt::new(curvature.as_ref(), faer::Side::Lower).map_err(|_| StatisticsError::NotConvex)?;
+        let lower = factor.L();
+        for row in &mut self.rows {
+            for i in 0..row.len() {
+                let known: f64 = (0..i).map(|k| lower[(i, k)] * row[k]).sum();
+                row[i] = (row[i] - known) / lower[(i, i)];
+            }
+        }
+        for i in 0..self.directions.len() {
+            let (done, rest) = self.directions.split_at_mut(i);
+            let direction = &mut rest[0];
+            for (k, known) in done.iter().enumerate() {
+                direction.iter_mut().zip(known).for_each(|(d, known)| *d -= lower[(i, k)] * known);
+            }
+            direction.iter_mut().for_each(|d| *d /= lower[(i, i)]);
+        }
+        Ok(self)
+    }
+
+    /// Number of determined directions.
+    pub fn rank(&self) -> usize {
+        self.directions.len()
+    }
+
+    /// The pieces of one factor.
+    pub fn pieces(&self, factor: usize) -> impl Iterator<Item = Piece<'_>> {
+        let length = match self.problem.factors()[factor].noise {
+            Noise::Independent { .. } => 1,
+            Noise::Correlated { .. } => self.problem.rows_of(factor).len(),
+        };
+        Pieces::new(self, factor, length)
+    }
+
+    /// Sum of `ZᵀZ` of some factors.
+    pub fn gram(&self, factors: impl Iterator<Item = usize>) -> Mat<f64> {
+        let mut sum = Mat::zeros(self.rank(), self.rank());
+        factors.for_each(|factor| self.pieces(factor).for_each(|piece| piece.add_gram(&mut sum)));
+        sum
+    }
+
+    /// Sum of the curvatures of some factors.
+    pub fn curvature(&self, factors: impl Iterator<Item = usize>) -> Mat<f64> {
+        let mut sum = Mat::zeros(self.rank(), self.rank());
+        factors.for_each(|factor| self.pieces(factor).for_each(|piece| piece.add_curvature(&mut sum)));
+        sum
+    }
+
+    /// Sum of the scores of some factors.
+    pub fn score(&self, factors: impl Iterator<Item = usize>) -> Vec<f64> {
+        let mut score = vec![0.0; self.rank()];
+        for factor in factors {
+            for piece in self.pieces(factor) {
+                let along = piece.along_residual();
+                score.iter_mut().zip(along).for_each(|(sum, a)| *sum += piece.loss.first * a);
+            }
+        }
+        score
+    }
+
+    /// `T M Tᵀ`: a covariance in the coordinates of the directions, by the problem's columns.
+    pub fn covariance(&self, matrix: &Mat<f64>) -> Covariance {
+        let size = self.problem.columns().len();
+        let mut tangent = vec![0.0; size * size];
+        for (k, left) in self.directions.iter().enumerate() {
+            let mut row = vec![0.0; size];
+            for (l, right) in self.directions.iter().enumerate() {
+                row.iter_mut().zip(right).for_each(|(sum, v)| *sum += matrix[(k, l)] * v);
+            }
+            for (i, left) in left.iter().enumerate() {
+                tangent[i * size..(i + 1) * size].iter_mut().zip(&row).for_each(|(sum, v)| *sum += left * v);
+            }
+        }
+        Covariance::new(tangent, size)
+    }
+
+    /// A linear function of the columns in the coordinates of the directions.
+    pub fn of_function(directions: &[Vec<f64>], function: &[(usize, f64)]) -> Vec<f64> {
+        directions.iter().map(|d| function.iter().map(|(column, c)| c * d[*column]).sum()).collect()
+    }
+}
+
+/// Cuts the rows of a factor.
+struct Pieces<'p> {
+    rows: std::slice::Chunks<'p, Vec<f64>>,
+    residuals: std::slice::Chunks<'p, f64>,
+    loss: Loss,
+}
+
+impl<'p> Pieces<'p> {
+    fn new(projected: &'p Projected<'_>, factor: usize, length: usize) -> Self {
+        let rows = projected.problem.rows_of(factor);
+        Pieces {
+            rows: projected.rows[rows.clone()].chunks(length),
+            residuals: projected.residuals[rows].chunks(length),
+            loss: projected.problem.factors()[factor].loss,
+        }
+    }
+}
+
+impl<'p> Iterator for Pieces<'p> {
+    type Item = Piece<'p>;
+
+    fn next(&mut self) -> Option<Piece<'p>> {
+        let (rows, residuals) = (self.rows.next()?, self.residuals.next()?);
+        let square = dot(residuals, residuals);
+        Some(Piece { rows, residuals, square, loss: self.loss.at(square) })
+    }
+}
+
+impl Piece<'_> {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.residuals.len()
+    }
+
+    /// `Zᵀ r`.
+    fn along_residual(&self) -> Vec<f64> {
+        let mut along = vec![0.0; self.rows.first().map_or(0, Vec::len)];
+        for (row, residual) in self.rows.iter().zip(self.residuals) {
+            along.iter_mut().zip(row).for_each(|(sum, z)| *sum += residual * z);
+        }
+        along
+    }
+
+    fn add_gram(&self, sum: &mut Mat<f64>) {
+        self.rows.iter().for_each(|row| add_outer(sum, 1.0, row));
+    }
+
+    fn add_curvature(&self, sum: &mut Mat<f64>) {
+        self.rows.iter().for_each(|row| add_outer(sum, self.loss.first, row));
+        if self.loss.second != 0.0 {
+            add_outer(sum, 2.0 * self.loss.second, &self.along_residual());
+        }
+    }
+}
+
+/// Adds `weight · v vᵀ`.
+pub(super) fn add_outer(sum: &mut Mat<f64>, weight: f64, v: &[f64]) {
+    for (j, right) in v.iter().enumerate() {
+        let factor = weight * right;
+        sum.col_mut(j).iter_mut().zip(v).for_each(|(entry, left)| *entry += factor * left);
+    }
+}
+
+/// `A⁻¹ B A⁻¹` of symmetric matrices, A positive definite.
+pub(super) fn sandwiched(bread: &Mat<f64>, meat: &Mat<f64>) -> Result<Mat<f64>, StatisticsError> {
+    let factor = Llt::new(bread.as_ref(), faer::Side::Lower).map_err(|_| StatisticsError::NotConvex)?;
+    let half = factor.solve(meat);
+    Ok(factor.solve(half.transpose().to_owned()))
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
