@@ -156,7 +156,9 @@ impl Constraint {
     /// Whether it holds, up to rounding: a violation by [`ROUNDING`] of the numbers that it is made of is none.
     pub fn is_obeyed_by(&self, values: &Values) -> bool {
         let limits = match &self.kind {
-            ConstraintKind::Range { lower, upper, .. } => [lower, upper].map(|v| if v.is_finite() { v.abs() } else { 0.0 }),
+            ConstraintKind::Range { lower, upper, .. } => {
+                [lower, upper].map(|v| if v.is_finite() { v.abs() } else { 0.0 })
+            }
             ConstraintKind::Cone { .. } => [0.0; 2],
             ConstraintKind::Length { length, .. } => [*length, 0.0],
         };
@@ -167,7 +169,9 @@ impl Constraint {
     /// What is wrong with values that break it, in words: `` `mass of link2` (is -1, must be at least 0) ``.
     pub fn complaint(&self, values: &Values) -> String {
         let (found, demanded) = match &self.kind {
-            ConstraintKind::Range { function, lower, upper } => (format!("is {}", function.at(values)), told(*lower, *upper)),
+            ConstraintKind::Range { function, lower, upper } => {
+                (format!("is {}", function.at(values)), told(*lower, *upper))
+            }
             ConstraintKind::Cone { norm_of, at_most } => {
                 let length = norm(norm_of.iter().map(|f| f.at(values)));
                 (format!("has length {length}"), format!("at most {}", at_most.at(values)))

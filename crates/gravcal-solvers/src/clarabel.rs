@@ -107,9 +107,9 @@ fn not_convex(problem: &Problem, constraint: &Constraint) -> Option<String> {
     constraint.blocks().iter().find_map(|id| {
         let block = &problem.block(*id).name;
         match (kind, problem.constraints().iter().find(|other| of_length(id, other))) {
-            (ConstraintKind::Length { .. }, _) if curved(id) => {
-                Some(format!("`{name}` fixes the length of `{block}`, whose manifold already does: drop one of the two"))
-            }
+            (ConstraintKind::Length { .. }, _) if curved(id) => Some(format!(
+                "`{name}` fixes the length of `{block}`, whose manifold already does: drop one of the two"
+            )),
             (ConstraintKind::Length { .. }, Some(other)) => {
                 Some(format!("`{name}` and `{}` both fix the length of `{block}`: drop one of them", other.name))
             }
@@ -143,7 +143,7 @@ struct Run<'r, 'o> {
     /// Factor by which the damping grows after the next rejected step.
     growth: f64,
     records: Vec<IterationRecord>,
-    /// Constraints on which the last step leaned.
+    /// Rows on which the last step leaned.
     leaning: Vec<usize>,
 }
 
@@ -182,8 +182,9 @@ impl<'r, 'o> Run<'r, 'o> {
                 break self.stationary(&current).unwrap_or(end);
             }
         };
-        let named = |(index, multiplier): (usize, f64)| {
-            ActiveConstraint { name: self.problem.constraints()[index].name.clone(), multiplier }
+        let named = |(index, multiplier): (usize, f64)| ActiveConstraint {
+            name: self.problem.constraints()[index].name.clone(),
+            multiplier,
         };
         Ok(Estimate {
             cost: current.cost(),
@@ -220,7 +221,7 @@ impl<'r, 'o> Run<'r, 'o> {
     fn aim(&mut self, current: &mut Current<'_>) {
         current.trial = Trial::new(self.problem, &mut current.point, &self.damping, &self.leaning);
         if let Some(trial) = &current.trial {
-            self.leaning = trial.active.iter().map(|(constraint, _)| *constraint).collect();
+            self.leaning.clone_from(&trial.leaning);
         }
     }
 

@@ -5,18 +5,18 @@
 //!     δ_j = ‖r‖ / ((1 + λ) D_j) w_j,     K = (D⁻¹ (JᵀJ + C) D⁻¹ + λ I) / (1 + λ),     q_j = (Jᵀ r)_j / (D_j ‖r‖)
 //! ```
 //!
-//! `q` holds cosines, and `w = 1` is a step that changes the residuals by as much as they are.
+//! `q` holds cosines, and at no damping `w = 1` is a step that changes the residuals by as much as they are.
 //!
-//! `C` is diagonal. A vector x of known length L that steps by δ along its tangent plane and is scaled back ends
-//! `‖δ‖² x / (2 L²)` short of the plane. Where the readings pull it outwards that costs `½ ‖δ‖² (−xᵀ Jᵀ r) / L²`, which would
-//! make every step too long.
+//! `C` is diagonal. A vector x of known length that steps by δ along its tangent plane and is scaled back ends
+//! `‖δ‖² x / (2 ‖x‖²)` short of the plane. Where the readings pull it outwards that costs `½ ‖δ‖² (−xᵀ Jᵀ r) / ‖x‖²`, without
+//! which every step would be too long.
 
 use faer::Mat;
 use gravcal_estimation::{ConstraintKind, Linearization, Problem};
 
-use super::trial::Point;
-
 use super::programme::Quadratic;
+use super::rows::Rows;
+use super::trial::{Damping, Point};
 
 /// Damping at least: JᵀJ carries rounding errors of this size, and could otherwise fall for directions without
 /// information.
@@ -24,33 +24,44 @@ const LEAST_DAMPING: f64 = 1e-13;
 
 /// The model at one point and one damping.
 pub(super) struct Model {
+    /// K and q.
     pub quadratic: Quadratic,
-    /// Step of each column for w = 1.
-    pub units: Vec<f64>,
     /// Cost for a value 1 of the quadratic function.
     pub energy: f64,
+    /// `‖r‖ / ((1 + λ) D_j)`.
+    units: Vec<f64>,
     /// The diagonal of C.
-    pub bend: Vec<f64>,
+    bend: Vec<f64>,
 }
 
 impl Model {
-    pub fn new(problem: &Problem, point: &Point<'_>, scaling: &[f64], damping: f64) -> Model {
-        let damping = damping.max(LEAST_DAMPING);
+    pub fn new(problem: &Problem, point: &Point<'_>, damping: &Damping) -> Model {
+        let (lambda, scaling) = (damping.lambda.max(LEAST_DAMPING), &damping.scaling);
         let linearization = point.linearization.as_ref();
         let (columns, hessian) = (scaling.len(), linearization.hessian());
-        let bend = bend(problem, point);
         let residual = (2.0 * linearization.cost()).sqrt();
-        let curvature = |i: usize, j: usize| {
-            let (bend, damping_here) = if i == j { (bend[i], damping) } else { (0.0, 0.0) };
-            ((hessian[i * columns + j] + bend) / (scaling[i] * scaling[j]) + damping_here) / (1.0 + damping)
-        };
+        let bend = bend(problem, point);
+        let curvature = Mat::from_fn(columns, columns, |i, j| {
+            let (bent, damped) = if i == j { (bend[i], lambda) } else { (0.0, 0.0) };
+            ((hessian[i * columns + j] + bent) / (scaling[i] * scaling[j]) + damped) / (1.0 + lambda)
+        });
         let slope = linearization.gradient().iter().zip(scaling).map(|(g, d)| g / (d * residual)).collect();
         Model {
-            quadratic: Quadratic { curvature: Mat::from_fn(columns, columns, curvature), slope },
-            units: scaling.iter().map(|d| residual / ((1.0 + damping) * d)).collect(),
-            energy: residual * residual / (1.0 + damping),
+            quadratic: Quadratic { curvature, slope },
+            energy: residual * residual / (1.0 + lambda),
+            units: scaling.iter().map(|d| residual / ((1.0 + lambda) * d)).collect(),
             bend,
         }
+    }
+
+    /// Rows over columns as rows over w, brought to length one.
+    pub fn rows(&self, over_columns: &[Rows]) -> Vec<Rows> {
+        over_columns.iter().map(|rows| rows.in_units(&self.units)).collect()
+    }
+
+    /// The step of the columns for a step w.
+    pub fn step(&self, w: &[f64]) -> Vec<f64> {
+        self.units.iter().zip(w).map(|(unit, w)| unit * w).collect()
     }
 
     /// Reduction of the cost that the linear model predicts for a step, the damping not counted.

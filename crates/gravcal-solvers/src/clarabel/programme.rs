@@ -10,7 +10,8 @@
 
 use ::clarabel::algebra::CscMatrix;
 use ::clarabel::solver::{
-    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT, SolverStatus, SupportedConeT, ZeroConeT,
+    DefaultSettings, DefaultSolver, IPSolver, NonnegativeConeT, SecondOrderConeT, SolverStatus, SupportedConeT,
+    ZeroConeT,
 };
 use faer::Mat;
 
@@ -33,11 +34,19 @@ pub(super) struct Quadratic {
     pub slope: Vec<f64>,
 }
 
+impl Quadratic {
+    /// K w + q.
+    pub fn gradient(&self, w: &[f64]) -> Vec<f64> {
+        let row = |i: usize| w.iter().enumerate().map(|(j, w)| self.curvature[(i, j)] * w).sum::<f64>();
+        self.slope.iter().enumerate().map(|(i, q)| row(i) + q).collect()
+    }
+}
+
 /// A minimum and its duals.
 #[derive(Clone, Debug)]
 pub(super) struct Solution {
     /// w.
-    pub step: Vec<f64>,
+    pub point: Vec<f64>,
     /// z, by rows.
     pub duals: Vec<Vec<f64>>,
 }
@@ -47,7 +56,7 @@ pub(super) struct Solution {
 pub(super) enum Outcome {
     /// At its minimum.
     Solved(Solution),
-    /// No step obeys the rows; these (by position) contradict each other.
+    /// Nothing obeys the rows; these (by position) contradict each other.
     Contradiction(Vec<usize>),
     /// Without an answer.
     Failed,
@@ -65,7 +74,7 @@ pub(super) fn solve(quadratic: &Quadratic, rows: &[Rows]) -> Outcome {
             Outcome::Contradiction(contradicting(&duals))
         }
         _ if answer.x.iter().chain(&answer.z).all(|v| v.is_finite()) => {
-            let found = Solution { step: answer.x.clone(), duals };
+            let found = Solution { point: answer.x.clone(), duals };
             match refine(quadratic, rows, &found) {
                 Some(refined) => Outcome::Solved(refined),
                 None if is_solution(answer.status, rows, &found) => Outcome::Solved(found),
@@ -77,8 +86,9 @@ pub(super) fn solve(quadratic: &Quadratic, rows: &[Rows]) -> Outcome {
 }
 
 fn is_solution(status: SolverStatus, rows: &[Rows], found: &Solution) -> bool {
-    let ended = matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress);
-    ended && rows.iter().all(|r| r.excess(&r.at(&found.step)) <= ACCEPTED_EXCESS)
+    let ended =
+        matches!(status, SolverStatus::Solved | SolverStatus::AlmostSolved | SolverStatus::InsufficientProgress);
+    ended && rows.iter().all(|r| r.excess(&r.at(&found.point)) <= ACCEPTED_EXCESS)
 }
 
 fn pose(quadratic: &Quadratic, rows: &[Rows]) -> Option<DefaultSolver<f64>> {
@@ -99,7 +109,15 @@ fn pose(quadratic: &Quadratic, rows: &[Rows]) -> Option<DefaultSolver<f64>> {
     }
     let cones: Vec<SupportedConeT<f64>> = rows.iter().map(cone).collect();
     let constraint = CscMatrix::new_from_triplets(slack.len(), columns, at, of, entries);
-    DefaultSolver::new(&upper_triangle(&quadratic.curvature)?, &quadratic.slope, &constraint, &slack, &cones, settings()).ok()
+    DefaultSolver::new(
+        &upper_triangle(&quadratic.curvature)?,
+        &quadratic.slope,
+        &constraint,
+        &slack,
+        &cones,
+        settings(),
+    )
+    .ok()
 }
 
 fn cone(rows: &Rows) -> SupportedConeT<f64> {

@@ -8,17 +8,18 @@
 //! ```
 //!
 //! where `c` holds, of a range or an equation, its `s`; of a cone touched on its side, `s₁ − ‖s₂…‖`; of a cone touched at its
-//! tip, all of its `s` (Nocedal and Wright, *Numerical optimization*, 2006, section 16.2, null-space method). N may have
-//! dependent rows: what these leave open of `z` stays as the interior point has it, which lies amid all answers.
+//! tip, all of its `s` (Nocedal and Wright, *Numerical optimization*, 2006, eq. 18.9). N may have dependent rows: what
+//! these leave open of `z` stays as the interior point has it, which lies amid all answers.
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, Side};
+use faer::{Mat, Scale, Side};
 
 use super::programme::{Quadratic, Solution};
 use super::rows::{Cone, Rows, norm};
 
-/// Newton steps: from eight digits to all in one or two.
-const STEPS: usize = 3;
+/// Newton steps at most: from eight digits to all in one or two.
+const STEPS: usize = 4;
+/// Steps this short change only rounding errors.
+const SETTLED: f64 = 1e-14;
 /// Singular values of N (rows of length one) below this are zero.
 const DEPENDENT: f64 = 1e-9;
 /// Duals may be on the wrong side of zero, and rows beyond their cones, by this.
@@ -37,13 +38,14 @@ enum Touch {
 
 /// The solution near `found`; `None` where it is not one.
 pub(super) fn refine(quadratic: &Quadratic, rows: &[Rows], found: &Solution) -> Option<Solution> {
-    let mut touches: Vec<Touch> = rows.iter().zip(&found.duals).map(|(r, z)| touch(r, &r.at(&found.step), z)).collect();
+    let mut touches: Vec<Touch> =
+        rows.iter().zip(&found.duals).map(|(r, z)| touch(r, &r.at(&found.point), z)).collect();
     // Each round lets go of rows that pull, or takes up rows that were broken.
     for _ in 0..=rows.len() {
         let refined = newton(quadratic, rows, &touches, found)?;
         let corrected: Vec<Touch> = (0..rows.len()).map(|i| corrected(&rows[i], touches[i], &refined, i)).collect();
         if corrected == touches {
-            let kept = |r: &Rows| r.excess(&r.at(&refined.step)) <= ROUNDING * (1.0 + norm(&r.slack));
+            let kept = |r: &Rows| r.excess(&r.at(&refined.point)) <= ROUNDING * (1.0 + norm(&r.slack));
             return rows.iter().all(kept).then_some(refined);
         }
         touches = corrected;
@@ -71,7 +73,7 @@ fn touch(rows: &Rows, s: &[f64], z: &[f64]) -> Touch {
 
 /// How rows should be taken instead.
 fn corrected(rows: &Rows, touch: Touch, at: &Solution, index: usize) -> Touch {
-    let (s, z) = (rows.at(&at.step), &at.duals[index]);
+    let (s, z) = (rows.at(&at.point), &at.duals[index]);
     let broken = || rows.excess(&s) > ROUNDING * (1.0 + norm(&rows.slack));
     match (touch, rows.cone) {
         (Touch::Not, Cone::SecondOrder) if broken() => Touch::Side,
@@ -99,18 +101,21 @@ fn newton(quadratic: &Quadratic, rows: &[Rows], touches: &[Touch], found: &Solut
     for _ in 0..STEPS {
         let conditions = conditions(rows, touches, &at)?;
         let curvature = curvature(quadratic, rows, touches, &at);
-        let (step, duals) = newton_step(quadratic, &curvature, &conditions, &at.step)?;
-        at.step.iter_mut().zip(&step).for_each(|(w, d)| *w += d);
+        let (step, duals) = newton_step(&conditions, curvature, quadratic.gradient(&at.point))?;
+        at.point.iter_mut().zip(&step).for_each(|(w, d)| *w += d);
         store_duals(rows, touches, &duals, &mut at);
+        if norm(&step) <= SETTLED * norm(&at.point) {
+            break;
+        }
     }
-    at.step.iter().all(|w| w.is_finite()).then_some(at)
+    at.point.iter().all(|w| w.is_finite()).then_some(at)
 }
 
 fn conditions(rows: &[Rows], touches: &[Touch], at: &Solution) -> Option<Conditions> {
-    let columns = at.step.len();
+    let columns = at.point.len();
     let mut all = Conditions { residual: Vec::new(), normals: Vec::new(), duals: Vec::new() };
     for ((rows, touch), z) in rows.iter().zip(touches).zip(&at.duals) {
-        let s = rows.at(&at.step);
+        let s = rows.at(&at.point);
         match touch {
             Touch::Not => {}
             Touch::Fully => {
@@ -140,72 +145,49 @@ fn outward(s: &[f64]) -> Option<Vec<f64>> {
     (length > 0.0).then(|| std::iter::once(1.0).chain(s[1..].iter().map(|u| -u / length)).collect())
 }
 
-/// K with what the sides of cones bend: `z₁ G₂ᵀ (I − û ûᵀ) G₂ / ‖u‖`.
+/// The Lagrangian's second derivative: K and `z₁ G₂ᵀ (I − û ûᵀ) G₂ / ‖u‖` of each cone touched on its side.
 fn curvature(quadratic: &Quadratic, rows: &[Rows], touches: &[Touch], at: &Solution) -> Mat<f64> {
     let mut curvature = quadratic.curvature.clone();
     for ((rows, _), z) in rows.iter().zip(touches).zip(&at.duals).filter(|((_, t), _)| **t == Touch::Side) {
-        let s = rows.at(&at.step);
-        let length = norm(&s[1..]);
-        let (bend, side) = (z[0].max(0.0) / length, &rows.coefficients[1..]);
-        for (i, row) in side.iter().enumerate() {
-            for (k, other) in side.iter().enumerate() {
-                let across = f64::from(i == k) - s[i + 1] * s[k + 1] / (length * length);
-                for (a, ca) in row {
-                    other.iter().for_each(|(b, cb)| curvature[(*a, *b)] += bend * across * ca * cb);
-                }
-            }
+        let s = rows.at(&at.point);
+        let (length, count) = (norm(&s[1..]), s.len() - 1);
+        let mut side = Mat::<f64>::zeros(count, at.point.len());
+        for (i, row) in rows.coefficients[1..].iter().enumerate() {
+            row.iter().for_each(|(j, c)| side[(i, *j)] += c);
         }
+        let unit = Mat::from_fn(count, 1, |i, _| s[i + 1] / length);
+        let across = &side - &unit * (unit.transpose() * &side);
+        curvature += Scale(z[0].max(0.0) / length) * (across.transpose() * &across);
     }
     curvature
 }
 
-/// Newton's step of w, and the new duals.
-fn newton_step(quadratic: &Quadratic, curvature: &Mat<f64>, c: &Conditions, w: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
-    let (count, columns) = (c.residual.len(), w.len());
-    let normals = Mat::from_fn(count, columns, |i, j| c.normals[i][j]);
-    let duals = Mat::from_fn(count, 1, |i, _| c.duals[i]);
-    let w = Mat::from_fn(columns, 1, |j, _| w[j]);
-    let slope = Mat::from_fn(columns, 1, |j, _| quadratic.slope[j]);
-    let gradient = &quadratic.curvature * &w + slope - normals.transpose() * &duals;
-    let Spaces { fixed, inverse, free } = Spaces::of(&normals)?;
-    let onto = -(&fixed * (inverse.transpose() * Mat::from_fn(count, 1, |i, _| c.residual[i])));
-    let along = if free.ncols() > 0 {
-        let reduced = free.transpose() * curvature * &free;
-        let down = free.transpose() * -(&gradient + curvature * &onto);
-        &free * reduced.llt(Side::Lower).ok()?.solve(down)
-    } else {
-        Mat::zeros(columns, 1)
-    };
-    let step = onto + along;
-    let duals = duals + inverse * (fixed.transpose() * (gradient + curvature * &step));
-    Some(((0..columns).map(|j| step[(j, 0)]).collect(), (0..count).map(|i| duals[(i, 0)]).collect()))
-}
-
-/// The directions that N sees and those it leaves free, from its singular values `N = U S Vᵀ`.
-struct Spaces {
-    /// Columns of V with a singular value.
-    fixed: Mat<f64>,
-    /// U S⁻¹ for these.
-    inverse: Mat<f64>,
-    /// The other columns of V.
-    free: Mat<f64>,
-}
-
-impl Spaces {
-    fn of(normals: &Mat<f64>) -> Option<Spaces> {
-        let (count, columns) = (normals.nrows(), normals.ncols());
-        if count == 0 {
-            let (fixed, inverse) = (Mat::zeros(columns, 0), Mat::zeros(0, 0));
-            return Some(Spaces { fixed, inverse, free: Mat::identity(columns, columns) });
+/// Newton's step Δ of w and the new duals, from `B Δ − Nᵀ Δz = Nᵀ z − gradient` and `N Δ = −c` with `B = L Lᵀ`.
+///
+/// With `v = Lᵀ Δ` and `M = L⁻¹ Nᵀ`, columns brought to length one, `v` is the point with `Mᵀ v = −c` nearest to
+/// `L⁻¹ (Nᵀ z − gradient)`, and `M Δz` is the difference: both come from the singular values of M.
+fn newton_step(c: &Conditions, curvature: Mat<f64>, gradient: Vec<f64>) -> Option<(Vec<f64>, Vec<f64>)> {
+    let (count, columns) = (c.residual.len(), gradient.len());
+    let root = curvature.llt(Side::Lower).ok()?;
+    let held = |j: usize| c.normals.iter().zip(&c.duals).map(|(n, z)| n[j] * z).sum::<f64>();
+    let mut v = Mat::from_fn(columns, 1, |j, _| held(j) - gradient[j]);
+    let mut normals = Mat::from_fn(columns, count, |j, i| c.normals[i][j]);
+    root.L().solve_lower_triangular_in_place(v.as_mut());
+    root.L().solve_lower_triangular_in_place(normals.as_mut());
+    let mut duals = c.duals.clone();
+    if count > 0 {
+        let lengths: Vec<f64> = (0..count).map(|i| normals.col(i).norm_l2().max(f64::MIN_POSITIVE)).collect();
+        let svd = Mat::from_fn(columns, count, |j, i| normals[(j, i)] / lengths[i]).thin_svd().ok()?;
+        for k in (0..count.min(columns)).filter(|k| svd.S()[*k] > DEPENDENT) {
+            let (left, right, value) = (svd.U().col(k), svd.V().col(k), svd.S()[k]);
+            let wanted = -(0..count).map(|i| right[i] * c.residual[i] / lengths[i]).sum::<f64>() / value;
+            let pull = wanted - (0..columns).map(|j| left[j] * v[(j, 0)]).sum::<f64>();
+            (0..columns).for_each(|j| v[(j, 0)] += pull * left[j]);
+            (0..count).for_each(|i| duals[i] += pull / value * right[i] / lengths[i]);
         }
-        let svd = normals.svd().ok()?;
-        let rank = (0..count.min(columns)).filter(|k| svd.S()[*k] > DEPENDENT).count();
-        Some(Spaces {
-            fixed: svd.V().get(.., 0..rank).to_owned(),
-            inverse: Mat::from_fn(count, rank, |i, k| svd.U()[(i, k)] / svd.S()[k]),
-            free: svd.V().get(.., rank..columns).to_owned(),
-        })
     }
+    root.L().transpose().solve_upper_triangular_in_place(v.as_mut());
+    Some(((0..columns).map(|j| v[(j, 0)]).collect(), duals))
 }
 
 /// Puts the duals of the conditions back to their rows; those of a cone's side point along its normal.
@@ -218,7 +200,7 @@ fn store_duals(rows: &[Rows], touches: &[Touch], duals: &[f64], at: &mut Solutio
             Touch::Fully => at.duals[index] = duals.by_ref().take(size).collect(),
             Touch::Side => {
                 let dual = duals.next().unwrap_or(0.0);
-                if let Some(direction) = outward(&rows.at(&at.step)) {
+                if let Some(direction) = outward(&rows.at(&at.point)) {
                     at.duals[index] = direction.iter().map(|v| dual * v).collect();
                 }
             }

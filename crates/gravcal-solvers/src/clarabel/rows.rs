@@ -38,6 +38,8 @@ pub(super) enum Cone {
 pub(super) struct Rows {
     /// Which of the problem's constraints.
     pub constraint: usize,
+    /// Position among the rows of the problem, the same wherever they are taken.
+    pub place: usize,
     pub cone: Cone,
     /// G, by row: column and coefficient.
     pub coefficients: Vec<Vec<(usize, f64)>>,
@@ -50,7 +52,8 @@ pub(super) struct Rows {
 /// The rows of all constraints that read a free block.
 pub(super) fn rows(problem: &Problem, values: &Values) -> Vec<Rows> {
     let all = problem.constraints().iter().enumerate().flat_map(|(index, constraint)| {
-        let of = |cone, coefficients, slack| Rows { constraint: index, cone, coefficients, slack, scale: 1.0 };
+        let of =
+            |cone, coefficients, slack| Rows { constraint: index, place: 0, cone, coefficients, slack, scale: 1.0 };
         match &constraint.kind {
             ConstraintKind::Range { function, lower, upper } => {
                 let (row, value) = (row(problem, function), function.at(values));
@@ -75,7 +78,8 @@ pub(super) fn rows(problem: &Problem, values: &Values) -> Vec<Rows> {
             }
         }
     });
-    all.filter(|rows| rows.coefficients.iter().any(|row| !row.is_empty())).collect()
+    let free = all.filter(|rows| rows.coefficients.iter().any(|row| !row.is_empty()));
+    free.enumerate().map(|(place, rows)| Rows { place, ..rows }).collect()
 }
 
 /// The coefficients of a function by column, each column once.
@@ -108,12 +112,12 @@ impl Rows {
         self
     }
 
-    /// The same for steps counted in `units` of each column, the rows brought to length one.
+    /// The same for steps counted in `units` of each column, brought to length one (all rows together).
     pub fn in_units(&self, units: &[f64]) -> Rows {
         let mut rows = self.clone();
         rows.coefficients.iter_mut().flatten().for_each(|(column, c)| *c *= units[*column]);
-        let square: f64 = rows.coefficients.iter().flatten().map(|(_, c)| c * c).sum();
-        let scale = if square > 0.0 { 1.0 / square.sqrt() } else { 1.0 };
+        let length = norm(&rows.coefficients.iter().flatten().map(|(_, c)| *c).collect::<Vec<f64>>());
+        let scale = if length > 0.0 { 1.0 / length } else { 1.0 };
         rows.coefficients.iter_mut().flatten().for_each(|(_, c)| *c *= scale);
         rows.slack.iter_mut().for_each(|s| *s *= scale);
         Rows { scale: rows.scale * scale, ..rows }

@@ -35,7 +35,11 @@ pub(super) fn check(problem: &Problem, initial: &Values) -> Result<(), SolveErro
             let (block, old, new) = (problem.block(id), initial.get(id), nearest.get(id));
             let moved = (0..block.len()).filter(|i| old[*i] != new[*i]);
             let told = moved.map(|i| format!("{} = {:.9}", block.component_name(i), new[i]));
-            told.for_each(|told| if !advice.contains(&told) { advice.push(told) });
+            told.for_each(|told| {
+                if !advice.contains(&told) {
+                    advice.push(told)
+                }
+            });
         }
     }
     Err(SolveError::StartOutside { broken: complaints, nearest: advice })
@@ -66,13 +70,13 @@ fn projection(problem: &Problem, initial: &Values, rows: &[Rows]) -> Result<Vec<
         })
         .collect();
     let columns = units.len();
-    let quadratic = Quadratic { curvature: Mat::identity(columns, columns), slope: vec![0.0; columns] };
+    let distance = Quadratic { curvature: Mat::identity(columns, columns), slope: vec![0.0; columns] };
     let rows: Vec<Rows> = rows.iter().map(|r| r.in_units(&units)).collect();
-    match solve(&quadratic, &rows) {
-        Outcome::Solved(solution) => Ok(solution.step.iter().zip(&units).map(|(w, unit)| w * unit).collect()),
+    match solve(&distance, &rows) {
+        Outcome::Solved(solution) => Ok(solution.point.iter().zip(&units).map(|(w, unit)| w * unit).collect()),
         Outcome::Contradiction(positions) => {
             let contradicting = positions.into_iter().map(|i| rows[i].clone()).collect();
-            let mut names: Vec<String> = irreducible(&quadratic, contradicting)
+            let mut names: Vec<String> = irreducible(&distance, contradicting)
                 .iter()
                 .map(|r| format!("`{}`", problem.constraints()[r.constraint].name))
                 .collect();

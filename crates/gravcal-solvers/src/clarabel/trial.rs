@@ -6,10 +6,10 @@
 use gravcal_estimation::{Linearization, Problem, Values};
 
 use super::model::Model;
-use super::programme::{Outcome, Solution, solve};
+use super::programme::{Outcome, solve};
 use super::rows::{Cone, Rows, rows};
 
-/// Duals, relative to the residual, from which on a solution leans on a constraint.
+/// Duals, as cosines, from which on a solution leans on a constraint.
 const LEANING: f64 = 1e-10;
 
 /// A linearized point.
@@ -34,90 +34,83 @@ pub(super) struct Trial {
     pub predicted: f64,
     /// Constraints on which it leans, with the cost's fall for each unit by which they give way.
     pub active: Vec<(usize, f64)>,
+    /// Their rows, by [`Rows::place`].
+    pub leaning: Vec<usize>,
     /// How far the point itself is from optimal: 0 where it is.
     pub cosine: f64,
 }
 
 impl Trial {
-    /// The step from a point; `leaning`: constraints that are likely to matter. `None` where the conic programme has no
+    /// The step from a point; `leaning`: rows on which the last one leaned, likely to matter again. `None` where the conic programme has no
     /// answer.
     pub fn new(problem: &Problem, point: &mut Point<'_>, damping: &Damping, leaning: &[usize]) -> Option<Trial> {
         let all = rows(problem, &point.values).into_iter().map(Rows::relaxed);
-        let matters = |r: &Rows| r.cone == Cone::Equation || leaning.contains(&r.constraint);
+        let matters = |r: &Rows| r.cone == Cone::Equation || leaning.contains(&r.place);
         let (mut entered, mut left): (Vec<Rows>, Vec<Rows>) = all.partition(matters);
-        let mut trial = if entered.is_empty() { Trial::free(point, damping) } else { None };
+        if entered.is_empty() {
+            let free = Trial::free(point, damping);
+            (entered, left) = left.into_iter().partition(|r| !r.obeyed_by(&free.step));
+            if entered.is_empty() {
+                return Some(free);
+            }
+        }
+        let model = Model::new(problem, point, damping);
         loop {
-            trial = match trial {
-                Some(trial) => {
-                    let (kept, broken): (Vec<Rows>, Vec<Rows>) =
-                        left.into_iter().partition(|r| r.obeyed_by(&trial.step));
-                    if broken.is_empty() {
-                        return Some(trial);
-                    }
-                    entered.extend(broken);
-                    left = kept;
-                    None
-                }
-                None => Some(Trial::constrained(problem, point, damping, &entered)?),
-            };
+            let trial = Trial::constrained(point, &model, &entered)?;
+            let (broken, kept): (Vec<Rows>, Vec<Rows>) = left.into_iter().partition(|r| !r.obeyed_by(&trial.step));
+            if broken.is_empty() {
+                return Some(trial);
+            }
+            entered.extend(broken);
+            left = kept;
         }
     }
 
-    fn free(point: &mut Point<'_>, damping: &Damping) -> Option<Trial> {
+    fn free(point: &mut Point<'_>, damping: &Damping) -> Trial {
         let mut step = vec![0.0; damping.scaling.len()];
         let info = point.linearization.damped_step(damping.lambda, &damping.scaling, &mut step);
         let cosine = point.linearization.largest_cosine();
-        Some(Trial { step, predicted: info.predicted_reduction, active: Vec::new(), cosine })
+        Trial { step, predicted: info.predicted_reduction, active: Vec::new(), leaning: Vec::new(), cosine }
     }
 
-    fn constrained(problem: &Problem, point: &Point<'_>, damping: &Damping, entered: &[Rows]) -> Option<Trial> {
+    fn constrained(point: &Point<'_>, model: &Model, entered: &[Rows]) -> Option<Trial> {
         let linearization = point.linearization.as_ref();
-        let model = Model::new(problem, point, &damping.scaling, damping.lambda);
-        let entered: Vec<Rows> = entered.iter().map(|r| r.in_units(&model.units)).collect();
-        let Outcome::Solved(solution) = solve(&model.quadratic, &entered) else { return None };
-        let step: Vec<f64> = solution.step.iter().zip(&model.units).map(|(w, unit)| w * unit).collect();
+        let rows = model.rows(entered);
+        let Outcome::Solved(solution) = solve(&model.quadratic, &rows) else { return None };
+        let step = model.step(&solution.point);
+        // Duals of the constraints' own rows.
+        let rescaled = |(rows, z): (&Rows, &Vec<f64>)| z.iter().map(|z| z * rows.scale * model.energy).collect();
+        let duals: Vec<Vec<f64>> = rows.iter().zip(&solution.duals).map(rescaled).collect();
+        let leans = |(rows, z): &(&Rows, &Vec<f64>)| rows.cone == Cone::Equation || z[0] > LEANING;
+        let held = || rows.iter().zip(&solution.duals).zip(&duals).filter(|(pair, _)| leans(pair));
+        let multiplier = |rows: &Rows, dual: &[f64]| match rows.cone {
+            // The dual of `f − value` belongs to a value that sinks.
+            Cone::Equation => -dual[0],
+            Cone::Nonnegative | Cone::SecondOrder => dual[0],
+        };
+        let mut active: Vec<(usize, f64)> =
+            held().map(|((rows, _), dual)| (rows.constraint, multiplier(rows, dual))).collect();
+        active.sort_by_key(|(constraint, _)| *constraint);
         Some(Trial {
             predicted: model.predicted_reduction(linearization, &step),
-            active: active(&model, &entered, &solution.duals),
-            cosine: distance(linearization, damping, &model, &entered, &solution),
+            active,
+            leaning: held().map(|((rows, _), _)| rows.place).collect(),
+            cosine: distance(linearization, entered, &duals),
             step,
         })
     }
 }
 
-/// Multipliers in the constraints' own units.
-fn active(model: &Model, entered: &[Rows], duals: &[Vec<f64>]) -> Vec<(usize, f64)> {
-    let mut active: Vec<(usize, f64)> = Vec::new();
-    for (rows, dual) in entered.iter().zip(duals) {
-        let fall = dual[0] * rows.scale * model.energy;
-        // The dual of `f − value` belongs to a value that sinks.
-        match rows.cone {
-            Cone::Equation => active.push((rows.constraint, -fall)),
-            _ if dual[0] > LEANING => active.push((rows.constraint, fall)),
-            _ => {}
-        }
-    }
-    active.sort_by_key(|(constraint, _)| *constraint);
-    active
-}
-
 /// Largest cosine between the residual and a column, the constraints' part taken off: `|Jᵀ r − Gᵀ z|` by columns, over the
 /// norms of column and residual; or, where that is larger, the share of twice the cost that lies between the point and
 /// the constraints that it should touch, `zᵀ s`.
-fn distance(
-    linearization: &dyn Linearization,
-    damping: &Damping,
-    model: &Model,
-    entered: &[Rows],
-    solution: &Solution,
-) -> f64 {
-    let mut gradient = model.quadratic.slope.clone();
-    let mut apart = 0.0;
-    for (rows, z) in entered.iter().zip(&solution.duals) {
+fn distance(linearization: &dyn Linearization, entered: &[Rows], duals: &[Vec<f64>]) -> f64 {
+    let (mut gradient, mut apart) = (linearization.gradient().to_vec(), 0.0);
+    for (rows, z) in entered.iter().zip(duals) {
         rows.add_transposed(-1.0, z, &mut gradient);
         apart += rows.slack.iter().zip(z).map(|(s, z)| s * z).sum::<f64>().abs();
     }
-    let scales = linearization.column_scales();
-    let cosines = gradient.iter().zip(&damping.scaling).zip(&scales).map(|((g, d), scale)| (g * d / scale).abs());
-    cosines.fold(apart / (1.0 + damping.lambda), f64::max)
+    let residual = (2.0 * linearization.cost()).sqrt();
+    let cosines = gradient.iter().zip(linearization.column_scales()).map(|(g, scale)| g.abs() / (scale * residual));
+    cosines.fold(apart / (residual * residual), f64::max)
 }

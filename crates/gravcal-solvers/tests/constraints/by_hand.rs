@@ -8,7 +8,11 @@ use crate::pose::{active, block, near, pose, readings, solve};
 const EXACT: f64 = 1e-9;
 
 /// The readings of one block, and the constraints on it.
-fn read(values: &[f64], start: &[f64], constraints: impl FnOnce(gravcal_estimation::BlockId) -> Vec<Constraint>) -> Estimate {
+fn read(
+    values: &[f64],
+    start: &[f64],
+    constraints: impl FnOnce(gravcal_estimation::BlockId) -> Vec<Constraint>,
+) -> Estimate {
     let mut builder = ProblemBuilder::new();
     let id = builder.add_block(block("x", values.len()), start);
     readings(&mut builder, id, values);
@@ -52,9 +56,8 @@ fn a_negative_mass_ends_at_zero() {
 /// by 5 − R = 4 for each unit of R. Where 6 is allowed, nothing is in the way.
 #[test]
 fn a_ball_holds_a_vector() {
-    let within = |radius| {
-        read(&[3.0, 4.0, 0.0], &[0.1, 0.2, 0.3], |id| vec![Constraint::ball("ball", id, &[0.0; 3], radius)])
-    };
+    let within =
+        |radius| read(&[3.0, 4.0, 0.0], &[0.1, 0.2, 0.3], |id| vec![Constraint::ball("ball", id, &[0.0; 3], radius)]);
     let held = within(1.0);
     assert!(near(&held.values.as_slice()[..3], &[0.6, 0.8, 0.0], EXACT), "{:?}", held.values);
     let [("ball", multiplier)] = active(&held)[..] else { panic!("{:?}", held.active) };
@@ -156,7 +159,11 @@ fn bounds_hold_what_the_data_do_not_determine() {
 fn what_is_said_twice_does_no_harm() {
     let estimate = read(&[-1.0], &[3.0], |id| {
         let bound = |name: &str| Constraint::bound(name, id, 0, 0.0, f64::INFINITY);
-        vec![bound("a"), bound("b"), Constraint::range("c", Affine::default().plus(id, 0, -5.0), f64::NEG_INFINITY, 0.0)]
+        vec![
+            bound("a"),
+            bound("b"),
+            Constraint::range("c", Affine::default().plus(id, 0, -5.0), f64::NEG_INFINITY, 0.0),
+        ]
     });
     assert_eq!(estimate.values.as_slice(), [0.0]);
     let total: f64 = active(&estimate).iter().map(|(name, z)| if *name == "c" { 5.0 * z } else { *z }).sum();

@@ -104,10 +104,7 @@ const PROBLEMS: &[Published] = &[
             affine(&m, &[1.0, 0.0, 0.0], x, r, j);
         },
         constraints: |id| {
-            vec![
-                equation("all", id, &[1.0; 5], 5.0),
-                equation("last", id, &[0.0, 0.0, 1.0, -2.0, -2.0], -3.0),
-            ]
+            vec![equation("all", id, &[1.0; 5], 5.0), equation("last", id, &[0.0, 0.0, 1.0, -2.0, -2.0], -3.0)]
         },
         minimum: 0.0,
         minimiser: &[1.0; 5],

@@ -1,10 +1,10 @@
 //! Vectors of known length.
 
+use gravcal_estimation::Solver;
 use gravcal_estimation::{
     Block, BlockId, Constraint, Estimate, Factor, Manifold, Noise, Problem, ProblemBuilder, SolveContext, Values,
 };
 use gravcal_solvers::{Clarabel, SolverName};
-use gravcal_estimation::Solver;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 

@@ -1,6 +1,8 @@
 //! The conditions of Karush, Kuhn and Tucker, checked from outside on random problems.
 
-use gravcal_estimation::{Affine, BlockId, Constraint, ConstraintKind, Estimate, Factor, Noise, Problem, ProblemBuilder, Values};
+use gravcal_estimation::{
+    Affine, BlockId, Constraint, ConstraintKind, Estimate, Factor, Noise, Problem, ProblemBuilder, Values,
+};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -33,7 +35,9 @@ fn random_problem(seed: u64, rank: usize, spread: f64) -> (Problem, Values) {
             let row = |m: &[f64]| (0..UNKNOWNS).map(|c| m[i * UNKNOWNS + c] * x[c]).sum::<f64>();
             let phase = row(&bent);
             r[i] = row(&linear) + 0.3 * phase.sin() - target[i];
-            (0..UNKNOWNS).for_each(|c| j[i * UNKNOWNS + c] = linear[i * UNKNOWNS + c] + 0.3 * phase.cos() * bent[i * UNKNOWNS + c]);
+            (0..UNKNOWNS).for_each(|c| {
+                j[i * UNKNOWNS + c] = linear[i * UNKNOWNS + c] + 0.3 * phase.cos() * bent[i * UNKNOWNS + c]
+            });
         }
     };
     let residual = Function { blocks: blocks.clone(), rows: ROWS, model: Box::new(model) };
@@ -44,7 +48,13 @@ fn random_problem(seed: u64, rank: usize, spread: f64) -> (Problem, Values) {
     let values = builder.initial();
     for i in 0..UNKNOWNS {
         let room = 0.3 * scales[i] * (1.1 + uniform());
-        builder.add_constraint(Constraint::bound(format!("bound {i}"), blocks[i / 3], i % 3, start[i] - room, start[i] + room));
+        builder.add_constraint(Constraint::bound(
+            format!("bound {i}"),
+            blocks[i / 3],
+            i % 3,
+            start[i] - room,
+            start[i] + room,
+        ));
     }
     for i in 0..3 {
         let function = affine(&mut uniform);
@@ -94,9 +104,8 @@ fn slope(problem: &Problem, constraint: &Constraint, values: &Values) -> Vec<(us
     match &constraint.kind {
         ConstraintKind::Range { function, lower, upper } => {
             let value = function.at(values);
-            // An equation counts by its value: the slope of its multiplier is that of −f.
-            let sign = if lower == upper { -1.0 } else if value - lower < upper - value { -1.0 } else { 1.0 };
-            let sign = if lower == upper { 1.0 } else { sign };
+            let at_lower = lower < upper && value - lower < upper - value;
+            let sign = if at_lower { -1.0 } else { 1.0 };
             of(function, sign)
         }
         ConstraintKind::Cone { norm_of, at_most } => {
@@ -111,22 +120,17 @@ fn slope(problem: &Problem, constraint: &Constraint, values: &Values) -> Vec<(us
 fn check(name: &str, rank: usize, spread: f64) {
     let mut touched = 0;
     let mut worst = [0.0_f64; 3];
-    let mut most = 0;
     for seed in 0..200 {
         let (problem, initial) = random_problem(seed, rank, spread);
         let estimate = solve(&problem, &initial).unwrap();
         assert!(estimate.termination.converged(), "{name} {seed}: {}", estimate.termination);
         let found = distances(&problem, &estimate);
-        if std::env::var("SHOW").is_ok() && (found[0] > 1e-9 || estimate.iterations.len() > 40) {
-            eprintln!("{name} {seed}: {found:?} {} {}", estimate.termination, estimate.iterations.len());
-        }
         worst.iter_mut().zip(found).for_each(|(w, f)| *w = w.max(f));
         touched += estimate.active.len();
-        most = most.max(estimate.iterations.len());
     }
-    eprintln!("{name}: worst {worst:?}, {touched} touched, {most} iterations");
-    assert!(touched > 600);
-    //assert!(worst[0] < 2e-8 && worst[1] < 1e-10 && worst[2] < 1e-10, "{worst:?}");
+    assert!(touched > 1000, "{name}: {touched} constraints touched");
+    let [stationarity, violation, complementarity] = worst;
+    assert!(stationarity < 1e-8 && violation < 1e-13 && complementarity < 1e-13, "{name}: {worst:?}");
 }
 
 #[test]

@@ -6,7 +6,10 @@ use gravcal_solvers::{Clarabel, LevenbergMarquardt};
 use crate::pose::{block, readings, solve};
 
 /// Two blocks, read as (5, 5, 5) and (5, 5), and their constraints.
-fn outcome(start: [f64; 5], constraints: impl FnOnce(BlockId, BlockId) -> Vec<Constraint>) -> Result<Vec<f64>, SolveError> {
+fn outcome(
+    start: [f64; 5],
+    constraints: impl FnOnce(BlockId, BlockId) -> Vec<Constraint>,
+) -> Result<Vec<f64>, SolveError> {
     let mut builder = ProblemBuilder::new();
     let a = builder.add_block(block("a", 3), &start[..3]);
     let b = builder.add_block(block("b", 2), &start[3..]);
@@ -53,9 +56,11 @@ fn a_start_outside_is_told_with_the_nearest_inside() {
 #[test]
 fn a_start_outside_by_rounding_is_taken() {
     let limit = 1.0 + 1e-12;
-    let found = outcome([1.0; 5], |a, _| vec![above("low", a, 0, limit), Constraint::length("l", a, 3f64.sqrt() - 1e-12)]);
+    let found =
+        outcome([1.0; 5], |a, _| vec![above("low", a, 0, limit), Constraint::length("l", a, 3f64.sqrt() - 1e-12)]);
     assert!(matches!(found, Err(SolveError::Unsupported(_))), "{found:?}");
-    let found = outcome([1.0; 5], |a, b| vec![above("low", a, 0, limit), Constraint::length("l", b, 2f64.sqrt() - 1e-12)]);
+    let found =
+        outcome([1.0; 5], |a, b| vec![above("low", a, 0, limit), Constraint::length("l", b, 2f64.sqrt() - 1e-12)]);
     assert!(found.unwrap()[..3].iter().all(|v| (v - 5.0).abs() < 1e-9));
 }
 
@@ -69,7 +74,10 @@ fn constraints_that_contradict_each_other_are_named() {
             Constraint::range("third", Affine::component(a, 0).plus(b, 1, -1.0), f64::NEG_INFINITY, -1.5),
         ]
     });
-    assert_eq!(contradicting, "no values obey all constraints; these contradict each other: `first`, `second`, `third`");
+    assert_eq!(
+        contradicting,
+        "no values obey all constraints; these contradict each other: `first`, `second`, `third`"
+    );
     let balls = message([1.0; 5], |a, _| {
         let ball = |name: &str, centre: f64| Constraint::ball(name, a, &[centre, 0.0, 0.0], 1.0);
         vec![ball("left", -3.0), ball("right", 3.0), below("of no concern", a, 2, 3.0)]
@@ -139,7 +147,9 @@ fn what_is_not_convex_is_refused_in_words() {
         with(Constraint::length("unit", id, 1.0)),
         "clarabel cannot take this problem: `unit` fixes the length of `g`, whose manifold already does: drop one of the two"
     );
-    let twice = message([1.0; 5], |a, _| vec![Constraint::length("one", a, 3f64.sqrt()), Constraint::length("two", a, 3f64.sqrt())]);
+    let twice = message([1.0; 5], |a, _| {
+        vec![Constraint::length("one", a, 3f64.sqrt()), Constraint::length("two", a, 3f64.sqrt())]
+    });
     assert!(twice.ends_with("`one` and `two` both fix the length of `a`: drop one of them"), "{twice}");
 }
 
