@@ -32,6 +32,7 @@ mod estimate;
 mod factor;
 mod identifiability;
 mod linearization;
+mod local_columns;
 mod loss;
 mod loss_name;
 mod manifold;

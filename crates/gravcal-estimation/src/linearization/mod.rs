@@ -62,4 +62,4 @@ fn dust(norms: &[f64]) -> impl Iterator<Item = usize> + '_ {
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -60,12 +60,13 @@ impl Bootstrap {
     /// Solves the replicates of a solved problem.
     ///
     /// # Errors
-    /// Where most replicates have no solution.
+    /// Where most replicates have no solution, or the problem has local blocks.
     pub fn new(
         solution: &Solution<'_>,
         resampling: &Resampling<'_>,
         solver: &dyn Solver,
     ) -> Result<Bootstrap, StatisticsError> {
+        solution.without_local()?;
         let replicates = 0..resampling.replicates as u64;
         let outcomes: Vec<Outcome> =
             replicates.into_par_iter().map(|index| replicate(solution, resampling, solver, index)).collect();

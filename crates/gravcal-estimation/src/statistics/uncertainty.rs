@@ -1,8 +1,8 @@
 //! A covariance together with what its intervals are made of.
 
 use super::sandwich::Freedom;
-use super::{Covariance, Quantile};
-use crate::{Problem, Spectrum, Values, named_combinations};
+use super::{Covariance, Quantile, StatisticsError};
+use crate::{BlockId, Problem, Spectrum, Values, named_combinations};
 
 /// A solved problem, as the statistics need it.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +16,16 @@ pub struct Solution<'a> {
 }
 
 impl Solution<'_> {
+    /// # Errors
+    /// Where the problem has local blocks, which the scatter of samples cannot tell apart.
+    pub(super) fn without_local(&self) -> Result<(), StatisticsError> {
+        let local = |id: &BlockId| self.problem.block(*id).local && !self.problem.columns_of(*id).is_empty();
+        match self.problem.block_ids().find(local) {
+            Some(id) => Err(StatisticsError::Local(self.problem.block(id).name.clone())),
+            None => Ok(()),
+        }
+    }
+
     /// A step by all columns in words.
     pub(super) fn name_direction(&self, step: &[f64]) -> String {
         let columns: Vec<usize> = (0..step.len()).collect();
