@@ -15,7 +15,7 @@ pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks};
 pub use load_distance::LoadDistance;
-pub use pose_torque::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel};
+pub use pose_torque::{CarriedLoad, DeflectedPoseTorque, PoseTorque, PoseTorqueBlocks, PoseTorqueModel};
 pub use prior::Prior;
 pub use sinusoid::{Sinusoid, SinusoidBlocks};
 

@@ -8,6 +8,7 @@
 //! `r_L` adds `(m_L, m_L r_L)` to the mass and first moment of the link that carries it. Joints without a usable
 //! reading have no row.
 
+mod deflected;
 mod model;
 
 use std::cell::RefCell;
@@ -17,6 +18,7 @@ use std::sync::Arc;
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 use gravcal_kinematics::GravityTorque;
 
+pub use deflected::DeflectedPoseTorque;
 pub use model::{CarriedLoad, PoseTorqueBlocks, PoseTorqueModel};
 use model::{GRAVITY, INERTIA, SENSORS, sensor_column};
 
@@ -163,7 +165,7 @@ impl Residual for PoseTorque {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
 
     use super::*;
@@ -171,7 +173,7 @@ mod tests {
 
     /// Turning, sliding and turning joint with a load on the second link, and readings of the given joints; and the
     /// lengths of its blocks.
-    fn loaded(joints: &[usize]) -> (PoseTorque, Vec<usize>) {
+    pub fn loaded(joints: &[usize]) -> (PoseTorque, Vec<usize>) {
         let row = |i: usize, kind, a, alpha, d| DhRow {
             name: format!("joint{i}"),
             kind,
