@@ -8,6 +8,7 @@ mod gravity_sweep;
 mod load_difference;
 mod load_distance;
 mod pose_torque;
+mod position_error;
 mod prior;
 mod sinusoid;
 
@@ -15,7 +16,8 @@ pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks};
 pub use load_distance::LoadDistance;
-pub use pose_torque::{CarriedLoad, DeflectedPoseTorque, PoseTorque, PoseTorqueBlocks, PoseTorqueModel};
+pub use pose_torque::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel};
+pub use position_error::PositionError;
 pub use prior::Prior;
 pub use sinusoid::{Sinusoid, SinusoidBlocks};
 

@@ -8,7 +8,6 @@
 //! `r_L` adds `(m_L, m_L r_L)` to the mass and first moment of the link that carries it. Joints without a usable
 //! reading have no row.
 
-mod deflected;
 mod model;
 
 use std::cell::RefCell;
@@ -18,7 +17,6 @@ use std::sync::Arc;
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 use gravcal_kinematics::GravityTorque;
 
-pub use deflected::DeflectedPoseTorque;
 pub use model::{CarriedLoad, PoseTorqueBlocks, PoseTorqueModel};
 use model::{GRAVITY, INERTIA, SENSORS, sensor_column};
 

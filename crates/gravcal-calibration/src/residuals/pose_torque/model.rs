@@ -63,17 +63,6 @@ impl PoseTorqueModel {
     }
 }
 
-impl PoseTorqueModel {
-    /// First stored column of each block, and their number.
-    pub(super) fn block_starts(&self) -> Vec<usize> {
-        let joints = self.chain.joint_count();
-        let parts = self.load.as_ref().map_or(0, |load| load.position.len());
-        let sensors = (GRAVITY..sensor_column(joints)).chain((0..joints).map(|link| inertia_column(joints, link)));
-        let load = (0..=parts).map(|part| inertia_column(joints, joints) + 3 * part);
-        std::iter::once(0).chain(sensors).chain(load).collect()
-    }
-}
-
 /// First stored column of a joint's sensors.
 pub(super) fn sensor_column(joint: usize) -> usize {
     GRAVITY + SENSORS * joint
