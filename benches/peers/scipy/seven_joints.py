@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 JOINTS = 7
 COSINE = 1e-8
-RUNS = 3
+RUNS = 5
 MOST_EVALUATIONS = 50
 # Columns of the Jacobian.
 GRAVITY, GAIN, BIAS = slice(0, 2), slice(2, 9), slice(9, 16)
