@@ -100,6 +100,11 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         covariance: CovarianceResult::default(),
         moments: Vec::new(),
         undetermined: Vec::new(),
+        weak: Vec::new(),
+        held: Vec::new(),
+        uncertainty: None,
+        loss: None,
+        outliers: Vec::new(),
         fit: None,
         notes: Vec::new(),
     }

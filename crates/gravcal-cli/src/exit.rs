@@ -70,6 +70,11 @@ mod tests {
             covariance: CovarianceResult::default(),
             moments: Vec::new(),
             undetermined: Vec::new(),
+            weak: Vec::new(),
+            held: Vec::new(),
+            uncertainty: None,
+            loss: None,
+            outliers: Vec::new(),
             fit: None,
             notes: Vec::new(),
         }

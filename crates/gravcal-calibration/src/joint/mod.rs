@@ -4,17 +4,23 @@ mod hold;
 mod idle;
 mod placements;
 mod problem;
+mod robust;
 mod solve;
 mod start;
+mod uncertainty;
 mod unknowns;
 
-use gravcal_estimation::{EvaluateError, SolveError};
+use gravcal_estimation::statistics::{LinearFunction, StatisticsError, TooFewBlocks, stored_coordinates};
+use gravcal_estimation::{EvaluateError, SolveError, held_blocks, named_combinations};
 use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
-use crate::judgement::{Judgement, Quantile, Situation, determined_moments, gravity_result, judge};
+use crate::judgement::{Judgement, Situation, determined_moments, gravity_result, judge, outlier_note, outliers};
 use crate::parameter::Quantity;
-use crate::result::{CovarianceResult, EstimatorResult, GravityResult, ParameterResult, Undetermined, Verdict};
+use crate::result::{
+    CovarianceResult, EstimatorResult, Fit, GravityResult, HeldBlock, LossResult, ParameterResult, UncertaintyResult,
+    Undetermined, Verdict, WeakCombination,
+};
 use crate::sequential::Plan;
 use crate::session::{LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
@@ -22,6 +28,8 @@ use crate::workbench::Workbench;
 use hold::SetAside;
 pub(crate) use hold::judge_at_start;
 pub use problem::{JointProblem, PosingError, Readings, pose};
+use robust::GAUGE;
+pub(crate) use robust::{NORMAL_MEDIAN, median};
 pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
 pub(crate) use start::start_around;
@@ -39,6 +47,15 @@ pub enum EstimateError {
     /// It could not be judged.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
+    /// How uncertain it is could not be told.
+    #[error("no standard deviations: {0}")]
+    Statistics(#[from] StatisticsError),
+}
+
+impl From<TooFewBlocks> for EstimateError {
+    fn from(error: TooFewBlocks) -> Self {
+        EstimateError::Statistics(error.into())
+    }
 }
 
 /// Which torque readings an estimator may use.
@@ -68,11 +85,9 @@ pub fn estimate_jointly(
     let solved = solve(session, &select(session, signals), known, workbench)?;
     let fit = solve::fit_with_held_out(session, &solved, workbench)?;
     let misfit = fit.misfit();
-    let solved = match misfit {
-        Some(misfit) => Solved { covariance: solved.covariance.scaled(misfit * misfit), ..solved },
-        None => solved,
-    };
-    let mut result = tell(session, name, &solved, Some(fit));
+    let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
+    let solved = Solved { uncertainty, ..solved };
+    let mut result = tell(session, name, &solved, fit, told)?;
     if let Some(misfit) = misfit {
         tell_misfit(misfit, &mut result);
     }
@@ -87,6 +102,7 @@ fn withdraw(result: &mut EstimatorResult) {
     result.gravity = None;
     result.covariance = CovarianceResult::default();
     result.moments.clear();
+    result.uncertainty = None;
     for parameter in result.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
         parameter.determined = false;
         (parameter.value, parameter.std, parameter.ci95) = (None, None, None);
@@ -98,9 +114,14 @@ const CONTRADICTION: f64 = 3.0;
 
 /// Says that the stated noise does not explain the residuals; beyond [`CONTRADICTION`] the estimate has failed.
 fn tell_misfit(misfit: f64, result: &mut EstimatorResult) {
+    let consequence = match result.uncertainty {
+        Some(UncertaintyResult::Noise { widened_by: Some(_), .. }) => {
+            "All standard deviations are widened by that factor."
+        }
+        _ => "Standard deviations come from the residuals, and need no widening.",
+    };
     result.notes.push(format!(
-        "The readings are explained {misfit:.1} times worse than their stated noise (p < 0.001). All standard \
-         deviations are widened by that factor."
+        "The readings are explained {misfit:.1} times worse than their stated noise (p < 0.001). {consequence}"
     ));
     if misfit > CONTRADICTION {
         result.verdict = Verdict::Failed;
@@ -129,7 +150,13 @@ pub fn select(session: &Session, signals: Signals) -> Readings {
 }
 
 /// Tells a solved problem in words and numbers.
-fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::result::Fit>) -> EstimatorResult {
+fn tell(
+    session: &Session,
+    name: &str,
+    solved: &Solved,
+    fit: Fit,
+    uncertainty: UncertaintyResult,
+) -> Result<EstimatorResult, EstimateError> {
     let judgement = solved.judge(session);
     let situation = solved.situation(session);
     let gravity = judgement.gravity.then(|| solved.gravity(session));
@@ -143,7 +170,11 @@ fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::resul
     let mut notes = session_notes(session);
     notes.extend(set_aside_notes(session, solved));
     notes.extend(mirrored.iter().cloned());
-    EstimatorResult {
+    let outliers = outliers(session, solved)?;
+    notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
+    let weak = weak_combinations(solved);
+    notes.extend(weak.iter().map(weak_note));
+    Ok(EstimatorResult {
         name: name.to_owned(),
         verdict: match (converged && mirrored.is_empty(), complete) {
             (false, _) => Verdict::Failed,
@@ -158,18 +189,63 @@ fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::resul
             &solved.estimate.values,
             &solved.posed.layout,
             &solved.spectrum,
-            &solved.covariance,
+            solved.covariance(),
         ),
         gravity,
         parameters,
         undetermined,
-        fit,
+        weak,
+        held: tell_held(solved),
+        uncertainty: Some(uncertainty),
+        loss: tell_loss(solved),
+        outliers,
+        fit: Some(fit),
         notes,
-    }
+    })
+}
+
+fn tell_loss(solved: &Solved) -> Option<LossResult> {
+    let loss = solved.posed.loss;
+    loss.width().map(|width| LossResult { kind: loss.name().as_str(), width })
+}
+
+/// Everything that was held: by the session, because the data say too little of it, or to fix a gauge.
+fn tell_held(solved: &Solved) -> Vec<HeldBlock> {
+    let problem = solved.posed.problem.holding(&solved.gauges, GAUGE);
+    let values = &solved.estimate.values;
+    let tell = |(id, why): (_, &str)| HeldBlock {
+        name: problem.block(id).name.clone(),
+        value: values.get(id).to_vec(),
+        why: why.to_owned(),
+    };
+    held_blocks(&problem).map(tell).collect()
+}
+
+/// Steps of gravity and the sensor parameters that change the readings hardly, whatever masses and moments are.
+fn weak_combinations(solved: &Solved) -> Vec<WeakCombination> {
+    let Layout { gravity, sensors, .. } = &solved.posed.layout;
+    let problem = &solved.posed.problem;
+    let blocks = [*gravity].into_iter().chain(sensors.iter().flatten().copied());
+    let columns: Vec<usize> = blocks.flat_map(|id| problem.columns_of(id)).collect();
+    let weak = solved.spectrum.weak_directions(&columns);
+    let steps: Vec<Vec<f64>> = weak.iter().map(|direction| direction.step.clone()).collect();
+    let named = named_combinations(problem, &solved.estimate.values, &columns, &steps);
+    let tell = |(combination, times_worse): (gravcal_estimation::NamedCombination, f64)| WeakCombination {
+        combination: combination.to_string(),
+        terms: combination.terms.into_iter().map(|term| (term.name, term.unit, term.coefficient)).collect(),
+        times_worse,
+    };
+    named.into_iter().zip(weak.iter().map(|direction| direction.times_worse)).map(tell).collect()
+}
+
+fn weak_note(weak: &WeakCombination) -> String {
+    format!(
+        "Known {:.0} times worse than the rest, because the readings hardly change along it: {}.",
+        weak.times_worse, weak.combination
+    )
 }
 
 fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
-    let quantile = solved.quantile(session);
     let mut parameters = Vec::new();
     for (joint, ids) in solved.posed.layout.sensors.iter().enumerate() {
         for quantity in Quantity::ALL {
@@ -181,7 +257,8 @@ fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) ->
             if told.determined {
                 told.value = Some(value);
                 told.std = Some(std);
-                told.ci95 = Some(quantile.interval(value, std));
+                let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
+                told.ci95 = Some(solved.uncertainty.interval(value, &own));
             }
             parameters.push(told);
         }
@@ -224,7 +301,7 @@ fn tell_covariance(session: &Session, solved: &Solved, judgement: &Judgement) ->
         }
     }
     let problem = &solved.posed.problem;
-    let stored = solved.covariance.stored(problem, &solved.estimate.values, &blocks);
+    let stored = solved.covariance().stored(problem, &solved.estimate.values, &blocks);
     let order: Vec<String> = blocks
         .iter()
         .flat_map(|id| (0..problem.block(*id).len()).map(|i| problem.block(*id).component_name(i)))
@@ -304,7 +381,7 @@ impl Solved {
             &posed.problem,
             values,
             &posed.layout,
-            (&self.spectrum, &self.covariance),
+            (&self.spectrum, self.covariance()),
             spreads,
             &self.idle,
         );
@@ -323,13 +400,17 @@ impl Solved {
         Situation { session, gravity: [g[0], g[1], g[2]], read, idle: self.idle.clone() }
     }
 
-    fn quantile(&self, session: &Session) -> Quantile {
-        let estimated = session.noise_estimated().iter().any(|e| *e);
-        Quantile::new(estimated, self.posed.problem.rows().saturating_sub(self.spectrum.rank()))
-    }
-
     fn gravity(&self, session: &Session) -> GravityResult {
-        let g = self.estimate.values.get(self.posed.layout.gravity);
-        gravity_result([g[0], g[1], g[2]], &self.gravity_covariance(), session.asks("gravity"))
+        let (problem, values, id) = (&self.posed.problem, &self.estimate.values, self.posed.layout.gravity);
+        let axes = stored_coordinates(problem, values, &[id]);
+        let radius = |_std: f64, along: [f64; 3]| {
+            let of_axis = |(axis, share): (&LinearFunction, f64)| {
+                axis.iter().map(|(column, c)| (*column, share * c)).collect::<Vec<_>>()
+            };
+            let function: LinearFunction = axes.iter().zip(along).flat_map(of_axis).collect();
+            self.uncertainty.cone(&function)
+        };
+        let g = values.get(id);
+        gravity_result([g[0], g[1], g[2]], &self.gravity_covariance(), session.asks("gravity"), radius)
     }
 }

@@ -43,6 +43,15 @@
 //! swept = "shoulder"                         # optional: found by movement without it
 //! step = 2                                   # optional: the step of the sequential procedure that reads it
 //!
+//! [loss]                                     # optional: how the joint estimator counts readings far beyond their noise
+//! kind = "huber"                             # "none" (the default), "huber", "cauchy", "tukey", "geman-mcclure"
+//! width = 1.345                              # optional, in standard deviations: where it begins to count less
+//!
+//! [uncertainty]                              # optional: where the joint estimator's standard deviations come from
+//! kind = "sandwich"                          # "noise" (the default), "sandwich", "bootstrap"
+//! block_poses = 10                           # neighbouring poses that may share an error; not with "noise"
+//! replicates = 500                           # optional, with "bootstrap" only; so is seed = 1
+//!
 //! [ask]                                      # optional
 //! add = ["shoulder.position_offset"]
 //! drop = ["shoulder.torque_gain"]
@@ -60,11 +69,13 @@ mod inertia;
 mod joints;
 mod knowledge;
 mod loads;
+mod loss;
 mod normal_gravity;
 mod poses;
 mod readings;
 #[cfg(test)]
 mod tests;
+mod uncertainty;
 
 use std::path::{Path, PathBuf};
 
@@ -112,6 +123,9 @@ struct SessionTable {
     load_distance: Vec<loads::LoadDistanceTable>,
     #[serde(default)]
     poses: Vec<poses::PosesTable>,
+    loss: Option<loss::LossTable>,
+    #[serde(default)]
+    uncertainty: uncertainty::UncertaintyTable,
     #[serde(default)]
     ask: ask::AskTable,
 }
@@ -148,6 +162,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
+    let loss = loss::resolve(&context, written.loss.as_ref())?;
     let ask = ask::resolve(&context, &joints, written.ask)?;
     let tables = poses::tables(&context, &loads, &written.poses)?;
     let poses = poses::read_all(&document, &written.poses, &tables, &mapping)?;
@@ -156,6 +171,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         let message = "no table has a usable torque reading: every torque cell is empty or marked unusable";
         return Err(document.error(&Field::new("readings").key("torque"), message).into());
     }
+    let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
 
     let inputs = inputs(path, &robot_path, tables.iter().map(|table| table.path.clone()));
     let (estimators, solver) = (written.estimators, written.solver);
@@ -168,6 +184,8 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         joints,
         tables,
         poses,
+        loss,
+        uncertainty,
         ask,
         estimators,
         solver,
