@@ -1,6 +1,6 @@
 //! What a method that minimises a problem offers.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use thiserror::Error;
@@ -49,6 +49,14 @@ pub enum SolveError {
     /// A residual has no value at the start.
     #[error("the start cannot be evaluated: {0}")]
     Evaluate(#[from] EvaluateError),
+    /// The checkpoint is not one of this solve, or cannot be kept.
+    #[error("the checkpoint {} {reason}", path.display())]
+    Checkpoint {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and what to do.
+        reason: String,
+    },
     /// The method failed inside.
     #[error("{solver} failed: {reason}")]
     Failed {
@@ -78,7 +86,8 @@ pub struct SolveContext<'a> {
     pub observer: Option<&'a mut dyn Observer>,
     /// Set from elsewhere to stop after the current iteration.
     pub stop: Option<&'a AtomicBool>,
-    /// File in which the state is kept after every iteration, so that a solve that was interrupted goes on from there.
+    /// File in which the state is kept after every iteration, so that a solve that was interrupted goes on from there. A
+    /// file that is there is gone on from, whatever the start; one that is not of this solve is an error.
     pub checkpoint: Option<&'a Path>,
 }
 
