@@ -56,6 +56,14 @@ fn pose(block: Block, start: &[f64], rows: usize, model: Model) -> (Problem, Val
     (problem, initial, id)
 }
 
+/// The methods that take a problem.
+fn solvers(problem: &Problem) -> Vec<SolverName> {
+    let taken: Vec<SolverName> =
+        SolverName::ALL.into_iter().filter(|solver| solver.build().check(problem).is_ok()).collect();
+    assert!(taken.len() >= 3);
+    taken
+}
+
 fn numbers(count: usize) -> Block {
     let names: Vec<String> = (0..count).map(|i| i.to_string()).collect();
     Block::vector("x", "", &names.iter().map(String::as_str).collect::<Vec<_>>())
@@ -113,9 +121,9 @@ fn published_minima_are_reached_from_the_standard_starts() {
         ("Bard", vec![1.0, 1.0, 1.0], 15, bard, 8.21487e-3),
         ("Kowalik-Osborne", vec![0.25, 0.39, 0.415, 0.39], 11, kowalik_osborne, 3.07505e-4),
     ];
-    for solver in SolverName::ALL {
-        for (name, start, rows, model, minimum) in &problems {
-            let (problem, initial, _) = pose(numbers(start.len()), start, *rows, *model);
+    for (name, start, rows, model, minimum) in &problems {
+        let (problem, initial, _) = pose(numbers(start.len()), start, *rows, *model);
+        for solver in solvers(&problem) {
             let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
             let found = 2.0 * estimate.cost;
             assert!(estimate.termination.converged(), "{solver} on {name}: {}", estimate.termination);
@@ -136,8 +144,8 @@ fn towards_a_point(x: &[f64], r: &mut [f64], j: &mut [f64]) {
 #[test]
 fn a_vector_on_a_sphere_stays_there_and_reaches_the_closest_point() {
     let block = Block::vector("v", "m", &["x", "y", "z"]).on(Manifold::Sphere { radius: 6.0 });
-    for solver in SolverName::ALL {
-        let (problem, initial, id) = pose(block.clone(), &[6.0, 0.0, 0.0], 3, towards_a_point);
+    let (problem, initial, id) = pose(block, &[6.0, 0.0, 0.0], 3, towards_a_point);
+    for solver in solvers(&problem) {
         let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
         assert!(estimate.termination.converged());
         let found = estimate.values.get(id);
@@ -153,8 +161,8 @@ fn sum_of_two(x: &[f64], r: &mut [f64], j: &mut [f64]) {
 
 #[test]
 fn a_direction_without_information_is_left_alone_and_named() {
-    for solver in SolverName::ALL {
-        let (problem, initial, id) = pose(numbers(2), &[5.0, 1.0], 2, sum_of_two);
+    let (problem, initial, id) = pose(numbers(2), &[5.0, 1.0], 2, sum_of_two);
+    for solver in solvers(&problem) {
         let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
         let found = estimate.values.get(id);
         assert!(estimate.termination.converged());
@@ -202,11 +210,11 @@ impl Residual for Bounded {
 
 #[test]
 fn a_step_to_where_the_model_has_no_value_is_shortened() {
-    for solver in SolverName::ALL {
-        let mut builder = ProblemBuilder::new();
-        let id = builder.add_block(Block::scalar("x", ""), &[-50.0]);
-        builder.add_factor(Factor::new(Bounded(id), Noise::independent(&[1.0]).unwrap()));
-        let (problem, initial) = builder.build().unwrap();
+    let mut builder = ProblemBuilder::new();
+    let id = builder.add_block(Block::scalar("x", ""), &[-50.0]);
+    builder.add_factor(Factor::new(Bounded(id), Noise::independent(&[1.0]).unwrap()));
+    let (problem, initial) = builder.build().unwrap();
+    for solver in solvers(&problem) {
         let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
         assert!((estimate.values.scalar(id) - 1.0).abs() < 1e-9, "{}", estimate.termination);
         let mut outside = initial.clone();
