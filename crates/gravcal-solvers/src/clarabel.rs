@@ -60,7 +60,7 @@ pub struct Clarabel {
 
 impl Default for Clarabel {
     fn default() -> Self {
-        Clarabel { max_iterations: 200, cosine_tolerance: 1e-10, step_tolerance: 1e-13, cost_tolerance: 1e-15 }
+        Clarabel { max_iterations: 1000, cosine_tolerance: 1e-10, step_tolerance: 1e-13, cost_tolerance: 1e-15 }
     }
 }
 
