@@ -1,0 +1,117 @@
+//! Speed of the joint estimate of seven joints, on one thread, beside the same problem in Ceres and in SciPy.
+//!
+//! `cargo run --release -p gravcal-benches --bin speed`
+//!
+//! `benches/README.md` says what is measured and how.
+
+mod clock;
+mod exchange;
+mod model;
+mod peers;
+mod problem;
+mod product;
+mod table;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use gravcal_estimation::{Estimate, SolveContext, Solver, Spectrum};
+use gravcal_solvers::LevenbergMarquardt;
+
+use clock::{median_seconds, microseconds};
+use peers::Peer;
+use problem::SevenJoints;
+use table::{Row, print_table};
+
+/// Columns of the joint problem, counted by hand: gravity 2, torque gains and biases 14, position gains 7 and offsets 5,
+/// masses and moments 28, placement 3, direction of the displacement 2.
+const COLUMNS: usize = 61;
+/// Largest |cosine| between the residual and a column of J with which a solution passes.
+pub(crate) const COSINE: f64 = 1e-8;
+
+/// Times the joint problem of seven joints on one thread, beside Ceres and SciPy.
+#[derive(Parser)]
+struct Arguments {
+    /// Numbers of poses.
+    #[arg(long, value_delimiter = ',', default_value = "300,2000,20000", value_parser = clap::value_parser!(u32).range(30..))]
+    poses: Vec<u32>,
+    /// Leave Ceres and SciPy out.
+    #[arg(long)]
+    without_peers: bool,
+}
+
+fn main() -> ExitCode {
+    match run(&Arguments::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(arguments: &Arguments) -> Result<(), String> {
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().map_err(|e| e.to_string())?;
+    let peers = if arguments.without_peers { Vec::new() } else { peers::available() };
+    let peak = product::peak();
+    println!("peak of one thread, the best of square products in cache: {:.1} GFLOP/s", peak * 1e-9);
+    arguments.poses.iter().try_for_each(|poses| one_thread.install(|| measure(*poses as usize, &peers, peak)))
+}
+
+/// One number of poses: solves, prints what the time is made of, and compares with the peers.
+fn measure(poses: usize, peers: &[Peer], peak: f64) -> Result<(), String> {
+    let problem = SevenJoints::simulate(poses)?;
+    describe(&problem)?;
+    let ours = solve(&problem)?;
+    print_shares(&problem, &ours, peak)?;
+    let folder = exchange::write(&problem)?;
+    let theirs = peers.iter().map(|peer| (peer.name, peer.run(folder.path())));
+    print_table(poses, &ours, theirs.collect());
+    Ok(())
+}
+
+fn describe(problem: &SevenJoints) -> Result<(), String> {
+    let joint = &problem.posed.problem;
+    let columns = joint.columns().len();
+    if columns != COLUMNS {
+        return Err(format!("the problem has {columns} columns, expected {COLUMNS}"));
+    }
+    let rank = Spectrum::new(joint, &problem.posed.initial).map_err(|e| e.to_string())?.rank();
+    println!("\n{} poses: {} readings, {columns} columns of rank {rank}", problem.poses(), joint.rows());
+    Ok(())
+}
+
+fn solve(problem: &SevenJoints) -> Result<Row, String> {
+    let solver = LevenbergMarquardt { cosine_tolerance: COSINE, ..LevenbergMarquardt::default() };
+    let (joint, initial) = (&problem.posed.problem, &problem.posed.initial);
+    let run = || solver.solve(joint, initial, &mut SolveContext::default());
+    let estimate: Estimate = run().map_err(|e| e.to_string())?;
+    let (Some(first), Some(last)) = (estimate.iterations.first(), estimate.iterations.last()) else {
+        return Err("the solver recorded no iteration".into());
+    };
+    Ok(Row {
+        seconds: median_seconds(run),
+        iterations: estimate.iterations.len() - 1,
+        initial_cost: first.cost,
+        cost: estimate.cost,
+        cosine: last.cosine,
+    })
+}
+
+/// What a pose and iteration consists of.
+fn print_shares(problem: &SevenJoints, ours: &Row, peak: f64) -> Result<(), String> {
+    let model = model::time(problem)?;
+    println!("  model: {} µs a pose, with Jacobian: {} µs", microseconds(model.residual), microseconds(model.jacobian));
+    let product = product::time(problem);
+    let poses = problem.poses() as f64;
+    // One product at the start and one after every iteration.
+    let share = product.seconds * (ours.iterations + 1) as f64 / ours.seconds;
+    println!(
+        "  product JᵀJ: {} µs a pose, {:.0} % of the solve; {:.1} GFLOP/s, {:.0} % of the peak",
+        microseconds(product.seconds / poses),
+        100.0 * share,
+        product.rate() * 1e-9,
+        100.0 * product.rate() / peak,
+    );
+    Ok(())
+}

@@ -1,0 +1,70 @@
+//! The peers: programs that read the same problem from a folder, solve it on one thread and print a [`Row`].
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::table::Row;
+
+const SOURCES: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/peers");
+/// Keeps the linear algebra of every peer on one thread.
+const ONE_THREAD: [(&str, &str); 3] =
+    [("OPENBLAS_NUM_THREADS", "1"), ("OMP_NUM_THREADS", "1"), ("MKL_NUM_THREADS", "1")];
+
+/// A program that is there to run.
+pub struct Peer {
+    pub name: &'static str,
+    /// The program and its first arguments; the folder follows.
+    command: Vec<PathBuf>,
+}
+
+/// The peers that this machine can run; says of the others how to install them.
+pub fn available() -> Vec<Peer> {
+    let found =
+        [("Ceres", ceres(), "apt-get install cmake g++ libceres-dev"), ("SciPy", scipy(), "pip install numpy scipy")];
+    let mut peers = Vec::new();
+    for (name, command, install) in found {
+        match command {
+            Ok(command) => peers.push(Peer { name, command }),
+            Err(message) => println!("{name} is left out: {message}\n  to install it: {install}\n"),
+        }
+    }
+    peers
+}
+
+impl Peer {
+    /// Solves the problem in `folder`.
+    pub fn run(&self, folder: &Path) -> Result<Row, String> {
+        let mut command = Command::new(&self.command[0]);
+        let output = output(command.args(&self.command[1..]).arg(folder).envs(ONE_THREAD))?;
+        serde_json::from_str(&output).map_err(|e| format!("printed no result ({e}): {output}"))
+    }
+}
+
+/// Builds the Ceres program beside this one.
+fn ceres() -> Result<Vec<PathBuf>, String> {
+    let own = std::env::current_exe().map_err(|e| e.to_string())?;
+    let build = own.with_file_name("peers-ceres");
+    let source = Path::new(SOURCES).join("ceres");
+    println!("building the Ceres program in {}", build.display());
+    output(Command::new("cmake").arg("-S").arg(source).arg("-B").arg(&build).arg("-DCMAKE_BUILD_TYPE=Release"))?;
+    output(Command::new("cmake").arg("--build").arg(&build))?;
+    Ok(vec![build.join("seven_joints")])
+}
+
+/// The SciPy program, for the `python3` of the path.
+fn scipy() -> Result<Vec<PathBuf>, String> {
+    output(Command::new("python3").args(["-c", "import numpy, scipy.optimize"]))?;
+    Ok(vec!["python3".into(), Path::new(SOURCES).join("scipy").join("seven_joints.py")])
+}
+
+/// What a program prints; where it fails, the last line of what it complains.
+fn output(command: &mut Command) -> Result<String, String> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let output = command.output().map_err(|e| format!("cannot run {name}: {e}"))?;
+    if output.status.success() {
+        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
+    }
+    let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
+    let last = complaint.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("without a word");
+    Err(format!("{name} failed: {last}"))
+}

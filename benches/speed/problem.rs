@@ -1,0 +1,34 @@
+//! The problem: seven joints on a tilted base, bare and with a load at two placements a known distance apart.
+
+use std::path::Path;
+
+use gravcal_calibration::Session;
+use gravcal_calibration::joint::{JointProblem, Signals, Unknowns, pose, select};
+use gravcal_calibration::simulation::{Run, Simulation};
+
+const SIMULATION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../experiments/seven-joints-tilted/simulation.toml");
+
+/// A simulated session and its joint problem, posed from the nominal start.
+pub struct SevenJoints {
+    pub session: Session,
+    pub posed: JointProblem,
+}
+
+impl SevenJoints {
+    /// Draws that many poses, evenly over the tables (bare, the load's first placement, its second).
+    pub fn simulate(poses: usize) -> Result<SevenJoints, String> {
+        let mut simulation = Simulation::read(Path::new(SIMULATION)).map_err(|e| e.to_string())?;
+        let tables = simulation.runs.len();
+        for (table, run) in simulation.runs.iter_mut().enumerate() {
+            *run = Run::Random { poses: poses / tables + usize::from(table < poses % tables) };
+        }
+        let session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let posed = pose(&session, &readings, &Unknowns::nominal(&session)).map_err(|e| e.to_string())?;
+        Ok(SevenJoints { session, posed })
+    }
+
+    pub fn poses(&self) -> usize {
+        self.session.poses.len()
+    }
+}

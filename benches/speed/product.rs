@@ -1,0 +1,132 @@
+//! Time of the product JᵀJ alone, and the machine's peak.
+//!
+//! Counted is what normal equations in batches need: poses that carry the same load, 64 at a time; for each joint i
+//! one buffer of 64 rows over the columns that its torque can touch (gravity, its own gain and bias, all position gains
+//! and offsets, masses and moments of the links from i on, the load's placement) and the residual, `w_i + 1` together;
+//! of each buffer's product with itself the lower triangle, added to a sum:
+//!
+//! ```text
+//!     floating-point operations a pose = Σ_i (w_i + 1)(w_i + 2)          (a product and a sum for each entry and row)
+//! ```
+//!
+//! Filling the buffers, and adding the sums into the matrix of all columns, is not counted.
+
+use faer::linalg::matmul::triangular::{self, BlockStructure};
+use faer::{Accum, Mat, MatRef, Par};
+use gravcal_calibration::parameter::Quantity;
+use gravcal_estimation::BlockId;
+
+use crate::clock::median_seconds;
+use crate::problem::SevenJoints;
+
+/// Poses in a batch.
+const BATCH: usize = 64;
+/// Sizes of the square products whose best rate is the peak: two operands and the result stay in a cache of 2 MB.
+const PEAK_SIZES: [usize; 4] = [96, 128, 192, 256];
+
+/// The products of all poses once.
+pub struct ProductTime {
+    pub seconds: f64,
+    pub operations: f64,
+}
+
+impl ProductTime {
+    /// Floating-point operations a second.
+    pub fn rate(&self) -> f64 {
+        self.operations / self.seconds
+    }
+}
+
+/// One joint's rows of one batch, row-major, and the lower triangle of their products.
+struct Buffer {
+    rows: Vec<f64>,
+    width: usize,
+    sum: Mat<f64>,
+}
+
+impl Buffer {
+    fn new(width: usize) -> Self {
+        // Any numbers: only the shape matters.
+        let rows = (0..BATCH * width).map(|k| (k as f64).sin()).collect();
+        Buffer { rows, width, sum: Mat::zeros(width, width) }
+    }
+
+    fn add_product(&mut self) {
+        let rows = MatRef::from_row_major_slice(&self.rows, BATCH, self.width);
+        triangular::matmul(
+            self.sum.as_mut(),
+            BlockStructure::TriangularLower,
+            Accum::Add,
+            rows.transpose(),
+            BlockStructure::Rectangular,
+            rows,
+            BlockStructure::Rectangular,
+            1.0,
+            Par::Seq,
+        );
+    }
+}
+
+/// Time and operations of JᵀJ over all poses of the problem.
+pub fn time(problem: &SevenJoints) -> ProductTime {
+    let mut groups: Vec<(usize, Vec<Buffer>)> = loads(problem).map(|load| batches(problem, load)).collect();
+    let operations = groups.iter().map(|(count, buffers)| *count as f64 * operations_of(buffers)).sum();
+    let seconds = median_seconds(|| {
+        for (count, buffers) in &mut groups {
+            (0..*count).for_each(|_| buffers.iter_mut().for_each(Buffer::add_product));
+        }
+    });
+    ProductTime { seconds, operations }
+}
+
+/// No load, and each of the loads.
+fn loads(problem: &SevenJoints) -> impl Iterator<Item = Option<usize>> + use<> {
+    std::iter::once(None).chain((0..problem.session.loads.len()).map(Some))
+}
+
+/// How many batches poses with this load fill, and the buffers of one.
+fn batches(problem: &SevenJoints, load: Option<usize>) -> (usize, Vec<Buffer>) {
+    let poses = problem.session.poses.iter().filter(|pose| pose.load == load).count();
+    let joints = problem.session.joints.len();
+    (poses.div_ceil(BATCH), (0..joints).map(|joint| Buffer::new(columns(problem, load, joint) + 1)).collect())
+}
+
+fn operations_of(buffers: &[Buffer]) -> f64 {
+    buffers.iter().map(|b| (BATCH * b.width * (b.width + 1)) as f64).sum()
+}
+
+/// How many columns the torque of one joint can touch.
+fn columns(problem: &SevenJoints, load: Option<usize>, joint: usize) -> usize {
+    let layout = &problem.posed.layout;
+    let own = [Quantity::TorqueGain, Quantity::TorqueBias].map(|q| layout.sensors[joint][q as usize]);
+    let coordinates = layout
+        .sensors
+        .iter()
+        .flat_map(|ids| [Quantity::PositionGain, Quantity::PositionOffset].map(|q| ids[q as usize]));
+    let placement = load.and_then(|load| layout.loads[load].clone()).unwrap_or_default();
+    std::iter::once(layout.gravity)
+        .chain(own)
+        .chain(coordinates)
+        .chain(layout.inertia[joint..].iter().copied())
+        .chain(placement)
+        .map(|id: BlockId| problem.posed.problem.columns_of(id).len())
+        .sum()
+}
+
+/// Floating-point operations a second of the fastest square product in cache.
+pub fn peak() -> f64 {
+    PEAK_SIZES.into_iter().map(square_rate).fold(0.0, f64::max)
+}
+
+fn square_rate(size: usize) -> f64 {
+    let [a, b] = [1.0, 2.0].map(|shift| Mat::from_fn(size, size, |i, j| (shift + (i * size + j) as f64).sin()));
+    let mut product = Mat::zeros(size, size);
+    let operations = 2.0 * (size as f64).powi(3);
+    let repetitions = (1e9 / operations).ceil() as usize;
+    let seconds = median_seconds(|| {
+        for _ in 0..repetitions {
+            faer::linalg::matmul::matmul(product.as_mut(), Accum::Replace, &a, &b, 1.0, Par::Seq);
+        }
+    });
+    operations * repetitions as f64 / seconds
+}
