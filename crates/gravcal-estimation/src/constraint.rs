@@ -110,6 +110,8 @@ pub struct ActiveConstraint {
     /// A range gives way at the limit at which it holds, outwards, and a cone by what is added to `f_0`: never
     /// negative. An equation gives way by a larger value or length; where the cost would rise, the multiplier is negative.
     pub multiplier: f64,
+    /// Functions that it holds where they are, to first order: one, or all that it is made of at the tip of a cone.
+    pub holds: Vec<Affine>,
 }
 
 impl Constraint {
@@ -283,11 +285,27 @@ mod tests {
     }
 
     #[test]
+    fn values_that_break_a_constraint_are_told_with_its_limits() {
+        let (x, values) = block_at(&[3.0, 4.0, 0.0]);
+        let told = |constraint: Constraint| constraint.complaint(&values);
+        assert_eq!(told(Constraint::bound("b", x, 0, f64::NEG_INFINITY, 2.0)), "`b` (is 3, must be at most 2)");
+        assert_eq!(told(Constraint::bound("b", x, 0, 4.0, 5.0)), "`b` (is 3, must be between 4 and 5)");
+        assert_eq!(told(Constraint::bound("b", x, 0, 4.0, 4.0)), "`b` (is 3, must be 4)");
+        assert_eq!(told(Constraint::ball("s", x, &[0.0; 3], 4.5)), "`s` (has length 5, must be at most 4.5)");
+        assert_eq!(told(Constraint::length("l", x, 6.0)), "`l` (has length 5, must be 6)");
+        assert!(Constraint::bound("b", x, 0, 3.0 + 1e-12, 5.0).is_obeyed_by(&values));
+        assert!(!Constraint::bound("b", x, 0, 3.0 + 1e-7, 5.0).is_obeyed_by(&values));
+    }
+
+    #[test]
     fn what_makes_no_sense_is_refused_by_name() {
         let (x, _) = block_at(&[0.0; 3]);
         let error = Constraint::bound("mass", x, 0, 2.0, 1.0).check(&[3]).unwrap_err();
         assert_eq!(error.to_string(), "constraint `mass`: its lower bound 2 exceeds its upper bound 1");
         assert!(Constraint::bound("mass", x, 3, 0.0, 1.0).check(&[3]).is_err());
+        assert!(Constraint::bound("mass", x, 0, f64::NAN, 1.0).check(&[3]).is_err());
+        assert!(Constraint::bound("mass", x, 0, f64::INFINITY, f64::INFINITY).check(&[3]).is_err());
+        assert!(Constraint::range("nothing", Affine::constant(1.0), 0.0, 1.0).check(&[3]).is_err());
         assert!(Constraint::length("g", x, 0.0).check(&[3]).is_err());
     }
 }

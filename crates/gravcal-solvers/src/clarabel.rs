@@ -22,6 +22,7 @@
 //! **Not taken.** Ranges and cones over blocks of a fixed length: such sets are not convex, and "the nearest point
 //! inside" is not one.
 
+mod active;
 mod model;
 mod programme;
 mod refine;
@@ -30,11 +31,12 @@ mod start;
 mod trial;
 
 use gravcal_estimation::{
-    ActiveConstraint, BlockId, Constraint, ConstraintKind, Estimate, EvaluateError, IterationRecord, Manifold, Problem,
-    SolveContext, SolveError, Solver, Termination, Unsupported, Values,
+    BlockId, Constraint, ConstraintKind, Estimate, EvaluateError, IterationRecord, Manifold, Problem, SolveContext,
+    SolveError, Solver, Termination, Unsupported, Values,
 };
 use serde::Deserialize;
 
+use active::active_constraints;
 use start::scale_to_length;
 use trial::{Damping, Point, Trial};
 
@@ -60,7 +62,7 @@ pub struct Clarabel {
 
 impl Default for Clarabel {
     fn default() -> Self {
-        Clarabel { max_iterations: 200, cosine_tolerance: 1e-10, step_tolerance: 1e-13, cost_tolerance: 1e-15 }
+        Clarabel { max_iterations: 1000, cosine_tolerance: 1e-10, step_tolerance: 1e-13, cost_tolerance: 1e-15 }
     }
 }
 
@@ -143,7 +145,7 @@ struct Run<'r, 'o> {
     /// Factor by which the damping grows after the next rejected step.
     growth: f64,
     records: Vec<IterationRecord>,
-    /// Rows on which the last step leaned.
+    /// Places of the rows on which the last step leaned.
     leaning: Vec<usize>,
 }
 
@@ -182,16 +184,13 @@ impl<'r, 'o> Run<'r, 'o> {
                 break self.stationary(&current).unwrap_or(end);
             }
         };
-        let named = |(index, multiplier): (usize, f64)| ActiveConstraint {
-            name: self.problem.constraints()[index].name.clone(),
-            multiplier,
-        };
+        let leaning = current.trial.as_ref().map_or(&[][..], |trial| &trial.leaning);
         Ok(Estimate {
             cost: current.cost(),
+            active: active_constraints(self.problem, &current.point.values, leaning),
             values: current.point.values,
             termination,
             iterations: self.records,
-            active: current.trial.map_or_else(Vec::new, |t| t.active.into_iter().map(named).collect()),
         })
     }
 
@@ -221,7 +220,7 @@ impl<'r, 'o> Run<'r, 'o> {
     fn aim(&mut self, current: &mut Current<'_>) {
         current.trial = Trial::new(self.problem, &mut current.point, &self.damping, &self.leaning);
         if let Some(trial) = &current.trial {
-            self.leaning.clone_from(&trial.leaning);
+            self.leaning = trial.leaning.iter().map(|(rows, _)| rows.place).collect();
         }
     }
 

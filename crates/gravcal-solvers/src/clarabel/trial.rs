@@ -32,10 +32,8 @@ pub(super) struct Trial {
     pub step: Vec<f64>,
     /// Reduction of the cost that the linear model predicts, not counting the damping.
     pub predicted: f64,
-    /// Constraints on which it leans, with the cost's fall for each unit by which they give way.
-    pub active: Vec<(usize, f64)>,
-    /// Their rows, by [`Rows::place`].
-    pub leaning: Vec<usize>,
+    /// Rows on which it leans, over columns, with their duals.
+    pub leaning: Vec<(Rows, Vec<f64>)>,
     /// How far the point itself is from optimal: 0 where it is.
     pub cosine: f64,
 }
@@ -70,7 +68,7 @@ impl Trial {
         let mut step = vec![0.0; damping.scaling.len()];
         let info = point.linearization.damped_step(damping.lambda, &damping.scaling, &mut step);
         let cosine = point.linearization.largest_cosine();
-        Trial { step, predicted: info.predicted_reduction, active: Vec::new(), leaning: Vec::new(), cosine }
+        Trial { step, predicted: info.predicted_reduction, leaning: Vec::new(), cosine }
     }
 
     fn constrained(point: &Point<'_>, model: &Model, entered: &[Rows]) -> Option<Trial> {
@@ -81,20 +79,10 @@ impl Trial {
         // Duals of the constraints' own rows.
         let rescaled = |(rows, z): (&Rows, &Vec<f64>)| z.iter().map(|z| z * rows.scale * model.energy).collect();
         let duals: Vec<Vec<f64>> = rows.iter().zip(&solution.duals).map(rescaled).collect();
-        let leans = |(rows, z): &(&Rows, &Vec<f64>)| rows.cone == Cone::Equation || z[0] > LEANING;
-        let held = || rows.iter().zip(&solution.duals).zip(&duals).filter(|(pair, _)| leans(pair));
-        let multiplier = |rows: &Rows, dual: &[f64]| match rows.cone {
-            // The dual of `f − value` belongs to a value that sinks.
-            Cone::Equation => -dual[0],
-            Cone::Nonnegative | Cone::SecondOrder => dual[0],
-        };
-        let mut active: Vec<(usize, f64)> =
-            held().map(|((rows, _), dual)| (rows.constraint, multiplier(rows, dual))).collect();
-        active.sort_by_key(|(constraint, _)| *constraint);
+        let leans = |index: &usize| entered[*index].cone == Cone::Equation || solution.duals[*index][0] > LEANING;
         Some(Trial {
             predicted: model.predicted_reduction(linearization, &step),
-            active,
-            leaning: held().map(|((rows, _), _)| rows.place).collect(),
+            leaning: (0..entered.len()).filter(leans).map(|i| (entered[i].clone(), duals[i].clone())).collect(),
             cosine: distance(linearization, entered, &duals),
             step,
         })

@@ -82,6 +82,10 @@ fn a_centre_of_mass_stays_within_its_ball() {
     assert!(near(near_origin.values.as_slice(), &[1.6, 0.0, 0.0, 0.8], EXACT), "{:?}", near_origin.values);
     let [(_, multiplier)] = active(&near_origin)[..] else { panic!("{:?}", near_origin.active) };
     assert!((multiplier - 1.2).abs() < EXACT, "{multiplier}");
+    // ½ m − h_z: what the cone holds.
+    let mut slope = [0.0; 4];
+    near_origin.active[0].holds[0].terms.iter().for_each(|(_, i, c)| slope[*i] += c);
+    assert!(near(&slope, &[0.5, 0.0, 0.0, -1.0], EXACT), "{slope:?}");
     let inside = read(&[1.0, 0.1, 0.0, 0.2], &[1.0, 0.0, 0.0, 0.0], |id| vec![centre_of_mass(id, [0.0; 3], 0.5)]);
     assert!(near(inside.values.as_slice(), &[1.0, 0.1, 0.0, 0.2], EXACT) && inside.active.is_empty());
     let centre = [0.1, 0.0, 0.2];
@@ -103,6 +107,7 @@ fn a_cone_is_touched_at_its_tip() {
     assert!(near(alone.values.as_slice(), &[0.0; 4], EXACT), "{:?}", alone.values);
     let [(_, multiplier)] = active(&alone)[..] else { panic!("{:?}", alone.active) };
     assert!((multiplier - 2.0).abs() < EXACT, "{multiplier}");
+    assert_eq!(alone.active[0].holds.len(), 4);
     let both = read(&reading, &start, |id| {
         vec![centre_of_mass(id, [0.0; 3], 0.5), Constraint::bound("positive", id, 0, 0.0, f64::INFINITY)]
     });

@@ -9,3 +9,4 @@ mod length;
 mod optimality;
 mod pose;
 mod refused;
+mod way;

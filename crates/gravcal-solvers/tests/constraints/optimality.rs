@@ -96,7 +96,7 @@ fn distances(problem: &Problem, estimate: &Estimate) -> [f64; 3] {
     [stationarity, violation, complementarity]
 }
 
-/// Slope of what a constraint keeps from growing, at the limit that it is nearer to.
+/// Slope of what a constraint keeps from growing, at the limit that it is nearer to; of an equation, of its function.
 fn slope(problem: &Problem, constraint: &Constraint, values: &Values) -> Vec<(usize, f64)> {
     let of = |f: &Affine, factor: f64| -> Vec<(usize, f64)> {
         f.terms.iter().map(|(id, i, c)| (problem.columns_of(*id).start + i, factor * c)).collect()
@@ -105,8 +105,7 @@ fn slope(problem: &Problem, constraint: &Constraint, values: &Values) -> Vec<(us
         ConstraintKind::Range { function, lower, upper } => {
             let value = function.at(values);
             let at_lower = lower < upper && value - lower < upper - value;
-            let sign = if at_lower { -1.0 } else { 1.0 };
-            of(function, sign)
+            of(function, if at_lower { -1.0 } else { 1.0 })
         }
         ConstraintKind::Cone { norm_of, at_most } => {
             let length = norm_of.iter().map(|f| f.at(values).powi(2)).sum::<f64>().sqrt();
