@@ -16,7 +16,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use gravcal_estimation::{Estimate, SolveContext, Solver, Spectrum};
-use gravcal_solvers::LevenbergMarquardt;
+use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 
 use clock::{median_seconds, microseconds};
 use peers::Peer;
@@ -82,7 +82,7 @@ fn describe(problem: &SevenJoints) -> Result<(), String> {
 }
 
 fn solve(problem: &SevenJoints) -> Result<Row, String> {
-    let solver = LevenbergMarquardt { cosine_tolerance: COSINE, ..LevenbergMarquardt::default() };
+    let solver = LevenbergMarquardt { stopping: StoppingRules { cosine_tolerance: COSINE, ..StoppingRules::default() } };
     let (joint, initial) = (&problem.posed.problem, &problem.posed.initial);
     let run = || solver.solve(joint, initial, &mut SolveContext::default());
     let estimate: Estimate = run().map_err(|e| e.to_string())?;

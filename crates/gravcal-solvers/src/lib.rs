@@ -10,7 +10,8 @@
 //!
 //! Each goes from point to point, each of lower cost ([`Descent`]); what they have in common is in files of its own:
 //! when to end (`stopping.rs`), what a step comes to ([`Point`]), the run with records, observer, stop flag and
-//! checkpoint ([`minimise`]). [Adding a solver](adding_a_solver) shows the whole of a small one.
+//! checkpoint ([`minimise`]). [Adding a solver](adding_a_solver) shows the whole of a small one; the
+//! shared suites of published problems (`tests/`) run every method with a name by themselves.
 
 mod checkpoint;
 mod clarabel;

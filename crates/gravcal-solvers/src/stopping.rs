@@ -38,7 +38,8 @@ pub struct StoppingRules {
 
 impl Default for StoppingRules {
     fn default() -> Self {
-        StoppingRules { max_iterations: 1000, cosine_tolerance: 1e-10, step_tolerance: 1e-13, cost_tolerance: 1e-14 }
+        // Curved valleys take thousands of steps: NIST's MGH10 from its far start.
+        StoppingRules { max_iterations: 10_000, cosine_tolerance: 1e-10, step_tolerance: 1e-13, cost_tolerance: 1e-14 }
     }
 }
 
