@@ -79,6 +79,7 @@ impl Orthogonal {
             column_norms: vec![0.0; columns],
         };
         this.measure_columns();
+        this.clear_dust(problem, values);
         Ok(this)
     }
 
@@ -103,11 +104,10 @@ impl Orthogonal {
         }
         self.gradient = gradient;
         self.column_norms = squares.iter().map(|s: &f64| s.sqrt()).collect();
-        self.clear_dust();
     }
 
-    fn clear_dust(&mut self) {
-        let columns: Vec<usize> = dust(&self.column_norms).collect();
+    fn clear_dust(&mut self, problem: &Problem, values: &Values) {
+        let columns = dust(problem, values, &self.column_norms);
         for column in columns {
             self.gradient[column] = 0.0;
             self.column_norms[column] = 0.0;
