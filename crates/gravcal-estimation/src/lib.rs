@@ -17,7 +17,8 @@
 //! value for it exists in the data: [`Spectrum`] finds those directions and names them; nothing here invents one.
 //!
 //! Three nouns, three places: the [`Problem`] only holds; a [`Solver`] only minimises (the methods are in
-//! `gravcal-solvers`); [`Spectrum`] and [`Covariance`] only judge. The crate knows no robot and no file.
+//! `gravcal-solvers`); [`Spectrum`] and [`Covariance`] only judge. The crate knows no robot, and no file but those that
+//! [`published`] problems come in.
 //!
 //! A residual is written as [`adding_a_residual`] shows: with derivatives by hand, or once as a [`Formula`] whose
 //! derivatives are [`Automatic`].
@@ -33,6 +34,7 @@ mod linearization;
 mod manifold;
 mod noise;
 mod problem;
+pub mod published;
 mod residual;
 mod solver;
 
