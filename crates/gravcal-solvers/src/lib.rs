@@ -1,7 +1,7 @@
 //! Methods that minimise a [`gravcal_estimation::Problem`], one file each.
 //!
 //! To add a method: one file here with a type that implements [`Solver`], and its name in [`SolverName`].
-//! The shared suite of published problems (`tests/published_problems.rs`) then runs it by itself.
+//! The shared suites of published problems (`tests/`) then run it by themselves.
 
 mod levenberg_marquardt;
 
