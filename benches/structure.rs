@@ -5,24 +5,18 @@
 //! The joint problem of seven joints (see `benches/README.md`), with the error of every joint's position in every pose as a
 //! further unknown: seven local unknowns a pose, known beforehand to half a milliradian. One thread.
 
-#[path = "speed/clock.rs"]
-mod clock;
-#[path = "speed/problem.rs"]
-mod problem;
-
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
+use gravcal_benches::seven_joints::SevenJoints;
 use gravcal_calibration::parameter::Quantity;
 use gravcal_calibration::residuals::{PositionError, Prior};
 use gravcal_estimation::{
     Block, BlockId, Estimate, Factor, Noise, Problem, ProblemBuilder, SolveContext, Solver, Spectrum, Values,
 };
 use gravcal_solvers::LevenbergMarquardt;
-
-use problem::SevenJoints;
 
 /// Standard deviation of a joint's position error, rad.
 const POSITION_ERROR: f64 = 5e-4;

@@ -4,23 +4,22 @@
 //!
 //! `benches/README.md` says what is measured and how.
 
-mod clock;
 mod exchange;
 mod model;
 mod peers;
-mod problem;
 mod product;
 mod table;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+use gravcal_benches::clock::{median_seconds, microseconds};
+use gravcal_benches::seven_joints::SevenJoints;
 use gravcal_estimation::{Estimate, SolveContext, Solver, Spectrum};
 use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 
-use clock::{median_seconds, microseconds};
+
 use peers::Peer;
-use problem::SevenJoints;
 use table::{Row, print_table};
 
 /// Columns of the joint problem, counted by hand: gravity 2, torque gains and biases 14, position gains 7 and offsets 5,

@@ -16,8 +16,8 @@ use faer::{Accum, Mat, MatRef, Par};
 use gravcal_calibration::parameter::Quantity;
 use gravcal_estimation::BlockId;
 
-use crate::clock::median_seconds;
-use crate::problem::SevenJoints;
+use gravcal_benches::clock::median_seconds;
+use gravcal_benches::seven_joints::SevenJoints;
 
 /// Poses in a batch.
 const BATCH: usize = 64;
