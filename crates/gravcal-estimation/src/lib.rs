@@ -41,6 +41,7 @@ mod problem;
 pub mod published;
 mod residual;
 mod solver;
+mod sparse_basis;
 pub mod statistics;
 #[cfg(test)]
 mod testing;
@@ -55,7 +56,7 @@ pub use constraint::{ActiveConstraint, Affine, Constraint, ConstraintError, Cons
 pub use derivative_check::{DerivativeMismatch, check_derivatives};
 pub use estimate::{Estimate, IterationRecord, Termination};
 pub use factor::Factor;
-pub use identifiability::{Spectrum, WeakDirection, sparse_basis};
+pub use identifiability::{Spectrum, WeakDirection};
 pub use linearization::{Linearization, StepInfo};
 pub use loss::{Loss, LossWidth};
 pub use loss_name::{LossName, UnknownLoss};
@@ -64,4 +65,5 @@ pub use noise::{Noise, NoiseError};
 pub use problem::{Column, Problem, ProblemBuilder, ProblemError};
 pub use residual::{EvaluateError, LocalValues, Residual, RowsMut};
 pub use solver::{Observer, SolveContext, SolveError, Solver, Unsupported};
+pub use sparse_basis::sparse_basis;
 pub use statistics::{Covariance, Uncertainty};

@@ -11,15 +11,17 @@ mod uncertainty;
 mod unknowns;
 
 use gravcal_estimation::statistics::{LinearFunction, StatisticsError, TooFewBlocks, stored_coordinates};
-use gravcal_estimation::{EvaluateError, SolveError, held_blocks, named_combinations};
+use gravcal_estimation::{EvaluateError, SolveError};
 use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
-use crate::judgement::{Judgement, Situation, determined_moments, gravity_result, judge, outlier_note, outliers};
+use crate::judgement::{
+    Judgement, Situation, determined_moments, gravity_result, held, judge, loss, outlier_note, outliers,
+    weak_combinations, weak_note,
+};
 use crate::parameter::Quantity;
 use crate::result::{
-    CovarianceResult, EstimatorResult, Fit, GravityResult, HeldBlock, LossResult, ParameterResult, UncertaintyResult,
-    Undetermined, Verdict, WeakCombination,
+    CovarianceResult, EstimatorResult, Fit, GravityResult, ParameterResult, UncertaintyResult, Undetermined, Verdict,
 };
 use crate::sequential::Plan;
 use crate::session::{LAST_FRAME_CHOICE, Session};
@@ -28,8 +30,7 @@ use crate::workbench::Workbench;
 use hold::SetAside;
 pub(crate) use hold::judge_at_start;
 pub use problem::{JointProblem, PosingError, Readings, pose};
-use robust::GAUGE;
-pub(crate) use robust::{NORMAL_MEDIAN, median};
+pub(crate) use robust::{GAUGE, NORMAL_MEDIAN, median};
 pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
 pub(crate) use start::start_around;
@@ -195,54 +196,13 @@ fn tell(
         parameters,
         undetermined,
         weak,
-        held: tell_held(solved),
+        held: held(solved),
         uncertainty: Some(uncertainty),
-        loss: tell_loss(solved),
+        loss: loss(solved.posed.loss),
         outliers,
         fit: Some(fit),
         notes,
     })
-}
-
-fn tell_loss(solved: &Solved) -> Option<LossResult> {
-    let loss = solved.posed.loss;
-    loss.width().map(|width| LossResult { kind: loss.name().as_str(), width })
-}
-
-/// Everything that was held: by the session, because the data say too little of it, or to fix a gauge.
-fn tell_held(solved: &Solved) -> Vec<HeldBlock> {
-    let problem = solved.posed.problem.holding(&solved.gauges, GAUGE);
-    let values = &solved.estimate.values;
-    let tell = |(id, why): (_, &str)| HeldBlock {
-        name: problem.block(id).name.clone(),
-        value: values.get(id).to_vec(),
-        why: why.to_owned(),
-    };
-    held_blocks(&problem).map(tell).collect()
-}
-
-/// Steps of gravity and the sensor parameters that change the readings hardly, whatever masses and moments are.
-fn weak_combinations(solved: &Solved) -> Vec<WeakCombination> {
-    let Layout { gravity, sensors, .. } = &solved.posed.layout;
-    let problem = &solved.posed.problem;
-    let blocks = [*gravity].into_iter().chain(sensors.iter().flatten().copied());
-    let columns: Vec<usize> = blocks.flat_map(|id| problem.columns_of(id)).collect();
-    let weak = solved.spectrum.weak_directions(&columns);
-    let steps: Vec<Vec<f64>> = weak.iter().map(|direction| direction.step.clone()).collect();
-    let named = named_combinations(problem, &solved.estimate.values, &columns, &steps);
-    let tell = |(combination, times_worse): (gravcal_estimation::NamedCombination, f64)| WeakCombination {
-        combination: combination.to_string(),
-        terms: combination.terms.into_iter().map(|term| (term.name, term.unit, term.coefficient)).collect(),
-        times_worse,
-    };
-    named.into_iter().zip(weak.iter().map(|direction| direction.times_worse)).map(tell).collect()
-}
-
-fn weak_note(weak: &WeakCombination) -> String {
-    format!(
-        "Known {:.0} times worse than the rest, because the readings hardly change along it: {}.",
-        weak.times_worse, weak.combination
-    )
 }
 
 fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {

@@ -21,7 +21,7 @@ use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// Why a parameter is held while the rest is solved for, though it is judged as free.
-pub(super) const GAUGE: &str = "a combination that has no effect is fixed by it";
+pub(crate) const GAUGE: &str = "a combination that has no effect is fixed by it";
 
 /// Median of |r| of normal residuals of unit variance.
 pub(crate) const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;

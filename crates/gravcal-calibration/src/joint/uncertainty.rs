@@ -29,8 +29,8 @@ impl Solved {
         let blocks = |block_poses| SampleBlocks::new(0..self.posed.poses, block_poses);
         match session.uncertainty {
             // Only at a minimum do blocks scatter about zero; an estimate that is none has failed anyway.
-            _ if !self.estimate.termination.converged() => self.from_noise(session, misfit),
-            UncertaintyChoice::Noise => self.from_noise(session, misfit),
+            _ if !self.estimate.termination.converged() => self.noise_uncertainty(session, misfit),
+            UncertaintyChoice::Noise => self.noise_uncertainty(session, misfit),
             UncertaintyChoice::Sandwich { block_poses } => {
                 let blocks = blocks(block_poses)?;
                 let told = UncertaintyResult::Sandwich { blocks: blocks.count(), block_poses };
@@ -54,7 +54,7 @@ impl Solved {
     }
 
     /// A loss takes the size of the noise from the residuals by itself, so that nothing needs to be widened.
-    fn from_noise(
+    fn noise_uncertainty(
         &self,
         session: &Session,
         misfit: Option<f64>,

@@ -6,6 +6,7 @@ mod fit;
 mod gravity;
 mod moments;
 mod outliers;
+mod remarks;
 
 pub(crate) use cure::Situation;
 pub(crate) use determined::{Combination, Judgement, judge};
@@ -13,3 +14,4 @@ pub(crate) use fit::{fit, held_out};
 pub(crate) use gravity::gravity_result;
 pub(crate) use moments::determined_moments;
 pub(crate) use outliers::{outlier_note, outliers};
+pub(crate) use remarks::{held, loss, weak_combinations, weak_note};

@@ -81,7 +81,8 @@ fn a_length_as_equation_agrees_with_the_sphere() {
         let equation = solve(&problem, &initial).unwrap();
         for (what, other) in [("sphere", &same), ("equation", &equation)] {
             assert!(other.termination.converged(), "{what}, seed {seed}: {}", other.termination);
-            assert!(reference.cost > 1.0 && (other.cost / reference.cost - 1.0).abs() < 1e-12);
+            let ratio = other.cost / reference.cost;
+            assert!(reference.cost > 1.0 && (ratio - 1.0).abs() < 1e-12, "{what}, seed {seed}: {ratio}");
             let (found, expected) = (other.values.as_slice(), reference.values.as_slice());
             assert!(near(found, expected, 1e-8), "{what}, seed {seed}: {found:?}, not {expected:?}");
         }

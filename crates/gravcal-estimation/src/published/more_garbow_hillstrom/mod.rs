@@ -149,6 +149,7 @@ fn problem(function: Function, name: &str, rows: usize, standard: Vec<f64>) -> P
         name: name.to_owned(),
         source: format!("Moré, Garbow and Hillstrom (1981), problem {}", function as usize),
         parameters: (1..=standard.len()).map(|k| format!("x{k}")).collect(),
+        linear: Vec::new(),
         rows,
         starts: starts.into_iter().map(|(name, factor)| start(name, factor, &standard)).collect(),
         minima: Vec::new(),

@@ -75,6 +75,7 @@ fn read_one(folder: &Path, name: &str, model: Model) -> Result<CertifiedProblem,
         name: name.to_owned(),
         source: format!("NIST/ITL StRD, nonlinear regression, {name}.dat"),
         parameters: (1..=certified.parameters.len()).map(|k| format!("b{k}")).collect(),
+        linear: model.linear().to_vec(),
         rows: regression.responses.len(),
         starts: starts.into_iter().enumerate().map(start).collect(),
         minima: vec![Minimum {
