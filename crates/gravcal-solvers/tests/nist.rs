@@ -12,9 +12,14 @@ use gravcal_estimation::published::{PublishedProblem, Start};
 use gravcal_estimation::{Estimate, SolveContext, SolveError, Solver};
 use gravcal_solvers::SolverName;
 
-/// How many of the 54 runs may fail.
+/// How many of the 54 runs may fail. Variable projection takes 50 of them: Chwirut's model has no linear parameter. From
+/// the far starts of Lanczos it goes where two exponentials become one.
 fn failures_allowed(solver: SolverName) -> usize {
-    if solver == SolverName::LevenbergMarquardt { 0 } else { 4 }
+    match solver {
+        SolverName::LevenbergMarquardt | SolverName::Clarabel => 0,
+        SolverName::GaussNewton | SolverName::Dogleg => 4,
+        SolverName::VariableProjection => 5,
+    }
 }
 
 fn data_sets() -> Option<Vec<CertifiedProblem>> {
