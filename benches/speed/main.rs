@@ -18,7 +18,6 @@ use gravcal_benches::seven_joints::SevenJoints;
 use gravcal_estimation::{Estimate, SolveContext, Solver, Spectrum};
 use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 
-
 use peers::Peer;
 use table::{Row, print_table};
 
@@ -81,7 +80,8 @@ fn describe(problem: &SevenJoints) -> Result<(), String> {
 }
 
 fn solve(problem: &SevenJoints) -> Result<Row, String> {
-    let solver = LevenbergMarquardt { stopping: StoppingRules { cosine_tolerance: COSINE, ..StoppingRules::default() } };
+    let solver =
+        LevenbergMarquardt { stopping: StoppingRules { cosine_tolerance: COSINE, ..StoppingRules::default() } };
     let (joint, initial) = (&problem.posed.problem, &problem.posed.initial);
     let run = || solver.solve(joint, initial, &mut SolveContext::default());
     let estimate: Estimate = run().map_err(|e| e.to_string())?;

@@ -37,8 +37,8 @@ use gravcal_estimation::{
 };
 use serde::Deserialize;
 
-use active::active_constraints;
 use crate::{LevenbergMarquardt, StoppingRules};
+use active::active_constraints;
 use start::scale_to_length;
 use trial::{Damping, Point, Trial};
 
