@@ -37,7 +37,7 @@ pub struct Readings {
     pub used: Vec<Vec<usize>>,
     /// Standard deviation, by joint, of readings that state none; unit of the reading.
     pub noise: Vec<f64>,
-    /// How readings far beyond that are to be counted. [`pose`] leaves it to [`JointProblem::with_loss`]: at a start every
+    /// How readings far beyond that are to be counted. [`pose`] leaves it to `JointProblem::with_loss`: at a start every
     /// reading looks far off.
     pub loss: Loss,
 }
