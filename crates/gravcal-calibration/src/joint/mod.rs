@@ -8,13 +8,15 @@ mod solve;
 mod start;
 mod unknowns;
 
-use gravcal_estimation::{EvaluateError, SolveError};
+use gravcal_estimation::{EvaluateError, SolveError, Termination};
 use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
 use crate::judgement::{Judgement, Quantile, Situation, determined_moments, gravity_result, judge};
 use crate::parameter::Quantity;
-use crate::result::{CovarianceResult, EstimatorResult, GravityResult, ParameterResult, Undetermined, Verdict};
+use crate::result::{
+    CovarianceResult, EstimatorResult, GravityResult, Iteration, ParameterResult, Undetermined, Verdict,
+};
 use crate::sequential::Plan;
 use crate::session::{LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
@@ -67,7 +69,8 @@ pub fn estimate_jointly(
     };
     let solved = solve(session, &select(session, signals), known, workbench)?;
     let fit = solve::fit_with_held_out(session, &solved, workbench)?;
-    let misfit = fit.misfit();
+    // What was stopped on its way explains the readings badly whatever the model.
+    let misfit = fit.misfit().filter(|_| solved.estimate.termination != Termination::Stopped);
     let solved = match misfit {
         Some(misfit) => Solved { covariance: solved.covariance.scaled(misfit * misfit), ..solved },
         None => solved,
@@ -152,6 +155,7 @@ fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::resul
         },
         termination: solved.estimate.termination.to_string(),
         iterations: solved.estimate.iterations.len().saturating_sub(1),
+        trace: solved.estimate.iterations.iter().map(Iteration::from).collect(),
         covariance: tell_covariance(session, solved, &judgement),
         moments: determined_moments(
             &solved.posed.problem,

@@ -5,11 +5,10 @@
 //! those that the sequential estimator found), its worth is the cost after that linear problem is solved, and the
 //! best candidate wins.
 
-use gravcal_estimation::{BlockId, DenseLinearization, Linearization};
+use gravcal_estimation::BlockId;
 
 use super::problem::{PosingError, Readings, pose_readings_alone};
 use super::unknowns::Unknowns;
-use crate::parameter::Quantity;
 use crate::session::Session;
 
 /// Directions tried besides the declared one.
@@ -81,17 +80,9 @@ fn solve_linear_part(
     candidate: &Unknowns,
 ) -> Result<(f64, Unknowns), PosingError> {
     let posed = pose_readings_alone(session, readings, candidate)?;
-    let nonlinear: Vec<BlockId> = posed
-        .layout
-        .sensors
-        .iter()
-        .flat_map(|ids| {
-            [Quantity::TorqueGain, Quantity::PositionGain, Quantity::PositionOffset].map(|q| ids[q as usize])
-        })
-        .chain([posed.layout.gravity])
-        .collect();
+    let nonlinear: Vec<BlockId> = posed.problem.block_ids().filter(|id| !posed.problem.block(*id).linear).collect();
     let linear = posed.problem.holding(&nonlinear, "given by the candidate");
-    let Ok(mut linearization) = DenseLinearization::new(&linear, &posed.initial) else {
+    let Ok(mut linearization) = linear.linearize(&posed.initial) else {
         return Ok((f64::INFINITY, candidate.clone()));
     };
     let scaling = linearization.column_scales();
