@@ -27,7 +27,7 @@ pub enum Move<'p> {
     /// To a better point.
     To {
         /// The step that leads there.
-        trial: Trial<'p>,
+        trial: Box<Trial<'p>>,
         /// Its damping; 0 for methods without.
         damping: f64,
         /// Why the method ends there, if it does.

@@ -83,7 +83,7 @@ impl Descent for Dogleg {
                     } else if trial.ratio() > 0.75 && length >= *radius {
                         *radius *= 2.0;
                     }
-                    return Ok(Move::To { trial, damping: 0.0, end });
+                    return Ok(Move::To { trial: Box::new(trial), damping: 0.0, end });
                 }
                 Decision::End(end) => return Ok(Move::Stay(end)),
                 Decision::Shorten => *radius = 0.25 * length,

@@ -103,7 +103,7 @@ impl GaussNewton {
             // −α gᵀδ − ½ α² ‖J δ‖², with ‖J δ‖² from the promise for α = 1.
             let mut trial = here.attempt(&step, alpha * (alpha * promise - (1.0 - alpha) * slope));
             match here.decide(&mut trial, -SUFFICIENT * alpha * slope, &self.stopping) {
-                Decision::Accept(end) => return Some(Move::To { trial, damping: lambda, end }),
+                Decision::Accept(end) => return Some(Move::To { trial: Box::new(trial), damping: lambda, end }),
                 Decision::End(end) => return Some(Move::Stay(end)),
                 Decision::Shorten => alpha = search.shorter(alpha, -trial.actual),
             }

@@ -67,7 +67,7 @@ impl Descent for LevenbergMarquardt {
             match here.decide(&mut trial, 0.0, &self.stopping) {
                 Decision::Accept(end) => {
                     damping.accept(trial.ratio());
-                    return Ok(Move::To { trial, damping: lambda, end });
+                    return Ok(Move::To { trial: Box::new(trial), damping: lambda, end });
                 }
                 Decision::End(end) => return Ok(Move::Stay(end)),
                 Decision::Shorten if damping.reject() => {}

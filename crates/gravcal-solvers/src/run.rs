@@ -159,7 +159,7 @@ impl<'p, M> Run<'p, M> {
         match lent.method.iterate(&mut self.memory, here)? {
             Move::Stay(end) => Ok(Some(end)),
             Move::To { trial, damping, end } => {
-                let Trial { values, length, there, .. } = trial;
+                let Trial { values, length, there, .. } = *trial;
                 let linearize = || Point::new(lent.problem, values, here.scaling.clone());
                 let no_derivative = |EvaluateError(why)| SolveError::Failed {
                     solver: lent.method.name(),

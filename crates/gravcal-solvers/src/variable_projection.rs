@@ -115,7 +115,7 @@ impl VariableProjection {
         let there = linear.follow(here, &mut step, NAME)?;
         let mut trial = here.attempt_at(there, &step, here.predicted(&step));
         Ok(match here.decide(&mut trial, 0.0, &self.stopping) {
-            Decision::Accept(end) => Move::To { trial, damping: 0.0, end },
+            Decision::Accept(end) => Move::To { trial: Box::new(trial), damping: 0.0, end },
             Decision::End(end) => Move::Stay(end),
             Decision::Shorten if here.at_model_minimum() => Move::Stay(Termination::Step { relative: trial.length }),
             Decision::Shorten => Move::Stay(Termination::NoProgress),
@@ -139,7 +139,7 @@ impl VariableProjection {
             match here.decide(&mut trial, 0.0, &self.stopping) {
                 Decision::Accept(end) => {
                     damping.accept(trial.ratio());
-                    return Ok(Move::To { trial, damping: lambda, end });
+                    return Ok(Move::To { trial: Box::new(trial), damping: lambda, end });
                 }
                 Decision::End(end) => return Ok(Move::Stay(end)),
                 Decision::Shorten if damping.reject() => {}
