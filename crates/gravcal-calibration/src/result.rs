@@ -25,6 +25,8 @@ pub struct EstimatorResult {
     pub moments: Vec<MomentResult>,
     /// What the data do not determine.
     pub undetermined: Vec<Undetermined>,
+    /// Constraints of the session on which the estimate leans.
+    pub active_constraints: Vec<ActiveConstraint>,
     /// How well the model explains the readings; absent where nothing could be fitted.
     pub fit: Option<Fit>,
     /// Remarks a person should read.
@@ -113,6 +115,17 @@ pub struct Undetermined {
     pub why: String,
     /// Which pose or load would determine it.
     pub cure: String,
+}
+
+/// A constraint of the session on which an estimate leans.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ActiveConstraint {
+    /// In words, such as `link2.mass is at least 0`.
+    pub constraint: String,
+    /// By how much ½ χ² would fall for each unit by which the constraint gives way.
+    pub multiplier: f64,
+    /// That unit: of the mass, of the gain, or of the moment about the origin of the link's frame.
+    pub unit: String,
 }
 
 /// How well a model explains the readings.

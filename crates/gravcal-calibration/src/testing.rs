@@ -6,8 +6,8 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 use crate::joint::Unknowns;
 use crate::robot::Robot;
 use crate::session::{
-    Ask, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable,
-    Session,
+    Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
+    PoseTable, Session,
 };
 use crate::simulation::{Deflection, Disturbance, Run, Simulation};
 
@@ -80,6 +80,7 @@ pub fn sarcos_shoulder() -> Simulation {
             })
             .collect(),
         poses: Vec::new(),
+        constraints: Constraints::default(),
         ask: Ask::default(),
         estimators: Vec::new(),
         solver: None,

@@ -70,6 +70,7 @@ mod tests {
             covariance: CovarianceResult::default(),
             moments: Vec::new(),
             undetermined: Vec::new(),
+            active_constraints: Vec::new(),
             fit: None,
             notes: Vec::new(),
         }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use gravcal_calibration::{EstimatorName, Session};
+use gravcal_calibration::{EstimatorName, Session, UnsuitableChoice, check_choice};
 use gravcal_solvers::SolverName;
 use toml::{Spanned, Value};
 
@@ -39,10 +39,11 @@ impl Choice {
         session: &Session,
         path: &Path,
     ) -> Result<Choice, Failure> {
-        Ok(Choice {
-            estimators: once(choose_estimators(estimators, &session.estimators, path)?),
-            solver: choose_solver(solver, session.solver.as_deref(), path)?,
-        })
+        let estimators = once(choose_estimators(estimators, &session.estimators, path)?);
+        let solver = choose_solver(solver, session.solver.as_deref(), path)?;
+        check_choice(session, &estimators, solver.build().as_ref())
+            .map_err(|error| unsuitable(&error, session, path))?;
+        Ok(Choice { estimators, solver })
     }
 }
 
@@ -64,12 +65,28 @@ fn choose_solver(said: Option<SolverName>, session: Option<&str>, path: &Path) -
     }
 }
 
+/// Constraints are what a method most likely cannot take.
+fn unsuitable(error: &UnsuitableChoice, session: &Session, path: &Path) -> Failure {
+    let constraints = !session.constraints.is_empty();
+    let field = if constraints { "constraints" } else { "solver" };
+    let failure = Failure::bad_input(error).about(place(field, path));
+    match error {
+        UnsuitableChoice::Solver(_) if constraints => {
+            failure.hint("write solver = \"clarabel\" in the session, or give --solver clarabel")
+        }
+        _ => failure,
+    }
+}
+
 /// A name in a field of the session.
 fn named<T: FromStr<Err: Error>>(name: &str, field: &str, path: &Path) -> Result<T, Failure> {
-    name.parse().map_err(|error| {
-        let line = line_of(field, path).map_or_else(String::new, |line| format!(":{line}"));
-        Failure::bad_input(&error).about(format!("{}{line}: {field}", path.display()))
-    })
+    name.parse().map_err(|error| Failure::bad_input(&error).about(place(field, path)))
+}
+
+/// File, line and field.
+fn place(field: &str, path: &Path) -> String {
+    let line = line_of(field, path).map_or_else(String::new, |line| format!(":{line}"));
+    format!("{}{line}: {field}", path.display())
 }
 
 /// Line, counted from 1, on which a field of the session's top level has its value.
@@ -128,7 +145,11 @@ mod tests {
         let failure = choose_solver(None, Some("simplex"), &path).unwrap_err();
         assert_eq!(
             failure.to_string(),
-            format!("error: {}:3: solver: unknown solver `simplex`; there is: levenberg-marquardt", path.display())
+            format!(
+                "error: {}:3: solver: unknown solver `simplex`; there is: {}",
+                path.display(),
+                SolverName::ALL.map(SolverName::as_str).join(", ")
+            )
         );
     }
 }

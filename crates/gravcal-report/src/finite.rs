@@ -4,7 +4,8 @@
 //! Results are taken apart field by field, so that a new field cannot be forgotten here.
 
 use gravcal_calibration::result::{
-    CovarianceResult, EstimatorResult, Fit, GravityResult, HeldOut, JointFit, MomentResult, ParameterResult,
+    ActiveConstraint, CovarianceResult, EstimatorResult, Fit, GravityResult, HeldOut, JointFit, MomentResult,
+    ParameterResult,
 };
 use thiserror::Error;
 
@@ -41,6 +42,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         covariance,
         moments,
         undetermined: _,
+        active_constraints,
         fit,
         notes: _,
     } = result;
@@ -48,6 +50,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(parameters.iter().flat_map(of_parameter));
     let inside = inside.chain(of_covariance(covariance));
     let inside = inside.chain(moments.iter().flat_map(of_moment));
+    let inside = inside.chain(active_constraints.iter().flat_map(of_constraint));
     let inside = inside.chain(fit.iter().flat_map(of_fit));
     inside.map(|(place, value)| (format!("{name}: {place}"), value)).collect()
 }
@@ -81,6 +84,11 @@ fn of_moment(moment: &MomentResult) -> Vec<Number> {
     let names: Vec<&str> = terms.iter().map(|(name, _)| name.as_str()).collect();
     let coefficients = terms.iter().map(|(_, coefficient)| coefficient);
     each(&format!("combination of {}", names.join(", ")), coefficients.chain([value, std]))
+}
+
+fn of_constraint(active: &ActiveConstraint) -> Vec<Number> {
+    let ActiveConstraint { constraint, multiplier, unit: _ } = active;
+    each(&format!("multiplier of `{constraint}`"), [multiplier])
 }
 
 fn of_fit(fit: &Fit) -> Vec<Number> {

@@ -22,6 +22,7 @@ pub fn result(name: &str) -> EstimatorResult {
         covariance: CovarianceResult::default(),
         moments: Vec::new(),
         undetermined: Vec::new(),
+        active_constraints: Vec::new(),
         fit: None,
         notes: Vec::new(),
     }

@@ -14,6 +14,7 @@
 
 use gravcal_estimation::BlockId;
 
+use super::constraints::{self, constrained};
 use super::idle::idle_joints;
 use super::problem::{JointProblem, Readings, pose};
 use super::solve::Solved;
@@ -145,13 +146,14 @@ pub(crate) fn judge_at_start(
     Ok(Solved::at_start(readings.clone(), posed)?.with_holds(&set_aside, &idle))
 }
 
-fn pose_with(
+pub(super) fn pose_with(
     session: &Session,
     readings: &Readings,
     start: &Unknowns,
     set_aside: &[SetAside],
 ) -> Result<JointProblem, EstimateError> {
     let mut start = start.clone();
+    constraints::respect(session, &mut start);
     for SetAside { parameter: (joint, quantity), value, .. } in set_aside {
         start.sensors[*joint][*quantity as usize] = *value;
     }
@@ -159,7 +161,7 @@ fn pose_with(
     let held: Vec<BlockId> =
         set_aside.iter().map(|s| posed.layout.sensors[s.parameter.0][s.parameter.1 as usize]).collect();
     posed.problem = posed.problem.holding(&held, "undetermined");
-    Ok(posed)
+    Ok(constrained(session, posed)?)
 }
 
 /// The anchor of each combination without any effect.

@@ -1,5 +1,6 @@
 //! The joint estimator: every torque reading once, all unknowns together.
 
+mod constraints;
 mod hold;
 mod idle;
 mod placements;
@@ -128,6 +129,11 @@ pub fn select(session: &Session, signals: Signals) -> Readings {
     }
 }
 
+/// The joint problem at nominal values, with its constraints: what a solver must be able to take.
+pub(crate) fn pose_at_nominal(session: &Session) -> Result<JointProblem, EstimateError> {
+    hold::pose_with(session, &select(session, Signals::All), &Unknowns::nominal(session), &[])
+}
+
 /// Tells a solved problem in words and numbers.
 fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::result::Fit>) -> EstimatorResult {
     let judgement = solved.judge(session);
@@ -143,6 +149,7 @@ fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::resul
     let mut notes = session_notes(session);
     notes.extend(set_aside_notes(session, solved));
     notes.extend(mirrored.iter().cloned());
+    notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
     EstimatorResult {
         name: name.to_owned(),
         verdict: match (converged && mirrored.is_empty(), complete) {
@@ -163,6 +170,7 @@ fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::resul
         gravity,
         parameters,
         undetermined,
+        active_constraints: constraints::tell(&solved.posed.problem, &solved.estimate.active),
         fit,
         notes,
     }
@@ -188,6 +196,9 @@ fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) ->
     }
     parameters
 }
+
+const ALONG_CONSTRAINTS: &str = "Standard deviations hold along the active constraints: what these hold is taken as \
+                                 known exactly.";
 
 /// A gain of the other sign than declared is the mirror image of a solution, not an answer.
 fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
@@ -325,7 +336,7 @@ impl Solved {
 
     fn quantile(&self, session: &Session) -> Quantile {
         let estimated = session.noise_estimated().iter().any(|e| *e);
-        Quantile::new(estimated, self.posed.problem.rows().saturating_sub(self.spectrum.rank()))
+        Quantile::new(estimated, self.posed.problem.rows().saturating_sub(self.fitted))
     }
 
     fn gravity(&self, session: &Session) -> GravityResult {

@@ -1,7 +1,8 @@
 //! Solving the joint problem: start, unstated noise, the second fit that leaves a tenth of the poses out.
 
-use gravcal_estimation::{Covariance, Estimate, EvaluateError, Spectrum, Termination};
+use gravcal_estimation::{Covariance, Estimate, EvaluateError, Problem, Spectrum, Termination};
 
+use super::constraints;
 use super::hold::{Holds, SetAside};
 use super::problem::{JointProblem, Readings, pose};
 use super::start::best_start;
@@ -30,6 +31,8 @@ pub struct Solved {
     pub spectrum: Spectrum,
     /// How well.
     pub covariance: Covariance,
+    /// How many parameters the readings determine; what active constraints hold is not among them.
+    pub fitted: usize,
     /// Parameters of which the data say too little, and which were held.
     pub(crate) set_aside: Vec<SetAside>,
     /// Joints that carry no gravity.
@@ -106,7 +109,7 @@ impl Solved {
     ///
     /// # Errors
     /// Where it cannot be evaluated there.
-    pub fn at_start(readings: Readings, posed: JointProblem) -> Result<Solved, EvaluateError> {
+    pub fn at_start(readings: Readings, posed: JointProblem) -> Result<Solved, EstimateError> {
         let estimate = Estimate {
             values: posed.initial.clone(),
             cost: posed.problem.cost(&posed.initial)?,
@@ -117,11 +120,11 @@ impl Solved {
         Solved::judged(readings, posed, estimate)
     }
 
-    pub(super) fn judged(readings: Readings, posed: JointProblem, estimate: Estimate) -> Result<Solved, EvaluateError> {
-        let spectrum = Spectrum::new(&posed.problem, &estimate.values)?;
+    pub(super) fn judged(readings: Readings, posed: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
+        let (spectrum, fitted) = judge_along_constraints(&posed.problem, &estimate)?;
         let covariance = spectrum.covariance();
         let idle = vec![false; posed.layout.sensors.len()];
-        Ok(Solved { readings, posed, estimate, spectrum, covariance, set_aside: Vec::new(), idle })
+        Ok(Solved { readings, posed, estimate, spectrum, covariance, fitted, set_aside: Vec::new(), idle })
     }
 
     pub(super) fn with_holds(self, set_aside: &[SetAside], idle: &[bool]) -> Solved {
@@ -145,6 +148,20 @@ impl Solved {
     }
 }
 
+/// What the data determine, with what the active constraints hold taken as known, and how many parameters that are.
+fn judge_along_constraints(problem: &Problem, estimate: &Estimate) -> Result<(Spectrum, usize), EstimateError> {
+    let spectrum = Spectrum::new(problem, &estimate.values)?;
+    if estimate.active.is_empty() {
+        let rank = spectrum.rank();
+        return Ok((spectrum, rank));
+    }
+    let holding = constraints::holding(problem, &estimate.values, &estimate.active, &spectrum)?;
+    let spectrum = Spectrum::new(&holding, &estimate.values)?;
+    let rows = problem.augmented_jacobian(&estimate.values)?;
+    let fitted = spectrum.leverages(&rows).iter().sum::<f64>().round() as usize;
+    Ok((spectrum, fitted))
+}
+
 /// Tells the fit, with the prediction of a tenth of the poses by a second fit that did not see them.
 ///
 /// What the first problem held beyond the session's own choices, the second holds too.
@@ -154,7 +171,7 @@ pub(crate) fn fit_with_held_out(
     workbench: &Workbench<'_>,
 ) -> Result<Fit, EstimateError> {
     let whitened = solved.posed.problem.residuals(&solved.estimate.values)?;
-    let mut told = fit(session, &solved.readings, &solved.posed, &solved.estimate, &whitened, solved.spectrum.rank());
+    let mut told = fit(session, &solved.readings, &solved.posed, &solved.estimate, &whitened, solved.fitted);
     workbench.tell("predicting held-out poses");
     let is_held_out = |pose: usize| pose % HELD_OUT_SHARE == HELD_OUT_SHARE / 2;
     let part = |held: bool| {
@@ -163,7 +180,11 @@ pub(crate) fn fit_with_held_out(
         other.for_each(|(_, used)| used.clear());
         readings
     };
-    let start = solved.unknowns(&Unknowns::nominal(session));
+    let mut start = solved.unknowns(&Unknowns::nominal(session));
+    let constrained = !solved.posed.problem.constraints().is_empty();
+    if constrained {
+        constraints::respect(session, &mut start); // of rounding errors
+    }
     let Ok(mut seen) = pose(session, &part(false), &start) else { return Ok(told) };
     let also_held: Vec<_> = seen
         .problem
@@ -174,6 +195,9 @@ pub(crate) fn fit_with_held_out(
         })
         .collect();
     seen.problem = seen.problem.holding(&also_held, "held in the first fit");
+    if constrained {
+        seen = constraints::constrained(session, seen)?;
+    }
     let estimate = workbench.solve(&seen.problem, &seen.initial)?;
     let prediction = Unknowns::of(&estimate.values, &seen.layout, &start);
     let held = part(true);

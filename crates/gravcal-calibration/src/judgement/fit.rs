@@ -47,16 +47,16 @@ impl JointResiduals {
     }
 }
 
-/// Tells the fit of a solved problem whose Jacobian has the given rank.
+/// Tells the fit of a solved problem that determined so many parameters.
 pub(crate) fn fit(
     session: &Session,
     readings: &Readings,
     posed: &JointProblem,
     estimate: &Estimate,
     whitened: &[f64],
-    rank: usize,
+    fitted: usize,
 ) -> Fit {
-    let degrees_of_freedom = posed.problem.rows().saturating_sub(rank);
+    let degrees_of_freedom = posed.problem.rows().saturating_sub(fitted);
     let chi_squared = 2.0 * estimate.cost;
     let stated = !session.noise_estimated().iter().any(|e| *e);
     let p_value = (stated && degrees_of_freedom > 0)

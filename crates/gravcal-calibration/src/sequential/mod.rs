@@ -179,6 +179,7 @@ pub fn tell_steps(
         covariance: tell_covariance(session, known),
         moments: Vec::new(),
         undetermined,
+        active_constraints: Vec::new(),
         fit: None,
         notes: tell_notes(session, known),
         parameters,

@@ -43,10 +43,19 @@
 //! swept = "shoulder"                         # optional: found by movement without it
 //! step = 2                                   # optional: the step of the sequential procedure that reads it
 //!
+//! [constraints]                              # optional: obeyed by the joint estimate, which needs solver = "clarabel"
+//! masses = "positive"                        # no link's mass is negative
+//! center_of_mass_within_m = 0.3              # of the origin of each link's frame; or by link: { link2 = 0.3 }
+//! torque_gains_within = 0.2                  # of their nominal values, relative to these
+//!
 //! [ask]                                      # optional
 //! add = ["shoulder.position_offset"]
 //! drop = ["shoulder.torque_gain"]
 //! ```
+//!
+//! A link that turns about an axis through its frame's origin can obey both constraints on links by being heavier, which
+//! changes no torque if the link before it is adapted. So these matter beside `links = "model"`, for prismatic joints, and
+//! where frames lie off their axes.
 //!
 //! Where a value may differ by joint (`unit`, `std`, `count`) it is one for all or a list with one for each. The noise
 //! columns `std_columns`, `count_columns` and `usable_columns` are lists, with `""` where a joint has none.
@@ -55,6 +64,7 @@
 //! unit in the name of the field or in a `unit` beside them; here they become SI and radians.
 
 mod ask;
+mod constraints;
 mod gravity;
 mod inertia;
 mod joints;
@@ -113,6 +123,8 @@ struct SessionTable {
     #[serde(default)]
     poses: Vec<poses::PosesTable>,
     #[serde(default)]
+    constraints: constraints::ConstraintsTable,
+    #[serde(default)]
     ask: ask::AskTable,
 }
 
@@ -148,6 +160,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
+    let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, written.ask)?;
     let tables = poses::tables(&context, &loads, &written.poses)?;
     let poses = poses::read_all(&document, &written.poses, &tables, &mapping)?;
@@ -168,6 +181,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         joints,
         tables,
         poses,
+        constraints,
         ask,
         estimators,
         solver,

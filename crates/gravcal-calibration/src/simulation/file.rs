@@ -13,8 +13,8 @@ use crate::joint::Unknowns;
 use crate::parameter::Quantity;
 use crate::robot::{PositionSensorTable, Robot, RobotSource, SensorTables, TorqueSensorTable, resolve_robot};
 use crate::session::{
-    Ask, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable,
-    Session, units,
+    Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
+    PoseTable, Session, units,
 };
 
 /// Poses of one table at most: a day of standing still for a second each.
@@ -154,6 +154,7 @@ impl Reader<'_> {
             joints: self.joints()?,
             tables,
             poses: Vec::new(),
+            constraints: Constraints::default(),
             ask: Ask::default(),
             estimators: Vec::new(),
             solver: None,
