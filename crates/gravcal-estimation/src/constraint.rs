@@ -155,7 +155,7 @@ impl Constraint {
         }
     }
 
-    /// Whether it holds, up to rounding: a violation by [`ROUNDING`] of the numbers that it is made of is none.
+    /// Whether it holds, up to rounding: a violation by 1e-9 of the numbers that it is made of is none.
     pub fn is_obeyed_by(&self, values: &Values) -> bool {
         let limits = match &self.kind {
             ConstraintKind::Range { lower, upper, .. } => {

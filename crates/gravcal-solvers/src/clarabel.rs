@@ -16,8 +16,9 @@
 //! and `zᵀ s = 0` (Karush, Kuhn and Tucker; Nocedal and Wright, *Numerical optimization*, 2006, theorem 12.1). The cosine of
 //! the trace and of the termination is that of `Jᵀ r − Gᵀ z`, or `zᵀ s / ‖r‖²` where that is larger.
 //!
-//! **Digits.** A step that no constraint stops comes from the linearization, as Levenberg-Marquardt's does. Else `JᵀJ` is formed, which halves the digits of directions that the data hardly
-//! determine (singular values below 1e-6 of the largest, columns scaled); the gradient, and so the optimum, loses none.
+//! **Digits.** A step that no constraint stops comes from the linearization, as Levenberg-Marquardt's does. Else `JᵀJ` is
+//! formed: directions that the data hardly determine (singular values below 1e-6 of the largest, columns scaled) are then
+//! walked along slowly. The gradient loses no digit by it, and neither does the optimum.
 //!
 //! **Not taken.** Ranges and cones over blocks of a fixed length: such sets are not convex, and "the nearest point
 //! inside" is not one.
@@ -94,7 +95,7 @@ impl Solver for Clarabel {
     ) -> Result<Estimate, SolveError> {
         self.check(problem)?;
         start::check(problem, initial)?;
-        Run::new(self, problem, context).from(initial)
+        Run::new(self, problem, context).go(initial)
     }
 }
 
@@ -173,7 +174,7 @@ impl<'r, 'o> Run<'r, 'o> {
         Run { options, problem, context, damping, growth: 2.0, records: Vec::new(), leaning: Vec::new() }
     }
 
-    fn from(mut self, initial: &Values) -> Result<Estimate, SolveError> {
+    fn go(mut self, initial: &Values) -> Result<Estimate, SolveError> {
         let mut current = self.look(initial.clone())?;
         self.record(&current, 0.0);
         let termination = loop {

@@ -78,7 +78,7 @@ pub(crate) fn solve_posed(
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     let estimate = workbench.solve(&posed.problem, &posed.initial)?;
-    Ok(Solved::judged(readings, posed, estimate)?)
+    Solved::judged(readings, posed, estimate)
 }
 
 /// A first standard deviation for joints whose readings state none: a hundredth of the readings' spread.
