@@ -12,8 +12,6 @@ pub const NAMES: [&str; 3] = ["a", "b", "c"];
 pub const TRUTH: [f64; 3] = [2.0, 1.0, 0.5];
 /// The last time of a recording; the first is zero.
 const DURATION: f64 = 4.0;
-/// How often it is recorded.
-const REPEATS: usize = 8;
 /// Standard deviation that is stated for every sample.
 pub const NOISE: f64 = 0.05;
 
@@ -50,18 +48,17 @@ impl Residual for Sample {
     }
 }
 
-/// Time of each of `count` samples.
-pub fn time(sample: usize, count: usize) -> f64 {
-    let each = count / REPEATS;
-    DURATION * (sample % each) as f64 / (each - 1) as f64
+/// Time of a sample, of which there are `each` in a recording.
+pub fn time(sample: usize, each: usize) -> f64 {
+    DURATION * (sample % each) as f64 / (each as f64 - 1.0)
 }
 
-/// The problem with these errors of its readings, and its start at the truth.
-pub fn problem(errors: &[f64], loss: Loss) -> Result<(Problem, Values), Failure> {
+/// The problem with these errors of its readings, `each` in a recording, and its start at the truth.
+pub fn problem(errors: &[f64], each: usize, loss: Loss) -> Result<(Problem, Values), Failure> {
     let mut builder = ProblemBuilder::new();
     let blocks = [0, 1, 2].map(|i| builder.add_block(Block::scalar(NAMES[i], ""), &[TRUTH[i]]));
     for (sample, error) in errors.iter().enumerate() {
-        let time = time(sample, errors.len());
+        let time = time(sample, each);
         let reading = TRUTH[0] * (-TRUTH[1] * time).exp() + TRUTH[2] + error;
         let factor = Factor::new(Sample { blocks, time, reading }, Noise::independent(&[NOISE])?);
         builder.add_factor(factor.with_loss(loss));

@@ -37,12 +37,12 @@ impl Errors {
         }
     }
 
-    /// The errors of one draw.
-    pub fn draw(self, random: &mut Pcg64) -> Vec<f64> {
+    /// The errors of one draw, `each` in a recording.
+    pub fn draw(self, each: usize, random: &mut Pcg64) -> Vec<f64> {
         let own: Vec<f64> = (0..SAMPLES).map(|_| normal(random)).collect();
         match self {
             Errors::Normal => own,
-            Errors::Unequal => own.iter().enumerate().map(|(k, e)| 3.0 * (-0.5 * time(k, SAMPLES)).exp() * e).collect(),
+            Errors::Unequal => own.iter().enumerate().map(|(k, e)| 3.0 * (-0.5 * time(k, each)).exp() * e).collect(),
             Errors::Shared => {
                 let shared: Vec<f64> = (0..SAMPLES / BLOCK).map(|_| normal(random)).collect();
                 own.iter().enumerate().map(|(k, e)| e + shared[k / BLOCK]).collect()

@@ -30,6 +30,9 @@ struct Arguments {
     /// How many replicates of each of these.
     #[arg(long, default_value_t = 400, value_parser = clap::value_parser!(u32).range(100..))]
     replicates: u32,
+    /// How many recordings the samples make.
+    #[arg(long, default_value_t = 8, value_parser = clap::value_parser!(u32).range(1..=60))]
+    recordings: u32,
 }
 
 fn main() -> ExitCode {
@@ -47,7 +50,8 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     print!("{:16}  {:13}  {:20}  {:>6}", "errors", "loss", "uncertainty", "draws");
     NAMES.iter().for_each(|name| print!("  {name:>5}"));
     println!("  {:>5}", "± mc");
-    for scenario in scenarios(arguments.replicates as usize) {
+    let each = SAMPLES / arguments.recordings as usize;
+    for scenario in scenarios(each, arguments.replicates as usize) {
         let draws = match scenario.method {
             Method::Bootstrap(_) => arguments.bootstrap_draws,
             _ => arguments.draws,
@@ -71,12 +75,12 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
 }
 
 /// Every kind of error with what should hold and what should fail.
-fn scenarios(replicates: usize) -> Vec<Scenario> {
+fn scenarios(each: usize, replicates: usize) -> Vec<Scenario> {
     let (stated, relative, sandwich) = (Method::Stated, Method::Relative, Method::Sandwich);
     let bootstrap = Method::Bootstrap(replicates);
     let mut scenarios = Vec::new();
     let mut add = |errors, loss, methods: &[Method]| {
-        scenarios.extend(methods.iter().map(|method| Scenario { errors, loss, method: *method }));
+        scenarios.extend(methods.iter().map(|method| Scenario { each, errors, loss, method: *method }));
     };
     add(Errors::Normal, Loss::None, &[stated, relative, sandwich, bootstrap]);
     add(Errors::Unequal, Loss::None, &[stated, relative, sandwich, bootstrap]);

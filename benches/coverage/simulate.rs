@@ -32,6 +32,8 @@ pub enum Method {
 /// Errors, and what is made of them.
 #[derive(Clone, Copy, Debug)]
 pub struct Scenario {
+    /// Samples in a recording.
+    pub each: usize,
     pub errors: Errors,
     pub loss: Loss,
     pub method: Method,
@@ -73,7 +75,7 @@ pub fn simulate(scenario: Scenario, draws: usize, done: &(dyn Fn() + Sync)) -> R
 /// Whether the interval of each parameter holds the truth in one draw.
 fn judge(scenario: Scenario, index: u64) -> Result<[bool; 3], Failure> {
     let mut random = Pcg64::new(1, u128::from(index));
-    let (problem, start) = problem(&scenario.errors.draw(&mut random), scenario.loss)?;
+    let (problem, start) = problem(&scenario.errors.draw(scenario.each, &mut random), scenario.each, scenario.loss)?;
     let solver = LevenbergMarquardt::default();
     let estimate = solver.solve(&problem, &start, &mut SolveContext::default())?;
     let spectrum = Spectrum::new(&problem, &estimate.values)?;

@@ -2,13 +2,13 @@
 
 use gravcal_estimation::{Loss, LossName};
 
-use crate::errors::Errors;
+use crate::errors::{Errors, SAMPLES};
 use crate::simulate::{Coverage, Method, Scenario, simulate};
 
 const DRAWS: usize = 2_000;
 
 fn coverage(errors: Errors, loss: Loss, method: Method) -> Coverage {
-    simulate(Scenario { errors, loss, method }, DRAWS, &|| ()).unwrap()
+    simulate(Scenario { each: SAMPLES / 8, errors, loss, method }, DRAWS, &|| ()).unwrap()
 }
 
 #[track_caller]

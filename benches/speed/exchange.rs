@@ -22,7 +22,7 @@ use gravcal_estimation::BlockId;
 use gravcal_kinematics::{Joint, Transform};
 use tempfile::TempDir;
 
-use crate::problem::SevenJoints;
+use gravcal_benches::seven_joints::SevenJoints;
 
 /// Writes both tables into a new folder, which is gone when the value is.
 pub fn write(problem: &SevenJoints) -> Result<TempDir, String> {

@@ -4,23 +4,21 @@
 //!
 //! `benches/README.md` says what is measured and how.
 
-mod clock;
 mod exchange;
 mod model;
 mod peers;
-mod problem;
 mod product;
 mod table;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+use gravcal_benches::clock::{median_seconds, microseconds};
+use gravcal_benches::seven_joints::SevenJoints;
 use gravcal_estimation::{Estimate, SolveContext, Solver, Spectrum};
-use gravcal_solvers::LevenbergMarquardt;
+use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 
-use clock::{median_seconds, microseconds};
 use peers::Peer;
-use problem::SevenJoints;
 use table::{Row, print_table};
 
 /// Columns of the joint problem, counted by hand: gravity 2, torque gains and biases 14, position gains 7 and offsets 5,
@@ -82,7 +80,8 @@ fn describe(problem: &SevenJoints) -> Result<(), String> {
 }
 
 fn solve(problem: &SevenJoints) -> Result<Row, String> {
-    let solver = LevenbergMarquardt { cosine_tolerance: COSINE, ..LevenbergMarquardt::default() };
+    let solver =
+        LevenbergMarquardt { stopping: StoppingRules { cosine_tolerance: COSINE, ..StoppingRules::default() } };
     let (joint, initial) = (&problem.posed.problem, &problem.posed.initial);
     let run = || solver.solve(joint, initial, &mut SolveContext::default());
     let estimate: Estimate = run().map_err(|e| e.to_string())?;

@@ -2,8 +2,8 @@
 
 use gravcal_estimation::{BlockId, LocalValues, RowsMut, Values};
 
-use crate::clock::median_seconds;
-use crate::problem::SevenJoints;
+use gravcal_benches::clock::median_seconds;
+use gravcal_benches::seven_joints::SevenJoints;
 
 /// Seconds a pose.
 pub struct ModelTime {

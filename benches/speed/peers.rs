@@ -57,14 +57,12 @@ fn scipy() -> Result<Vec<PathBuf>, String> {
     Ok(vec!["python3".into(), Path::new(SOURCES).join("scipy").join("seven_joints.py")])
 }
 
-/// What a program prints; where it fails, the last line of what it complains.
+/// What a program prints; where it fails, what it complains of.
 fn output(command: &mut Command) -> Result<String, String> {
     let name = command.get_program().to_string_lossy().into_owned();
     let output = command.output().map_err(|e| format!("cannot run {name}: {e}"))?;
     if output.status.success() {
         return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
     }
-    let complaint = String::from_utf8_lossy(&output.stderr).into_owned();
-    let last = complaint.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("without a word");
-    Err(format!("{name} failed: {last}"))
+    Err(format!("{name} failed:\n{}", String::from_utf8_lossy(&output.stderr).trim()))
 }

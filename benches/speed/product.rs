@@ -16,8 +16,8 @@ use faer::{Accum, Mat, MatRef, Par};
 use gravcal_calibration::parameter::Quantity;
 use gravcal_estimation::BlockId;
 
-use crate::clock::median_seconds;
-use crate::problem::SevenJoints;
+use gravcal_benches::clock::median_seconds;
+use gravcal_benches::seven_joints::SevenJoints;
 
 /// Poses in a batch.
 const BATCH: usize = 64;
@@ -51,8 +51,9 @@ impl Buffer {
         Buffer { rows, width, sum: Mat::zeros(width, width) }
     }
 
-    fn add_product(&mut self) {
-        let rows = MatRef::from_row_major_slice(&self.rows, BATCH, self.width);
+    /// Adds the products of the first rows.
+    fn add_product(&mut self, rows: usize) {
+        let rows = MatRef::from_row_major_slice(&self.rows[..rows * self.width], rows, self.width);
         triangular::matmul(
             self.sum.as_mut(),
             BlockStructure::TriangularLower,
@@ -67,32 +68,38 @@ impl Buffer {
     }
 }
 
+/// Poses with the same load, and a buffer a joint.
+struct Group {
+    poses: usize,
+    buffers: Vec<Buffer>,
+}
+
+impl Group {
+    fn new(problem: &SevenJoints, load: Option<usize>) -> Self {
+        let poses = problem.session.poses.iter().filter(|pose| pose.load == load).count();
+        let width = |joint| columns(problem, load, joint) + 1;
+        Group { poses, buffers: (0..problem.session.joints.len()).map(|joint| Buffer::new(width(joint))).collect() }
+    }
+
+    fn add_products(&mut self) {
+        for start in (0..self.poses).step_by(BATCH) {
+            let rows = BATCH.min(self.poses - start);
+            self.buffers.iter_mut().for_each(|buffer| buffer.add_product(rows));
+        }
+    }
+
+    fn operations(&self) -> f64 {
+        let each: usize = self.buffers.iter().map(|buffer| buffer.width * (buffer.width + 1)).sum();
+        (self.poses * each) as f64
+    }
+}
+
 /// Time and operations of JᵀJ over all poses of the problem.
 pub fn time(problem: &SevenJoints) -> ProductTime {
-    let mut groups: Vec<(usize, Vec<Buffer>)> = loads(problem).map(|load| batches(problem, load)).collect();
-    let operations = groups.iter().map(|(count, buffers)| *count as f64 * operations_of(buffers)).sum();
-    let seconds = median_seconds(|| {
-        for (count, buffers) in &mut groups {
-            (0..*count).for_each(|_| buffers.iter_mut().for_each(Buffer::add_product));
-        }
-    });
-    ProductTime { seconds, operations }
-}
-
-/// No load, and each of the loads.
-fn loads(problem: &SevenJoints) -> impl Iterator<Item = Option<usize>> + use<> {
-    std::iter::once(None).chain((0..problem.session.loads.len()).map(Some))
-}
-
-/// How many batches poses with this load fill, and the buffers of one.
-fn batches(problem: &SevenJoints, load: Option<usize>) -> (usize, Vec<Buffer>) {
-    let poses = problem.session.poses.iter().filter(|pose| pose.load == load).count();
-    let joints = problem.session.joints.len();
-    (poses.div_ceil(BATCH), (0..joints).map(|joint| Buffer::new(columns(problem, load, joint) + 1)).collect())
-}
-
-fn operations_of(buffers: &[Buffer]) -> f64 {
-    buffers.iter().map(|b| (BATCH * b.width * (b.width + 1)) as f64).sum()
+    let loads = std::iter::once(None).chain((0..problem.session.loads.len()).map(Some));
+    let mut groups: Vec<Group> = loads.map(|load| Group::new(problem, load)).collect();
+    let seconds = median_seconds(|| groups.iter_mut().for_each(Group::add_products));
+    ProductTime { seconds, operations: groups.iter().map(Group::operations).sum() }
 }
 
 /// How many columns the torque of one joint can touch.

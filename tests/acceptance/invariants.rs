@@ -42,7 +42,7 @@ fn calibration_knows_neither_solvers_nor_reports() {
 }
 
 #[test]
-fn threads_enter_at_two_seams_and_are_counted_by_the_program() {
+fn threads_enter_in_two_libraries_and_are_counted_by_the_program() {
     let names = crates().into_iter().map(|path| tree::name(&path));
     let threaded: Vec<String> = names.filter(|name| dependencies(name).contains(&"rayon".to_owned())).collect();
     assert_eq!(threaded, ["gravcal-cli", "gravcal-estimation", "gravcal-study"]);

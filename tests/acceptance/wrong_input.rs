@@ -134,6 +134,32 @@ const IN_THE_SESSION: &[Mistake] = &[
         told: &["session.toml:{line}: poses[1].file: this table is already poses[0]"],
     },
     Mistake {
+        what: "an unknown loss",
+        changes: &[("session.toml", Replace("[gravity]", "loss = { kind = \"welsch\" }\n[gravity]"))],
+        told: &["session.toml:{line}: loss.kind: unknown loss `welsch`", "geman-mcclure"],
+    },
+    Mistake {
+        what: "a loss without width",
+        changes: &[("session.toml", Replace("[gravity]", "loss = { kind = \"huber\", width = 0 }\n[gravity]"))],
+        told: &["session.toml:{line}: loss.width: 0 is not a width"],
+    },
+    Mistake {
+        what: "an unknown uncertainty",
+        changes: &[("session.toml", Replace("[gravity]", "uncertainty = { kind = \"jackknife\" }\n[gravity]"))],
+        told: &["session.toml:{line}: uncertainty.kind: unknown variant `jackknife`", "`bootstrap`"],
+    },
+    Mistake {
+        what: "fewer than thirty blocks",
+        changes: &[(
+            "session.toml",
+            Replace("[gravity]", "uncertainty = { kind = \"sandwich\", block_poses = 5 }\n[gravity]"),
+        )],
+        told: &[
+            "session.toml:{line}: uncertainty.block_poses: 36 samples in blocks of 5 are 7 blocks, and 30 are needed",
+            "blocks of 1 to 1 samples",
+        ],
+    },
+    Mistake {
         what: "not TOML",
         changes: &[("session.toml", Replace("[gravity]", "[gravity"))],
         told: &["session.toml:{line}: "],

@@ -28,7 +28,7 @@ namespace {
 
 constexpr int kJoints = 7;
 constexpr double kCosine = 1e-8;
-constexpr int kRuns = 5;
+constexpr int kRuns = 7;
 constexpr int kMaxIterations = 50;
 
 using Numbers = std::vector<double>;

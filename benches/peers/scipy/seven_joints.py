@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 JOINTS = 7
 COSINE = 1e-8
-RUNS = 3
+RUNS = 5
 MOST_EVALUATIONS = 50
 # Columns of the Jacobian.
 GRAVITY, GAIN, BIAS = slice(0, 2), slice(2, 9), slice(9, 16)
@@ -189,21 +189,32 @@ def evaluations_needed(problem):
     return evaluations
 
 
-def main():
-    problem = Problem(Path(sys.argv[1]))
-    evaluations = evaluations_needed(problem)
-    seconds = []
+def median_run(problem, evaluations):
+    """Processor time, solution and its cosine, of the run of median time."""
+    runs = []
     for _ in range(RUNS):
         begin = time.process_time()
         solution = solve(problem, problem.residual, problem.jacobian, evaluations)
-        seconds.append(time.process_time() - begin)
+        runs.append((time.process_time() - begin, solution))
+    seconds, solution = sorted(runs, key=lambda run: run[0])[RUNS // 2]
+    return seconds, solution, largest_cosine(solution.fun, problem.jacobian(solution.x))
+
+
+def main():
+    problem = Problem(Path(sys.argv[1]))
+    evaluations = evaluations_needed(problem)
+    seconds, solution, cosine = median_run(problem, evaluations)
+    # Sums of NumPy depend on where the memory lies, and undetermined directions enlarge that: runs differ.
+    while cosine > COSINE and evaluations < MOST_EVALUATIONS:
+        evaluations += 1
+        seconds, solution, cosine = median_run(problem, evaluations)
     initial = problem.residual(problem.start)
     print(json.dumps({
-        "seconds": sorted(seconds)[RUNS // 2],
+        "seconds": seconds,
         "iterations": evaluations - 1,
         "initial_cost": 0.5 * float(initial @ initial),
         "cost": float(solution.cost),
-        "cosine": float(largest_cosine(solution.fun, problem.jacobian(solution.x))),
+        "cosine": float(cosine),
     }))
 
 

@@ -133,6 +133,11 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         moments: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),
+        weak: Vec::new(),
+        held: Vec::new(),
+        uncertainty: None,
+        loss: None,
+        outliers: Vec::new(),
         fit: None,
         notes: Vec::new(),
     }

@@ -138,7 +138,7 @@ fn judge_at(session: &Session, readings: &Readings, values: &Unknowns) -> Result
     let judged = judge_at_start(session, readings, values)?;
     // Readings count, not their values: a bias is judged against the torque that the nominal model predicts.
     let judgement = judged.judge_with_spreads(session, &predicted_spreads(session, readings, values));
-    let (posed, covariance) = (&judged.posed, &judged.covariance);
+    let (posed, covariance) = (&judged.posed, judged.covariance());
     let stated = !session.noise_estimated().iter().any(|e| *e);
     let std = |id: gravcal_estimation::BlockId| {
         posed.problem.columns_of(id).map(|column| covariance.std(column)).reduce(f64::max).filter(|_| stated)

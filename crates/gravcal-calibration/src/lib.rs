@@ -35,6 +35,8 @@ pub mod sweeps;
 #[cfg(test)]
 mod reference;
 #[cfg(test)]
+mod robustness;
+#[cfg(test)]
 mod testing;
 
 pub use calibrate::{EstimatorName, UnknownEstimator, UnsuitableChoice, calibrate, check_choice};

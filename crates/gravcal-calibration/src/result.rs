@@ -2,6 +2,8 @@
 //!
 //! The types serialize as they stand in `calibration.json`; what is undetermined has no value, never a number.
 
+use std::fmt;
+
 use serde::Serialize;
 
 /// One estimator's answer.
@@ -27,6 +29,16 @@ pub struct EstimatorResult {
     pub undetermined: Vec<Undetermined>,
     /// Constraints of the session on which the estimate leans.
     pub active_constraints: Vec<ActiveConstraint>,
+    /// Combinations of sensor parameters that are known a thousand times worse than the others.
+    pub weak: Vec<WeakCombination>,
+    /// What was held while the rest was solved for; empty for the sequential estimator, which has several problems.
+    pub held: Vec<HeldBlock>,
+    /// Where standard deviations, intervals and covariance come from; absent where there are none.
+    pub uncertainty: Option<UncertaintyResult>,
+    /// How torque readings far beyond their noise were counted; absent where as any other.
+    pub loss: Option<LossResult>,
+    /// Torque readings that the loss counted less than half, those that count least first.
+    pub outliers: Vec<Outlier>,
     /// How well the model explains the readings; absent where nothing could be fitted.
     pub fit: Option<Fit>,
     /// Remarks a person should read.
@@ -117,6 +129,127 @@ pub struct Undetermined {
     pub cure: String,
 }
 
+/// A step of the sensor parameters that changes the readings hardly.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WeakCombination {
+    /// In words: `1.00 joint1.torque_gain − 0.35 joint2.torque_gain`.
+    pub combination: String,
+    /// Parameter, unit and how far it moves.
+    pub terms: Vec<(String, String, f64)>,
+    /// How many times the standard deviation along it exceeds that of the median direction, in units of what each
+    /// parameter does to the readings.
+    pub times_worse: f64,
+}
+
+/// A block of the joint problem that was held while the rest was solved for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HeldBlock {
+    /// `joint1.position_offset`.
+    pub name: String,
+    /// At which values, in SI or the unit of the reading.
+    pub value: Vec<f64>,
+    /// Why: a choice of frame or gauge, exact knowledge, too little information.
+    pub why: String,
+}
+
+/// Where standard deviations, intervals and covariance come from.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum UncertaintyResult {
+    /// From the noise of the readings, if the model holds.
+    Noise {
+        /// How large it is.
+        source: NoiseSource,
+        /// By how much it was widened because the residuals exceed it.
+        widened_by: Option<f64>,
+    },
+    /// From the scatter of blocks of neighbouring poses.
+    Sandwich {
+        /// How many.
+        blocks: usize,
+        /// Poses in a block, at least.
+        block_poses: usize,
+    },
+    /// From solving again with such blocks drawn at random.
+    Bootstrap {
+        /// How many.
+        blocks: usize,
+        /// Poses in a block, at least.
+        block_poses: usize,
+        /// Replicates that count.
+        replicates: usize,
+        /// Replicates that did not converge.
+        not_converged: usize,
+        /// Replicates whose poses determine less than all poses do.
+        undetermined: usize,
+    },
+}
+
+/// Where the size of the noise is known from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum NoiseSource {
+    /// The session.
+    Stated,
+    /// The residuals.
+    Residuals,
+}
+
+impl fmt::Display for UncertaintyResult {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            UncertaintyResult::Noise { source: NoiseSource::Residuals, .. } => {
+                write!(f, "from the noise that the residuals show")
+            }
+            UncertaintyResult::Noise { widened_by: None, .. } => write!(f, "from the stated noise"),
+            UncertaintyResult::Noise { widened_by: Some(factor), .. } => {
+                write!(f, "from the stated noise, widened {factor:.1} times")
+            }
+            UncertaintyResult::Sandwich { blocks, block_poses } => {
+                write!(f, "robust to model error (sandwich over {blocks} blocks of {block_poses} poses)")
+            }
+            UncertaintyResult::Bootstrap { blocks, block_poses, replicates, not_converged, undetermined } => {
+                write!(
+                    f,
+                    "robust to model error (bootstrap of {blocks} blocks of {block_poses} poses, {replicates} replicates; \
+                     {not_converged} did not converge, {undetermined} lacked poses that determine everything)"
+                )
+            }
+        }
+    }
+}
+
+/// A robust loss.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LossResult {
+    /// `huber`, `cauchy`, `tukey` or `geman-mcclure`.
+    pub kind: &'static str,
+    /// In standard deviations.
+    pub width: f64,
+}
+
+/// A torque reading that a loss counted less than half.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Outlier {
+    /// File name of the table.
+    pub table: String,
+    /// Line in it.
+    pub line: u64,
+    /// The joint.
+    pub joint: String,
+    /// Prediction less reading, in standard deviations of the reading.
+    pub residual_in_std: f64,
+    /// From 0 (not at all) to 1 (as any other).
+    pub weight: f64,
+}
+
+impl fmt::Display for Outlier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Outlier { table, line, joint, residual_in_std, weight } = self;
+        write!(f, "{table}:{line} {joint} ({residual_in_std:+.1} std, weight {weight:.2})")
+    }
+}
+
 /// A constraint of the session on which an estimate leans.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct ActiveConstraint {
@@ -131,13 +264,16 @@ pub struct ActiveConstraint {
 /// How well a model explains the readings.
 #[derive(Clone, Debug, Serialize)]
 pub struct Fit {
-    /// Sum of squared residuals in standard deviations.
+    /// Sum of squared residuals in standard deviations, outliers included.
     pub chi_squared: f64,
     /// Rows less the number of parameters that the data determine.
     pub degrees_of_freedom: usize,
     /// Probability of a χ² at least as large if the model and the stated noise hold; absent where the noise was
-    /// estimated from the residuals.
+    /// estimated from the residuals. Under a loss, which lets χ² be anything, it is that of as many residuals beyond the
+    /// median of normal noise.
     pub p_value: Option<f64>,
+    /// Median |residual| over that of normal noise as stated; only under a loss, and with stated noise.
+    pub median_ratio: Option<f64>,
     /// By joint, torque readings only.
     pub joints: Vec<JointFit>,
     /// The same for a tenth of the poses that a second fit did not see.
@@ -180,9 +316,11 @@ pub struct HeldOut {
 const SIGNIFICANCE: f64 = 1e-3;
 
 impl Fit {
-    /// How many times worse than their stated noise the readings are explained, `√(χ²/dof)`, where that is no accident.
+    /// How many times worse than their stated noise the readings are explained, where that is no accident: `√(χ²/dof)`,
+    /// under a loss by the median.
     pub(crate) fn misfit(&self) -> Option<f64> {
-        let ratio = (self.chi_squared / self.degrees_of_freedom as f64).sqrt();
+        let by_squares = || (self.chi_squared / self.degrees_of_freedom as f64).sqrt();
+        let ratio = self.median_ratio.unwrap_or_else(by_squares);
         self.p_value.filter(|p| *p < SIGNIFICANCE).map(|_| ratio)
     }
 }

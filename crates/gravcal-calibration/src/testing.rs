@@ -1,5 +1,6 @@
 //! The reference protocol of the Sarcos shoulder, for the tests of this crate.
 
+use gravcal_estimation::Loss;
 use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
@@ -7,7 +8,7 @@ use crate::joint::Unknowns;
 use crate::robot::Robot;
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
-    PoseTable, Session,
+    PoseTable, Session, UncertaintyChoice,
 };
 use crate::simulation::{Deflection, Disturbance, Run, Simulation};
 
@@ -80,6 +81,8 @@ pub fn sarcos_shoulder() -> Simulation {
             })
             .collect(),
         poses: Vec::new(),
+        loss: Loss::None,
+        uncertainty: UncertaintyChoice::Noise,
         constraints: Constraints::default(),
         ask: Ask::default(),
         estimators: Vec::new(),

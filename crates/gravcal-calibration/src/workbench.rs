@@ -19,6 +19,10 @@ impl<'a> Workbench<'a> {
         (self.progress)(stage);
     }
 
+    pub(crate) fn solver(&self) -> &dyn Solver {
+        self.solver
+    }
+
     pub(crate) fn solve(&self, problem: &Problem, initial: &Values) -> Result<Estimate, SolveError> {
         self.solver.check(problem)?;
         self.solver.solve(problem, initial, &mut SolveContext::default())

@@ -71,6 +71,11 @@ mod tests {
             moments: Vec::new(),
             undetermined: Vec::new(),
             active_constraints: Vec::new(),
+            weak: Vec::new(),
+            held: Vec::new(),
+            uncertainty: None,
+            loss: None,
+            outliers: Vec::new(),
             fit: None,
             notes: Vec::new(),
         }

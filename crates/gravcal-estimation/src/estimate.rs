@@ -30,7 +30,7 @@ pub enum Termination {
         /// How many were allowed.
         limit: usize,
     },
-    /// Damping grew beyond all bounds without finding a lower cost.
+    /// No step lowers the cost, however short; but the point is not stationary as far as the Jacobian tells.
     NoProgress,
     /// Stopped from outside.
     Stopped,
@@ -79,7 +79,7 @@ pub struct IterationRecord {
     pub cosine: f64,
     /// Relative length of the accepted step.
     pub step: f64,
-    /// Damping of the accepted step.
+    /// Damping λ of the accepted step; 0 for methods without.
     pub damping: f64,
 }
 

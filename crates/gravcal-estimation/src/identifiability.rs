@@ -10,9 +10,13 @@
 //! A direction is a step of the parameters that changes the residuals not at all, or hardly.
 //! [`named_combinations`](crate::named_combinations) puts it into words.
 
+use std::sync::Arc;
+
 use faer::Mat;
 
 use crate::linearization::Orthogonal;
+use crate::local_columns::LocalColumns;
+use crate::sparse_basis::sparse_basis;
 use crate::statistics::Covariance;
 use crate::{EvaluateError, Linearization, Problem, Values};
 
@@ -42,7 +46,11 @@ pub struct WeakDirection {
 /// Singular value decomposition of the whitened Jacobian, columns scaled to unit length so that units do not matter.
 #[derive(Debug)]
 pub struct Spectrum {
-    /// Scale of each column of J, see [`Linearization::column_scales`].
+    /// Scale of every column of J, see [`Linearization::column_scales`].
+    column_scales: Vec<f64>,
+    /// What follows from the others.
+    local: Arc<LocalColumns>,
+    /// Scales of the shared columns. These alone are decomposed, with local blocks eliminated.
     scales: Vec<f64>,
     /// Singular values of the scaled Jacobian, largest first.
     singular_values: Vec<f64>,
@@ -60,13 +68,16 @@ impl Spectrum {
     /// Where a residual cannot be evaluated there.
     pub fn new(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
         let linearization = Orthogonal::new(problem, values)?;
-        let scales = linearization.column_scales();
+        let local = Arc::new(linearization.local_columns(problem)?);
+        let column_scales = linearization.column_scales();
+        let shared = &problem.structure().shared;
+        let scales: Vec<f64> = shared.iter().map(|column| column_scales[*column]).collect();
+        let norms: Vec<f64> = shared.iter().map(|column| linearization.column_norms()[*column]).collect();
         let triangle = linearization.triangle();
         let columns = scales.len();
         // A column of zeros is a direction without information by itself: decomposed along with the others it would
         // mix with theirs.
-        let (active, idle): (Vec<usize>, Vec<usize>) =
-            (0..columns).partition(|j| linearization.column_norms()[*j] > 0.0);
+        let (active, idle): (Vec<usize>, Vec<usize>) = (0..columns).partition(|j| norms[*j] > 0.0);
         // At least as many rows as columns, so that the whole null space comes out.
         let scaled = Mat::from_fn(triangle.nrows().max(active.len()), active.len(), |i, j| {
             if i < triangle.nrows() { triangle[(i, active[j])] / scales[active[j]] } else { 0.0 }
@@ -87,57 +98,54 @@ impl Spectrum {
             singular_values.push(0.0);
             directions.push((0..columns).map(|j| f64::from(j == *column)).collect());
         }
-        Ok(Spectrum { scales, singular_values, directions, rank, idle })
+        Ok(Spectrum { column_scales, local, scales, singular_values, directions, rank, idle })
     }
 
     /// Number of directions that the data determine.
     pub fn rank(&self) -> usize {
-        self.rank
+        self.rank + self.local.count()
     }
 
     /// Norm of one column of the whitened Jacobian: what a change of one unit does to the residuals.
     pub fn column_scale(&self, column: usize) -> f64 {
-        self.scales[column]
+        self.column_scales[column]
     }
 
     /// Basis of what the directions without information do to the given columns, in the columns' units: empty where
     /// every one of these columns is determined. One vector a direction, one entry a column.
     pub fn null_space_within(&self, columns: &[usize]) -> Vec<Vec<f64>> {
         let (shown, _) = self.null_space_shadow(columns);
-        shown.iter().map(|v| v.iter().zip(columns).map(|(c, j)| c / self.scales[*j]).collect()).collect()
+        shown.iter().map(|v| v.iter().zip(columns).map(|(c, j)| c / self.column_scales[*j]).collect()).collect()
     }
 
     /// Basis of the linear functions of the given columns alone that the data determine: coefficients by column.
     pub fn determined_within(&self, columns: &[usize]) -> Vec<Vec<f64>> {
         let (_, complement) = self.null_space_shadow(columns);
-        complement.iter().map(|v| v.iter().zip(columns).map(|(c, j)| c * self.scales[*j]).collect()).collect()
+        complement.iter().map(|v| v.iter().zip(columns).map(|(c, j)| c * self.column_scales[*j]).collect()).collect()
     }
 
     /// Orthonormal bases, in scaled coordinates, of the null space's projection on some columns and of its
-    /// orthogonal complement. Columns of zeros come as directions of their own.
+    /// orthogonal complement. Columns of zeros come as directions of their own; columns of local blocks, which follow the
+    /// others, are in none.
     fn null_space_shadow(&self, columns: &[usize]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let null = &self.directions[self.rank..self.directions.len() - self.idle.len()];
-        let active: Vec<usize> = (0..columns.len()).filter(|i| !self.idle.contains(&columns[*i])).collect();
+        let shared: Vec<Option<usize>> = columns.iter().map(|column| self.local.shared(*column)).collect();
+        let is_idle = |i: &usize| shared[*i].is_some_and(|index| self.idle.contains(&index));
+        let active: Vec<(usize, usize)> =
+            (0..columns.len()).filter(|i| !is_idle(i)).filter_map(|i| Some((i, shared[i]?))).collect();
         let size = active.len();
         // Square at least, so that the complement comes out of the same decomposition.
-        let shadow =
-            Mat::from_fn(
-                size,
-                null.len().max(size),
-                |i, k| {
-                    if k < null.len() { null[k][columns[active[i]]] } else { 0.0 }
-                },
-            );
+        let shadow = Mat::from_fn(size, null.len().max(size), |i, k| null.get(k).map_or(0.0, |null| null[active[i].1]));
         let Ok(svd) = shadow.svd() else {
             return (Vec::new(), Vec::new());
         };
         let vector = |k: usize| {
             let mut vector = vec![0.0; columns.len()];
-            active.iter().enumerate().for_each(|(i, place)| vector[*place] = svd.U()[(i, k)]);
+            active.iter().enumerate().for_each(|(i, (place, _))| vector[*place] = svd.U()[(i, k)]);
             vector
         };
         let shown = (0..size).filter(|k| svd.S()[*k] > SHADOW_TOLERANCE).count();
-        let idle = (0..columns.len()).filter(|i| self.idle.contains(&columns[*i]));
+        let idle = (0..columns.len()).filter(is_idle);
         let alone = idle.map(|place| (0..columns.len()).map(|i| f64::from(i == place)).collect());
         ((0..shown).map(vector).chain(alone).collect(), (shown..size).map(vector).collect())
     }
@@ -176,7 +184,7 @@ impl Spectrum {
 
     /// Steps by some columns, in their units, as the sparsest easily found basis of their span.
     pub(crate) fn sparse(&self, columns: &[usize], steps: &[Vec<f64>]) -> Vec<Vec<f64>> {
-        let scaled = |step: &Vec<f64>| step.iter().zip(columns).map(|(c, j)| c * self.scales[*j]).collect();
+        let scaled = |step: &Vec<f64>| step.iter().zip(columns).map(|(c, j)| c * self.column_scales[*j]).collect();
         self.readable(columns, &steps.iter().map(scaled).collect::<Vec<_>>())
     }
 
@@ -185,13 +193,13 @@ impl Spectrum {
     }
 
     fn unscale_within(&self, columns: &[usize], direction: &[f64]) -> Vec<f64> {
-        direction.iter().zip(columns).map(|(c, j)| c / self.scales[*j]).collect()
+        direction.iter().zip(columns).map(|(c, j)| c / self.column_scales[*j]).collect()
     }
 
     /// Covariance of some columns in scaled coordinates.
     fn scaled_covariance(&self, columns: &[usize]) -> Vec<Vec<f64>> {
         let covariance = self.covariance();
-        let scaled = |i: usize, j: usize| self.scales[i] * self.scales[j] * covariance.at(i, j);
+        let scaled = |i: usize, j: usize| self.column_scales[i] * self.column_scales[j] * covariance.at(i, j);
         columns.iter().map(|i| columns.iter().map(|j| scaled(*i, *j)).collect()).collect()
     }
 
@@ -205,17 +213,23 @@ impl Spectrum {
                 row.iter_mut().zip(direction).for_each(|(sum, right)| *sum += left * right);
             }
         }
-        Covariance::new(tangent, size)
+        let shared = Covariance::new(tangent, size);
+        if self.has_local() { shared.with_local(Arc::clone(&self.local)) } else { shared }
     }
 
-    /// Steps by all columns along the determined directions, each of which moves the whitened residuals by a unit
+    /// Whether the problem has local blocks.
+    pub(crate) fn has_local(&self) -> bool {
+        self.local.count() > 0
+    }
+
+    /// Steps by the shared columns along the determined directions, each of which moves the whitened residuals by a unit
     /// vector, perpendicular to those of the others.
     pub(crate) fn determined_directions(&self) -> Vec<Vec<f64>> {
         let along = self.directions[..self.rank].iter().zip(&self.singular_values);
         along.map(|(v, s)| self.unscale(v).iter().map(|c| c / s).collect()).collect()
     }
 
-    /// A step by all columns without what it moves along directions that the data do not determine.
+    /// A step by the shared columns without what it moves along directions that the data do not determine.
     pub(crate) fn determined_part(&self, step: &[f64]) -> Vec<f64> {
         let scaled: Vec<f64> = step.iter().zip(&self.scales).map(|(c, scale)| c * scale).collect();
         let dot = |v: &[f64]| v.iter().zip(&scaled).map(|(v, s)| v * s).sum::<f64>();
@@ -226,21 +240,15 @@ impl Spectrum {
     /// Sum of squares of each row of the scaled Jacobian's projector: how many of the fitted parameters each
     /// row of `augmented` (as [`Problem::augmented_jacobian`] gives it) takes up. They sum to the rank.
     pub fn leverages(&self, augmented: &[f64]) -> Vec<f64> {
-        let width = self.scales.len() + 1;
-        augmented
-            .chunks_exact(width)
-            .map(|row| {
-                self.directions[..self.rank]
-                    .iter()
-                    .zip(&self.singular_values)
-                    .map(|(v, s)| {
-                        let projection: f64 =
-                            row.iter().zip(v).zip(&self.scales).map(|((r, v), scale)| r * v / scale).sum();
-                        (projection / s).powi(2)
-                    })
-                    .sum()
-            })
-            .collect()
+        let directions = self.determined_directions();
+        let leverage = |row: &[f64]| {
+            let row = row[..row.len() - 1].iter().copied().enumerate().filter(|(_, entry)| *entry != 0.0);
+            let reduced = self.local.reduce(row);
+            let along =
+                |direction: &Vec<f64>| reduced.shared.iter().map(|(i, entry)| entry * direction[*i]).sum::<f64>();
+            directions.iter().map(|direction| along(direction).powi(2)).sum::<f64>() + reduced.own_covariance(&reduced)
+        };
+        augmented.chunks_exact(self.column_scales.len() + 1).map(leverage).collect()
     }
 
     fn unscale(&self, direction: &[f64]) -> Vec<f64> {
@@ -261,70 +269,4 @@ fn combine(vectors: &[Vec<f64>], weights: impl Iterator<Item = f64>, size: usize
         sum.iter_mut().zip(vector).for_each(|(sum, v)| *sum += weight * v);
     }
     sum
-}
-
-/// The sparsest easily found basis of the span of `vectors`: reduced row echelon form with complete pivoting.
-///
-/// Each result has a coefficient 1 that no other result shares; entries below `tolerance` times the largest are
-/// zero. Dependent vectors drop out.
-pub fn sparse_basis(vectors: &[Vec<f64>], tolerance: f64) -> Vec<Vec<f64>> {
-    let mut rows: Vec<Vec<f64>> = vectors.to_vec();
-    let largest = rows.iter().flatten().fold(0.0_f64, |m, v| m.max(v.abs()));
-    let mut done = 0;
-    while done < rows.len() {
-        let (pivot_row, pivot_column) = largest_entry(&rows[done..]);
-        let pivot_row = pivot_row + done;
-        if rows[pivot_row].get(pivot_column).is_none_or(|v| v.abs() <= tolerance * largest) {
-            break;
-        }
-        rows.swap(done, pivot_row);
-        let pivot = rows[done][pivot_column];
-        rows[done].iter_mut().for_each(|v| *v /= pivot);
-        let reference = rows[done].clone();
-        for (index, row) in rows.iter_mut().enumerate() {
-            if index != done {
-                let factor = row[pivot_column];
-                row.iter_mut().zip(&reference).for_each(|(v, r)| *v -= factor * r);
-                row[pivot_column] = 0.0;
-            }
-        }
-        done += 1;
-    }
-    rows.truncate(done);
-    for row in &mut rows {
-        let largest = row.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
-        row.iter_mut().filter(|v| v.abs() <= tolerance * largest).for_each(|v| *v = 0.0);
-    }
-    rows
-}
-
-fn largest_entry(rows: &[Vec<f64>]) -> (usize, usize) {
-    let mut best = (0, 0, -1.0);
-    for (i, row) in rows.iter().enumerate() {
-        for (j, value) in row.iter().enumerate() {
-            // A tie goes to the first, up to rounding, so that the basis does not depend on the last digit.
-            if value.abs() > best.2 * (1.0 + 1e-6) {
-                best = (i, j, value.abs());
-            }
-        }
-    }
-    (best.0, best.1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_basis_of_sparse_vectors_is_recovered_from_a_mixture() {
-        let a = [1.0, 1.0, 1.0, 0.0, 0.0];
-        let b = [0.0, 0.0, 0.0, 1.0, -0.5];
-        let mix = |p: f64, q: f64| a.iter().zip(b).map(|(a, b)| p * a + q * b).collect::<Vec<f64>>();
-        let basis = sparse_basis(&[mix(0.3, -0.7), mix(1.1, 0.2), mix(-2.0, 5.0)], 1e-9);
-        assert_eq!(basis.len(), 2);
-        for vector in &basis {
-            let expected = if vector[0] == 0.0 { &b } else { &a };
-            assert!(vector.iter().zip(expected).all(|(v, e)| (v - e).abs() < 1e-12), "{vector:?}");
-        }
-    }
 }

@@ -1,6 +1,6 @@
 //! What a method that minimises a problem offers.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use thiserror::Error;
@@ -63,6 +63,14 @@ pub enum SolveError {
     /// No values obey all constraints: the names of those that contradict each other.
     #[error("no values obey all constraints; these contradict each other: {}", .0.join(", "))]
     Contradiction(Vec<String>),
+    /// The checkpoint is not one of this solve, or cannot be kept.
+    #[error("the checkpoint {} {reason}", path.display())]
+    Checkpoint {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and what to do.
+        reason: String,
+    },
     /// The method failed inside.
     #[error("{solver} failed: {reason}")]
     Failed {
@@ -92,7 +100,8 @@ pub struct SolveContext<'a> {
     pub observer: Option<&'a mut dyn Observer>,
     /// Set from elsewhere to stop after the current iteration.
     pub stop: Option<&'a AtomicBool>,
-    /// File in which the state is kept after every iteration, so that a solve that was interrupted goes on from there.
+    /// File in which the state is kept after every iteration, so that a solve that was interrupted goes on from there. A
+    /// file that is there is gone on from, whatever the start; one that is not of this solve is an error.
     pub checkpoint: Option<&'a Path>,
 }
 

@@ -20,10 +20,19 @@ use nalgebra::{Matrix3, Vector3};
 use crate::joint::{Joint, JointKind};
 use crate::transform::Transform;
 
+/// What a coordinate does in the axis frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Motion {
+    /// `Rot_z`.
+    Turn { sin: f64, cos: f64 },
+    /// `Trans_z`, m.
+    Slide(f64),
+}
+
 /// A joint, re-cut to turn about or slide along z.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct AxisFrame {
-    pub kind: JointKind,
+    kind: JointKind,
     /// Pose of the axis frame in the parent link's frame.
     pub from_parent: FixedTransform,
     /// Pose of the child link's frame in the moved axis frame.
@@ -70,25 +79,35 @@ impl AxisFrame {
         self.from_parent.beyond(parent)
     }
 
-    /// The link's frame in base coordinates, from the axis frame at rest and the coordinate (rad or m).
+    /// The motion by a coordinate, rad or m.
+    pub fn motion(&self, coordinate: f64) -> Motion {
+        match self.kind {
+            JointKind::Revolute => {
+                let (sin, cos) = coordinate.sin_cos();
+                Motion::Turn { sin, cos }
+            }
+            JointKind::Prismatic => Motion::Slide(coordinate),
+        }
+    }
+
+    /// The link's frame in base coordinates, from the axis frame at rest and the motion.
     #[inline(always)]
-    pub fn link_pose(&self, at_rest: &Transform, coordinate: f64) -> Transform {
-        self.to_link.beyond(&moved(self.kind, at_rest, coordinate))
+    pub fn link_pose(&self, at_rest: &Transform, motion: Motion) -> Transform {
+        self.to_link.beyond(&moved(at_rest, motion))
     }
 }
 
-/// `frame · Rot_z(coordinate)` or `frame · Trans_z(coordinate)`: touches two columns, or the translation only.
+/// `frame · Rot_z` or `frame · Trans_z`: touches two columns, or the translation only.
 #[inline(always)]
-fn moved(kind: JointKind, frame: &Transform, coordinate: f64) -> Transform {
+fn moved(frame: &Transform, motion: Motion) -> Transform {
     let column = |index: usize| frame.rotation.column(index).into_owned();
     let (x, y, z) = (column(0), column(1), column(2));
-    match kind {
-        JointKind::Revolute => {
-            let (sin, cos) = coordinate.sin_cos();
+    match motion {
+        Motion::Turn { sin, cos } => {
             let rotation = Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, z]);
             Transform { rotation, translation: frame.translation }
         }
-        JointKind::Prismatic => Transform { rotation: frame.rotation, translation: frame.translation + z * coordinate },
+        Motion::Slide(way) => Transform { rotation: frame.rotation, translation: frame.translation + z * way },
     }
 }
 

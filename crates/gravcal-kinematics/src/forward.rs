@@ -18,7 +18,7 @@ impl Chain {
             .iter()
             .zip(coordinates)
             .map(|(frame, &coordinate)| {
-                pose = frame.link_pose(&frame.at_rest(&pose), coordinate);
+                pose = frame.link_pose(&frame.at_rest(&pose), frame.motion(coordinate));
                 pose
             })
             .collect()

@@ -4,8 +4,8 @@
 //! Results are taken apart field by field, so that a new field cannot be forgotten here.
 
 use gravcal_calibration::result::{
-    ActiveConstraint, CovarianceResult, EstimatorResult, Fit, GravityResult, HeldOut, JointFit, MomentResult,
-    ParameterResult,
+    ActiveConstraint, CovarianceResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut, JointFit, LossResult,
+    MomentResult, NoiseSource, Outlier, ParameterResult, UncertaintyResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -43,6 +43,11 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         moments,
         undetermined: _,
         active_constraints,
+        weak,
+        held,
+        uncertainty,
+        loss,
+        outliers,
         fit,
         notes: _,
     } = result;
@@ -51,6 +56,11 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(of_covariance(covariance));
     let inside = inside.chain(moments.iter().flat_map(of_moment));
     let inside = inside.chain(active_constraints.iter().flat_map(of_constraint));
+    let inside = inside.chain(weak.iter().flat_map(of_weak));
+    let inside = inside.chain(held.iter().flat_map(of_held));
+    let inside = inside.chain(uncertainty.iter().flat_map(of_uncertainty));
+    let inside = inside.chain(loss.iter().flat_map(of_loss));
+    let inside = inside.chain(outliers.iter().flat_map(of_outlier));
     let inside = inside.chain(fit.iter().flat_map(of_fit));
     inside.map(|(place, value)| (format!("{name}: {place}"), value)).collect()
 }
@@ -86,15 +96,53 @@ fn of_moment(moment: &MomentResult) -> Vec<Number> {
     each(&format!("combination of {}", names.join(", ")), coefficients.chain([value, std]))
 }
 
+fn of_weak(weak: &WeakCombination) -> Vec<Number> {
+    let WeakCombination { combination, terms, times_worse } = weak;
+    let coefficients = terms.iter().map(|(_, _, coefficient)| coefficient);
+    each(&format!("weak combination {combination}"), coefficients.chain([times_worse]))
+}
+
+fn of_held(held: &HeldBlock) -> Vec<Number> {
+    let HeldBlock { name, value, why: _ } = held;
+    each(&format!("held value of {name}"), value)
+}
+
+fn of_uncertainty(uncertainty: &UncertaintyResult) -> Vec<Number> {
+    match uncertainty {
+        UncertaintyResult::Noise { source: NoiseSource::Stated | NoiseSource::Residuals, widened_by } => {
+            each("widening of the noise", widened_by)
+        }
+        UncertaintyResult::Sandwich { blocks: _, block_poses: _ } => Vec::new(),
+        UncertaintyResult::Bootstrap {
+            blocks: _,
+            block_poses: _,
+            replicates: _,
+            not_converged: _,
+            undetermined: _,
+        } => Vec::new(),
+    }
+}
+
 fn of_constraint(active: &ActiveConstraint) -> Vec<Number> {
     let ActiveConstraint { constraint, multiplier, unit: _ } = active;
     each(&format!("multiplier of `{constraint}`"), [multiplier])
 }
 
+fn of_loss(loss: &LossResult) -> Vec<Number> {
+    let LossResult { kind: _, width } = loss;
+    each("width of the loss", [width])
+}
+
+fn of_outlier(outlier: &Outlier) -> Vec<Number> {
+    let Outlier { table, line, joint, residual_in_std, weight } = outlier;
+    each(&format!("outlier of {joint} in {table} line {line}"), [residual_in_std, weight])
+}
+
 fn of_fit(fit: &Fit) -> Vec<Number> {
-    let Fit { chi_squared, degrees_of_freedom: _, p_value, joints, held_out } = fit;
+    let Fit { chi_squared, degrees_of_freedom: _, p_value, median_ratio, joints, held_out } = fit;
     let mut numbers = each("χ²", [chi_squared]);
     numbers.extend(each("p-value", p_value));
+    numbers.extend(each("median of the residuals", median_ratio));
     numbers.extend(joints.iter().flat_map(of_joint));
     numbers.extend(held_out.iter().flat_map(of_held_out));
     numbers

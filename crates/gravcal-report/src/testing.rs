@@ -2,7 +2,8 @@
 
 use gravcal_calibration::parameter::Quantity;
 use gravcal_calibration::result::{
-    CovarianceResult, EstimatorResult, Fit, GravityResult, HeldOut, JointFit, ParameterResult, Verdict,
+    CovarianceResult, EstimatorResult, Fit, GravityResult, HeldOut, JointFit, NoiseSource, ParameterResult,
+    UncertaintyResult, Verdict,
 };
 
 /// A determined result without parameters and fit.
@@ -23,6 +24,11 @@ pub fn result(name: &str) -> EstimatorResult {
         moments: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),
+        weak: Vec::new(),
+        held: Vec::new(),
+        uncertainty: Some(UncertaintyResult::Noise { source: NoiseSource::Stated, widened_by: None }),
+        loss: None,
+        outliers: Vec::new(),
         fit: None,
         notes: Vec::new(),
     }
@@ -74,6 +80,7 @@ pub fn fit() -> Fit {
         chi_squared: 101.3,
         degrees_of_freedom: 95,
         p_value: Some(0.31),
+        median_ratio: None,
         joints: vec![joint_fit("joint1")],
         held_out: Some(HeldOut {
             poses: 4,

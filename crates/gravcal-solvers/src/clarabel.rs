@@ -16,9 +16,9 @@
 //! and `zᵀ s = 0` (Karush, Kuhn and Tucker; Nocedal and Wright, *Numerical optimization*, 2006, theorem 12.1). The cosine of
 //! the trace and of the termination is that of `Jᵀ r − Gᵀ z`, or `zᵀ s / ‖r‖²` where that is larger.
 //!
-//! **Digits.** A step that no constraint stops comes from the linearization, as Levenberg-Marquardt's does. Else `JᵀJ` is
-//! formed: directions that the data hardly determine (singular values below 1e-6 of the largest, columns scaled) are then
-//! walked along slowly. The gradient loses no digit by it, and neither does the optimum.
+//! **Digits.** A problem without constraints is Levenberg-Marquardt's. A step that no constraint stops comes from the
+//! linearization, as there. Else `JᵀJ` is formed: directions that the data hardly determine (singular values below 1e-6 of
+//! the largest, columns scaled) are then walked along slowly. The gradient loses no digit by it, and neither does the optimum.
 //!
 //! **Not taken.** Ranges and cones over blocks of a fixed length: such sets are not convex, and "the nearest point
 //! inside" is not one.
@@ -37,6 +37,7 @@ use gravcal_estimation::{
 };
 use serde::Deserialize;
 
+use crate::{LevenbergMarquardt, StoppingRules};
 use active::active_constraints;
 use start::scale_to_length;
 use trial::{Damping, Point, Trial};
@@ -46,25 +47,12 @@ pub(crate) const NAME: &str = "clarabel";
 /// Columns at most: JᵀJ is dense, and its factorization takes time with their cube.
 const MAX_COLUMNS: usize = 2000;
 
-/// The method's options.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
+/// The method with its options.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
+#[serde(transparent)]
 pub struct Clarabel {
-    /// Iterations allowed.
-    pub max_iterations: usize,
-    /// Ends where the largest |cosine| between the residual and a column of J, the constraints' part taken off, is at
-    /// most this.
-    pub cosine_tolerance: f64,
-    /// Ends where the step of every block is at most this share of the block or of the residual, scaled by D.
-    pub step_tolerance: f64,
-    /// Ends where predicted and actual reduction are at most this share of the cost.
-    pub cost_tolerance: f64,
-}
-
-impl Default for Clarabel {
-    fn default() -> Self {
-        Clarabel { max_iterations: 1000, cosine_tolerance: 1e-10, step_tolerance: 1e-13, cost_tolerance: 1e-15 }
-    }
+    /// When it ends. The cosine is that between the residual and a column of J, the constraints' part taken off.
+    pub stopping: StoppingRules,
 }
 
 impl Solver for Clarabel {
@@ -94,6 +82,9 @@ impl Solver for Clarabel {
         context: &mut SolveContext<'_>,
     ) -> Result<Estimate, SolveError> {
         self.check(problem)?;
+        if problem.constraints().is_empty() {
+            return LevenbergMarquardt { stopping: self.stopping }.solve(problem, initial, context);
+        }
         start::check(problem, initial)?;
         Run::new(self, problem, context).go(initial)
     }
@@ -226,7 +217,7 @@ impl<'r, 'o> Run<'r, 'o> {
     }
 
     fn ended(&self, current: &Current<'_>) -> Option<Termination> {
-        let limit = self.options.max_iterations;
+        let limit = self.options.stopping.max_iterations;
         let stopped = || self.context.stopped().then_some(Termination::Stopped);
         let used_up = || (self.records.len() > limit).then_some(Termination::IterationLimit { limit });
         self.stationary(current).or_else(stopped).or_else(used_up)
@@ -237,7 +228,7 @@ impl<'r, 'o> Run<'r, 'o> {
             return Some(Termination::ZeroResidual);
         }
         let cosine = current.cosine();
-        (cosine <= self.options.cosine_tolerance).then_some(Termination::Gradient { cosine })
+        (cosine <= self.options.stopping.cosine_tolerance).then_some(Termination::Gradient { cosine })
     }
 
     /// Tries steps of growing damping until one is better. `None` while there is reason to go on.
@@ -291,10 +282,10 @@ impl<'r, 'o> Run<'r, 'o> {
 
     /// Whether a step is too small, or gains too little, to go on.
     fn judge(&self, cost: f64, predicted: f64, actual: f64, relative_step: f64) -> Option<Termination> {
-        let gain = self.options.cost_tolerance * cost;
+        let gain = self.options.stopping.cost_tolerance * cost;
         if predicted <= gain && actual.abs() <= gain.max(f64::EPSILON * cost) {
             Some(Termination::Cost { relative: predicted / cost })
-        } else if relative_step <= self.options.step_tolerance {
+        } else if relative_step <= self.options.stopping.step_tolerance {
             Some(Termination::Step { relative: relative_step })
         } else {
             None

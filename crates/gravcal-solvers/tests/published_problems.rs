@@ -1,8 +1,10 @@
-//! Problems with published solutions, each written once with its source and optimum, run by every solver.
+//! Small problems whose solutions are known, run by every solver: a few published ones, a manifold, lost rank, and a model
+//! that is not defined everywhere. The whole published collections are in `more_garbow_hillstrom.rs` and `nist.rs`.
 
 // clippy.toml allows unwrap in tests, but does not see that a helper of one is part of it.
 #![allow(clippy::unwrap_used)]
 
+use gravcal_estimation::published::more_garbow_hillstrom;
 use gravcal_estimation::{
     Block, BlockId, EvaluateError, Factor, LocalValues, Manifold, Noise, Problem, ProblemBuilder, Residual, RowsMut,
     SolveContext, Spectrum, Values, check_derivatives,
@@ -56,73 +58,30 @@ fn pose(block: Block, start: &[f64], rows: usize, model: Model) -> (Problem, Val
     (problem, initial, id)
 }
 
+/// The methods that take a problem.
+fn solvers(problem: &Problem) -> Vec<SolverName> {
+    let taken: Vec<SolverName> =
+        SolverName::ALL.into_iter().filter(|solver| solver.build().check(problem).is_ok()).collect();
+    assert!(taken.len() >= 3);
+    taken
+}
+
 fn numbers(count: usize) -> Block {
     let names: Vec<String> = (0..count).map(|i| i.to_string()).collect();
     Block::vector("x", "", &names.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
-/// Moré, Garbow, Hillstrom (1981), problem 1: Rosenbrock.
-fn rosenbrock(x: &[f64], r: &mut [f64], j: &mut [f64]) {
-    r.copy_from_slice(&[10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]]);
-    j.copy_from_slice(&[-20.0 * x[0], 10.0, -1.0, 0.0]);
-}
-
-/// The same, problem 13: Powell's singular function, whose Jacobian loses rank at the solution.
-fn powell_singular(x: &[f64], r: &mut [f64], j: &mut [f64]) {
-    let (a, b) = (x[1] - 2.0 * x[2], x[0] - x[3]);
-    let (five, ten) = (5f64.sqrt(), 10f64.sqrt());
-    r.copy_from_slice(&[x[0] + 10.0 * x[1], five * (x[2] - x[3]), a * a, ten * b * b]);
-    #[rustfmt::skip]
-    j.copy_from_slice(&[
-        1.0, 10.0, 0.0, 0.0,
-        0.0, 0.0, five, -five,
-        0.0, 2.0 * a, -4.0 * a, 0.0,
-        2.0 * ten * b, 0.0, 0.0, -2.0 * ten * b,
-    ]);
-}
-
-/// The same, problem 8: Bard. Minimum Σr² = 8.21487e-3.
-fn bard(x: &[f64], r: &mut [f64], j: &mut [f64]) {
-    const Y: [f64; 15] = [0.14, 0.18, 0.22, 0.25, 0.29, 0.32, 0.35, 0.39, 0.37, 0.58, 0.73, 0.96, 1.34, 2.10, 4.39];
-    for i in 0..15 {
-        let u = (i + 1) as f64;
-        let (v, w) = (16.0 - u, u.min(16.0 - u));
-        let d = v * x[1] + w * x[2];
-        r[i] = Y[i] - (x[0] + u / d);
-        j[3 * i..3 * i + 3].copy_from_slice(&[-1.0, u * v / (d * d), u * w / (d * d)]);
-    }
-}
-
-/// The same, problem 15: Kowalik and Osborne. Minimum Σr² = 3.07505e-4.
-fn kowalik_osborne(x: &[f64], r: &mut [f64], j: &mut [f64]) {
-    const Y: [f64; 11] = [0.1957, 0.1947, 0.1735, 0.1600, 0.0844, 0.0627, 0.0456, 0.0342, 0.0323, 0.0235, 0.0246];
-    const U: [f64; 11] = [4.0, 2.0, 1.0, 0.5, 0.25, 0.167, 0.125, 0.1, 0.0833, 0.0714, 0.0625];
-    for i in 0..11 {
-        let (n, d) = (U[i] * U[i] + U[i] * x[1], U[i] * U[i] + U[i] * x[2] + x[3]);
-        r[i] = Y[i] - x[0] * n / d;
-        let f = x[0] * n / (d * d);
-        j[4 * i..4 * i + 4].copy_from_slice(&[-n / d, -x[0] * U[i] / d, f * U[i], f]);
-    }
-}
-
 #[test]
-fn published_minima_are_reached_from_the_standard_starts() {
-    let problems: [(&str, Vec<f64>, usize, Model, f64); 4] = [
-        ("Rosenbrock", vec![-1.2, 1.0], 2, rosenbrock, 0.0),
-        ("Powell singular", vec![3.0, -1.0, 0.0, 1.0], 4, powell_singular, 0.0),
-        ("Bard", vec![1.0, 1.0, 1.0], 15, bard, 8.21487e-3),
-        ("Kowalik-Osborne", vec![0.25, 0.39, 0.415, 0.39], 11, kowalik_osborne, 3.07505e-4),
-    ];
-    for solver in SolverName::ALL {
-        for (name, start, rows, model, minimum) in &problems {
-            let (problem, initial, _) = pose(numbers(start.len()), start, *rows, *model);
-            let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
-            let found = 2.0 * estimate.cost;
+fn published_minima_are_reached_from_the_standard_starts_and_called_converged() {
+    let names = ["Rosenbrock", "Powell singular", "Bard", "Kowalik-Osborne"];
+    let problems = more_garbow_hillstrom();
+    for name in names {
+        let problem = problems.iter().find(|p| p.name == name).unwrap();
+        let (posed, initial) = problem.pose(&problem.starts[0]).unwrap();
+        for solver in solvers(&posed) {
+            let estimate = solver.build().solve(&posed, &initial, &mut SolveContext::default()).unwrap();
             assert!(estimate.termination.converged(), "{solver} on {name}: {}", estimate.termination);
-            assert!(
-                (found - minimum).abs() <= 1e-5 * minimum + 1e-20,
-                "{solver} on {name}: {found:e}, not {minimum:e}"
-            );
+            assert!(problem.minimum_at(2.0 * estimate.cost).is_some(), "{solver} on {name}: {:e}", estimate.cost);
         }
     }
 }
@@ -136,8 +95,8 @@ fn towards_a_point(x: &[f64], r: &mut [f64], j: &mut [f64]) {
 #[test]
 fn a_vector_on_a_sphere_stays_there_and_reaches_the_closest_point() {
     let block = Block::vector("v", "m", &["x", "y", "z"]).on(Manifold::Sphere { radius: 6.0 });
-    for solver in SolverName::ALL {
-        let (problem, initial, id) = pose(block.clone(), &[6.0, 0.0, 0.0], 3, towards_a_point);
+    let (problem, initial, id) = pose(block, &[6.0, 0.0, 0.0], 3, towards_a_point);
+    for solver in solvers(&problem) {
         let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
         assert!(estimate.termination.converged());
         let found = estimate.values.get(id);
@@ -153,8 +112,8 @@ fn sum_of_two(x: &[f64], r: &mut [f64], j: &mut [f64]) {
 
 #[test]
 fn a_direction_without_information_is_left_alone_and_named() {
-    for solver in SolverName::ALL {
-        let (problem, initial, id) = pose(numbers(2), &[5.0, 1.0], 2, sum_of_two);
+    let (problem, initial, id) = pose(numbers(2), &[5.0, 1.0], 2, sum_of_two);
+    for solver in solvers(&problem) {
         let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
         let found = estimate.values.get(id);
         assert!(estimate.termination.converged());
@@ -202,11 +161,11 @@ impl Residual for Bounded {
 
 #[test]
 fn a_step_to_where_the_model_has_no_value_is_shortened() {
-    for solver in SolverName::ALL {
-        let mut builder = ProblemBuilder::new();
-        let id = builder.add_block(Block::scalar("x", ""), &[-50.0]);
-        builder.add_factor(Factor::new(Bounded(id), Noise::independent(&[1.0]).unwrap()));
-        let (problem, initial) = builder.build().unwrap();
+    let mut builder = ProblemBuilder::new();
+    let id = builder.add_block(Block::scalar("x", ""), &[-50.0]);
+    builder.add_factor(Factor::new(Bounded(id), Noise::independent(&[1.0]).unwrap()));
+    let (problem, initial) = builder.build().unwrap();
+    for solver in solvers(&problem) {
         let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
         assert!((estimate.values.scalar(id) - 1.0).abs() < 1e-9, "{}", estimate.termination);
         let mut outside = initial.clone();

@@ -9,9 +9,7 @@
 //! All are convex. A start outside is moved inside before the problem is posed; the solver keeps it there. What an active
 //! one holds is taken as known exactly when the solution is judged ([`holding`]): to first order the estimate moves only along it.
 
-use gravcal_estimation::{
-    ActiveConstraint, Affine, BlockId, Constraint, Factor, Noise, Problem, ProblemBuilder, Spectrum, Values,
-};
+use gravcal_estimation::{ActiveConstraint, Affine, BlockId, Constraint, Estimate, Factor, Noise, Problem, Spectrum};
 
 use super::problem::{JointProblem, PosingError};
 use super::{Layout, Unknowns};
@@ -23,19 +21,15 @@ use crate::session::Session;
 /// How much stiffer a held function is than the data make the unknowns it reads: enough to stand for exact, and little
 /// enough to leave weak directions to be told from empty ones.
 const STIFFNESS: f64 = 1e3;
+/// A function whose slope is but for this share that of others follows from them.
+const DEPENDENT: f64 = 1e-6;
 
 /// The joint problem with the session's constraints on what is free in it.
 pub(super) fn constrained(session: &Session, posed: JointProblem) -> Result<JointProblem, PosingError> {
-    let mut constraints = of_links(session, &posed.layout);
-    constraints.extend(of_gains(session, &posed.layout));
-    constraints.retain(|(block, _)| posed.problem.block(*block).held.is_none());
-    if constraints.is_empty() {
-        return Ok(posed);
-    }
-    let mut builder = reopened(&posed.problem, &posed.initial);
-    constraints.into_iter().for_each(|(_, constraint)| builder.add_constraint(constraint));
-    let (problem, initial) = builder.build()?;
-    Ok(JointProblem { problem, initial, ..posed })
+    let all = of_links(session, &posed.layout).into_iter().chain(of_gains(session, &posed.layout));
+    let free = all.filter(|(block, _)| posed.problem.block(*block).held.is_none());
+    let problem = posed.problem.with_constraints(free.map(|(_, constraint)| constraint).collect())?;
+    Ok(JointProblem { problem, ..posed })
 }
 
 fn of_links(session: &Session, layout: &Layout) -> Vec<(BlockId, Constraint)> {
@@ -91,33 +85,43 @@ pub(super) fn respect(session: &Session, values: &mut Unknowns) {
     }
 }
 
-/// The problem without its constraints, with what the active ones hold as all but exact readings.
+/// The problem with what the active constraints hold as all but exact readings; nothing where none is active.
 pub(super) fn holding(
     problem: &Problem,
-    values: &Values,
-    active: &[ActiveConstraint],
+    estimate: &Estimate,
     spectrum: &Spectrum,
-) -> Result<Problem, PosingError> {
-    let mut builder = reopened(problem, values);
-    for function in active.iter().flat_map(|constraint| &constraint.holds) {
-        let share = |(id, component, c): &(BlockId, usize, f64)| {
-            problem.columns_of(*id).nth(*component).map_or(0.0, |column| c / spectrum.column_scale(column))
-        };
-        let data = function.terms.iter().map(|term| share(term).powi(2)).sum::<f64>().sqrt();
-        let noise = Noise::independent(&[data / STIFFNESS])?;
-        builder.add_factor(Factor::new(HeldFunction::new(function, values), noise));
+) -> Result<Option<Problem>, PosingError> {
+    if estimate.active.is_empty() {
+        return Ok(None);
     }
-    Ok(builder.build()?.0)
+    let mut factors = problem.factors().to_vec();
+    for (function, norm) in independent(problem, &estimate.active, spectrum) {
+        let noise = Noise::independent(&[norm / STIFFNESS])?;
+        factors.push(Factor::new(HeldFunction::new(function, &estimate.values), noise));
+    }
+    Ok(Some(problem.with_factors(factors)?))
 }
 
-/// A builder with a problem's blocks at other values, and its factors.
-fn reopened(problem: &Problem, values: &Values) -> ProblemBuilder {
-    let mut builder = ProblemBuilder::new();
-    for (id, block) in problem.block_ids().zip(problem.blocks()) {
-        builder.add_block(block.clone(), values.get(id));
+/// The held functions that do not follow from those before them, each with the norm of its slope by columns that count
+/// in what one standard deviation of the data makes of them.
+fn independent<'a>(problem: &Problem, active: &'a [ActiveConstraint], spectrum: &Spectrum) -> Vec<(&'a Affine, f64)> {
+    let mut found: Vec<(&Affine, f64)> = Vec::new();
+    let mut directions: Vec<nalgebra::DVector<f64>> = Vec::new();
+    for function in active.iter().flat_map(|constraint| &constraint.holds) {
+        let mut slope = nalgebra::DVector::zeros(problem.columns().len());
+        for (id, component, c) in &function.terms {
+            if let Some(column) = problem.columns_of(*id).nth(*component) {
+                slope[column] += c / spectrum.column_scale(column);
+            }
+        }
+        let norm = slope.norm();
+        directions.iter().for_each(|other| slope -= other * other.dot(&slope));
+        if slope.norm() > DEPENDENT * norm {
+            directions.push(slope.normalize());
+            found.push((function, norm));
+        }
     }
-    problem.factors().iter().for_each(|factor| builder.add_factor(factor.clone()));
-    builder
+    found
 }
 
 /// The active constraints in words and numbers.

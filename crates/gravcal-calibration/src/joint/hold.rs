@@ -17,6 +17,7 @@ use gravcal_estimation::BlockId;
 use super::constraints::{self, constrained};
 use super::idle::idle_joints;
 use super::problem::{JointProblem, Readings, pose};
+use super::robust::solve_with_loss;
 use super::solve::Solved;
 use super::{EstimateError, Unknowns};
 use crate::judgement::Combination;
@@ -40,6 +41,16 @@ pub(crate) enum Reason {
     Runaway,
     /// Fixes a combination without effect that a runaway in it would seem to fix; held at its nominal value.
     Anchor,
+}
+
+impl Reason {
+    fn in_words(self) -> &'static str {
+        match self {
+            Reason::Idle => "the joint carries no gravity: its readings say only their bias",
+            Reason::Runaway => "the data say too little of it: put back to its nominal value",
+            Reason::Anchor => "it fixes a combination without effect, of which the data say too little",
+        }
+    }
 }
 
 /// A sensor parameter of which the data say too little, and the value at which it is held.
@@ -90,9 +101,8 @@ impl Holds {
         for round in 0.. {
             let posed = pose_with(session, readings, &from, &self.set_aside)?;
             let held: Vec<BlockId> = self.gauges.iter().map(|(j, q)| posed.layout.sensors[*j][*q as usize]).collect();
-            let problem = posed.problem.holding(&held, "a combination that has no effect is fixed by it");
-            let estimate = workbench.solve(&problem, &posed.initial)?;
-            let solved = Solved::judged(readings.clone(), posed, estimate)?;
+            let (posed, estimate) = solve_with_loss(&posed, &held, readings.loss, workbench)?;
+            let solved = Solved { gauges: held, ..Solved::judged(readings.clone(), posed, estimate)? };
             let idle = idle_joints(session, &solved.unknowns(&from));
             let newly_idle = (0..idle.len()).any(|joint| idle[joint] && !self.idle[joint]);
             self.idle.iter_mut().zip(idle).for_each(|(ever, now)| *ever |= now);
@@ -158,9 +168,10 @@ pub(super) fn pose_with(
         start.sensors[*joint][*quantity as usize] = *value;
     }
     let mut posed = pose(session, readings, &start)?;
-    let held: Vec<BlockId> =
-        set_aside.iter().map(|s| posed.layout.sensors[s.parameter.0][s.parameter.1 as usize]).collect();
-    posed.problem = posed.problem.holding(&held, "undetermined");
+    for SetAside { parameter: (joint, quantity), reason, .. } in set_aside {
+        let id = posed.layout.sensors[*joint][*quantity as usize];
+        posed.problem = posed.problem.holding(&[id], reason.in_words());
+    }
     Ok(constrained(session, posed)?)
 }
 

@@ -5,17 +5,25 @@ mod hold;
 mod idle;
 mod placements;
 mod problem;
+mod robust;
 mod solve;
 mod start;
+mod uncertainty;
 mod unknowns;
 
+use gravcal_estimation::statistics::{LinearFunction, StatisticsError, TooFewBlocks, stored_coordinates};
 use gravcal_estimation::{EvaluateError, SolveError};
 use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
-use crate::judgement::{Judgement, Quantile, Situation, determined_moments, gravity_result, judge};
+use crate::judgement::{
+    Judgement, Situation, determined_moments, gravity_result, held, judge, loss, outlier_note, outliers,
+    weak_combinations, weak_note,
+};
 use crate::parameter::Quantity;
-use crate::result::{CovarianceResult, EstimatorResult, GravityResult, ParameterResult, Undetermined, Verdict};
+use crate::result::{
+    CovarianceResult, EstimatorResult, Fit, GravityResult, ParameterResult, UncertaintyResult, Undetermined, Verdict,
+};
 use crate::sequential::Plan;
 use crate::session::{LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
@@ -23,6 +31,7 @@ use crate::workbench::Workbench;
 use hold::SetAside;
 pub(crate) use hold::judge_at_start;
 pub use problem::{JointProblem, PosingError, Readings, pose};
+pub(crate) use robust::{GAUGE, NORMAL_MEDIAN, median};
 pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
 pub(crate) use start::start_around;
@@ -40,6 +49,15 @@ pub enum EstimateError {
     /// It could not be judged.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
+    /// How uncertain it is could not be told.
+    #[error("no standard deviations: {0}")]
+    Statistics(#[from] StatisticsError),
+}
+
+impl From<TooFewBlocks> for EstimateError {
+    fn from(error: TooFewBlocks) -> Self {
+        EstimateError::Statistics(error.into())
+    }
 }
 
 /// Which torque readings an estimator may use.
@@ -69,11 +87,9 @@ pub fn estimate_jointly(
     let solved = solve(session, &select(session, signals), known, workbench)?;
     let fit = solve::fit_with_held_out(session, &solved, workbench)?;
     let misfit = fit.misfit();
-    let solved = match misfit {
-        Some(misfit) => Solved { covariance: solved.covariance.scaled(misfit * misfit), ..solved },
-        None => solved,
-    };
-    let mut result = tell(session, name, &solved, Some(fit));
+    let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
+    let solved = Solved { uncertainty, ..solved };
+    let mut result = tell(session, name, &solved, fit, told)?;
     if let Some(misfit) = misfit {
         tell_misfit(misfit, &mut result);
     }
@@ -88,6 +104,7 @@ fn withdraw(result: &mut EstimatorResult) {
     result.gravity = None;
     result.covariance = CovarianceResult::default();
     result.moments.clear();
+    result.uncertainty = None;
     for parameter in result.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
         parameter.determined = false;
         (parameter.value, parameter.std, parameter.ci95) = (None, None, None);
@@ -99,9 +116,14 @@ const CONTRADICTION: f64 = 3.0;
 
 /// Says that the stated noise does not explain the residuals; beyond [`CONTRADICTION`] the estimate has failed.
 fn tell_misfit(misfit: f64, result: &mut EstimatorResult) {
+    let consequence = match result.uncertainty {
+        Some(UncertaintyResult::Noise { widened_by: Some(_), .. }) => {
+            "All standard deviations are widened by that factor."
+        }
+        _ => "Standard deviations come from the residuals, and need no widening.",
+    };
     result.notes.push(format!(
-        "The readings are explained {misfit:.1} times worse than their stated noise (p < 0.001). All standard \
-         deviations are widened by that factor."
+        "The readings are explained {misfit:.1} times worse than their stated noise (p < 0.001). {consequence}"
     ));
     if misfit > CONTRADICTION {
         result.verdict = Verdict::Failed;
@@ -135,7 +157,13 @@ pub(crate) fn pose_at_nominal(session: &Session) -> Result<JointProblem, Estimat
 }
 
 /// Tells a solved problem in words and numbers.
-fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::result::Fit>) -> EstimatorResult {
+fn tell(
+    session: &Session,
+    name: &str,
+    solved: &Solved,
+    fit: Fit,
+    uncertainty: UncertaintyResult,
+) -> Result<EstimatorResult, EstimateError> {
     let judgement = solved.judge(session);
     let situation = solved.situation(session);
     let gravity = judgement.gravity.then(|| solved.gravity(session));
@@ -150,7 +178,11 @@ fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::resul
     notes.extend(set_aside_notes(session, solved));
     notes.extend(mirrored.iter().cloned());
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
-    EstimatorResult {
+    let outliers = outliers(session, solved)?;
+    notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
+    let weak = weak_combinations(solved);
+    notes.extend(weak.iter().map(weak_note));
+    Ok(EstimatorResult {
         name: name.to_owned(),
         verdict: match (converged && mirrored.is_empty(), complete) {
             (false, _) => Verdict::Failed,
@@ -165,19 +197,23 @@ fn tell(session: &Session, name: &str, solved: &Solved, fit: Option<crate::resul
             &solved.estimate.values,
             &solved.posed.layout,
             &solved.spectrum,
-            &solved.covariance,
+            solved.covariance(),
         ),
         gravity,
         parameters,
         undetermined,
         active_constraints: constraints::tell(&solved.posed.problem, &solved.estimate.active),
-        fit,
+        weak,
+        held: held(solved),
+        uncertainty: Some(uncertainty),
+        loss: loss(solved.posed.loss),
+        outliers,
+        fit: Some(fit),
         notes,
-    }
+    })
 }
 
 fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
-    let quantile = solved.quantile(session);
     let mut parameters = Vec::new();
     for (joint, ids) in solved.posed.layout.sensors.iter().enumerate() {
         for quantity in Quantity::ALL {
@@ -189,7 +225,8 @@ fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) ->
             if told.determined {
                 told.value = Some(value);
                 told.std = Some(std);
-                told.ci95 = Some(quantile.interval(value, std));
+                let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
+                told.ci95 = Some(solved.uncertainty.interval(value, &own));
             }
             parameters.push(told);
         }
@@ -235,7 +272,7 @@ fn tell_covariance(session: &Session, solved: &Solved, judgement: &Judgement) ->
         }
     }
     let problem = &solved.posed.problem;
-    let stored = solved.covariance.stored(problem, &solved.estimate.values, &blocks);
+    let stored = solved.covariance().stored(problem, &solved.estimate.values, &blocks);
     let order: Vec<String> = blocks
         .iter()
         .flat_map(|id| (0..problem.block(*id).len()).map(|i| problem.block(*id).component_name(i)))
@@ -315,7 +352,7 @@ impl Solved {
             &posed.problem,
             values,
             &posed.layout,
-            (&self.spectrum, &self.covariance),
+            (&self.spectrum, self.covariance()),
             spreads,
             &self.idle,
         );
@@ -334,13 +371,17 @@ impl Solved {
         Situation { session, gravity: [g[0], g[1], g[2]], read, idle: self.idle.clone() }
     }
 
-    fn quantile(&self, session: &Session) -> Quantile {
-        let estimated = session.noise_estimated().iter().any(|e| *e);
-        Quantile::new(estimated, self.posed.problem.rows().saturating_sub(self.fitted))
-    }
-
     fn gravity(&self, session: &Session) -> GravityResult {
-        let g = self.estimate.values.get(self.posed.layout.gravity);
-        gravity_result([g[0], g[1], g[2]], &self.gravity_covariance(), session.asks("gravity"))
+        let (problem, values, id) = (&self.posed.problem, &self.estimate.values, self.posed.layout.gravity);
+        let axes = stored_coordinates(problem, values, &[id]);
+        let radius = |_std: f64, along: [f64; 3]| {
+            let of_axis = |(axis, share): (&LinearFunction, f64)| {
+                axis.iter().map(|(column, c)| (*column, share * c)).collect::<Vec<_>>()
+            };
+            let function: LinearFunction = axes.iter().zip(along).flat_map(of_axis).collect();
+            self.uncertainty.cone(&function)
+        };
+        let g = values.get(id);
+        gravity_result([g[0], g[1], g[2]], &self.gravity_covariance(), session.asks("gravity"), radius)
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use gravcal_estimation::{
-    Block, BlockId, Factor, Manifold, Noise, NoiseError, Problem, ProblemBuilder, ProblemError, Values,
+    Block, BlockId, Factor, Loss, Manifold, Noise, NoiseError, Problem, ProblemBuilder, ProblemError, Values,
 };
 use thiserror::Error;
 
@@ -37,6 +37,9 @@ pub struct Readings {
     pub used: Vec<Vec<usize>>,
     /// Standard deviation, by joint, of readings that state none; unit of the reading.
     pub noise: Vec<f64>,
+    /// How readings far beyond that are to be counted. [`pose`] leaves it to [`JointProblem::with_loss`]: at a start every
+    /// reading looks far off.
+    pub loss: Loss,
 }
 
 impl Readings {
@@ -50,7 +53,12 @@ impl Readings {
                 (0..pose.torque.len()).filter(|joint| pose.torque[*joint].is_some() && keep(index, *joint)).collect()
             })
             .collect();
-        Readings { used, noise }
+        Readings { used, noise, loss: session.loss }
+    }
+
+    /// How many poses have a reading that enters.
+    fn poses(&self) -> usize {
+        self.used.iter().filter(|used| !used.is_empty()).count()
     }
 
     /// Standard deviation of one reading, unit of the reading.
@@ -70,6 +78,19 @@ pub struct JointProblem {
     pub layout: Layout,
     /// Pose and joint of each torque row; these rows come first.
     pub rows: Vec<(usize, usize)>,
+    /// Poses whose torques enter: so many factors come first, one each, in the order of the session.
+    pub poses: usize,
+    /// How these factors count readings far beyond their noise.
+    pub loss: Loss,
+}
+
+impl JointProblem {
+    /// The same problem with another loss of the torque readings.
+    pub(crate) fn with_loss(&self, loss: Loss) -> Result<JointProblem, PosingError> {
+        let mut factors = self.problem.factors().to_vec();
+        factors[..self.poses].iter_mut().for_each(|factor| factor.loss = loss);
+        Ok(JointProblem { problem: self.problem.with_factors(factors)?, loss, ..self.clone() })
+    }
 }
 
 /// Poses the joint problem with the given readings, from the given start.
@@ -82,7 +103,7 @@ pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<
     let rows = add_pose_torques(session, readings, &layout, &mut builder)?;
     add_knowledge(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
-    Ok(JointProblem { problem, initial, layout, rows })
+    Ok(JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None })
 }
 
 /// The same with the torque readings alone: no prior, no known norm, no known distance.
@@ -98,7 +119,7 @@ pub(crate) fn pose_readings_alone(
     let layout = add_blocks(session, readings, start, false, &mut builder);
     let rows = add_pose_torques(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
-    Ok(JointProblem { problem, initial, layout, rows })
+    Ok(JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None })
 }
 
 fn add_blocks(

@@ -1,6 +1,9 @@
 //! Solving the joint problem: start, unstated noise, the second fit that leaves a tenth of the poses out.
 
-use gravcal_estimation::{Covariance, Estimate, EvaluateError, Problem, Spectrum, Termination};
+use gravcal_estimation::statistics::{NoiseKnowledge, Solution};
+use gravcal_estimation::{
+    BlockId, Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty,
+};
 
 use super::constraints;
 use super::hold::{Holds, SetAside};
@@ -18,6 +21,7 @@ const HELD_OUT_SHARE: usize = 10;
 /// Rounds of noise estimation at most, and the relative change at which they end.
 const NOISE_ROUNDS: usize = 8;
 const NOISE_TOLERANCE: f64 = 1e-3;
+
 /// A solved and judged joint problem.
 #[derive(Debug)]
 pub struct Solved {
@@ -27,12 +31,14 @@ pub struct Solved {
     pub posed: JointProblem,
     /// Its solution.
     pub estimate: Estimate,
-    /// What the data determine there.
+    /// What the data determine there, along the active constraints.
     pub spectrum: Spectrum,
-    /// How well.
-    pub covariance: Covariance,
-    /// How many parameters the readings determine; what active constraints hold is not among them.
-    pub fitted: usize,
+    /// The problem with what the active constraints hold as readings; nothing where none is active.
+    pub(super) along_constraints: Option<Problem>,
+    /// How well: from the noise, unless another uncertainty was chosen.
+    pub uncertainty: Uncertainty,
+    /// Blocks that were held while the rest was solved for, each to fix a combination that has no effect.
+    pub(crate) gauges: Vec<BlockId>,
     /// Parameters of which the data say too little, and which were held.
     pub(crate) set_aside: Vec<SetAside>,
     /// Joints that carry no gravity.
@@ -40,7 +46,7 @@ pub struct Solved {
 }
 
 /// Solves for everything, from `known` values if they start the problem better than the nominal ones; noise that no
-/// reading states is estimated from the residuals of each joint.
+/// reading states is estimated from the residuals of each joint; the readings' loss is heeded.
 ///
 /// # Errors
 /// Where there is no answer at all; not converging is a [`gravcal_estimation::Termination`].
@@ -54,14 +60,22 @@ pub fn solve(
     let mut start = best_start(session, readings, known)?;
     let mut readings = readings.clone();
     let mut holds = Holds::at_start(session, &readings, &start)?;
+    let loss = readings.loss;
+    let estimated = session.noise_estimated().iter().any(|e| *e);
     for round in 0.. {
         workbench.tell("all unknowns together");
+        // Where nothing is known of the noise, nothing is known of outliers.
+        readings.loss = if estimated && round == 0 { Loss::None } else { loss };
         let solved = holds.solve(session, &readings, &start, workbench)?;
-        if !session.noise_estimated().iter().any(|e| *e) || round == NOISE_ROUNDS {
+        if !estimated || round == NOISE_ROUNDS {
             return Ok(solved);
         }
-        let noise = solved.residual_noise(session)?;
-        let settled = noise.iter().zip(&readings.noise).all(|(new, old)| (new / old - 1.0).abs() < NOISE_TOLERANCE);
+        let noise = match loss {
+            Loss::None => solved.residual_noise(session)?,
+            _ => solved.median_noise(session)?,
+        };
+        let settled = readings.loss == loss
+            && noise.iter().zip(&readings.noise).all(|(new, old)| (new / old - 1.0).abs() < NOISE_TOLERANCE);
         start = Unknowns::of(&solved.estimate.values, &solved.posed.layout, &start);
         readings.noise = noise;
         if settled {
@@ -71,7 +85,7 @@ pub fn solve(
     unreachable!("the loop returns")
 }
 
-/// Solves a posed problem and judges the solution.
+/// Solves a problem as it is posed, and judges the solution.
 pub(crate) fn solve_posed(
     readings: Readings,
     posed: JointProblem,
@@ -121,45 +135,47 @@ impl Solved {
     }
 
     pub(super) fn judged(readings: Readings, posed: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
-        let (spectrum, fitted) = judge_along_constraints(&posed.problem, &estimate)?;
-        let covariance = spectrum.covariance();
-        let idle = vec![false; posed.layout.sensors.len()];
-        Ok(Solved { readings, posed, estimate, spectrum, covariance, fitted, set_aside: Vec::new(), idle })
+        let mut spectrum = Spectrum::new(&posed.problem, &estimate.values)?;
+        let along_constraints = constraints::holding(&posed.problem, &estimate, &spectrum)?;
+        if let Some(problem) = &along_constraints {
+            spectrum = Spectrum::new(problem, &estimate.values)?;
+        }
+        let problem = along_constraints.as_ref().unwrap_or(&posed.problem);
+        let solution = Solution { problem, values: &estimate.values, spectrum: &spectrum };
+        let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
+        let (gauges, set_aside, idle) = (Vec::new(), Vec::new(), vec![false; posed.layout.sensors.len()]);
+        Ok(Solved { readings, posed, estimate, spectrum, along_constraints, uncertainty, gauges, set_aside, idle })
+    }
+
+    /// The problem as it is judged: along the active constraints.
+    pub(crate) fn judged_problem(&self) -> &Problem {
+        self.along_constraints.as_ref().unwrap_or(&self.posed.problem)
     }
 
     pub(super) fn with_holds(self, set_aside: &[SetAside], idle: &[bool]) -> Solved {
         Solved { set_aside: set_aside.to_vec(), idle: idle.to_vec(), ..self }
     }
 
+    /// Covariance of the columns.
+    pub fn covariance(&self) -> &Covariance {
+        self.uncertainty.covariance()
+    }
+
     /// Standard deviation of a sensor parameter, in its unit; 0 where it is held.
     pub fn sensor_std(&self, joint: usize, quantity: Quantity) -> f64 {
         let id = self.posed.layout.sensors[joint][quantity as usize];
-        self.posed.problem.columns_of(id).next().map_or(0.0, |column| self.covariance.std(column))
+        self.posed.problem.columns_of(id).next().map_or(0.0, |column| self.covariance().std(column))
     }
 
     /// Covariance of gravity in base coordinates, 3 × 3, row-major, (m/s²)².
     pub fn gravity_covariance(&self) -> Vec<f64> {
-        self.covariance.stored(&self.posed.problem, &self.estimate.values, &[self.posed.layout.gravity])
+        self.covariance().stored(&self.posed.problem, &self.estimate.values, &[self.posed.layout.gravity])
     }
 
     /// The solution as plain numbers.
     pub fn unknowns(&self, fallback: &Unknowns) -> Unknowns {
         Unknowns::of(&self.estimate.values, &self.posed.layout, fallback)
     }
-}
-
-/// What the data determine, with what the active constraints hold taken as known, and how many parameters that are.
-fn judge_along_constraints(problem: &Problem, estimate: &Estimate) -> Result<(Spectrum, usize), EstimateError> {
-    let spectrum = Spectrum::new(problem, &estimate.values)?;
-    if estimate.active.is_empty() {
-        let rank = spectrum.rank();
-        return Ok((spectrum, rank));
-    }
-    let holding = constraints::holding(problem, &estimate.values, &estimate.active, &spectrum)?;
-    let spectrum = Spectrum::new(&holding, &estimate.values)?;
-    let rows = problem.augmented_jacobian(&estimate.values)?;
-    let fitted = spectrum.leverages(&rows).iter().sum::<f64>().round() as usize;
-    Ok((spectrum, fitted))
 }
 
 /// Tells the fit, with the prediction of a tenth of the poses by a second fit that did not see them.
@@ -171,7 +187,7 @@ pub(crate) fn fit_with_held_out(
     workbench: &Workbench<'_>,
 ) -> Result<Fit, EstimateError> {
     let whitened = solved.posed.problem.residuals(&solved.estimate.values)?;
-    let mut told = fit(session, &solved.readings, &solved.posed, &solved.estimate, &whitened, solved.fitted);
+    let mut told = fit(session, solved, &whitened)?;
     workbench.tell("predicting held-out poses");
     let is_held_out = |pose: usize| pose % HELD_OUT_SHARE == HELD_OUT_SHARE / 2;
     let part = |held: bool| {
@@ -181,11 +197,10 @@ pub(crate) fn fit_with_held_out(
         readings
     };
     let mut start = solved.unknowns(&Unknowns::nominal(session));
-    let constrained = !solved.posed.problem.constraints().is_empty();
-    if constrained {
+    if !solved.posed.problem.constraints().is_empty() {
         constraints::respect(session, &mut start); // of rounding errors
     }
-    let Ok(mut seen) = pose(session, &part(false), &start) else { return Ok(told) };
+    let Ok(seen) = pose(session, &part(false), &start) else { return Ok(told) };
     let also_held: Vec<_> = seen
         .problem
         .block_ids()
@@ -194,8 +209,9 @@ pub(crate) fn fit_with_held_out(
             twin.is_some_and(|twin| solved.posed.problem.block(twin).held.is_some())
         })
         .collect();
+    let mut seen = seen.with_loss(solved.posed.loss)?;
     seen.problem = seen.problem.holding(&also_held, "held in the first fit");
-    if constrained {
+    if !solved.posed.problem.constraints().is_empty() {
         seen = constraints::constrained(session, seen)?;
     }
     let estimate = workbench.solve(&seen.problem, &seen.initial)?;

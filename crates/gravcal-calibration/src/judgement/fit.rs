@@ -1,9 +1,9 @@
 //! What the residuals of the torque readings say.
 
-use gravcal_estimation::Estimate;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use gravcal_estimation::{EvaluateError, Loss};
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
-use crate::joint::{JointProblem, Readings};
+use crate::joint::{NORMAL_MEDIAN, Readings, Solved, median};
 use crate::result::{Fit, HeldOut, JointFit};
 use crate::session::Session;
 
@@ -47,29 +47,41 @@ impl JointResiduals {
     }
 }
 
-/// Tells the fit of a solved problem that determined so many parameters.
-pub(crate) fn fit(
-    session: &Session,
-    readings: &Readings,
-    posed: &JointProblem,
-    estimate: &Estimate,
-    whitened: &[f64],
-    fitted: usize,
-) -> Fit {
-    let degrees_of_freedom = posed.problem.rows().saturating_sub(fitted);
-    let chi_squared = 2.0 * estimate.cost;
+/// Tells the fit of a solved problem with these whitened residuals.
+pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Fit, EvaluateError> {
+    let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.spectrum.rank());
+    let chi_squared: f64 = whitened.iter().map(|r| r * r).sum();
     let stated = !session.noise_estimated().iter().any(|e| *e);
-    let p_value = (stated && degrees_of_freedom > 0)
-        .then(|| ChiSquared::new(degrees_of_freedom as f64).ok())
-        .flatten()
-        .map(|distribution| distribution.sf(chi_squared));
-    Fit {
+    let (p_value, median_ratio) = match (stated, solved.posed.loss) {
+        (false, _) => (None, None),
+        (true, Loss::None) => (by_chi_squared(chi_squared, degrees_of_freedom), None),
+        (true, _) => by_median(&solved.freed_residuals()?),
+    };
+    Ok(Fit {
         chi_squared,
         degrees_of_freedom,
         p_value,
-        joints: JointResiduals::new(session, readings, &posed.rows, whitened).tell(session),
+        median_ratio,
+        joints: JointResiduals::new(session, &solved.readings, &solved.posed.rows, whitened).tell(session),
         held_out: None,
+    })
+}
+
+fn by_chi_squared(chi_squared: f64, degrees_of_freedom: usize) -> Option<f64> {
+    if degrees_of_freedom == 0 {
+        return None;
     }
+    ChiSquared::new(degrees_of_freedom as f64).ok().map(|distribution| distribution.sf(chi_squared))
+}
+
+/// Probability of as many residuals beyond the median of normal noise, of which each is with probability one half, and
+/// how far their own median lies from it. A tenth of outliers moves it little, a model that is wrong for all of them far.
+fn by_median(residuals: &[f64]) -> (Option<f64>, Option<f64>) {
+    let count = residuals.len() as f64;
+    let beyond = residuals.iter().filter(|r| r.abs() > NORMAL_MEDIAN).count() as f64;
+    let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+    let ratio = median(&mut sizes).map(|median| median / NORMAL_MEDIAN);
+    (ratio.map(|_| Normal::standard().sf((2.0 * beyond - count) / count.sqrt())), ratio)
 }
 
 /// Tells how well poses were predicted that a fit did not see; `whitened` are the residuals of exactly `rows`.
@@ -81,5 +93,24 @@ pub(crate) fn held_out(session: &Session, readings: &Readings, rows: &[(usize, u
         chi_squared: whitened[..rows.len()].iter().map(|r| r * r).sum(),
         readings: rows.len(),
         joints: JointResiduals::new(session, readings, rows, whitened).tell(session),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tenth_of_outliers_does_not_contradict_the_noise_and_twice_the_noise_does() {
+        // Quantiles of the normal distribution.
+        let quantile = |k: usize| Normal::standard().inverse_cdf((k as f64 + 0.5) / 1000.0);
+        let normal: Vec<f64> = (0..1000).map(quantile).collect();
+        let (p, ratio) = by_median(&normal);
+        assert!((p.unwrap() - 0.5).abs() < 0.05 && (ratio.unwrap() - 1.0).abs() < 0.01, "{p:?} {ratio:?}");
+        let spoilt: Vec<f64> = normal.iter().enumerate().map(|(k, r)| if k % 20 == 0 { 50.0 } else { *r }).collect();
+        assert!(by_median(&spoilt).0.unwrap() > 1e-2);
+        let twice: Vec<f64> = normal.iter().map(|r| 2.0 * r).collect();
+        let (p, ratio) = by_median(&twice);
+        assert!(p.unwrap() < 1e-9 && (ratio.unwrap() - 2.0).abs() < 0.02);
     }
 }

@@ -3,11 +3,15 @@
 mod cure;
 mod determined;
 mod fit;
+mod gravity;
 mod moments;
-mod uncertainty;
+mod outliers;
+mod remarks;
 
 pub(crate) use cure::Situation;
 pub(crate) use determined::{Combination, Judgement, judge};
 pub(crate) use fit::{fit, held_out};
+pub(crate) use gravity::gravity_result;
 pub(crate) use moments::determined_moments;
-pub(crate) use uncertainty::{Quantile, gravity_result};
+pub(crate) use outliers::{outlier_note, outliers};
+pub(crate) use remarks::{held, loss, weak_combinations, weak_note};

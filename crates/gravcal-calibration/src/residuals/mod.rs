@@ -9,6 +9,7 @@ mod held_function;
 mod load_difference;
 mod load_distance;
 mod pose_torque;
+mod position_error;
 mod prior;
 mod sinusoid;
 
@@ -18,6 +19,7 @@ pub use held_function::HeldFunction;
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks};
 pub use load_distance::LoadDistance;
 pub use pose_torque::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel};
+pub use position_error::PositionError;
 pub use prior::Prior;
 pub use sinusoid::{Sinusoid, SinusoidBlocks};
 

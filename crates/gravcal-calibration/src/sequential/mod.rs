@@ -9,11 +9,14 @@ mod gravity;
 mod plan;
 
 use gravcal_estimation::BlockId;
+use gravcal_estimation::statistics::Quantile;
 
 use crate::joint::{self, EstimateError, Readings, Signals, Unknowns, solve_posed};
-use crate::judgement::{Quantile, determined_moments, gravity_result};
+use crate::judgement::{determined_moments, gravity_result};
 use crate::parameter::Quantity;
-use crate::result::{CovarianceResult, EstimatorResult, ParameterResult, Undetermined, Verdict};
+use crate::result::{
+    CovarianceResult, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined, Verdict,
+};
 use crate::session::Session;
 use crate::workbench::Workbench;
 
@@ -175,11 +178,17 @@ pub fn tell_steps(
         },
         termination: "three steps, each with the results of the steps before frozen".into(),
         iterations: known.iterations,
-        gravity: gravity.map(|g| gravity_result(g.vector, &g.covariance, asked("gravity"))),
+        gravity: gravity
+            .map(|g| gravity_result(g.vector, &g.covariance, asked("gravity"), |std, _| Quantile::normal().cone(std))),
         covariance: tell_covariance(session, known),
         moments: Vec::new(),
         undetermined,
         active_constraints: Vec::new(),
+        weak: Vec::new(),
+        held: Vec::new(),
+        uncertainty: any.then(|| tell_uncertainty(session)),
+        loss: None,
+        outliers: Vec::new(),
         fit: None,
         notes: tell_notes(session, known),
         parameters,
@@ -199,11 +208,17 @@ pub fn tell_steps(
             &solved.estimate.values,
             &solved.posed.layout,
             &solved.spectrum,
-            &solved.covariance,
+            solved.covariance(),
         );
         result.fit = Some(joint::fit_with_held_out(session, &solved, workbench)?);
     }
     Ok(result)
+}
+
+fn tell_uncertainty(session: &Session) -> UncertaintyResult {
+    let estimated = session.noise_estimated().iter().any(|estimated| *estimated);
+    let source = if estimated { NoiseSource::Residuals } else { NoiseSource::Stated };
+    UncertaintyResult::Noise { source, widened_by: None }
 }
 
 fn found_blocks(posed: &joint::JointProblem, known: &SequentialValues) -> Vec<BlockId> {
@@ -240,7 +255,7 @@ fn tell_covariance(session: &Session, known: &SequentialValues) -> CovarianceRes
 }
 
 fn tell_parameters(session: &Session, known: &SequentialValues) -> Vec<ParameterResult> {
-    let quantile = Quantile::new(false, 0);
+    let quantile = Quantile::normal();
     let mut parameters = Vec::new();
     for (joint, sensor) in known.sensors.iter().enumerate() {
         for quantity in Quantity::ALL {

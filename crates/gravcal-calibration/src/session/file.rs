@@ -43,6 +43,15 @@
 //! swept = "shoulder"                         # optional: found by movement without it
 //! step = 2                                   # optional: the step of the sequential procedure that reads it
 //!
+//! [loss]                                     # optional: how the joint estimator counts readings far beyond their noise
+//! kind = "huber"                             # "none" (the default), "huber", "cauchy", "tukey", "geman-mcclure"
+//! width = 1.345                              # optional, in standard deviations: where it begins to count less
+//!
+//! [uncertainty]                              # optional: where the joint estimator's standard deviations come from
+//! kind = "sandwich"                          # "noise" (the default), "sandwich", "bootstrap"
+//! block_poses = 10                           # neighbouring poses that may share an error; not with "noise"
+//! replicates = 500                           # optional, with "bootstrap" only; so is seed = 1
+//!
 //! [constraints]                              # optional: obeyed by the joint estimate, which needs solver = "clarabel"
 //! masses = "positive"                        # no link's mass is negative
 //! center_of_mass_within_m = 0.3              # of the origin of each link's frame; or by link: { link2 = 0.3 }
@@ -70,11 +79,13 @@ mod inertia;
 mod joints;
 mod knowledge;
 mod loads;
+mod loss;
 mod normal_gravity;
 mod poses;
 mod readings;
 #[cfg(test)]
 mod tests;
+mod uncertainty;
 
 use std::path::{Path, PathBuf};
 
@@ -122,6 +133,9 @@ struct SessionTable {
     load_distance: Vec<loads::LoadDistanceTable>,
     #[serde(default)]
     poses: Vec<poses::PosesTable>,
+    loss: Option<loss::LossTable>,
+    #[serde(default)]
+    uncertainty: uncertainty::UncertaintyTable,
     #[serde(default)]
     constraints: constraints::ConstraintsTable,
     #[serde(default)]
@@ -160,6 +174,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
+    let loss = loss::resolve(&context, written.loss.as_ref())?;
     let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, written.ask)?;
     let tables = poses::tables(&context, &loads, &written.poses)?;
@@ -169,6 +184,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         let message = "no table has a usable torque reading: every torque cell is empty or marked unusable";
         return Err(document.error(&Field::new("readings").key("torque"), message).into());
     }
+    let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
 
     let inputs = inputs(path, &robot_path, tables.iter().map(|table| table.path.clone()));
     let (estimators, solver) = (written.estimators, written.solver);
@@ -181,6 +197,8 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         joints,
         tables,
         poses,
+        loss,
+        uncertainty,
         constraints,
         ask,
         estimators,

@@ -5,6 +5,7 @@ pub(crate) mod units;
 
 use std::path::{Path, PathBuf};
 
+use gravcal_estimation::Loss;
 use gravcal_kinematics::JointKind;
 use gravcal_recording::{PositionUnit, Reading, TorqueUnit};
 
@@ -33,6 +34,10 @@ pub struct Session {
     pub tables: Vec<PoseTable>,
     /// All static poses of all tables, in order.
     pub poses: Vec<Pose>,
+    /// How the joint estimator counts torque readings far beyond their noise.
+    pub loss: Loss,
+    /// Where the joint estimator's standard deviations come from.
+    pub uncertainty: UncertaintyChoice,
     /// What the joint estimate must obey.
     pub constraints: Constraints,
     /// Changes to what is asked for.
@@ -175,6 +180,28 @@ pub struct Pose {
     pub position: Vec<f64>,
     /// Torque readings, absent where missing or unusable.
     pub torque: Vec<Option<Reading>>,
+}
+
+/// Where the joint estimator's standard deviations come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UncertaintyChoice {
+    /// From the noise of the readings: the model holds.
+    #[default]
+    Noise,
+    /// From the scatter of blocks of neighbouring poses, which may share errors of the model.
+    Sandwich {
+        /// Poses in a block, at least.
+        block_poses: usize,
+    },
+    /// From solving again with such blocks drawn at random.
+    Bootstrap {
+        /// Poses in a block, at least.
+        block_poses: usize,
+        /// How often.
+        replicates: usize,
+        /// Which random numbers.
+        seed: u64,
+    },
 }
 
 /// What the joint estimate must obey, whatever the readings say.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use gravcal_estimation::Loss;
 use gravcal_kinematics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use serde::Deserialize;
@@ -14,7 +15,7 @@ use crate::parameter::Quantity;
 use crate::robot::{PositionSensorTable, Robot, RobotSource, SensorTables, TorqueSensorTable, resolve_robot};
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
-    PoseTable, Session, units,
+    PoseTable, Session, UncertaintyChoice, units,
 };
 
 /// Poses of one table at most: a day of standing still for a second each.
@@ -154,6 +155,8 @@ impl Reader<'_> {
             joints: self.joints()?,
             tables,
             poses: Vec::new(),
+            loss: Loss::None,
+            uncertainty: UncertaintyChoice::Noise,
             constraints: Constraints::default(),
             ask: Ask::default(),
             estimators: Vec::new(),

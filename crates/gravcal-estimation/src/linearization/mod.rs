@@ -8,10 +8,12 @@ mod normal;
 mod orthogonal;
 mod triangle;
 
+use crate::{Problem, Values};
+
 pub(crate) use normal::Normal;
 pub(crate) use orthogonal::Orthogonal;
 
-/// Columns smaller than this share of the largest are rounding errors. Units differ by far less (1e6 between a count
+/// Columns smaller than this share of the largest are rounding errors: see [`dust`]. Units differ by far less (1e6 between a count
 /// and a metre), rounding by more (1e-16).
 const DUST: f64 = 1e-12;
 
@@ -56,10 +58,17 @@ pub struct StepInfo {
 }
 
 /// Columns that are zero but for rounding errors, so that nothing walks along them or takes them for information.
-fn dust(norms: &[f64]) -> impl Iterator<Item = usize> + '_ {
-    let largest = norms.iter().fold(0.0, |m: f64, norm| m.max(*norm));
-    (0..norms.len()).filter(move |column| norms[*column] <= DUST * largest)
+///
+/// A column is dust if it is small beside the largest both as it stands and times the size of its block: next to a factor
+/// of 1e-20 any other parameter's column looks like dust, though both do the same to the residuals.
+fn dust(problem: &Problem, values: &Values, norms: &[f64]) -> Vec<usize> {
+    let length = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
+    let sized: Vec<f64> =
+        problem.columns().iter().zip(norms).map(|(column, norm)| norm * length(values.get(column.block))).collect();
+    let limit = |norms: &[f64]| DUST * norms.iter().fold(0.0, |m: f64, norm| m.max(*norm));
+    let (plain_limit, sized_limit) = (limit(norms), limit(&sized));
+    (0..norms.len()).filter(|column| norms[*column] <= plain_limit && sized[*column] <= sized_limit).collect()
 }
 
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;

@@ -110,7 +110,7 @@ impl<'p> Normal<'p> {
     }
 
     fn clear_dust(&mut self) {
-        let columns: Vec<usize> = dust(&self.column_norms).collect();
+        let columns = dust(self.problem, &self.values, &self.column_norms);
         let structure = self.problem.structure();
         for column in columns {
             self.gradient[column] = 0.0;

@@ -11,11 +11,14 @@
 //! its upper rows determine the local step for any shared one, its lower rows join those of all other factors in one
 //! triangle of the shared columns. (Björck, *Numerical methods for least squares problems*, 1996, section 6.3.)
 
+use std::sync::Arc;
+
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::triangle::Triangle;
 use super::{Linearization, StepInfo, dust};
+use crate::local_columns::LocalColumns;
 use crate::problem::{Chunk, Island, Rows};
 use crate::{EvaluateError, Problem, Values};
 
@@ -35,7 +38,7 @@ pub(crate) struct Orthogonal {
 struct Eliminated {
     columns: Vec<usize>,
     /// Indices among the shared columns.
-    shared: std::sync::Arc<[usize]>,
+    shared: Arc<[usize]>,
     /// `[R_ee R_es z_e]`, row-major, one row a local column.
     rows: Vec<f64>,
 }
@@ -76,6 +79,7 @@ impl Orthogonal {
             column_norms: vec![0.0; columns],
         };
         this.measure_columns();
+        this.clear_dust(problem, values);
         Ok(this)
     }
 
@@ -100,11 +104,10 @@ impl Orthogonal {
         }
         self.gradient = gradient;
         self.column_norms = squares.iter().map(|s: &f64| s.sqrt()).collect();
-        self.clear_dust();
     }
 
-    fn clear_dust(&mut self) {
-        let columns: Vec<usize> = dust(&self.column_norms).collect();
+    fn clear_dust(&mut self, problem: &Problem, values: &Values) {
+        let columns = dust(problem, values, &self.column_norms);
         for column in columns {
             self.gradient[column] = 0.0;
             self.column_norms[column] = 0.0;
@@ -121,6 +124,15 @@ impl Orthogonal {
     /// columns it has the Jacobian's singular values and null space.
     pub fn triangle(&self) -> MatRef<'_, f64> {
         self.triangle.get(.., 0..self.shared.len())
+    }
+
+    /// The local columns, by what follows from the shared ones.
+    ///
+    /// # Errors
+    /// Names a local block that its own factors do not determine.
+    pub fn local_columns(&self, problem: &Problem) -> Result<LocalColumns, EvaluateError> {
+        let islands = self.islands.iter().map(|island| (&island.columns[..], &island.shared, &island.rows[..]));
+        LocalColumns::new(problem, islands)
     }
 
     /// Calls `found(entries)` for every row of the factors, over all columns.
@@ -229,11 +241,7 @@ fn eliminate(problem: &Problem, rows: &mut Rows<'_>, island: &Island, part: &mut
     }
     let (upper, lower) = split(&stacked, local, width);
     widen(&lower, island.shared.as_ref(), structure.shared.len(), &mut part.triangle);
-    part.islands.push(Eliminated {
-        columns: island.columns.clone(),
-        shared: std::sync::Arc::clone(&island.shared),
-        rows: upper,
-    });
+    part.islands.push(Eliminated { columns: island.columns.clone(), shared: Arc::clone(&island.shared), rows: upper });
     Ok(())
 }
 

@@ -80,7 +80,7 @@ impl Residual for NearZero {
 }
 
 /// `poses` poses with two kinds of noise and a loss; errors of the angle marked local or not.
-fn problem(poses: usize, local: bool) -> (Problem, Values) {
+pub(crate) fn problem(poses: usize, local: bool) -> (Problem, Values) {
     let mut builder = ProblemBuilder::new();
     let a = builder.add_block(Block::scalar("a", ""), &[1.3]);
     let v = Block::vector("v", "", &["x", "y", "z"]).on(Manifold::Sphere { radius: 2.0 });

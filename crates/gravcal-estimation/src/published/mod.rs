@@ -47,6 +47,9 @@ pub struct PublishedProblem {
     pub source: String,
     /// Names of the parameters, each a block of one number.
     pub parameters: Vec<String>,
+    /// Indices of parameters in which, all taken together, the rows are affine: their blocks are marked as
+    /// [linear](Block::linear).
+    pub linear: Vec<usize>,
     /// Number of rows.
     pub rows: usize,
     /// Where to start from.
@@ -84,8 +87,13 @@ impl PublishedProblem {
     /// Where the start has another number of values than there are parameters, or one that is not finite.
     pub fn pose(&self, start: &Start) -> Result<(Problem, Values), ProblemError> {
         let mut builder = ProblemBuilder::new();
-        let blocks = self.parameters.iter().zip(&start.values);
-        let blocks = blocks.map(|(name, value)| builder.add_block(Block::scalar(name, ""), &[*value])).collect();
+        let blocks = self.parameters.iter().zip(&start.values).enumerate();
+        let blocks = blocks.map(|(index, (name, value))| {
+            let block = Block::scalar(name, "");
+            let block = if self.linear.contains(&index) { block.linear() } else { block };
+            builder.add_block(block, &[*value])
+        });
+        let blocks = blocks.collect();
         let formula = Posed { blocks, rows: self.rows, equations: self.equations.clone() };
         builder.add_factor(Factor::new(Automatic(formula), Noise::Independent { weights: vec![1.0; self.rows] }));
         builder.build()

@@ -6,6 +6,9 @@
 //! Along directions that the data do not determine `Σ` holds nothing (zero): ask [`Spectrum`](crate::Spectrum) which
 //! those are before a number is shown.
 
+use std::sync::Arc;
+
+use crate::local_columns::LocalColumns;
 use crate::{BlockId, EvaluateError, Problem, Values};
 
 /// Step of the differences, relative to the block's size or its standard deviation: rounding 1e-13, error of the
@@ -18,20 +21,27 @@ pub type LinearFunction = Vec<(usize, f64)>;
 /// Covariance of the free blocks in tangent coordinates.
 #[derive(Clone, Debug)]
 pub struct Covariance {
-    /// Square, row-major, in the order of the problem's columns.
+    /// Square, row-major, in the order of the problem's shared columns (all of them, without local blocks).
     tangent: Vec<f64>,
     size: usize,
+    /// Where the problem has local blocks: what their columns are made of, and a factor of their own variances.
+    local: Option<(Arc<LocalColumns>, f64)>,
 }
 
 impl Covariance {
     /// `tangent`: `size` rows, one after the other.
     pub(crate) fn new(tangent: Vec<f64>, size: usize) -> Self {
-        Covariance { tangent, size }
+        Covariance { tangent, size, local: None }
+    }
+
+    /// The same of a problem with local blocks, of whose shared columns `tangent` is.
+    pub(crate) fn with_local(self, local: Arc<LocalColumns>) -> Self {
+        Covariance { local: Some((local, 1.0)), ..self }
     }
 
     /// Covariance between two columns.
     pub fn at(&self, row: usize, column: usize) -> f64 {
-        self.tangent[row * self.size + column]
+        self.between(&[(row, 1.0)], &[(column, 1.0)])
     }
 
     /// Standard deviation of one column.
@@ -46,7 +56,8 @@ impl Covariance {
 
     /// The same with every variance and covariance multiplied by `factor`.
     pub fn scaled(&self, factor: f64) -> Covariance {
-        Covariance { tangent: self.tangent.iter().map(|v| factor * v).collect(), size: self.size }
+        let local = self.local.as_ref().map(|(local, own)| (Arc::clone(local), factor * own));
+        Covariance { tangent: self.tangent.iter().map(|v| factor * v).collect(), size: self.size, local }
     }
 
     /// Standard deviation of the linear function `Σ coefficient · column`.
@@ -60,7 +71,14 @@ impl Covariance {
     }
 
     fn between(&self, a: &[(usize, f64)], b: &[(usize, f64)]) -> f64 {
-        a.iter().map(|(i, a)| b.iter().map(|(j, b)| a * b * self.at(*i, *j)).sum::<f64>()).sum()
+        let Some((local, own)) = &self.local else { return self.between_shared(a, b) };
+        let (a, b) = (local.reduce(a.iter().copied()), local.reduce(b.iter().copied()));
+        self.between_shared(&a.shared, &b.shared) + own * a.own_covariance(&b)
+    }
+
+    fn between_shared(&self, a: &[(usize, f64)], b: &[(usize, f64)]) -> f64 {
+        let entry = |i: usize, j: usize| self.tangent[i * self.size + j];
+        a.iter().map(|(i, a)| b.iter().map(|(j, b)| a * b * entry(*i, *j)).sum::<f64>()).sum()
     }
 
     /// Covariance of the stored coordinates of a list of blocks, row-major; zero where a block is held.
@@ -110,7 +128,7 @@ impl Covariance {
         let stored = |at: &Values| blocks.iter().flat_map(|id| at.get(*id).to_vec()).collect::<Vec<f64>>();
         let entries = function(&stored(values)).len();
         let evaluate = |column: usize, by: f64| {
-            let mut step = vec![0.0; self.size];
+            let mut step = vec![0.0; problem.columns().len()];
             step[column] = by;
             let at = stored(&problem.retract(values, &step));
             let value = function(&at);

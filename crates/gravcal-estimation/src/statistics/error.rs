@@ -22,6 +22,12 @@ pub enum StatisticsError {
         /// Rank of its Jacobian.
         rank: usize,
     },
+    /// A problem with unknowns of single samples.
+    #[error(
+        "the problem has blocks that belong to single samples (such as `{0}`): their uncertainty can be told from stated \
+         noise without losses only"
+    )]
+    Local(String),
     /// With a loss that forgives outliers, a point that looks stationary and is no minimum.
     #[error("the cost is not convex at the solution: so many readings count as outliers that no covariance exists")]
     NotConvex,

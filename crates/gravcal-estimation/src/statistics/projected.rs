@@ -38,6 +38,7 @@ pub(super) struct Piece<'a> {
 impl<'a> Projected<'a> {
     /// Directions such that `J̃ T` has orthonormal columns, with J̃ the Jacobian that the spectrum decomposed.
     pub fn new(solution: &Solution<'a>) -> Result<Self, StatisticsError> {
+        solution.without_local()?;
         let directions = solution.spectrum.determined_directions();
         let augmented = solution.problem.augmented_jacobian(solution.values)?;
         let width = solution.problem.columns().len() + 1;

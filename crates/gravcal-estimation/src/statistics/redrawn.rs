@@ -8,15 +8,10 @@ use crate::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 /// Another residual with an error added.
 #[derive(Debug)]
 pub(super) struct Redrawn {
-    residual: Arc<dyn Residual>,
+    /// The other one.
+    pub residual: Arc<dyn Residual>,
     /// In the unit of the reading, one a row.
-    error: Vec<f64>,
-}
-
-impl Redrawn {
-    pub fn new(residual: Arc<dyn Residual>, error: Vec<f64>) -> Arc<dyn Residual> {
-        Arc::new(Redrawn { residual, error })
-    }
+    pub error: Vec<f64>,
 }
 
 impl Residual for Redrawn {

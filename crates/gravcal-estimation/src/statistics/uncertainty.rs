@@ -1,8 +1,9 @@
 //! A covariance together with what its intervals are made of.
 
+use super::bootstrap::Replicates;
 use super::sandwich::Freedom;
-use super::{Covariance, Quantile};
-use crate::{Problem, Spectrum, Values, named_combinations};
+use super::{Covariance, Quantile, StatisticsError};
+use crate::{BlockId, Problem, Spectrum, Values, named_combinations};
 
 /// A solved problem, as the statistics need it.
 #[derive(Clone, Copy, Debug)]
@@ -16,6 +17,16 @@ pub struct Solution<'a> {
 }
 
 impl Solution<'_> {
+    /// # Errors
+    /// Where the problem has local blocks, which the scatter of samples cannot tell apart.
+    pub(super) fn without_local(&self) -> Result<(), StatisticsError> {
+        let local = |id: &BlockId| self.problem.block(*id).local && !self.problem.columns_of(*id).is_empty();
+        match self.problem.block_ids().find(local) {
+            Some(id) => Err(StatisticsError::Local(self.problem.block(id).name.clone())),
+            None => Ok(()),
+        }
+    }
+
     /// A step by all columns in words.
     pub(super) fn name_direction(&self, step: &[f64]) -> String {
         let columns: Vec<usize> = (0..step.len()).collect();
@@ -40,8 +51,8 @@ pub(super) enum Spread {
     Quantile(Quantile),
     /// Student's quantile, with freedom that depends on the function.
     Blocks(Freedom),
-    /// Steps from the estimate to that of each replicate, by the problem's columns, and the quantile for a cone.
-    Replicates(Vec<Vec<f64>>, Quantile),
+    /// Steps from the estimate to that of each replicate.
+    Replicates(Replicates),
 }
 
 impl Uncertainty {
@@ -57,7 +68,7 @@ impl Uncertainty {
     /// 95 % interval of a function with this value, linear near the estimate (see [`Covariance::linearized`]).
     pub fn interval(&self, value: f64, function: &[(usize, f64)]) -> [f64; 2] {
         match &self.spread {
-            Spread::Replicates(steps, _) => percentiles(steps, function).map(|offset| value + offset),
+            Spread::Replicates(replicates) => replicates.percentiles(function).map(|offset| value + offset),
             _ => self.quantile(function).interval(value, self.covariance.std_of(function)),
         }
     }
@@ -70,33 +81,9 @@ impl Uncertainty {
 
     fn quantile(&self, function: &[(usize, f64)]) -> Quantile {
         match &self.spread {
-            Spread::Quantile(quantile) | Spread::Replicates(_, quantile) => *quantile,
+            Spread::Quantile(quantile) => *quantile,
+            Spread::Replicates(replicates) => replicates.quantile(),
             Spread::Blocks(freedom) => Quantile::student(freedom.of(function)),
         }
-    }
-}
-
-/// 2.5 % and 97.5 % of a function's steps, between neighbouring ones in proportion: of `n` steps the k-th stands for
-/// `k/(n + 1)` (Davison and Hinkley, *Bootstrap methods and their application*, 1997, section 5.2.1).
-fn percentiles(steps: &[Vec<f64>], function: &[(usize, f64)]) -> [f64; 2] {
-    let along = |step: &Vec<f64>| function.iter().map(|(column, c)| c * step[*column]).sum();
-    let mut offsets: Vec<f64> = steps.iter().map(along).collect();
-    offsets.sort_by(f64::total_cmp);
-    [0.025, 0.975].map(|share| {
-        let place = (share * (offsets.len() as f64 + 1.0) - 1.0).clamp(0.0, offsets.len() as f64 - 1.0);
-        let (below, above) = (place.floor() as usize, place.ceil() as usize);
-        offsets[below] + (place - place.floor()) * (offsets[above] - offsets[below])
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn percentiles_stand_between_their_neighbours() {
-        let steps: Vec<Vec<f64>> = (1..40).rev().map(|k| vec![0.0, f64::from(k)]).collect();
-        assert_eq!(percentiles(&steps, &[(1, 2.0)]), [2.0, 78.0]);
-        assert_eq!(percentiles(&steps, &[]), [0.0, 0.0]);
     }
 }

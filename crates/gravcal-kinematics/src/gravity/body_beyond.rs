@@ -3,14 +3,14 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::INERTIA;
+use crate::axis_frame::Motion;
 use crate::chain::Chain;
-use crate::joint::JointKind;
 use crate::transform::Transform;
 
 /// What hangs beyond one joint, in base coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct BodyBeyond {
-    kind: JointKind,
+    motion: Motion,
     /// z_i.
     pub axis: Vector3<f64>,
     /// o_i, m.
@@ -38,7 +38,7 @@ pub(super) struct Sensitivity {
 impl Default for BodyBeyond {
     fn default() -> Self {
         BodyBeyond {
-            kind: JointKind::Revolute,
+            motion: Motion::Slide(0.0),
             axis: Vector3::zeros(),
             point: Vector3::zeros(),
             link_rotation: Matrix3::zeros(),
@@ -53,9 +53,9 @@ impl Default for BodyBeyond {
 impl BodyBeyond {
     #[inline(always)]
     pub fn sensitivity(&self, gravity: &Vector3<f64>) -> Sensitivity {
-        match self.kind {
-            JointKind::Revolute => Sensitivity { to_mass: 0.0, to_moment: self.axis.cross(gravity) },
-            JointKind::Prismatic => Sensitivity { to_mass: -gravity.dot(&self.axis), to_moment: Vector3::zeros() },
+        match self.motion {
+            Motion::Turn { .. } => Sensitivity { to_mass: 0.0, to_moment: self.axis.cross(gravity) },
+            Motion::Slide(_) => Sensitivity { to_mass: -gravity.dot(&self.axis), to_moment: Vector3::zeros() },
         }
     }
 
@@ -64,9 +64,9 @@ impl BodyBeyond {
     }
 
     pub fn torque_by_gravity(&self) -> Vector3<f64> {
-        match self.kind {
-            JointKind::Revolute => self.moment.cross(&self.axis),
-            JointKind::Prismatic => self.axis * -self.mass,
+        match self.motion {
+            Motion::Turn { .. } => self.moment.cross(&self.axis),
+            Motion::Slide(_) => self.axis * -self.mass,
         }
     }
 }
@@ -81,11 +81,14 @@ pub(super) fn sweep(chain: &Chain, coordinates: &[f64], inertia: &[f64], bodies:
 
 /// Axes and link frames in base coordinates.
 fn place(chain: &Chain, coordinates: &[f64], bodies: &mut [BodyBeyond]) {
+    // All sines first: their branches would hold up the frames.
+    for ((frame, &coordinate), body) in chain.axis_frames.iter().zip(coordinates).zip(&mut *bodies) {
+        body.motion = frame.motion(coordinate);
+    }
     let mut link = Transform::identity();
-    for ((frame, &coordinate), body) in chain.axis_frames.iter().zip(coordinates).zip(bodies) {
+    for (frame, body) in chain.axis_frames.iter().zip(bodies) {
         let at_rest = frame.at_rest(&link);
-        link = frame.link_pose(&at_rest, coordinate);
-        body.kind = frame.kind;
+        link = frame.link_pose(&at_rest, body.motion);
         body.axis = at_rest.rotation.column(2).into_owned();
         body.point = at_rest.translation;
         body.link_rotation = link.rotation;
@@ -106,9 +109,9 @@ fn gather(inertia: &[f64], bodies: &mut [BodyBeyond]) {
         moment += body.link_rotation * Vector3::new(own[1], own[2], own[3]);
         body.mass = mass;
         body.moment = moment;
-        body.moment_rate = match body.kind {
-            JointKind::Revolute => body.axis.cross(&moment),
-            JointKind::Prismatic => body.axis * mass,
+        body.moment_rate = match body.motion {
+            Motion::Turn { .. } => body.axis.cross(&moment),
+            Motion::Slide(_) => body.axis * mass,
         };
     }
 }

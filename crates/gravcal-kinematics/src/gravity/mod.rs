@@ -165,13 +165,13 @@ impl GravityTorque {
     fn fill_by_inertia(&mut self, i: usize, sensitivity: &Sensitivity) {
         let width = INERTIA * self.bodies.len();
         let row = &mut self.by_inertia[width * i..width * (i + 1)];
-        let (before, beyond) = row.split_at_mut(INERTIA * i);
-        before.fill(0.0);
-        for (entry, link) in beyond.chunks_exact_mut(INERTIA).zip(&self.bodies[i..]) {
-            let lever = link.link_origin - self.bodies[i].point;
-            entry[0] = sensitivity.to_mass + sensitivity.to_moment.dot(&lever);
-            let by_moment = link.link_rotation.tr_mul(&sensitivity.to_moment);
-            entry[1..].copy_from_slice(by_moment.as_slice());
+        let (before, beyond) = row.as_chunks_mut::<INERTIA>().0.split_at_mut(i);
+        before.fill([0.0; INERTIA]);
+        let (point, to_moment) = (self.bodies[i].point, sensitivity.to_moment);
+        for (entry, link) in beyond.iter_mut().zip(&self.bodies[i..]) {
+            let by_moment = link.link_rotation.tr_mul(&to_moment);
+            let by_mass = sensitivity.to_mass + to_moment.dot(&(link.link_origin - point));
+            *entry = [by_mass, by_moment.x, by_moment.y, by_moment.z];
         }
     }
 }

@@ -29,7 +29,15 @@ fn tell_one(name: &str, fit: &Fit) -> String {
 
 fn chi_squared(fit: &Fit) -> String {
     let chi_squared = significant(fit.chi_squared, 5);
-    format!("χ² {chi_squared} for {} degrees of freedom, {}", fit.degrees_of_freedom, probability(fit))
+    let chi_squared = format!("χ² {chi_squared} for {} degrees of freedom", fit.degrees_of_freedom);
+    match fit.median_ratio {
+        None => format!("{chi_squared}, {}", probability(fit)),
+        Some(ratio) => format!(
+            "median residual {} times that of the stated noise, {}; {chi_squared}, outliers included",
+            significant(ratio, 3),
+            probability(fit)
+        ),
+    }
 }
 
 fn probability(fit: &Fit) -> String {
@@ -115,6 +123,16 @@ Fit: residuals of the torque readings, in their unit
         assert_eq!(told(Some(0.0)), "p < 0.001: model and stated noise do not explain the readings");
         assert_eq!(told(Some(0.99995)), "p > 0.999: the residuals are smaller than the stated noise");
         assert_eq!(told(None), "no p-value");
+    }
+
+    #[test]
+    fn under_a_loss_the_median_is_judged() {
+        let told = chi_squared(&Fit { median_ratio: Some(1.023), ..fit() });
+        assert_eq!(
+            told,
+            "median residual 1.02 times that of the stated noise, p = 0.31; χ² 101.30 for 95 degrees of freedom, outliers \
+             included"
+        );
     }
 
     #[test]

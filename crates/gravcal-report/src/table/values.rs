@@ -23,6 +23,7 @@ pub(super) fn tell(results: &[EstimatorResult]) -> String {
         text.push('\n');
     }
     text += &footnotes.lines("");
+    text += &uncertainties(&shown);
     for result in left_out {
         text += &wrapped("", "", &format!("{}: no value", result.name));
     }
@@ -30,6 +31,21 @@ pub(super) fn tell(results: &[EstimatorResult]) -> String {
         text += &wrapped("", "", convention);
     }
     text + &wrapped("", "", GRAVITY_LEGEND)
+}
+
+/// Where the standard deviations come from: once, or for each where they differ.
+fn uncertainties(results: &[&EstimatorResult]) -> String {
+    let told: Vec<(&str, String)> =
+        results.iter().filter_map(|r| Some((r.name.as_str(), r.uncertainty.as_ref()?.to_string()))).collect();
+    match told.as_slice() {
+        [] => String::new(),
+        [(_, first), rest @ ..] if rest.iter().all(|(_, other)| other == first) => {
+            wrapped("", "  ", &format!("Standard deviations: {first}"))
+        }
+        _ => {
+            told.iter().map(|(name, how)| wrapped("", "  ", &format!("Standard deviations of {name}: {how}"))).collect()
+        }
+    }
 }
 
 /// Estimators with a value, and those without any; if none has one, a column of words tells it best.
@@ -168,6 +184,7 @@ mod tests {
     use super::*;
     use crate::testing::{determined, held, result, undetermined};
     use crate::text::width;
+    use gravcal_calibration::result::UncertaintyResult;
 
     fn joint_of_seven() -> EstimatorResult {
         let mut joint = result("joint");
@@ -202,6 +219,19 @@ mod tests {
         joint.parameters = vec![determined("joint2.position_offset", "rad", 134.2_f64.to_radians(), 4.2e-4)];
         let text = tell(&[joint]);
         assert!(text.contains("  position_offset  deg         0  134.200 ± 0.024\n"), "{text}");
+    }
+
+    #[test]
+    fn where_standard_deviations_come_from_is_told_once_or_for_each() {
+        let (sequential, mut joint) = (result("sequential"), result("joint"));
+        let both = tell(&[sequential.clone(), joint.clone()]);
+        assert!(both.contains("\nStandard deviations: from the stated noise\n"), "{both}");
+        joint.uncertainty = Some(UncertaintyResult::Sandwich { blocks: 31, block_poses: 10 });
+        let each = tell(&[sequential, joint]);
+        assert!(each.contains("\nStandard deviations of sequential: from the stated noise\n"), "{each}");
+        let sandwich =
+            "\nStandard deviations of joint: robust to model error (sandwich over 31\n  blocks of 10 poses)\n";
+        assert!(each.contains(sandwich), "{each}");
     }
 
     #[test]

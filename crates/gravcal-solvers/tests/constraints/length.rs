@@ -45,7 +45,9 @@ fn sensors(seed: u64, on_sphere: bool) -> (Problem, Values, BlockId) {
     let read: Vec<f64> = rows.iter().map(|row| reading(row) + uniform(0.5)).collect();
     let mut builder = ProblemBuilder::new();
     let gravity = Block::vector("g", "m/s²", &["x", "y", "z"]);
-    let start = [0.6 * LENGTH, 0.0, 0.8 * LENGTH];
+    // Within half a radian of the truth: methods that go different ways may else end in different minima.
+    let aside: [f64; 3] = std::array::from_fn(|i| truth[i] / size + uniform(0.25));
+    let start = aside.map(|c| LENGTH * c / aside.iter().map(|c| c * c).sum::<f64>().sqrt());
     let gravity = if on_sphere {
         builder.add_block(gravity.on(Manifold::Sphere { radius: LENGTH }), &start)
     } else {
@@ -81,7 +83,8 @@ fn a_length_as_equation_agrees_with_the_sphere() {
         let equation = solve(&problem, &initial).unwrap();
         for (what, other) in [("sphere", &same), ("equation", &equation)] {
             assert!(other.termination.converged(), "{what}, seed {seed}: {}", other.termination);
-            assert!(reference.cost > 1.0 && (other.cost / reference.cost - 1.0).abs() < 1e-12);
+            let ratio = other.cost / reference.cost;
+            assert!(reference.cost > 1.0 && (ratio - 1.0).abs() < 1e-12, "{what}, seed {seed}: {ratio}");
             let (found, expected) = (other.values.as_slice(), reference.values.as_slice());
             assert!(near(found, expected, 1e-8), "{what}, seed {seed}: {found:?}, not {expected:?}");
         }

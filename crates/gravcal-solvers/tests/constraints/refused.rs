@@ -163,6 +163,6 @@ fn methods_without_constraints_refuse_them() {
     let refused = LevenbergMarquardt::default().check(&problem).unwrap_err();
     assert_eq!(
         refused.to_string(),
-        "levenberg-marquardt cannot take this problem: it has constraints, such as `half`, which only `clarabel` obeys"
+        "levenberg-marquardt cannot take this problem: it has a constraint (`half`): clarabel can take them"
     );
 }

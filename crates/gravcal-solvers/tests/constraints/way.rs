@@ -6,7 +6,7 @@ use gravcal_estimation::{
     Block, BlockId, Constraint, EvaluateError, Factor, IterationRecord, LocalValues, Noise, Problem, ProblemBuilder,
     Residual, RowsMut, SolveContext, Solver, Termination, Values,
 };
-use gravcal_solvers::Clarabel;
+use gravcal_solvers::{Clarabel, StoppingRules};
 
 /// `√x − reading`, which no negative x has; `asked_outside` tells whether one was tried.
 #[derive(Debug)]
@@ -78,7 +78,7 @@ fn it_stops_when_asked_to() {
     let mut context = SolveContext { stop: Some(&stop), ..SolveContext::default() };
     let estimate = Clarabel::default().solve(&problem, &initial, &mut context).unwrap();
     assert_eq!((estimate.termination, estimate.values), (Termination::Stopped, initial.clone()));
-    let none = Clarabel { max_iterations: 0, ..Clarabel::default() };
+    let none = Clarabel { stopping: StoppingRules { max_iterations: 0, ..StoppingRules::default() } };
     let estimate = none.solve(&problem, &initial, &mut SolveContext::default()).unwrap();
     assert_eq!((estimate.termination, estimate.iterations.len()), (Termination::IterationLimit { limit: 0 }, 1));
 }

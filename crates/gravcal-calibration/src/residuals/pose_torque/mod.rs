@@ -163,7 +163,7 @@ impl Residual for PoseTorque {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
 
     use super::*;
@@ -171,7 +171,7 @@ mod tests {
 
     /// Turning, sliding and turning joint with a load on the second link, and readings of the given joints; and the
     /// lengths of its blocks.
-    fn loaded(joints: &[usize]) -> (PoseTorque, Vec<usize>) {
+    pub fn loaded(joints: &[usize]) -> (PoseTorque, Vec<usize>) {
         let row = |i: usize, kind, a, alpha, d| DhRow {
             name: format!("joint{i}"),
             kind,

@@ -76,12 +76,13 @@ fn inertia_column(joints: usize, link: usize) -> usize {
 /// Columns up to `end` that a joint's torque can touch: its own gain and bias but not the others', and nothing of the
 /// links before it.
 fn pattern(joint: usize, joints: usize, end: usize) -> Vec<Range<usize>> {
-    let mut ranges = vec![0..GRAVITY];
     let sensors = (0..joints).map(|other| {
         let column = sensor_column(other);
         if other == joint { column..column + SENSORS } else { column + OWN..column + SENSORS }
     });
-    for range in sensors.chain([inertia_column(joints, joint)..end]) {
+    let beyond = inertia_column(joints, joint)..end;
+    let mut ranges: Vec<Range<usize>> = Vec::new();
+    for range in std::iter::once(0..GRAVITY).chain(sensors).chain(std::iter::once(beyond)) {
         match ranges.last_mut() {
             Some(last) if last.end == range.start => last.end = range.end,
             _ => ranges.push(range),

@@ -3,13 +3,14 @@
 use std::f64::consts::PI;
 use std::fs;
 
+use gravcal_estimation::{Loss, LossName};
 use gravcal_recording::{PositionUnit, Reading, TorqueUnit};
 use tempfile::TempDir;
 
 use crate::parameter::Quantity;
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
-    Pose, PoseTable, Session,
+    Pose, PoseTable, Session, UncertaintyChoice,
 };
 
 const SESSION: &str = r#"
@@ -549,6 +550,60 @@ fn only_a_joint_that_turns_is_swept() {
     ])
     .unwrap_err();
     assert!(message.starts_with("session.toml:34: poses[1].swept: joint `elbow` is prismatic"), "{message}");
+}
+
+#[test]
+fn a_loss_has_a_width_of_its_own_or_the_usual_one() {
+    let loss = |table: &str| changed("solver =", &format!("{table}\nsolver =")).loss;
+    assert_eq!(read(&[]).unwrap().loss, Loss::None);
+    assert_eq!(loss("loss = { kind = 'none' }").name(), LossName::None);
+    assert_eq!(loss("loss = { kind = 'huber' }"), Loss::Huber(1.345));
+    assert_eq!(loss("loss = { kind = 'geman-mcclure', width = 3 }"), Loss::GemanMcClure(3.0));
+    let refused =
+        |table: &str, expected: &str| assert_refused("[gravity]", &format!("[loss]\n{table}\n[gravity]"), expected);
+    refused("kind = 'welsch'", "6: loss.kind: unknown loss `welsch`; there is: none, huber");
+    refused("kind = 'huber'\nwidth = 0", "7: loss.width: 0 is not a width: expected a positive number of standard");
+    refused("kind = 'tukey'\nwidth = -2", "7: loss.width: -2 is not a width");
+    refused("kind = 'none'\nwidth = 2", "7: loss.width: without a loss there is no width");
+    refused("width = 2", "5: loss: missing field `kind`");
+}
+
+#[test]
+fn an_uncertainty_has_what_it_needs_and_nothing_else() {
+    let rows: String = (0..31).map(|k| format!("{k},0,2000,,s\n")).collect();
+    let table = format!("q1,q2,y1,y2,sweep\n{rows}");
+    let with = |section: &str| {
+        let text = format!("[uncertainty]\n{section}\n[gravity]");
+        read(&[("session.toml", "[gravity]", text.as_str()), ("a.csv", A, table.as_str())])
+    };
+    assert_eq!(read(&[]).unwrap().uncertainty, UncertaintyChoice::Noise);
+    let chosen = |section: &str| with(section).unwrap().uncertainty;
+    assert_eq!(chosen("kind = 'sandwich'\nblock_poses = 1"), UncertaintyChoice::Sandwich { block_poses: 1 });
+    let bootstrap = |replicates, seed| UncertaintyChoice::Bootstrap { block_poses: 1, replicates, seed };
+    assert_eq!(chosen("kind = 'bootstrap'\nblock_poses = 1"), bootstrap(500, 1));
+    assert_eq!(chosen("kind = 'bootstrap'\nblock_poses = 1\nreplicates = 200\nseed = 7"), bootstrap(200, 7));
+    let refused = |section: &str, expected: &str| {
+        let message = with(section).unwrap_err();
+        assert!(message.starts_with(&format!("session.toml:{expected}")), "{message}");
+    };
+    refused(
+        "kind = 'jackknife'",
+        "6: uncertainty.kind: unknown variant `jackknife`, expected one of `noise`, `sandwich`",
+    );
+    refused("kind = 'sandwich'", "5: uncertainty.block_poses: how many neighbouring poses may share an error?");
+    refused("kind = 'sandwich'\nblock_poses = 0", "7: uncertainty.block_poses: 33 samples in blocks of 0 are 0 blocks");
+    refused(
+        "kind = 'sandwich'\nblock_poses = 2",
+        "7: uncertainty.block_poses: 33 samples in blocks of 2 are 16 blocks",
+    );
+    refused("kind = 'sandwich'\nblock_poses = -1", "7: uncertainty.block_poses: invalid value: integer `-1`");
+    refused("kind = 'sandwich'\nblock_poses = 1\nseed = 2", "8: uncertainty.seed: only a bootstrap draws anything");
+    refused("block_poses = 1", "6: uncertainty.block_poses: the noise knows no blocks");
+    refused("replicates = 200", "6: uncertainty.replicates: only a bootstrap draws anything");
+    refused(
+        "kind = 'bootstrap'\nblock_poses = 1\nreplicates = 20",
+        "8: uncertainty.replicates: an interval of 95 % needs 100 replicates at least",
+    );
 }
 
 #[test]

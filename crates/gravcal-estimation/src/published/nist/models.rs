@@ -75,6 +75,21 @@ impl Model {
         }
     }
 
+    /// Indices of the parameters in which the prediction is affine.
+    pub(super) fn linear(self) -> &'static [usize] {
+        match self {
+            Model::Chwirut => &[],
+            Model::Misra1a | Model::Misra1b | Model::Misra1c | Model::Misra1d | Model::DanWood => &[0],
+            Model::Mgh09 | Model::Mgh10 | Model::Rat42 | Model::Rat43 | Model::Eckerle4 | Model::Bennett5 => &[0],
+            Model::Nelson | Model::Roszman1 => &[0, 1],
+            Model::Kirby2 | Model::Mgh17 => &[0, 1, 2],
+            Model::Lanczos => &[0, 2, 4],
+            Model::Gauss => &[0, 2, 5],
+            Model::Hahn1 => &[0, 1, 2, 3],
+            Model::Enso => &[0, 1, 2, 4, 5, 7, 8],
+        }
+    }
+
     /// Number of predictors.
     pub(super) fn predictors(self) -> usize {
         if self == Model::Nelson { 2 } else { 1 }

@@ -5,19 +5,20 @@ use std::hint::black_box;
 
 use cpu_time::ProcessTime;
 
-/// Runs of which the median is taken.
+/// Fewest runs of which the median is taken, and the time that short ones fill together, s.
 const RUNS: usize = 7;
+const ENOUGH: f64 = 0.2;
 
 /// Median time of one run, s.
 pub fn median_seconds<T>(mut run: impl FnMut() -> T) -> f64 {
-    let mut seconds = [0.0; RUNS];
-    for second in &mut seconds {
+    let mut seconds: Vec<f64> = Vec::new();
+    while seconds.len() < RUNS || seconds.iter().sum::<f64>() < ENOUGH {
         let start = ProcessTime::now();
         black_box(run());
-        *second = start.elapsed().as_secs_f64();
+        seconds.push(start.elapsed().as_secs_f64());
     }
     seconds.sort_by(f64::total_cmp);
-    seconds[RUNS / 2]
+    seconds[seconds.len() / 2]
 }
 
 /// Seconds, told in microseconds.

@@ -10,12 +10,17 @@ const SIMULATION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../experiments/se
 
 /// A simulated session and its joint problem, posed from the nominal start.
 pub struct SevenJoints {
+    /// The session.
     pub session: Session,
+    /// Its joint problem.
     pub posed: JointProblem,
 }
 
 impl SevenJoints {
     /// Draws that many poses, evenly over the tables (bare, the load's first placement, its second).
+    ///
+    /// # Errors
+    /// Where the experiment's simulation cannot be read or posed.
     pub fn simulate(poses: usize) -> Result<SevenJoints, String> {
         let mut simulation = Simulation::read(Path::new(SIMULATION)).map_err(|e| e.to_string())?;
         let tables = simulation.runs.len();
@@ -28,6 +33,7 @@ impl SevenJoints {
         Ok(SevenJoints { session, posed })
     }
 
+    /// Number of poses.
     pub fn poses(&self) -> usize {
         self.session.poses.len()
     }

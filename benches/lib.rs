@@ -1,0 +1,4 @@
+//! What several programs that measure share.
+
+pub mod clock;
+pub mod seven_joints;

@@ -1,0 +1,99 @@
+//! Robust losses in the joint problem.
+//!
+//! A loss knows an outlier by its residual, so good readings must look good from the start, and a cost that is not convex
+//! has several minima. The problem is therefore solved by least squares first, then with Huber's convex loss, and with a
+//! loss that forgets outliers last, each from where the one before ended.
+//!
+//! Noise that no reading states is then the scaled median of the residuals, of which up to half may be outliers:
+//!
+//! ```text
+//!     σ = median |r| / √(1 − h) / 0.6745         (Huber, Robust statistics, 1981, section 5.1; h: leverage)
+//! ```
+//!
+//! The first round of it is by least squares, when nothing is known of the noise yet.
+
+use gravcal_estimation::{BlockId, Estimate, EvaluateError, Loss, LossName, Values};
+
+use super::EstimateError;
+use super::problem::JointProblem;
+use super::solve::Solved;
+use crate::session::Session;
+use crate::workbench::Workbench;
+
+/// Why a parameter is held while the rest is solved for, though it is judged as free.
+pub(crate) const GAUGE: &str = "a combination that has no effect is fixed by it";
+
+/// Median of |r| of normal residuals of unit variance.
+pub(crate) const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
+
+/// Solves a problem posed without a loss under `loss`, with some blocks held.
+pub(super) fn solve_with_loss(
+    posed: &JointProblem,
+    held: &[BlockId],
+    loss: Loss,
+    workbench: &Workbench<'_>,
+) -> Result<(JointProblem, Estimate), EstimateError> {
+    let solve = |posed: &JointProblem, from: &Values| workbench.solve(&posed.problem.holding(held, GAUGE), from);
+    let mut values = posed.initial.clone();
+    for stage in stages_before(loss) {
+        values = solve(&posed.with_loss(*stage)?, &values)?.values;
+    }
+    let last = posed.with_loss(loss)?;
+    let estimate = solve(&last, &values)?;
+    Ok((last, estimate))
+}
+
+/// Losses that lead to one.
+fn stages_before(loss: Loss) -> &'static [Loss] {
+    const HUBER: Loss = Loss::Huber(1.345);
+    match loss.name() {
+        LossName::None => &[],
+        LossName::Huber => &[Loss::None],
+        LossName::Cauchy | LossName::Tukey | LossName::GemanMcClure => &[Loss::None, HUBER],
+    }
+}
+
+impl Solved {
+    /// Residuals of the torque readings in standard deviations, as large as they would be had the fit not followed
+    /// them: one a row.
+    pub(crate) fn freed_residuals(&self) -> Result<Vec<f64>, EvaluateError> {
+        let rows = self.posed.problem.augmented_jacobian(&self.estimate.values)?;
+        let leverages = self.spectrum.leverages(&rows);
+        let width = self.posed.problem.columns().len() + 1;
+        let freed = |(row, leverage): (&[f64], &f64)| row[width - 1] / (1.0 - leverage).max(f64::EPSILON).sqrt();
+        Ok(rows.chunks_exact(width).zip(&leverages).take(self.posed.rows.len()).map(freed).collect())
+    }
+
+    /// Standard deviation of each joint's readings by the median of its residuals, unit of the reading.
+    pub(super) fn median_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+        let freed = self.freed_residuals()?;
+        let rows = || self.posed.rows.iter().zip(&freed);
+        let noise = |(joint, old): (usize, &f64)| {
+            let own = rows().filter(|((_, other), _)| *other == joint);
+            let mut sizes: Vec<f64> =
+                own.map(|((pose, _), r)| r.abs() * self.readings.std(session, *pose, joint)).collect();
+            let median = median(&mut sizes).unwrap_or(0.0);
+            if median > 0.0 { median / NORMAL_MEDIAN } else { *old }
+        };
+        Ok(self.readings.noise.iter().enumerate().map(noise).collect())
+    }
+}
+
+/// The middle number; of two in the middle their mean.
+pub(crate) fn median(numbers: &mut [f64]) -> Option<f64> {
+    numbers.sort_by(f64::total_cmp);
+    let (low, high) = (numbers.len().checked_sub(1)? / 2, numbers.len() / 2);
+    Some(0.5 * (numbers[low] + numbers[high]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_median_stands_in_the_middle() {
+        assert_eq!(median(&mut []), None);
+        assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
+        assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), Some(2.5));
+    }
+}

@@ -1,0 +1,59 @@
+//! Readings that a robust loss counts less than half.
+
+use std::path::Path;
+
+use gravcal_estimation::{EvaluateError, Loss};
+
+use crate::joint::Solved;
+use crate::result::Outlier;
+use crate::session::Session;
+
+/// What is counted less than this is called an outlier.
+const HALF: f64 = 0.5;
+/// How many are told to people.
+const TOLD: usize = 10;
+
+/// The outliers of a solved problem, those that count least first; none without a loss.
+pub(crate) fn outliers(session: &Session, solved: &Solved) -> Result<Vec<Outlier>, EvaluateError> {
+    let (problem, values) = (&solved.posed.problem, &solved.estimate.values);
+    let residuals = problem.residuals(values)?;
+    let weights = problem.weights(values)?;
+    let rows = solved.posed.rows.iter().zip(residuals).zip(weights);
+    let mut outliers: Vec<Outlier> = rows
+        .filter(|(_, weight)| *weight < HALF)
+        .map(|(((pose, joint), residual), weight)| {
+            let pose = &session.poses[*pose];
+            Outlier {
+                table: file_name(&session.tables[pose.table].path),
+                line: pose.line,
+                joint: session.robot.chain.joints()[*joint].name.clone(),
+                residual_in_std: residual,
+                weight,
+            }
+        })
+        .collect();
+    outliers.sort_by(|a, b| {
+        a.weight.total_cmp(&b.weight).then(b.residual_in_std.abs().total_cmp(&a.residual_in_std.abs()))
+    });
+    Ok(outliers)
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// The loss and the worst outliers in words; nothing without a loss.
+pub(crate) fn outlier_note(loss: Loss, readings: usize, outliers: &[Outlier]) -> Option<String> {
+    let width = loss.width()?;
+    let mut note = format!(
+        "Loss {}, width {width} standard deviations: {} of {readings} readings count less than half.",
+        loss.name(),
+        outliers.len()
+    );
+    let worst: Vec<String> = outliers.iter().take(TOLD).map(ToString::to_string).collect();
+    if !worst.is_empty() {
+        let heading = if outliers.len() > TOLD { "The worst" } else { "They are" };
+        note += &format!(" {heading}: {}.", worst.join("; "));
+    }
+    Some(note)
+}

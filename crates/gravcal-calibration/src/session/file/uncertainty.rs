@@ -1,0 +1,87 @@
+//! `[uncertainty]`: where the joint estimator's standard deviations come from.
+
+use gravcal_estimation::statistics::SampleBlocks;
+use serde::Deserialize;
+
+use super::Context;
+use crate::document::{Field, FileError};
+use crate::session::{Pose, UncertaintyChoice};
+
+/// Replicates of a bootstrap where nothing is said, and the fewest whose outermost fortieths mean anything.
+const REPLICATES: usize = 500;
+const FEWEST_REPLICATES: usize = 100;
+/// Seed of a bootstrap where nothing is said.
+const SEED: u64 = 1;
+
+/// `[uncertainty]`.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub(super) struct UncertaintyTable {
+    #[serde(default)]
+    kind: Kind,
+    block_poses: Option<usize>,
+    replicates: Option<usize>,
+    seed: Option<u64>,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    #[default]
+    Noise,
+    Sandwich,
+    Bootstrap,
+}
+
+/// What `[uncertainty]` comes to for these poses.
+pub(super) fn resolve(
+    context: &Context<'_>,
+    table: &UncertaintyTable,
+    poses: &[Pose],
+) -> Result<UncertaintyChoice, FileError> {
+    let section = Section { context, table };
+    if table.kind != Kind::Bootstrap {
+        let message = "only a bootstrap draws anything: write kind = \"bootstrap\", or leave it out";
+        section.refuse("replicates", table.replicates.is_some(), message)?;
+        section.refuse("seed", table.seed.is_some(), message)?;
+    }
+    if table.kind == Kind::Noise {
+        let message = "the noise knows no blocks: write kind = \"sandwich\" or \"bootstrap\", or leave it out";
+        section.refuse("block_poses", table.block_poses.is_some(), message)?;
+        return Ok(UncertaintyChoice::Noise);
+    }
+    let block_poses = section.block_poses(poses)?;
+    if table.kind == Kind::Sandwich {
+        return Ok(UncertaintyChoice::Sandwich { block_poses });
+    }
+    let replicates = table.replicates.unwrap_or(REPLICATES);
+    let message = format!("an interval of 95 % needs {FEWEST_REPLICATES} replicates at least, better some hundreds");
+    section.refuse("replicates", replicates < FEWEST_REPLICATES, &message)?;
+    Ok(UncertaintyChoice::Bootstrap { block_poses, replicates, seed: table.seed.unwrap_or(SEED) })
+}
+
+struct Section<'a> {
+    context: &'a Context<'a>,
+    table: &'a UncertaintyTable,
+}
+
+impl Section<'_> {
+    fn error(&self, key: &str, message: impl std::fmt::Display) -> FileError {
+        self.context.document.error(&Field::new("uncertainty").key(key), message)
+    }
+
+    fn refuse(&self, key: &str, wrong: bool, message: &str) -> Result<(), FileError> {
+        if wrong { Err(self.error(key, message)) } else { Ok(()) }
+    }
+
+    /// The length of a block, if the poses make enough of them.
+    fn block_poses(&self, poses: &[Pose]) -> Result<usize, FileError> {
+        let key = "block_poses";
+        let length = self.table.block_poses.ok_or_else(|| {
+            self.error(key, "how many neighbouring poses may share an error? add block_poses, 10 for ten of them")
+        })?;
+        let read = poses.iter().filter(|pose| pose.torque.iter().any(Option::is_some)).count();
+        SampleBlocks::new(0..read, length).map_err(|error| self.error(key, error))?;
+        Ok(length)
+    }
+}

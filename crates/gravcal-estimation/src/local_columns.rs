@@ -1,0 +1,178 @@
+//! Columns of local blocks after their elimination: what they are worth once the shared columns are known.
+//!
+//! With the factored island `[R_ee R_es]` (see `linearization/orthogonal.rs`) a local column follows the shared ones and
+//! has an uncertainty of its own,
+//!
+//! ```text
+//!     δ_e = −R_ee⁻¹ R_es δ_s + R_ee⁻¹ ε,      cov δ_e = F Σ_ss Fᵀ + R_ee⁻¹ R_ee⁻ᵀ,      F = −R_ee⁻¹ R_es
+//! ```
+//!
+//! so that the covariance of any columns is had without a matrix of all of them.
+
+use std::sync::Arc;
+
+use crate::problem::Place;
+use crate::{EvaluateError, Problem};
+
+/// A pivot below this share of its column says nothing.
+const LEAST_PIVOT: f64 = 1e-9;
+
+/// Where each column of a problem is found after elimination.
+#[derive(Debug)]
+pub(crate) struct LocalColumns {
+    places: Vec<Place>,
+    islands: Vec<LocalIsland>,
+}
+
+/// An island, by what it follows and what it knows by itself.
+#[derive(Debug)]
+struct LocalIsland {
+    /// Indices among the shared columns.
+    touched: Arc<[usize]>,
+    /// `F`, one row a local column.
+    response: Vec<Vec<f64>>,
+    /// `R_ee⁻¹`, one row a local column.
+    own: Vec<Vec<f64>>,
+}
+
+/// A linear function of columns, by what it is made of.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Reduced {
+    /// Index among the shared columns and coefficient; an index may come more than once.
+    pub shared: Vec<(usize, f64)>,
+    /// Island and coefficients of its own unit errors.
+    pub local: Vec<(usize, Vec<f64>)>,
+}
+
+impl LocalColumns {
+    /// `islands`: for each island its touched shared columns and `[R_ee R_es …]`, rows of the given width.
+    ///
+    /// # Errors
+    /// Names a local block that its own factors do not determine.
+    pub fn new<'a>(
+        problem: &Problem,
+        islands: impl Iterator<Item = (&'a [usize], &'a Arc<[usize]>, &'a [f64])>,
+    ) -> Result<Self, EvaluateError> {
+        let islands = islands.map(|(columns, touched, rows)| {
+            LocalIsland::new(columns.len(), touched, rows).map_err(|index| undetermined(problem, columns[index]))
+        });
+        Ok(LocalColumns { places: problem.structure().places.clone(), islands: islands.collect::<Result<_, _>>()? })
+    }
+
+    /// Number of local columns.
+    pub fn count(&self) -> usize {
+        self.islands.iter().map(|island| island.own.len()).sum()
+    }
+
+    /// Index of a column among the shared ones, if it is one.
+    pub fn shared(&self, column: usize) -> Option<usize> {
+        match self.places[column] {
+            Place::Shared(index) => Some(index),
+            Place::Island { .. } => None,
+        }
+    }
+
+    /// What a linear function of columns is made of.
+    pub fn reduce(&self, function: impl IntoIterator<Item = (usize, f64)>) -> Reduced {
+        let mut reduced = Reduced::default();
+        for (column, coefficient) in function {
+            match self.places[column] {
+                Place::Shared(index) => reduced.shared.push((index, coefficient)),
+                Place::Island { island, index } => {
+                    self.islands[island].add(island, index, coefficient, &mut reduced);
+                }
+            }
+        }
+        reduced
+    }
+}
+
+fn undetermined(problem: &Problem, column: usize) -> EvaluateError {
+    let name = &problem.block(problem.columns()[column].block).name;
+    EvaluateError(format!(
+        "the local block `{name}` is not determined by its own factors: give it a prior, or do not mark it as local"
+    ))
+}
+
+impl LocalIsland {
+    /// `Err`: the local column without a pivot.
+    fn new(local: usize, touched: &Arc<[usize]>, rows: &[f64]) -> Result<Self, usize> {
+        let width = local + touched.len() + 1;
+        let entry = |i: usize, j: usize| rows[i * width + j];
+        let norm = |j: usize| (0..local).map(|i| entry(i, j).powi(2)).sum::<f64>().sqrt();
+        if let Some(weak) = (0..local).find(|i| entry(*i, *i).abs() <= LEAST_PIVOT * norm(*i)) {
+            return Err(weak);
+        }
+        // Back substitution of [I −R_es], one row after the other from the last.
+        let mut solved = vec![vec![0.0; local + touched.len()]; local];
+        for i in (0..local).rev() {
+            let mut row: Vec<f64> =
+                (0..local + touched.len()).map(|j| if j < local { f64::from(i == j) } else { -entry(i, j) }).collect();
+            for (k, below) in solved.iter().enumerate().skip(i + 1) {
+                row.iter_mut().zip(below).for_each(|(sum, value)| *sum -= entry(i, k) * value);
+            }
+            row.iter_mut().for_each(|value| *value /= entry(i, i));
+            solved[i] = row;
+        }
+        let response = solved.iter().map(|row| row[local..].to_vec()).collect();
+        solved.iter_mut().for_each(|row| row.truncate(local));
+        Ok(LocalIsland { touched: Arc::clone(touched), response, own: solved })
+    }
+
+    fn add(&self, island: usize, index: usize, coefficient: f64, reduced: &mut Reduced) {
+        let followed = self.touched.iter().zip(&self.response[index]);
+        reduced.shared.extend(followed.map(|(shared, response)| (*shared, coefficient * response)));
+        let at = reduced.local.iter().position(|(known, _)| *known == island).unwrap_or_else(|| {
+            reduced.local.push((island, vec![0.0; self.own.len()]));
+            reduced.local.len() - 1
+        });
+        reduced.local[at].1.iter_mut().zip(&self.own[index]).for_each(|(sum, own)| *sum += coefficient * own);
+    }
+}
+
+impl Reduced {
+    /// Covariance with another function that is due to the islands' own errors.
+    pub fn own_covariance(&self, other: &Reduced) -> f64 {
+        let same = |island: usize| other.local.iter().find(|(known, _)| *known == island);
+        let pairs = self.local.iter().filter_map(|(island, a)| Some((a, &same(*island)?.1)));
+        pairs.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>()).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::linearization::tests::problem;
+    use crate::{Block, Factor, Noise, ProblemBuilder, Spectrum, testing::Line};
+
+    #[test]
+    fn covariances_and_leverages_with_elimination_are_those_without() {
+        let ((plain, values), (eliminated, _)) = (problem(40, false), problem(40, true));
+        let (reference, spectrum) =
+            (Spectrum::new(&plain, &values).unwrap(), Spectrum::new(&eliminated, &values).unwrap());
+        assert_eq!(spectrum.rank(), reference.rank());
+        let (dense, reduced) = (reference.covariance().scaled(2.0), spectrum.covariance().scaled(2.0));
+        for i in 0..plain.columns().len() {
+            for j in 0..plain.columns().len() {
+                let difference = (dense.at(i, j) - reduced.at(i, j)).abs();
+                assert!(difference < 1e-9 * dense.std(i) * dense.std(j), "{i} {j}");
+            }
+        }
+        let rows = plain.augmented_jacobian(&values).unwrap();
+        for (a, b) in reference.leverages(&rows).iter().zip(spectrum.leverages(&rows)) {
+            assert!((a - b).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_local_block_that_nothing_determines_is_named() {
+        let mut builder = ProblemBuilder::new();
+        let shared = builder.add_block(Block::scalar("a", ""), &[0.0]);
+        let local = builder.add_block(Block::vector("error1", "rad", &["x", "y"]).local(), &[0.0, 0.0]);
+        let noise = || Noise::independent(&[1.0]).unwrap();
+        builder.add_factor(Factor::new(Line::new(&[shared], &[1.0], 0.0), noise()));
+        builder.add_factor(Factor::new(Line::new(&[shared, local], &[1.0, 1.0, 2.0], 0.0), noise()));
+        let (problem, values) = builder.build().unwrap();
+        let error = Spectrum::new(&problem, &values).unwrap_err().to_string();
+        assert!(error.starts_with("the local block `error1` is not determined by its own factors"), "{error}");
+    }
+}

@@ -1,0 +1,112 @@
+//! The linear blocks of a problem: their optimum for given nonlinear ones.
+//!
+//! With the nonlinear blocks held the residual is affine, so one full step leads to the optimum, and the cost there is
+//! known beforehand. Where the cost found is another, a block is marked as linear in which the residuals are not affine.
+
+use gravcal_estimation::{BlockId, Problem, Unsupported, Values};
+
+use crate::{Point, Trial};
+
+/// Share of the residual by which a foretold one may be wrong; rounding in a badly conditioned linear problem is less.
+const WRONG_RESIDUAL: f64 = 1e-8;
+/// Share of the linear terms by which it may be wrong: a residual is small after terms far larger have cancelled.
+const WRONG_TERMS: f64 = 1e-12;
+
+/// The problem with everything held but its linear blocks.
+#[derive(Debug)]
+pub(crate) struct LinearPart {
+    problem: Problem,
+    /// The linear blocks, with their first columns in the whole problem.
+    blocks: Vec<(BlockId, usize)>,
+}
+
+impl LinearPart {
+    pub fn new(whole: &Problem) -> Self {
+        let (linear, nonlinear): (Vec<BlockId>, Vec<BlockId>) = whole.block_ids().partition(|id| is_linear(whole, *id));
+        let blocks = linear.into_iter().map(|id| (id, whole.columns_of(id).start)).collect();
+        LinearPart { problem: whole.holding(&nonlinear, "given while the linear blocks are solved for"), blocks }
+    }
+
+    /// Whether there is nothing else.
+    pub fn is_all_of(&self, whole: &Problem) -> bool {
+        self.problem.columns().len() == whole.columns().len()
+    }
+
+    /// Columns of the whole problem that are linear.
+    pub fn columns(&self) -> impl Iterator<Item = usize> {
+        self.blocks.iter().flat_map(|(id, first)| *first..first + self.problem.block(*id).len())
+    }
+
+    /// Where a step of the nonlinear blocks leads when the linear ones follow to their optimum: the values, and the whole
+    /// step in place of the one given. Nothing where the model has no value there. Combinations of linear blocks without
+    /// effect stay where they are.
+    ///
+    /// # Errors
+    /// Where the residuals are not affine in a block marked as linear, with its name.
+    pub fn follow(
+        &self,
+        from: &Point<'_>,
+        step: &mut [f64],
+        solver: &'static str,
+    ) -> Result<Option<Values>, Unsupported> {
+        self.columns().for_each(|column| step[column] = 0.0);
+        let Some(best) = self.optimum(from.problem.retract(&from.values, step), solver)? else { return Ok(None) };
+        for (id, first) in &self.blocks {
+            let pairs = from.values.get(*id).iter().zip(best.get(*id));
+            step[*first..].iter_mut().zip(pairs).for_each(|(entry, (from, to))| *entry = to - from);
+        }
+        Ok(Some(best))
+    }
+
+    /// The given values with the linear blocks at their optimum. Nothing where the model has no value.
+    ///
+    /// # Errors
+    /// As [`LinearPart::follow`].
+    pub fn optimum(&self, values: Values, solver: &'static str) -> Result<Option<Values>, Unsupported> {
+        let Ok(mut here) = Point::new(&self.problem, values, Vec::new()) else { return Ok(None) };
+        let (step, predicted) = here.full_step();
+        let there = here.attempt(&step, predicted);
+        match there.actual.is_finite() {
+            false => Ok(None),
+            true if as_foretold(&here, &there) => Ok(Some(there.values)),
+            true => Err(Unsupported { solver, reason: not_affine(self.culprit(&here, &step)) }),
+        }
+    }
+
+    /// The block with which, moved one after the other, the cost is no longer the one foretold.
+    fn culprit(&self, here: &Point<'_>, step: &[f64]) -> &str {
+        let mut part = vec![0.0; step.len()];
+        let mut name = "";
+        for (id, _) in &self.blocks {
+            name = &self.problem.block(*id).name;
+            let columns = self.problem.columns_of(*id);
+            part[columns.clone()].copy_from_slice(&step[columns]);
+            if !as_foretold(here, &here.attempt(&part, here.predicted(&part))) {
+                break;
+            }
+        }
+        name
+    }
+}
+
+/// Whether a block is solved for linearly.
+pub(crate) fn is_linear(problem: &Problem, id: BlockId) -> bool {
+    let block = problem.block(id);
+    block.linear && block.held.is_none()
+}
+
+/// Whether the cost fell as an affine residual's does, but for rounding.
+fn as_foretold(here: &Point<'_>, there: &Trial) -> bool {
+    let problem = here.problem;
+    let terms = problem.columns().iter().zip(&here.scaling).map(|(column, scale)| {
+        let size = |values: &Values| values.get(column.block)[column.index].abs();
+        scale * size(&here.values).max(size(&there.values))
+    });
+    let residual = (2.0 * here.cost()).sqrt();
+    let wrong = WRONG_RESIDUAL * residual + WRONG_TERMS * terms.sum::<f64>();
+    (there.actual - there.predicted).abs() <= wrong * (residual + wrong)
+}
+
+fn not_affine(name: &str) -> String {
+    format!("the residuals are not affine in `{name}`, which is marked as linear: remove the mark")
+}

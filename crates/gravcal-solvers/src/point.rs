@@ -1,0 +1,213 @@
+//! A point on the way, linearized, and what a step from it comes to.
+
+use gravcal_estimation::{BlockId, EvaluateError, Linearization, Problem, Termination, Values};
+
+use crate::stopping::StoppingRules;
+
+/// Damping of the full step, relative to the column norms: see [`Point::full_step`].
+pub(crate) const FAINT_DAMPING: f64 = 1e-14;
+/// No less damping than this: the square of a rounding error.
+const FAINTEST_DAMPING: f64 = 1e-32;
+/// Share of the cost that rounding may hide where the model's values are far larger than its residuals.
+const HIDDEN: f64 = 1e-8;
+/// Less is to be gained where the promise is at most this share.
+const LESS_TO_GAIN: f64 = 0.9;
+/// A linear model's minimum this near (share of the block or of the residual) is as good as reached.
+const NEAR_STEP: f64 = 1e-8;
+/// So is one that would lower the cost by no more than this share: the square of a relative offset of 1e-6.
+const NEAR_COST: f64 = 1e-12;
+
+/// A point on the way.
+#[non_exhaustive]
+pub struct Point<'p> {
+    /// The problem.
+    pub problem: &'p Problem,
+    /// The values of its blocks.
+    pub values: Values,
+    /// The problem linearized there.
+    pub linearization: Box<dyn Linearization + 'p>,
+    /// D: the largest norm that each column of J has had so far (Moré, *The Levenberg-Marquardt algorithm:
+    /// implementation and theory*, 1978, eq. 6.3).
+    pub scaling: Vec<f64>,
+}
+
+/// A step that was tried.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct Trial {
+    /// Where it leads.
+    pub values: Values,
+    /// Its relative length, see [`StoppingRules`].
+    pub length: f64,
+    /// Reduction of the cost that the linear model predicts.
+    pub predicted: f64,
+    /// Reduction of the cost; −∞ where the model has no value.
+    pub actual: f64,
+    /// The cost before.
+    cost: f64,
+}
+
+impl Trial {
+    /// Actual over predicted reduction: near 1 where the linear model can be trusted, and 1 where rounding hides it.
+    pub fn ratio(&self) -> f64 {
+        if self.change() <= HIDDEN { 1.0 } else { self.actual / self.predicted }
+    }
+
+    /// Larger of both, relative to the cost.
+    fn change(&self) -> f64 {
+        self.predicted.max(self.actual.abs()) / self.cost
+    }
+}
+
+/// What is to be done after a trial.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Decision {
+    /// Go there; and end there, if there is a reason.
+    Accept(Option<Termination>),
+    /// Stay: no step is worth taking.
+    End(Termination),
+    /// Try a shorter step.
+    Shorten,
+}
+
+impl<'p> Point<'p> {
+    /// Linearizes `problem` at `values`; `scaling` is that of the points before, or empty.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated there.
+    pub(crate) fn new(problem: &'p Problem, values: Values, mut scaling: Vec<f64>) -> Result<Self, EvaluateError> {
+        let linearization = problem.linearize(&values)?;
+        let scales = linearization.column_scales();
+        scaling.resize(scales.len(), 0.0);
+        scaling.iter_mut().zip(scales).for_each(|(largest, scale)| *largest = largest.max(scale));
+        Ok(Point { problem, values, linearization, scaling })
+    }
+
+    /// The cost here.
+    pub fn cost(&self) -> f64 {
+        self.linearization.cost()
+    }
+
+    /// Reduction of the cost that the linear model predicts for a step: `−gᵀδ − ½ ‖J δ‖²`.
+    pub fn predicted(&self, step: &[f64]) -> f64 {
+        -dot(self.linearization.gradient(), step) - 0.5 * self.linearization.image_norm_squared(step)
+    }
+
+    /// The step that minimises the linear model with damping λ in units of the present column norms, and the reduction of
+    /// the cost that it promises.
+    pub fn damped_step(&mut self, lambda: f64) -> (Vec<f64>, f64) {
+        let scales = self.linearization.column_scales();
+        let mut step = vec![0.0; scales.len()];
+        let info = self.linearization.damped_step(lambda, &scales, &mut step);
+        (step, info.predicted_reduction)
+    }
+
+    /// The step to the minimum of the linear model (Gauss-Newton), and the reduction of the cost that it promises. Where J
+    /// has lost rank it is the shortest such step, in scaled coordinates.
+    ///
+    /// It is had from a damping λ = 1e-14, which lies above the rounding errors of `JᵀJ` (1e-16), so that there is a
+    /// factorization, and below what readings determine: the step along a direction 1e6 times weaker than the columns is
+    /// shortened by a tenth, which the next step makes up for. What rounding puts along a direction without information is
+    /// inversely proportional to λ, so the extrapolation `(10 δ(10 λ) − δ(λ)) / 9` is free of it.
+    ///
+    /// Only where the damping outweighs the model, `λ ‖D δ‖² > ‖J δ‖²`, though there is cost to be gained, is the model
+    /// itself that weak (a Jacobian that loses rank at the solution), and the damping gives way.
+    pub fn full_step(&mut self) -> (Vec<f64>, f64) {
+        let scales = self.linearization.column_scales();
+        let mut lambda = FAINT_DAMPING;
+        loop {
+            let (less, _) = self.damped_step(lambda);
+            let (more, gain) = self.damped_step(10.0 * lambda);
+            let length: f64 = more.iter().zip(&scales).map(|(d, s)| (s * d).powi(2)).sum();
+            let outweighs = lambda * length > self.linearization.image_norm_squared(&more);
+            if !outweighs || gain <= NEAR_COST * self.cost() || lambda < FAINTEST_DAMPING {
+                let step: Vec<f64> = less.iter().zip(&more).map(|(less, more)| (10.0 * more - less) / 9.0).collect();
+                let predicted = self.predicted(&step);
+                return (step, predicted);
+            }
+            lambda *= 0.01;
+        }
+    }
+
+    /// Tries a step whose reduction of the cost the linear model puts at `predicted`.
+    pub fn attempt(&self, step: &[f64], predicted: f64) -> Trial {
+        self.attempt_at(Some(self.problem.retract(&self.values, step)), step, predicted)
+    }
+
+    /// The same where it is known to where the step leads; nowhere if the model has no value there.
+    pub(crate) fn attempt_at(&self, values: Option<Values>, step: &[f64], predicted: f64) -> Trial {
+        // A point where the model has no value is as bad as one of infinite cost.
+        let cost = values.as_ref().and_then(|values| self.problem.cost(values).ok()).unwrap_or(f64::INFINITY);
+        let values = values.unwrap_or_else(|| self.values.clone());
+        Trial { values, length: self.relative_length(step), predicted, actual: self.cost() - cost, cost: self.cost() }
+    }
+
+    /// Decides on a trial, which is good enough if it lowers the cost by `least` (zero or more). Where rounding may hide
+    /// whether it does (within 1e-8 of the cost), better is where the linear model sees less to gain: the cost tells a
+    /// minimum to half of its digits, the gradient to all.
+    pub fn decide(&mut self, trial: &Trial, least: f64, rules: &StoppingRules) -> Decision {
+        let change = trial.change();
+        let end = rules.too_small(change, trial.length);
+        let lower = trial.actual > 0.0 && trial.actual >= least && change > rules.cost_tolerance;
+        if lower || (change <= HIDDEN && self.less_to_gain(&trial.values)) {
+            let short = end.filter(|end| matches!(end, Termination::Step { .. }));
+            return Decision::Accept(short.filter(|_| self.at_model_minimum()));
+        }
+        match end {
+            Some(end) if self.at_model_minimum() => Decision::End(end),
+            Some(_) => Decision::End(Termination::NoProgress),
+            None => Decision::Shorten,
+        }
+    }
+
+    /// Whether the linear model sees less to gain at other values than here.
+    fn less_to_gain(&mut self, values: &Values) -> bool {
+        let (_, here) = self.full_step();
+        let there = Point::new(self.problem, values.clone(), self.scaling.clone());
+        there.is_ok_and(|mut there| there.full_step().1 <= LESS_TO_GAIN * here)
+    }
+
+    /// Whether the minimum of the linear model is as good as reached: the full step is short (1e-8), or what it promises is
+    /// next to nothing: `‖J δ‖ ≤ 1e-6 ‖r‖`, after the relative offset of Bates and Watts (*Technometrics* 23, 1981), who are
+    /// content with 1e-3.
+    pub fn at_model_minimum(&mut self) -> bool {
+        let (step, predicted) = self.full_step();
+        predicted <= NEAR_COST * self.cost() || self.relative_length(&step) <= NEAR_STEP
+    }
+
+    /// `‖D x‖` over the free blocks, each with the largest entry of D that is its own.
+    pub fn size(&self) -> f64 {
+        let squares = self.problem.block_ids().map(|id| (self.weight(id) * norm(self.values.get(id))).powi(2));
+        squares.sum::<f64>().sqrt()
+    }
+
+    /// `‖D δ‖`.
+    pub fn scaled_length(&self, step: &[f64]) -> f64 {
+        self.scaling.iter().zip(step).map(|(d, s)| (d * s).powi(2)).sum::<f64>().sqrt()
+    }
+
+    /// Largest entry of D of a block; 0 where it is held.
+    fn weight(&self, id: BlockId) -> f64 {
+        self.scaling[self.problem.columns_of(id)].iter().fold(0.0, |m: f64, s| m.max(*s))
+    }
+
+    /// Largest step of a block, relative to the block's own size or to the residual, whichever is larger, each as the
+    /// block's columns see it.
+    fn relative_length(&self, step: &[f64]) -> f64 {
+        let residual = (2.0 * self.cost()).sqrt().max(f64::MIN_POSITIVE);
+        let of_block = |id: BlockId| {
+            let weight = self.weight(id);
+            let size = (weight * norm(self.values.get(id))).max(residual);
+            weight * norm(&step[self.problem.columns_of(id)]) / size
+        };
+        self.problem.block_ids().map(of_block).fold(0.0, f64::max)
+    }
+}
+
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+fn norm(v: &[f64]) -> f64 {
+    dot(v, v).sqrt()
+}

@@ -1,0 +1,107 @@
+//! When a method ends: one set of rules for all of them.
+//!
+//! ```text
+//!     gradient     max_j |j_jᵀ r| / (‖j_j‖ ‖r‖) ≤ cosine tolerance       r orthogonal to every column j_j of J
+//!     step         max_b ‖D_b δ_b‖ / max(‖D_b x_b‖, ‖r‖) ≤ step tolerance    over the blocks b
+//!     cost         predicted and actual reduction ≤ cost tolerance · cost, and no less to gain there than here
+//! ```
+//!
+//! All three are pure numbers: no unit and no scale of a parameter or a residual changes them. They are those of MINPACK
+//! (Moré, Garbow, Hillstrom, *User guide for MINPACK-1*, 1980: `gtol`, `xtol`, `ftol`), the second by block, so that one
+//! block of wandering values cannot make the steps of the others look small.
+//!
+//! **A short step proves nothing by itself**: heavy damping, a small trust region or a line search that fails make any
+//! step short. Step and cost are counted as convergence only where the full step says the same
+//! ([`Point::at_model_minimum`](crate::Point::at_model_minimum)); otherwise the method has made no progress.
+
+use gravcal_estimation::{Linearization, Termination};
+use serde::Deserialize;
+use serde::de::{Deserializer, Error, Unexpected};
+
+/// The options that every method has.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields, expecting = "a table of options")]
+pub struct StoppingRules {
+    /// Iterations allowed; at least 1.
+    #[serde(deserialize_with = "count")]
+    pub max_iterations: usize,
+    /// Ends where the largest |cosine| between the residual and a column of J is at most this; between 0 and 1.
+    #[serde(deserialize_with = "tolerance")]
+    pub cosine_tolerance: f64,
+    /// Ends where the step of every block is at most this share of the block or of the residual, scaled by D.
+    #[serde(deserialize_with = "tolerance")]
+    pub step_tolerance: f64,
+    /// Ends where predicted and actual reduction are at most this share of the cost.
+    #[serde(deserialize_with = "tolerance")]
+    pub cost_tolerance: f64,
+}
+
+impl Default for StoppingRules {
+    fn default() -> Self {
+        // Curved valleys take thousands of steps: NIST's MGH10 from its far start.
+        StoppingRules { max_iterations: 10_000, cosine_tolerance: 1e-10, step_tolerance: 1e-13, cost_tolerance: 1e-14 }
+    }
+}
+
+impl StoppingRules {
+    /// Whether a linearized point is stationary.
+    pub(crate) fn stationary(&self, linearization: &dyn Linearization) -> Option<Termination> {
+        if linearization.cost() == 0.0 {
+            return Some(Termination::ZeroResidual);
+        }
+        let cosine = linearization.largest_cosine();
+        (cosine <= self.cosine_tolerance).then_some(Termination::Gradient { cosine })
+    }
+
+    /// Whether a step changes the cost too little, or is too short, to go on. `change`: the larger of predicted and actual
+    /// reduction, relative to the cost; `length`: see the module.
+    pub(crate) fn too_small(&self, change: f64, length: f64) -> Option<Termination> {
+        if change <= self.cost_tolerance {
+            Some(Termination::Cost { relative: change })
+        } else if length <= self.step_tolerance {
+            Some(Termination::Step { relative: length })
+        } else {
+            None
+        }
+    }
+}
+
+fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
+    match usize::deserialize(deserializer)? {
+        0 => Err(D::Error::invalid_value(Unexpected::Unsigned(0), &"a whole number of at least 1")),
+        count => Ok(count),
+    }
+}
+
+fn tolerance<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    let value = f64::deserialize(deserializer)?;
+    let sound = value > 0.0 && value < 1.0;
+    if sound { Ok(value) } else { Err(D::Error::invalid_value(Unexpected::Float(value), &"a number between 0 and 1")) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str) -> Result<StoppingRules, String> {
+        serde_json::from_str(text).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_is_not_said_has_its_default() {
+        let rules = read(r#"{ "max_iterations": 7 }"#).unwrap();
+        assert_eq!(rules, StoppingRules { max_iterations: 7, ..StoppingRules::default() });
+    }
+
+    #[test]
+    fn senseless_options_are_refused_with_what_was_expected() {
+        let refused = |text: &str, told: &str| {
+            let error = read(text).unwrap_err();
+            assert!(error.contains(told), "{error}");
+        };
+        refused(r#"{ "max_iterations": 0 }"#, "invalid value: integer `0`, expected a whole number of at least 1");
+        refused(r#"{ "cosine_tolerance": 1 }"#, "expected a number between 0 and 1");
+        refused(r#"{ "step_tolerance": -1e-9 }"#, "invalid value: floating point `-1e-9`");
+        refused(r#"{ "radius": 1 }"#, "unknown field `radius`, expected one of `max_iterations`, `cosine_tolerance`");
+    }
+}
