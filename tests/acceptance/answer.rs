@@ -9,6 +9,33 @@ pub struct Answer {
     pub format: String,
     /// One entry an estimator.
     pub estimators: Vec<Estimator>,
+    /// Where it comes from.
+    pub provenance: Provenance,
+}
+
+/// Where an answer comes from.
+#[derive(Debug, Deserialize)]
+pub struct Provenance {
+    /// What was chosen.
+    pub options: Options,
+}
+
+/// What was chosen.
+#[derive(Debug, Deserialize)]
+pub struct Options {
+    /// The solver.
+    pub solver: String,
+    /// Its options, as far as they were given.
+    pub solver_options: toml::Table,
+}
+
+/// One iteration of a solve.
+#[derive(Debug, Deserialize)]
+pub struct Iteration {
+    /// After it.
+    pub cost: f64,
+    /// Zero at a solution.
+    pub largest_cosine: f64,
 }
 
 /// What one estimator answered.
@@ -18,6 +45,10 @@ pub struct Estimator {
     pub name: String,
     /// `determined`, `partly-determined` or `failed`.
     pub verdict: String,
+    /// Why the solver stopped.
+    pub termination: String,
+    /// The way of the last solve.
+    pub trace: Vec<Iteration>,
     /// Nothing where it is undetermined.
     pub gravity: Option<Gravity>,
     /// Every sensor parameter.

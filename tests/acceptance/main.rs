@@ -12,6 +12,7 @@ mod program;
 mod reproducible;
 mod seven_joints;
 mod small_session;
+mod solvers;
 mod tree;
 mod wrong_input;
 mod wrong_simulation;

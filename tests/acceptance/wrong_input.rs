@@ -371,6 +371,37 @@ const IN_NAMES: &[Mistake] = &[
         changes: &[("session.toml", Replace("robot = ", "solver = \"simplex\"\nrobot = "))],
         told: &["session.toml:{line}: solver: unknown solver `simplex`", "levenberg-marquardt"],
     },
+    Mistake {
+        what: "an unknown solver with options",
+        changes: &[("session.toml", Replace("robot = ", "solver = { name = \"simplex\", size = 2 }\nrobot = "))],
+        told: &["session.toml:{line}: solver.name: unknown solver `simplex`", "levenberg-marquardt"],
+    },
+    Mistake {
+        what: "options without the solver's name",
+        changes: &[("session.toml", Replace("robot = ", "solver = { max_iterations = 9 }\nrobot = "))],
+        told: &["session.toml:{line}: solver: missing field `name`"],
+    },
+    Mistake {
+        what: "an option that the solver has not",
+        changes: &[("session.toml", Replace("[gravity]", "[solver]\nmax_iteration = 9\nname = \"dogleg\"\n[gravity]"))],
+        told: &["solver.max_iteration: unknown field", "`step_tolerance`", "did you mean `max_iterations`?"],
+    },
+    Mistake {
+        what: "an option of the wrong type",
+        changes: &[(
+            "session.toml",
+            Replace("robot = ", "solver = { name = \"gauss-newton\", max_iterations = \"many\" }\nrobot = "),
+        )],
+        told: &["session.toml:{line}: solver.max_iterations: invalid type: string \"many\", expected a whole number"],
+    },
+    Mistake {
+        what: "an option that makes no sense",
+        changes: &[(
+            "session.toml",
+            Replace("robot = ", "solver = { name = \"dogleg\", cosine_tolerance = 2.0 }\nrobot = "),
+        )],
+        told: &["session.toml:{line}: solver.cosine_tolerance: ", "`2.0`, expected a number between 0 and 1"],
+    },
 ];
 
 #[test]

@@ -127,6 +127,7 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         verdict: Verdict::Failed,
         termination: error.to_string(),
         iterations: 0,
+        trace: Vec::new(),
         gravity: None,
         parameters: blank.map(|parameter| ParameterResult { determined: false, ..parameter }).collect(),
         covariance: CovarianceResult::default(),

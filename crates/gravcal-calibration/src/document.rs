@@ -17,8 +17,10 @@ mod text;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use serde::de::DeserializeOwned;
-use toml::de::{DeTable, DeValue};
+use gravcal_recording::nearest_name;
+use serde::de::{DeserializeOwned, DeserializeSeed};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 pub(crate) use field::Field;
 pub use file_error::FileError;
@@ -55,6 +57,33 @@ impl Document {
     /// An unknown or missing key, a value of the wrong type: what serde sees.
     pub fn parse<T: DeserializeOwned>(&self) -> Result<T, FileError> {
         toml::from_str(&self.text).map_err(|error| self.toml_error(&error))
+    }
+
+    /// What the table `key` at the top says, as `seed` wants it, but for its entry `left_out`. Anything but a table is as
+    /// good as an empty one.
+    ///
+    /// # Errors
+    /// What `seed` refuses.
+    pub fn parse_table<T>(
+        &self,
+        key: &str,
+        left_out: &str,
+        seed: impl for<'de> DeserializeSeed<'de, Value = T>,
+    ) -> Result<T, FileError> {
+        let parse = || {
+            let found = DeTable::parse(&self.text)?.into_inner().remove(key);
+            let span = found.as_ref().map_or(0..0, Spanned::span);
+            let mut table = match found.map(Spanned::into_inner) {
+                Some(DeValue::Table(table)) => table,
+                _ => DeTable::new(),
+            };
+            table.remove(left_out);
+            seed.deserialize(ValueDeserializer::from(Spanned::new(span, DeValue::Table(table))))
+        };
+        parse().map_err(|mut error: toml::de::Error| {
+            error.set_input(Some(&self.text));
+            self.toml_error(&error)
+        })
     }
 
     /// An error in a field. Its line is that of the field or, where the field is missing, of what should hold it.
@@ -130,13 +159,24 @@ impl Document {
 
 /// The message before the picture; the heading, which repeats line and column, is left out.
 fn toml_message(error: &toml::de::Error) -> String {
-    let message = plain(error.message());
+    let message = with_suggestion(plain(error.message()));
     let shown = error.to_string();
     let picture = shown.trim_end().strip_suffix(error.message()).unwrap_or_default();
     let picture = picture.split_once('\n').map_or("", |(_heading, picture)| picture.trim_end());
     match picture {
         "" => message,
         picture => format!("{message}\n{picture}"),
+    }
+}
+
+/// An unknown field that is near a known one is told with it.
+fn with_suggestion(message: String) -> String {
+    let mut quoted = message.split('`').skip(1).step_by(2);
+    let unknown = quoted.next().filter(|_| message.starts_with("unknown field"));
+    let known: Vec<&str> = quoted.collect();
+    match unknown.and_then(|unknown| nearest_name(unknown, &known)) {
+        Some(near) => format!("{message} (did you mean `{near}`?)"),
+        None => message,
     }
 }
 
@@ -213,7 +253,7 @@ place = [
         let misspelt = TEXT.replace("name = 'b'", "nam = 'b'");
         assert_eq!(
             parse_error(&misspelt),
-            "folder/a.toml:6: load[1].nam: unknown field `nam`, expected `name` or `place`\n  |\n6 | nam = 'b'\n  | ^^^"
+            "folder/a.toml:6: load[1].nam: unknown field `nam`, expected `name` or `place` (did you mean `name`?)\n  |\n6 | nam = 'b'\n  | ^^^"
         );
         let text = TEXT.replace("    1,", "    'one',");
         assert!(

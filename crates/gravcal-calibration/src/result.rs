@@ -4,6 +4,7 @@
 
 use std::fmt;
 
+use gravcal_estimation::IterationRecord;
 use serde::Serialize;
 
 /// One estimator's answer.
@@ -17,6 +18,8 @@ pub struct EstimatorResult {
     pub termination: String,
     /// Iterations of the solver (of all steps, for the sequential estimator).
     pub iterations: usize,
+    /// The way of the last solve, its start first; empty for the sequential estimator, whose steps are many small ones.
+    pub trace: Vec<Iteration>,
     /// Gravity in base coordinates; absent where it is undetermined.
     pub gravity: Option<GravityResult>,
     /// Every sensor parameter.
@@ -43,6 +46,26 @@ pub struct EstimatorResult {
     pub fit: Option<Fit>,
     /// Remarks a person should read.
     pub notes: Vec<String>,
+}
+
+/// One iteration of a solve.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Iteration {
+    /// Cost ½ Σ r² of the residuals in standard deviations after it.
+    pub cost: f64,
+    /// Largest |cosine| between the residual and a column of the Jacobian there: 0 at a solution.
+    pub largest_cosine: f64,
+    /// Length of the step, relative to what it moves.
+    pub step: f64,
+    /// Damping of the step; 0 for methods without.
+    pub damping: f64,
+}
+
+impl From<&IterationRecord> for Iteration {
+    fn from(record: &IterationRecord) -> Iteration {
+        let IterationRecord { iteration: _, cost, cosine, step, damping } = *record;
+        Iteration { cost, largest_cosine: cosine, step, damping }
+    }
 }
 
 /// The estimator's verdict.

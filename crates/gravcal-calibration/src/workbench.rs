@@ -1,17 +1,32 @@
-//! What an estimator is handed: the method that minimises, and who is told how far it is.
+//! What an estimator is handed: the method that minimises, who is told how far it is, and who may stop it.
 
-use gravcal_estimation::{Estimate, Problem, SolveContext, SolveError, Solver, Values};
+use std::sync::atomic::AtomicBool;
+
+use gravcal_estimation::{Estimate, IterationRecord, Problem, SolveContext, SolveError, Solver, Values};
 
 /// A solver and a listener.
 pub struct Workbench<'a> {
     solver: &'a dyn Solver,
     progress: &'a (dyn Fn(&str) + Sync),
+    observer: &'a (dyn Fn(&IterationRecord) + Sync),
+    stop: Option<&'a AtomicBool>,
 }
 
 impl<'a> Workbench<'a> {
     /// `progress` is told in a few words what is being done.
     pub fn new(solver: &'a dyn Solver, progress: &'a (dyn Fn(&str) + Sync)) -> Self {
-        Workbench { solver, progress }
+        Workbench { solver, progress, observer: &|_| {}, stop: None }
+    }
+
+    /// The same with someone who is told of every iteration of the solver.
+    pub fn observed_by(self, observer: &'a (dyn Fn(&IterationRecord) + Sync)) -> Self {
+        Workbench { observer, ..self }
+    }
+
+    /// The same with a flag that, set from elsewhere, stops the solver after its current iteration. What was being solved
+    /// then has failed: its termination says so.
+    pub fn stopped_by(self, stop: &'a AtomicBool) -> Self {
+        Workbench { stop: Some(stop), ..self }
     }
 
     /// Tells what is being done.
@@ -25,6 +40,8 @@ impl<'a> Workbench<'a> {
 
     pub(crate) fn solve(&self, problem: &Problem, initial: &Values) -> Result<Estimate, SolveError> {
         self.solver.check(problem)?;
-        self.solver.solve(problem, initial, &mut SolveContext::default())
+        let mut observer = |record: &IterationRecord| (self.observer)(record);
+        let mut context = SolveContext { observer: Some(&mut observer), stop: self.stop, checkpoint: None };
+        self.solver.solve(problem, initial, &mut context)
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use gravcal_calibration::result::EstimatorResult;
 use gravcal_calibration::{EstimatorName, Session, Workbench};
+use gravcal_estimation::IterationRecord;
 use gravcal_report::{
     CalibrationFile, CalibrationTable, Contents, Input, Options, OutputError, OutputFolder, Provenance, Written,
 };
@@ -12,6 +13,7 @@ use gravcal_solvers::SolverName;
 
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::interrupt::Interrupt;
 use crate::names::{Choice, estimator_parser, solver_parser};
 use crate::progress::Progress;
 use crate::stopwatch::{Phase, Stopwatch};
@@ -33,7 +35,8 @@ pub struct Arguments {
     #[arg(long = "estimator", value_name = "NAME", value_parser = estimator_parser())]
     estimators: Vec<EstimatorName>,
 
-    /// Method that minimises [default: what the session says, else levenberg-marquardt]
+    /// Method that minimises [default: what the session says, else levenberg-marquardt]. Options in the session apply
+    /// only if it names the same method
     #[arg(long, value_name = "NAME", value_parser = solver_parser())]
     solver: Option<SolverName>,
 
@@ -64,7 +67,9 @@ Exit codes, of the joint estimator if it ran:
   0  everything that is asked for is determined
   2  bad input or usage; nothing is written
   3  solved, but something that is asked for is undetermined
-  4  no answer to rely on: no convergence, or readings that contradict the model";
+  4  no answer to rely on: no convergence, stopped by Ctrl-C, or readings that contradict the model
+
+Ctrl-C stops after the current iteration, and what is known is told and written; a second one ends the program at once.";
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
@@ -77,7 +82,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     folder.check().map_err(|error| refused(&error))?;
     let provenance = provenance(&session, path, &choice)?;
 
-    let results = calibrate(&session, &choice, &watch, arguments.quiet);
+    let results = calibrate(&session, &choice, &watch, arguments.quiet)?;
 
     let table = CalibrationTable { robot: &session.robot.name, results: &results }.to_string();
     let written = write(&folder, &results, &provenance, &table, &watch);
@@ -103,21 +108,29 @@ fn provenance(session: &Session, path: &Path, choice: &Choice) -> Result<Provena
     let inputs: Result<Vec<Input>, _> = session.inputs.iter().map(|input| Input::read(input, base)).collect();
     let options = Options {
         estimators: choice.estimators.iter().map(ToString::to_string).collect(),
-        solver: choice.solver.to_string(),
+        solver: choice.solver.name.to_string(),
+        solver_options: choice.solver.options.clone(),
     };
     Ok(Provenance::new(inputs.map_err(|error| Failure::bad_input(&error))?, options))
 }
 
-fn calibrate(session: &Session, choice: &Choice, watch: &Stopwatch, quiet: bool) -> Vec<EstimatorResult> {
+fn calibrate(
+    session: &Session,
+    choice: &Choice,
+    watch: &Stopwatch,
+    quiet: bool,
+) -> Result<Vec<EstimatorResult>, Failure> {
+    let interrupt = Interrupt::listen()?;
     let progress = Progress::new(quiet);
     let tell = |stage: &str| {
         watch.enter(Phase::of_stage(stage));
         progress.stage(stage);
     };
+    let observe = |record: &IterationRecord| progress.iteration(record);
     watch.enter(Phase::Start);
-    let solver = choice.solver.build();
-    let workbench = Workbench::new(solver.as_ref(), &tell);
-    gravcal_calibration::calibrate(session, &choice.estimators, &workbench)
+    let workbench = Workbench::new(choice.solver.method.as_ref(), &tell);
+    let workbench = workbench.observed_by(&observe).stopped_by(interrupt.flag());
+    Ok(gravcal_calibration::calibrate(session, &choice.estimators, &workbench))
 }
 
 fn write(

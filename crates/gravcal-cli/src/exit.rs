@@ -14,7 +14,7 @@ pub enum Exit {
     BadInput = 2,
     /// Solved, but something that is asked for is undetermined.
     PartlyDetermined = 3,
-    /// No convergence.
+    /// No convergence, or stopped before.
     NoConvergence = 4,
 }
 
@@ -65,6 +65,7 @@ mod tests {
             verdict,
             termination: String::new(),
             iterations: 0,
+            trace: Vec::new(),
             gravity: None,
             parameters: Vec::new(),
             covariance: CovarianceResult::default(),

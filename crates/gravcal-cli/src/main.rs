@@ -6,6 +6,7 @@ mod calibrate;
 mod check;
 mod exit;
 mod failure;
+mod interrupt;
 mod names;
 mod progress;
 mod simulate;
@@ -62,7 +63,8 @@ Exit codes:
   0  everything that is asked for is determined
   2  bad input or usage; nothing is written
   3  solved, but something that is asked for is undetermined
-  4  no answer to rely on: no convergence, or readings that contradict the model";
+  4  no answer to rely on: no convergence, stopped by Ctrl-C, or readings that
+     contradict the model";
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();

@@ -6,9 +6,12 @@ use std::path::Path;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use gravcal_calibration::robot::FileError;
+use gravcal_calibration::session::SolverChoice;
 use gravcal_calibration::{EstimatorName, Session, UnsuitableChoice, check_choice};
+use gravcal_estimation::Solver;
 use gravcal_solvers::SolverName;
-use toml::{Spanned, Value};
+use toml::{Spanned, Table, Value};
 
 use crate::failure::Failure;
 
@@ -23,12 +26,21 @@ pub fn solver_parser() -> impl TypedValueParser<Value = SolverName> {
 }
 
 /// What runs, and by which method.
-#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Choice {
     /// Each at most once.
     pub estimators: Vec<EstimatorName>,
     /// The method.
-    pub solver: SolverName,
+    pub solver: ChosenSolver,
+}
+
+/// A method with its options.
+pub struct ChosenSolver {
+    /// Its name.
+    pub name: SolverName,
+    /// What the session says of its options.
+    pub options: Table,
+    /// The method itself.
+    pub method: Box<dyn Solver>,
 }
 
 impl Choice {
@@ -40,10 +52,28 @@ impl Choice {
         path: &Path,
     ) -> Result<Choice, Failure> {
         let estimators = once(choose_estimators(estimators, &session.estimators, path)?);
-        let solver = choose_solver(solver, session.solver.as_deref(), path)?;
-        check_choice(session, &estimators, solver.build().as_ref())
+        let solver = ChosenSolver::new(solver, session.solver.as_ref())?;
+        check_choice(session, &estimators, solver.method.as_ref())
             .map_err(|error| unsuitable(&error, session, path))?;
         Ok(Choice { estimators, solver })
+    }
+}
+
+impl ChosenSolver {
+    /// Options in the session are those of the method that it names: with another one they do not apply.
+    fn new(said: Option<SolverName>, session: Option<&SolverChoice>) -> Result<ChosenSolver, Failure> {
+        match session.filter(|choice| said.is_none_or(|said| said.as_str() == choice.name())) {
+            Some(choice) => ChosenSolver::of_session(choice).map_err(|error| Failure::bad_input(&error)),
+            None => {
+                let name = said.unwrap_or(SolverName::LevenbergMarquardt);
+                Ok(ChosenSolver { name, options: Table::new(), method: name.build() })
+            }
+        }
+    }
+
+    fn of_session(choice: &SolverChoice) -> Result<ChosenSolver, FileError> {
+        let name: SolverName = choice.name().parse().map_err(|error| choice.name_error(error))?;
+        Ok(ChosenSolver { name, options: choice.options(), method: choice.read_options(name)? })
     }
 }
 
@@ -55,14 +85,6 @@ fn choose_estimators(said: &[EstimatorName], session: &[String], path: &Path) ->
         return Ok(EstimatorName::DEFAULT.to_vec());
     }
     session.iter().map(|name| named(name, "estimators", path)).collect()
-}
-
-fn choose_solver(said: Option<SolverName>, session: Option<&str>, path: &Path) -> Result<SolverName, Failure> {
-    match (said, session) {
-        (Some(solver), _) => Ok(solver),
-        (None, Some(name)) => named(name, "solver", path),
-        (None, None) => Ok(SolverName::LevenbergMarquardt),
-    }
 }
 
 /// Constraints are what a method most likely cannot take.
@@ -140,16 +162,16 @@ mod tests {
     fn the_line_of_the_name_is_told() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("session.toml");
-        std::fs::write(&path, "robot = \"robot.toml\"\n\nsolver = \"simplex\"\n[gravity]\nhemisphere = [0, 0, -1]\n")
-            .unwrap();
-        let failure = choose_solver(None, Some("simplex"), &path).unwrap_err();
-        assert_eq!(
-            failure.to_string(),
-            format!(
-                "error: {}:3: solver: unknown solver `simplex`; there is: {}",
-                path.display(),
-                SolverName::ALL.map(SolverName::as_str).join(", ")
-            )
-        );
+        std::fs::write(&path, "robot = \"robot.toml\"\n\nestimators = [\"kalman\"]\n").unwrap();
+        let failure = choose_estimators(&[], &["kalman".to_owned()], &path).unwrap_err().to_string();
+        assert!(failure.starts_with(&format!("error: {}:3: estimators: unknown estimator", path.display())));
+    }
+
+    #[test]
+    fn the_command_line_chooses_before_the_default() {
+        let chosen = |said| ChosenSolver::new(said, None).unwrap();
+        assert_eq!(chosen(None).name, SolverName::LevenbergMarquardt);
+        let dogleg = chosen(Some(SolverName::Dogleg));
+        assert_eq!((dogleg.name, dogleg.method.name(), dogleg.options.len()), (SolverName::Dogleg, "dogleg", 0));
     }
 }

@@ -5,6 +5,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::{JoinHandle, spawn};
 use std::time::Duration;
 
+use gravcal_estimation::IterationRecord;
 use indicatif::ProgressBar;
 
 /// Nobody needs to be told of what is over before.
@@ -12,11 +13,20 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Between two pictures of the spinner.
 const TICK: Duration = Duration::from_millis(100);
 
+/// What the line is told.
+#[derive(Debug)]
+enum Told {
+    /// Another stage begins.
+    Stage(String),
+    /// How far it is.
+    Iteration(IterationRecord),
+}
+
 /// The line; it is cleared when this is dropped.
 #[derive(Debug)]
 pub struct Progress {
-    /// Takes the stages; `None` where nothing is shown.
-    stages: Option<Sender<String>>,
+    /// Takes what is told; `None` where nothing is shown.
+    told: Option<Sender<Told>>,
     line: Option<JoinHandle<()>>,
 }
 
@@ -24,37 +34,70 @@ impl Progress {
     /// Shows nothing if `quiet`, or if nobody looks at a terminal.
     pub fn new(quiet: bool) -> Progress {
         if quiet || !stderr().is_terminal() {
-            return Progress { stages: None, line: None };
+            return Progress { told: None, line: None };
         }
-        let (stages, told) = channel();
-        Progress { stages: Some(stages), line: Some(spawn(move || show(&told))) }
+        let (sender, told) = channel();
+        Progress { told: Some(sender), line: Some(spawn(move || show(&told))) }
     }
 
     /// Another stage begins.
     pub fn stage(&self, stage: &str) {
-        if let Some(stages) = &self.stages {
+        self.tell(|| Told::Stage(stage.to_owned()));
+    }
+
+    /// The solver has done another iteration.
+    pub fn iteration(&self, record: &IterationRecord) {
+        self.tell(|| Told::Iteration(*record));
+    }
+
+    fn tell(&self, told: impl FnOnce() -> Told) {
+        if let Some(sender) = &self.told {
             // The receiver ends only after the sender.
-            let _ = stages.send(stage.to_owned());
+            let _ = sender.send(told());
         }
+    }
+}
+
+/// What the line says.
+#[derive(Debug, Default, PartialEq)]
+struct Line {
+    stage: String,
+    iteration: Option<IterationRecord>,
+}
+
+impl Line {
+    fn hear(&mut self, told: Told) {
+        match told {
+            Told::Stage(stage) => *self = Line { stage, iteration: None },
+            Told::Iteration(record) => self.iteration = Some(record),
+        }
+    }
+
+    fn text(&self) -> String {
+        let Some(IterationRecord { iteration, cost, cosine, .. }) = self.iteration else { return self.stage.clone() };
+        format!("{}: iteration {iteration}, cost {cost:.6e}, largest cosine {cosine:.1e}", self.stage)
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.stages = None; // hangs up, which ends the thread
+        self.told = None; // hangs up, which ends the thread
         if let Some(line) = self.line.take() {
             let _ = line.join();
         }
     }
 }
 
-/// Shows the newest stage until the sender hangs up.
-fn show(stages: &Receiver<String>) {
-    let Some(stage) = newest_after_patience(stages) else { return };
-    let spinner = ProgressBar::new_spinner().with_message(stage);
+/// Shows what was told last until the sender hangs up.
+fn show(told: &Receiver<Told>) {
+    let Some(mut line) = line_after_patience(told) else { return };
+    let spinner = ProgressBar::new_spinner().with_message(line.text());
     loop {
-        match stages.recv_timeout(TICK) {
-            Ok(stage) => spinner.set_message(stage),
+        match told.recv_timeout(TICK) {
+            Ok(news) => {
+                line.hear(news);
+                spinner.set_message(line.text());
+            }
             Err(RecvTimeoutError::Timeout) => spinner.tick(),
             Err(RecvTimeoutError::Disconnected) => break,
         }
@@ -62,15 +105,15 @@ fn show(stages: &Receiver<String>) {
     spinner.finish_and_clear();
 }
 
-/// The stage at the end of [`PATIENCE`]; nothing if the sender hung up before.
-fn newest_after_patience(stages: &Receiver<String>) -> Option<String> {
+/// The line at the end of [`PATIENCE`]; nothing if the sender hung up before.
+fn line_after_patience(told: &Receiver<Told>) -> Option<Line> {
     let deadline = std::time::Instant::now() + PATIENCE;
-    let mut newest = String::new();
+    let mut line = Line::default();
     loop {
         let left = deadline.saturating_duration_since(std::time::Instant::now());
-        match stages.recv_timeout(left) {
-            Ok(stage) => newest = stage,
-            Err(RecvTimeoutError::Timeout) => return Some(newest),
+        match told.recv_timeout(left) {
+            Ok(news) => line.hear(news),
+            Err(RecvTimeoutError::Timeout) => return Some(line),
             Err(RecvTimeoutError::Disconnected) => return None,
         }
     }
@@ -80,27 +123,41 @@ fn newest_after_patience(stages: &Receiver<String>) -> Option<String> {
 mod tests {
     use super::*;
 
+    const RECORD: IterationRecord =
+        IterationRecord { iteration: 7, cost: 606.53, cosine: 3.2e-5, step: 0.1, damping: 1e-4 };
+
     #[test]
     fn what_is_over_soon_is_not_shown() {
-        let (stages, told) = channel();
-        stages.send("solving".to_owned()).unwrap();
-        drop(stages);
-        assert_eq!(newest_after_patience(&told), None);
+        let (sender, told) = channel();
+        sender.send(Told::Stage("solving".to_owned())).unwrap();
+        drop(sender);
+        assert_eq!(line_after_patience(&told), None);
     }
 
     #[test]
     fn after_a_while_the_newest_stage_is_shown() {
-        let (stages, told) = channel();
+        let (sender, told) = channel();
         for stage in ["starting", "solving"] {
-            stages.send(stage.to_owned()).unwrap();
+            sender.send(Told::Stage(stage.to_owned())).unwrap();
         }
-        assert_eq!(newest_after_patience(&told).as_deref(), Some("solving"));
+        assert_eq!(line_after_patience(&told).unwrap().text(), "solving");
+    }
+
+    #[test]
+    fn iterations_are_those_of_their_stage() {
+        let mut line = Line::default();
+        line.hear(Told::Stage("solving".to_owned()));
+        line.hear(Told::Iteration(RECORD));
+        assert_eq!(line.text(), "solving: iteration 7, cost 6.065300e2, largest cosine 3.2e-5");
+        line.hear(Told::Stage("judging".to_owned()));
+        assert_eq!(line.text(), "judging");
     }
 
     #[test]
     fn quiet_is_quiet() {
         let progress = Progress::new(true);
         progress.stage("solving");
+        progress.iteration(&RECORD);
         assert!(progress.line.is_none());
     }
 }

@@ -42,13 +42,18 @@ impl CalibrationFile<'_> {
 
 #[cfg(test)]
 mod tests {
+    use gravcal_calibration::result::Iteration;
+
     use super::*;
     use crate::provenance::{Input, Options};
     use crate::testing::{determined, fit, held, result, undetermined};
 
     fn provenance() -> Provenance {
         let input = Input { path: "session.toml".into(), sha256: "ab".repeat(32), bytes: 12 };
-        Provenance::new(vec![input], Options { estimators: vec!["joint".into()], solver: "levenberg-marquardt".into() })
+        let mut solver_options = toml::Table::new();
+        solver_options.insert("cosine_tolerance".into(), 1e-8.into());
+        let solver = "levenberg-marquardt".into();
+        Provenance::new(vec![input], Options { estimators: vec!["joint".into()], solver, solver_options })
     }
 
     fn parsed(estimators: &[EstimatorResult]) -> serde_json::Value {
@@ -67,6 +72,8 @@ mod tests {
             held("joint1.position_offset", "zero by definition of the base frame"),
         ];
         joint.fit = Some(fit());
+        let start = Iteration { cost: 900.5, largest_cosine: 0.7, step: 0.0, damping: 0.0 };
+        joint.trace = vec![start, Iteration { cost: 50.6, largest_cosine: 2e-11, step: 0.1, damping: 1e-3 }];
         let file = parsed(&[joint]);
         assert_eq!(file["format"], "gravcal-calibration/1");
         let estimator = &file["estimators"][0];
@@ -85,6 +92,7 @@ mod tests {
         assert!(estimator["moments"].is_array() && estimator["undetermined"].is_array());
         assert!(estimator["active_constraints"].is_array());
         assert_eq!(estimator["fit"]["held_out"]["poses"], 4);
+        assert_eq!(estimator["trace"][1]["largest_cosine"], 2e-11);
     }
 
     #[test]
@@ -97,6 +105,7 @@ mod tests {
         assert_eq!(provenance["inputs"][0]["sha256"].as_str().unwrap().len(), 64);
         assert_eq!(provenance["options"]["estimators"][0], "joint");
         assert_eq!(provenance["options"]["solver"], "levenberg-marquardt");
+        assert_eq!(provenance["options"]["solver_options"]["cosine_tolerance"], 1e-8);
     }
 
     #[test]

@@ -4,8 +4,8 @@
 //! Results are taken apart field by field, so that a new field cannot be forgotten here.
 
 use gravcal_calibration::result::{
-    ActiveConstraint, CovarianceResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut, JointFit, LossResult,
-    MomentResult, NoiseSource, Outlier, ParameterResult, UncertaintyResult, WeakCombination,
+    ActiveConstraint, CovarianceResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut, Iteration, JointFit,
+    LossResult, MomentResult, NoiseSource, Outlier, ParameterResult, UncertaintyResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -37,6 +37,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         verdict: _,
         termination: _,
         iterations: _,
+        trace,
         gravity,
         parameters,
         covariance,
@@ -62,6 +63,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(loss.iter().flat_map(of_loss));
     let inside = inside.chain(outliers.iter().flat_map(of_outlier));
     let inside = inside.chain(fit.iter().flat_map(of_fit));
+    let inside = inside.chain(trace.iter().flat_map(of_iteration));
     inside.map(|(place, value)| (format!("{name}: {place}"), value)).collect()
 }
 
@@ -71,6 +73,11 @@ fn of_gravity(gravity: &GravityResult) -> Vec<Number> {
     numbers.extend(each("standard deviation of gravity", std_m_per_s2));
     numbers.extend(each("cone of gravity", [cone95_deg]));
     numbers
+}
+
+fn of_iteration(iteration: &Iteration) -> Vec<Number> {
+    let Iteration { cost, largest_cosine, step, damping } = iteration;
+    each("an iteration of the trace", [cost, largest_cosine, step, damping])
 }
 
 fn of_parameter(parameter: &ParameterResult) -> Vec<Number> {
@@ -175,6 +182,7 @@ mod tests {
         joint.covariance = CovarianceResult { order: vec!["joint1.torque_gain".into()], matrix: vec![vec![0.01]] };
         joint.moments = vec![MomentResult { terms: vec![("link1.mass".into(), 1.0)], value: 2.0, std: 0.1 }];
         joint.fit = Some(fit());
+        joint.trace = vec![Iteration { cost: 50.6, largest_cosine: 1e-11, step: 1e-6, damping: 1e-8 }];
         joint
     }
 
@@ -199,6 +207,7 @@ mod tests {
             refused(|r| r.covariance.matrix[0][0] = f64::INFINITY),
             reading("covariance of joint1.torque_gain is inf")
         );
+        assert_eq!(refused(|r| r.trace[0].cost = f64::INFINITY), reading("an iteration of the trace is inf"));
         assert_eq!(refused(|r| r.moments[0].value = f64::NAN), reading("combination of link1.mass is NaN"));
         assert_eq!(
             refused(|r| r.fit.as_mut().unwrap().held_out.as_mut().unwrap().joints[0].rms = f64::NAN),

@@ -7,6 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
+use toml::Table;
 
 /// Where a result comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -24,6 +25,8 @@ pub struct Options {
     pub estimators: Vec<String>,
     /// Name of the solver.
     pub solver: String,
+    /// Its options, as far as they were given.
+    pub solver_options: Table,
 }
 
 /// One file that was read.

@@ -13,6 +13,7 @@ pub fn result(name: &str) -> EstimatorResult {
         verdict: Verdict::Determined,
         termination: "converged: steps too small to matter (1.0e-12)".into(),
         iterations: 6,
+        trace: Vec::new(),
         gravity: Some(GravityResult {
             vector_m_per_s2: [-3.4312, -5.9411, -7.0009],
             std_m_per_s2: [0.0031, 0.0029, 0.0027],

@@ -65,7 +65,7 @@ impl Damping {
 
     /// After an accepted step with this ratio of actual to predicted reduction.
     pub(crate) fn accept(&mut self, ratio: f64) {
-        self.lambda *= (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(1.0 / 3.0, 2.0);
+        self.lambda *= (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(0.1, 2.0);
         self.growth = 2.0;
     }
 

@@ -1,6 +1,6 @@
 //! What a method must say: how it gets from one point to the next. Everything else is [`minimise`](crate::minimise).
 
-use gravcal_estimation::{SolveError, Solver, Termination, Values};
+use gravcal_estimation::{SolveError, Solver, Termination};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -19,18 +19,15 @@ pub trait Descent: Solver {
     ///
     /// # Errors
     /// Where the problem turns out not to be for this method.
-    fn iterate(&self, memory: &mut Self::Memory, here: &mut Point<'_>) -> Result<Move, SolveError>;
+    fn iterate<'p>(&self, memory: &mut Self::Memory, here: &mut Point<'p>) -> Result<Move<'p>, SolveError>;
 }
 
 /// What one iteration comes to.
-#[derive(Clone, Debug)]
-pub enum Move {
-    /// To a point of lower cost.
+pub enum Move<'p> {
+    /// To a better point.
     To {
-        /// The point.
-        values: Values,
-        /// Relative length of the step.
-        length: f64,
+        /// The step that leads there.
+        trial: Trial<'p>,
         /// Its damping; 0 for methods without.
         damping: f64,
         /// Why the method ends there, if it does.
@@ -38,11 +35,4 @@ pub enum Move {
     },
     /// Nowhere.
     Stay(Termination),
-}
-
-impl Move {
-    /// To where a trial led.
-    pub fn to(trial: Trial, damping: f64, end: Option<Termination>) -> Move {
-        Move::To { values: trial.values, length: trial.length, damping, end }
-    }
 }

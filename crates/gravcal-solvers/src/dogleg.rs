@@ -70,20 +70,20 @@ impl Descent for Dogleg {
         &self.stopping
     }
 
-    fn iterate(&self, memory: &mut Radius, here: &mut Point<'_>) -> Result<Move, SolveError> {
+    fn iterate<'p>(&self, memory: &mut Radius, here: &mut Point<'p>) -> Result<Move<'p>, SolveError> {
         let path = DoglegPath::new(here);
         let radius = memory.0.get_or_insert_with(|| first_radius(here));
         loop {
             let (step, length) = path.within(*radius);
-            let trial = here.attempt(&step, here.predicted(&step));
-            match here.decide(&trial, 0.0, &self.stopping) {
+            let mut trial = here.attempt(&step, here.predicted(&step));
+            match here.decide(&mut trial, 0.0, &self.stopping) {
                 Decision::Accept(end) => {
                     if trial.ratio() < 0.25 {
                         *radius = 0.25 * length;
                     } else if trial.ratio() > 0.75 && length >= *radius {
                         *radius *= 2.0;
                     }
-                    return Ok(Move::to(trial, 0.0, end));
+                    return Ok(Move::To { trial, damping: 0.0, end });
                 }
                 Decision::End(end) => return Ok(Move::Stay(end)),
                 Decision::Shorten => *radius = 0.25 * length,

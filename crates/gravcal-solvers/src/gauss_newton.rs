@@ -76,7 +76,7 @@ impl Descent for GaussNewton {
         &self.stopping
     }
 
-    fn iterate(&self, (): &mut (), here: &mut Point<'_>) -> Result<Move, SolveError> {
+    fn iterate<'p>(&self, (): &mut (), here: &mut Point<'p>) -> Result<Move<'p>, SolveError> {
         let direction = here.full_step();
         if let Some(next) = self.search(here, direction, 0.0) {
             return Ok(next);
@@ -93,7 +93,7 @@ impl Descent for GaussNewton {
 
 impl GaussNewton {
     /// Searches along a direction, which promises a reduction of the cost. Nothing where not even a short step will do.
-    fn search(&self, here: &mut Point<'_>, (direction, promise): (Vec<f64>, f64), lambda: f64) -> Option<Move> {
+    fn search<'p>(&self, here: &mut Point<'p>, (direction, promise): (Vec<f64>, f64), lambda: f64) -> Option<Move<'p>> {
         let slope = dot(here.linearization.gradient(), &direction);
         let shortest = if lambda < LAST_DAMPING { SHORTEST } else { 0.0 };
         let mut search = LineSearch { slope, before: None };
@@ -101,9 +101,9 @@ impl GaussNewton {
         while slope < 0.0 && alpha > shortest {
             let step: Vec<f64> = direction.iter().map(|d| alpha * d).collect();
             // −α gᵀδ − ½ α² ‖J δ‖², with ‖J δ‖² from the promise for α = 1.
-            let trial = here.attempt(&step, alpha * (alpha * promise - (1.0 - alpha) * slope));
-            match here.decide(&trial, -SUFFICIENT * alpha * slope, &self.stopping) {
-                Decision::Accept(end) => return Some(Move::to(trial, lambda, end)),
+            let mut trial = here.attempt(&step, alpha * (alpha * promise - (1.0 - alpha) * slope));
+            match here.decide(&mut trial, -SUFFICIENT * alpha * slope, &self.stopping) {
+                Decision::Accept(end) => return Some(Move::To { trial, damping: lambda, end }),
                 Decision::End(end) => return Some(Move::Stay(end)),
                 Decision::Shorten => alpha = search.shorter(alpha, -trial.actual),
             }

@@ -57,17 +57,17 @@ impl Descent for LevenbergMarquardt {
     }
 
     /// Tries steps of growing damping until one lowers the cost.
-    fn iterate(&self, damping: &mut Damping, here: &mut Point<'_>) -> Result<Move, SolveError> {
+    fn iterate<'p>(&self, damping: &mut Damping, here: &mut Point<'p>) -> Result<Move<'p>, SolveError> {
         damping.bound_first_step(here);
         let mut step = vec![0.0; here.scaling.len()];
         loop {
             let lambda = damping.lambda();
             let info = here.linearization.damped_step(lambda, &here.scaling, &mut step);
-            let trial = here.attempt(&step, info.predicted_reduction);
-            match here.decide(&trial, 0.0, &self.stopping) {
+            let mut trial = here.attempt(&step, info.predicted_reduction);
+            match here.decide(&mut trial, 0.0, &self.stopping) {
                 Decision::Accept(end) => {
                     damping.accept(trial.ratio());
-                    return Ok(Move::to(trial, lambda, end));
+                    return Ok(Move::To { trial, damping: lambda, end });
                 }
                 Decision::End(end) => return Ok(Move::Stay(end)),
                 Decision::Shorten if damping.reject() => {}

@@ -96,7 +96,7 @@ pub(crate) fn is_linear(problem: &Problem, id: BlockId) -> bool {
 }
 
 /// Whether the cost fell as an affine residual's does, but for rounding.
-fn as_foretold(here: &Point<'_>, there: &Trial) -> bool {
+fn as_foretold(here: &Point<'_>, there: &Trial<'_>) -> bool {
     let problem = here.problem;
     let terms = problem.columns().iter().zip(&here.scaling).map(|(column, scale)| {
         let size = |values: &Values| values.get(column.block)[column.index].abs();

@@ -8,10 +8,11 @@ use crate::stopping::StoppingRules;
 pub(crate) const FAINT_DAMPING: f64 = 1e-14;
 /// No less damping than this: the square of a rounding error.
 const FAINTEST_DAMPING: f64 = 1e-32;
-/// Share of the cost that rounding may hide where the model's values are far larger than its residuals.
-const HIDDEN: f64 = 1e-8;
-/// Less is to be gained where the promise is at most this share.
-const LESS_TO_GAIN: f64 = 0.9;
+/// Rounding of a sum of squares, relative to it, and the most of the cost that is ever taken for rounding.
+const ROUNDING: f64 = 16.0 * f64::EPSILON;
+const MOST_ROUNDING: f64 = 1e-8;
+/// A promise is less than another where it is at most this share of it.
+const LESS: f64 = 0.9;
 /// A linear model's minimum this near (share of the block or of the residual) is as good as reached.
 const NEAR_STEP: f64 = 1e-8;
 /// So is one that would lower the cost by no more than this share: the square of a relative offset of 1e-6.
@@ -29,12 +30,13 @@ pub struct Point<'p> {
     /// D: the largest norm that each column of J has had so far (Moré, *The Levenberg-Marquardt algorithm:
     /// implementation and theory*, 1978, eq. 6.3).
     pub scaling: Vec<f64>,
+    /// The full step and its promise, once they were asked for.
+    full: Option<(Vec<f64>, f64)>,
 }
 
 /// A step that was tried.
-#[derive(Clone, Debug)]
 #[non_exhaustive]
-pub struct Trial {
+pub struct Trial<'p> {
     /// Where it leads.
     pub values: Values,
     /// Its relative length, see [`StoppingRules`].
@@ -43,19 +45,18 @@ pub struct Trial {
     pub predicted: f64,
     /// Reduction of the cost; −∞ where the model has no value.
     pub actual: f64,
-    /// The cost before.
-    cost: f64,
+    /// Larger of both, relative to the cost.
+    change: f64,
+    /// The change that may be rounding only.
+    rounding: f64,
+    /// The point where it leads, if it was looked at.
+    pub(crate) there: Option<Point<'p>>,
 }
 
-impl Trial {
+impl Trial<'_> {
     /// Actual over predicted reduction: near 1 where the linear model can be trusted, and 1 where rounding hides it.
     pub fn ratio(&self) -> f64 {
-        if self.change() <= HIDDEN { 1.0 } else { self.actual / self.predicted }
-    }
-
-    /// Larger of both, relative to the cost.
-    fn change(&self) -> f64 {
-        self.predicted.max(self.actual.abs()) / self.cost
+        if self.change <= self.rounding { 1.0 } else { self.actual / self.predicted }
     }
 }
 
@@ -80,7 +81,7 @@ impl<'p> Point<'p> {
         let scales = linearization.column_scales();
         scaling.resize(scales.len(), 0.0);
         scaling.iter_mut().zip(scales).for_each(|(largest, scale)| *largest = largest.max(scale));
-        Ok(Point { problem, values, linearization, scaling })
+        Ok(Point { problem, values, linearization, scaling, full: None })
     }
 
     /// The cost here.
@@ -113,6 +114,9 @@ impl<'p> Point<'p> {
     /// Only where the damping outweighs the model, `λ ‖D δ‖² > ‖J δ‖²`, though there is cost to be gained, is the model
     /// itself that weak (a Jacobian that loses rank at the solution), and the damping gives way.
     pub fn full_step(&mut self) -> (Vec<f64>, f64) {
+        if let Some(full) = &self.full {
+            return full.clone();
+        }
         let scales = self.linearization.column_scales();
         let mut lambda = FAINT_DAMPING;
         loop {
@@ -123,48 +127,69 @@ impl<'p> Point<'p> {
             if !outweighs || gain <= NEAR_COST * self.cost() || lambda < FAINTEST_DAMPING {
                 let step: Vec<f64> = less.iter().zip(&more).map(|(less, more)| (10.0 * more - less) / 9.0).collect();
                 let predicted = self.predicted(&step);
-                return (step, predicted);
+                return self.full.insert((step, predicted)).clone();
             }
             lambda *= 0.01;
         }
     }
 
     /// Tries a step whose reduction of the cost the linear model puts at `predicted`.
-    pub fn attempt(&self, step: &[f64], predicted: f64) -> Trial {
+    pub fn attempt(&self, step: &[f64], predicted: f64) -> Trial<'p> {
         self.attempt_at(Some(self.problem.retract(&self.values, step)), step, predicted)
     }
 
     /// The same where it is known to where the step leads; nowhere if the model has no value there.
-    pub(crate) fn attempt_at(&self, values: Option<Values>, step: &[f64], predicted: f64) -> Trial {
+    pub(crate) fn attempt_at(&self, values: Option<Values>, step: &[f64], predicted: f64) -> Trial<'p> {
         // A point where the model has no value is as bad as one of infinite cost.
         let cost = values.as_ref().and_then(|values| self.problem.cost(values).ok()).unwrap_or(f64::INFINITY);
-        let values = values.unwrap_or_else(|| self.values.clone());
-        Trial { values, length: self.relative_length(step), predicted, actual: self.cost() - cost, cost: self.cost() }
-    }
-
-    /// Decides on a trial, which is good enough if it lowers the cost by `least` (zero or more). Where rounding may hide
-    /// whether it does (within 1e-8 of the cost), better is where the linear model sees less to gain: the cost tells a
-    /// minimum to half of its digits, the gradient to all.
-    pub fn decide(&mut self, trial: &Trial, least: f64, rules: &StoppingRules) -> Decision {
-        let change = trial.change();
-        let end = rules.too_small(change, trial.length);
-        let lower = trial.actual > 0.0 && trial.actual >= least && change > rules.cost_tolerance;
-        if lower || (change <= HIDDEN && self.less_to_gain(&trial.values)) {
-            let short = end.filter(|end| matches!(end, Termination::Step { .. }));
-            return Decision::Accept(short.filter(|_| self.at_model_minimum()));
-        }
-        match end {
-            Some(end) if self.at_model_minimum() => Decision::End(end),
-            Some(_) => Decision::End(Termination::NoProgress),
-            None => Decision::Shorten,
+        let actual = self.cost() - cost;
+        Trial {
+            values: values.unwrap_or_else(|| self.values.clone()),
+            length: self.relative_length(step),
+            predicted,
+            actual,
+            change: predicted.max(actual.abs()) / self.cost(),
+            rounding: self.rounding(),
+            there: None,
         }
     }
 
-    /// Whether the linear model sees less to gain at other values than here.
-    fn less_to_gain(&mut self, values: &Values) -> bool {
+    /// Decides on a trial, which is good enough if it lowers the cost by `least` (zero or more).
+    ///
+    /// Where rounding may hide whether it does, the linear model decides: the cost tells a minimum to half of its digits, the
+    /// gradient to all. Better is then where the full step promises less; at a lower cost, where it promises no more.
+    pub fn decide(&mut self, trial: &mut Trial<'p>, least: f64, rules: &StoppingRules) -> Decision {
+        let lower = trial.actual > 0.0 && trial.actual >= least;
+        let hidden = trial.change <= trial.rounding.max(rules.cost_tolerance);
+        let short = trial.length <= rules.step_tolerance;
+        let better = if hidden { self.promises_less(trial, lower) } else { lower };
+        if !(short || hidden && !better) {
+            return if better { Decision::Accept(None) } else { Decision::Shorten };
+        }
+        let end = match short {
+            true => Termination::Step { relative: trial.length },
+            false => Termination::Cost { relative: trial.change },
+        };
+        match (better, self.at_model_minimum()) {
+            (true, found) => Decision::Accept(found.then_some(end)),
+            (false, true) => Decision::End(end),
+            (false, false) if short => Decision::End(Termination::NoProgress),
+            (false, false) => Decision::Shorten,
+        }
+    }
+
+    /// Whether the full step promises less where a trial leads than here.
+    fn promises_less(&mut self, trial: &mut Trial<'p>, lower: bool) -> bool {
         let (_, here) = self.full_step();
-        let there = Point::new(self.problem, values.clone(), self.scaling.clone());
-        there.is_ok_and(|mut there| there.full_step().1 <= LESS_TO_GAIN * here)
+        trial.there = Point::new(self.problem, trial.values.clone(), self.scaling.clone()).ok();
+        let limit = if lower { here } else { LESS * here };
+        trial.there.as_mut().is_some_and(|there| there.full_step().1 <= limit)
+    }
+
+    /// Share of the cost that rounding may hide: the terms of a residual, of the size of `D x`, may be far larger than it is.
+    fn rounding(&self) -> f64 {
+        let residual = (2.0 * self.cost()).sqrt();
+        (ROUNDING * (1.0 + self.size() / residual)).min(MOST_ROUNDING)
     }
 
     /// Whether the minimum of the linear model is as good as reached: the full step is short (1e-8), or what it promises is

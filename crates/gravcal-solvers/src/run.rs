@@ -11,7 +11,7 @@ use gravcal_estimation::{
 };
 
 use crate::checkpoint::{CheckpointFile, other_cost};
-use crate::{Descent, Move, Point};
+use crate::{Descent, Move, Point, Trial};
 
 pub(crate) type IterationState = IterState<Vec<f64>, (), (), (), (), f64>;
 
@@ -101,29 +101,27 @@ impl<'p, M> Run<'p, M> {
         })
     }
 
-    /// Takes a point as the current one and tells the observer.
-    fn arrive<D>(&mut self, lent: &Lend<'p, '_, '_, D>, values: Values, step: (f64, f64)) -> Result<(), EvaluateError> {
-        let scaling = self.point.take().map_or_else(Vec::new, |point| point.scaling);
-        let point = Point::new(lent.problem, values, scaling)?;
+    /// Takes a point as the current one, with the length and the damping of the step to it, and tells the observer.
+    fn arrive<D>(&mut self, lent: &Lend<'p, '_, '_, D>, point: Point<'p>, step: f64, damping: f64) {
         let record = IterationRecord {
             iteration: self.records.len(),
             cost: point.cost(),
             cosine: point.linearization.largest_cosine(),
-            step: step.0,
-            damping: step.1,
+            step,
+            damping,
         };
         self.point = Some(point);
         lent.context.borrow_mut().tell(&record);
         self.records.push(record);
-        Ok(())
     }
 
     fn start<D>(&mut self, lent: &Lend<'p, '_, '_, D>) -> Result<(), SolveError> {
-        self.arrive(lent, lent.initial.clone(), (0.0, 0.0))?;
-        match self.records[0].cost {
-            cost if cost.is_finite() => Ok(()),
-            cost => Err(EvaluateError(format!("the cost is {cost}")).into()),
+        let point = Point::new(lent.problem, lent.initial.clone(), Vec::new())?;
+        if !point.cost().is_finite() {
+            return Err(EvaluateError(format!("the cost is {}", point.cost())).into());
         }
+        self.arrive(lent, point, 0.0, 0.0);
+        Ok(())
     }
 
     /// Where a checkpoint left the run.
@@ -160,12 +158,15 @@ impl<'p, M> Run<'p, M> {
         }
         match lent.method.iterate(&mut self.memory, here)? {
             Move::Stay(end) => Ok(Some(end)),
-            Move::To { values, length, damping, end } => {
+            Move::To { trial, damping, end } => {
+                let Trial { values, length, there, .. } = trial;
+                let linearize = || Point::new(lent.problem, values, here.scaling.clone());
                 let no_derivative = |EvaluateError(why)| SolveError::Failed {
                     solver: lent.method.name(),
                     reason: format!("there is a cost but no derivative at a point on the way: {why}"),
                 };
-                self.arrive(lent, values, (length, damping)).map_err(no_derivative)?;
+                let point = there.map_or_else(linearize, Ok).map_err(no_derivative)?;
+                self.arrive(lent, point, length, damping);
                 Ok(end)
             }
         }

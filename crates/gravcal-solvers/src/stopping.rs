@@ -3,7 +3,7 @@
 //! ```text
 //!     gradient     max_j |j_jᵀ r| / (‖j_j‖ ‖r‖) ≤ cosine tolerance       r orthogonal to every column j_j of J
 //!     step         max_b ‖D_b δ_b‖ / max(‖D_b x_b‖, ‖r‖) ≤ step tolerance    over the blocks b
-//!     cost         predicted and actual reduction ≤ cost tolerance · cost, and no less to gain there than here
+//!     cost         predicted and actual reduction ≤ cost tolerance · cost or rounding, and no less to gain there than here
 //! ```
 //!
 //! All three are pure numbers: no unit and no scale of a parameter or a residual changes them. They are those of MINPACK
@@ -31,7 +31,7 @@ pub struct StoppingRules {
     /// Ends where the step of every block is at most this share of the block or of the residual, scaled by D.
     #[serde(deserialize_with = "tolerance")]
     pub step_tolerance: f64,
-    /// Ends where predicted and actual reduction are at most this share of the cost.
+    /// Ends where predicted and actual reduction are at most this share of the cost, or as little as rounding hides.
     #[serde(deserialize_with = "tolerance")]
     pub cost_tolerance: f64,
 }
@@ -51,18 +51,6 @@ impl StoppingRules {
         }
         let cosine = linearization.largest_cosine();
         (cosine <= self.cosine_tolerance).then_some(Termination::Gradient { cosine })
-    }
-
-    /// Whether a step changes the cost too little, or is too short, to go on. `change`: the larger of predicted and actual
-    /// reduction, relative to the cost; `length`: see the module.
-    pub(crate) fn too_small(&self, change: f64, length: f64) -> Option<Termination> {
-        if change <= self.cost_tolerance {
-            Some(Termination::Cost { relative: change })
-        } else if length <= self.step_tolerance {
-            Some(Termination::Step { relative: length })
-        } else {
-            None
-        }
     }
 }
 

@@ -98,7 +98,7 @@ impl Descent for VariableProjection {
         &self.stopping
     }
 
-    fn iterate(&self, memory: &mut Memory, here: &mut Point<'_>) -> Result<Move, SolveError> {
+    fn iterate<'p>(&self, memory: &mut Memory, here: &mut Point<'p>) -> Result<Move<'p>, SolveError> {
         let linear = memory.linear.get_or_insert_with(|| LinearPart::new(here.problem));
         if linear.is_all_of(here.problem) {
             self.project(linear, here)
@@ -110,12 +110,12 @@ impl Descent for VariableProjection {
 
 impl VariableProjection {
     /// Puts the linear blocks to their optimum once more: rounding may have left something.
-    fn project(&self, linear: &LinearPart, here: &mut Point<'_>) -> Result<Move, SolveError> {
+    fn project<'p>(&self, linear: &LinearPart, here: &mut Point<'p>) -> Result<Move<'p>, SolveError> {
         let mut step = vec![0.0; here.scaling.len()];
         let there = linear.follow(here, &mut step, NAME)?;
-        let trial = here.attempt_at(there, &step, here.predicted(&step));
-        Ok(match here.decide(&trial, 0.0, &self.stopping) {
-            Decision::Accept(end) => Move::to(trial, 0.0, end),
+        let mut trial = here.attempt_at(there, &step, here.predicted(&step));
+        Ok(match here.decide(&mut trial, 0.0, &self.stopping) {
+            Decision::Accept(end) => Move::To { trial, damping: 0.0, end },
             Decision::End(end) => Move::Stay(end),
             Decision::Shorten if here.at_model_minimum() => Move::Stay(Termination::Step { relative: trial.length }),
             Decision::Shorten => Move::Stay(Termination::NoProgress),
@@ -123,18 +123,23 @@ impl VariableProjection {
     }
 
     /// Moves the nonlinear blocks, with growing damping until the cost falls, and the linear ones after them.
-    fn step(&self, damping: &mut Damping, linear: &LinearPart, here: &mut Point<'_>) -> Result<Move, SolveError> {
+    fn step<'p>(
+        &self,
+        damping: &mut Damping,
+        linear: &LinearPart,
+        here: &mut Point<'p>,
+    ) -> Result<Move<'p>, SolveError> {
         loop {
             let lambda = damping.lambda();
             let scaling = scaling(linear, here, lambda);
             let mut step = vec![0.0; scaling.len()];
             let info = here.linearization.damped_step(lambda, &scaling, &mut step);
             let there = linear.follow(here, &mut step, NAME)?;
-            let trial = here.attempt_at(there, &step, info.predicted_reduction);
-            match here.decide(&trial, 0.0, &self.stopping) {
+            let mut trial = here.attempt_at(there, &step, info.predicted_reduction);
+            match here.decide(&mut trial, 0.0, &self.stopping) {
                 Decision::Accept(end) => {
                     damping.accept(trial.ratio());
-                    return Ok(Move::to(trial, lambda, end));
+                    return Ok(Move::To { trial, damping: lambda, end });
                 }
                 Decision::End(end) => return Ok(Move::Stay(end)),
                 Decision::Shorten if damping.reject() => {}

@@ -12,7 +12,7 @@ mod uncertainty;
 mod unknowns;
 
 use gravcal_estimation::statistics::{LinearFunction, StatisticsError, TooFewBlocks, stored_coordinates};
-use gravcal_estimation::{EvaluateError, SolveError};
+use gravcal_estimation::{EvaluateError, SolveError, Termination};
 use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
@@ -22,7 +22,8 @@ use crate::judgement::{
 };
 use crate::parameter::Quantity;
 use crate::result::{
-    CovarianceResult, EstimatorResult, Fit, GravityResult, ParameterResult, UncertaintyResult, Undetermined, Verdict,
+    CovarianceResult, EstimatorResult, Fit, GravityResult, Iteration, ParameterResult, UncertaintyResult, Undetermined,
+    Verdict,
 };
 use crate::sequential::Plan;
 use crate::session::{LAST_FRAME_CHOICE, Session};
@@ -86,7 +87,8 @@ pub fn estimate_jointly(
     };
     let solved = solve(session, &select(session, signals), known, workbench)?;
     let fit = solve::fit_with_held_out(session, &solved, workbench)?;
-    let misfit = fit.misfit();
+    // What was stopped on its way explains the readings badly whatever the model.
+    let misfit = fit.misfit().filter(|_| solved.estimate.termination != Termination::Stopped);
     let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
     let solved = Solved { uncertainty, ..solved };
     let mut result = tell(session, name, &solved, fit, told)?;
@@ -191,6 +193,7 @@ fn tell(
         },
         termination: solved.estimate.termination.to_string(),
         iterations: solved.estimate.iterations.len().saturating_sub(1),
+        trace: solved.estimate.iterations.iter().map(Iteration::from).collect(),
         covariance: tell_covariance(session, solved, &judgement),
         moments: determined_moments(
             &solved.posed.problem,

@@ -22,6 +22,7 @@ pub(super) fn add_placements(
 ) -> Vec<Option<Placement>> {
     let mut placements: Vec<Option<Placement>> = vec![None; session.loads.len()];
     let parents = if exact_distances { parents(session, carried) } else { vec![None; session.loads.len()] };
+    let measured = if exact_distances { in_residuals(session, carried) } else { vec![false; session.loads.len()] };
     // Parents first: a chain of placements is no longer than the loads.
     for _ in 0..session.loads.len() {
         for load in (0..session.loads.len()).filter(|load| carried[*load]) {
@@ -29,7 +30,9 @@ pub(super) fn add_placements(
                 continue;
             }
             placements[load] = match parents[load] {
-                None => Some(vec![builder.add_block(position_block(session, load), &start.loads[load])]),
+                None => {
+                    Some(vec![builder.add_block(position_block(session, load, measured[load]), &start.loads[load])])
+                }
                 Some((parent, distance)) => placements[parent].clone().map(|mut blocks| {
                     blocks.push(add_displacement(session, load, parent, distance, start, builder));
                     blocks
@@ -50,6 +53,22 @@ pub(super) fn distances_left(session: &Session, carried: &[bool]) -> Vec<usize> 
         exact && (is_parent(b, a) || is_parent(a, b))
     };
     (0..session.load_distances.len()).filter(|index| !held(*index)).collect()
+}
+
+/// For each load whether a distance that is a residual reads its position.
+fn in_residuals(session: &Session, carried: &[bool]) -> Vec<bool> {
+    let parents = parents(session, carried);
+    let mut read = vec![false; session.loads.len()];
+    for index in distances_left(session, carried) {
+        for end in session.load_distances[index].between {
+            let mut next = Some(end);
+            while let Some(load) = next {
+                read[load] = true;
+                next = parents[load].map(|(parent, _)| parent);
+            }
+        }
+    }
+    read
 }
 
 /// For each load the placement that it is tied to, and the distance in m.
@@ -76,9 +95,10 @@ fn parents(session: &Session, carried: &[bool]) -> Vec<Option<(usize, f64)>> {
     parents
 }
 
-fn position_block(session: &Session, load: usize) -> Block {
+fn position_block(session: &Session, load: usize, in_residual: bool) -> Block {
     let load = &session.loads[load];
     let block = Block::vector(format!("load.{}.position", load.name), "m", &["x", "y", "z"]);
+    let block = if in_residual { block } else { block.linear() };
     match (load.position, load.position_std) {
         (Some(_), None) => block.held("its position in the link is given as exact"),
         _ => block,

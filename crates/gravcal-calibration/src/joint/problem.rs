@@ -1,4 +1,7 @@
 //! The joint problem: all residuals over all unknowns, every torque reading exactly once, as pose torque.
+//!
+//! For given gravity, torque gains and positions all of it is affine in the torque biases, the links' masses and moments and
+//! the placements of loads that no distance reads: these blocks are marked as linear.
 
 use std::sync::Arc;
 
@@ -37,7 +40,7 @@ pub struct Readings {
     pub used: Vec<Vec<usize>>,
     /// Standard deviation, by joint, of readings that state none; unit of the reading.
     pub noise: Vec<f64>,
-    /// How readings far beyond that are to be counted. [`pose`] leaves it to [`JointProblem::with_loss`]: at a start every
+    /// How readings far beyond that are to be counted. [`pose`] leaves it to `JointProblem::with_loss`: at a start every
     /// reading looks far off.
     pub loss: Loss,
 }
@@ -138,6 +141,7 @@ fn add_blocks(
             Quantity::ALL.map(|quantity| {
                 let unit = session.parameter_unit(index, quantity);
                 let block = Block::scalar(quantity.name(&joint.name), unit);
+                let block = if quantity == Quantity::TorqueBias { block.linear() } else { block };
                 let block = match session.held_reason(index, quantity) {
                     Some(reason) => block.held(reason),
                     None => block,
@@ -150,7 +154,7 @@ fn add_blocks(
         let mut block =
             Block::vector(link.name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);
         block.units[0] = "kg".into();
-        builder.add_block(block, value)
+        builder.add_block(block.linear(), value)
     });
     let inertia = inertia.collect();
     let loads = add_placements(session, &carried(session, readings), start, exact_distances, builder);

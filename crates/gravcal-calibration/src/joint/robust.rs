@@ -36,7 +36,7 @@ pub(super) fn solve_with_loss(
     let solve = |posed: &JointProblem, from: &Values| workbench.solve(&posed.problem.holding(held, GAUGE), from);
     let mut values = posed.initial.clone();
     for stage in stages_before(loss) {
-        values = solve(&posed.with_loss(*stage)?, &values)?.values;
+        values = solve(&posed.with_loss(stage)?, &values)?.values;
     }
     let last = posed.with_loss(loss)?;
     let estimate = solve(&last, &values)?;
@@ -44,12 +44,11 @@ pub(super) fn solve_with_loss(
 }
 
 /// Losses that lead to one.
-fn stages_before(loss: Loss) -> &'static [Loss] {
-    const HUBER: Loss = Loss::Huber(1.345);
+fn stages_before(loss: Loss) -> Vec<Loss> {
     match loss.name() {
-        LossName::None => &[],
-        LossName::Huber => &[Loss::None],
-        LossName::Cauchy | LossName::Tukey | LossName::GemanMcClure => &[Loss::None, HUBER],
+        LossName::None => Vec::new(),
+        LossName::Huber => vec![Loss::None],
+        LossName::Cauchy | LossName::Tukey | LossName::GemanMcClure => vec![Loss::None, LossName::Huber.efficient()],
     }
 }
 

@@ -180,7 +180,8 @@ impl Solved {
 
 /// Tells the fit, with the prediction of a tenth of the poses by a second fit that did not see them.
 ///
-/// What the first problem held beyond the session's own choices, the second holds too.
+/// What the first problem held beyond the session's own choices, the second holds too. Where it does not converge, nothing
+/// is predicted.
 pub(crate) fn fit_with_held_out(
     session: &Session,
     solved: &Solved,
@@ -215,6 +216,9 @@ pub(crate) fn fit_with_held_out(
         seen = constraints::constrained(session, seen)?;
     }
     let estimate = workbench.solve(&seen.problem, &seen.initial)?;
+    if !estimate.termination.converged() {
+        return Ok(told);
+    }
     let prediction = Unknowns::of(&estimate.values, &seen.layout, &start);
     let held = part(true);
     if let Ok(posed) = pose(session, &held, &prediction) {

@@ -9,7 +9,6 @@ use gravcal_estimation::BlockId;
 
 use super::problem::{PosingError, Readings, pose_readings_alone};
 use super::unknowns::Unknowns;
-use crate::parameter::Quantity;
 use crate::session::Session;
 
 /// Directions tried besides the declared one.
@@ -81,15 +80,7 @@ fn solve_linear_part(
     candidate: &Unknowns,
 ) -> Result<(f64, Unknowns), PosingError> {
     let posed = pose_readings_alone(session, readings, candidate)?;
-    let nonlinear: Vec<BlockId> = posed
-        .layout
-        .sensors
-        .iter()
-        .flat_map(|ids| {
-            [Quantity::TorqueGain, Quantity::PositionGain, Quantity::PositionOffset].map(|q| ids[q as usize])
-        })
-        .chain([posed.layout.gravity])
-        .collect();
+    let nonlinear: Vec<BlockId> = posed.problem.block_ids().filter(|id| !posed.problem.block(*id).linear).collect();
     let linear = posed.problem.holding(&nonlinear, "given by the candidate");
     let Ok(mut linearization) = linear.linearize(&posed.initial) else {
         return Ok((f64::INFINITY, candidate.clone()));

@@ -90,6 +90,7 @@ fn add_scalar(
     builder: &mut ProblemBuilder,
 ) -> BlockId {
     let block = Block::scalar(quantity.as_str(), session.parameter_unit(joint, quantity));
+    let block = if quantity == Quantity::TorqueBias { block.linear() } else { block };
     match exact(session, joint, quantity) {
         Some(value) => builder.add_block(block.held("given as exact"), &[value]),
         None => builder.add_block(block, &[start]),
@@ -125,7 +126,7 @@ fn fit(
     let bias = starts.iter().map(|s| s.coefficients[2]).sum::<f64>() / starts.len() as f64;
     let torque_bias = add_scalar(session, joint, Quantity::TorqueBias, bias, &mut builder);
     for (index, (sweep, start)) in sweeps.iter().zip(&starts).enumerate() {
-        let block = Block::vector(format!("sweep{index}"), "", &["a", "c"]);
+        let block = Block::vector(format!("sweep{index}"), "", &["a", "c"]).linear();
         let coefficients = builder.add_block(block, &[start.coefficients[0], start.coefficients[1]]);
         let blocks = SinusoidBlocks { position_gain, torque_bias, coefficients };
         let std: Vec<f64> = sweep.iter().map(|(pose, _)| readings.std(session, *pose, joint)).collect();

@@ -227,7 +227,7 @@ impl Step<'_> {
                 [builder.add_block(gain, &[given.upstream[l].0]), builder.add_block(offset, &[value])]
             })
             .collect();
-        let torque_gain = Block::scalar(Quantity::TorqueGain.name(self.name(self.joint)), "");
+        let torque_gain = Block::scalar(Quantity::TorqueGain.name(self.name(self.joint)), "").linear();
         let exact_gain = self.session.held_reason(self.joint, Quantity::TorqueGain);
         let torque_gain = match exact_gain {
             Some(reason) => {

@@ -160,7 +160,7 @@ impl Step<'_> {
         let before = [held("held.position_gain", sensors.held_gain), held("held.position_offset", sensors.held_offset)];
         let (position_gain, torque_bias) =
             (held("position_gain", sensors.position_gain), held("torque_bias", sensors.torque_bias));
-        let moment = builder.add_block(Block::vector("moment", "", &["p", "q"]), &[0.0, 0.0]);
+        let moment = builder.add_block(Block::vector("moment", "", &["p", "q"]).linear(), &[0.0, 0.0]);
         let blocks = GravitySweepBlocks { gravity, before: vec![before], position_gain, torque_bias, moment };
         let (rows, std): (Vec<_>, Vec<f64>) = self
             .plan

@@ -178,6 +178,7 @@ pub fn tell_steps(
         },
         termination: "three steps, each with the results of the steps before frozen".into(),
         iterations: known.iterations,
+        trace: Vec::new(),
         gravity: gravity
             .map(|g| gravity_result(g.vector, &g.covariance, asked("gravity"), |std, _| Quantile::normal().cone(std))),
         covariance: tell_covariance(session, known),

@@ -3,7 +3,7 @@
 //! ```toml
 //! robot = "robot.toml"                       # or { urdf = "arm.urdf", base = "link_0", tip = "link_7" }
 //! estimators = ["sequential", "joint"]       # optional
-//! solver = "levenberg-marquardt"             # optional
+//! solver = "levenberg-marquardt"             # optional; or [solver] with name and options, such as max_iterations
 //!
 //! [gravity]
 //! magnitude_m_per_s2 = 9.80665               # or latitude_deg and altitude_m
@@ -92,7 +92,8 @@ use std::path::{Path, PathBuf};
 use gravcal_recording::ReadError;
 use serde::Deserialize;
 
-use super::{JointKnowledge, KnowledgeKind, Session};
+use super::solver::Written;
+use super::{JointKnowledge, KnowledgeKind, Session, SolverChoice};
 use crate::document::{Document, Field, FileError};
 use crate::parameter::Quantity;
 use crate::robot::{Robot, RobotSource, resolve_robot};
@@ -120,7 +121,7 @@ struct SessionTable {
     robot: RobotSource,
     #[serde(default)]
     estimators: Vec<String>,
-    solver: Option<String>,
+    solver: Option<Written>,
     gravity: gravity::GravityTable,
     #[serde(default)]
     inertia: inertia::InertiaTable,
@@ -187,7 +188,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
 
     let inputs = inputs(path, &robot_path, tables.iter().map(|table| table.path.clone()));
-    let (estimators, solver) = (written.estimators, written.solver);
+    let solver = written.solver.map(|solver| SolverChoice::new(solver, &document));
     Ok(Session {
         robot,
         gravity,
@@ -201,7 +202,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         uncertainty,
         constraints,
         ask,
-        estimators,
+        estimators: written.estimators,
         solver,
         inputs,
     })

@@ -1,6 +1,7 @@
 //! A session: everything that a user says of one calibration, resolved and checked. Inside: SI and radians.
 
 mod file;
+mod solver;
 pub(crate) mod units;
 
 use std::path::{Path, PathBuf};
@@ -14,6 +15,7 @@ use crate::result::ParameterResult;
 use crate::robot::Robot;
 
 pub use file::SessionError;
+pub use solver::SolverChoice;
 
 /// One calibration: the robot, what is known beforehand, and the static poses.
 #[derive(Clone, Debug)]
@@ -44,8 +46,8 @@ pub struct Session {
     pub ask: Ask,
     /// Estimators to run, by name; empty for the default.
     pub estimators: Vec<String>,
-    /// The solver's name, where the session chooses one.
-    pub solver: Option<String>,
+    /// The solver with its options, where the session chooses one.
+    pub solver: Option<SolverChoice>,
     /// Every file that was read, for the record of where a result comes from.
     pub inputs: Vec<PathBuf>,
 }

@@ -70,6 +70,7 @@ joint1
   position_offset  deg                0          held [1]           held [1]
 
 [1] held: zero by definition of the base frame
+Standard deviations: from the stated noise
 reading = torque_gain * torque + torque_bias
 coordinate = position_gain * reading + position_offset
 cone95: half-angle of the cone about gravity that holds its true direction with

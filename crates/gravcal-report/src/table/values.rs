@@ -230,7 +230,7 @@ mod tests {
         let each = tell(&[sequential, joint]);
         assert!(each.contains("\nStandard deviations of sequential: from the stated noise\n"), "{each}");
         let sandwich =
-            "\nStandard deviations of joint: robust to model error (sandwich over 31\n  blocks of 10 poses)\n";
+            "\nStandard deviations of joint: robust to model error (sandwich over 31 blocks of\n  10 poses)\n";
         assert!(each.contains(sandwich), "{each}");
     }
 

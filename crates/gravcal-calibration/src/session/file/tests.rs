@@ -133,10 +133,9 @@ fn gravity_loads_and_tables_are_read() {
         Load { name: "plate-b".into(), mass: 1.7, link: 1, position: Some([0.0, 0.0, 0.1]), position_std: Some(0.001) };
     assert_eq!(session.loads, [plate_a, plate_b]);
     assert_eq!(session.load_distances, [LoadDistance { between: [0, 1], distance: 0.402, std: None }]);
-    assert_eq!(
-        (session.estimators, session.solver),
-        (vec!["joint".to_owned()], Some("levenberg-marquardt".to_owned()))
-    );
+    assert_eq!(session.estimators, ["joint"]);
+    let solver = session.solver.unwrap();
+    assert_eq!((solver.name(), solver.options().len()), ("levenberg-marquardt", 0));
     let drop = vec!["shoulder.torque_bias".to_owned(), "gravity".to_owned()];
     assert_eq!(session.ask, Ask { add: vec!["elbow.position_offset".to_owned()], drop });
 
@@ -304,9 +303,31 @@ fn a_data_folder_that_is_absent_is_told_with_its_variable() {
 }
 
 #[test]
+fn a_solver_is_a_name_or_a_table_of_options() {
+    let table = "solver = { name = \"dogleg\", max_iterations = 7 }";
+    let solver = changed("solver = \"levenberg-marquardt\"", table).solver.unwrap();
+    assert_eq!((solver.name(), solver.options().len()), ("dogleg", 1));
+    let options: std::collections::BTreeMap<String, i64> = solver.read_options(std::marker::PhantomData).unwrap();
+    assert_eq!(options["max_iterations"], 7);
+    let read: Result<std::collections::BTreeMap<String, bool>, _> = solver.read_options(std::marker::PhantomData);
+    let error = read.unwrap_err();
+    assert_eq!((error.line(), error.field()), (Some(4), Some("solver.max_iterations")));
+    assert!(solver.name_error("is unknown").to_string().ends_with("session.toml:4: solver.name: is unknown"));
+
+    assert_refused(
+        "\"levenberg-marquardt\"",
+        "3",
+        "4: solver: invalid type: integer `3`, expected the name of a solver",
+    );
+    assert_refused("\"levenberg-marquardt\"", "{ name = 3 }", "4: solver: its name is 3, not a text");
+    assert_refused("\"levenberg-marquardt\"", "{ }", "4: solver: missing field `name`");
+}
+
+#[test]
 fn keys_are_known_and_values_of_their_type() {
     assert_refused("mass_kg = 1.724", "mas_kg = 1.724", "18: load[0].mas_kg: unknown field `mas_kg`, expected one of");
     assert_refused("solver =", "solvers =", "4: solvers: unknown field `solvers`, expected one of");
+    assert!(refused("solver =", "solvers =").contains("(did you mean `solver`?)"));
     assert_refused("hemisphere = [0, 3, -4]\n", "", "5: gravity: missing field `hemisphere`");
     assert_refused("= 1.724", "= \"heavy\"", "18: load[0].mass_kg: invalid type: string \"heavy\", expected a number");
     assert_refused("= 1.724", "= nan", "18: load[0].mass_kg: expected a finite number, found nan");
