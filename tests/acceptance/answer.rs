@@ -55,6 +55,30 @@ pub struct Estimator {
     pub parameters: Vec<Parameter>,
     /// What the data do not determine.
     pub undetermined: Vec<Undetermined>,
+    /// Combinations of masses and moments that the data determine.
+    pub moments: Vec<Moment>,
+    /// What it leans on.
+    pub active_constraints: Vec<ActiveConstraint>,
+}
+
+/// A combination of masses and moments.
+#[derive(Debug, Deserialize)]
+pub struct Moment {
+    /// Its value.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
+}
+
+/// A constraint on which an estimate leans.
+#[derive(Debug, Deserialize)]
+pub struct ActiveConstraint {
+    /// In words.
+    pub constraint: String,
+    /// The fall of ½ χ² for each unit by which it gives way.
+    pub multiplier: f64,
+    /// That unit.
+    pub unit: String,
 }
 
 /// Gravity in base coordinates.

@@ -4,6 +4,7 @@
 
 mod accuracy;
 mod answer;
+mod constraints;
 mod experiments;
 mod extreme_numbers;
 mod invariants;

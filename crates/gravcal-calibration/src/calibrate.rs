@@ -3,9 +3,10 @@
 use std::fmt;
 use std::str::FromStr;
 
+use gravcal_estimation::{Solver, Unsupported};
 use thiserror::Error;
 
-use crate::joint::{EstimateError, Signals, estimate_jointly};
+use crate::joint::{EstimateError, Signals, estimate_jointly, pose_at_nominal};
 use crate::parameter::Quantity;
 use crate::result::{CovarianceResult, EstimatorResult, ParameterResult, Verdict};
 use crate::sequential::{Plan, run_steps, tell_steps};
@@ -66,6 +67,37 @@ impl FromStr for EstimatorName {
     }
 }
 
+/// What is chosen does not go with the session.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum UnsuitableChoice {
+    /// The joint problem is not for the solver.
+    #[error(transparent)]
+    Solver(#[from] Unsupported),
+    /// Constraints, and no estimator that obeys them.
+    #[error(
+        "only the joint estimators obey constraints, and none of them is chosen: choose `joint`, or drop the constraints"
+    )]
+    ConstraintsIgnored,
+}
+
+/// Whether estimators and solver can do what the session asks.
+///
+/// # Errors
+/// Says in words why not.
+pub fn check_choice(
+    session: &Session,
+    estimators: &[EstimatorName],
+    solver: &dyn Solver,
+) -> Result<(), UnsuitableChoice> {
+    if estimators.iter().all(|name| *name == EstimatorName::Sequential) {
+        return if session.constraints.is_empty() { Ok(()) } else { Err(UnsuitableChoice::ConstraintsIgnored) };
+    }
+    match pose_at_nominal(session) {
+        Ok(posed) => Ok(solver.check(&posed.problem)?),
+        Err(_) => Ok(()), // the estimator will say why there is no problem to take
+    }
+}
+
 /// Runs the estimators in the given order. The sequential steps, where they reach gravity, also offer the joint
 /// estimators a start. An estimator that has no answer at all has failed, and says why; it takes no other with it.
 pub fn calibrate(session: &Session, estimators: &[EstimatorName], workbench: &Workbench<'_>) -> Vec<EstimatorResult> {
@@ -101,6 +133,7 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         covariance: CovarianceResult::default(),
         moments: Vec::new(),
         undetermined: Vec::new(),
+        active_constraints: Vec::new(),
         weak: Vec::new(),
         held: Vec::new(),
         uncertainty: None,

@@ -11,6 +11,7 @@ mod field;
 mod file_error;
 mod names;
 mod one_or_many;
+mod one_or_named;
 mod text;
 
 use std::fmt::Display;
@@ -24,6 +25,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 pub(crate) use field::Field;
 pub use file_error::FileError;
 pub(crate) use one_or_many::OneOrMany;
+pub(crate) use one_or_named::OneOrNamed;
 pub(crate) use text::read_text;
 
 /// A TOML file: syntactically right, every number finite.

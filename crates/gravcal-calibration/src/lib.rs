@@ -39,7 +39,7 @@ mod robustness;
 #[cfg(test)]
 mod testing;
 
-pub use calibrate::{EstimatorName, UnknownEstimator, calibrate};
+pub use calibrate::{EstimatorName, UnknownEstimator, UnsuitableChoice, calibrate, check_choice};
 pub use robot::Robot;
 pub use session::Session;
 pub use workbench::Workbench;

@@ -30,6 +30,8 @@ pub struct EstimatorResult {
     pub moments: Vec<MomentResult>,
     /// What the data do not determine.
     pub undetermined: Vec<Undetermined>,
+    /// Constraints of the session on which the estimate leans.
+    pub active_constraints: Vec<ActiveConstraint>,
     /// Combinations of sensor parameters that are known a thousand times worse than the others.
     pub weak: Vec<WeakCombination>,
     /// What was held while the rest was solved for; empty for the sequential estimator, which has several problems.
@@ -269,6 +271,17 @@ impl fmt::Display for Outlier {
         let Outlier { table, line, joint, residual_in_std, weight } = self;
         write!(f, "{table}:{line} {joint} ({residual_in_std:+.1} std, weight {weight:.2})")
     }
+}
+
+/// A constraint of the session on which an estimate leans.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ActiveConstraint {
+    /// In words, such as `link2.mass is at least 0`.
+    pub constraint: String,
+    /// By how much ½ χ² would fall for each unit by which the constraint gives way.
+    pub multiplier: f64,
+    /// That unit: of the mass, of the gain, or of the moment about the origin of the link's frame.
+    pub unit: String,
 }
 
 /// How well a model explains the readings.

@@ -7,8 +7,8 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 use crate::joint::Unknowns;
 use crate::robot::Robot;
 use crate::session::{
-    Ask, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable,
-    Session, UncertaintyChoice,
+    Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
+    PoseTable, Session, UncertaintyChoice,
 };
 use crate::simulation::{Deflection, Disturbance, Run, Simulation};
 
@@ -83,6 +83,7 @@ pub fn sarcos_shoulder() -> Simulation {
         poses: Vec::new(),
         loss: Loss::None,
         uncertainty: UncertaintyChoice::Noise,
+        constraints: Constraints::default(),
         ask: Ask::default(),
         estimators: Vec::new(),
         solver: None,

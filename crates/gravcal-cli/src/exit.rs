@@ -71,6 +71,7 @@ mod tests {
             covariance: CovarianceResult::default(),
             moments: Vec::new(),
             undetermined: Vec::new(),
+            active_constraints: Vec::new(),
             weak: Vec::new(),
             held: Vec::new(),
             uncertainty: None,

@@ -8,7 +8,7 @@ use std::str::FromStr;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gravcal_calibration::robot::FileError;
 use gravcal_calibration::session::SolverChoice;
-use gravcal_calibration::{EstimatorName, Session};
+use gravcal_calibration::{EstimatorName, Session, UnsuitableChoice, check_choice};
 use gravcal_estimation::Solver;
 use gravcal_solvers::SolverName;
 use toml::{Spanned, Table, Value};
@@ -51,10 +51,11 @@ impl Choice {
         session: &Session,
         path: &Path,
     ) -> Result<Choice, Failure> {
-        Ok(Choice {
-            estimators: once(choose_estimators(estimators, &session.estimators, path)?),
-            solver: ChosenSolver::new(solver, session.solver.as_ref())?,
-        })
+        let estimators = once(choose_estimators(estimators, &session.estimators, path)?);
+        let solver = ChosenSolver::new(solver, session.solver.as_ref())?;
+        check_choice(session, &estimators, solver.method.as_ref())
+            .map_err(|error| unsuitable(&error, session, path))?;
+        Ok(Choice { estimators, solver })
     }
 }
 
@@ -86,12 +87,28 @@ fn choose_estimators(said: &[EstimatorName], session: &[String], path: &Path) ->
     session.iter().map(|name| named(name, "estimators", path)).collect()
 }
 
+/// Constraints are what a method most likely cannot take.
+fn unsuitable(error: &UnsuitableChoice, session: &Session, path: &Path) -> Failure {
+    let constraints = !session.constraints.is_empty();
+    let field = if constraints { "constraints" } else { "solver" };
+    let failure = Failure::bad_input(error).about(place(field, path));
+    match error {
+        UnsuitableChoice::Solver(_) if constraints => {
+            failure.hint("write solver = \"clarabel\" in the session, or give --solver clarabel")
+        }
+        _ => failure,
+    }
+}
+
 /// A name in a field of the session.
 fn named<T: FromStr<Err: Error>>(name: &str, field: &str, path: &Path) -> Result<T, Failure> {
-    name.parse().map_err(|error| {
-        let line = line_of(field, path).map_or_else(String::new, |line| format!(":{line}"));
-        Failure::bad_input(&error).about(format!("{}{line}: {field}", path.display()))
-    })
+    name.parse().map_err(|error| Failure::bad_input(&error).about(place(field, path)))
+}
+
+/// File, line and field.
+fn place(field: &str, path: &Path) -> String {
+    let line = line_of(field, path).map_or_else(String::new, |line| format!(":{line}"));
+    format!("{}{line}: {field}", path.display())
 }
 
 /// Line, counted from 1, on which a field of the session's top level has its value.

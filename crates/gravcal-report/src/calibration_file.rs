@@ -90,6 +90,7 @@ mod tests {
         assert_eq!(estimator["parameters"][2]["value"], 0.0);
         assert!(estimator["covariance"]["order"].is_array() && estimator["covariance"]["matrix"].is_array());
         assert!(estimator["moments"].is_array() && estimator["undetermined"].is_array());
+        assert!(estimator["active_constraints"].is_array());
         assert_eq!(estimator["fit"]["held_out"]["poses"], 4);
         assert_eq!(estimator["trace"][1]["largest_cosine"], 2e-11);
     }

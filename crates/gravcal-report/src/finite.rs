@@ -4,8 +4,8 @@
 //! Results are taken apart field by field, so that a new field cannot be forgotten here.
 
 use gravcal_calibration::result::{
-    CovarianceResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut, Iteration, JointFit, LossResult,
-    MomentResult, NoiseSource, Outlier, ParameterResult, UncertaintyResult, WeakCombination,
+    ActiveConstraint, CovarianceResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut, Iteration, JointFit,
+    LossResult, MomentResult, NoiseSource, Outlier, ParameterResult, UncertaintyResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -43,6 +43,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         covariance,
         moments,
         undetermined: _,
+        active_constraints,
         weak,
         held,
         uncertainty,
@@ -55,6 +56,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(parameters.iter().flat_map(of_parameter));
     let inside = inside.chain(of_covariance(covariance));
     let inside = inside.chain(moments.iter().flat_map(of_moment));
+    let inside = inside.chain(active_constraints.iter().flat_map(of_constraint));
     let inside = inside.chain(weak.iter().flat_map(of_weak));
     let inside = inside.chain(held.iter().flat_map(of_held));
     let inside = inside.chain(uncertainty.iter().flat_map(of_uncertainty));
@@ -126,6 +128,11 @@ fn of_uncertainty(uncertainty: &UncertaintyResult) -> Vec<Number> {
             undetermined: _,
         } => Vec::new(),
     }
+}
+
+fn of_constraint(active: &ActiveConstraint) -> Vec<Number> {
+    let ActiveConstraint { constraint, multiplier, unit: _ } = active;
+    each(&format!("multiplier of `{constraint}`"), [multiplier])
 }
 
 fn of_loss(loss: &LossResult) -> Vec<Number> {

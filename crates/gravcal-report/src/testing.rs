@@ -24,6 +24,7 @@ pub fn result(name: &str) -> EstimatorResult {
         covariance: CovarianceResult::default(),
         moments: Vec::new(),
         undetermined: Vec::new(),
+        active_constraints: Vec::new(),
         weak: Vec::new(),
         held: Vec::new(),
         uncertainty: Some(UncertaintyResult::Noise { source: NoiseSource::Stated, widened_by: None }),

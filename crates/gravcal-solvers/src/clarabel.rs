@@ -17,8 +17,8 @@
 //! the trace and of the termination is that of `Jᵀ r − Gᵀ z`, or `zᵀ s / ‖r‖²` where that is larger.
 //!
 //! **Digits.** A problem without constraints is Levenberg-Marquardt's. A step that no constraint stops comes from the
-//! linearization, as there. Else `JᵀJ` is formed, which halves the digits of directions that the data hardly
-//! determine (singular values below 1e-6 of the largest, columns scaled); the gradient, and so the optimum, loses none.
+//! linearization, as there. Else `JᵀJ` is formed: directions that the data hardly determine (singular values below 1e-6 of
+//! the largest, columns scaled) are then walked along slowly. The gradient loses no digit by it, and neither does the optimum.
 //!
 //! **Not taken.** Ranges and cones over blocks of a fixed length: such sets are not convex, and "the nearest point
 //! inside" is not one.
@@ -86,7 +86,7 @@ impl Solver for Clarabel {
             return LevenbergMarquardt { stopping: self.stopping }.solve(problem, initial, context);
         }
         start::check(problem, initial)?;
-        Run::new(self, problem, context).from(initial)
+        Run::new(self, problem, context).go(initial)
     }
 }
 
@@ -165,7 +165,7 @@ impl<'r, 'o> Run<'r, 'o> {
         Run { options, problem, context, damping, growth: 2.0, records: Vec::new(), leaning: Vec::new() }
     }
 
-    fn from(mut self, initial: &Values) -> Result<Estimate, SolveError> {
+    fn go(mut self, initial: &Values) -> Result<Estimate, SolveError> {
         let mut current = self.look(initial.clone())?;
         self.record(&current, 0.0);
         let termination = loop {

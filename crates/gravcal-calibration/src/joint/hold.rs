@@ -14,6 +14,7 @@
 
 use gravcal_estimation::BlockId;
 
+use super::constraints::{self, constrained};
 use super::idle::idle_joints;
 use super::problem::{JointProblem, Readings, pose};
 use super::robust::solve_with_loss;
@@ -155,13 +156,14 @@ pub(crate) fn judge_at_start(
     Ok(Solved::at_start(readings.clone(), posed)?.with_holds(&set_aside, &idle))
 }
 
-fn pose_with(
+pub(super) fn pose_with(
     session: &Session,
     readings: &Readings,
     start: &Unknowns,
     set_aside: &[SetAside],
 ) -> Result<JointProblem, EstimateError> {
     let mut start = start.clone();
+    constraints::respect(session, &mut start);
     for SetAside { parameter: (joint, quantity), value, .. } in set_aside {
         start.sensors[*joint][*quantity as usize] = *value;
     }
@@ -170,7 +172,7 @@ fn pose_with(
         let id = posed.layout.sensors[*joint][*quantity as usize];
         posed.problem = posed.problem.holding(&[id], reason.in_words());
     }
-    Ok(posed)
+    Ok(constrained(session, posed)?)
 }
 
 /// The anchor of each combination without any effect.

@@ -1,5 +1,6 @@
 //! The joint estimator: every torque reading once, all unknowns together.
 
+mod constraints;
 mod hold;
 mod idle;
 mod placements;
@@ -152,6 +153,11 @@ pub fn select(session: &Session, signals: Signals) -> Readings {
     }
 }
 
+/// The joint problem at nominal values, with its constraints: what a solver must be able to take.
+pub(crate) fn pose_at_nominal(session: &Session) -> Result<JointProblem, EstimateError> {
+    hold::pose_with(session, &select(session, Signals::All), &Unknowns::nominal(session), &[])
+}
+
 /// Tells a solved problem in words and numbers.
 fn tell(
     session: &Session,
@@ -173,6 +179,7 @@ fn tell(
     let mut notes = session_notes(session);
     notes.extend(set_aside_notes(session, solved));
     notes.extend(mirrored.iter().cloned());
+    notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
     let outliers = outliers(session, solved)?;
     notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
     let weak = weak_combinations(solved);
@@ -198,6 +205,7 @@ fn tell(
         gravity,
         parameters,
         undetermined,
+        active_constraints: constraints::tell(&solved.posed.problem, &solved.estimate.active),
         weak,
         held: held(solved),
         uncertainty: Some(uncertainty),
@@ -228,6 +236,9 @@ fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) ->
     }
     parameters
 }
+
+const ALONG_CONSTRAINTS: &str = "Standard deviations hold along the active constraints: what these hold is taken as \
+                                 known exactly.";
 
 /// A gain of the other sign than declared is the mirror image of a solution, not an answer.
 fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {

@@ -1,8 +1,11 @@
 //! Solving the joint problem: start, unstated noise, the second fit that leaves a tenth of the poses out.
 
 use gravcal_estimation::statistics::{NoiseKnowledge, Solution};
-use gravcal_estimation::{BlockId, Covariance, Estimate, EvaluateError, Loss, Spectrum, Termination, Uncertainty};
+use gravcal_estimation::{
+    BlockId, Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty,
+};
 
+use super::constraints;
 use super::hold::{Holds, SetAside};
 use super::problem::{JointProblem, Readings, pose};
 use super::start::best_start;
@@ -28,8 +31,10 @@ pub struct Solved {
     pub posed: JointProblem,
     /// Its solution.
     pub estimate: Estimate,
-    /// What the data determine there.
+    /// What the data determine there, along the active constraints.
     pub spectrum: Spectrum,
+    /// The problem with what the active constraints hold as readings; nothing where none is active.
+    pub(super) along_constraints: Option<Problem>,
     /// How well: from the noise, unless another uncertainty was chosen.
     pub uncertainty: Uncertainty,
     /// Blocks that were held while the rest was solved for, each to fix a combination that has no effect.
@@ -130,11 +135,21 @@ impl Solved {
     }
 
     pub(super) fn judged(readings: Readings, posed: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
-        let spectrum = Spectrum::new(&posed.problem, &estimate.values)?;
-        let solution = Solution { problem: &posed.problem, values: &estimate.values, spectrum: &spectrum };
+        let mut spectrum = Spectrum::new(&posed.problem, &estimate.values)?;
+        let along_constraints = constraints::holding(&posed.problem, &estimate, &spectrum)?;
+        if let Some(problem) = &along_constraints {
+            spectrum = Spectrum::new(problem, &estimate.values)?;
+        }
+        let problem = along_constraints.as_ref().unwrap_or(&posed.problem);
+        let solution = Solution { problem, values: &estimate.values, spectrum: &spectrum };
         let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
         let (gauges, set_aside, idle) = (Vec::new(), Vec::new(), vec![false; posed.layout.sensors.len()]);
-        Ok(Solved { readings, posed, estimate, spectrum, uncertainty, gauges, set_aside, idle })
+        Ok(Solved { readings, posed, estimate, spectrum, along_constraints, uncertainty, gauges, set_aside, idle })
+    }
+
+    /// The problem as it is judged: along the active constraints.
+    pub(crate) fn judged_problem(&self) -> &Problem {
+        self.along_constraints.as_ref().unwrap_or(&self.posed.problem)
     }
 
     pub(super) fn with_holds(self, set_aside: &[SetAside], idle: &[bool]) -> Solved {
@@ -182,7 +197,10 @@ pub(crate) fn fit_with_held_out(
         other.for_each(|(_, used)| used.clear());
         readings
     };
-    let start = solved.unknowns(&Unknowns::nominal(session));
+    let mut start = solved.unknowns(&Unknowns::nominal(session));
+    if !solved.posed.problem.constraints().is_empty() {
+        constraints::respect(session, &mut start); // of rounding errors
+    }
     let Ok(seen) = pose(session, &part(false), &start) else { return Ok(told) };
     let also_held: Vec<_> = seen
         .problem
@@ -192,8 +210,12 @@ pub(crate) fn fit_with_held_out(
             twin.is_some_and(|twin| solved.posed.problem.block(twin).held.is_some())
         })
         .collect();
-    let seen = seen.with_loss(solved.posed.loss)?;
-    let estimate = workbench.solve(&seen.problem.holding(&also_held, "held in the first fit"), &seen.initial)?;
+    let mut seen = seen.with_loss(solved.posed.loss)?;
+    seen.problem = seen.problem.holding(&also_held, "held in the first fit");
+    if !solved.posed.problem.constraints().is_empty() {
+        seen = constraints::constrained(session, seen)?;
+    }
+    let estimate = workbench.solve(&seen.problem, &seen.initial)?;
     if !estimate.termination.converged() {
         return Ok(told);
     }

@@ -4,8 +4,8 @@
 //! knowledge, and keep their stated noise. Noise that was estimated from the residuals stays as it was found while poses
 //! are drawn anew.
 
-use gravcal_estimation::Loss;
 use gravcal_estimation::statistics::{Bootstrap, NoiseKnowledge, Resampling, SampleBlocks, Solution, Uncertainty};
+use gravcal_estimation::{Loss, Spectrum};
 
 use super::EstimateError;
 use super::solve::Solved;
@@ -15,7 +15,7 @@ use crate::workbench::Workbench;
 
 impl Solved {
     pub(super) fn solution(&self) -> Solution<'_> {
-        Solution { problem: &self.posed.problem, values: &self.estimate.values, spectrum: &self.spectrum }
+        Solution { problem: self.judged_problem(), values: &self.estimate.values, spectrum: &self.spectrum }
     }
 
     /// The uncertainty that the session chooses, and what to say of it. `misfit`: how many times worse than their stated
@@ -40,7 +40,10 @@ impl Solved {
                 workbench.tell("judging by bootstrap");
                 let blocks = blocks(block_poses)?;
                 let resampling = Resampling { blocks: &blocks, replicates, seed, held: &self.gauges };
-                let drawn = Bootstrap::new(&self.solution(), &resampling, workbench.solver())?;
+                // Replicates obey the constraints by themselves, and need not lean on the same ones.
+                let (problem, values) = (&self.posed.problem, &self.estimate.values);
+                let solution = Solution { problem, values, spectrum: &Spectrum::new(problem, values)? };
+                let drawn = Bootstrap::new(&solution, &resampling, workbench.solver())?;
                 let told = UncertaintyResult::Bootstrap {
                     blocks: blocks.count(),
                     block_poses,

@@ -49,7 +49,7 @@ impl JointResiduals {
 
 /// Tells the fit of a solved problem with these whitened residuals.
 pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Fit, EvaluateError> {
-    let degrees_of_freedom = solved.posed.problem.rows().saturating_sub(solved.spectrum.rank());
+    let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.spectrum.rank());
     let chi_squared: f64 = whitened.iter().map(|r| r * r).sum();
     let stated = !session.noise_estimated().iter().any(|e| *e);
     let (p_value, median_ratio) = match (stated, solved.posed.loss) {

@@ -184,6 +184,7 @@ pub fn tell_steps(
         covariance: tell_covariance(session, known),
         moments: Vec::new(),
         undetermined,
+        active_constraints: Vec::new(),
         weak: Vec::new(),
         held: Vec::new(),
         uncertainty: any.then(|| tell_uncertainty(session)),

@@ -52,10 +52,19 @@
 //! block_poses = 10                           # neighbouring poses that may share an error; not with "noise"
 //! replicates = 500                           # optional, with "bootstrap" only; so is seed = 1
 //!
+//! [constraints]                              # optional: obeyed by the joint estimate, which needs solver = "clarabel"
+//! masses = "positive"                        # no link's mass is negative
+//! center_of_mass_within_m = 0.3              # of the origin of each link's frame; or by link: { link2 = 0.3 }
+//! torque_gains_within = 0.2                  # of their nominal values, relative to these
+//!
 //! [ask]                                      # optional
 //! add = ["shoulder.position_offset"]
 //! drop = ["shoulder.torque_gain"]
 //! ```
+//!
+//! A link that turns about an axis through its frame's origin can obey both constraints on links by being heavier, which
+//! changes no torque if the link before it is adapted. So these matter beside `links = "model"`, for prismatic joints, and
+//! where frames lie off their axes.
 //!
 //! Where a value may differ by joint (`unit`, `std`, `count`) it is one for all or a list with one for each. The noise
 //! columns `std_columns`, `count_columns` and `usable_columns` are lists, with `""` where a joint has none.
@@ -64,6 +73,7 @@
 //! unit in the name of the field or in a `unit` beside them; here they become SI and radians.
 
 mod ask;
+mod constraints;
 mod gravity;
 mod inertia;
 mod joints;
@@ -128,6 +138,8 @@ struct SessionTable {
     #[serde(default)]
     uncertainty: uncertainty::UncertaintyTable,
     #[serde(default)]
+    constraints: constraints::ConstraintsTable,
+    #[serde(default)]
     ask: ask::AskTable,
 }
 
@@ -164,6 +176,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
     let loss = loss::resolve(&context, written.loss.as_ref())?;
+    let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, written.ask)?;
     let tables = poses::tables(&context, &loads, &written.poses)?;
     let poses = poses::read_all(&document, &written.poses, &tables, &mapping)?;
@@ -187,6 +200,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         poses,
         loss,
         uncertainty,
+        constraints,
         ask,
         estimators: written.estimators,
         solver,

@@ -40,6 +40,8 @@ pub struct Session {
     pub loss: Loss,
     /// Where the joint estimator's standard deviations come from.
     pub uncertainty: UncertaintyChoice,
+    /// What the joint estimate must obey.
+    pub constraints: Constraints,
     /// Changes to what is asked for.
     pub ask: Ask,
     /// Estimators to run, by name; empty for the default.
@@ -202,6 +204,30 @@ pub enum UncertaintyChoice {
         /// Which random numbers.
         seed: u64,
     },
+}
+
+/// What the joint estimate must obey, whatever the readings say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Constraints {
+    /// Whether no link's mass may be negative.
+    pub positive_masses: bool,
+    /// Largest distance, m, of a link's centre of mass from the origin of its frame, by link; links beyond the end have none.
+    pub center_of_mass_within: Vec<Option<f64>>,
+    /// Largest difference of a torque gain from its nominal value, as a share of that.
+    pub torque_gains_within: Option<f64>,
+}
+
+impl Constraints {
+    /// Whether nothing is demanded.
+    pub fn is_empty(&self) -> bool {
+        let radii = self.center_of_mass_within.iter().any(Option::is_some);
+        !(self.positive_masses || radii || self.torque_gains_within.is_some())
+    }
+
+    /// Largest distance of a link's centre of mass from its frame's origin, m.
+    pub(crate) fn radius(&self, link: usize) -> Option<f64> {
+        self.center_of_mass_within.get(link).copied().flatten()
+    }
 }
 
 /// Changes to what is asked for; names such as `joint1.torque_gain`, `gravity`.

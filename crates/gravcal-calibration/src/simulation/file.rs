@@ -14,8 +14,8 @@ use crate::joint::Unknowns;
 use crate::parameter::Quantity;
 use crate::robot::{PositionSensorTable, Robot, RobotSource, SensorTables, TorqueSensorTable, resolve_robot};
 use crate::session::{
-    Ask, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable,
-    Session, UncertaintyChoice, units,
+    Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
+    PoseTable, Session, UncertaintyChoice, units,
 };
 
 /// Poses of one table at most: a day of standing still for a second each.
@@ -157,6 +157,7 @@ impl Reader<'_> {
             poses: Vec::new(),
             loss: Loss::None,
             uncertainty: UncertaintyChoice::Noise,
+            constraints: Constraints::default(),
             ask: Ask::default(),
             estimators: Vec::new(),
             solver: None,

@@ -136,6 +136,16 @@ impl Problem {
         Ok(Problem::assemble(blocks, factors.into(), constraints, Arc::clone(&self.value_offsets)))
     }
 
+    /// The same problem under other constraints.
+    ///
+    /// # Errors
+    /// As [`ProblemBuilder::build`], of the constraints.
+    pub fn with_constraints(&self, constraints: Vec<Constraint>) -> Result<Problem, ProblemError> {
+        let stored: Vec<usize> = self.blocks.iter().map(Block::len).collect();
+        constraints.iter().try_for_each(|constraint| constraint.check(&stored))?;
+        Ok(Problem { constraints, ..self.clone() })
+    }
+
     /// What the unknowns must obey.
     pub fn constraints(&self) -> &[Constraint] {
         &self.constraints

@@ -1,5 +1,6 @@
 //! The table of a calibration, for people: verdict, values side by side, what is undetermined and its cure, fit, notes.
 
+mod constraints;
 mod fit;
 mod shared;
 mod values;
@@ -34,6 +35,7 @@ impl fmt::Display for CalibrationTable<'_> {
             verdict::tell(self.robot, self.results),
             values::tell(self.results),
             undetermined(self.results),
+            constraints::tell(self.results),
             fit::tell(self.results),
             notes(self.results),
         ];

@@ -176,8 +176,23 @@ fn what_is_said_twice_does_no_harm() {
 }
 
 /// What is read lies exactly on the limit: nothing leans on it.
+///
+/// The same beside a limit that holds: x − y is read as 0 and y as −1, both may not be negative. Without limits both are −1;
+/// at (0, 0) the slope by y is 1, that by x is 0.
 #[test]
 fn a_constraint_that_only_touches_is_not_active() {
+    let difference = |x: &[f64], r: &mut [f64], j: &mut [f64]| {
+        r.copy_from_slice(&[x[0] - x[1], x[1] + 1.0]);
+        j.copy_from_slice(&[1.0, -1.0, 0.0, 1.0]);
+    };
+    let (problem, initial, _) = pose(&[3.0, 4.0], 2, difference, |id| {
+        let positive = |i: usize| Constraint::bound(["x", "y"][i], id, i, 0.0, f64::INFINITY);
+        vec![positive(0), positive(1)]
+    });
+    let estimate = solve(&problem, &initial).unwrap();
+    assert!(near(estimate.values.as_slice(), &[0.0, 0.0], EXACT), "{estimate:?}");
+    let [("y", multiplier)] = active(&estimate)[..] else { panic!("{:?}", estimate.active) };
+    assert!((multiplier - 1.0).abs() < EXACT, "{multiplier}");
     let estimate = read(&[0.0, 2.0], &[3.0, 4.0], |id| {
         vec![Constraint::bound("x", id, 0, 0.0, f64::INFINITY), Constraint::bound("y", id, 1, 2.0, 5.0)]
     });

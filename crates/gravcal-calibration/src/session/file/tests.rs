@@ -9,8 +9,8 @@ use tempfile::TempDir;
 
 use crate::parameter::Quantity;
 use crate::session::{
-    Ask, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, Pose,
-    PoseTable, Session, UncertaintyChoice,
+    Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
+    Pose, PoseTable, Session, UncertaintyChoice,
 };
 
 const SESSION: &str = r#"
@@ -704,4 +704,21 @@ fn no_part_of_a_session_panics() {
         fs::write(&path, &SESSION[..end]).unwrap();
         assert!(Session::read(&path).is_err());
     }
+}
+
+#[test]
+fn constraints_are_for_all_links_or_for_those_named() {
+    let demanded = |constraints: &str| changed("[ask]", &format!("[constraints]\n{constraints}\n[ask]")).constraints;
+    let session = changed("solver = \"levenberg-marquardt\"\n", "");
+    assert!(session.constraints.is_empty());
+    let all = demanded("masses = \"positive\"\ncenter_of_mass_within_m = 1\ntorque_gains_within = 0.2");
+    let expected = Constraints {
+        positive_masses: true,
+        center_of_mass_within: vec![Some(1.0); 2],
+        torque_gains_within: Some(0.2),
+    };
+    assert_eq!(all, expected);
+    let named = demanded("center_of_mass_within_m = { forearm = 0.25 }");
+    assert_eq!(named.center_of_mass_within, [None, Some(0.25)]);
+    assert!(!named.positive_masses && !named.is_empty());
 }

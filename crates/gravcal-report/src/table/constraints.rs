@@ -1,0 +1,46 @@
+//! Constraints on which an estimate leans.
+
+use gravcal_calibration::result::{ActiveConstraint, EstimatorResult};
+
+use super::shared::{Shared, by_content};
+use crate::number::significant;
+use crate::text::wrapped;
+
+const HEADING: &str = "Active constraints, and by how much ½ χ² would fall if they gave way";
+
+pub(super) fn tell(results: &[EstimatorResult]) -> String {
+    let active = by_content(results, |result| &result.active_constraints);
+    let told: String = active.iter().map(|shared| tell_one(shared, results.len() > 1)).collect();
+    if told.is_empty() { told } else { format!("{HEADING}\n{told}") }
+}
+
+fn tell_one(shared: &Shared<'_, ActiveConstraint>, several: bool) -> String {
+    let ActiveConstraint { constraint, multiplier, unit } = shared.item;
+    let whose = if several { format!(" ({})", shared.names) } else { String::new() };
+    let unit = if unit.contains(['/', '·']) { format!("({unit})") } else { unit.clone() };
+    wrapped("  ", "    ", &format!("{constraint}{whose}: {} per {unit}", significant(*multiplier, 3)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::result;
+
+    fn active(constraint: &str, multiplier: f64, unit: &str) -> ActiveConstraint {
+        ActiveConstraint { constraint: constraint.into(), multiplier, unit: unit.into() }
+    }
+
+    #[test]
+    fn each_is_told_with_its_multiplier() {
+        let mut joint = result("joint");
+        joint.active_constraints =
+            vec![active("link2.mass is at least 0", 12.345, "kg"), active("a moment", 0.5, "kg·m")];
+        assert_eq!(
+            tell(&[joint.clone()]),
+            "Active constraints, and by how much ½ χ² would fall if they gave way\n  \
+             link2.mass is at least 0: 12.3 per kg\n  a moment: 0.500 per (kg·m)\n"
+        );
+        assert!(tell(&[result("sequential"), joint]).contains("link2.mass is at least 0 (joint): 12.3 per kg\n"));
+        assert_eq!(tell(&[result("joint")]), "");
+    }
+}
