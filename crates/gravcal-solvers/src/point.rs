@@ -240,7 +240,7 @@ impl<'p> Point<'p> {
 
     /// Largest step of a block, relative to the block's own size or to the residual, whichever is larger, each as the
     /// block's columns see it.
-    fn relative_length(&self, step: &[f64]) -> f64 {
+    pub(crate) fn relative_length(&self, step: &[f64]) -> f64 {
         let residual = (2.0 * self.cost()).sqrt().max(f64::MIN_POSITIVE);
         let of_block = |id: BlockId| {
             let weight = self.weight(id);
