@@ -54,12 +54,11 @@ impl Damping {
         }
         let longest = FIRST_STEP * here.size();
         let mut step = vec![0.0; here.scaling.len()];
-        while longest > 0.0 {
-            here.linearization.damped_step(self.lambda, &here.scaling, &mut step);
-            if here.scaled_length(&step) <= longest || !self.raise() {
-                return;
-            }
-        }
+        let mut too_long = |lambda| {
+            here.linearization.damped_step(lambda, &here.scaling, &mut step);
+            longest > 0.0 && here.scaled_length(&step) > longest
+        };
+        while too_long(self.lambda) && self.raise() {}
     }
 
     /// For a step that is too long to be tried. `false` where more damping would be of no use.
