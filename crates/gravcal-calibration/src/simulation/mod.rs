@@ -68,6 +68,15 @@ pub struct Disturbance {
     pub deflection: Deflection,
 }
 
+impl Disturbance {
+    /// Nothing but noise of the torque readings, by joint.
+    pub fn noise(torque_std: Vec<f64>) -> Disturbance {
+        let none = vec![0.0; torque_std.len()];
+        let deflection = Deflection { hold_std: 0.0, compliance: none.clone() };
+        Disturbance { torque_std, position_std: none, converter: None, deflection }
+    }
+}
+
 /// An analogue-to-digital converter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Converter {
