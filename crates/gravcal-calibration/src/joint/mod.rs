@@ -6,9 +6,9 @@ mod idle;
 mod placements;
 mod problem;
 mod robust;
-mod sign;
 mod solve;
 mod start;
+mod twins;
 mod uncertainty;
 mod unknowns;
 

@@ -8,8 +8,8 @@ use gravcal_estimation::{
 use super::constraints;
 use super::hold::{Holds, SetAside};
 use super::problem::{JointProblem, Readings, pose};
-use super::sign::settled;
 use super::start::best_start;
+use super::twins::settled;
 use super::{EstimateError, Unknowns};
 use crate::judgement::{fit, held_out};
 use crate::parameter::Quantity;
@@ -60,7 +60,7 @@ pub fn solve(
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     workbench.tell("starting values");
-    let start = best_start(session, readings, known)?;
+    let start = best_start(session, readings, known, workbench)?;
     settled(session, solve_from(session, readings, start, workbench)?, workbench)
 }
 
