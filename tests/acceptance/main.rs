@@ -5,6 +5,7 @@
 mod accuracy;
 mod answer;
 mod constraints;
+mod earlier;
 mod experiments;
 mod extreme_numbers;
 mod invariants;

@@ -84,6 +84,7 @@ pub fn sarcos_shoulder() -> Simulation {
         loss: Loss::None,
         uncertainty: UncertaintyChoice::Noise,
         constraints: Constraints::default(),
+        earlier: None,
         ask: Ask::default(),
         estimators: Vec::new(),
         solver: None,

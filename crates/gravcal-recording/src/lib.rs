@@ -43,10 +43,13 @@
 //! # }
 //! ```
 //!
+//! What an earlier `calibration.json` says is read here too, as names, numbers and their covariance ([`read_earlier`]).
+//!
 //! The crate knows no robot: a joint is a place in a list. It filters nothing and weighs nothing; the only sums it
 //! takes are the means of repeated rows, when the mapping asks for them.
 
 mod columns;
+mod earlier;
 mod error;
 mod mapping;
 mod merge;
@@ -57,6 +60,7 @@ mod unit;
 mod write;
 mod write_table;
 
+pub use earlier::{EarlierError, EarlierEstimate, EarlierParameter, EarlierQuantity, read_earlier};
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use pose::{Reading, StaticPose, read_poses};

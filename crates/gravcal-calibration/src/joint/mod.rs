@@ -1,6 +1,7 @@
 //! The joint estimator: every torque reading once, all unknowns together.
 
 mod constraints;
+mod earlier;
 mod hold;
 mod idle;
 mod placements;
@@ -17,8 +18,8 @@ use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
 use crate::judgement::{
-    Judgement, Situation, determined_moments, gravity_result, held, judge, loss, outlier_note, outliers,
-    weak_combinations, weak_note,
+    DeterminedMoment, Judgement, Situation, determined_moments, gravity_result, held, judge, loss, outlier_note,
+    outliers, weak_combinations, weak_note,
 };
 use crate::parameter::Quantity;
 use crate::result::{
@@ -26,7 +27,7 @@ use crate::result::{
     Verdict,
 };
 use crate::sequential::Plan;
-use crate::session::{LAST_FRAME_CHOICE, Session};
+use crate::session::{EarlierCalibration, LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
 
 use hold::SetAside;
@@ -170,6 +171,13 @@ fn tell(
     let situation = solved.situation(session);
     let gravity = judgement.gravity.then(|| solved.gravity(session));
     let parameters = tell_parameters(session, solved, &judgement);
+    let moments = determined_moments(
+        &solved.posed.problem,
+        &solved.estimate.values,
+        &solved.posed.layout,
+        &solved.spectrum,
+        solved.covariance(),
+    );
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
     undetermined.extend(last_frame_choice(session));
     let converged = solved.estimate.termination.converged();
@@ -177,6 +185,7 @@ fn tell(
         parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));
     let mirrored = if converged { mirrored_gains(session, solved, &parameters) } else { Vec::new() };
     let mut notes = session_notes(session);
+    notes.extend(session.earlier.as_ref().map(EarlierCalibration::note));
     notes.extend(set_aside_notes(session, solved));
     notes.extend(mirrored.iter().cloned());
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
@@ -194,14 +203,8 @@ fn tell(
         termination: solved.estimate.termination.to_string(),
         iterations: solved.estimate.iterations.len().saturating_sub(1),
         trace: solved.estimate.iterations.iter().map(Iteration::from).collect(),
-        covariance: tell_covariance(session, solved, &judgement),
-        moments: determined_moments(
-            &solved.posed.problem,
-            &solved.estimate.values,
-            &solved.posed.layout,
-            &solved.spectrum,
-            solved.covariance(),
-        ),
+        covariance: tell_covariance(session, solved, &judgement, &moments),
+        moments: moments.into_iter().map(|moment| moment.told).collect(),
         gravity,
         parameters,
         undetermined,
@@ -260,7 +263,13 @@ fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterRes
     mirrored
 }
 
-fn tell_covariance(session: &Session, solved: &Solved, judgement: &Judgement) -> CovarianceResult {
+/// The covariance of what is determined: gravity, sensor parameters, and the combinations of moments by their place.
+fn tell_covariance(
+    session: &Session,
+    solved: &Solved,
+    judgement: &Judgement,
+    moments: &[DeterminedMoment],
+) -> CovarianceResult {
     let layout = &solved.posed.layout;
     let mut blocks = Vec::new();
     if judgement.gravity {
@@ -275,11 +284,12 @@ fn tell_covariance(session: &Session, solved: &Solved, judgement: &Judgement) ->
         }
     }
     let problem = &solved.posed.problem;
-    let stored = solved.covariance().stored(problem, &solved.estimate.values, &blocks);
-    let order: Vec<String> = blocks
-        .iter()
-        .flat_map(|id| (0..problem.block(*id).len()).map(|i| problem.block(*id).component_name(i)))
-        .collect();
+    let mut functions = stored_coordinates(problem, &solved.estimate.values, &blocks);
+    functions.extend(moments.iter().map(|moment| moment.function.clone()));
+    let stored = solved.covariance().of(&functions);
+    let components =
+        blocks.iter().flat_map(|id| (0..problem.block(*id).len()).map(|i| problem.block(*id).component_name(i)));
+    let order: Vec<String> = components.chain((0..moments.len()).map(|index| format!("moments[{index}]"))).collect();
     CovarianceResult { matrix: stored.chunks(order.len().max(1)).map(<[f64]>::to_vec).collect(), order }
 }
 

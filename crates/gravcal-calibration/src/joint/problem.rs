@@ -10,6 +10,7 @@ use gravcal_estimation::{
 };
 use thiserror::Error;
 
+use super::earlier::with_earlier;
 use super::placements::{add_placements, distances_left};
 use super::unknowns::{Layout, Unknowns};
 use crate::parameter::Quantity;
@@ -106,7 +107,11 @@ pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<
     let rows = add_pose_torques(session, readings, &layout, &mut builder)?;
     add_knowledge(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
-    Ok(JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None })
+    let posed = JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None };
+    match &session.earlier {
+        None => Ok(posed),
+        Some(earlier) => with_earlier(earlier, posed),
+    }
 }
 
 /// The same with the torque readings alone: no prior, no known norm, no known distance.

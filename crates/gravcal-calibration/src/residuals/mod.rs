@@ -6,6 +6,7 @@
 mod gravity_norm;
 mod gravity_sweep;
 mod held_function;
+mod linear_knowledge;
 mod load_difference;
 mod load_distance;
 mod pose_torque;
@@ -16,6 +17,7 @@ mod sinusoid;
 pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
 pub use held_function::HeldFunction;
+pub use linear_knowledge::{KnownQuantity, LinearKnowledge};
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks};
 pub use load_distance::LoadDistance;
 pub use pose_torque::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel};

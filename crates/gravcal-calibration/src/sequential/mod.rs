@@ -204,13 +204,14 @@ pub fn tell_steps(
         if !solved.estimate.termination.converged() {
             result.notes.push(format!("The fit below is no optimum: {}.", solved.estimate.termination));
         }
-        result.moments = determined_moments(
+        let moments = determined_moments(
             &solved.posed.problem,
             &solved.estimate.values,
             &solved.posed.layout,
             &solved.spectrum,
             solved.covariance(),
         );
+        result.moments = moments.into_iter().map(|moment| moment.told).collect();
         result.fit = Some(joint::fit_with_held_out(session, &solved, workbench)?);
     }
     Ok(result)

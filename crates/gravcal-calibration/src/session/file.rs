@@ -57,6 +57,11 @@
 //! center_of_mass_within_m = 0.3              # of the origin of each link's frame; or by link: { link2 = 0.3 }
 //! torque_gains_within = 0.2                  # of their nominal values, relative to these
 //!
+//! [prior]                                    # optional: what an earlier calibration knows, for the joint estimate
+//! calibration = "last-week/calibration.json" # parameters of the same names, with their whole covariance
+//! estimator = "joint"                        # optional: whose answer
+//! unchanged = ["base", "links", "loads"]     # optional: what is as it was then, besides the sensors
+//!
 //! [ask]                                      # optional
 //! add = ["shoulder.position_offset"]
 //! drop = ["shoulder.torque_gain"]
@@ -82,6 +87,7 @@ mod loads;
 mod loss;
 mod normal_gravity;
 mod poses;
+mod prior;
 mod readings;
 #[cfg(test)]
 mod tests;
@@ -139,6 +145,7 @@ struct SessionTable {
     uncertainty: uncertainty::UncertaintyTable,
     #[serde(default)]
     constraints: constraints::ConstraintsTable,
+    prior: Option<prior::PriorTable>,
     #[serde(default)]
     ask: ask::AskTable,
 }
@@ -189,8 +196,8 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
 
     let inputs = inputs(path, &robot_path, tables.iter().map(|table| table.path.clone()));
     let solver = written.solver.map(|solver| SolverChoice::new(solver, &document));
-    Ok(Session {
-        robot,
+    let session = Session {
+        robot: robot.clone(),
         gravity,
         inertia,
         loads,
@@ -201,11 +208,16 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         loss,
         uncertainty,
         constraints,
+        earlier: None,
         ask,
         estimators: written.estimators,
         solver,
         inputs,
-    })
+    };
+    match &written.prior {
+        None => Ok(session),
+        Some(prior) => Ok(prior::resolve(&context, prior, session)?),
+    }
 }
 
 /// The first joint's offset defines the base frame: it has a value, but it cannot be uncertain.

@@ -1,5 +1,6 @@
 //! A session: everything that a user says of one calibration, resolved and checked. Inside: SI and radians.
 
+mod earlier;
 mod file;
 mod solver;
 pub(crate) mod units;
@@ -14,6 +15,7 @@ use crate::parameter::Quantity;
 use crate::result::ParameterResult;
 use crate::robot::Robot;
 
+pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
 pub use solver::SolverChoice;
 
@@ -42,6 +44,8 @@ pub struct Session {
     pub uncertainty: UncertaintyChoice,
     /// What the joint estimate must obey.
     pub constraints: Constraints,
+    /// What an earlier calibration knows; only the joint estimator heeds it.
+    pub earlier: Option<EarlierCalibration>,
     /// Changes to what is asked for.
     pub ask: Ask,
     /// Estimators to run, by name; empty for the default.
@@ -329,7 +333,9 @@ impl Session {
         let placed = self.loads.iter().any(|load| load.link == last && load.position.is_some());
         let prior = matches!(self.joints[last].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
         let model = matches!(self.inertia, InertiaKnowledge::Model { .. });
-        placed || prior || model
+        let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[last].name);
+        let earlier = self.earlier.as_ref().is_some_and(|earlier| earlier.knows(&name));
+        placed || prior || model || earlier
     }
 }
 

@@ -158,6 +158,7 @@ impl Reader<'_> {
             loss: Loss::None,
             uncertainty: UncertaintyChoice::Noise,
             constraints: Constraints::default(),
+            earlier: None,
             ask: Ask::default(),
             estimators: Vec::new(),
             solver: None,
