@@ -232,9 +232,9 @@ fn add_knowledge(
             }
         }
     }
-    if let InertiaKnowledge::Model { relative_std } = session.inertia {
-        for (link, id) in session.robot.chain.links().iter().zip(&layout.inertia) {
-            if let Some(inertia) = &link.inertia {
+    if let InertiaKnowledge::Model { relative_std } = &session.inertia {
+        for ((link, id), relative_std) in session.robot.chain.links().iter().zip(&layout.inertia).zip(relative_std) {
+            if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {
                 let [x, y, z] = inertia.first_moment;
                 let moment = relative_std * moment_std(inertia.mass, [x, y, z]);
                 let std = [relative_std * inertia.mass, moment, moment, moment];

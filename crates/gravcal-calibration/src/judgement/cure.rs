@@ -100,7 +100,7 @@ impl Situation<'_> {
         let loaded = self.session.poses.iter().any(|p| p.load.is_some());
         let bare = self.session.poses.iter().any(|p| p.load.is_none());
         let placed = !self.session.load_distances.is_empty();
-        match (loaded, bare, placed, self.session.inertia) {
+        match (loaded, bare, placed, &self.session.inertia) {
             (false, ..) => {
                 "attach a load of known mass to the last link and record loaded poses besides the bare ones; \
                             two placements a known distance apart are best"

@@ -11,7 +11,7 @@
 //! hemisphere = [0, 0, -1]                    # rough direction in base coordinates: settles the sign
 //!
 //! [inertia]                                  # optional
-//! links = "unknown"                          # the default; or "model", with relative_std = 0.1
+//! links = "unknown"                          # the default; or "model", with relative_std = 0.1 or by link { link2 = 0.1 }
 //!
 //! [readings]
 //! position = { columns = ["q1", "q2"], unit = "deg" }

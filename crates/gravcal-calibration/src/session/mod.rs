@@ -78,14 +78,14 @@ pub struct GravityKnowledge {
 }
 
 /// What is known of the links' masses and first moments.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum InertiaKnowledge {
     /// Nothing: the robot's values are only a start.
     Unknown,
-    /// The robot's values, as a prior with this standard deviation relative to each value.
+    /// The robot's values of some links, as a prior.
     Model {
-        /// Relative standard deviation, for example 0.1.
-        relative_std: f64,
+        /// Standard deviation relative to each value, by link, for example 0.1; `None`: nothing is known of the link.
+        relative_std: Vec<Option<f64>>,
     },
 }
 
@@ -332,7 +332,7 @@ impl Session {
         let last = self.joints.len() - 1;
         let placed = self.loads.iter().any(|load| load.link == last && load.position.is_some());
         let prior = matches!(self.joints[last].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
-        let model = matches!(self.inertia, InertiaKnowledge::Model { .. });
+        let model = matches!(&self.inertia, InertiaKnowledge::Model { relative_std } if relative_std[last].is_some());
         let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[last].name);
         let earlier = self.earlier.as_ref().is_some_and(|earlier| earlier.knows(&name));
         placed || prior || model || earlier

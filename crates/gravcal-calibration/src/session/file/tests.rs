@@ -258,11 +258,15 @@ fn masses_of_the_model_may_be_known() {
     assert_eq!(
         massless,
         "session.toml:9: inertia.links: the model needs the mass of every link, but robot.toml has none for forearm: \
-         add them there, or write links = \"unknown\""
+         add them there, name only other links in relative_std, or write links = \"unknown\""
     );
     let masses = "link = \"forearm\"\nmass_kg = 1\ncenter_of_mass_m = [0, 0, 0]";
     let known = [("session.toml", "[readings]", model), ("robot.toml", "link = \"forearm\"", masses)];
-    assert_eq!(read(&known).unwrap().inertia, InertiaKnowledge::Model { relative_std: 0.1 });
+    assert_eq!(read(&known).unwrap().inertia, InertiaKnowledge::Model { relative_std: vec![Some(0.1); 2] });
+    let one = model.replace("0.1", "{ upper-arm = 0.2 }");
+    assert_eq!(changed("[readings]", &one).inertia, InertiaKnowledge::Model { relative_std: vec![Some(0.2), None] });
+    let unknown = refused("[readings]", &model.replace("0.1", "{ hand = 0.2 }"));
+    assert!(unknown.starts_with("session.toml:10: inertia.relative_std.hand: there is no link `hand`"), "{unknown}");
 }
 
 #[test]
