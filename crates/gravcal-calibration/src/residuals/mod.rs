@@ -5,7 +5,7 @@
 
 mod gravity_norm;
 mod gravity_sweep;
-mod held_function;
+mod instrument;
 mod linear_knowledge;
 mod load_difference;
 mod load_distance;
@@ -16,7 +16,7 @@ mod sinusoid;
 
 pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
-pub use held_function::HeldFunction;
+pub use instrument::{GainEntry, InstrumentModel, InstrumentReading, Sensed, SensedQuantity, SpecificForce, Wrench};
 pub use linear_knowledge::{KnownQuantity, LinearKnowledge};
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks};
 pub use load_distance::LoadDistance;
