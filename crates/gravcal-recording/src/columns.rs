@@ -4,13 +4,13 @@ use crate::error::ReadError;
 use crate::mapping::{PoseMapping, PositionColumn, ReadingColumn};
 use crate::pose::{Reading, StaticPose};
 use crate::table::Table;
-use crate::unit::TorqueUnit;
 
 /// A mapping with the names of columns resolved to their places in one table.
 pub(crate) struct Columns<'a> {
     table: &'a Table,
     positions: Vec<Position>,
-    torques: Vec<Option<Torque<'a>>>,
+    torques: Vec<Option<Column<'a>>>,
+    instruments: Vec<Column<'a>>,
     sweep: Option<usize>,
 }
 
@@ -20,12 +20,14 @@ impl<'a> Columns<'a> {
         let positions = mapping.positions.iter().map(|position| Position::find(table, position));
         let torques = mapping.torques.iter().map(|torque| match torque {
             None => Ok(None),
-            Some((column, unit)) => Torque::find(table, column, *unit).map(Some),
+            Some((column, unit)) => Column::find(table, column, unit.to_si()).map(Some),
         });
+        let instruments = mapping.instruments.iter().map(|column| Column::find(table, column, 1.0));
         Ok(Columns {
             table,
             positions: positions.collect::<Result<_, _>>()?,
             torques: torques.collect::<Result<_, _>>()?,
+            instruments: instruments.collect::<Result<_, _>>()?,
             sweep: find(table, mapping.sweep_column.as_ref())?,
         })
     }
@@ -41,6 +43,7 @@ impl<'a> Columns<'a> {
             line: self.table.line(row),
             position: positions.collect::<Result<_, _>>()?,
             torque: torques.collect::<Result<_, _>>()?,
+            instruments: self.instruments.iter().map(|column| column.read(row)).collect::<Result<_, _>>()?,
             sweep: self.sweep(row),
             merged: 1,
         })
@@ -75,7 +78,8 @@ impl Position {
     }
 }
 
-struct Torque<'a> {
+/// A column of readings with what says how uncertain they are.
+struct Column<'a> {
     table: &'a Table,
     column: usize,
     to_si: f64,
@@ -91,15 +95,15 @@ struct Setting {
     constant: Option<f64>,
 }
 
-impl<'a> Torque<'a> {
-    fn find(table: &'a Table, mapped: &ReadingColumn, unit: TorqueUnit) -> Result<Torque<'a>, ReadError> {
+impl<'a> Column<'a> {
+    fn find(table: &'a Table, mapped: &ReadingColumn, to_si: f64) -> Result<Column<'a>, ReadError> {
         let setting = |column: &Option<String>, constant| -> Result<Setting, ReadError> {
             Ok(Setting { column: find(table, column.as_ref())?, constant })
         };
-        Ok(Torque {
+        Ok(Column {
             table,
             column: table.column(&mapped.column)?,
-            to_si: unit.to_si(),
+            to_si,
             usable: find(table, mapped.usable_column.as_ref())?,
             std: setting(&mapped.std_column, mapped.std)?,
             count: setting(&mapped.count_column, mapped.count)?,

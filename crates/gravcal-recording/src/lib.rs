@@ -32,6 +32,7 @@
 //! let mapping = PoseMapping {
 //!     positions: vec![PositionColumn { column: "q1_deg".to_owned(), unit: "deg".parse()? }],
 //!     torques: vec![Some((torque, "count".parse()?))],
+//!     instruments: Vec::new(),
 //!     sweep_column: None,
 //!     merge_repeated: false,
 //! };

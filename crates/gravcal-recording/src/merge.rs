@@ -26,6 +26,10 @@ fn merge(run: &[StaticPose]) -> StaticPose {
         let readings: Vec<Reading> = run.iter().filter_map(|row| row.torque[joint]).collect();
         *torque = mean(&readings);
     }
+    for (channel, reading) in pose.instruments.iter_mut().enumerate() {
+        let readings: Vec<Reading> = run.iter().filter_map(|row| row.instruments[channel]).collect();
+        *reading = mean(&readings);
+    }
     pose.merged = run.iter().map(|row| row.merged).sum();
     pose
 }
@@ -45,7 +49,14 @@ mod tests {
     use super::*;
 
     fn pose(line: u64, position: f64, torque: Option<Reading>) -> StaticPose {
-        StaticPose { line, position: vec![position], torque: vec![torque], sweep: None, merged: 1 }
+        StaticPose {
+            line,
+            position: vec![position],
+            torque: vec![torque],
+            instruments: Vec::new(),
+            sweep: None,
+            merged: 1,
+        }
     }
 
     fn reading(value: f64, std: impl Into<Option<f64>>) -> Option<Reading> {

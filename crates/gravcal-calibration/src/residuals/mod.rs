@@ -13,6 +13,7 @@ mod pose_torque;
 mod position_error;
 mod prior;
 mod sinusoid;
+mod stacked;
 
 pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
@@ -24,6 +25,7 @@ pub use pose_torque::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel
 pub use position_error::PositionError;
 pub use prior::Prior;
 pub use sinusoid::{Sinusoid, SinusoidBlocks};
+pub use stacked::Stacked;
 
 #[cfg(test)]
 pub(crate) mod testing {

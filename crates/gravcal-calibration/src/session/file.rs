@@ -88,6 +88,7 @@ mod loss;
 mod normal_gravity;
 mod poses;
 mod prior;
+mod reading_columns;
 mod readings;
 #[cfg(test)]
 mod tests;

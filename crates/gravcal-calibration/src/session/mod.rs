@@ -186,6 +186,8 @@ pub struct Pose {
     pub position: Vec<f64>,
     /// Torque readings, absent where missing or unusable.
     pub torque: Vec<Option<Reading>>,
+    /// Readings of the axes of all instruments, absent where missing or unusable.
+    pub instruments: Vec<Option<Reading>>,
 }
 
 /// Where the joint estimator's standard deviations come from.

@@ -88,7 +88,7 @@ fn read_sensors(simulation: &Simulation, table: usize, index: usize, stand: &Sta
         })
         .collect();
     // Line 1 of a table is its header.
-    Pose { table, line: index as u64 + 2, sweep_label: None, load, position, torque }
+    Pose { table, line: index as u64 + 2, sweep_label: None, load, position, torque, instruments: Vec::new() }
 }
 
 /// True torques, stationary joints deflected.

@@ -106,6 +106,6 @@ pub(super) fn read_all(
 }
 
 fn of_table(table: usize, load: Option<usize>, pose: StaticPose) -> Pose {
-    let StaticPose { line, position, torque, sweep, merged: _ } = pose;
-    Pose { table, line, sweep_label: sweep, load, position, torque }
+    let StaticPose { line, position, torque, instruments, sweep, merged: _ } = pose;
+    Pose { table, line, sweep_label: sweep, load, position, torque, instruments }
 }

@@ -157,6 +157,7 @@ fn poses_of_all_tables_are_read_in_si() {
         load: (table == 1).then_some(1),
         position: position.map(|angle| angle * (PI / 180.0)).into(),
         torque: torque.into(),
+        instruments: Vec::new(),
     };
     let expected = [
         pose(0, 2, [0.0, 0.0], [reading(2000.0), reading(2100.0)]),
