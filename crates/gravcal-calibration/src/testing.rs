@@ -70,6 +70,7 @@ pub fn sarcos_shoulder() -> Simulation {
         loads: vec![load("plate-a"), load("plate-b")],
         load_distances: vec![LoadDistance { between: [0, 1], distance: 0.402, std: None }],
         joints: vec![joint(0.0), joint(135f64.to_radians()), joint(0.2)],
+        instruments: Vec::new(),
         tables: runs
             .iter()
             .enumerate()

@@ -354,10 +354,10 @@ const IMPLAUSIBLE_ANGLE: f64 = 4.0 * std::f64::consts::PI;
 impl Solved {
     /// What is determined, with what was set aside counted as not.
     pub(crate) fn judge(&self, session: &Session) -> Judgement {
-        self.judge_with_spreads(session, &session.torque_spreads())
+        self.judge_with_spreads(session, &session.spreads())
     }
 
-    /// The same with given spreads (largest less smallest torque reading of each joint).
+    /// The same with given spreads (largest less smallest reading of each channel).
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
         let (posed, values) = (&self.posed, &self.estimate.values);
         let mut judgement = judge(

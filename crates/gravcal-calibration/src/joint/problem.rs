@@ -34,12 +34,12 @@ pub enum PosingError {
     Noise(#[from] NoiseError),
 }
 
-/// Which torque readings enter, and how uncertain they are.
+/// Which readings enter, and how uncertain they are.
 #[derive(Clone, Debug)]
 pub struct Readings {
-    /// Joints whose torque enters, for each pose of the session.
+    /// Channels that enter, for each pose of the session: see [`Session::channel_count`].
     pub used: Vec<Vec<usize>>,
-    /// Standard deviation, by joint, of readings that state none; unit of the reading.
+    /// Standard deviation, by channel, of readings that state none; unit of the reading.
     pub noise: Vec<f64>,
     /// How readings far beyond that are to be counted. [`pose`] leaves it to `JointProblem::with_loss`: at a start every
     /// reading looks far off.
@@ -47,17 +47,11 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Every torque reading of the session for which `keep(pose, joint)` holds.
+    /// Every reading of the session for which `keep(pose, channel)` holds.
     pub fn select(session: &Session, noise: Vec<f64>, keep: impl Fn(usize, usize) -> bool) -> Readings {
-        let used = session
-            .poses
-            .iter()
-            .enumerate()
-            .map(|(index, pose)| {
-                (0..pose.torque.len()).filter(|joint| pose.torque[*joint].is_some() && keep(index, *joint)).collect()
-            })
-            .collect();
-        Readings { used, noise, loss: session.loss }
+        let enters = |pose, channel| session.reading(pose, channel).is_some() && keep(pose, channel);
+        let of_pose = |pose| (0..session.channel_count()).filter(|channel| enters(pose, *channel)).collect();
+        Readings { used: (0..session.poses.len()).map(of_pose).collect(), noise, loss: session.loss }
     }
 
     /// How many poses have a reading that enters.
@@ -66,8 +60,8 @@ impl Readings {
     }
 
     /// Standard deviation of one reading, unit of the reading.
-    pub fn std(&self, session: &Session, pose: usize, joint: usize) -> f64 {
-        session.poses[pose].torque[joint].as_ref().and_then(|r| r.std).unwrap_or(self.noise[joint])
+    pub fn std(&self, session: &Session, pose: usize, channel: usize) -> f64 {
+        session.reading(pose, channel).and_then(|r| r.std).unwrap_or(self.noise[channel])
     }
 }
 
@@ -80,9 +74,9 @@ pub struct JointProblem {
     pub initial: Values,
     /// Its blocks.
     pub layout: Layout,
-    /// Pose and joint of each torque row; these rows come first.
+    /// Pose and channel of each row of a reading; these rows come first.
     pub rows: Vec<(usize, usize)>,
-    /// Poses whose torques enter: so many factors come first, one each, in the order of the session.
+    /// Poses whose readings enter: so many factors come first, one each, in the order of the session.
     pub poses: usize,
     /// How these factors count readings far beyond their noise.
     pub loss: Loss,

@@ -204,6 +204,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         loads,
         load_distances,
         joints,
+        instruments: Vec::new(),
         tables,
         poses,
         loss,

@@ -1,7 +1,9 @@
 //! A session: everything that a user says of one calibration, resolved and checked. Inside: SI and radians.
 
+mod channels;
 mod earlier;
 mod file;
+mod instrument;
 mod solver;
 pub(crate) mod units;
 
@@ -17,6 +19,7 @@ use crate::robot::Robot;
 
 pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
+pub use instrument::{Instrument, InstrumentKind};
 pub use solver::SolverChoice;
 
 /// One calibration: the robot, what is known beforehand, and the static poses.
@@ -34,6 +37,8 @@ pub struct Session {
     pub load_distances: Vec<LoadDistance>,
     /// One for each joint of the chain.
     pub joints: Vec<JointKnowledge>,
+    /// What else reads gravity.
+    pub instruments: Vec<Instrument>,
     /// One for each `[[poses]]`.
     pub tables: Vec<PoseTable>,
     /// All static poses of all tables, in order.
@@ -274,24 +279,6 @@ impl Session {
             Quantity::PositionOffset if last && !self.last_frame_is_fixed() => Some(LAST_FRAME_CHOICE),
             _ => None,
         }
-    }
-
-    /// Largest less smallest torque reading of each joint, unit of the reading; 0 where there is none.
-    pub fn torque_spreads(&self) -> Vec<f64> {
-        (0..self.joints.len())
-            .map(|joint| {
-                let values = || self.poses.iter().filter_map(|pose| Some(pose.torque[joint].as_ref()?.value));
-                let high = values().fold(f64::NEG_INFINITY, f64::max);
-                (high - values().fold(f64::INFINITY, f64::min)).max(0.0)
-            })
-            .collect()
-    }
-
-    /// By joint, whether a torque reading states no standard deviation, so that it is estimated from residuals.
-    pub fn noise_estimated(&self) -> Vec<bool> {
-        let unstated =
-            |joint: usize| self.poses.iter().any(|p| p.torque[joint].as_ref().is_some_and(|r| r.std.is_none()));
-        (0..self.joints.len()).map(unstated).collect()
     }
 
     /// Whether a parameter (or `gravity`) is asked for: every one but what is a choice of frame, unless the session

@@ -153,6 +153,7 @@ impl Reader<'_> {
             load_distances: self.load_distances(&loads)?,
             loads,
             joints: self.joints()?,
+            instruments: Vec::new(),
             tables,
             poses: Vec::new(),
             loss: Loss::None,
