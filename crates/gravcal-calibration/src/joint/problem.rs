@@ -12,7 +12,7 @@ use thiserror::Error;
 
 use super::placements::{add_placements, distances_left};
 use super::unknowns::{Layout, Unknowns};
-use crate::parameter::Quantity;
+use crate::parameter::{Parameter, ParameterId, Quantity};
 use crate::residuals::{CarriedLoad, GravityNorm, LoadDistance, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, Prior};
 use crate::session::{InertiaKnowledge, Knowledge, KnowledgeKind, Session};
 
@@ -132,24 +132,12 @@ fn add_blocks(
     exact_distances: bool,
     builder: &mut ProblemBuilder,
 ) -> Layout {
-    let joints = session.robot.chain.joints();
     let gravity = builder.add_block(gravity_block(session), &start.gravity);
-    let sensors = joints
-        .iter()
-        .enumerate()
-        .map(|(index, joint)| {
-            Quantity::ALL.map(|quantity| {
-                let unit = session.parameter_unit(index, quantity);
-                let block = Block::scalar(quantity.name(&joint.name), unit);
-                let block = if quantity == Quantity::TorqueBias { block.linear() } else { block };
-                let block = match session.held_reason(index, quantity) {
-                    Some(reason) => block.held(reason),
-                    None => block,
-                };
-                builder.add_block(block, &[start.sensors[index][quantity as usize]])
-            })
-        })
+    let mut add = |id| builder.add_block(parameter_block(&session.parameter(id)), &[start.value(id)]);
+    let sensors = (0..session.joints.len())
+        .map(|joint| Quantity::ALL.map(|quantity| add(ParameterId::Sensor(joint, quantity))))
         .collect();
+    let further = (0..session.further.len()).map(|index| add(ParameterId::Further(index))).collect();
     let inertia = session.robot.chain.links().iter().zip(&start.inertia).map(|(link, value)| {
         let mut block =
             Block::vector(link.name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);
@@ -158,7 +146,16 @@ fn add_blocks(
     });
     let inertia = inertia.collect();
     let loads = add_placements(session, &carried(session, readings), start, exact_distances, builder);
-    Layout { gravity, sensors, inertia, loads }
+    Layout { gravity, sensors, further, inertia, loads }
+}
+
+fn parameter_block(parameter: &Parameter) -> Block {
+    let block = Block::scalar(parameter.name(), parameter.unit.clone());
+    let block = if parameter.linear { block.linear() } else { block };
+    match parameter.held {
+        Some(reason) => block.held(reason),
+        None => block,
+    }
 }
 
 fn gravity_block(session: &Session) -> Block {
@@ -178,9 +175,13 @@ fn carried(session: &Session, readings: &Readings) -> Vec<bool> {
 /// The model of poses with nothing attached, and that of poses with each load.
 fn models(session: &Session, layout: &Layout) -> (Arc<PoseTorqueModel>, Vec<Arc<PoseTorqueModel>>) {
     let chain = Arc::new(session.robot.chain.clone());
-    let blocks =
-        PoseTorqueBlocks { gravity: layout.gravity, sensors: layout.sensors.clone(), inertia: layout.inertia.clone() };
-    let model = |load| Arc::new(PoseTorqueModel::new(Arc::clone(&chain), &blocks, load));
+    let blocks = PoseTorqueBlocks {
+        gravity: layout.gravity,
+        sensors: layout.sensors.clone(),
+        inertia: layout.inertia.clone(),
+        terms: layout.further[..session.terms.len()].to_vec(),
+    };
+    let model = |load| Arc::new(PoseTorqueModel::new(Arc::clone(&chain), &blocks, &session.terms, load));
     let loaded = session.loads.iter().zip(&layout.loads).map(|(load, position)| {
         model(position.clone().map(|position| CarriedLoad { position, mass: load.mass, link: load.link }))
     });
@@ -203,7 +204,7 @@ fn add_pose_torques(
         let model = pose.load.map_or(&bare, |load| &loaded[load]);
         let values = used.iter().filter_map(|joint| Some((*joint, pose.torque[*joint].as_ref()?.value))).collect();
         let std: Vec<f64> = used.iter().map(|joint| readings.std(session, index, *joint)).collect();
-        let residual = PoseTorque::new(Arc::clone(model), pose.position.clone(), values);
+        let residual = PoseTorque::new(Arc::clone(model), pose.position.clone(), values).under(pose.conditions.clone());
         builder.add_factor(Factor::new(residual, Noise::independent(&std)?));
         rows.extend(used.iter().map(|joint| (index, *joint)));
     }
@@ -220,11 +221,9 @@ fn add_knowledge(
         let residual = GravityNorm::new(layout.gravity, session.gravity.magnitude);
         builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
     }
-    for (joint, ids) in session.joints.iter().zip(&layout.sensors) {
-        for quantity in Quantity::ALL {
-            if let Knowledge { nominal, kind: KnowledgeKind::Prior { std } } = joint.of(quantity) {
-                add_prior(builder, ids[quantity as usize], vec![nominal], &[std])?;
-            }
+    for id in session.parameters() {
+        if let Knowledge { nominal, kind: KnowledgeKind::Prior { std } } = session.parameter(id).knowledge {
+            add_prior(builder, layout.block(id), vec![nominal], &[std])?;
         }
     }
     if let InertiaKnowledge::Model { relative_std } = session.inertia {
