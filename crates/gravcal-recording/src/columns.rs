@@ -1,5 +1,6 @@
 //! The columns of one table, found by the names in a mapping, and their cells read as poses.
 
+use crate::conditions::FoundConditions;
 use crate::error::ReadError;
 use crate::mapping::{PoseMapping, PositionColumn, ReadingColumn};
 use crate::pose::{Reading, StaticPose};
@@ -10,41 +11,48 @@ pub(crate) struct Columns<'a> {
     table: &'a Table,
     positions: Vec<Position>,
     torques: Vec<Option<Column<'a>>>,
-    instruments: Vec<Column<'a>>,
+    instruments: Vec<Option<Column<'a>>>,
     sweep: Option<usize>,
+    conditions: FoundConditions<'a>,
 }
 
 impl<'a> Columns<'a> {
     /// Looks for every column that the mapping names; `mapping` has been checked.
-    pub(crate) fn find(table: &'a Table, mapping: &PoseMapping) -> Result<Columns<'a>, ReadError> {
+    pub(crate) fn find(table: &'a Table, mapping: &'a PoseMapping) -> Result<Columns<'a>, ReadError> {
         let positions = mapping.positions.iter().map(|position| Position::find(table, position));
         let torques = mapping.torques.iter().map(|torque| match torque {
             None => Ok(None),
             Some((column, unit)) => Column::find(table, column, unit.to_si()).map(Some),
         });
-        let instruments = mapping.instruments.iter().map(|column| Column::find(table, column, 1.0));
+        let instruments = mapping
+            .instruments
+            .iter()
+            .map(|column| column.as_ref().map(|column| Column::find(table, column, 1.0)).transpose());
         Ok(Columns {
             table,
             positions: positions.collect::<Result<_, _>>()?,
             torques: torques.collect::<Result<_, _>>()?,
             instruments: instruments.collect::<Result<_, _>>()?,
             sweep: find(table, mapping.sweep_column.as_ref())?,
+            conditions: FoundConditions::find(table, &mapping.conditions)?,
         })
     }
 
     /// One row as a pose.
     pub(crate) fn pose(&self, row: usize) -> Result<StaticPose, ReadError> {
         let positions = self.positions.iter().map(|position| position.read(self.table, row));
-        let torques = self.torques.iter().map(|torque| match torque {
+        let read = |column: &Option<Column<'_>>| match column {
             None => Ok(None),
-            Some(torque) => torque.read(row),
-        });
+            Some(column) => column.read(row),
+        };
+        let (torques, instruments) = (self.torques.iter().map(read), self.instruments.iter().map(read));
         Ok(StaticPose {
             line: self.table.line(row),
             position: positions.collect::<Result<_, _>>()?,
             torque: torques.collect::<Result<_, _>>()?,
-            instruments: self.instruments.iter().map(|column| column.read(row)).collect::<Result<_, _>>()?,
+            instruments: instruments.collect::<Result<_, _>>()?,
             sweep: self.sweep(row),
+            conditions: self.conditions.read(self.table, row)?,
             merged: 1,
         })
     }

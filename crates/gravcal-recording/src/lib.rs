@@ -35,6 +35,7 @@
 //!     instruments: Vec::new(),
 //!     sweep_column: None,
 //!     merge_repeated: false,
+//!     conditions: ConditionColumns::default(),
 //! };
 //! let poses = read_poses(&path, &mapping)?;
 //! assert_eq!(poses[0].position, [std::f64::consts::FRAC_PI_2]);
@@ -50,6 +51,7 @@
 //! takes are the means of repeated rows, when the mapping asks for them.
 
 mod columns;
+mod conditions;
 mod earlier;
 mod error;
 mod mapping;
@@ -61,6 +63,7 @@ mod unit;
 mod write;
 mod write_table;
 
+pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions};
 pub use earlier::{EarlierError, EarlierEstimate, EarlierParameter, EarlierQuantity, read_earlier};
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};

@@ -8,15 +8,16 @@
 //!
 //! and no standard deviation if one of them is unknown.
 
+use crate::conditions::mean_conditions;
 use crate::pose::{Reading, StaticPose};
 
-/// Merges consecutive poses of one sweep with exactly equal positions. The merged pose keeps the first one's line.
+/// Merges consecutive poses of one sweep with exactly equal positions, reached from the same side. The merged pose keeps the first one's line.
 pub(crate) fn merge_repeated(poses: &[StaticPose]) -> Vec<StaticPose> {
     poses.chunk_by(is_repeated).map(merge).collect()
 }
 
 fn is_repeated(a: &StaticPose, b: &StaticPose) -> bool {
-    a.position == b.position && a.sweep == b.sweep
+    a.position == b.position && a.sweep == b.sweep && a.conditions.direction == b.conditions.direction
 }
 
 /// `run` is never empty.
@@ -30,6 +31,7 @@ fn merge(run: &[StaticPose]) -> StaticPose {
         let readings: Vec<Reading> = run.iter().filter_map(|row| row.instruments[channel]).collect();
         *reading = mean(&readings);
     }
+    pose.conditions = mean_conditions(&run.iter().map(|row| &row.conditions).collect::<Vec<_>>());
     pose.merged = run.iter().map(|row| row.merged).sum();
     pose
 }
@@ -47,6 +49,7 @@ fn mean(readings: &[Reading]) -> Option<Reading> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::conditions::Conditions;
 
     fn pose(line: u64, position: f64, torque: Option<Reading>) -> StaticPose {
         StaticPose {
@@ -55,6 +58,7 @@ mod tests {
             torque: vec![torque],
             instruments: Vec::new(),
             sweep: None,
+            conditions: Conditions::default(),
             merged: 1,
         }
     }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::columns::Columns;
+use crate::conditions::Conditions;
 use crate::error::ReadError;
 use crate::mapping::PoseMapping;
 use crate::merge::merge_repeated;
@@ -31,6 +32,8 @@ pub struct StaticPose {
     pub instruments: Vec<Option<Reading>>,
     /// Label of the sweep that the pose belongs to.
     pub sweep: Option<String>,
+    /// Under which conditions it was read.
+    pub conditions: Conditions,
     /// How many rows of the table became this pose, at least 1. A joint may have fewer readings.
     pub merged: u32,
 }
@@ -66,6 +69,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::conditions::ConditionColumns;
     use crate::mapping::{MappingError, PositionColumn, ReadingColumn};
     use crate::unit::{PositionUnit, TorqueUnit};
 
@@ -81,6 +85,7 @@ mod tests {
             instruments: Vec::new(),
             sweep_column: None,
             merge_repeated: false,
+            conditions: ConditionColumns::default(),
         }
     }
 
@@ -116,6 +121,7 @@ mod tests {
             torque: vec![reading(2075.0, None), None],
             instruments: Vec::new(),
             sweep: Some("up".to_owned()),
+            conditions: Conditions::default(),
             merged: 1,
         };
         let second = StaticPose {
@@ -124,6 +130,7 @@ mod tests {
             torque: vec![reading(-3.0, None), None],
             instruments: Vec::new(),
             sweep: None,
+            conditions: Conditions::default(),
             merged: 1,
         };
         assert_eq!(poses, [first, second]);
@@ -287,11 +294,11 @@ mod tests {
     #[test]
     fn instruments_are_read_like_torques_and_merged() {
         let mut mapping = one_joint(torque("tau"));
-        mapping.instruments = vec![torque("fx"), ReadingColumn { std: Some(0.3), ..torque("fy") }];
+        mapping.instruments = vec![Some(torque("fx")), None, Some(ReadingColumn { std: Some(0.3), ..torque("fy") })];
         mapping.merge_repeated = true;
-        let poses = parse("q,tau,fx,fy\n0,1,2,\n0,1,4,5\n", &mapping).unwrap();
-        assert_eq!(poses[0].instruments, [reading(3.0, None), reading(5.0, 0.3)]);
-        mapping.instruments.push(torque("tau"));
+        let poses = parse("q,tau,fx,fy\n0,1,2,\n0,1,4,5\n9,1,2,3\n", &mapping).unwrap();
+        assert_eq!(poses[0].instruments, [reading(3.0, None), None, reading(5.0, 0.3)]);
+        mapping.instruments.push(Some(torque("tau")));
         assert_eq!(mapping.check(), Err(MappingError::ColumnTwice { column: "tau".to_owned() }));
     }
 

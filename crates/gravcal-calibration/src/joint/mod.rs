@@ -6,6 +6,7 @@ mod hold;
 mod idle;
 mod placements;
 mod problem;
+mod readings;
 mod robust;
 mod solve;
 mod start;
@@ -32,7 +33,8 @@ use crate::workbench::Workbench;
 
 use hold::SetAside;
 pub(crate) use hold::judge_at_start;
-pub use problem::{JointProblem, PosingError, Readings, pose};
+pub use problem::{JointProblem, PosingError, pose};
+pub use readings::Readings;
 pub(crate) use robust::{GAUGE, NORMAL_MEDIAN, median};
 pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
@@ -221,21 +223,18 @@ fn tell(
 
 fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
     let mut parameters = Vec::new();
-    for (joint, ids) in solved.posed.layout.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
-            let id = ids[quantity as usize];
-            let value = solved.estimate.values.scalar(id);
-            let std = solved.sensor_std(joint, quantity);
-            let mut told = session.blank_parameter(joint, quantity);
-            told.determined = judgement.parameters[joint][quantity as usize] && told.determined;
-            if told.determined {
-                told.value = Some(value);
-                told.std = Some(std);
-                let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
-                told.ci95 = Some(solved.uncertainty.interval(value, &own));
-            }
-            parameters.push(told);
+    for parameter in session.parameters() {
+        let id = solved.posed.layout.block(parameter);
+        let value = solved.estimate.values.scalar(id);
+        let mut told = session.blank_parameter(parameter);
+        told.determined = judgement.determines(parameter) && told.determined;
+        if told.determined {
+            told.value = Some(value);
+            told.std = Some(solved.parameter_std(parameter));
+            let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
+            told.ci95 = Some(solved.uncertainty.interval(value, &own));
         }
+        parameters.push(told);
     }
     parameters
 }
@@ -275,14 +274,8 @@ fn tell_covariance(
     if judgement.gravity {
         blocks.push(layout.gravity);
     }
-    for (joint, ids) in layout.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
-            let free = session.held_reason(joint, quantity).is_none();
-            if free && judgement.parameters[joint][quantity as usize] {
-                blocks.push(ids[quantity as usize]);
-            }
-        }
-    }
+    let free = session.parameters().into_iter().filter(|id| session.parameter(*id).held.is_none());
+    blocks.extend(free.filter(|id| judgement.determines(*id)).map(|id| layout.block(id)));
     let problem = &solved.posed.problem;
     let mut functions = stored_coordinates(problem, &solved.estimate.values, &blocks);
     functions.extend(moments.iter().map(|moment| moment.function.clone()));
@@ -308,14 +301,13 @@ pub(crate) fn last_frame_choice(session: &Session) -> Option<Undetermined> {
 /// Which parameters were set aside, in words.
 fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
     let tell = |aside: &SetAside| {
-        let (joint, quantity) = aside.parameter;
-        let joint_name = &session.robot.chain.joints()[joint].name;
+        let parameter = session.parameter(aside.parameter);
         if aside.is_idle_joint() {
-            return format!("{joint_name} carries no gravity: its torque readings enter through its bias only.");
+            return format!("{} carries no gravity: its torque readings enter through its bias only.", parameter.owner);
         }
-        let name = quantity.name(joint_name);
         format!(
-            "The data say too little of {name}: the rest, moments included, is estimated with it at {}.",
+            "The data say too little of {}: the rest, moments included, is estimated with it at {}.",
+            parameter.name(),
             aside.value
         )
     };
@@ -369,12 +361,7 @@ impl Solved {
             spreads,
             &self.idle,
         );
-        for SetAside { combination, .. } in &self.set_aside {
-            for (joint, quantity, _) in &combination.sensors {
-                judgement.parameters[*joint][*quantity as usize] = false;
-            }
-            judgement.combinations.push(combination.clone());
-        }
+        judgement.combinations.extend(self.set_aside.iter().map(|aside| aside.combination.clone()));
         judgement
     }
 

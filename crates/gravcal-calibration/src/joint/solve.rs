@@ -7,11 +7,12 @@ use gravcal_estimation::{
 
 use super::constraints;
 use super::hold::{Holds, SetAside};
-use super::problem::{JointProblem, Readings, pose};
+use super::problem::{JointProblem, pose};
+use super::readings::Readings;
 use super::start::best_start;
 use super::{EstimateError, Unknowns};
 use crate::judgement::{fit, held_out};
-use crate::parameter::Quantity;
+use crate::parameter::{ParameterId, Quantity};
 use crate::result::Fit;
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -161,9 +162,14 @@ impl Solved {
         self.uncertainty.covariance()
     }
 
-    /// Standard deviation of a sensor parameter, in its unit; 0 where it is held.
+    /// Standard deviation of a joint's sensor parameter, in its unit; 0 where it is held.
     pub fn sensor_std(&self, joint: usize, quantity: Quantity) -> f64 {
-        let id = self.posed.layout.sensors[joint][quantity as usize];
+        self.parameter_std(ParameterId::Sensor(joint, quantity))
+    }
+
+    /// Standard deviation of any parameter, in its unit; 0 where it is held.
+    pub fn parameter_std(&self, id: ParameterId) -> f64 {
+        let id = self.posed.layout.block(id);
         self.posed.problem.columns_of(id).next().map_or(0.0, |column| self.covariance().std(column))
     }
 

@@ -4,18 +4,18 @@ mod channels;
 mod earlier;
 mod file;
 mod instrument;
+pub(crate) mod parameters;
 mod solver;
 pub(crate) mod units;
 
 use std::path::{Path, PathBuf};
 
 use gravcal_estimation::Loss;
-use gravcal_kinematics::JointKind;
-use gravcal_recording::{PositionUnit, Reading, TorqueUnit};
+use gravcal_recording::{Conditions, PositionUnit, Reading, TorqueUnit};
 
-use crate::parameter::Quantity;
-use crate::result::ParameterResult;
+use crate::parameter::{Parameter, Quantity};
 use crate::robot::Robot;
+use crate::sensors::SensorTerms;
 
 pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
@@ -39,6 +39,10 @@ pub struct Session {
     pub joints: Vec<JointKnowledge>,
     /// What else reads gravity.
     pub instruments: Vec<Instrument>,
+    /// What sensors do beyond their affine models.
+    pub terms: SensorTerms,
+    /// Parameters beyond the four of each joint, those of `terms` first.
+    pub further: Vec<Parameter>,
     /// One for each `[[poses]]`.
     pub tables: Vec<PoseTable>,
     /// All static poses of all tables, in order.
@@ -193,6 +197,8 @@ pub struct Pose {
     pub torque: Vec<Option<Reading>>,
     /// Readings of the axes of all instruments, absent where missing or unusable.
     pub instruments: Vec<Option<Reading>>,
+    /// Under which conditions they were read; time counts from the session's first pose.
+    pub conditions: Conditions,
 }
 
 /// Where the joint estimator's standard deviations come from.
@@ -248,84 +254,6 @@ pub struct Ask {
     pub add: Vec<String>,
     /// Not asked for.
     pub drop: Vec<String>,
-}
-
-impl Session {
-    /// Unit of a parameter inside the program.
-    pub fn parameter_unit(&self, joint: usize, quantity: Quantity) -> String {
-        let knowledge = &self.joints[joint];
-        let prismatic = self.robot.chain.joints()[joint].kind == JointKind::Prismatic;
-        let coordinate = if prismatic { "m" } else { "rad" };
-        let effort = if prismatic { "N" } else { "(N·m)" };
-        let reading = knowledge.torque_unit.map_or_else(|| "1".to_owned(), |unit| unit.to_string());
-        match quantity {
-            Quantity::TorqueGain => format!("{reading}/{effort}"),
-            Quantity::TorqueBias => reading,
-            Quantity::PositionGain => format!("{coordinate}/{}", knowledge.position_unit.si()),
-            Quantity::PositionOffset => coordinate.to_owned(),
-        }
-    }
-
-    /// Why a parameter is held and not estimated, if it is.
-    pub fn held_reason(&self, joint: usize, quantity: Quantity) -> Option<&'static str> {
-        let knowledge = self.joints[joint].of(quantity);
-        let last = joint + 1 == self.joints.len();
-        match quantity {
-            _ if knowledge.kind == KnowledgeKind::Fixed => Some("given as exact"),
-            Quantity::TorqueGain | Quantity::TorqueBias if self.joints[joint].torque_unit.is_none() => {
-                Some(NO_TORQUE_SENSOR)
-            }
-            Quantity::PositionOffset if joint == 0 => Some(BASE_FRAME_CHOICE),
-            Quantity::PositionOffset if last && !self.last_frame_is_fixed() => Some(LAST_FRAME_CHOICE),
-            _ => None,
-        }
-    }
-
-    /// Whether a parameter (or `gravity`) is asked for: every one but what is a choice of frame, unless the session
-    /// asks for more or less.
-    pub fn asks(&self, name: &str) -> bool {
-        let listed = |list: &[String]| list.iter().any(|n| n == name);
-        let by_default = !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
-            Quantity::ALL.iter().any(|q| {
-                let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
-                let no_sensor = self.joints[joint].torque_unit.is_none()
-                    && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
-                q.name(&j.name) == name
-                    && (no_sensor || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason)))
-            })
-        });
-        (by_default || listed(&self.ask.add)) && !listed(&self.ask.drop)
-    }
-
-    /// A parameter's entry in a result, without a value; `determined` only says that its value is not a choice.
-    pub(crate) fn blank_parameter(&self, joint: usize, quantity: Quantity) -> ParameterResult {
-        let name = quantity.name(&self.robot.chain.joints()[joint].name);
-        let held = self.held_reason(joint, quantity);
-        let meaningless = held == Some(LAST_FRAME_CHOICE) || held == Some(NO_TORQUE_SENSOR);
-        ParameterResult {
-            asked: self.asks(&name),
-            unit: self.parameter_unit(joint, quantity),
-            convention: quantity.convention(),
-            value: None,
-            std: None,
-            ci95: None,
-            determined: !meaningless,
-            held: held.map(str::to_owned),
-            nominal: self.joints[joint].of(quantity).nominal,
-            name,
-        }
-    }
-
-    /// Whether something known in the last link's frame fixes that frame: a load's placement, or the offset itself.
-    fn last_frame_is_fixed(&self) -> bool {
-        let last = self.joints.len() - 1;
-        let placed = self.loads.iter().any(|load| load.link == last && load.position.is_some());
-        let prior = matches!(self.joints[last].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
-        let model = matches!(&self.inertia, InertiaKnowledge::Model { relative_std } if relative_std[last].is_some());
-        let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[last].name);
-        let earlier = self.earlier.as_ref().is_some_and(|earlier| earlier.knows(&name));
-        placed || prior || model || earlier
-    }
 }
 
 const NO_TORQUE_SENSOR: &str = "the joint has no torque sensor";

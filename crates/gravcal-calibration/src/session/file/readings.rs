@@ -4,6 +4,7 @@ use gravcal_recording::{MappingError, PoseMapping, PositionColumn, ReadingColumn
 use serde::Deserialize;
 
 use super::Context;
+use super::conditions::{self, ConditionTable, DirectionTable, TimeTable};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable, Units};
 use crate::document::{Field, FileError, OneOrMany};
 use crate::session::units;
@@ -14,6 +15,10 @@ use crate::session::units;
 pub(super) struct ReadingsTable {
     position: PositionTable,
     torque: Option<ReadingColumnsTable>,
+    time: Option<TimeTable>,
+    temperature: Option<ConditionTable>,
+    velocity: Option<ConditionTable>,
+    direction: Option<DirectionTable>,
     sweep_column: Option<String>,
     #[serde(default)]
     merge_repeated_rows: bool,
@@ -28,13 +33,26 @@ struct PositionTable {
 }
 
 /// What `[readings]` comes to.
-pub(super) fn mapping(context: &Context<'_>, table: &ReadingsTable) -> Result<PoseMapping, FileError> {
+///
+/// `instruments`: columns of what else reads gravity.
+pub(super) fn mapping(
+    context: &Context<'_>,
+    table: &ReadingsTable,
+    instruments: Vec<Option<ReadingColumn>>,
+) -> Result<PoseMapping, FileError> {
+    let conditions = conditions::Written {
+        time: table.time.as_ref(),
+        temperature: table.temperature.as_ref(),
+        velocity: table.velocity.as_ref(),
+        direction: table.direction.as_ref(),
+    };
     let mapping = PoseMapping {
         positions: positions(context, &table.position)?,
-        torques: torques(context, table.torque.as_ref())?,
-        instruments: Vec::new(),
+        torques: torques(context, table.torque.as_ref(), !instruments.is_empty())?,
+        instruments,
         sweep_column: table.sweep_column.clone(),
         merge_repeated: table.merge_repeated_rows,
+        conditions: conditions::resolve(context, &conditions)?,
     };
     mapping.check().map_err(|error| context.document.error(&field_of(&error), error))?;
     Ok(mapping)
@@ -75,12 +93,16 @@ fn positions(context: &Context<'_>, table: &PositionTable) -> Result<Vec<Positio
 fn torques(
     context: &Context<'_>,
     table: Option<&ReadingColumnsTable>,
+    instruments: bool,
 ) -> Result<Vec<Option<(ReadingColumn, TorqueUnit)>>, FileError> {
     let no_torque = "no joint has a torque reading, and without torque there is nothing to calibrate: name the columns \
                      of the torque readings, readings.torque = { columns = [...], unit = \"...\" }";
-    let table = table.ok_or_else(|| context.document.error(&torque(), no_torque))?;
+    let Some(table) = table else {
+        let none = vec![None; context.joint_names.len()];
+        return if instruments { Ok(none) } else { Err(context.document.error(&torque(), no_torque)) };
+    };
     let columns = ReadingColumns::new(context, &torque(), &context.joint_names, table)?;
-    if table.columns.iter().all(String::is_empty) {
+    if table.columns.iter().all(String::is_empty) && !instruments {
         return Err(context.document.error(&torque().key("columns"), no_torque));
     }
     (0..context.joint_names.len()).map(|joint| columns.of(joint, units::torque_reading)).collect()
