@@ -34,6 +34,8 @@ pub mod simulation;
 pub mod sweeps;
 
 #[cfg(test)]
+mod instrumented;
+#[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod robustness;

@@ -19,8 +19,8 @@ use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
 use crate::judgement::{
-    DeterminedMoment, Judgement, Situation, determined_moments, gravity_result, held, judge, loss, outlier_note,
-    outliers, weak_combinations, weak_note,
+    Combination, DeterminedMoment, Judgement, Situation, determined_moments, gravity_result, held, judge, loss,
+    outlier_note, outliers, weak_combinations, weak_note,
 };
 use crate::parameter::Quantity;
 use crate::result::{
@@ -362,13 +362,15 @@ impl Solved {
             &self.idle,
         );
         judgement.combinations.extend(self.set_aside.iter().map(|aside| aside.combination.clone()));
+        judgement.combinations.extend(self.readings.unread_and_unknown(session).into_iter().map(Combination::alone));
         judgement
     }
 
     pub(crate) fn situation<'s>(&self, session: &'s Session) -> Situation<'s> {
         let g = self.estimate.values.get(self.posed.layout.gravity);
         let read = (0..session.joints.len()).map(|joint| self.posed.rows.iter().any(|(_, j)| *j == joint)).collect();
-        Situation { session, gravity: [g[0], g[1], g[2]], read, idle: self.idle.clone() }
+        let unread = self.readings.unread_and_unknown(session);
+        Situation { session, gravity: [g[0], g[1], g[2]], read, unread, idle: self.idle.clone() }
     }
 
     fn gravity(&self, session: &Session) -> GravityResult {

@@ -25,6 +25,9 @@ const EXACT_DISTANCE_STD: f64 = 1e-6;
 /// Why links are held where only instruments read: these feel nothing of them.
 const NO_TORQUE: &str = "no torque of a joint is read";
 
+/// Why a parameter is held on which no reading that enters depends.
+const UNREAD: &str = "no reading depends on it";
+
 /// The joint problem cannot be posed.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum PosingError {
@@ -99,11 +102,16 @@ fn add_blocks(
     session: &Session,
     readings: &Readings,
     start: &Unknowns,
-    exact_distances: bool,
+    with_knowledge: bool,
     builder: &mut ProblemBuilder,
 ) -> Layout {
     let gravity = builder.add_block(gravity_block(session), &start.gravity);
-    let mut add = |id| builder.add_block(parameter_block(&session.parameter(id)), &[start.value(id)]);
+    let unread = if with_knowledge { readings.unread_and_unknown(session) } else { readings.unread(session) };
+    let mut add = |id| {
+        let block = parameter_block(&session.parameter(id));
+        let block = if unread.contains(&id) { block.held(UNREAD) } else { block };
+        builder.add_block(block, &[start.value(id)])
+    };
     let sensors = (0..session.joints.len())
         .map(|joint| Quantity::ALL.map(|quantity| add(ParameterId::Sensor(joint, quantity))))
         .collect();
@@ -116,7 +124,7 @@ fn add_blocks(
         builder.add_block(block.linear(), value)
     });
     let inertia = inertia.collect();
-    let loads = add_placements(session, &readings.carried(session), start, exact_distances, builder);
+    let loads = add_placements(session, &readings.carried(session), start, with_knowledge, builder);
     Layout { gravity, sensors, further, inertia, loads }
 }
 

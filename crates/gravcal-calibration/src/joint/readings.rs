@@ -1,17 +1,19 @@
 //! Which readings enter the joint problem, and how: one factor a pose, of everything that reads it.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder, Residual};
 use gravcal_kinematics::Chain;
 
 use super::unknowns::Layout;
+use crate::parameter::{ParameterId, Quantity};
 use crate::residuals::{
     CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, PoseTorque, PoseTorqueBlocks, PoseTorqueModel,
     SensedQuantity, SpecificForce, Stacked, Wrench,
 };
 use crate::sensors::PositionFunction;
-use crate::session::{Instrument, InstrumentKind, Session};
+use crate::session::{Instrument, InstrumentKind, KnowledgeKind, Session};
 
 /// Which readings enter, and how uncertain they are.
 #[derive(Clone, Debug)]
@@ -43,6 +45,33 @@ impl Readings {
         self.used.iter().flatten().any(|channel| *channel < session.joints.len())
     }
 
+    /// Free parameters on which no reading that enters depends.
+    pub(super) fn unread(&self, session: &Session) -> Vec<ParameterId> {
+        let free = |id: &ParameterId| session.parameter(*id).held.is_none() && !self.reads(session, *id);
+        session.parameters().into_iter().filter(free).collect()
+    }
+
+    /// The same, but for those that are known with a standard deviation.
+    pub(super) fn unread_and_unknown(&self, session: &Session) -> Vec<ParameterId> {
+        let known = |id: &ParameterId| matches!(session.parameter(*id).knowledge.kind, KnowledgeKind::Prior { .. });
+        self.unread(session).into_iter().filter(|id| !known(id)).collect()
+    }
+
+    fn reads(&self, session: &Session, id: ParameterId) -> bool {
+        // The torque of a joint depends on all positions, and a factor of torques has the parameters of all joints.
+        let of_joint = self.any_torque(session) && !matches!(id, ParameterId::Further(i) if i >= session.terms.len());
+        of_joint
+            || self
+                .used_axes(session)
+                .iter()
+                .any(|(number, axis)| session.instruments[*number].reads(session, *axis, id))
+    }
+
+    /// Instrument and axis of the readings of instruments that enter, each once.
+    fn used_axes(&self, session: &Session) -> BTreeSet<(usize, usize)> {
+        self.used.iter().flatten().filter_map(|channel| session.axis(*channel)).collect()
+    }
+
     /// Which loads hang on the robot in a pose of which something is read that feels them.
     pub(super) fn carried(&self, session: &Session) -> Vec<bool> {
         let feels = |channel: &usize| match session.axis(*channel) {
@@ -56,6 +85,24 @@ impl Readings {
     /// Standard deviation of one reading, unit of the reading.
     pub fn std(&self, session: &Session, pose: usize, channel: usize) -> f64 {
         session.reading(pose, channel).and_then(|r| r.std).unwrap_or(self.noise[channel])
+    }
+}
+
+impl Instrument {
+    /// Whether the readings of an axis depend on a parameter.
+    fn reads(&self, session: &Session, axis: usize, id: ParameterId) -> bool {
+        match id {
+            ParameterId::Sensor(joint, quantity) => {
+                let position = matches!(quantity, Quantity::PositionGain | Quantity::PositionOffset);
+                joint <= self.link && position
+            }
+            ParameterId::Further(place) => {
+                let gain =
+                    self.gains.iter().zip(self.gain_parameters()).any(|((row, _), own)| own == place && *row == axis);
+                let term = position_terms(session, self.link).any(|(own, ..)| own == place);
+                gain || term || self.bias_parameters().start + axis == place || self.own_parameters().contains(&place)
+            }
+        }
     }
 }
 

@@ -2,8 +2,10 @@
 
 use gravcal_kinematics::JointKind;
 
-use super::{BASE_FRAME_CHOICE, InertiaKnowledge, KnowledgeKind, LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, Session};
-use crate::parameter::{Limit, Parameter, ParameterId, Quantity};
+use super::{
+    BASE_FRAME_CHOICE, InertiaKnowledge, Knowledge, KnowledgeKind, LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, Session,
+};
+use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
 use crate::result::ParameterResult;
 
 /// Standard deviation, relative to a gain, beyond which a number would mislead; of an angle, rad; of a displacement, m.
@@ -64,6 +66,14 @@ impl Session {
         match id {
             ParameterId::Sensor(joint, quantity) => quantity.name(&self.robot.chain.joints()[joint].name),
             ParameterId::Further(index) => self.further[index].name(),
+        }
+    }
+
+    /// What is known of a parameter, to be changed.
+    pub(crate) fn knowledge_mut(&mut self, id: ParameterId) -> &mut Knowledge {
+        match id {
+            ParameterId::Sensor(joint, quantity) => &mut self.joints[joint].parameters[quantity as usize],
+            ParameterId::Further(index) => &mut self.further[index].knowledge,
         }
     }
 
@@ -132,15 +142,17 @@ impl Session {
     /// asks for more or less.
     pub fn asks(&self, name: &str) -> bool {
         let listed = |list: &[String]| list.iter().any(|n| n == name);
-        let by_default = !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
-            Quantity::ALL.iter().any(|q| {
-                let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
-                let no_sensor = self.joints[joint].torque_unit.is_none()
-                    && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
-                q.name(&j.name) == name
-                    && (no_sensor || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason)))
-            })
-        });
+        let unread = self.further.iter().any(|further| further.held == Some(UNREAD) && further.name() == name);
+        let by_default = !unread
+            && !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
+                Quantity::ALL.iter().any(|q| {
+                    let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
+                    let no_sensor = self.joints[joint].torque_unit.is_none()
+                        && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
+                    q.name(&j.name) == name
+                        && (no_sensor || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason)))
+                })
+            });
         (by_default || listed(&self.ask.add)) && !listed(&self.ask.drop)
     }
 
@@ -148,7 +160,7 @@ impl Session {
     pub(crate) fn blank_parameter(&self, id: ParameterId) -> ParameterResult {
         let parameter = self.parameter(id);
         let name = parameter.name();
-        let meaningless = parameter.held == Some(LAST_FRAME_CHOICE) || parameter.held == Some(NO_TORQUE_SENSOR);
+        let meaningless = [LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, UNREAD].map(Some).contains(&parameter.held);
         ParameterResult {
             asked: self.asks(&name),
             unit: parameter.unit,
@@ -163,7 +175,8 @@ impl Session {
         }
     }
 
-    /// Whether something known in the last link's frame fixes that frame: a load's placement, an instrument's mounting, or the offset itself.
+    /// Whether something known in the last link's frame fixes that frame: a load's placement, an instrument's mounting, or
+    /// the offset itself.
     fn last_frame_is_fixed(&self) -> bool {
         let last = self.joints.len() - 1;
         let placed = self.loads.iter().any(|load| load.link == last && load.position.is_some());

@@ -6,6 +6,7 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
 use super::conditions::Course;
+use super::instruments;
 use super::{Run, Simulation};
 use crate::parameter::Quantity;
 use crate::session::{Pose, Session};
@@ -82,7 +83,7 @@ fn read_sensors(
     random: &mut Pcg64,
 ) -> Pose {
     let load = simulation.template.tables[table].load;
-    let torque = torque_at(simulation, stand, load);
+    let (coordinates, torque) = statics(simulation, stand, load);
     let disturbance = &simulation.disturbance;
     let position =
         stand.position.iter().zip(&disturbance.position_std).map(|(q, std)| q + std * normal(random)).collect();
@@ -98,21 +99,13 @@ fn read_sensors(
             Some(Reading { value, std: Some(simulation.stated_std(joint)) })
         })
         .collect();
+    let instruments = instruments::read(simulation, &coordinates, load, random);
     // Line 1 of a table is its header.
-    Pose {
-        table,
-        line: index as u64 + 2,
-        sweep_label: None,
-        load,
-        position,
-        torque,
-        instruments: Vec::new(),
-        conditions,
-    }
+    Pose { table, line: index as u64 + 2, sweep_label: None, load, position, torque, instruments, conditions }
 }
 
-/// True torques, stationary joints deflected.
-fn torque_at(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> Vec<f64> {
+/// True coordinates and torques, stationary joints deflected.
+fn statics(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> (Vec<f64>, Vec<f64>) {
     let truth = &simulation.truth;
     let mut inertia: Vec<f64> = truth.inertia.iter().flatten().copied().collect();
     if let Some(load) = load {
@@ -124,8 +117,9 @@ fn torque_at(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> Vec
     let mut torque = vec![0.0; stand.position.len()];
     let sensed = simulation.template.terms.coordinates(&stand.position, truth);
     let rounds = if compliance.iter().any(|c| *c != 0.0) { COMPLIANCE_ROUNDS } else { 1 };
+    let mut coordinates = sensed.clone();
     for _ in 0..rounds {
-        let coordinates: Vec<f64> = sensed
+        coordinates = sensed
             .iter()
             .enumerate()
             .map(|(joint, coordinate)| {
@@ -136,9 +130,9 @@ fn torque_at(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> Vec
             .collect();
         simulation.template.robot.chain.gravity_torque(&coordinates, truth.gravity, &inertia, &mut torque);
     }
-    torque
+    (coordinates, torque)
 }
 
-fn normal(random: &mut impl Rng) -> f64 {
+pub(super) fn normal(random: &mut impl Rng) -> f64 {
     random.sample(StandardNormal)
 }

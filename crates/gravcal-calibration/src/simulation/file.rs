@@ -525,6 +525,7 @@ impl Reader<'_> {
         self.not_negative(&deflection.key("hold_std_deg"), &[hold_std])?;
         Ok(Disturbance {
             torque_std,
+            instrument_std: Vec::new(),
             position_std,
             converter: table.torque.converter.map(|c| self.converter(c)).transpose()?,
             deflection: Deflection {

@@ -12,6 +12,7 @@
 mod conditions;
 mod draw;
 mod file;
+mod instruments;
 mod write;
 mod write_conditions;
 
@@ -81,6 +82,8 @@ pub struct Disturbance {
     pub torque_std: Vec<f64>,
     /// Standard deviation of the averaged position reading of each joint, unit of the reading (rad for an angle).
     pub position_std: Vec<f64>,
+    /// Standard deviation of the averaged reading of each axis of the instruments, unit of the reading.
+    pub instrument_std: Vec<f64>,
     /// Converter of the torque readings, if they pass through one.
     pub converter: Option<Converter>,
     /// Deflection of stationary joints.

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use super::Context;
 use crate::calibrate::EstimatorName;
 use crate::document::{Field, FileError};
-use crate::parameter::Quantity;
+use crate::parameter::{Limit, Parameter};
 use crate::session::{
     EarlierCalibration, InertiaKnowledge, KnowledgeKind, KnownCombination, LAST_FRAME_CHOICE, Session,
 };
@@ -49,18 +49,16 @@ pub(super) fn resolve(context: &Context<'_>, table: &PriorTable, session: Sessio
     section.check_gravity(&earlier)?;
     section.check_inertia()?;
     let known = section.known(&earlier, format!("{} ({estimator})", table.calibration))?;
-    let mut joints = session.joints.clone();
-    for (joint, knowledge) in joints.iter_mut().enumerate() {
-        for quantity in Quantity::ALL {
-            let own = &mut knowledge.parameters[quantity as usize];
-            let value = known.value(&quantity.name(context.joint_names[joint]));
-            if let (KnowledgeKind::Start, Some(value)) = (own.kind, value) {
-                own.nominal = value;
-            }
+    let mut session = session;
+    for id in session.parameters() {
+        let value = known.value(&session.parameter_name(id));
+        let own = session.knowledge_mut(id);
+        if let (KnowledgeKind::Start, Some(value)) = (own.kind, value) {
+            own.nominal = value;
         }
     }
-    let inputs = session.inputs.iter().cloned().chain([path]).collect();
-    Ok(Session { joints, earlier: Some(known), inputs, ..session })
+    session.inputs.push(path);
+    Ok(Session { earlier: Some(known), ..session })
 }
 
 struct Section<'a> {
@@ -91,46 +89,41 @@ impl Section<'_> {
     }
 
     /// Units, signs and what is held must agree, and nothing may be known twice.
-    fn check_parameter(&self, parameter: &EarlierParameter) -> Result<(), FileError> {
-        let Some((joint, quantity)) = self.find(&parameter.name) else { return Ok(()) };
-        let (name, unit) = (&parameter.name, self.session.parameter_unit(joint, quantity));
+    fn check_parameter(&self, earlier: &EarlierParameter) -> Result<(), FileError> {
+        let Some(own) = self.find(&earlier.name) else { return Ok(()) };
+        let (name, unit, nominal) = (&earlier.name, &own.unit, own.knowledge.nominal);
         let refused = |message: String| Err(self.error("calibration", message));
-        let has_sensor = parameter.value.is_some() || parameter.held.is_none();
-        if has_sensor && parameter.unit != unit {
-            let there = &parameter.unit;
+        let was_read = earlier.value.is_some() || earlier.held.is_none();
+        if was_read && earlier.unit != *unit {
+            let there = &earlier.unit;
             return refused(format!("{name} is in {there} there, but in {unit} here: record the readings in one unit"));
         }
-        let own = self.session.joints[joint].of(quantity);
-        let here = self.session.held_reason(joint, quantity);
-        let same = (parameter.nominal - own.nominal).abs() <= SAME_VALUE * own.nominal.abs().max(1.0);
+        let same = (earlier.nominal - nominal).abs() <= SAME_VALUE * nominal.abs().max(1.0);
         let frame = [Unchanged::Links, Unchanged::Loads].iter().any(|what| self.is_unchanged(*what));
-        match (&parameter.held, parameter.value) {
-            (Some(_), Some(value)) if here.is_none() || !same => refused(format!(
+        match (earlier.held.as_deref(), earlier.value) {
+            (Some(_), Some(value)) if own.held.is_none() || !same => refused(format!(
                 "{name} was held at {value} {unit} there, and what was found depends on it: hold it at that value here, \
-                 too ({} = {{ fixed = ... }} in its [[joint]])",
-                quantity.as_str()
+                 too (fixed)"
             )),
-            (Some(why), None) if frame && why == LAST_FRAME_CHOICE && (here != Some(LAST_FRAME_CHOICE) || !same) => {
+            (Some(LAST_FRAME_CHOICE), None) if frame && (own.held != Some(LAST_FRAME_CHOICE) || !same) => {
                 refused(format!(
                     "{name} chose the last link's frame there, at {} {unit}, and it is another here: leave \"links\" and \
                      \"loads\" out of prior.unchanged, or choose the same frame",
-                    parameter.nominal
+                    earlier.nominal
                 ))
             }
-            (None, Some(value)) => self.check_estimated(joint, quantity, value),
+            (None, Some(value)) => self.check_estimated(&own, value),
             _ => Ok(()),
         }
     }
 
-    fn check_estimated(&self, joint: usize, quantity: Quantity, value: f64) -> Result<(), FileError> {
-        let own = self.session.joints[joint].of(quantity);
-        let name = quantity.name(self.context.joint_names[joint]);
-        let gain = matches!(quantity, Quantity::TorqueGain | Quantity::PositionGain);
-        if gain && value * own.nominal < 0.0 {
+    fn check_estimated(&self, own: &Parameter, value: f64) -> Result<(), FileError> {
+        let (name, knowledge) = (own.name(), own.knowledge);
+        if matches!(own.limit, Limit::ShareOfNominal(_)) && value * knowledge.nominal < 0.0 {
             let message = format!("{name} came out as {value:.4} there, but is declared with the other sign here");
             return Err(self.error("calibration", message));
         }
-        if let KnowledgeKind::Prior { .. } = own.kind {
+        if let KnowledgeKind::Prior { .. } = knowledge.kind {
             let message = format!(
                 "{name} is known from there and by a std of its own here; what was stated there as well would count twice: \
                  leave that std away"
@@ -204,9 +197,9 @@ impl Section<'_> {
         }
     }
 
-    fn find(&self, parameter: &str) -> Option<(usize, Quantity)> {
-        let (joint, quantity) = parameter.rsplit_once('.')?;
-        let joint = self.context.joint_names.iter().position(|name| *name == joint)?;
-        Some((joint, Quantity::ALL.into_iter().find(|q| q.as_str() == quantity)?))
+    fn find(&self, name: &str) -> Option<Parameter> {
+        let ids = self.session.parameters();
+        let found = ids.into_iter().find(|id| self.session.parameter_name(*id) == name)?;
+        Some(self.session.parameter(found))
     }
 }
