@@ -102,7 +102,8 @@ fn errors_of_gravity_fall_with_them_as_the_bound_says() {
             let session = simulation.session(trial);
             for (ratio, last) in ratios.iter_mut().zip([3, 12]) {
                 let readings = part(&session, |channel| channel < last);
-                let solved = joint::solve(&session, &readings, Some(&simulation.truth), workbench).unwrap();
+                let posed = joint::pose(&session, &readings, &simulation.truth).unwrap();
+                let solved = joint::solve_posed(readings.clone(), posed, workbench).unwrap();
                 let found = solved.unknowns(&simulation.truth).gravity;
                 let square: f64 = found.iter().zip(simulation.truth.gravity).map(|(a, b)| (a - b).powi(2)).sum();
                 let bound = at_truth(&simulation, &session, readings);

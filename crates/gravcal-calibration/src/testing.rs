@@ -113,6 +113,7 @@ pub fn sarcos_shoulder() -> Simulation {
         },
         conditions: SimulatedConditions::default(),
         models: vec![Vec::new(); 3],
+        instruments: Default::default(),
         seed: 1,
     }
 }

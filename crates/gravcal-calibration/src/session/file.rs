@@ -133,6 +133,19 @@ use crate::document::{Document, Field, FileError};
 use crate::parameter::Quantity;
 use crate::robot::{Robot, RobotSource, resolve_robot};
 
+pub(crate) use instruments::{AccelerometerTable, ForceTorqueTable, Instruments};
+
+/// The instruments that a document declares for a robot.
+pub(crate) fn read_instruments(
+    document: &Document,
+    robot: &Robot,
+    robot_path: &Path,
+    force_torque: &[ForceTorqueTable],
+    accelerometers: &[AccelerometerTable],
+) -> Result<Instruments, FileError> {
+    instruments::resolve(&Context::new(document, robot, robot_path), force_torque, accelerometers)
+}
+
 /// Why a session cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum SessionError {

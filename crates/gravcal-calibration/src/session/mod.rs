@@ -19,6 +19,7 @@ use crate::sensors::SensorTerms;
 
 pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
+pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};
 pub use instrument::{Instrument, InstrumentKind};
 pub use solver::SolverChoice;
 

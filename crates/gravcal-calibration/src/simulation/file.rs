@@ -1,5 +1,7 @@
 //! Reads `simulation.toml`.
 
+mod instruments;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -7,6 +9,7 @@ use gravcal_estimation::Loss;
 use gravcal_kinematics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use super::{Converter, Deflection, Disturbance, Run, SimulatedConditions, Simulation};
 use crate::document::{Document, Field, FileError, OneOrMany};
@@ -38,6 +41,13 @@ struct SimulationTable {
     conditions: ConditionsTable,
     #[serde(default)]
     joint: Vec<JointTable>,
+    // The next three are read by `instruments`; here they are only known to be there.
+    #[serde(default, rename = "force_torque_sensor")]
+    _force_torque_sensor: IgnoredAny,
+    #[serde(default, rename = "accelerometer")]
+    _accelerometer: IgnoredAny,
+    #[serde(default, rename = "instrument_truth")]
+    _instrument_truth: IgnoredAny,
     #[serde(default)]
     load: Vec<LoadTable>,
     #[serde(default)]
@@ -185,15 +195,20 @@ impl Reader<'_> {
             solver: None,
             inputs: vec![path.to_owned(), robot_path],
         };
-        let truth = self.truth(&mut template)?;
+        let mut truth = self.truth(&mut template)?;
         let mut models = vec![Vec::new(); self.names().len()];
         for table in &self.table.joint {
             if let Some(joint) = self.names().iter().position(|name| *name == table.name) {
                 models[joint] = table.sensor_models.iter().map(ModelTable::without_parameters).collect();
             }
         }
-        let (disturbance, conditions) = (self.disturbance()?, self.conditions()?);
-        Ok(Simulation { template, truth, runs, disturbance, conditions, models, seed: self.table.seed })
+        let read = instruments::read(self.document, self.robot, &template.inputs[1])?;
+        template.instruments = read.instruments.behind(&mut template.further);
+        truth.further.extend(read.truth);
+        let disturbance = Disturbance { instrument_std: read.std, ..self.disturbance()? };
+        let (conditions, seed) = (self.conditions()?, self.table.seed);
+        let instruments = read.simulated;
+        Ok(Simulation { template, truth, runs, disturbance, conditions, models, instruments, seed })
     }
 
     fn names(&self) -> Vec<&str> {

@@ -41,8 +41,21 @@ pub struct Simulation {
     pub conditions: SimulatedConditions,
     /// `sensor_models` of each joint, as the session declares them.
     pub(crate) models: Vec<Vec<ModelTable<()>>>,
+    /// Its instruments, as the session declares them.
+    pub(crate) instruments: SimulatedInstruments,
     /// Seed of the random numbers.
     pub seed: u64,
+}
+
+/// Instruments as they stand in the session's file.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SimulatedInstruments {
+    /// `[[force_torque_sensor]]`.
+    pub force_torque_sensor: Vec<toml::Table>,
+    /// `[[accelerometer]]`.
+    pub accelerometer: Vec<toml::Table>,
+    /// Column of each axis, where it is read.
+    pub columns: Vec<Option<String>>,
 }
 
 /// Poses of one table.

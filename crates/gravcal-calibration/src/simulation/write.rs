@@ -6,8 +6,8 @@ use gravcal_recording::{Cell, TorqueUnit, WriteError, table_contents, write_atom
 use serde::Serialize;
 use thiserror::Error;
 
+use super::Simulation;
 use super::write_conditions::{self, ConditionTables};
-use super::{SimulatedConditions, Simulation};
 use crate::sensors::ModelTable;
 use crate::session::Session;
 
@@ -56,7 +56,7 @@ fn write_files(
 ) -> Result<Vec<PathBuf>, SimulateError> {
     let mut files: Vec<(PathBuf, Vec<u8>)> = vec![("session.toml".into(), session_toml(simulation, folder)?.into())];
     for (index, table) in session.tables.iter().enumerate() {
-        files.push((table.path.clone(), table_bytes(session, &simulation.conditions, index)?));
+        files.push((table.path.clone(), table_bytes(simulation, session, index)?));
     }
     files.push(("truth.toml".into(), truth_toml(simulation)?.into()));
     let differs = |name: &Path, bytes: &[u8]| std::fs::read(folder.join(name)).is_ok_and(|existing| existing != bytes);
@@ -81,6 +81,10 @@ struct SessionTable {
     readings: ReadingsTable,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     joint: Vec<JointTable>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    force_torque_sensor: Vec<toml::Table>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    accelerometer: Vec<toml::Table>,
     load: Vec<LoadTable>,
     load_distance: Vec<LoadDistanceTable>,
     poses: Vec<PosesTable>,
@@ -176,6 +180,8 @@ fn session_toml(simulation: &Simulation, folder: &Path) -> Result<String, Simula
                 sensor_models: simulation.models[joint].clone(),
             })
             .collect(),
+        force_torque_sensor: simulation.instruments.force_torque_sensor.clone(),
+        accelerometer: simulation.instruments.accelerometer.clone(),
         load: session
             .loads
             .iter()
@@ -244,18 +250,24 @@ fn torque_unit(unit: Option<TorqueUnit>) -> &'static str {
     unit.map_or("", TorqueUnit::name)
 }
 
-fn table_bytes(session: &Session, conditions: &SimulatedConditions, table: usize) -> Result<Vec<u8>, WriteError> {
+fn table_bytes(simulation: &Simulation, session: &Session, table: usize) -> Result<Vec<u8>, WriteError> {
     let joints = 0..session.joints.len();
     let positions = joints.clone().map(|joint| position_column(session, joint));
     let torques = joints.map(|joint| torque_column(session, joint));
-    let columns: Vec<String> = positions.chain(torques).chain(write_conditions::columns(session, conditions)).collect();
+    let conditions = write_conditions::columns(session, &simulation.conditions);
+    let instruments = simulation.instruments.columns.iter().flatten().cloned();
+    let columns: Vec<String> = positions.chain(torques).chain(conditions).chain(instruments).collect();
     let rows: Vec<Vec<Cell>> = session
         .poses
         .iter()
         .filter(|pose| pose.table == table)
         .map(|pose| {
             let torques = pose.torque.iter().map(|reading| Cell::from(reading.as_ref().map(|r| r.value)));
-            pose.position.iter().map(|q| Cell::from(*q)).chain(torques).chain(write_conditions::cells(pose)).collect()
+            let own =
+                pose.instruments.iter().zip(&simulation.instruments.columns).filter(|(_, column)| column.is_some());
+            let instruments = own.map(|(reading, _)| Cell::from(reading.as_ref().map(|r| r.value)));
+            let positions = pose.position.iter().map(|q| Cell::from(*q));
+            positions.chain(torques).chain(write_conditions::cells(pose)).chain(instruments).collect()
         })
         .collect();
     table_contents(&session.tables[table].path, &[], &columns, &rows)

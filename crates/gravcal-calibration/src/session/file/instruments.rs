@@ -37,7 +37,7 @@ const STATE_MOUNTING: &str = "state how the instrument is mounted (mounting, wit
 /// `[[force_torque_sensor]]`, on the last link.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
-pub(super) struct ForceTorqueTable {
+pub(crate) struct ForceTorqueTable {
     name: String,
     #[serde(default)]
     mounting: MountingTable,
@@ -57,7 +57,7 @@ pub(super) struct ForceTorqueTable {
 /// `[[accelerometer]]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
-pub(super) struct AccelerometerTable {
+pub(crate) struct AccelerometerTable {
     name: String,
     link: String,
     #[serde(default)]
@@ -89,7 +89,7 @@ pub(super) enum Gains {
 
 /// What the instruments come to.
 #[derive(Default)]
-pub(super) struct Instruments {
+pub(crate) struct Instruments {
     pub instruments: Vec<Instrument>,
     pub parameters: Vec<Parameter>,
     /// Column of each axis; `None` for axes that are not read.
