@@ -8,6 +8,7 @@ mod constraints;
 mod earlier;
 mod experiments;
 mod extreme_numbers;
+mod instruments;
 mod invariants;
 mod program;
 mod reproducible;

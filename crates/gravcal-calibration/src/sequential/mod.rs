@@ -321,6 +321,11 @@ fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
          those results are not in them, and no covariance between steps is known."
             .into(),
     );
+    let unheeded =
+        [(!session.instruments.is_empty(), "instruments"), (session.earlier.is_some(), "earlier calibrations")];
+    notes.extend(
+        unheeded.into_iter().filter(|(there, _)| *there).map(|(_, what)| format!("The steps do not heed {what}.")),
+    );
     notes.extend(known.gravity.as_ref().ok().and_then(|g| g.assumed.clone()));
     if !session.terms.is_empty() {
         notes.push(
