@@ -21,8 +21,14 @@ pub struct KnownQuantity {
 #[derive(Clone, Debug)]
 pub struct LinearKnowledge {
     blocks: Vec<BlockId>,
-    /// Block (by its place in `blocks`), number in it and coefficient of each term; and the known value.
-    rows: Vec<(Vec<(usize, usize, f64)>, f64)>,
+    rows: Vec<Row>,
+}
+
+#[derive(Clone, Debug)]
+struct Row {
+    /// Block (by its place among the blocks), number in it and coefficient of each term.
+    terms: Vec<(usize, usize, f64)>,
+    value: f64,
 }
 
 impl LinearKnowledge {
@@ -34,7 +40,7 @@ impl LinearKnowledge {
         let place = |id: BlockId| blocks.partition_point(|other| *other < id);
         let row = |q: KnownQuantity| {
             let terms = q.terms.into_iter().map(|(id, component, c)| (place(id), component, c)).collect();
-            (terms, q.value)
+            Row { terms, value: q.value }
         };
         let rows = quantities.into_iter().map(row).collect();
         LinearKnowledge { blocks, rows }
@@ -56,7 +62,7 @@ impl Residual for LinearKnowledge {
         residual: &mut [f64],
         mut jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError> {
-        for (index, (terms, value)) in self.rows.iter().enumerate() {
+        for (index, Row { terms, value }) in self.rows.iter().enumerate() {
             residual[index] = terms.iter().map(|(block, i, c)| c * x.block(*block)[*i]).sum::<f64>() - value;
             if let Some(rows) = jacobian.as_mut() {
                 let row = rows.row(index);
