@@ -12,7 +12,7 @@ use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, Instrument, InstrumentKind, JointKnowledge, Knowledge,
     KnowledgeKind, Load, LoadDistance, PoseTable, Session, UncertaintyChoice,
 };
-use crate::simulation::{Deflection, Disturbance, Run, SimulatedConditions, Simulation};
+use crate::simulation::{Deflection, Disturbance, Run, Simulation};
 
 /// Three axes through the shoulder, twists 90°, −90°, 90°.
 pub fn sarcos_robot() -> Robot {
@@ -67,7 +67,7 @@ pub fn sarcos_shoulder() -> Simulation {
     let arm: nalgebra::Vector3<f64> = 0.201 * nalgebra::Vector3::new(0.8, 0.0, 0.6);
     let template = Session {
         robot: sarcos_robot(),
-        gravity: GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: direction.into() },
+        gravity: GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: Some(direction.into()) },
         inertia: InertiaKnowledge::Unknown,
         loads: vec![load("plate-a"), load("plate-b")],
         load_distances: vec![LoadDistance { between: [0, 1], distance: 0.402, std: None }],
@@ -100,22 +100,15 @@ pub fn sarcos_shoulder() -> Simulation {
     truth.sensors =
         vec![[7.12, 2075.0, 0.988, 0.0], [5.97, 2008.0, 0.995, 134.2_f64.to_radians()], [6.5, 2050.0, 1.01, 0.2]];
     truth.loads = vec![[0, 1, 2].map(|i| centre[i] + arm[i]), [0, 1, 2].map(|i| centre[i] - arm[i])];
-    Simulation {
-        template,
-        truth,
-        runs: runs.into_iter().map(|(run, _, _)| run).collect(),
-        disturbance: Disturbance {
-            torque_std: vec![0.8; 3],
-            instrument_std: Vec::new(),
-            position_std: vec![0.0; 3],
-            converter: None,
-            deflection: Deflection { hold_std: 0.0, compliance: vec![0.0; 3] },
-        },
-        conditions: SimulatedConditions::default(),
-        models: vec![Vec::new(); 3],
-        instruments: Default::default(),
-        seed: 1,
-    }
+    let disturbance = Disturbance {
+        torque_std: vec![0.8; 3],
+        instrument_std: Vec::new(),
+        position_std: vec![0.0; 3],
+        converter: None,
+        deflection: Deflection { hold_std: 0.0, compliance: vec![0.0; 3] },
+    };
+    let runs = runs.into_iter().map(|(run, _, _)| run).collect();
+    Simulation::new(template, truth, runs, disturbance, 1)
 }
 
 /// The same with a wrist sensor on the last link and an accelerometer on the first, whose gains are one an axis.

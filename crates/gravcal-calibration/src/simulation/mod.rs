@@ -103,6 +103,15 @@ pub struct Disturbance {
     pub deflection: Deflection,
 }
 
+impl Disturbance {
+    /// Nothing but noise of the torque readings, by joint.
+    pub fn noise(torque_std: Vec<f64>) -> Disturbance {
+        let none = vec![0.0; torque_std.len()];
+        let deflection = Deflection { hold_std: 0.0, compliance: none.clone() };
+        Disturbance { torque_std, instrument_std: Vec::new(), position_std: none, converter: None, deflection }
+    }
+}
+
 /// An analogue-to-digital converter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Converter {
@@ -135,6 +144,13 @@ pub struct Deflection {
 }
 
 impl Simulation {
+    /// An experiment whose sensors are affine, without instruments.
+    pub fn new(template: Session, truth: Unknowns, runs: Vec<Run>, disturbance: Disturbance, seed: u64) -> Simulation {
+        let models = vec![Vec::new(); template.joints.len()];
+        let (conditions, instruments) = (SimulatedConditions::default(), SimulatedInstruments::default());
+        Simulation { template, truth, runs, disturbance, conditions, models, instruments, seed }
+    }
+
     /// Reads `simulation.toml` and the robot that it names.
     ///
     /// # Errors

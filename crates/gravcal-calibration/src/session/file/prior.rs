@@ -137,7 +137,8 @@ impl Section<'_> {
         let (Some(g), true) = (earlier.gravity, self.is_unchanged(Unchanged::Base)) else { return Ok(()) };
         let here = self.session.gravity;
         let magnitude = g.iter().map(|c| c * c).sum::<f64>().sqrt();
-        if g.iter().zip(here.hemisphere).map(|(a, b)| a * b).sum::<f64>() <= 0.0 {
+        let along = |hemisphere: [f64; 3]| g.iter().zip(hemisphere).map(|(a, b)| a * b).sum::<f64>();
+        if here.hemisphere.is_some_and(|hemisphere| along(hemisphere) <= 0.0) {
             let message = "gravity came out on the other side of gravity.hemisphere there: the base has moved, or one of \
                            the two is wrong";
             return Err(self.error("unchanged", message));
