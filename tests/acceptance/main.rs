@@ -5,8 +5,10 @@
 mod accuracy;
 mod answer;
 mod constraints;
+mod earlier;
 mod experiments;
 mod extreme_numbers;
+mod instruments;
 mod invariants;
 mod program;
 mod reproducible;

@@ -24,7 +24,7 @@ pub struct EstimatorResult {
     pub gravity: Option<GravityResult>,
     /// Every sensor parameter.
     pub parameters: Vec<ParameterResult>,
-    /// Covariance of the determined sensor parameters and gravity.
+    /// Covariance of what is determined: gravity, sensor parameters and combinations of moments.
     pub covariance: CovarianceResult,
     /// Combinations of the links' masses and moments and of load placements that the data determine.
     pub moments: Vec<MomentResult>,
@@ -121,7 +121,7 @@ pub struct ParameterResult {
 /// A covariance matrix with the names of its rows.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct CovarianceResult {
-    /// `gravity.x`, `joint1.torque_gain`, …
+    /// `gravity.x`, `joint1.torque_gain`, …, and `moments[0]` for the first of the result's `moments`.
     pub order: Vec<String>,
     /// Rows of the matrix, in the products of the parameters' units.
     pub matrix: Vec<Vec<f64>>,

@@ -1,47 +1,58 @@
 //! The columns of one table, found by the names in a mapping, and their cells read as poses.
 
+use crate::conditions::FoundConditions;
 use crate::error::ReadError;
 use crate::mapping::{PoseMapping, PositionColumn, ReadingColumn};
 use crate::pose::{Reading, StaticPose};
 use crate::table::Table;
-use crate::unit::TorqueUnit;
 
 /// A mapping with the names of columns resolved to their places in one table.
 pub(crate) struct Columns<'a> {
     table: &'a Table,
     positions: Vec<Position>,
-    torques: Vec<Option<Torque<'a>>>,
+    torques: Vec<Option<Column<'a>>>,
+    instruments: Vec<Option<Column<'a>>>,
     sweep: Option<usize>,
+    conditions: FoundConditions<'a>,
 }
 
 impl<'a> Columns<'a> {
     /// Looks for every column that the mapping names; `mapping` has been checked.
-    pub(crate) fn find(table: &'a Table, mapping: &PoseMapping) -> Result<Columns<'a>, ReadError> {
+    pub(crate) fn find(table: &'a Table, mapping: &'a PoseMapping) -> Result<Columns<'a>, ReadError> {
         let positions = mapping.positions.iter().map(|position| Position::find(table, position));
         let torques = mapping.torques.iter().map(|torque| match torque {
             None => Ok(None),
-            Some((column, unit)) => Torque::find(table, column, *unit).map(Some),
+            Some((column, unit)) => Column::find(table, column, unit.to_si()).map(Some),
         });
+        let instruments = mapping
+            .instruments
+            .iter()
+            .map(|column| column.as_ref().map(|column| Column::find(table, column, 1.0)).transpose());
         Ok(Columns {
             table,
             positions: positions.collect::<Result<_, _>>()?,
             torques: torques.collect::<Result<_, _>>()?,
+            instruments: instruments.collect::<Result<_, _>>()?,
             sweep: find(table, mapping.sweep_column.as_ref())?,
+            conditions: FoundConditions::find(table, &mapping.conditions)?,
         })
     }
 
     /// One row as a pose.
     pub(crate) fn pose(&self, row: usize) -> Result<StaticPose, ReadError> {
         let positions = self.positions.iter().map(|position| position.read(self.table, row));
-        let torques = self.torques.iter().map(|torque| match torque {
+        let read = |column: &Option<Column<'_>>| match column {
             None => Ok(None),
-            Some(torque) => torque.read(row),
-        });
+            Some(column) => column.read(row),
+        };
+        let (torques, instruments) = (self.torques.iter().map(read), self.instruments.iter().map(read));
         Ok(StaticPose {
             line: self.table.line(row),
             position: positions.collect::<Result<_, _>>()?,
             torque: torques.collect::<Result<_, _>>()?,
+            instruments: instruments.collect::<Result<_, _>>()?,
             sweep: self.sweep(row),
+            conditions: self.conditions.read(self.table, row)?,
             merged: 1,
         })
     }
@@ -75,7 +86,8 @@ impl Position {
     }
 }
 
-struct Torque<'a> {
+/// A column of readings with what says how uncertain they are.
+struct Column<'a> {
     table: &'a Table,
     column: usize,
     to_si: f64,
@@ -91,15 +103,15 @@ struct Setting {
     constant: Option<f64>,
 }
 
-impl<'a> Torque<'a> {
-    fn find(table: &'a Table, mapped: &ReadingColumn, unit: TorqueUnit) -> Result<Torque<'a>, ReadError> {
+impl<'a> Column<'a> {
+    fn find(table: &'a Table, mapped: &ReadingColumn, to_si: f64) -> Result<Column<'a>, ReadError> {
         let setting = |column: &Option<String>, constant| -> Result<Setting, ReadError> {
             Ok(Setting { column: find(table, column.as_ref())?, constant })
         };
-        Ok(Torque {
+        Ok(Column {
             table,
             column: table.column(&mapped.column)?,
-            to_si: unit.to_si(),
+            to_si,
             usable: find(table, mapped.usable_column.as_ref())?,
             std: setting(&mapped.std_column, mapped.std)?,
             count: setting(&mapped.count_column, mapped.count)?,

@@ -1,5 +1,6 @@
 //! Which column of a table is which reading of which joint, and in which unit.
 
+use crate::conditions::ConditionColumns;
 use crate::unit::{PositionUnit, TorqueUnit};
 
 /// What the columns of a table of static poses mean. Joints are places in the two lists.
@@ -10,11 +11,15 @@ pub struct PoseMapping {
     /// The torque reading of every joint, in its unit; `None` for a joint whose torque is not recorded. As long as
     /// `positions`.
     pub torques: Vec<Option<(ReadingColumn, TorqueUnit)>>,
+    /// Readings of instruments that belong to no joint, each in its own unit; `None` for an axis that is not recorded.
+    pub instruments: Vec<Option<ReadingColumn>>,
     /// A column of labels that say which rows belong together, such as the name of a sweep. An empty cell is no label.
     pub sweep_column: Option<String>,
     /// Whether consecutive rows of one sweep with exactly equal position readings are one pose. Set it when the
     /// table holds single samples of a standstill: they share its position, so they are no independent poses.
     pub merge_repeated: bool,
+    /// What else is said of each pose.
+    pub conditions: ConditionColumns,
 }
 
 /// Where the position of a joint stands.
@@ -26,7 +31,7 @@ pub struct PositionColumn {
     pub unit: PositionUnit,
 }
 
-/// Where a torque reading stands, and what is known of its noise.
+/// Where a reading of torque or of an instrument stands, and what is known of its noise.
 ///
 /// Without a count, the standard deviation is that of the recorded value. With a count m, the recorded value is the
 /// mean of m samples and the standard deviation that of *one* of them; the mean's is then `std/√m`, if samples are
@@ -108,6 +113,7 @@ impl PoseMapping {
             return Err(MappingError::UnequalLengths { positions, torques });
         }
         self.torques.iter().flatten().try_for_each(|(torque, _)| torque.check())?;
+        self.instruments.iter().flatten().try_for_each(ReadingColumn::check)?;
         self.check_columns_differ()
     }
 
@@ -116,7 +122,8 @@ impl PoseMapping {
         let positions = self.positions.iter().map(|position| &position.column);
         let torques = self.torques.iter().flatten().map(|(torque, _)| &torque.column);
         let mut seen: Vec<&String> = Vec::new();
-        for column in positions.chain(torques) {
+        let instruments = self.instruments.iter().flatten().map(|reading| &reading.column);
+        for column in positions.chain(torques).chain(instruments) {
             if seen.contains(&column) {
                 return Err(MappingError::ColumnTwice { column: column.clone() });
             }
@@ -157,8 +164,10 @@ mod tests {
         PoseMapping {
             positions: positions.iter().map(position).collect(),
             torques: torques.iter().map(|torque| Some((torque.clone(), TorqueUnit::Count))).collect(),
+            instruments: Vec::new(),
             sweep_column: None,
             merge_repeated: false,
+            conditions: ConditionColumns::default(),
         }
     }
 

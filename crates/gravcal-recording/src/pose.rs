@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::columns::Columns;
+use crate::conditions::Conditions;
 use crate::error::ReadError;
 use crate::mapping::PoseMapping;
 use crate::merge::merge_repeated;
@@ -27,8 +28,12 @@ pub struct StaticPose {
     pub position: Vec<f64>,
     /// Torque reading of every joint; `None` where there is none, or none that is usable.
     pub torque: Vec<Option<Reading>>,
+    /// Reading of every instrument column, in its own unit; `None` where it is missing or not usable.
+    pub instruments: Vec<Option<Reading>>,
     /// Label of the sweep that the pose belongs to.
     pub sweep: Option<String>,
+    /// Under which conditions it was read.
+    pub conditions: Conditions,
     /// How many rows of the table became this pose, at least 1. A joint may have fewer readings.
     pub merged: u32,
 }
@@ -64,7 +69,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::mapping::{PositionColumn, ReadingColumn};
+    use crate::conditions::ConditionColumns;
+    use crate::mapping::{MappingError, PositionColumn, ReadingColumn};
     use crate::unit::{PositionUnit, TorqueUnit};
 
     fn torque(column: &str) -> ReadingColumn {
@@ -76,8 +82,10 @@ mod tests {
         PoseMapping {
             positions: vec![PositionColumn { column: "q".to_owned(), unit: PositionUnit::Degree }],
             torques: vec![Some((torque, TorqueUnit::Count))],
+            instruments: Vec::new(),
             sweep_column: None,
             merge_repeated: false,
+            conditions: ConditionColumns::default(),
         }
     }
 
@@ -111,14 +119,18 @@ mod tests {
             line: 2,
             position: vec![FRAC_PI_2, 0.25],
             torque: vec![reading(2075.0, None), None],
+            instruments: Vec::new(),
             sweep: Some("up".to_owned()),
+            conditions: Conditions::default(),
             merged: 1,
         };
         let second = StaticPose {
             line: 3,
             position: vec![-2.0 * FRAC_PI_2, 0.0],
             torque: vec![reading(-3.0, None), None],
+            instruments: Vec::new(),
             sweep: None,
+            conditions: Conditions::default(),
             merged: 1,
         };
         assert_eq!(poses, [first, second]);
@@ -277,6 +289,17 @@ mod tests {
     fn a_mapping_that_contradicts_itself_is_told_before_the_file_is_opened() {
         let error = read_poses(Path::new("absent.csv"), &one_joint(torque("q"))).unwrap_err();
         assert_eq!(error.to_string(), "column `q` is mapped to two readings; each reading needs its own column");
+    }
+
+    #[test]
+    fn instruments_are_read_like_torques_and_merged() {
+        let mut mapping = one_joint(torque("tau"));
+        mapping.instruments = vec![Some(torque("fx")), None, Some(ReadingColumn { std: Some(0.3), ..torque("fy") })];
+        mapping.merge_repeated = true;
+        let poses = parse("q,tau,fx,fy\n0,1,2,\n0,1,4,5\n9,1,2,3\n", &mapping).unwrap();
+        assert_eq!(poses[0].instruments, [reading(3.0, None), None, reading(5.0, 0.3)]);
+        mapping.instruments.push(Some(torque("tau")));
+        assert_eq!(mapping.check(), Err(MappingError::ColumnTwice { column: "tau".to_owned() }));
     }
 
     #[test]

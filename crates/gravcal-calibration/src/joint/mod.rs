@@ -1,10 +1,12 @@
 //! The joint estimator: every torque reading once, all unknowns together.
 
 mod constraints;
+mod earlier;
 mod hold;
 mod idle;
 mod placements;
 mod problem;
+mod readings;
 mod robust;
 mod solve;
 mod start;
@@ -18,8 +20,8 @@ use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
 use crate::judgement::{
-    Judgement, Situation, determined_moments, gravity_result, held, judge, loss, outlier_note, outliers,
-    weak_combinations, weak_note,
+    Combination, DeterminedMoment, Judgement, Situation, determined_moments, gravity_result, held, judge, loss,
+    outlier_note, outliers, weak_combinations, weak_note,
 };
 use crate::parameter::Quantity;
 use crate::result::{
@@ -27,12 +29,13 @@ use crate::result::{
     Verdict,
 };
 use crate::sequential::Plan;
-use crate::session::{LAST_FRAME_CHOICE, Session};
+use crate::session::{EarlierCalibration, LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
 
 use hold::SetAside;
 pub(crate) use hold::judge_at_start;
-pub use problem::{JointProblem, PosingError, Readings, pose};
+pub use problem::{JointProblem, PosingError, pose};
+pub use readings::Readings;
 pub(crate) use robust::{GAUGE, NORMAL_MEDIAN, median};
 pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
@@ -171,6 +174,13 @@ fn tell(
     let situation = solved.situation(session);
     let gravity = judgement.gravity.then(|| solved.gravity(session));
     let parameters = tell_parameters(session, solved, &judgement);
+    let moments = determined_moments(
+        &solved.posed.problem,
+        &solved.estimate.values,
+        &solved.posed.layout,
+        &solved.spectrum,
+        solved.covariance(),
+    );
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
     undetermined.extend((!solved.sign_known).then(unknown_sign));
     undetermined.extend(last_frame_choice(session));
@@ -179,6 +189,7 @@ fn tell(
         parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));
     let mirrored = if converged { mirrored_gains(session, solved, &parameters) } else { Vec::new() };
     let mut notes = session_notes(session);
+    notes.extend(session.earlier.as_ref().map(EarlierCalibration::note));
     notes.extend(set_aside_notes(session, solved));
     notes.extend(mirrored.iter().cloned());
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
@@ -196,14 +207,8 @@ fn tell(
         termination: solved.estimate.termination.to_string(),
         iterations: solved.estimate.iterations.len().saturating_sub(1),
         trace: solved.estimate.iterations.iter().map(Iteration::from).collect(),
-        covariance: tell_covariance(session, solved, &judgement),
-        moments: determined_moments(
-            &solved.posed.problem,
-            &solved.estimate.values,
-            &solved.posed.layout,
-            &solved.spectrum,
-            solved.covariance(),
-        ),
+        covariance: tell_covariance(session, solved, &judgement, &moments),
+        moments: moments.into_iter().map(|moment| moment.told).collect(),
         gravity,
         parameters,
         undetermined,
@@ -220,21 +225,18 @@ fn tell(
 
 fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
     let mut parameters = Vec::new();
-    for (joint, ids) in solved.posed.layout.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
-            let id = ids[quantity as usize];
-            let value = solved.estimate.values.scalar(id);
-            let std = solved.sensor_std(joint, quantity);
-            let mut told = session.blank_parameter(joint, quantity);
-            told.determined = judgement.parameters[joint][quantity as usize] && told.determined;
-            if told.determined {
-                told.value = Some(value);
-                told.std = Some(std);
-                let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
-                told.ci95 = Some(solved.uncertainty.interval(value, &own));
-            }
-            parameters.push(told);
+    for parameter in session.parameters() {
+        let id = solved.posed.layout.block(parameter);
+        let value = solved.estimate.values.scalar(id);
+        let mut told = session.blank_parameter(parameter);
+        told.determined = judgement.determines(parameter) && told.determined;
+        if told.determined {
+            told.value = Some(value);
+            told.std = Some(solved.parameter_std(parameter));
+            let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
+            told.ci95 = Some(solved.uncertainty.interval(value, &own));
         }
+        parameters.push(told);
     }
     parameters
 }
@@ -262,26 +264,27 @@ fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterRes
     mirrored
 }
 
-fn tell_covariance(session: &Session, solved: &Solved, judgement: &Judgement) -> CovarianceResult {
+/// The covariance of what is determined: gravity, sensor parameters, and the combinations of moments by their place.
+fn tell_covariance(
+    session: &Session,
+    solved: &Solved,
+    judgement: &Judgement,
+    moments: &[DeterminedMoment],
+) -> CovarianceResult {
     let layout = &solved.posed.layout;
     let mut blocks = Vec::new();
     if judgement.gravity {
         blocks.push(layout.gravity);
     }
-    for (joint, ids) in layout.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
-            let free = session.held_reason(joint, quantity).is_none();
-            if free && judgement.parameters[joint][quantity as usize] {
-                blocks.push(ids[quantity as usize]);
-            }
-        }
-    }
+    let free = session.parameters().into_iter().filter(|id| session.parameter(*id).held.is_none());
+    blocks.extend(free.filter(|id| judgement.determines(*id)).map(|id| layout.block(id)));
     let problem = &solved.posed.problem;
-    let stored = solved.covariance().stored(problem, &solved.estimate.values, &blocks);
-    let order: Vec<String> = blocks
-        .iter()
-        .flat_map(|id| (0..problem.block(*id).len()).map(|i| problem.block(*id).component_name(i)))
-        .collect();
+    let mut functions = stored_coordinates(problem, &solved.estimate.values, &blocks);
+    functions.extend(moments.iter().map(|moment| moment.function.clone()));
+    let stored = solved.covariance().of(&functions);
+    let components =
+        blocks.iter().flat_map(|id| (0..problem.block(*id).len()).map(|i| problem.block(*id).component_name(i)));
+    let order: Vec<String> = components.chain((0..moments.len()).map(|index| format!("moments[{index}]"))).collect();
     CovarianceResult { matrix: stored.chunks(order.len().max(1)).map(<[f64]>::to_vec).collect(), order }
 }
 
@@ -312,14 +315,13 @@ fn unknown_sign() -> Undetermined {
 /// Which parameters were set aside, in words.
 fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
     let tell = |aside: &SetAside| {
-        let (joint, quantity) = aside.parameter;
-        let joint_name = &session.robot.chain.joints()[joint].name;
+        let parameter = session.parameter(aside.parameter);
         if aside.is_idle_joint() {
-            return format!("{joint_name} carries no gravity: its torque readings enter through its bias only.");
+            return format!("{} carries no gravity: its torque readings enter through its bias only.", parameter.owner);
         }
-        let name = quantity.name(joint_name);
         format!(
-            "The data say too little of {name}: the rest, moments included, is estimated with it at {}.",
+            "The data say too little of {}: the rest, moments included, is estimated with it at {}.",
+            parameter.name(),
             aside.value
         )
     };
@@ -358,10 +360,10 @@ const IMPLAUSIBLE_ANGLE: f64 = 4.0 * std::f64::consts::PI;
 impl Solved {
     /// What is determined, with what was set aside counted as not.
     pub(crate) fn judge(&self, session: &Session) -> Judgement {
-        self.judge_with_spreads(session, &session.torque_spreads())
+        self.judge_with_spreads(session, &session.spreads())
     }
 
-    /// The same with given spreads (largest less smallest torque reading of each joint).
+    /// The same with given spreads (largest less smallest reading of each channel).
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
         let (posed, values) = (&self.posed, &self.estimate.values);
         let mut judgement = judge(
@@ -374,19 +376,16 @@ impl Solved {
             &self.idle,
         );
         judgement.gravity &= self.sign_known;
-        for SetAside { combination, .. } in &self.set_aside {
-            for (joint, quantity, _) in &combination.sensors {
-                judgement.parameters[*joint][*quantity as usize] = false;
-            }
-            judgement.combinations.push(combination.clone());
-        }
+        judgement.combinations.extend(self.set_aside.iter().map(|aside| aside.combination.clone()));
+        judgement.combinations.extend(self.readings.unread_and_unknown(session).into_iter().map(Combination::alone));
         judgement
     }
 
     pub(crate) fn situation<'s>(&self, session: &'s Session) -> Situation<'s> {
         let g = self.estimate.values.get(self.posed.layout.gravity);
         let read = (0..session.joints.len()).map(|joint| self.posed.rows.iter().any(|(_, j)| *j == joint)).collect();
-        Situation { session, gravity: [g[0], g[1], g[2]], read, idle: self.idle.clone() }
+        let unread = self.readings.unread_and_unknown(session);
+        Situation { session, gravity: [g[0], g[1], g[2]], read, unread, idle: self.idle.clone() }
     }
 
     fn gravity(&self, session: &Session) -> GravityResult {

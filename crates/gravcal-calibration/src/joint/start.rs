@@ -7,7 +7,8 @@
 
 use gravcal_estimation::BlockId;
 
-use super::problem::{PosingError, Readings, pose, pose_readings_alone};
+use super::problem::{PosingError, pose, pose_readings_alone};
+use super::readings::Readings;
 use super::unknowns::Unknowns;
 use crate::parameter::Quantity;
 use crate::session::{JointKnowledge, KnowledgeKind, LoadDistance, Session};
@@ -146,7 +147,8 @@ fn is_free(session: &Session, load: usize) -> bool {
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.
 pub(crate) fn start_around(session: &Session, readings: &Readings, known: &Unknowns) -> Result<Unknowns, PosingError> {
     let (_, solved) = solve_linear_part(session, &thinned(readings), known)?;
-    let mut start = Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), ..solved };
+    let mut start =
+        Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved };
     respect_distances(session, &mut start);
     Ok(start)
 }

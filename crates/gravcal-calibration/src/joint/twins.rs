@@ -35,7 +35,7 @@ fn right_way_up(session: &Session, solved: Solved, workbench: &Workbench<'_>) ->
     workbench.tell("gravity the other way up");
     let nominal = Unknowns::nominal(session);
     let found = solved.unknowns(&nominal);
-    let start = found.upside_down();
+    let start = found.upside_down(session);
     let [here, there] = nearby(session, &solved, [&found, &start], workbench)?;
     if there > here + DECISIVE {
         return Ok(solved);

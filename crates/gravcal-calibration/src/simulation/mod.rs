@@ -4,19 +4,26 @@
 //!     θ_i = s_i q_i + o_i + δ_i,     y_i = convert(k_i τ_i(θ) + b_i + noise)
 //! ```
 //!
+//! and whatever else its sensors do ([`crate::sensors`]).
+//!
 //! `δ` is the deflection of a joint that stands still, which its position sensor does not see. Everything random
 //! comes from one generator with a stream a trial, so that a trial depends on the seed and its number only.
 
+mod conditions;
 mod draw;
 mod file;
+mod instruments;
 mod write;
+mod write_conditions;
 
 use std::path::Path;
 
 use crate::document::FileError;
 use crate::joint::Unknowns;
+use crate::sensors::ModelTable;
 use crate::session::Session;
 
+pub use conditions::SimulatedConditions;
 pub use write::{SimulateError, write_session};
 
 /// A simulated experiment.
@@ -30,8 +37,25 @@ pub struct Simulation {
     pub runs: Vec<Run>,
     /// What disturbs the readings.
     pub disturbance: Disturbance,
+    /// Under which conditions they are read.
+    pub conditions: SimulatedConditions,
+    /// `sensor_models` of each joint, as the session declares them.
+    pub(crate) models: Vec<Vec<ModelTable<()>>>,
+    /// Its instruments, as the session declares them.
+    pub(crate) instruments: SimulatedInstruments,
     /// Seed of the random numbers.
     pub seed: u64,
+}
+
+/// Instruments as they stand in the session's file.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SimulatedInstruments {
+    /// `[[force_torque_sensor]]`.
+    pub force_torque_sensor: Vec<toml::Table>,
+    /// `[[accelerometer]]`.
+    pub accelerometer: Vec<toml::Table>,
+    /// Column of each axis, where it is read.
+    pub columns: Vec<Option<String>>,
 }
 
 /// Poses of one table.
@@ -55,6 +79,15 @@ pub enum Run {
     },
 }
 
+impl Run {
+    /// Number of poses.
+    pub fn poses(&self) -> usize {
+        match self {
+            Run::Sweep { poses, .. } | Run::Random { poses } => *poses,
+        }
+    }
+}
+
 /// What disturbs the readings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disturbance {
@@ -62,6 +95,8 @@ pub struct Disturbance {
     pub torque_std: Vec<f64>,
     /// Standard deviation of the averaged position reading of each joint, unit of the reading (rad for an angle).
     pub position_std: Vec<f64>,
+    /// Standard deviation of the averaged reading of each axis of the instruments, unit of the reading.
+    pub instrument_std: Vec<f64>,
     /// Converter of the torque readings, if they pass through one.
     pub converter: Option<Converter>,
     /// Deflection of stationary joints.
@@ -73,7 +108,7 @@ impl Disturbance {
     pub fn noise(torque_std: Vec<f64>) -> Disturbance {
         let none = vec![0.0; torque_std.len()];
         let deflection = Deflection { hold_std: 0.0, compliance: none.clone() };
-        Disturbance { torque_std, position_std: none, converter: None, deflection }
+        Disturbance { torque_std, instrument_std: Vec::new(), position_std: none, converter: None, deflection }
     }
 }
 
@@ -109,6 +144,13 @@ pub struct Deflection {
 }
 
 impl Simulation {
+    /// An experiment whose sensors are affine, without instruments.
+    pub fn new(template: Session, truth: Unknowns, runs: Vec<Run>, disturbance: Disturbance, seed: u64) -> Simulation {
+        let models = vec![Vec::new(); template.joints.len()];
+        let (conditions, instruments) = (SimulatedConditions::default(), SimulatedInstruments::default());
+        Simulation { template, truth, runs, disturbance, conditions, models, instruments, seed }
+    }
+
     /// Reads `simulation.toml` and the robot that it names.
     ///
     /// # Errors

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::fs;
 
 use gravcal_estimation::{Loss, LossName};
-use gravcal_recording::{PositionUnit, Reading, TorqueUnit};
+use gravcal_recording::{Conditions, PositionUnit, Reading, TorqueUnit};
 use tempfile::TempDir;
 
 use crate::parameter::Quantity;
@@ -157,6 +157,8 @@ fn poses_of_all_tables_are_read_in_si() {
         load: (table == 1).then_some(1),
         position: position.map(|angle| angle * (PI / 180.0)).into(),
         torque: torque.into(),
+        instruments: Vec::new(),
+        conditions: Conditions::default(),
     };
     let expected = [
         pose(0, 2, [0.0, 0.0], [reading(2000.0), reading(2100.0)]),
@@ -258,11 +260,15 @@ fn masses_of_the_model_may_be_known() {
     assert_eq!(
         massless,
         "session.toml:9: inertia.links: the model needs the mass of every link, but robot.toml has none for forearm: \
-         add them there, or write links = \"unknown\""
+         add them there, name only other links in relative_std, or write links = \"unknown\""
     );
     let masses = "link = \"forearm\"\nmass_kg = 1\ncenter_of_mass_m = [0, 0, 0]";
     let known = [("session.toml", "[readings]", model), ("robot.toml", "link = \"forearm\"", masses)];
-    assert_eq!(read(&known).unwrap().inertia, InertiaKnowledge::Model { relative_std: 0.1 });
+    assert_eq!(read(&known).unwrap().inertia, InertiaKnowledge::Model { relative_std: vec![Some(0.1); 2] });
+    let one = model.replace("0.1", "{ upper-arm = 0.2 }");
+    assert_eq!(changed("[readings]", &one).inertia, InertiaKnowledge::Model { relative_std: vec![Some(0.2), None] });
+    let unknown = refused("[readings]", &model.replace("0.1", "{ hand = 0.2 }"));
+    assert!(unknown.starts_with("session.toml:10: inertia.relative_std.hand: there is no link `hand`"), "{unknown}");
 }
 
 #[test]
