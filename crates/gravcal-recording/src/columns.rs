@@ -40,20 +40,35 @@ impl<'a> Columns<'a> {
             None => Ok(None),
             Some(torque) => torque.read(row),
         });
+        let mut torque: Vec<Option<Reading>> = torques.collect::<Result<_, _>>()?;
+        let saturated: Vec<usize> =
+            (0..torque.len()).filter(|joint| self.is_saturated(*joint, torque[*joint])).collect();
+        saturated.iter().for_each(|joint| torque[*joint] = None);
         Ok(StaticPose {
             line: self.table.line(row),
             position: positions.collect::<Result<_, _>>()?,
-            torque: torques.collect::<Result<_, _>>()?,
+            torque,
+            saturated,
             sweep: self.sweep(row),
             conditions: self.conditions.read(self.table, row)?,
             merged: 1,
         })
     }
 
+    fn is_saturated(&self, joint: usize, reading: Option<Reading>) -> bool {
+        let ends = self.torques[joint].as_ref().map(|torque| torque.range);
+        reading.zip(ends).is_some_and(|(reading, [lowest, highest])| is_saturated(reading.value, lowest, highest))
+    }
+
     fn sweep(&self, row: usize) -> Option<String> {
         let label = self.table.text(row, self.sweep?);
         (!label.is_empty()).then(|| label.to_owned())
     }
+}
+
+/// Whether a sensor's reading is at an end of its range, or beyond: then the true one may be anything beyond.
+pub fn is_saturated(reading: f64, lowest: Option<f64>, highest: Option<f64>) -> bool {
+    lowest.is_some_and(|lowest| reading <= lowest) || highest.is_some_and(|highest| reading >= highest)
 }
 
 /// Place of a column that need not be mapped.
@@ -84,6 +99,8 @@ struct Torque<'a> {
     column: usize,
     to_si: f64,
     usable: Option<usize>,
+    /// Lower and upper end, where there are any.
+    range: [Option<f64>; 2],
     std: Setting,
     count: Setting,
 }
@@ -105,6 +122,7 @@ impl<'a> Torque<'a> {
             column: table.column(&mapped.column)?,
             to_si: unit.to_si(),
             usable: find(table, mapped.usable_column.as_ref())?,
+            range: [mapped.lowest, mapped.highest].map(|end| end.map(|end| end * unit.to_si())),
             std: setting(&mapped.std_column, mapped.std)?,
             count: setting(&mapped.count_column, mapped.count)?,
         })

@@ -3,6 +3,7 @@
 mod constraints;
 mod hold;
 mod idle;
+mod model_tests;
 mod placements;
 mod problem;
 mod robust;
@@ -31,6 +32,7 @@ use crate::workbench::Workbench;
 
 use hold::SetAside;
 pub(crate) use hold::judge_at_start;
+use model_tests::ModelTests;
 pub use problem::{JointProblem, PosingError, Readings, pose};
 pub(crate) use robust::{GAUGE, NORMAL_MEDIAN, median};
 pub use solve::{Solved, solve};
@@ -91,7 +93,7 @@ pub fn estimate_jointly(
     let misfit = fit.misfit().filter(|_| solved.estimate.termination != Termination::Stopped);
     let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
     let solved = Solved { uncertainty, ..solved };
-    let mut result = tell(session, name, &solved, fit, told)?;
+    let mut result = tell(session, name, &solved, fit, told, workbench)?;
     if let Some(misfit) = misfit {
         tell_misfit(misfit, &mut result);
     }
@@ -106,6 +108,7 @@ fn withdraw(result: &mut EstimatorResult) {
     result.gravity = None;
     result.covariance = CovarianceResult::default();
     result.moments.clear();
+    result.sensor_models.clear();
     result.uncertainty = None;
     for parameter in result.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
         parameter.determined = false;
@@ -165,6 +168,7 @@ fn tell(
     solved: &Solved,
     fit: Fit,
     uncertainty: UncertaintyResult,
+    workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let judgement = solved.judge(session);
     let situation = solved.situation(session);
@@ -180,6 +184,8 @@ fn tell(
     notes.extend(set_aside_notes(session, solved));
     notes.extend(mirrored.iter().cloned());
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
+    let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
+    let sensor_models = tests.all(workbench)?;
     let outliers = outliers(session, solved)?;
     notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
     let weak = weak_combinations(solved);
@@ -204,6 +210,7 @@ fn tell(
         ),
         gravity,
         parameters,
+        sensor_models,
         undetermined,
         active_constraints: constraints::tell(&solved.posed.problem, &solved.estimate.active),
         weak,
@@ -315,6 +322,13 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
         if joint.kind == JointKind::Revolute && turns > IMPLAUSIBLE_ANGLE {
             notes.push(format!("{} reads up to {turns:.0} rad: is its unit deg, declared as rad?", joint.name));
         }
+    }
+    for (joint, count) in session.robot.chain.joints().iter().zip(&session.saturated).filter(|(_, count)| **count > 0) {
+        notes.push(format!(
+            "{count} torque readings of {} are at an end of the sensor's range: left out, as the true ones may be \
+             anything beyond.",
+            joint.name
+        ));
     }
     let cut = session.robot.chain.cut_joints();
     if !cut.is_empty() {

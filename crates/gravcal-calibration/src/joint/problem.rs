@@ -109,7 +109,8 @@ pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<
     Ok(JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None })
 }
 
-/// The same with the torque readings alone: no prior, no known norm, no known distance.
+/// The same with the torque readings alone: no prior, no known norm, no known distance. A characteristic that is bent is
+/// taken for straight, as it is where a start begins.
 ///
 /// # Errors
 /// As [`pose`].
@@ -132,6 +133,7 @@ fn add_blocks(
     exact_distances: bool,
     builder: &mut ProblemBuilder,
 ) -> Layout {
+    let straight = !exact_distances || session.terms.are_straight();
     let gravity = builder.add_block(gravity_block(session), &start.gravity);
     let mut add = |id| builder.add_block(parameter_block(&session.parameter(id)), &[start.value(id)]);
     let sensors = (0..session.joints.len())
@@ -142,7 +144,7 @@ fn add_blocks(
         let mut block =
             Block::vector(link.name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);
         block.units[0] = "kg".into();
-        builder.add_block(block.linear(), value)
+        builder.add_block(if straight { block.linear() } else { block }, value)
     });
     let inertia = inertia.collect();
     let loads = add_placements(session, &carried(session, readings), start, exact_distances, builder);

@@ -40,6 +40,8 @@ pub struct Session {
     pub tables: Vec<PoseTable>,
     /// All static poses of all tables, in order.
     pub poses: Vec<Pose>,
+    /// How many torque readings of each joint were left out because they are at an end of the sensor's range.
+    pub saturated: Vec<usize>,
     /// How the joint estimator counts torque readings far beyond their noise.
     pub loss: Loss,
     /// Where the joint estimator's standard deviations come from.

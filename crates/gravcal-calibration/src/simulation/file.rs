@@ -175,6 +175,7 @@ impl Reader<'_> {
             further: Vec::new(),
             tables,
             poses: Vec::new(),
+            saturated: vec![0; self.robot.sensors.len()],
             loss: Loss::None,
             uncertainty: UncertaintyChoice::Noise,
             constraints: Constraints::default(),
@@ -380,7 +381,7 @@ impl Reader<'_> {
         };
         let mut terms = Vec::new();
         for found in declare(self.document, field, &site, &table.sensor_models, knows)? {
-            let parameter = found.declared.parameter;
+            let parameter = found.parameter;
             let Some(said) = found.said else {
                 let message =
                     format!("what is the true {0}? add parameters = {{ {0} = {{ value, unit }} }}", parameter.quantity);
@@ -389,7 +390,7 @@ impl Reader<'_> {
             let wrong = |message| self.document.error(&found.field.key("unit"), message);
             truth.further.push(said.value * to_unit_of(&parameter.unit, said.unit()).map_err(wrong)?);
             template.further.push(parameter);
-            terms.push(found.declared.term);
+            terms.push(found.term);
         }
         template.terms.extend(terms);
         Ok(())

@@ -17,6 +17,8 @@ mod write_conditions;
 
 use std::path::Path;
 
+use gravcal_recording::is_saturated;
+
 use crate::document::FileError;
 use crate::joint::Unknowns;
 use crate::sensors::ModelTable;
@@ -102,6 +104,11 @@ impl Converter {
         (self.range[1] - self.range[0]) / 2f64.powi(self.bits as i32)
     }
 
+    /// The lowest and the highest reading it can give.
+    pub fn ends(&self) -> [f64; 2] {
+        [self.range[0], self.convert(self.range[1])]
+    }
+
     /// The reading it gives: the nearest step within its range.
     pub fn convert(&self, value: f64) -> f64 {
         let code = ((value - self.range[0]) / self.step()).round();
@@ -129,7 +136,19 @@ impl Simulation {
 
     /// The session of one trial.
     pub fn session(&self, trial: u64) -> Session {
-        draw::session(self, trial)
+        let mut session = draw::session(self, trial);
+        let Some([lowest, highest]) = self.disturbance.converter.map(|converter| converter.ends()) else {
+            return session;
+        };
+        for pose in &mut session.poses {
+            for (reading, saturated) in pose.torque.iter_mut().zip(&mut session.saturated) {
+                if reading.is_some_and(|reading| is_saturated(reading.value, Some(lowest), Some(highest))) {
+                    *reading = None;
+                    *saturated += 1;
+                }
+            }
+        }
+        session
     }
 
     /// Standard deviation that the session states for a joint's readings: noise and the converter's step,

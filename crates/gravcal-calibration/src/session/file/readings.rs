@@ -39,6 +39,8 @@ struct TorqueTable {
     unit: Option<OneOrMany<String>>,
     std: Option<OneOrMany<f64>>,
     count: Option<OneOrMany<f64>>,
+    lowest: Option<OneOrMany<f64>>,
+    highest: Option<OneOrMany<f64>>,
     std_columns: Option<Vec<String>>,
     count_columns: Option<Vec<String>>,
     usable_columns: Option<Vec<String>>,
@@ -76,6 +78,7 @@ fn field_of(error: &MappingError) -> Field {
     match error {
         MappingError::BadStd { .. } => torque().key("std"),
         MappingError::BadCount { .. } => torque().key("count"),
+        MappingError::BadRange { .. } => torque().key("highest"),
         MappingError::CountWithoutStd { .. } => torque(),
         _ => Field::new("readings"),
     }
@@ -144,6 +147,8 @@ struct TorqueColumns<'a> {
     units: Units<'a>,
     std: Option<Vec<f64>>,
     count: Option<Vec<f64>>,
+    lowest: Option<Vec<f64>>,
+    highest: Option<Vec<f64>>,
     std_columns: Option<Vec<String>>,
     count_columns: Option<Vec<String>>,
     usable_columns: Option<Vec<String>>,
@@ -163,6 +168,8 @@ impl<'a> TorqueColumns<'a> {
             units: Units::new(context, torque().key("unit"), table.unit.as_ref())?,
             std: numbers("std", &table.std)?,
             count: numbers("count", &table.count)?,
+            lowest: numbers("lowest", &table.lowest)?,
+            highest: numbers("highest", &table.highest)?,
             std_columns: columns("std_columns", &table.std_columns)?,
             count_columns: columns("count_columns", &table.count_columns)?,
             usable_columns: columns("usable_columns", &table.usable_columns)?,
@@ -181,6 +188,8 @@ impl<'a> TorqueColumns<'a> {
             usable_column: column(&self.usable_columns),
             std: number(&self.std),
             count: number(&self.count),
+            lowest: number(&self.lowest),
+            highest: number(&self.highest),
         };
         Ok(Some((reading, self.units.of(joint, units::torque_reading)?)))
     }
