@@ -7,6 +7,7 @@ mod model_tests;
 mod placements;
 mod problem;
 mod robust;
+mod signs;
 mod solve;
 mod start;
 mod uncertainty;
@@ -97,6 +98,10 @@ pub fn estimate_jointly(
     if let Some(misfit) = misfit {
         tell_misfit(misfit, &mut result);
     }
+    let doubtful = session.noise_estimated().contains(&true) || result.verdict == Verdict::Failed;
+    if let Some(reversed) = signs::reversed_sensors(session, &solved, doubtful, workbench)? {
+        tell_reversed(session, &reversed, &mut result);
+    }
     if result.verdict == Verdict::Failed {
         withdraw(&mut result);
     }
@@ -142,6 +147,25 @@ fn tell_misfit(misfit: f64, result: &mut EstimatorResult) {
                 .into(),
         );
     }
+}
+
+/// Says which torque sensors are reversed; values for the wrong signs are none.
+fn tell_reversed(session: &Session, reversed: &signs::Reversed, result: &mut EstimatorResult) {
+    let names: Vec<&str> = reversed.joints.iter().map(|j| session.robot.chain.joints()[*j].name.as_str()).collect();
+    let (names, sensors, each) = match names.as_slice() {
+        [only] => ((*only).to_owned(), "sensor", "in its [[joint]]"),
+        several => (several.join(", "), "sensors", "in the [[joint]] of each"),
+    };
+    result.verdict = Verdict::Failed;
+    result.termination = format!("reversed torque {sensors}: {names}");
+    result.notes.insert(
+        0,
+        format!(
+            "The torque {sensors} of {names} read the other way: {}. Say torque_sign = \"reversed\" {each}; or \
+             \"normal\", if that is how it is.",
+            reversed.why
+        ),
+    );
 }
 
 /// The torque readings that an estimator may use, with a first guess of unstated noise.

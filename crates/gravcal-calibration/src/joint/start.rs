@@ -13,6 +13,8 @@ use crate::session::Session;
 
 /// Directions tried besides the declared one.
 const DIRECTIONS: usize = 48;
+/// One direction of so many suffices to compare signs.
+const FEW: usize = 6;
 /// Poses that suffice to compare candidates.
 const POSES: usize = 120;
 /// Damping that leaves combinations without information where they are, and nothing else: column-relative.
@@ -44,6 +46,20 @@ pub(super) fn best_start(
     let mut start = best.map_or(nominal, |(_, start)| start);
     respect_distances(session, &mut start);
     Ok(start)
+}
+
+/// What the best of the nominal values under some directions of gravity costs, for comparing sessions that differ in signs.
+pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, PosingError> {
+    let sample = thinned(readings);
+    let declared = session.gravity.hemisphere;
+    let some = directions(declared).into_iter().step_by(FEW);
+    let mut lowest = f64::INFINITY;
+    for direction in [off_axis(declared)].into_iter().chain(some) {
+        let gravity = direction.map(|c| session.gravity.magnitude * c);
+        let candidate = Unknowns { gravity, ..Unknowns::nominal(session) };
+        lowest = lowest.min(solve_linear_part(session, &sample, &candidate)?.0);
+    }
+    Ok(lowest)
 }
 
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.

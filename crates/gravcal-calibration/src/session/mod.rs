@@ -122,6 +122,8 @@ pub struct LoadDistance {
 pub struct JointKnowledge {
     /// Unit of the torque reading; `None` where the joint has no torque sensor.
     pub torque_unit: Option<TorqueUnit>,
+    /// Whether the session says which way the torque sensor reads; where not, it is looked for.
+    pub torque_sign_declared: bool,
     /// Unit of the position reading.
     pub position_unit: PositionUnit,
     /// Knowledge of each parameter, in the order of [`Quantity::ALL`].

@@ -308,6 +308,7 @@ impl Reader<'_> {
         let offset = if joint == 0 { 0.0 } else { position[1] };
         Ok(JointKnowledge {
             torque_unit: Some(torque_unit),
+            torque_sign_declared: false,
             position_unit,
             parameters: [torque[0], torque[1], position[0], offset].map(start),
         })

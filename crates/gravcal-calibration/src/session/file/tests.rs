@@ -171,15 +171,16 @@ fn poses_of_all_tables_are_read_in_si() {
 #[test]
 fn nominals_come_from_the_session_then_the_robot_then_the_default() {
     let session = read(&[]).unwrap();
-    let joint = |parameters| JointKnowledge {
+    let joint = |torque_sign_declared, parameters| JointKnowledge {
         torque_unit: Some(TorqueUnit::Count),
+        torque_sign_declared,
         position_unit: PositionUnit::Degree,
         parameters,
     };
     // The shoulder's torque sensor is the robot's, its position sensor the default.
-    assert_eq!(session.joints[0], joint([start(6.69), start(2048.0), start(1.0), start(0.0)]));
+    assert_eq!(session.joints[0], joint(false, [start(6.69), start(2048.0), start(1.0), start(0.0)]));
     // The elbow's torque gain is the session's, reversed, its bias the default, its position sensor the robot's.
-    assert_eq!(session.joints[1], joint([start(-5.5), start(0.0), start(0.5), start(PI / 2.0)]));
+    assert_eq!(session.joints[1], joint(true, [start(-5.5), start(0.0), start(0.5), start(PI / 2.0)]));
 }
 
 #[test]
