@@ -10,6 +10,7 @@ mod extreme_numbers;
 mod invariants;
 mod program;
 mod reproducible;
+mod sensor_models;
 mod seven_joints;
 mod small_session;
 mod solvers;

@@ -91,6 +91,8 @@ mod knowledge;
 mod loads;
 mod loss;
 mod models;
+#[cfg(test)]
+mod models_tests;
 mod normal_gravity;
 mod poses;
 mod readings;

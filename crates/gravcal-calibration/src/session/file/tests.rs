@@ -80,7 +80,7 @@ const B: &str = "q1,q2,y1,y2,sweep\n0,1,5,6,\n0,2,7,8,\n";
 const FILES: [(&str, &str); 4] = [("session.toml", SESSION), ("robot.toml", ROBOT), ("a.csv", A), ("b.csv", B)];
 
 /// Reads the session above with some texts of its files changed: (file, old, new).
-fn read(changes: &[(&str, &str, &str)]) -> Result<Session, String> {
+pub(super) fn read(changes: &[(&str, &str, &str)]) -> Result<Session, String> {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in FILES {
         let changed = changes.iter().filter(|(file, ..)| *file == name).fold(text.to_owned(), |text, (_, old, new)| {
@@ -97,7 +97,7 @@ fn without_folder(folder: &TempDir, error: impl ToString) -> String {
 }
 
 /// The session above with one thing changed.
-fn changed(old: &str, new: &str) -> Session {
+pub(super) fn changed(old: &str, new: &str) -> Session {
     read(&[("session.toml", old, new)]).unwrap()
 }
 
@@ -108,7 +108,7 @@ fn refused(old: &str, new: &str) -> String {
 
 /// Sees to it that an error begins as expected, with file, line and field.
 #[track_caller]
-fn assert_refused(old: &str, new: &str, expected: &str) {
+pub(super) fn assert_refused(old: &str, new: &str, expected: &str) {
     let message = refused(old, new);
     assert!(message.starts_with(&format!("session.toml:{expected}")), "{message}");
 }
