@@ -6,7 +6,7 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 
 use crate::joint::Unknowns;
 use crate::robot::Robot;
-use crate::sensors::SensorTerms;
+use crate::sensors::{DeclaredModels, SensorTerms};
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
     PoseTable, Session, UncertaintyChoice,
@@ -67,7 +67,7 @@ pub fn sarcos_shoulder() -> Simulation {
     let arm: nalgebra::Vector3<f64> = 0.201 * nalgebra::Vector3::new(0.8, 0.0, 0.6);
     let template = Session {
         robot: sarcos_robot(),
-        gravity: GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: direction.into() },
+        gravity: GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: Some(direction.into()) },
         inertia: InertiaKnowledge::Unknown,
         loads: vec![load("plate-a"), load("plate-b")],
         load_distances: vec![LoadDistance { between: [0, 1], distance: 0.402, std: None }],
@@ -110,7 +110,7 @@ pub fn sarcos_shoulder() -> Simulation {
             deflection: Deflection { hold_std: 0.0, compliance: vec![0.0; 3] },
         },
         conditions: SimulatedConditions::default(),
-        models: vec![Vec::new(); 3],
+        models: DeclaredModels::default(),
         seed: 1,
     }
 }

@@ -5,6 +5,7 @@
 
 mod accuracy;
 mod quantities;
+pub mod random_arms;
 
 pub use accuracy::{Accuracy, Column, ColumnAccuracy, StudyError, accuracy};
 pub use quantities::{Measured, measured_quantities};

@@ -6,8 +6,9 @@ mod idle;
 mod model_tests;
 mod placements;
 mod problem;
+mod reversed;
 mod robust;
-mod signs;
+mod sign;
 mod solve;
 mod start;
 mod uncertainty;
@@ -99,7 +100,7 @@ pub fn estimate_jointly(
         tell_misfit(misfit, &mut result);
     }
     let doubtful = session.noise_estimated().contains(&true) || result.verdict == Verdict::Failed;
-    if let Some(reversed) = signs::reversed_sensors(session, &solved, doubtful, workbench)? {
+    if let Some(reversed) = reversed::reversed_sensors(session, &solved, doubtful, workbench)? {
         tell_reversed(session, &reversed, &mut result);
     }
     if result.verdict == Verdict::Failed {
@@ -150,7 +151,7 @@ fn tell_misfit(misfit: f64, result: &mut EstimatorResult) {
 }
 
 /// Says which torque sensors are reversed; values for the wrong signs are none.
-fn tell_reversed(session: &Session, reversed: &signs::Reversed, result: &mut EstimatorResult) {
+fn tell_reversed(session: &Session, reversed: &reversed::Reversed, result: &mut EstimatorResult) {
     let names: Vec<&str> = reversed.joints.iter().map(|j| session.robot.chain.joints()[*j].name.as_str()).collect();
     let (names, sensors, each) = match names.as_slice() {
         [only] => ((*only).to_owned(), "sensor", "in its [[joint]]"),
@@ -199,6 +200,7 @@ fn tell(
     let gravity = judgement.gravity.then(|| solved.gravity(session));
     let parameters = tell_parameters(session, solved, &judgement);
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
+    undetermined.extend((!solved.sign_known).then(unknown_sign));
     undetermined.extend(last_frame_choice(session));
     let converged = solved.estimate.termination.converged();
     let complete =
@@ -317,6 +319,18 @@ pub(crate) fn last_frame_choice(session: &Session) -> Option<Undetermined> {
     })
 }
 
+/// That the readings do not tell gravity from its opposite.
+fn unknown_sign() -> Undetermined {
+    Undetermined {
+        combination: "sign of gravity".into(),
+        parameters: vec!["gravity".into()],
+        why: "gravity the other way up, with all masses and moments negative, explains the readings as well".into(),
+        cure: "state gravity's rough direction ([gravity] hemisphere), or attach a load of known mass at the end of known \
+               lengths"
+            .into(),
+    }
+}
+
 /// Which parameters were set aside, in words.
 fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
     let tell = |aside: &SetAside| {
@@ -387,6 +401,7 @@ impl Solved {
             spreads,
             &self.idle,
         );
+        judgement.gravity &= self.sign_known;
         judgement.combinations.extend(self.set_aside.iter().map(|aside| aside.combination.clone()));
         judgement
     }

@@ -29,6 +29,23 @@ pub(crate) struct ModelTable<V> {
     parameters: BTreeMap<String, V>,
 }
 
+/// The sensor models of a simulation's joints, as its sessions declare them; none by default.
+#[derive(Clone, Debug, Default)]
+pub struct DeclaredModels {
+    by_joint: Vec<Vec<ModelTable<()>>>,
+}
+
+impl DeclaredModels {
+    pub(crate) fn new(by_joint: Vec<Vec<ModelTable<()>>>) -> DeclaredModels {
+        DeclaredModels { by_joint }
+    }
+
+    /// Joints that have any, with them.
+    pub(crate) fn joints(&self) -> impl Iterator<Item = (usize, &Vec<ModelTable<()>>)> {
+        self.by_joint.iter().enumerate().filter(|(_, models)| !models.is_empty())
+    }
+}
+
 /// A term with what the file says of its parameter, and where; or where its model stands.
 pub(crate) struct DeclaredInFile<'t, V> {
     pub parameter: Parameter,

@@ -32,6 +32,7 @@ use std::sync::Arc;
 use gravcal_recording::Conditions;
 
 pub(crate) use declare::{Declared, Options, RefusedOption, Site, Words};
+pub use file::DeclaredModels;
 pub(crate) use file::{DeclaredInFile, ModelTable, declare, to_unit_of};
 pub use name::{Need, SensorModelName, UnknownSensorModel};
 

@@ -15,7 +15,7 @@ use crate::parameter::Quantity;
 use crate::robot::{
     PositionSensorTable, Robot, RobotSource, SensorTables, TorqueSensorTable, ValueTable, resolve_robot,
 };
-use crate::sensors::{ModelTable, Need, SensorTerms, Site, declare, to_unit_of};
+use crate::sensors::{DeclaredModels, ModelTable, Need, SensorTerms, Site, declare, to_unit_of};
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
     PoseTable, Session, UncertaintyChoice, units,
@@ -192,6 +192,7 @@ impl Reader<'_> {
             }
         }
         let (disturbance, conditions) = (self.disturbance()?, self.conditions()?);
+        let models = DeclaredModels::new(models);
         Ok(Simulation { template, truth, runs, disturbance, conditions, models, seed: self.table.seed })
     }
 
@@ -214,10 +215,10 @@ impl Reader<'_> {
         Ok(GravityKnowledge {
             magnitude: self.document.positive(&magnitude, table.magnitude_m_per_s2, "a gravity", "m/s²")?,
             magnitude_std: None,
-            hemisphere: match table.hemisphere {
+            hemisphere: Some(match table.hemisphere {
                 Some(hemisphere) => unit("hemisphere", hemisphere)?,
                 None => unit("direction", table.direction)?,
-            },
+            }),
         })
     }
 

@@ -21,7 +21,7 @@ use gravcal_recording::is_saturated;
 
 use crate::document::FileError;
 use crate::joint::Unknowns;
-use crate::sensors::ModelTable;
+use crate::sensors::DeclaredModels;
 use crate::session::Session;
 
 pub use conditions::SimulatedConditions;
@@ -40,8 +40,8 @@ pub struct Simulation {
     pub disturbance: Disturbance,
     /// Under which conditions they are read.
     pub conditions: SimulatedConditions,
-    /// `sensor_models` of each joint, as the session declares them.
-    pub(crate) models: Vec<Vec<ModelTable<()>>>,
+    /// What its sensors do beyond gain and bias, as its sessions declare it.
+    pub models: DeclaredModels,
     /// Seed of the random numbers.
     pub seed: u64,
 }
@@ -87,6 +87,15 @@ pub struct Disturbance {
     pub converter: Option<Converter>,
     /// Deflection of stationary joints.
     pub deflection: Deflection,
+}
+
+impl Disturbance {
+    /// Nothing but noise of the torque readings, by joint.
+    pub fn noise(torque_std: Vec<f64>) -> Disturbance {
+        let none = vec![0.0; torque_std.len()];
+        let deflection = Deflection { hold_std: 0.0, compliance: none.clone() };
+        Disturbance { torque_std, position_std: none, converter: None, deflection }
+    }
 }
 
 /// An analogue-to-digital converter.

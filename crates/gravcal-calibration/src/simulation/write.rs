@@ -97,7 +97,8 @@ enum RobotTable {
 #[derive(Serialize)]
 struct GravityTable {
     magnitude_m_per_s2: f64,
-    hemisphere: [f64; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hemisphere: Option<[f64; 3]>,
 }
 
 #[derive(Serialize)]
@@ -177,17 +178,18 @@ fn session_toml(simulation: &Simulation, session: &Session, folder: &Path) -> Re
             torque: TorqueTable {
                 columns: joints.clone().map(|joint| torque_column(session, joint)).collect(),
                 unit: session.joints.iter().map(|joint| torque_unit(joint.torque_unit).to_owned()).collect(),
-                std: joints.clone().map(|joint| simulation.stated_std(joint)).collect(),
+                std: joints.map(|joint| simulation.stated_std(joint)).collect(),
                 lowest: range.map(|[lowest, _]| lowest),
                 highest: range.map(|[_, highest]| highest),
             },
             conditions: write_conditions::tables(session, &simulation.conditions),
         },
-        joint: joints
-            .filter(|joint| !simulation.models[*joint].is_empty())
-            .map(|joint| JointTable {
+        joint: simulation
+            .models
+            .joints()
+            .map(|(joint, models)| JointTable {
                 name: session.robot.chain.joints()[joint].name.clone(),
-                sensor_models: simulation.models[joint].clone(),
+                sensor_models: models.clone(),
             })
             .collect(),
         load: session

@@ -152,10 +152,10 @@ fn solve_with(
 }
 
 /// Correlation of the bare arm's gravity torques by estimated and by assumed masses, over all poses and joints; `None`
-/// where no masses are assumed.
+/// where no masses are assumed, or where gravity may point either way.
 fn agreement(session: &Session, unknowns: &Unknowns) -> Option<f64> {
     let chain = &session.robot.chain;
-    if chain.links().iter().any(|link| link.inertia.is_none()) {
+    if session.gravity.hemisphere.is_none() || chain.links().iter().any(|link| link.inertia.is_none()) {
         return None;
     }
     let flat = |unknowns: &Unknowns| -> Vec<f64> { unknowns.inertia.iter().flatten().copied().collect() };
