@@ -12,6 +12,7 @@ mod instruments;
 mod invariants;
 mod program;
 mod reproducible;
+mod sensor_models;
 mod seven_joints;
 mod small_session;
 mod solvers;

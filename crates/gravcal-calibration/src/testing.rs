@@ -36,6 +36,7 @@ pub fn sarcos_shoulder() -> Simulation {
     let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
     let joint = |offset: f64| JointKnowledge {
         torque_unit: Some(TorqueUnit::Count),
+        torque_sign_declared: false,
         position_unit: PositionUnit::Radian,
         parameters: [start(6.69), start(2048.0), start(1.0), start(offset)],
     };
@@ -86,6 +87,7 @@ pub fn sarcos_shoulder() -> Simulation {
             })
             .collect(),
         poses: Vec::new(),
+        saturated: vec![0; 3],
         loss: Loss::None,
         uncertainty: UncertaintyChoice::Noise,
         constraints: Constraints::default(),

@@ -45,12 +45,18 @@ impl<'a> Columns<'a> {
             None => Ok(None),
             Some(column) => column.read(row),
         };
-        let (torques, instruments) = (self.torques.iter().map(read), self.instruments.iter().map(read));
+        let torques = self.torques.iter().map(read);
+        let mut torque: Vec<Option<Reading>> = torques.collect::<Result<_, _>>()?;
+        let saturated = take_saturated(&self.torques, &mut torque);
+        let instruments = self.instruments.iter().map(read);
+        let mut instruments: Vec<Option<Reading>> = instruments.collect::<Result<_, _>>()?;
+        take_saturated(&self.instruments, &mut instruments);
         Ok(StaticPose {
             line: self.table.line(row),
             position: positions.collect::<Result<_, _>>()?,
-            torque: torques.collect::<Result<_, _>>()?,
-            instruments: instruments.collect::<Result<_, _>>()?,
+            torque,
+            saturated,
+            instruments,
             sweep: self.sweep(row),
             conditions: self.conditions.read(self.table, row)?,
             merged: 1,
@@ -61,6 +67,24 @@ impl<'a> Columns<'a> {
         let label = self.table.text(row, self.sweep?);
         (!label.is_empty()).then(|| label.to_owned())
     }
+}
+
+/// Takes the saturated ones from the readings of the given columns, and names them.
+fn take_saturated(columns: &[Option<Column<'_>>], readings: &mut [Option<Reading>]) -> Vec<usize> {
+    let mut saturated = Vec::new();
+    for (index, (column, reading)) in columns.iter().zip(readings).enumerate() {
+        let ends = column.as_ref().map(|column| column.range);
+        if reading.zip(ends).is_some_and(|(reading, [lowest, highest])| is_saturated(reading.value, lowest, highest)) {
+            *reading = None;
+            saturated.push(index);
+        }
+    }
+    saturated
+}
+
+/// Whether a sensor's reading is at an end of its range, or beyond: then the true one may be anything beyond.
+pub fn is_saturated(reading: f64, lowest: Option<f64>, highest: Option<f64>) -> bool {
+    lowest.is_some_and(|lowest| reading <= lowest) || highest.is_some_and(|highest| reading >= highest)
 }
 
 /// Place of a column that need not be mapped.
@@ -92,6 +116,8 @@ struct Column<'a> {
     column: usize,
     to_si: f64,
     usable: Option<usize>,
+    /// Lower and upper end, where there are any.
+    range: [Option<f64>; 2],
     std: Setting,
     count: Setting,
 }
@@ -113,6 +139,7 @@ impl<'a> Column<'a> {
             column: table.column(&mapped.column)?,
             to_si,
             usable: find(table, mapped.usable_column.as_ref())?,
+            range: [mapped.lowest, mapped.highest].map(|end| end.map(|end| end * to_si)),
             std: setting(&mapped.std_column, mapped.std)?,
             count: setting(&mapped.count_column, mapped.count)?,
         })

@@ -63,6 +63,7 @@ mod unit;
 mod write;
 mod write_table;
 
+pub use columns::is_saturated;
 pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions};
 pub use earlier::{EarlierError, EarlierEstimate, EarlierParameter, EarlierQuantity, read_earlier};
 pub use error::{Place, ReadError};

@@ -51,6 +51,11 @@ pub struct ReadingColumn {
     pub std: Option<f64>,
     /// Number of samples of every row; with a `count_column`, of the rows where that is empty.
     pub count: Option<f64>,
+    /// Ends of the sensor's range, in the unit of the reading. A reading there or beyond is saturated: the true one may be
+    /// anything beyond.
+    pub lowest: Option<f64>,
+    /// The other end.
+    pub highest: Option<f64>,
 }
 
 /// Why a mapping cannot be used, whatever the table holds.
@@ -86,6 +91,16 @@ pub enum MappingError {
         column: String,
         /// The number, in the unit of the reading.
         found: f64,
+    },
+    /// There is nothing between the ends of the range.
+    #[error("column `{column}`: the range of readings must go from lower to higher, found {lowest} to {highest}")]
+    BadRange {
+        /// Name of the column of the reading.
+        column: String,
+        /// Its lower end, in the unit of the reading.
+        lowest: f64,
+        /// Its upper end.
+        highest: f64,
     },
     /// The constant number of samples cannot be one.
     #[error("column `{column}`: the number of samples must be finite and at least 1, found {found}")]
@@ -147,7 +162,12 @@ impl ReadingColumn {
         if let Some(found) = self.count.filter(|count| !(count.is_finite() && *count >= 1.0)) {
             return Err(MappingError::BadCount { column: column(), found });
         }
-        Ok(())
+        match (self.lowest, self.highest) {
+            (Some(lowest), Some(highest)) if lowest >= highest => {
+                Err(MappingError::BadRange { column: column(), lowest, highest })
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -209,6 +229,17 @@ mod tests {
         for torque in [constant, column] {
             assert_eq!(message(&mapping(&["q1"], &[torque])), expected);
         }
+    }
+
+    #[test]
+    fn a_range_goes_from_lower_to_higher() {
+        let range = |lowest, highest| ReadingColumn { lowest, highest, ..torque("tau1") };
+        assert_eq!(mapping(&["q1"], &[range(Some(0.0), Some(4095.0))]).check(), Ok(()));
+        assert_eq!(mapping(&["q1"], &[range(Some(0.0), None)]).check(), Ok(()));
+        assert_eq!(
+            message(&mapping(&["q1"], &[range(Some(10.0), Some(-10.0))])),
+            "column `tau1`: the range of readings must go from lower to higher, found 10 to -10"
+        );
     }
 
     #[test]

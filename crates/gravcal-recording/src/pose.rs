@@ -30,6 +30,8 @@ pub struct StaticPose {
     pub torque: Vec<Option<Reading>>,
     /// Reading of every instrument column, in its own unit; `None` where it is missing or not usable.
     pub instruments: Vec<Option<Reading>>,
+    /// Joints whose torque reading is at an end of its range, and therefore none: see [`is_saturated`](crate::is_saturated).
+    pub saturated: Vec<usize>,
     /// Label of the sweep that the pose belongs to.
     pub sweep: Option<String>,
     /// Under which conditions it was read.
@@ -120,6 +122,7 @@ mod tests {
             position: vec![FRAC_PI_2, 0.25],
             torque: vec![reading(2075.0, None), None],
             instruments: Vec::new(),
+            saturated: Vec::new(),
             sweep: Some("up".to_owned()),
             conditions: Conditions::default(),
             merged: 1,
@@ -129,6 +132,7 @@ mod tests {
             position: vec![-2.0 * FRAC_PI_2, 0.0],
             torque: vec![reading(-3.0, None), None],
             instruments: Vec::new(),
+            saturated: Vec::new(),
             sweep: None,
             conditions: Conditions::default(),
             merged: 1,
@@ -274,6 +278,18 @@ mod tests {
         );
         mapping.merge_repeated = false;
         assert_eq!(parse("q,tau\n5,1\n5,2\n5,3\n", &mapping).unwrap().len(), 3);
+    }
+
+    #[test]
+    fn a_saturated_reading_is_none_and_spoils_the_mean_that_it_would_enter() {
+        let ranged = ReadingColumn { lowest: Some(0.0), highest: Some(4095.0), ..torque("tau") };
+        let text = "q,tau\n0,0\n1,1\n2,4095\n3,5000\n";
+        assert_eq!(torques(text, ranged.clone()), [None, reading(1.0, None), None, None]);
+        let mut mapping = one_joint(ranged);
+        mapping.merge_repeated = true;
+        let poses = parse("q,tau\n0,4094\n0,4095\n1,7\n", &mapping).unwrap();
+        assert_eq!(poses[0].torque, [None]);
+        assert_eq!((&poses[0].saturated[..], &poses[1].saturated[..]), (&[0][..], &[][..]));
     }
 
     #[test]

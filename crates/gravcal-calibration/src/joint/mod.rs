@@ -4,9 +4,11 @@ mod constraints;
 mod earlier;
 mod hold;
 mod idle;
+mod model_tests;
 mod placements;
 mod problem;
 mod readings;
+mod reversed;
 mod robust;
 mod solve;
 mod start;
@@ -34,6 +36,7 @@ use crate::workbench::Workbench;
 
 use hold::SetAside;
 pub(crate) use hold::judge_at_start;
+use model_tests::ModelTests;
 pub use problem::{JointProblem, PosingError, pose};
 pub use readings::Readings;
 pub(crate) use robust::{GAUGE, NORMAL_MEDIAN, median};
@@ -95,9 +98,13 @@ pub fn estimate_jointly(
     let misfit = fit.misfit().filter(|_| solved.estimate.termination != Termination::Stopped);
     let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
     let solved = Solved { uncertainty, ..solved };
-    let mut result = tell(session, name, &solved, fit, told)?;
+    let mut result = tell(session, name, &solved, fit, told, workbench)?;
     if let Some(misfit) = misfit {
         tell_misfit(misfit, &mut result);
+    }
+    let doubtful = session.noise_estimated().contains(&true) || result.verdict == Verdict::Failed;
+    if let Some(reversed) = reversed::reversed_sensors(session, &solved, doubtful, workbench)? {
+        tell_reversed(session, &reversed, &mut result);
     }
     if result.verdict == Verdict::Failed {
         withdraw(&mut result);
@@ -110,6 +117,7 @@ fn withdraw(result: &mut EstimatorResult) {
     result.gravity = None;
     result.covariance = CovarianceResult::default();
     result.moments.clear();
+    result.sensor_models.clear();
     result.uncertainty = None;
     for parameter in result.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
         parameter.determined = false;
@@ -145,6 +153,25 @@ fn tell_misfit(misfit: f64, result: &mut EstimatorResult) {
     }
 }
 
+/// Says which torque sensors are reversed; values for the wrong signs are none.
+fn tell_reversed(session: &Session, reversed: &reversed::Reversed, result: &mut EstimatorResult) {
+    let names: Vec<&str> = reversed.joints.iter().map(|j| session.robot.chain.joints()[*j].name.as_str()).collect();
+    let (names, sensors, each) = match names.as_slice() {
+        [only] => ((*only).to_owned(), "sensor", "in its [[joint]]"),
+        several => (several.join(", "), "sensors", "in the [[joint]] of each"),
+    };
+    result.verdict = Verdict::Failed;
+    result.termination = format!("reversed torque {sensors}: {names}");
+    result.notes.insert(
+        0,
+        format!(
+            "The torque {sensors} of {names} read the other way: {}. Say torque_sign = \"reversed\" {each}; or \
+             \"normal\", if that is how it is.",
+            reversed.why
+        ),
+    );
+}
+
 /// The torque readings that an estimator may use, with a first guess of unstated noise.
 pub fn select(session: &Session, signals: Signals) -> Readings {
     let noise = solve::first_noise(session);
@@ -169,6 +196,7 @@ fn tell(
     solved: &Solved,
     fit: Fit,
     uncertainty: UncertaintyResult,
+    workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let judgement = solved.judge(session);
     let situation = solved.situation(session);
@@ -193,6 +221,8 @@ fn tell(
     notes.extend(set_aside_notes(session, solved));
     notes.extend(mirrored.iter().cloned());
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
+    let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
+    let sensor_models = tests.all(workbench)?;
     let outliers = outliers(session, solved)?;
     notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
     let weak = weak_combinations(solved);
@@ -211,6 +241,7 @@ fn tell(
         moments: moments.into_iter().map(|moment| moment.told).collect(),
         gravity,
         parameters,
+        sensor_models,
         undetermined,
         active_constraints: constraints::tell(&solved.posed.problem, &solved.estimate.active),
         weak,
@@ -341,6 +372,13 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
         if joint.kind == JointKind::Revolute && turns > IMPLAUSIBLE_ANGLE {
             notes.push(format!("{} reads up to {turns:.0} rad: is its unit deg, declared as rad?", joint.name));
         }
+    }
+    for (joint, count) in session.robot.chain.joints().iter().zip(&session.saturated).filter(|(_, count)| **count > 0) {
+        notes.push(format!(
+            "{count} torque readings of {} are at an end of the sensor's range: left out, as the true ones may be \
+             anything beyond.",
+            joint.name
+        ));
     }
     let cut = session.robot.chain.cut_joints();
     if !cut.is_empty() {

@@ -82,7 +82,8 @@ pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<
     }
 }
 
-/// The same with the readings alone: no prior, no known norm, no known distance.
+/// The same with the readings alone: no prior, no known norm, no known distance. A characteristic that is bent is taken for
+/// straight, as it is where a start begins.
 ///
 /// # Errors
 /// As [`pose`].
@@ -105,6 +106,7 @@ fn add_blocks(
     with_knowledge: bool,
     builder: &mut ProblemBuilder,
 ) -> Layout {
+    let straight = !with_knowledge || session.terms.are_straight();
     let gravity = builder.add_block(gravity_block(session), &start.gravity);
     let unread = if with_knowledge { readings.unread_and_unknown(session) } else { readings.unread(session) };
     let mut add = |id| {
@@ -121,7 +123,7 @@ fn add_blocks(
             Block::vector(link.name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);
         block.units[0] = "kg".into();
         let block = if readings.any_torque(session) { block } else { block.held(NO_TORQUE) };
-        builder.add_block(block.linear(), value)
+        builder.add_block(if straight { block.linear() } else { block }, value)
     });
     let inertia = inertia.collect();
     let loads = add_placements(session, &readings.carried(session), start, with_knowledge, builder);

@@ -16,6 +16,8 @@ use crate::workbench::Workbench;
 
 /// Directions tried in a hemisphere, besides the declared one.
 const DIRECTIONS: usize = 48;
+/// One direction of so many suffices to compare signs.
+const FEW: usize = 6;
 /// Poses that suffice to compare candidates.
 const POSES: usize = 120;
 /// Damping that leaves combinations without information where they are, and nothing else: column-relative.
@@ -142,6 +144,18 @@ fn with_gains_times(scale: f64, values: &Unknowns) -> Unknowns {
 
 fn is_free(session: &Session, load: usize) -> bool {
     session.loads[load].position.is_none()
+}
+
+/// What the best of the nominal values under some directions of gravity costs, for comparing sessions that differ in signs.
+pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, PosingError> {
+    let sample = thinned(readings);
+    let mut lowest = f64::INFINITY;
+    for direction in directions(session.gravity.hemisphere).step_by(FEW) {
+        let gravity = direction.map(|c| session.gravity.magnitude * c);
+        let candidate = Unknowns { gravity, ..Unknowns::nominal(session) };
+        lowest = lowest.min(solve_linear_part(session, &sample, &candidate)?.0);
+    }
+    Ok(lowest)
 }
 
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.

@@ -183,6 +183,7 @@ pub fn tell_steps(
             .map(|g| gravity_result(g.vector, &g.covariance, asked("gravity"), |std, _| Quantile::normal().cone(std))),
         covariance: tell_covariance(session, known),
         moments: Vec::new(),
+        sensor_models: Vec::new(),
         undetermined,
         active_constraints: Vec::new(),
         weak: Vec::new(),

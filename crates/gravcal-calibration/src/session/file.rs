@@ -16,6 +16,7 @@
 //! [readings]
 //! position = { columns = ["q1", "q2"], unit = "deg" }
 //! torque = { columns = ["y1", ""], unit = "count", std = 0.8 }    # "": no torque sensor
+//! # with lowest = 0, highest = 4095 in it: readings there or beyond are saturated, and left out
 //! sweep_column = "sweep"                     # optional: labels of sweeps
 //! merge_repeated_rows = false                # optional: rows of one standstill become one pose
 //! time = { column = "t", unit = "s" }        # these four where a sensor's model needs them: one clock for all tables
@@ -113,6 +114,8 @@ mod knowledge;
 mod loads;
 mod loss;
 mod models;
+#[cfg(test)]
+mod models_tests;
 mod normal_gravity;
 mod poses;
 mod prior;
@@ -235,10 +238,10 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, &further, written.ask)?;
     let tables = poses::tables(&context, &loads, &written.poses)?;
-    let poses = poses::read_all(&document, &written.poses, &tables, &mapping)?;
+    let (poses, saturated) = poses::read_all(&document, &written.poses, &tables, &mapping)?;
 
     if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
-        let message = "no table has a usable torque reading: every torque cell is empty or marked unusable";
+        let message = "no table has a usable torque reading: every torque cell is empty, marked unusable or saturated";
         return Err(document.error(&Field::new("readings").key("torque"), message).into());
     }
     let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
@@ -257,6 +260,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         further,
         tables,
         poses,
+        saturated,
         loss,
         uncertainty,
         constraints,

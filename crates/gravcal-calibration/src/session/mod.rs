@@ -48,6 +48,8 @@ pub struct Session {
     pub tables: Vec<PoseTable>,
     /// All static poses of all tables, in order.
     pub poses: Vec<Pose>,
+    /// How many torque readings of each joint were left out because they are at an end of the sensor's range.
+    pub saturated: Vec<usize>,
     /// How the joint estimator counts torque readings far beyond their noise.
     pub loss: Loss,
     /// Where the joint estimator's standard deviations come from.
@@ -75,6 +77,7 @@ impl Session {
             inertia: InertiaKnowledge::Unknown,
             loads: Vec::new(),
             load_distances: Vec::new(),
+            saturated: vec![0; joints.len()],
             joints,
             instruments: Vec::new(),
             terms: SensorTerms::default(),
@@ -162,6 +165,8 @@ pub struct LoadDistance {
 pub struct JointKnowledge {
     /// Unit of the torque reading; `None` where the joint has no torque sensor.
     pub torque_unit: Option<TorqueUnit>,
+    /// Whether the session says which way the torque sensor reads; where not, it is looked for.
+    pub torque_sign_declared: bool,
     /// Unit of the position reading.
     pub position_unit: PositionUnit,
     /// Knowledge of each parameter, in the order of [`Quantity::ALL`].

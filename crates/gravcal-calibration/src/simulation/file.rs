@@ -18,7 +18,7 @@ use crate::parameter::Quantity;
 use crate::robot::{
     PositionSensorTable, Robot, RobotSource, SensorTables, TorqueSensorTable, ValueTable, resolve_robot,
 };
-use crate::sensors::{ModelTable, Need, SensorTerms, Site, declare, to_unit_of};
+use crate::sensors::{DeclaredModels, ModelTable, Need, SensorTerms, Site, declare, to_unit_of};
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
     PoseTable, Session, UncertaintyChoice, units,
@@ -186,6 +186,7 @@ impl Reader<'_> {
             further: Vec::new(),
             tables,
             poses: Vec::new(),
+            saturated: vec![0; self.robot.sensors.len()],
             loss: Loss::None,
             uncertainty: UncertaintyChoice::Noise,
             constraints: Constraints::default(),
@@ -207,7 +208,7 @@ impl Reader<'_> {
         truth.further.extend(read.truth);
         let disturbance = Disturbance { instrument_std: read.std, ..self.disturbance()? };
         let (conditions, seed) = (self.conditions()?, self.table.seed);
-        let instruments = read.simulated;
+        let (models, instruments) = (DeclaredModels::new(models), read.simulated);
         Ok(Simulation { template, truth, runs, disturbance, conditions, models, instruments, seed })
     }
 
@@ -324,6 +325,7 @@ impl Reader<'_> {
         let offset = if joint == 0 { 0.0 } else { position[1] };
         Ok(JointKnowledge {
             torque_unit: Some(torque_unit),
+            torque_sign_declared: false,
             position_unit,
             parameters: [torque[0], torque[1], position[0], offset].map(start),
         })
@@ -397,7 +399,7 @@ impl Reader<'_> {
         };
         let mut terms = Vec::new();
         for found in declare(self.document, field, &site, &table.sensor_models, knows)? {
-            let parameter = found.declared.parameter;
+            let parameter = found.parameter;
             let Some(said) = found.said else {
                 let message =
                     format!("what is the true {0}? add parameters = {{ {0} = {{ value, unit }} }}", parameter.quantity);
@@ -406,7 +408,7 @@ impl Reader<'_> {
             let wrong = |message| self.document.error(&found.field.key("unit"), message);
             truth.further.push(said.value * to_unit_of(&parameter.unit, said.unit()).map_err(wrong)?);
             template.further.push(parameter);
-            terms.push(found.declared.term);
+            terms.push(found.term);
         }
         template.terms.extend(terms);
         Ok(())

@@ -18,9 +18,11 @@ mod write_conditions;
 
 use std::path::Path;
 
+use gravcal_recording::is_saturated;
+
 use crate::document::FileError;
 use crate::joint::Unknowns;
-use crate::sensors::ModelTable;
+use crate::sensors::DeclaredModels;
 use crate::session::Session;
 
 pub use conditions::SimulatedConditions;
@@ -39,8 +41,8 @@ pub struct Simulation {
     pub disturbance: Disturbance,
     /// Under which conditions they are read.
     pub conditions: SimulatedConditions,
-    /// `sensor_models` of each joint, as the session declares them.
-    pub(crate) models: Vec<Vec<ModelTable<()>>>,
+    /// What its sensors do beyond gain and bias, as its sessions declare it.
+    pub models: DeclaredModels,
     /// Its instruments, as the session declares them.
     pub(crate) instruments: SimulatedInstruments,
     /// Seed of the random numbers.
@@ -127,6 +129,11 @@ impl Converter {
         (self.range[1] - self.range[0]) / 2f64.powi(self.bits as i32)
     }
 
+    /// The lowest and the highest reading it can give.
+    pub fn ends(&self) -> [f64; 2] {
+        [self.range[0], self.convert(self.range[1])]
+    }
+
     /// The reading it gives: the nearest step within its range.
     pub fn convert(&self, value: f64) -> f64 {
         let code = ((value - self.range[0]) / self.step()).round();
@@ -146,8 +153,8 @@ pub struct Deflection {
 impl Simulation {
     /// An experiment whose sensors are affine, without instruments.
     pub fn new(template: Session, truth: Unknowns, runs: Vec<Run>, disturbance: Disturbance, seed: u64) -> Simulation {
-        let models = vec![Vec::new(); template.joints.len()];
-        let (conditions, instruments) = (SimulatedConditions::default(), SimulatedInstruments::default());
+        let (conditions, models) = (SimulatedConditions::default(), DeclaredModels::default());
+        let instruments = SimulatedInstruments::default();
         Simulation { template, truth, runs, disturbance, conditions, models, instruments, seed }
     }
 
@@ -161,7 +168,19 @@ impl Simulation {
 
     /// The session of one trial.
     pub fn session(&self, trial: u64) -> Session {
-        draw::session(self, trial)
+        let mut session = draw::session(self, trial);
+        let Some([lowest, highest]) = self.disturbance.converter.map(|converter| converter.ends()) else {
+            return session;
+        };
+        for pose in &mut session.poses {
+            for (reading, saturated) in pose.torque.iter_mut().zip(&mut session.saturated) {
+                if reading.is_some_and(|reading| is_saturated(reading.value, Some(lowest), Some(highest))) {
+                    *reading = None;
+                    *saturated += 1;
+                }
+            }
+        }
+        session
     }
 
     /// Standard deviation that the session states for a joint's readings: noise and the converter's step,

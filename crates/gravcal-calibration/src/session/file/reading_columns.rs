@@ -15,6 +15,8 @@ pub(super) struct ReadingColumnsTable {
     unit: Option<OneOrMany<String>>,
     std: Option<OneOrMany<f64>>,
     count: Option<OneOrMany<f64>>,
+    lowest: Option<OneOrMany<f64>>,
+    highest: Option<OneOrMany<f64>>,
     std_columns: Option<Vec<String>>,
     count_columns: Option<Vec<String>>,
     usable_columns: Option<Vec<String>>,
@@ -26,6 +28,8 @@ pub(super) struct ReadingColumns<'a> {
     units: Units<'a>,
     std: Option<Vec<f64>>,
     count: Option<Vec<f64>>,
+    lowest: Option<Vec<f64>>,
+    highest: Option<Vec<f64>>,
     std_columns: Option<Vec<String>>,
     count_columns: Option<Vec<String>>,
     usable_columns: Option<Vec<String>>,
@@ -51,6 +55,8 @@ impl<'a> ReadingColumns<'a> {
             units: Units::new(context, field.key("unit"), names, table.unit.as_ref())?,
             std: numbers("std", &table.std)?,
             count: numbers("count", &table.count)?,
+            lowest: numbers("lowest", &table.lowest)?,
+            highest: numbers("highest", &table.highest)?,
             std_columns: columns("std_columns", &table.std_columns)?,
             count_columns: columns("count_columns", &table.count_columns)?,
             usable_columns: columns("usable_columns", &table.usable_columns)?,
@@ -73,6 +79,8 @@ impl<'a> ReadingColumns<'a> {
             usable_column: column(&self.usable_columns),
             std: number(&self.std),
             count: number(&self.count),
+            lowest: number(&self.lowest),
+            highest: number(&self.highest),
         };
         Ok(Some((reading, self.units.of(index, parse)?)))
     }

@@ -71,6 +71,7 @@ fn field_of(error: &MappingError) -> Field {
     match error {
         MappingError::BadStd { .. } => torque().key("std"),
         MappingError::BadCount { .. } => torque().key("count"),
+        MappingError::BadRange { .. } => torque().key("highest"),
         MappingError::CountWithoutStd { .. } => torque(),
         _ => Field::new("readings"),
     }
