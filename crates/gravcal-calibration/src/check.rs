@@ -28,6 +28,8 @@ pub struct CheckReport {
     pub poses: Vec<(String, usize)>,
     /// By joint: name and usable torque readings.
     pub torque_readings: Vec<(String, usize)>,
+    /// How many torque readings of each joint the limits of motion leave, in words; absent where they leave all.
+    pub selection: Option<String>,
     /// Rule by which sweeps are detected, in words.
     pub sweep_rule: String,
     /// Sweeps found.
@@ -119,6 +121,7 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
         judged_at: judged_at(session),
         poses: count_poses(session),
         torque_readings: count_readings(session, &readings),
+        selection: session.selection_note(),
         sweep_rule: sweep_rule(),
         sweeps: plan.sweeps.iter().enumerate().map(|(i, _)| tell_sweep(session, &plan, i)).collect(),
         steps: tell_steps(session, &plan),

@@ -1,4 +1,4 @@
-//! What else a table says of a standstill: when it was, how warm the sensors were, how the joints came there.
+//! What else a table says of a row: when it was, how warm the sensors were, how the joints came there and how they move.
 
 use crate::error::ReadError;
 use crate::table::Table;
@@ -12,6 +12,8 @@ pub struct Conditions {
     pub temperature: Vec<f64>,
     /// rad/s or m/s, by joint.
     pub velocity: Vec<f64>,
+    /// rad/s² or m/s², by joint.
+    pub acceleration: Vec<f64>,
     /// From which side each joint came: 1 where its position reading rose, −1 where it fell, 0 where neither is known.
     pub direction: Vec<f64>,
 }
@@ -23,10 +25,55 @@ pub struct ConditionColumns {
     pub time: Option<ConditionColumn>,
     /// Temperature of each joint's sensors.
     pub temperature: Vec<ConditionColumn>,
-    /// Velocity of each joint.
-    pub velocity: Vec<ConditionColumn>,
+    /// Velocity of each joint; as a slope, that of its position readings over time.
+    pub velocity: MotionSource,
+    /// Acceleration of each joint; as a slope, that of its velocity over time.
+    pub acceleration: MotionSource,
     /// Direction of approach of each joint: the cells are 1, 0 or −1.
     pub direction: Vec<String>,
+}
+
+/// Where a derivative of the joints' positions comes from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum MotionSource {
+    /// It is not known.
+    #[default]
+    Unknown,
+    /// One column for each joint.
+    Columns(Vec<ConditionColumn>),
+    /// Numerical differentiation over the rows of one table: see [`Slope`].
+    Slope(Slope),
+}
+
+/// Numerical differentiation: at every row the slope of the straight line through the rows whose time is at most half of
+/// `window` away. Both ends of a table see one side only, so that there the slope belongs to a time up to `window / 4` off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slope {
+    /// Whole width, s, greater than 0.
+    pub window: f64,
+}
+
+impl MotionSource {
+    /// Whether anything tells the derivative.
+    pub fn is_known(&self) -> bool {
+        *self != MotionSource::Unknown
+    }
+
+    /// Its columns; none where it is unknown or a slope.
+    fn columns(&self) -> &[ConditionColumn] {
+        match self {
+            MotionSource::Columns(columns) => columns,
+            MotionSource::Unknown | MotionSource::Slope(_) => &[],
+        }
+    }
+
+    /// How it is differentiated, where it is.
+    pub(crate) fn slope(&self) -> Option<Slope> {
+        match self {
+            MotionSource::Slope(slope) => Some(*slope),
+            MotionSource::Unknown | MotionSource::Columns(_) => None,
+        }
+    }
 }
 
 /// A column of numbers that become `scale · cell + zero` inside.
@@ -69,7 +116,13 @@ impl ConditionUnit {
     /// Units of velocity of a joint that slides; m/s inside.
     pub const VELOCITY: [ConditionUnit; 2] = [unit("m/s", 1.0, 0.0), unit("mm/s", 1e-3, 0.0)];
 
-    fn to_inside(self, number: f64) -> f64 {
+    /// Units of acceleration of a joint that turns; rad/s² inside.
+    pub const ANGULAR_ACCELERATION: [ConditionUnit; 2] = [unit("rad/s²", 1.0, 0.0), unit("deg/s²", DEGREE, 0.0)];
+    /// Units of acceleration of a joint that slides; m/s² inside.
+    pub const ACCELERATION: [ConditionUnit; 2] = [unit("m/s²", 1.0, 0.0), unit("mm/s²", 1e-3, 0.0)];
+
+    /// A number in this unit, in the unit that is used inside.
+    pub fn to_inside(self, number: f64) -> f64 {
         self.scale * number + self.zero
     }
 }
@@ -80,6 +133,7 @@ pub(crate) struct FoundConditions<'a> {
     time: Option<usize>,
     temperature: Vec<usize>,
     velocity: Vec<usize>,
+    acceleration: Vec<usize>,
     direction: Vec<usize>,
 }
 
@@ -92,7 +146,8 @@ impl<'a> FoundConditions<'a> {
             mapped,
             time: mapped.time.as_ref().map(|c| table.column(&c.column)).transpose()?,
             temperature: places(&mapped.temperature)?,
-            velocity: places(&mapped.velocity)?,
+            velocity: places(mapped.velocity.columns())?,
+            acceleration: places(mapped.acceleration.columns())?,
             direction: mapped.direction.iter().map(|c| table.column(c)).collect::<Result<_, _>>()?,
         })
     }
@@ -113,7 +168,8 @@ impl<'a> FoundConditions<'a> {
         Ok(Conditions {
             time: time.zip(mapped.time.as_ref()).map(|(cell, mapped)| mapped.unit.to_inside(cell)),
             temperature: numbers(&self.temperature, &mapped.temperature)?,
-            velocity: numbers(&self.velocity, &mapped.velocity)?,
+            velocity: numbers(&self.velocity, mapped.velocity.columns())?,
+            acceleration: numbers(&self.acceleration, mapped.acceleration.columns())?,
             direction: self.direction.iter().map(direction).collect::<Result<_, _>>()?,
         })
     }
@@ -129,6 +185,7 @@ pub(crate) fn mean_conditions(rows: &[&Conditions]) -> Conditions {
         time: rows.iter().map(|row| row.time).sum::<Option<f64>>().map(|sum| sum / rows.len() as f64),
         temperature: means(&|row| &row.temperature),
         velocity: means(&|row| &row.velocity),
+        acceleration: means(&|row| &row.acceleration),
         direction: rows.first().map_or_else(Vec::new, |row| row.direction.clone()),
     }
 }
@@ -147,7 +204,8 @@ mod tests {
         let mapped = ConditionColumns {
             time: Some(column("t", ConditionUnit::TIME[1])),
             temperature: vec![column("T", ConditionUnit::TEMPERATURE[1]); 2],
-            velocity: vec![column("v", ConditionUnit::ANGULAR_VELOCITY[1]); 2],
+            velocity: MotionSource::Columns(vec![column("v", ConditionUnit::ANGULAR_VELOCITY[1]); 2]),
+            acceleration: MotionSource::Unknown,
             direction: vec!["d".to_owned()],
         };
         let table = Table::parse(Path::new("a.csv"), text.as_bytes()).map_err(|error| error.to_string())?;

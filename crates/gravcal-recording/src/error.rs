@@ -147,6 +147,37 @@ pub enum ReadError {
         /// What stands there.
         found: f64,
     },
+    /// The rows are not in the order of their times.
+    #[error(
+        "{place}: the time does not rise from the row before, and a slope over time needs that it does; sort the rows, \
+         or delete those that stand twice"
+    )]
+    TimeStands {
+        /// The cell.
+        place: Place,
+    },
+    /// A slope needs two rows.
+    #[error(
+        "{place}: no other row is within half of the {window} s over which the slope is taken; widen that, or delete the \
+         row"
+    )]
+    NoNeighbour {
+        /// The cell with the row's time.
+        place: Place,
+        /// Time over which the slope is taken, s.
+        window: f64,
+    },
+    /// The limits of motion leave nothing.
+    #[error(
+        "{}: none of its {rows} rows keeps to the limits of speed and acceleration; widen them, or leave the table out",
+        path.display()
+    )]
+    AllInMotion {
+        /// The file.
+        path: PathBuf,
+        /// Its rows.
+        rows: usize,
+    },
     /// A position reading is missing.
     #[error("{place}: the position is missing, and every torque depends on every position; delete the row")]
     NoPosition {

@@ -32,12 +32,9 @@
 //! let mapping = PoseMapping {
 //!     positions: vec![PositionColumn { column: "q1_deg".to_owned(), unit: "deg".parse()? }],
 //!     torques: vec![Some((torque, "count".parse()?))],
-//!     instruments: Vec::new(),
-//!     sweep_column: None,
-//!     merge_repeated: false,
-//!     conditions: ConditionColumns::default(),
+//!     ..PoseMapping::default()
 //! };
-//! let poses = read_poses(&path, &mapping)?;
+//! let poses = read_poses(&path, &mapping)?.poses;
 //! assert_eq!(poses[0].position, [std::f64::consts::FRAC_PI_2]);
 //! assert_eq!(poses[0].torque, [Some(Reading { value: 2075.0, std: Some(0.2) })]);
 //! assert_eq!(poses[1].torque, [None]);
@@ -47,8 +44,8 @@
 //!
 //! What an earlier `calibration.json` says is read here too, as names, numbers and their covariance ([`read_earlier`]).
 //!
-//! The crate knows no robot: a joint is a place in a list. It filters nothing and weighs nothing; the only sums it
-//! takes are the means of repeated rows, when the mapping asks for them.
+//! The crate knows no robot: a joint is a place in a list. It filters nothing and weighs nothing; only when the mapping asks
+//! for it, it takes means of repeated rows and slopes over time, and leaves out readings by the motion of the arm.
 
 mod columns;
 mod conditions;
@@ -57,6 +54,8 @@ mod error;
 mod mapping;
 mod merge;
 mod pose;
+mod selection;
+mod slope;
 mod suggest;
 mod table;
 mod unit;
@@ -64,11 +63,12 @@ mod write;
 mod write_table;
 
 pub use columns::is_saturated;
-pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions};
+pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions, MotionSource, Slope};
 pub use earlier::{EarlierError, EarlierEstimate, EarlierParameter, EarlierQuantity, read_earlier};
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
-pub use pose::{Reading, StaticPose, read_poses};
+pub use pose::{Reading, Recording, StaticPose, read_poses};
+pub use selection::{MotionLimits, Selection};
 pub use suggest::nearest_name;
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};

@@ -1,10 +1,11 @@
 //! Which column of a table is which reading of which joint, and in which unit.
 
-use crate::conditions::ConditionColumns;
+use crate::conditions::{ConditionColumns, Slope};
+use crate::selection::Selection;
 use crate::unit::{PositionUnit, TorqueUnit};
 
 /// What the columns of a table of static poses mean. Joints are places in the two lists.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct PoseMapping {
     /// The position reading of every joint.
     pub positions: Vec<PositionColumn>,
@@ -20,6 +21,8 @@ pub struct PoseMapping {
     pub merge_repeated: bool,
     /// What else is said of each pose.
     pub conditions: ConditionColumns,
+    /// Which readings count, where the arm moves.
+    pub selection: Selection,
 }
 
 /// Where the position of a joint stands.
@@ -102,6 +105,41 @@ pub enum MappingError {
         /// Its upper end.
         highest: f64,
     },
+    /// A slope is taken over time.
+    #[error("a slope is taken over time, and no column tells the time: name it")]
+    SlopeWithoutTime,
+    /// The window of a slope cannot be one.
+    #[error("the time over which a slope is taken must be finite and greater than 0, found {found} s")]
+    BadWindow {
+        /// Its width, s.
+        found: f64,
+    },
+    /// The slope of readings in the sensor's own unit is no velocity.
+    #[error(
+        "column `{column}`: the slope of positions in {unit} is no velocity, as the sensor's gain is unknown: name the \
+         columns of the velocities instead"
+    )]
+    SlopeOfSensorUnit {
+        /// Name of the column of positions.
+        column: String,
+        /// Its unit.
+        unit: PositionUnit,
+    },
+    /// An acceleration is the slope of a velocity.
+    #[error("an acceleration is the slope of a velocity, and nothing tells the velocities: say where they come from")]
+    AccelerationWithoutVelocity,
+    /// Limits of speed without speeds.
+    #[error(
+        "speeds are limited, and nothing tells the velocity of each joint: name its columns, or take the slope of its \
+         position over time"
+    )]
+    SpeedUnknown,
+    /// Limits of acceleration without accelerations.
+    #[error(
+        "accelerations are limited, and nothing tells the acceleration of each joint: name its columns, or take the \
+         slope of its velocity over time"
+    )]
+    AccelerationUnknown,
     /// The constant number of samples cannot be one.
     #[error("column `{column}`: the number of samples must be finite and at least 1, found {found}")]
     BadCount {
@@ -118,7 +156,8 @@ impl PoseMapping {
     /// # Errors
     ///
     /// The lists are empty or of different lengths, a column is mapped to two readings, a constant is out of range,
-    /// or a count comes without a standard deviation.
+    /// a count comes without a standard deviation, or velocities and accelerations that are limited or differentiated are
+    /// nowhere to be had.
     pub fn check(&self) -> Result<(), MappingError> {
         let (positions, torques) = (self.positions.len(), self.torques.len());
         if positions == 0 {
@@ -129,7 +168,41 @@ impl PoseMapping {
         }
         self.torques.iter().flatten().try_for_each(|(torque, _)| torque.check())?;
         self.instruments.iter().flatten().try_for_each(ReadingColumn::check)?;
-        self.check_columns_differ()
+        self.check_columns_differ()?;
+        self.check_slopes()?;
+        self.check_selection()
+    }
+
+    fn check_slopes(&self) -> Result<(), MappingError> {
+        let (velocity, acceleration) = (self.conditions.velocity.slope(), self.conditions.acceleration.slope());
+        for Slope { window } in velocity.into_iter().chain(acceleration) {
+            if !(window.is_finite() && window > 0.0) {
+                return Err(MappingError::BadWindow { found: window });
+            }
+            if self.conditions.time.is_none() {
+                return Err(MappingError::SlopeWithoutTime);
+            }
+        }
+        if acceleration.is_some() && !self.conditions.velocity.is_known() {
+            return Err(MappingError::AccelerationWithoutVelocity);
+        }
+        match self.positions.iter().find(|position| velocity.is_some() && position.unit.is_sensors_own()) {
+            Some(PositionColumn { column, unit }) => {
+                Err(MappingError::SlopeOfSensorUnit { column: column.clone(), unit: *unit })
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn check_selection(&self) -> Result<(), MappingError> {
+        let limits = [&self.selection.arm, &self.selection.joint];
+        if limits.iter().any(|limits| limits.limit_speed()) && !self.conditions.velocity.is_known() {
+            return Err(MappingError::SpeedUnknown);
+        }
+        if limits.iter().any(|limits| limits.limit_acceleration()) && !self.conditions.acceleration.is_known() {
+            return Err(MappingError::AccelerationUnknown);
+        }
+        Ok(())
     }
 
     /// Columns of counts, deviations and flags may be shared between joints; those of readings may not.
@@ -184,10 +257,7 @@ mod tests {
         PoseMapping {
             positions: positions.iter().map(position).collect(),
             torques: torques.iter().map(|torque| Some((torque.clone(), TorqueUnit::Count))).collect(),
-            instruments: Vec::new(),
-            sweep_column: None,
-            merge_repeated: false,
-            conditions: ConditionColumns::default(),
+            ..PoseMapping::default()
         }
     }
 

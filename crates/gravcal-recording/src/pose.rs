@@ -7,6 +7,7 @@ use crate::conditions::Conditions;
 use crate::error::ReadError;
 use crate::mapping::PoseMapping;
 use crate::merge::merge_repeated;
+use crate::slope::differentiate;
 use crate::table::Table;
 
 /// A measured value and how well it is known.
@@ -40,26 +41,39 @@ pub struct StaticPose {
     pub merged: u32,
 }
 
-/// Reads a table of static poses, two at least, in the order of the file.
+/// The poses of a table.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recording {
+    /// Two at least, in the order of the file.
+    pub poses: Vec<StaticPose>,
+    /// How many torque readings of each joint the mapping's limits of motion leave out.
+    pub in_motion: Vec<usize>,
+}
+
+/// Reads a table of static poses.
 ///
 /// # Errors
 ///
 /// Everything that [`Table::read`] refuses; a column that the mapping names and the table has not; a cell that is
-/// not what the mapping says; a missing position; a table in which all rows are one pose; a mapping that
-/// contradicts itself.
-pub fn read_poses(path: &Path, mapping: &PoseMapping) -> Result<Vec<StaticPose>, ReadError> {
+/// not what the mapping says; a missing position; a table in which all rows are one pose, or too fast; times over which no
+/// slope can be taken; a mapping that contradicts itself.
+pub fn read_poses(path: &Path, mapping: &PoseMapping) -> Result<Recording, ReadError> {
     mapping.check()?;
     poses_of(&Table::read(path)?, mapping)
 }
 
 /// The poses in a table; `mapping` has been checked.
-fn poses_of(table: &Table, mapping: &PoseMapping) -> Result<Vec<StaticPose>, ReadError> {
+pub(crate) fn poses_of(table: &Table, mapping: &PoseMapping) -> Result<Recording, ReadError> {
     let columns = Columns::find(table, mapping)?;
-    let rows: Vec<StaticPose> = (0..table.len()).map(|row| columns.pose(row)).collect::<Result<_, _>>()?;
+    let mut rows: Vec<StaticPose> = (0..table.len()).map(|row| columns.pose(row)).collect::<Result<_, _>>()?;
+    differentiate(&mut rows, table, &mapping.conditions)?;
+    let in_motion = mapping.selection.apply(&mut rows, mapping.positions.len());
     let poses = if mapping.merge_repeated { merge_repeated(&rows) } else { rows };
+    let path = || table.path().to_owned();
     match poses.as_slice() {
-        [only] => Err(ReadError::OnePose { path: table.path().to_owned(), rows: only.merged }),
-        _ => Ok(poses),
+        [] => Err(ReadError::AllInMotion { path: path(), rows: table.len() }),
+        [only] => Err(ReadError::OnePose { path: path(), rows: only.merged }),
+        _ => Ok(Recording { poses, in_motion }),
     }
 }
 
@@ -71,7 +85,6 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::conditions::ConditionColumns;
     use crate::mapping::{MappingError, PositionColumn, ReadingColumn};
     use crate::unit::{PositionUnit, TorqueUnit};
 
@@ -84,16 +97,13 @@ mod tests {
         PoseMapping {
             positions: vec![PositionColumn { column: "q".to_owned(), unit: PositionUnit::Degree }],
             torques: vec![Some((torque, TorqueUnit::Count))],
-            instruments: Vec::new(),
-            sweep_column: None,
-            merge_repeated: false,
-            conditions: ConditionColumns::default(),
+            ..PoseMapping::default()
         }
     }
 
     fn parse(text: &str, mapping: &PoseMapping) -> Result<Vec<StaticPose>, ReadError> {
         mapping.check()?;
-        poses_of(&Table::parse(Path::new("poses.csv"), text.as_bytes())?, mapping)
+        poses_of(&Table::parse(Path::new("poses.csv"), text.as_bytes())?, mapping).map(|found| found.poses)
     }
 
     fn message(text: &str, torque: ReadingColumn) -> String {
@@ -323,7 +333,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("poses.csv");
         fs::write(&path, "q,tau\n0,1\n90,2\n").unwrap();
-        let poses = read_poses(&path, &one_joint(torque("tau"))).unwrap();
+        let poses = read_poses(&path, &one_joint(torque("tau"))).unwrap().poses;
         assert_eq!(poses[1].position, [FRAC_PI_2]);
     }
 

@@ -42,6 +42,11 @@ impl PositionUnit {
         }
     }
 
+    /// Whether it is a sensor's own number, which only a gain turns into an angle or a length.
+    pub fn is_sensors_own(self) -> bool {
+        matches!(self, PositionUnit::Count | PositionUnit::Volt)
+    }
+
     /// The unit that a reading has after multiplication with [`to_si`](Self::to_si).
     pub fn si(self) -> PositionUnit {
         match self {

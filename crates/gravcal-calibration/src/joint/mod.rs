@@ -380,6 +380,7 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
             joint.name
         ));
     }
+    notes.extend(session.selection_note());
     let cut = session.robot.chain.cut_joints();
     if !cut.is_empty() {
         notes.push(format!("The chain ends at its tip: what hangs on it by {} is left out.", cut.join(", ")));

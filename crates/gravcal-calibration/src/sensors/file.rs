@@ -149,11 +149,13 @@ fn in_words(need: Need) -> &'static str {
             "the temperature of each pose: add readings.temperature = { columns = \"…\", unit = \"degC\" }"
         }
         Need::Velocity => {
-            "the velocity of each joint: add readings.velocity = { columns = […], unit = \"rad/s\" }, one for each joint"
+            "the velocity of each joint: add readings.velocity = { columns = […], unit = \"rad/s\" }, one for each joint, \
+             or { slope_over_s = … }"
         }
         Need::Direction => {
             "to know from which side the joints came: add readings.direction = { columns = […] } (cells 1, 0, -1), or \
-             readings.velocity = { columns = […], unit = \"rad/s\" }, one for each joint"
+             readings.velocity = { columns = […], unit = \"rad/s\" }, one for each joint, \
+             or { slope_over_s = … }"
         }
     }
 }

@@ -81,6 +81,7 @@ mod tests {
             time: Some(3600.0),
             temperature: vec![31.0; 3],
             velocity: vec![0.1, -0.2, 0.3],
+            acceleration: Vec::new(),
             direction: vec![1.0, -1.0, 1.0],
         };
         for torque in [[0.0; 3], [12.0, -30.0, 7.0], [-25.0, 18.0, -9.0]] {

@@ -19,10 +19,18 @@
 //! # with lowest = 0, highest = 4095 in it: readings there or beyond are saturated, and left out
 //! sweep_column = "sweep"                     # optional: labels of sweeps
 //! merge_repeated_rows = false                # optional: rows of one standstill become one pose
-//! time = { column = "t", unit = "s" }        # these four where a sensor's model needs them: one clock for all tables
+//! time = { column = "t", unit = "s" }        # these five where a sensor's model or `select` needs them: one clock for all tables
 //! temperature = { columns = "T", unit = "degC" }                  # one for all joints, or a list
 //! velocity = { columns = ["dq1", "dq2"], unit = "deg/s" }
+//! # or velocity = { slope_over_s = 0.1 }: of the straight line through the positions that near in time (of the whole width)
+//! acceleration = { slope_over_s = 0.1 }      # the same of the velocities; or columns with unit = "rad/s²"
 //! direction = { columns = ["d1", "d2"] }     # from which side the joint came: 1 rising, -1 falling, 0 not known
+//!
+//! [readings.select]                          # optional: which readings of an arm in motion count
+//! # a row counts where every joint keeps to this: each one's motion is felt in all torques
+//! arm = { speed_below = { value = 0.8, unit = "rad/s" }, acceleration_below = { value = [0.5, 1], unit = "rad/s²" } }
+//! # a joint's torque reading counts where the joint itself keeps to this; below a least speed no friction has a sign
+//! joint = { speed_above = { value = 1, unit = "deg/s" } }
 //!
 //! [[joint]]                                  # optional: what is known of a joint's sensors
 //! name = "shoulder"
@@ -121,6 +129,7 @@ mod poses;
 mod prior;
 mod reading_columns;
 mod readings;
+mod select;
 #[cfg(test)]
 mod tests;
 mod uncertainty;
@@ -130,6 +139,7 @@ use std::path::{Path, PathBuf};
 use gravcal_recording::ReadError;
 use serde::Deserialize;
 
+use self::poses::ReadPoses;
 use super::solver::Written;
 use super::{JointKnowledge, KnowledgeKind, Session, SolverChoice};
 use crate::document::{Document, Field, FileError};
@@ -238,7 +248,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, &further, written.ask)?;
     let tables = poses::tables(&context, &loads, &written.poses)?;
-    let (poses, saturated) = poses::read_all(&document, &written.poses, &tables, &mapping)?;
+    let ReadPoses { poses, saturated, in_motion } = poses::read_all(&document, &written.poses, &tables, &mapping)?;
 
     if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
         let message = "no table has a usable torque reading: every torque cell is empty, marked unusable or saturated";
@@ -261,6 +271,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         tables,
         poses,
         saturated,
+        in_motion,
         loss,
         uncertainty,
         constraints,

@@ -50,6 +50,9 @@ pub struct Session {
     pub poses: Vec<Pose>,
     /// How many torque readings of each joint were left out because they are at an end of the sensor's range.
     pub saturated: Vec<usize>,
+    /// How many torque readings of each joint were left out because the arm or the joint moved otherwise than
+    /// `[readings.select]` demands.
+    pub in_motion: Vec<usize>,
     /// How the joint estimator counts torque readings far beyond their noise.
     pub loss: Loss,
     /// Where the joint estimator's standard deviations come from.
@@ -78,6 +81,7 @@ impl Session {
             loads: Vec::new(),
             load_distances: Vec::new(),
             saturated: vec![0; joints.len()],
+            in_motion: vec![0; joints.len()],
             joints,
             instruments: Vec::new(),
             terms: SensorTerms::default(),
@@ -101,6 +105,21 @@ impl Session {
     /// Names the file, the line and the field.
     pub fn read(path: &Path) -> Result<Session, SessionError> {
         file::read(path)
+    }
+
+    /// How many torque readings of each joint are left where others were left out by motion.
+    pub(crate) fn selection_note(&self) -> Option<String> {
+        if self.in_motion.iter().all(|count| *count == 0) {
+            return None;
+        }
+        let left = |joint: usize| self.poses.iter().filter(|pose| pose.torque[joint].is_some()).count();
+        let names = self.robot.chain.joints().iter().map(|joint| joint.name.as_str());
+        let told: Vec<String> = names
+            .zip(&self.in_motion)
+            .enumerate()
+            .map(|(joint, (name, out))| format!("{name} {} of {}", left(joint), left(joint) + out))
+            .collect();
+        Some(format!("Torque readings left by the limits of motion (readings.select): {}.", told.join(", ")))
     }
 }
 

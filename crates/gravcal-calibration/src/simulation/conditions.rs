@@ -53,6 +53,7 @@ impl<'a> Course<'a> {
             velocity: largest_speed.map_or_else(Vec::new, |largest| {
                 directions.iter().map(|direction| direction * largest * self.random.random_range(0.0..1.0)).collect()
             }),
+            acceleration: Vec::new(),
             direction: if *direction { directions } else { Vec::new() },
         };
         self.passed += 1;

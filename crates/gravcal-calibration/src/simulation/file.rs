@@ -187,6 +187,7 @@ impl Reader<'_> {
             tables,
             poses: Vec::new(),
             saturated: vec![0; self.robot.sensors.len()],
+            in_motion: vec![0; self.robot.sensors.len()],
             loss: Loss::None,
             uncertainty: UncertaintyChoice::Noise,
             constraints: Constraints::default(),

@@ -7,7 +7,8 @@ use crate::text::wrapped;
 
 pub(super) fn tell(report: &CheckReport) -> String {
     let poses = listed("Poses by load", &report.poses);
-    poses + &listed("Torque readings by joint", &report.torque_readings)
+    let selection = report.selection.as_ref().map_or_else(String::new, |told| wrapped("", "  ", told));
+    poses + &listed("Torque readings by joint", &report.torque_readings) + &selection
 }
 
 fn listed(heading: &str, counts: &[(String, usize)]) -> String {

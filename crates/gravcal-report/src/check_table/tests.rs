@@ -12,6 +12,7 @@ fn report() -> CheckReport {
         judged_at: "Judged at nominal values, gravity along the declared hemisphere.".into(),
         poses: vec![("none".into(), 111), ("plate-a".into(), 37)],
         torque_readings: vec![("joint1".into(), 148), ("joint2".into(), 147)],
+        selection: Some("Torque readings left by the limits of motion: joint1 148 of 150, joint2 147 of 150.".into()),
         sweep_rule: "A sweep is five or more rows in which one joint moves.".into(),
         sweeps: vec![SweepReport {
             table: "bias.csv".into(),
@@ -83,6 +84,8 @@ What a tilt of the base brings to the first joint: predicted std
 
 Poses by load: none 111, plate-a 37
 Torque readings by joint: joint1 148, joint2 147
+Torque readings left by the limits of motion: joint1 148 of 150, joint2 147 of
+  150.
 
 Sweeps
   A sweep is five or more rows in which one joint moves.

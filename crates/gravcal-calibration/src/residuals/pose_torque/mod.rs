@@ -253,6 +253,7 @@ pub(crate) mod tests {
             time: Some(1.3),
             temperature: vec![24.0, 26.0, 29.0],
             velocity: vec![0.3, -0.2, 0.4],
+            acceleration: Vec::new(),
             direction: vec![1.0, -1.0, 0.0],
         };
         (PoseTorque::new(model, affine.position, affine.readings).under(conditions), lengths)

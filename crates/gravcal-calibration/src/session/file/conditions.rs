@@ -1,7 +1,8 @@
-//! `readings.time`, `.temperature`, `.velocity`, `.direction`: the conditions that models of sensors need.
+//! `readings.time`, `.temperature`, `.velocity`, `.acceleration`, `.direction`: the conditions that models of sensors and the
+//! choice of readings need.
 
 use gravcal_kinematics::JointKind;
-use gravcal_recording::{ConditionColumn, ConditionColumns, ConditionUnit};
+use gravcal_recording::{ConditionColumn, ConditionColumns, ConditionUnit, MotionSource, Slope};
 use serde::Deserialize;
 
 use super::Context;
@@ -23,6 +24,15 @@ pub(super) struct ConditionTable {
     unit: Option<OneOrMany<String>>,
 }
 
+/// Columns as above, or that the derivative is taken numerically.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub(super) struct MotionTable {
+    columns: Option<OneOrMany<String>>,
+    unit: Option<OneOrMany<String>>,
+    slope_over_s: Option<f64>,
+}
+
 /// A list of columns, one for each joint.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
@@ -30,11 +40,12 @@ pub(super) struct DirectionTable {
     columns: Vec<String>,
 }
 
-/// The four as they stand in `[readings]`.
+/// The five as they stand in `[readings]`.
 pub(super) struct Written<'a> {
     pub time: Option<&'a TimeTable>,
     pub temperature: Option<&'a ConditionTable>,
-    pub velocity: Option<&'a ConditionTable>,
+    pub velocity: Option<&'a MotionTable>,
+    pub acceleration: Option<&'a MotionTable>,
     pub direction: Option<&'a DirectionTable>,
 }
 
@@ -45,15 +56,13 @@ pub(super) fn resolve(context: &Context<'_>, written: &Written<'_>) -> Result<Co
         let unit = unit(context, &field("time"), table.unit.as_deref(), &ConditionUnit::TIME)?;
         Ok::<_, FileError>(ConditionColumn { column: table.column.clone(), unit })
     });
-    let temperature = written
-        .temperature
-        .map(|table| by_joint(context, &field("temperature"), table, |_| &ConditionUnit::TEMPERATURE));
-    let velocity = written.velocity.map(|table| {
-        by_joint(context, &field("velocity"), table, |joint| match context.robot.chain.joints()[joint].kind {
-            JointKind::Revolute => &ConditionUnit::ANGULAR_VELOCITY,
-            JointKind::Prismatic => &ConditionUnit::VELOCITY,
-        })
+    let temperature = written.temperature.map(|table| {
+        let units = |_| &ConditionUnit::TEMPERATURE[..];
+        by_joint(context, &field("temperature"), &table.columns, table.unit.as_ref(), units)
     });
+    let velocity = written.velocity.map(|table| motion(context, &field("velocity"), table, speed_units));
+    let acceleration =
+        written.acceleration.map(|table| motion(context, &field("acceleration"), table, acceleration_units));
     let direction = written.direction.map(|table| {
         context.document.one_each(&field("direction").key("columns"), &table.columns, &context.joint_names).cloned()
     });
@@ -61,24 +70,77 @@ pub(super) fn resolve(context: &Context<'_>, written: &Written<'_>) -> Result<Co
         time: time.transpose()?,
         temperature: temperature.transpose()?.unwrap_or_default(),
         velocity: velocity.transpose()?.unwrap_or_default(),
+        acceleration: acceleration.transpose()?.unwrap_or_default(),
         direction: direction.transpose()?.unwrap_or_default(),
     })
+}
+
+/// Units in which the speed of a joint may be given.
+pub(super) fn speed_units(kind: JointKind) -> &'static [ConditionUnit] {
+    match kind {
+        JointKind::Revolute => &ConditionUnit::ANGULAR_VELOCITY,
+        JointKind::Prismatic => &ConditionUnit::VELOCITY,
+    }
+}
+
+/// Units in which the acceleration of a joint may be given.
+pub(super) fn acceleration_units(kind: JointKind) -> &'static [ConditionUnit] {
+    match kind {
+        JointKind::Revolute => &ConditionUnit::ANGULAR_ACCELERATION,
+        JointKind::Prismatic => &ConditionUnit::ACCELERATION,
+    }
+}
+
+fn motion(
+    context: &Context<'_>,
+    field: &Field,
+    table: &MotionTable,
+    units: impl Fn(JointKind) -> &'static [ConditionUnit],
+) -> Result<MotionSource, FileError> {
+    match (&table.columns, table.slope_over_s) {
+        (Some(columns), None) => {
+            Ok(MotionSource::Columns(by_joint(context, field, columns, table.unit.as_ref(), units)?))
+        }
+        (None, Some(window)) => {
+            if table.unit.is_some() {
+                let message = "a slope over time has SI units: delete this";
+                return Err(context.document.error(&field.key("unit"), message));
+            }
+            Ok(MotionSource::Slope(Slope { window }))
+        }
+        _ => {
+            let message = "expected columns with their unit, or slope_over_s, the time over which the slope is taken";
+            Err(context.document.error(field, message))
+        }
+    }
 }
 
 fn by_joint(
     context: &Context<'_>,
     field: &Field,
-    table: &ConditionTable,
-    units: impl Fn(usize) -> &'static [ConditionUnit],
+    columns: &OneOrMany<String>,
+    unit: Option<&OneOrMany<String>>,
+    units: impl Fn(JointKind) -> &'static [ConditionUnit],
 ) -> Result<Vec<ConditionColumn>, FileError> {
-    let columns = context.document.for_each(&field.key("columns"), &table.columns, &context.joint_names)?;
+    let columns = context.document.for_each(&field.key("columns"), columns, &context.joint_names)?;
+    let units = units_of_joints(context, field, unit, units)?;
+    Ok(columns.into_iter().zip(units).map(|(column, unit)| ConditionColumn { column, unit }).collect())
+}
+
+/// The unit of each joint's number; `field` is the table in which the unit stands.
+pub(super) fn units_of_joints(
+    context: &Context<'_>,
+    field: &Field,
+    written: Option<&OneOrMany<String>>,
+    units: impl Fn(JointKind) -> &'static [ConditionUnit],
+) -> Result<Vec<ConditionUnit>, FileError> {
     let for_each = |unit| context.document.for_each(&field.key("unit"), unit, &context.joint_names);
-    let written: Option<Vec<String>> = table.unit.as_ref().map(for_each).transpose()?;
-    let column = |(joint, column): (usize, String)| {
-        let written = written.as_ref().map(|written| written[joint].as_str());
-        Ok(ConditionColumn { column, unit: unit(context, field, written, units(joint))? })
+    let written: Option<Vec<String>> = written.map(for_each).transpose()?;
+    let joints = context.robot.chain.joints().iter().enumerate();
+    let of = |(joint, kind): (usize, JointKind)| {
+        unit(context, field, written.as_ref().map(|written| written[joint].as_str()), units(kind))
     };
-    columns.into_iter().enumerate().map(column).collect()
+    joints.map(|(index, joint)| of((index, joint.kind))).collect()
 }
 
 fn unit(

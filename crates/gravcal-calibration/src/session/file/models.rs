@@ -38,8 +38,8 @@ fn knows(mapping: &PoseMapping, need: Need) -> bool {
     match need {
         Need::Time => conditions.time.is_some(),
         Need::Temperature => !conditions.temperature.is_empty(),
-        Need::Velocity => !conditions.velocity.is_empty(),
-        Need::Direction => !conditions.direction.is_empty() || !conditions.velocity.is_empty(),
+        Need::Velocity => conditions.velocity.is_known(),
+        Need::Direction => !conditions.direction.is_empty() || conditions.velocity.is_known(),
     }
 }
 

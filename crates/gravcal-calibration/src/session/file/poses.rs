@@ -87,25 +87,33 @@ fn check_read_once(document: &Document, tables: &[PoseTable]) -> Result<(), File
     Ok(())
 }
 
-/// Reads the poses of all tables, in order; and tells how many torque readings of each joint are saturated.
+/// The poses of all tables, in order, and how many torque readings of each joint are none.
+pub(super) struct ReadPoses {
+    pub poses: Vec<Pose>,
+    pub saturated: Vec<usize>,
+    pub in_motion: Vec<usize>,
+}
+
+/// Reads all tables.
 pub(super) fn read_all(
     document: &Document,
     written: &[PosesTable],
     tables: &[PoseTable],
     mapping: &PoseMapping,
-) -> Result<(Vec<Pose>, Vec<usize>), SessionError> {
-    let mut poses = Vec::new();
-    let mut saturated = vec![0; mapping.torques.len()];
+) -> Result<ReadPoses, SessionError> {
+    let none = vec![0; mapping.torques.len()];
+    let mut all = ReadPoses { poses: Vec::new(), saturated: none.clone(), in_motion: none };
     for (index, (written, table)) in written.iter().zip(tables).enumerate() {
         let read = read_poses(&table.path, mapping).map_err(|error| {
             let named_by = document.named_by(&field(index).key("file"), &written.file);
             SessionError::Table { error, named_by }
         })?;
-        read.iter().flat_map(|pose| &pose.saturated).for_each(|joint| saturated[*joint] += 1);
-        poses.extend(read.into_iter().map(|pose| of_table(index, table.load, pose)));
+        read.poses.iter().flat_map(|pose| &pose.saturated).for_each(|joint| all.saturated[*joint] += 1);
+        all.in_motion.iter_mut().zip(&read.in_motion).for_each(|(all, here)| *all += here);
+        all.poses.extend(read.poses.into_iter().map(|pose| of_table(index, table.load, pose)));
     }
-    count_time_from_first(&mut poses);
-    Ok((poses, saturated))
+    count_time_from_first(&mut all.poses);
+    Ok(all)
 }
 
 /// The clock of a recording may count from any year, of which a drift times the time would leave no digit.

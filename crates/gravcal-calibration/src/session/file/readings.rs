@@ -4,8 +4,9 @@ use gravcal_recording::{MappingError, PoseMapping, PositionColumn, ReadingColumn
 use serde::Deserialize;
 
 use super::Context;
-use super::conditions::{self, ConditionTable, DirectionTable, TimeTable};
+use super::conditions::{self, ConditionTable, DirectionTable, MotionTable, TimeTable};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable, Units};
+use super::select::{self, SelectTable};
 use crate::document::{Field, FileError, OneOrMany};
 use crate::session::units;
 
@@ -17,8 +18,11 @@ pub(super) struct ReadingsTable {
     torque: Option<ReadingColumnsTable>,
     time: Option<TimeTable>,
     temperature: Option<ConditionTable>,
-    velocity: Option<ConditionTable>,
+    velocity: Option<MotionTable>,
+    acceleration: Option<MotionTable>,
     direction: Option<DirectionTable>,
+    #[serde(default)]
+    select: SelectTable,
     sweep_column: Option<String>,
     #[serde(default)]
     merge_repeated_rows: bool,
@@ -44,6 +48,7 @@ pub(super) fn mapping(
         time: table.time.as_ref(),
         temperature: table.temperature.as_ref(),
         velocity: table.velocity.as_ref(),
+        acceleration: table.acceleration.as_ref(),
         direction: table.direction.as_ref(),
     };
     let mapping = PoseMapping {
@@ -53,6 +58,7 @@ pub(super) fn mapping(
         sweep_column: table.sweep_column.clone(),
         merge_repeated: table.merge_repeated_rows,
         conditions: conditions::resolve(context, &conditions)?,
+        selection: select::resolve(context, &table.select)?,
     };
     mapping.check().map_err(|error| context.document.error(&field_of(&error), error))?;
     Ok(mapping)
@@ -73,6 +79,11 @@ fn field_of(error: &MappingError) -> Field {
         MappingError::BadCount { .. } => torque().key("count"),
         MappingError::BadRange { .. } => torque().key("highest"),
         MappingError::CountWithoutStd { .. } => torque(),
+        MappingError::SlopeWithoutTime => Field::new("readings").key("time"),
+        MappingError::BadWindow { .. }
+        | MappingError::SlopeOfSensorUnit { .. }
+        | MappingError::AccelerationWithoutVelocity => Field::new("readings").key("velocity"),
+        MappingError::SpeedUnknown | MappingError::AccelerationUnknown => Field::new("readings").key("select"),
         _ => Field::new("readings"),
     }
 }
