@@ -88,7 +88,7 @@ pub fn sarcos_shoulder() -> Simulation {
             .collect(),
         poses: Vec::new(),
         saturated: vec![0; 3],
-            in_motion: vec![0; 3],
+        in_motion: vec![0; 3],
         loss: Loss::None,
         uncertainty: UncertaintyChoice::Noise,
         constraints: Constraints::default(),

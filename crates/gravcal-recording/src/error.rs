@@ -167,9 +167,10 @@ pub enum ReadError {
         /// Time over which the slope is taken, s.
         window: f64,
     },
-    /// The limits of motion leave nothing.
+    /// The limits of motion leave too little.
     #[error(
-        "{}: none of its {rows} rows keeps to the limits of speed and acceleration; widen them, or leave the table out",
+        "{}: {left} of its {rows} rows keep to the limits of speed and acceleration, and two at least are needed; widen \
+         them, or leave the table out",
         path.display()
     )]
     AllInMotion {
@@ -177,6 +178,8 @@ pub enum ReadError {
         path: PathBuf,
         /// Its rows.
         rows: usize,
+        /// Those that are left.
+        left: usize,
     },
     /// A position reading is missing.
     #[error("{place}: the position is missing, and every torque depends on every position; delete the row")]

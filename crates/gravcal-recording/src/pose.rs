@@ -68,10 +68,12 @@ pub(crate) fn poses_of(table: &Table, mapping: &PoseMapping) -> Result<Recording
     let mut rows: Vec<StaticPose> = (0..table.len()).map(|row| columns.pose(row)).collect::<Result<_, _>>()?;
     differentiate(&mut rows, table, &mapping.conditions)?;
     let in_motion = mapping.selection.apply(&mut rows, mapping.positions.len());
-    let poses = if mapping.merge_repeated { merge_repeated(&rows) } else { rows };
     let path = || table.path().to_owned();
+    if rows.len() < table.len().min(2) {
+        return Err(ReadError::AllInMotion { path: path(), rows: table.len(), left: rows.len() });
+    }
+    let poses = if mapping.merge_repeated { merge_repeated(&rows) } else { rows };
     match poses.as_slice() {
-        [] => Err(ReadError::AllInMotion { path: path(), rows: table.len() }),
         [only] => Err(ReadError::OnePose { path: path(), rows: only.merged }),
         _ => Ok(Recording { poses, in_motion }),
     }

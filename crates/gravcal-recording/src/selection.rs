@@ -96,8 +96,7 @@ mod tests {
         let columns = |names: [&str; 2], unit: ConditionUnit| {
             MotionSource::Columns(names.map(|name| ConditionColumn { column: name.to_owned(), unit }).into())
         };
-        let position =
-            |name: &str| PositionColumn { column: name.to_owned(), unit: PositionUnit::Radian };
+        let position = |name: &str| PositionColumn { column: name.to_owned(), unit: PositionUnit::Radian };
         let torque = |name: &str| {
             Some((ReadingColumn { column: name.to_owned(), ..ReadingColumn::default() }, TorqueUnit::NewtonMeter))
         };
@@ -135,11 +134,8 @@ mod tests {
 
     #[test]
     fn limits_of_the_arm_leave_out_rows() {
-        let arm = MotionLimits {
-            speed_below: vec![0.6, 0.2],
-            acceleration_below: vec![1.0, 1.0],
-            ..MotionLimits::default()
-        };
+        let arm =
+            MotionLimits { speed_below: vec![0.6, 0.2], acceleration_below: vec![1.0, 1.0], ..MotionLimits::default() };
         let found = selected(Selection { arm, ..Selection::default() }).unwrap();
         assert_eq!(told(&found), [(2, vec![0, 1]), (3, vec![0, 1]), (4, vec![0]), (6, vec![0, 1])]);
         assert_eq!(found.in_motion, [1, 1]);
@@ -164,7 +160,8 @@ mod tests {
         let arm = MotionLimits { speed_above: vec![0.6; 2], ..MotionLimits::default() };
         assert_eq!(
             selected(Selection { arm, ..Selection::default() }).unwrap_err(),
-            "a.csv: none of its 5 rows keeps to the limits of speed and acceleration; widen them, or leave the table out"
+            "a.csv: 0 of its 5 rows keep to the limits of speed and acceleration, and two at least are needed; widen them, or \
+             leave the table out"
         );
     }
 }

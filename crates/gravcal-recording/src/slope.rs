@@ -103,7 +103,8 @@ mod tests {
     #[test]
     fn a_parabola_has_its_velocity_and_acceleration() {
         // 3 t² degrees, t from 0 to 1 s in steps of 10 ms.
-        let lines: String = (0..=100).map(|k| format!("{},{}\n", 10 * k, 3.0 * (0.01 * f64::from(k)).powi(2))).collect();
+        let lines: String =
+            (0..=100).map(|k| format!("{},{}\n", 10 * k, 3.0 * (0.01 * f64::from(k)).powi(2))).collect();
         let rows = rows(&format!("t,q\n{lines}"), 0.11).unwrap();
         for (k, row) in rows.iter().enumerate().filter(|(k, _)| (11..=89).contains(k)) {
             let velocity = (6.0 * 0.01 * k as f64).to_radians();
