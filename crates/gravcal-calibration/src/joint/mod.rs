@@ -4,6 +4,7 @@ mod constraints;
 mod earlier;
 mod hold;
 mod idle;
+mod linear_part;
 mod model_tests;
 mod placements;
 mod problem;
