@@ -53,6 +53,7 @@ mod link;
 mod nearest;
 mod transform;
 mod urdf;
+mod without_lengths;
 
 #[cfg(test)]
 mod random_chain;

@@ -12,6 +12,7 @@ mod pose_torque;
 mod position_error;
 mod prior;
 mod sinusoid;
+mod sweep_torque;
 
 pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
@@ -22,6 +23,8 @@ pub use pose_torque::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel
 pub use position_error::PositionError;
 pub use prior::Prior;
 pub use sinusoid::{Sinusoid, SinusoidBlocks};
+pub(crate) use sweep_torque::lumped_directions;
+pub use sweep_torque::{SweepTorque, SweepTorqueModel};
 
 #[cfg(test)]
 pub(crate) mod testing {

@@ -57,6 +57,11 @@ impl PoseTorque {
         PoseTorque { model, position, readings }
     }
 
+    /// The joint whose reading a row is.
+    pub(crate) fn joint_of_row(&self, row: usize) -> usize {
+        self.readings[row].0
+    }
+
     /// True coordinates of all joints.
     fn set_coordinates(&self, x: &[f64], coordinates: &mut [f64]) {
         let (sensors, _) = x[GRAVITY..].as_chunks::<SENSORS>();
@@ -164,14 +169,16 @@ impl Residual for PoseTorque {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
+    use gravcal_kinematics::{Chain, DhConvention, DhRow, JointKind, Link, chain_from_dh};
 
     use super::*;
     use crate::residuals::testing::{check_at_random_points, ids};
 
-    /// Turning, sliding and turning joint with a load on the second link, and readings of the given joints; and the
-    /// lengths of its blocks.
-    pub fn loaded(joints: &[usize]) -> (PoseTorque, Vec<usize>) {
+    /// Position readings of a pose of [`some_chain`].
+    pub const READ_POSITIONS: [f64; 3] = [0.3, 0.2, -0.8];
+
+    /// Turning, sliding and turning joint.
+    pub fn some_chain() -> Chain {
         let row = |i: usize, kind, a, alpha, d| DhRow {
             name: format!("joint{i}"),
             kind,
@@ -187,20 +194,28 @@ pub(crate) mod tests {
             row(2, JointKind::Prismatic, 0.2, -0.7, 0.1),
             row(3, JointKind::Revolute, -0.3, 0.4, 0.2),
         ];
-        let chain = Arc::new(chain_from_dh("base", DhConvention::Standard, &rows).unwrap());
-        let mut lengths = vec![3];
-        lengths.extend([1; 12]);
-        lengths.extend([4, 4, 4, 3, 3]);
-        let ids = ids(&lengths);
+        chain_from_dh("base", DhConvention::Standard, &rows).unwrap()
+    }
+
+    /// A chain of three joints with a load on the second link.
+    pub fn model_of(chain: Chain, ids: &[BlockId]) -> PoseTorqueModel {
         let blocks = PoseTorqueBlocks {
             gravity: ids[0],
             sensors: (0..3).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
             inertia: ids[13..16].to_vec(),
         };
         let load = CarriedLoad { position: ids[16..18].to_vec(), mass: 1.7, link: 1 };
-        let model = Arc::new(PoseTorqueModel::new(chain, &blocks, Some(load)));
+        PoseTorqueModel::new(Arc::new(chain), &blocks, Some(load))
+    }
+
+    /// Readings of the given joints of [`some_chain`], and the lengths of the blocks.
+    pub fn loaded(joints: &[usize]) -> (PoseTorque, Vec<usize>) {
+        let mut lengths = vec![3];
+        lengths.extend([1; 12]);
+        lengths.extend([4, 4, 4, 3, 3]);
+        let model = Arc::new(model_of(some_chain(), &ids(&lengths)));
         let readings = joints.iter().map(|joint| (*joint, 2.0)).collect();
-        (PoseTorque::new(model, vec![0.3, 0.2, -0.8], readings), lengths)
+        (PoseTorque::new(model, READ_POSITIONS.to_vec(), readings), lengths)
     }
 
     #[test]

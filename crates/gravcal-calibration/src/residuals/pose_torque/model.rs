@@ -42,11 +42,11 @@ pub struct CarriedLoad {
 /// What all poses with the same load share.
 #[derive(Debug)]
 pub struct PoseTorqueModel {
-    pub(super) chain: Arc<Chain>,
-    pub(super) blocks: Vec<BlockId>,
+    pub(crate) chain: Arc<Chain>,
+    pub(crate) blocks: Vec<BlockId>,
     pub(super) load: Option<CarriedLoad>,
     /// Stored columns that each joint's torque can touch.
-    pub(super) patterns: Vec<Vec<Range<usize>>>,
+    pub(crate) patterns: Vec<Vec<Range<usize>>>,
 }
 
 impl PoseTorqueModel {
@@ -60,6 +60,23 @@ impl PoseTorqueModel {
         let end = inertia_column(joints, joints) + 3 * load.as_ref().map_or(0, |l| l.position.len());
         let patterns = (0..joints).map(|joint| pattern(joint, joints, end)).collect();
         PoseTorqueModel { chain, blocks: order, load, patterns }
+    }
+
+    /// Indices of the links' blocks.
+    pub(crate) fn inertia_blocks(&self) -> Range<usize> {
+        let joints = self.chain.joint_count();
+        let first = 1 + SENSORS * joints;
+        first..first + joints
+    }
+
+    /// How many numbers store a block.
+    pub(crate) fn stored_length(&self, block: usize) -> usize {
+        match block {
+            0 => GRAVITY,
+            _ if block < self.inertia_blocks().start => 1,
+            _ if block < self.inertia_blocks().end => INERTIA,
+            _ => 3,
+        }
     }
 }
 
