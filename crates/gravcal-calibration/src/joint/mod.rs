@@ -3,11 +3,13 @@
 mod constraints;
 mod hold;
 mod idle;
+mod models;
 mod placements;
 mod problem;
 mod robust;
 mod solve;
 mod start;
+mod sweep_moments;
 mod uncertainty;
 mod unknowns;
 
@@ -36,6 +38,7 @@ pub(crate) use robust::{GAUGE, NORMAL_MEDIAN, median};
 pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
 pub(crate) use start::start_around;
+use sweep_moments::SweepMoments;
 pub use unknowns::{Layout, Unknowns};
 
 /// The joint problem could not be solved.
@@ -144,11 +147,13 @@ fn tell_misfit(misfit: f64, result: &mut EstimatorResult) {
 /// The torque readings that an estimator may use, with a first guess of unstated noise.
 pub fn select(session: &Session, signals: Signals) -> Readings {
     let noise = solve::first_noise(session);
+    let moments = sweep_moments::by_sweep(session).then(|| SweepMoments::of(session));
+    let entering = |pose: usize, _: usize| moments.as_ref().is_none_or(|moments| moments.of_pose(pose).is_some());
     match signals {
-        Signals::All => Readings::select(session, noise, |_, _| true),
+        Signals::All => Readings::select(session, noise, entering),
         Signals::PaperSteps => {
             let read = Plan::new(session).readings();
-            Readings::select(session, noise, |pose, joint| read.contains(&(pose, joint)))
+            Readings::select(session, noise, |pose, joint| read.contains(&(pose, joint)) && entering(pose, joint))
         }
     }
 }
@@ -178,6 +183,7 @@ fn tell(
     let mirrored = if converged { mirrored_gains(session, solved, &parameters) } else { Vec::new() };
     let mut notes = session_notes(session);
     notes.extend(set_aside_notes(session, solved));
+    notes.extend(sweep_moments::left_out_note(session));
     notes.extend(mirrored.iter().cloned());
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
     let outliers = outliers(session, solved)?;

@@ -3,17 +3,17 @@
 //! For given gravity, torque gains and positions all of it is affine in the torque biases, the links' masses and moments and
 //! the placements of loads that no distance reads: these blocks are marked as linear.
 
-use std::sync::Arc;
-
 use gravcal_estimation::{
     Block, BlockId, Factor, Loss, Manifold, Noise, NoiseError, Problem, ProblemBuilder, ProblemError, Values,
 };
 use thiserror::Error;
 
+use super::models::Models;
 use super::placements::{add_placements, distances_left};
+use super::sweep_moments::{SweepMoments, by_sweep};
 use super::unknowns::{Layout, Unknowns};
 use crate::parameter::Quantity;
-use crate::residuals::{CarriedLoad, GravityNorm, LoadDistance, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, Prior};
+use crate::residuals::{GravityNorm, LoadDistance, Prior};
 use crate::session::{InertiaKnowledge, Knowledge, KnowledgeKind, Session};
 
 /// Centre of mass from which an assumed mass's moment is taken to be uncertain, m: see [`moment_std`].
@@ -156,9 +156,14 @@ fn add_blocks(
         block.units[0] = "kg".into();
         builder.add_block(block.linear(), value)
     });
-    let inertia = inertia.collect();
+    let (inertia, sweep_moments) = if by_sweep(session) {
+        let used: Vec<bool> = readings.used.iter().map(|used| !used.is_empty()).collect();
+        (Vec::new(), SweepMoments::of(session).add_blocks(session, &used, start, builder))
+    } else {
+        (inertia.collect(), Vec::new())
+    };
     let loads = add_placements(session, &carried(session, readings), start, exact_distances, builder);
-    Layout { gravity, sensors, inertia, loads }
+    Layout { gravity, sensors, inertia, sweep_moments, loads }
 }
 
 fn gravity_block(session: &Session) -> Block {
@@ -175,36 +180,23 @@ fn carried(session: &Session, readings: &Readings) -> Vec<bool> {
     (0..session.loads.len()).map(|load| poses().any(|(pose, _)| pose.load == Some(load))).collect()
 }
 
-/// The model of poses with nothing attached, and that of poses with each load.
-fn models(session: &Session, layout: &Layout) -> (Arc<PoseTorqueModel>, Vec<Arc<PoseTorqueModel>>) {
-    let chain = Arc::new(session.robot.chain.clone());
-    let blocks =
-        PoseTorqueBlocks { gravity: layout.gravity, sensors: layout.sensors.clone(), inertia: layout.inertia.clone() };
-    let model = |load| Arc::new(PoseTorqueModel::new(Arc::clone(&chain), &blocks, load));
-    let loaded = session.loads.iter().zip(&layout.loads).map(|(load, position)| {
-        model(position.clone().map(|position| CarriedLoad { position, mass: load.mass, link: load.link }))
-    });
-    (model(None), loaded.collect())
-}
-
 fn add_pose_torques(
     session: &Session,
     readings: &Readings,
     layout: &Layout,
     builder: &mut ProblemBuilder,
 ) -> Result<Vec<(usize, usize)>, NoiseError> {
-    let (bare, loaded) = models(session, layout);
+    let mut models = Models::new(session, layout);
     let mut rows = Vec::new();
     for (index, pose) in session.poses.iter().enumerate() {
         let used = &readings.used[index];
         if used.is_empty() {
             continue;
         }
-        let model = pose.load.map_or(&bare, |load| &loaded[load]);
         let values = used.iter().filter_map(|joint| Some((*joint, pose.torque[*joint].as_ref()?.value))).collect();
         let std: Vec<f64> = used.iter().map(|joint| readings.std(session, index, *joint)).collect();
-        let residual = PoseTorque::new(Arc::clone(model), pose.position.clone(), values);
-        builder.add_factor(Factor::new(residual, Noise::independent(&std)?));
+        let residual = models.residual(session, index, values);
+        builder.add_factor(Factor { residual, noise: Noise::independent(&std)?, loss: Loss::None });
         rows.extend(used.iter().map(|joint| (index, *joint)));
     }
     Ok(rows)

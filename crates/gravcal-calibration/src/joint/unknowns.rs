@@ -15,7 +15,11 @@ pub struct Unknowns {
     pub sensors: Vec<[f64; 4]>,
     /// `(m, h_x, h_y, h_z)` of each link, kg and kg·m.
     pub inertia: Vec<[f64; 4]>,
-    /// Centre of mass of each load in its link's frame, m.
+    /// The moments of the sweep description (kg·m, masses in kg), in the order of [`Layout::sweep_moments`]; empty where
+    /// they are those that `inertia` comes to.
+    pub sweep_moments: Vec<Vec<f64>>,
+    /// Centre of mass of each load in its link's frame, m; less that of the load from which it is counted, where moments
+    /// are described by sweep.
     pub loads: Vec<[f64; 3]>,
 }
 
@@ -31,6 +35,7 @@ impl Unknowns {
                 .map(|joint| Quantity::ALL.map(|quantity| joint.of(quantity).nominal))
                 .collect(),
             inertia: session.robot.chain.links().iter().map(nominal_inertia).collect(),
+            sweep_moments: Vec::new(),
             loads: nominal_placements(session),
         }
     }
@@ -42,17 +47,15 @@ impl Unknowns {
             let parts: Vec<[f64; 3]> = placement.iter().map(|id| vector(*id)).collect();
             [0, 1, 2].map(|axis| parts.iter().map(|part| part[axis]).sum())
         };
+        let inertia = |id: &BlockId| std::array::from_fn(|i| values.get(*id)[i]);
         Unknowns {
             gravity: vector(layout.gravity),
             sensors: layout.sensors.iter().map(|ids| ids.map(|id| values.scalar(id))).collect(),
-            inertia: layout
-                .inertia
-                .iter()
-                .map(|id| {
-                    let v = values.get(*id);
-                    [v[0], v[1], v[2], v[3]]
-                })
-                .collect(),
+            inertia: match layout.inertia.as_slice() {
+                [] => fallback.inertia.clone(),
+                links => links.iter().map(inertia).collect(),
+            },
+            sweep_moments: layout.sweep_moments.iter().map(|id| values.get(*id).to_vec()).collect(),
             loads: layout.loads.iter().zip(&fallback.loads).map(|(p, f)| p.as_ref().map_or(*f, position)).collect(),
         }
     }
@@ -65,8 +68,10 @@ pub struct Layout {
     pub gravity: BlockId,
     /// `[k, b, s, o]` of each joint.
     pub sensors: Vec<[BlockId; 4]>,
-    /// `(m, h)` of each link.
+    /// `(m, h)` of each link; empty where moments are described by sweep.
     pub inertia: Vec<BlockId>,
+    /// The moments of the sweep description; empty without it.
+    pub sweep_moments: Vec<BlockId>,
     /// For each load the blocks whose sum is its position; `None` where no pose that is used carries it.
     pub loads: Vec<Option<Vec<BlockId>>>,
 }

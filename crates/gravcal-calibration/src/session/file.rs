@@ -12,6 +12,7 @@
 //!
 //! [inertia]                                  # optional
 //! links = "unknown"                          # the default; or "model", with relative_std = 0.1
+//! description = "link"                       # the default; or "sweep": a moment for each sweep, lengths are not used
 //!
 //! [readings]
 //! position = { columns = ["q1", "q2"], unit = "deg" }
@@ -189,7 +190,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
 
     let inputs = inputs(path, &robot_path, tables.iter().map(|table| table.path.clone()));
     let solver = written.solver.map(|solver| SolverChoice::new(solver, &document));
-    Ok(Session {
+    let session = Session {
         robot,
         gravity,
         inertia,
@@ -205,7 +206,9 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         estimators: written.estimators,
         solver,
         inputs,
-    })
+    };
+    inertia::check_sweeps(&document, &session)?;
+    Ok(session)
 }
 
 /// The first joint's offset defines the base frame: it has a value, but it cannot be uncertain.

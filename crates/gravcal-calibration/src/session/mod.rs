@@ -83,6 +83,8 @@ pub enum InertiaKnowledge {
         /// Relative standard deviation, for example 0.1.
         relative_std: f64,
     },
+    /// Nothing, and lengths are not used either: what hangs beyond each joint has a moment of its own in each sweep.
+    Sweep,
 }
 
 /// A load of known mass at one placement.
@@ -326,7 +328,15 @@ impl Session {
     /// Whether something known in the last link's frame fixes that frame: a load's placement, or the offset itself.
     fn last_frame_is_fixed(&self) -> bool {
         let last = self.joints.len() - 1;
-        let placed = self.loads.iter().any(|load| load.link == last && load.position.is_some());
+        let known = |load: &&Load| load.link == last && load.position.is_some();
+        let placed = match self.inertia {
+            // Without lengths only the difference of two placements of one mass has a direction in the link.
+            InertiaKnowledge::Sweep => self.loads.iter().enumerate().any(|(i, load)| {
+                let same = |other: &&Load| other.mass == load.mass;
+                known(&load) && self.loads[..i].iter().filter(known).any(|other| same(&other))
+            }),
+            _ => self.loads.iter().any(|load| known(&load)),
+        };
         let prior = matches!(self.joints[last].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
         let model = matches!(self.inertia, InertiaKnowledge::Model { .. });
         placed || prior || model

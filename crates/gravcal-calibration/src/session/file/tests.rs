@@ -722,3 +722,38 @@ fn constraints_are_for_all_links_or_for_those_named() {
     assert_eq!(named.center_of_mass_within, [None, Some(0.25)]);
     assert!(!named.positive_masses && !named.is_empty());
 }
+
+/// Five poses of the elbow alone, with the given description of the moments.
+fn swept_elbow(changes: &[(&'static str, &'static str, &'static str)]) -> Result<Session, String> {
+    let sweep = "q1,q2,y1,y2,sweep\n0,0,5,6,\n0,10,7,8,\n0,20,7,8,\n0,30,7,8,\n0,40,7,8,\n";
+    let mut all = vec![("b.csv", B, sweep), ("session.toml", "mass_kg = 1.7\n", "mass_kg = 1.724\n")];
+    all.extend(changes);
+    read(&all)
+}
+
+#[test]
+fn moments_may_be_described_by_sweep() {
+    let section = ("session.toml", "[readings]", "[inertia]\ndescription = \"sweep\"\n[readings]");
+    assert_eq!(swept_elbow(&[section]).unwrap().inertia, InertiaKnowledge::Sweep);
+    let refused = |changes: &[_]| swept_elbow(changes).unwrap_err();
+    let with = |rest: &'static str| refused(&[("session.toml", "[readings]", rest)]);
+    let message = with("[inertia]\ndescription = \"sweep\"\nrelative_std = 0.1\n[readings]");
+    assert!(
+        message.starts_with("session.toml:10: inertia.relative_std: the moments of a sweep are of no"),
+        "{message}"
+    );
+    let message = with("[inertia]\ndescription = \"sweeps\"\n[readings]");
+    assert!(message.contains("expected `link` or `sweep`"), "{message}");
+    let message = refused(&[section, ("session.toml", "[ask]", "[constraints]\nmasses = \"positive\"\n[ask]")]);
+    assert!(message.starts_with("session.toml:9: inertia.description: [constraints] on masses"), "{message}");
+    let message = read(&[section, ("session.toml", "mass_kg = 1.7\n", "mass_kg = 1.724\n")]).unwrap_err();
+    assert!(message.starts_with("session.toml:9: inertia.description: no pose belongs to a sweep"), "{message}");
+    let message = refused(&[
+        section,
+        ("session.toml", "mass_kg = 1.724\nlink = \"forearm\"\n[[load]]", "mass_kg = 2\nlink = \"forearm\"\n[[load]]"),
+    ]);
+    assert!(
+        message.contains("load_distance[0].between: a distance between placements of 2 kg and 1.724 kg"),
+        "{message}"
+    );
+}

@@ -1,0 +1,62 @@
+//! The torque readings of each pose as a residual, in the description of the moments that the session chooses.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use gravcal_estimation::{BlockId, Residual};
+use gravcal_kinematics::Chain;
+
+use super::sweep_moments::{SweepMoments, by_sweep};
+use super::unknowns::Layout;
+use crate::residuals::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, SweepTorque, SweepTorqueModel};
+use crate::session::Session;
+
+/// What the poses of a session have in common.
+pub(super) struct Models<'a> {
+    layout: &'a Layout,
+    chain: Arc<Chain>,
+    /// Where moments are described by sweep.
+    moments: Option<SweepMoments>,
+    /// By moments and load.
+    by_sweep: HashMap<(Vec<usize>, Option<usize>), Arc<SweepTorqueModel>>,
+    /// By load.
+    by_link: HashMap<Option<usize>, Arc<PoseTorqueModel>>,
+}
+
+impl<'a> Models<'a> {
+    pub fn new(session: &Session, layout: &'a Layout) -> Self {
+        let moments = by_sweep(session).then(|| SweepMoments::of(session));
+        let chain = &session.robot.chain;
+        let chain = Arc::new(if moments.is_some() { chain.without_lengths() } else { chain.clone() });
+        Models { layout, chain, moments, by_sweep: HashMap::new(), by_link: HashMap::new() }
+    }
+
+    /// The readings `(joint, torque)` of a pose.
+    ///
+    /// # Panics
+    /// Where moments are described by sweep, of a pose that belongs to none: its readings are not selected.
+    pub fn residual(&mut self, session: &Session, pose: usize, readings: Vec<(usize, f64)>) -> Arc<dyn Residual> {
+        let (load, position) = (session.poses[pose].load, session.poses[pose].position.clone());
+        let carried = load.and_then(|load| carried(session, self.layout, load));
+        let (layout, chain) = (self.layout, &self.chain);
+        let model = |inertia: Vec<BlockId>| {
+            let blocks = PoseTorqueBlocks { gravity: layout.gravity, sensors: layout.sensors.clone(), inertia };
+            Arc::new(PoseTorqueModel::new(Arc::clone(chain), &blocks, carried))
+        };
+        let Some(moments) = &self.moments else {
+            let model = self.by_link.entry(load).or_insert_with(|| model(layout.inertia.clone()));
+            return Arc::new(PoseTorque::new(Arc::clone(model), position, readings));
+        };
+        let own = moments.of_pose(pose).expect("only poses of sweeps are selected").to_vec();
+        let inertia = own.iter().map(|moment| layout.sweep_moments[*moment]).collect();
+        let model = self.by_sweep.entry((own, load)).or_insert_with(|| Arc::new(SweepTorqueModel::new(model(inertia))));
+        let inner = PoseTorque::new(Arc::clone(model.pose()), position, readings);
+        Arc::new(SweepTorque::new(Arc::clone(model), inner))
+    }
+}
+
+fn carried(session: &Session, layout: &Layout, load: usize) -> Option<CarriedLoad> {
+    let position = layout.loads[load].clone()?;
+    let load = &session.loads[load];
+    Some(CarriedLoad { position, mass: load.mass, link: load.link })
+}
