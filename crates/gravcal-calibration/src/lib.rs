@@ -33,6 +33,8 @@ pub mod simulation;
 pub mod sweeps;
 
 #[cfg(test)]
+mod deflections;
+#[cfg(test)]
 mod descriptions;
 #[cfg(test)]
 mod reference;

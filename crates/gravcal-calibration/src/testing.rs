@@ -81,6 +81,7 @@ pub fn sarcos_shoulder() -> Simulation {
             })
             .collect(),
         poses: Vec::new(),
+        deflection: Default::default(),
         loss: Loss::None,
         uncertainty: UncertaintyChoice::Noise,
         constraints: Constraints::default(),

@@ -5,6 +5,7 @@ mod hold;
 mod idle;
 mod models;
 mod placements;
+mod position_unknowns;
 mod problem;
 mod robust;
 mod solve;
@@ -33,6 +34,8 @@ use crate::workbench::Workbench;
 
 use hold::SetAside;
 pub(crate) use hold::judge_at_start;
+pub use position_unknowns::PositionUnknown;
+pub(crate) use position_unknowns::sweeping;
 pub use problem::{JointProblem, PosingError, Readings, pose};
 pub(crate) use robust::{GAUGE, NORMAL_MEDIAN, median};
 pub use solve::{Solved, solve};

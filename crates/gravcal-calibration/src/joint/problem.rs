@@ -10,6 +10,7 @@ use thiserror::Error;
 
 use super::models::Models;
 use super::placements::{add_placements, distances_left};
+use super::position_unknowns::{Around, add_priors, add_unknowns};
 use super::sweep_moments::{SweepMoments, by_sweep};
 use super::unknowns::{Layout, Unknowns};
 use crate::parameter::Quantity;
@@ -102,14 +103,15 @@ impl JointProblem {
 /// Where there is nothing to measure or nothing unknown.
 pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, PosingError> {
     let mut builder = ProblemBuilder::new();
-    let layout = add_blocks(session, readings, start, true, &mut builder);
+    let mut layout = add_blocks(session, readings, start, true, &mut builder);
+    layout.position_unknowns = add_unknowns(session, readings, start, &mut builder);
     let rows = add_pose_torques(session, readings, &layout, &mut builder)?;
     add_knowledge(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
     Ok(JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None })
 }
 
-/// The same with the torque readings alone: no prior, no known norm, no known distance.
+/// The same with the torque readings alone: no prior and nothing that needs one, no known norm, no known distance.
 ///
 /// # Errors
 /// As [`pose`].
@@ -163,7 +165,7 @@ fn add_blocks(
         (inertia.collect(), Vec::new())
     };
     let loads = add_placements(session, &carried(session, readings), start, exact_distances, builder);
-    Layout { gravity, sensors, inertia, sweep_moments, loads }
+    Layout { gravity, sensors, inertia, sweep_moments, loads, position_unknowns: Vec::new() }
 }
 
 fn gravity_block(session: &Session) -> Block {
@@ -187,6 +189,7 @@ fn add_pose_torques(
     builder: &mut ProblemBuilder,
 ) -> Result<Vec<(usize, usize)>, NoiseError> {
     let mut models = Models::new(session, layout);
+    let around = Around::new(layout, builder.initial());
     let mut rows = Vec::new();
     for (index, pose) in session.poses.iter().enumerate() {
         let used = &readings.used[index];
@@ -195,7 +198,7 @@ fn add_pose_torques(
         }
         let values = used.iter().filter_map(|joint| Some((*joint, pose.torque[*joint].as_ref()?.value))).collect();
         let std: Vec<f64> = used.iter().map(|joint| readings.std(session, index, *joint)).collect();
-        let residual = models.residual(session, index, values);
+        let residual = around.residual(index, models.residual(session, index, values));
         builder.add_factor(Factor { residual, noise: Noise::independent(&std)?, loss: Loss::None });
         rows.extend(used.iter().map(|joint| (index, *joint)));
     }
@@ -235,6 +238,7 @@ fn add_knowledge(
             add_prior(builder, *id, position.to_vec(), &[std; 3])?;
         }
     }
+    add_priors(layout, builder)?;
     for index in distances_left(session, &carried(session, readings)) {
         let known = &session.load_distances[index];
         if let [Some(a), Some(b)] = known.between.map(|load| layout.loads[load].clone()) {

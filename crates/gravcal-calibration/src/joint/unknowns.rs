@@ -3,6 +3,7 @@
 use gravcal_estimation::{BlockId, Values};
 
 use super::placements::Placement;
+use super::position_unknowns::PositionUnknown;
 use crate::parameter::Quantity;
 use crate::session::Session;
 
@@ -21,6 +22,8 @@ pub struct Unknowns {
     /// Centre of mass of each load in its link's frame, m; less that of the load from which it is counted, where moments
     /// are described by sweep.
     pub loads: Vec<[f64; 3]>,
+    /// The deflections of each sweep, in the order of the layout's unknowns; empty where all are zero.
+    pub deflections: Vec<Vec<f64>>,
 }
 
 impl Unknowns {
@@ -37,6 +40,7 @@ impl Unknowns {
             inertia: session.robot.chain.links().iter().map(nominal_inertia).collect(),
             sweep_moments: Vec::new(),
             loads: nominal_placements(session),
+            deflections: Vec::new(),
         }
     }
 
@@ -57,6 +61,7 @@ impl Unknowns {
             },
             sweep_moments: layout.sweep_moments.iter().map(|id| values.get(*id).to_vec()).collect(),
             loads: layout.loads.iter().zip(&fallback.loads).map(|(p, f)| p.as_ref().map_or(*f, position)).collect(),
+            deflections: layout.deflections_of_sweeps().map(|u| values.get(u.block).to_vec()).collect(),
         }
     }
 }
@@ -74,6 +79,15 @@ pub struct Layout {
     pub sweep_moments: Vec<BlockId>,
     /// For each load the blocks whose sum is its position; `None` where no pose that is used carries it.
     pub loads: Vec<Option<Vec<BlockId>>>,
+    /// Errors of positions: deflections of sweeps first, then those of single poses.
+    pub position_unknowns: Vec<PositionUnknown>,
+}
+
+impl Layout {
+    /// Deflections that several poses share.
+    fn deflections_of_sweeps(&self) -> impl Iterator<Item = &PositionUnknown> {
+        self.position_unknowns.iter().filter(|unknown| unknown.is_hold && unknown.poses.len() > 1)
+    }
 }
 
 /// A link without an assumed mass starts as 1 kg a few centimetres from its frame's origin, in no special direction:

@@ -15,7 +15,7 @@
 //! description = "link"                       # the default; or "sweep": a moment for each sweep, lengths are not used
 //!
 //! [readings]
-//! position = { columns = ["q1", "q2"], unit = "deg" }
+//! position = { columns = ["q1", "q2"], unit = "deg" }             # std = 0.02: of each reading, taken as exact without
 //! torque = { columns = ["y1", ""], unit = "count", std = 0.8 }    # "": no torque sensor
 //! sweep_column = "sweep"                     # optional: labels of sweeps
 //! merge_repeated_rows = false                # optional: rows of one standstill become one pose
@@ -43,6 +43,10 @@
 //! load = "plate-a"                           # optional: nothing attached without it
 //! swept = "shoulder"                         # optional: found by movement without it
 //! step = 2                                   # optional: the step of the sequential procedure that reads it
+//!
+//! [deflection]                               # optional: joints are not where their position sensors say
+//! hold_std_deg = 0.5                         # those that stand while another sweeps: one unknown each in a sweep
+//! pose_std_deg = 0.05                        # those that stand: one unknown each in a pose
 //!
 //! [loss]                                     # optional: how the joint estimator counts readings far beyond their noise
 //! kind = "huber"                             # "none" (the default), "huber", "cauchy", "tukey", "geman-mcclure"
@@ -75,6 +79,7 @@
 
 mod ask;
 mod constraints;
+mod deflection;
 mod gravity;
 mod inertia;
 mod joints;
@@ -135,6 +140,8 @@ struct SessionTable {
     load_distance: Vec<loads::LoadDistanceTable>,
     #[serde(default)]
     poses: Vec<poses::PosesTable>,
+    #[serde(default)]
+    deflection: deflection::DeflectionTable,
     loss: Option<loss::LossTable>,
     #[serde(default)]
     uncertainty: uncertainty::UncertaintyTable,
@@ -176,6 +183,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
+    let deflection = deflection::resolve(&context, &written.deflection, &written.readings)?;
     let loss = loss::resolve(&context, written.loss.as_ref())?;
     let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, written.ask)?;
@@ -199,6 +207,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         joints,
         tables,
         poses,
+        deflection,
         loss,
         uncertainty,
         constraints,
@@ -208,6 +217,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         inputs,
     };
     inertia::check_sweeps(&document, &session)?;
+    deflection::check_single_poses(&document, &session)?;
     Ok(session)
 }
 

@@ -36,6 +36,8 @@ pub struct Session {
     pub tables: Vec<PoseTable>,
     /// All static poses of all tables, in order.
     pub poses: Vec<Pose>,
+    /// How far joints may be from where their position sensors say.
+    pub deflection: Deflection,
     /// How the joint estimator counts torque readings far beyond their noise.
     pub loss: Loss,
     /// Where the joint estimator's standard deviations come from.
@@ -184,6 +186,17 @@ pub struct Pose {
     pub position: Vec<f64>,
     /// Torque readings, absent where missing or unusable.
     pub torque: Vec<Option<Reading>>,
+}
+
+/// How far joints may be from where their position sensors say, before any torque is read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Deflection {
+    /// Standard deviation of the deflection of each joint that stands, the same in all poses of a sweep, rad.
+    pub hold_std: Option<f64>,
+    /// Standard deviation of the deflection of each joint that stands, another in each pose, rad.
+    pub pose_std: Option<f64>,
+    /// Standard deviation of each joint's position reading, unit of the reading; 0 (or missing) where taken as exact.
+    pub reading_std: Vec<f64>,
 }
 
 /// Where the joint estimator's standard deviations come from.

@@ -155,6 +155,7 @@ impl Reader<'_> {
             joints: self.joints()?,
             tables,
             poses: Vec::new(),
+            deflection: Default::default(),
             loss: Loss::None,
             uncertainty: UncertaintyChoice::Noise,
             constraints: Constraints::default(),
