@@ -40,7 +40,12 @@ impl<'a> Models<'a> {
         let carried = load.and_then(|load| carried(session, self.layout, load));
         let (layout, chain) = (self.layout, &self.chain);
         let model = |inertia: Vec<BlockId>| {
-            let blocks = PoseTorqueBlocks { gravity: layout.gravity, sensors: layout.sensors.clone(), inertia };
+            let blocks = PoseTorqueBlocks {
+                gravity: layout.gravity,
+                sensors: layout.sensors.clone(),
+                inertia,
+                compliance: Vec::new(),
+            };
             Arc::new(PoseTorqueModel::new(Arc::clone(chain), &blocks, carried))
         };
         let Some(moments) = &self.moments else {

@@ -6,8 +6,9 @@
 //!
 //! `τ_i = z_{i−1} · (g × M_i)` is the chain's gravity torque (see `gravcal-kinematics`). A load of mass `m_L` at
 //! `r_L` adds `(m_L, m_L r_L)` to the mass and first moment of the link that carries it. Joints without a usable
-//! reading have no row.
+//! reading have no row. Joints that give way under their torque are where `compliance.rs` finds them.
 
+mod compliance;
 mod model;
 
 use std::cell::RefCell;
@@ -20,6 +21,8 @@ use gravcal_kinematics::GravityTorque;
 pub use model::{CarriedLoad, PoseTorqueBlocks, PoseTorqueModel};
 use model::{GRAVITY, INERTIA, SENSORS, sensor_column};
 
+use crate::parameter::Quantity;
+
 /// The torque readings of one pose.
 #[derive(Clone, Debug)]
 pub struct PoseTorque {
@@ -28,6 +31,8 @@ pub struct PoseTorque {
     position: Vec<f64>,
     /// Joint and torque reading of each row.
     readings: Vec<(usize, f64)>,
+    /// The joint that sweeps, and so does not deflect like those that stand.
+    sweeping: Option<usize>,
 }
 
 /// What an evaluation computes on the way, kept by each thread from one pose to the next.
@@ -54,7 +59,12 @@ thread_local! {
 impl PoseTorque {
     /// `position`: reading of every joint; `readings`: joint and torque reading, one a row.
     pub fn new(model: Arc<PoseTorqueModel>, position: Vec<f64>, readings: Vec<(usize, f64)>) -> Self {
-        PoseTorque { model, position, readings }
+        PoseTorque { model, position, readings, sweeping: None }
+    }
+
+    /// The same in a sweep of this joint: where joints give way, it does not.
+    pub fn sweeping(self, joint: Option<usize>) -> Self {
+        PoseTorque { sweeping: joint, ..self }
     }
 
     /// The joint whose reading a row is.
@@ -72,9 +82,10 @@ impl PoseTorque {
 
     /// Masses and moments of all links, the load's included.
     fn set_inertia(&self, x: &[f64], inertia: &mut [f64]) {
-        let (links, load) = x[sensor_column(self.position.len())..].split_at(inertia.len());
+        let (links, beyond) = x[sensor_column(self.position.len())..].split_at(inertia.len());
         inertia.copy_from_slice(links);
-        if let Some(CarriedLoad { mass, link, .. }) = self.model.load {
+        if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
+            let load = &beyond[..3 * position.len()];
             let carried = &mut inertia[INERTIA * link..INERTIA * (link + 1)];
             carried[0] += mass;
             for part in load.chunks_exact(3) {
@@ -98,11 +109,13 @@ impl PoseTorque {
         }
         [by_sensors[joint][0], by_sensors[joint][1]] = [torque.torque[joint], 1.0];
         let (by_inertia, _) = torque.by_inertia[INERTIA * n * joint..].as_chunks::<INERTIA>();
-        // Links before the joint do not load it: their entries stay zero.
-        for (entries, by) in by_links.iter_mut().zip(by_inertia).skip(joint) {
+        // Links before the joint do not load it: their entries stay zero, unless they make a joint give way.
+        let first = if self.model.compliance.is_some() { 0 } else { joint };
+        for (entries, by) in by_links.iter_mut().zip(by_inertia).skip(first) {
             *entries = by.map(|by| gain * by);
         }
-        if let Some(CarriedLoad { mass, link, .. }) = self.model.load {
+        if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
+            let by_load = &mut by_load[..3 * position.len()];
             let [_, by_moment @ ..] = by_inertia[link];
             for part in by_load.as_chunks_mut().0 {
                 *part = by_moment.map(|by| gain * mass * by);
@@ -116,11 +129,14 @@ impl PoseTorque {
         x: &[f64],
         residual: &mut [f64],
         jacobian: Option<RowsMut<'_>>,
-    ) {
+    ) -> Result<(), EvaluateError> {
         self.set_coordinates(x, coordinates);
         self.set_inertia(x, inertia);
         let gravity = [x[0], x[1], x[2]];
-        if jacobian.is_some() {
+        if let Some(column) = self.model.compliance {
+            let compliance = self.compliance(&x[column..]);
+            compliance::settle(&self.model.chain, coordinates, gravity, inertia, &compliance, torque)?;
+        } else if jacobian.is_some() {
             self.model.chain.linearize_gravity_torque(coordinates, gravity, inertia, torque);
         } else {
             self.model.chain.update_gravity_torque(coordinates, gravity, inertia, torque);
@@ -132,8 +148,26 @@ impl PoseTorque {
         }
         if let Some(mut rows) = jacobian {
             for (row, (joint, _)) in self.readings.iter().enumerate() {
-                self.fill_row(sensors[*joint][0], *joint, torque, rows.row(row));
+                let row = rows.row(row);
+                self.fill_row(sensors[*joint][0], *joint, torque, row);
+                if let Some(column) = self.model.compliance {
+                    self.fill_compliances(column, torque, row);
+                }
             }
+        }
+        Ok(())
+    }
+
+    /// `c` of each joint, 0 of the one that sweeps.
+    fn compliance(&self, stored: &[f64]) -> Vec<f64> {
+        let own = |(joint, c): (usize, &f64)| if self.sweeping == Some(joint) { 0.0 } else { *c };
+        stored.iter().take(self.position.len()).enumerate().map(own).collect()
+    }
+
+    /// A compliance enters like its joint's offset, times the torque.
+    fn fill_compliances(&self, column: usize, torque: &GravityTorque, row: &mut [f64]) {
+        for (joint, torque) in torque.torque.iter().enumerate().filter(|(joint, _)| self.sweeping != Some(*joint)) {
+            row[column + joint] = row[sensor_column(joint) + Quantity::PositionOffset as usize] * torque;
         }
     }
 }
@@ -161,15 +195,16 @@ impl Residual for PoseTorque {
             if workspace.coordinates.len() != self.position.len() {
                 *workspace = Workspace::new(self.position.len());
             }
-            self.evaluate_in(workspace, x.as_slice(), residual, jacobian);
-        });
-        Ok(())
+            self.evaluate_in(workspace, x.as_slice(), residual, jacobian)
+        })
     }
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use gravcal_kinematics::{Chain, DhConvention, DhRow, JointKind, Link, chain_from_dh};
+
+    use rand::{RngExt, SeedableRng};
 
     use super::*;
     use crate::residuals::testing::{check_at_random_points, ids};
@@ -197,12 +232,13 @@ pub(crate) mod tests {
         chain_from_dh("base", DhConvention::Standard, &rows).unwrap()
     }
 
-    /// A chain of three joints with a load on the second link.
+    /// A chain of three joints with a load on the second link; blocks after it are compliances.
     pub fn model_of(chain: Chain, ids: &[BlockId]) -> PoseTorqueModel {
         let blocks = PoseTorqueBlocks {
             gravity: ids[0],
             sensors: (0..3).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
             inertia: ids[13..16].to_vec(),
+            compliance: ids[18..].to_vec(),
         };
         let load = CarriedLoad { position: ids[16..18].to_vec(), mass: 1.7, link: 1 };
         PoseTorqueModel::new(Arc::new(chain), &blocks, Some(load))
@@ -224,8 +260,51 @@ pub(crate) mod tests {
         check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
     }
 
+    /// Joints that give way, the second one sweeping.
+    fn compliant() -> (PoseTorque, Vec<usize>) {
+        let mut lengths = vec![3];
+        lengths.extend([1; 12]);
+        lengths.extend([4, 4, 4, 3, 3, 1, 1, 1]);
+        let model = Arc::new(model_of(some_chain(), &ids(&lengths)));
+        let pose = PoseTorque::new(model, READ_POSITIONS.to_vec(), vec![(0, 2.0), (2, 1.0)]).sweeping(Some(1));
+        (pose, lengths)
+    }
+
+    #[test]
+    fn derivatives_of_joints_that_give_way() {
+        let (residual, lengths) = compliant();
+        let width: usize = lengths.iter().sum();
+        let mut random = rand_pcg::Pcg64::seed_from_u64(3);
+        for _ in 0..20 {
+            let mut x: Vec<f64> = (0..width).map(|_| random.random_range(-1.5..2.5)).collect();
+            // Differences are rough where much depends on a number as small as a compliance.
+            x[33..].iter_mut().for_each(|c| *c *= 0.02);
+            gravcal_estimation::check_derivatives(&residual, &lengths, &x, 1e-5).unwrap();
+        }
+    }
+
+    /// A joint rests where its unloaded place and compliance times torque put it.
+    #[test]
+    fn joints_rest_where_their_torque_leaves_them() {
+        let chain = some_chain();
+        let (unloaded, inertia) = ([0.3, 0.2, -0.8], [1.0, 0.1, 0.2, 0.3].repeat(3));
+        let (gravity, compliance) = ([1.0, -2.0, -9.0], [0.02, 0.0, 0.03]);
+        let (mut coordinates, mut torque) = (unloaded, GravityTorque::new(3));
+        compliance::settle(&chain, &mut coordinates, gravity, &inertia, &compliance, &mut torque).unwrap();
+        let mut expected = [0.0; 3];
+        chain.gravity_torque(&coordinates, gravity, &inertia, &mut expected);
+        for joint in 0..3 {
+            assert!((torque.torque[joint] - expected[joint]).abs() < 1e-12);
+            assert!((coordinates[joint] - unloaded[joint] - compliance[joint] * expected[joint]).abs() < 1e-12);
+        }
+        let error = compliance::settle(&chain, &mut coordinates, gravity, &inertia, &[f64::NAN; 3], &mut torque);
+        assert!(error.unwrap_err().to_string().contains("no rest"));
+    }
+
     #[test]
     fn rows_touch_only_the_columns_of_their_pattern() {
+        let (residual, _) = compliant();
+        assert_eq!(residual.row_pattern(0).unwrap(), [0..7, 9..11, 13..36]);
         let (residual, lengths) = loaded(&[0, 1, 2]);
         assert_eq!(residual.row_pattern(0).unwrap(), [0..7, 9..11, 13..33]);
         assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 5..11, 13..15, 19..33]);

@@ -1,7 +1,7 @@
 //! What all poses with the same load share: chain, unknowns, and which of them each torque depends on.
 //!
 //! Stored columns, for n joints: gravity 3, `[k, b, s, o]` of each joint, `(m, h)` of each link, 3 for each part of the
-//! load's position.
+//! load's position; and `c` of each joint where joints give way.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -26,6 +26,8 @@ pub struct PoseTorqueBlocks {
     pub sensors: Vec<[BlockId; 4]>,
     /// `(m, h_x, h_y, h_z)` of each link.
     pub inertia: Vec<BlockId>,
+    /// `c` of each joint; empty where none gives way.
+    pub compliance: Vec<BlockId>,
 }
 
 /// A load that hangs on the robot during a pose.
@@ -45,6 +47,8 @@ pub struct PoseTorqueModel {
     pub(crate) chain: Arc<Chain>,
     pub(crate) blocks: Vec<BlockId>,
     pub(super) load: Option<CarriedLoad>,
+    /// First stored column of the compliances, where joints give way.
+    pub(super) compliance: Option<usize>,
     /// Stored columns that each joint's torque can touch.
     pub(crate) patterns: Vec<Vec<Range<usize>>>,
 }
@@ -56,10 +60,15 @@ impl PoseTorqueModel {
         order.extend(blocks.sensors.iter().flatten());
         order.extend(&blocks.inertia);
         order.extend(load.iter().flat_map(|l| &l.position));
+        order.extend(&blocks.compliance);
         let joints = chain.joint_count();
         let end = inertia_column(joints, joints) + 3 * load.as_ref().map_or(0, |l| l.position.len());
-        let patterns = (0..joints).map(|joint| pattern(joint, joints, end)).collect();
-        PoseTorqueModel { chain, blocks: order, load, patterns }
+        let compliance = (!blocks.compliance.is_empty()).then_some(end);
+        // A joint that gives way under what hangs beyond it moves what hangs beyond all others.
+        let first_link = |joint| if compliance.is_some() { 0 } else { joint };
+        let end = end + blocks.compliance.len();
+        let patterns = (0..joints).map(|joint| pattern(joint, first_link(joint), joints, end)).collect();
+        PoseTorqueModel { chain, blocks: order, load, compliance, patterns }
     }
 
     /// Indices of the links' blocks.
@@ -75,7 +84,8 @@ impl PoseTorqueModel {
             0 => GRAVITY,
             _ if block < self.inertia_blocks().start => 1,
             _ if block < self.inertia_blocks().end => INERTIA,
-            _ => 3,
+            _ if block < self.inertia_blocks().end + self.load.as_ref().map_or(0, |load| load.position.len()) => 3,
+            _ => 1,
         }
     }
 }
@@ -91,13 +101,13 @@ fn inertia_column(joints: usize, link: usize) -> usize {
 }
 
 /// Columns up to `end` that a joint's torque can touch: its own gain and bias but not the others', and nothing of the
-/// links before it.
-fn pattern(joint: usize, joints: usize, end: usize) -> Vec<Range<usize>> {
+/// links before the first that it feels.
+fn pattern(joint: usize, first_link: usize, joints: usize, end: usize) -> Vec<Range<usize>> {
     let sensors = (0..joints).map(|other| {
         let column = sensor_column(other);
         if other == joint { column..column + SENSORS } else { column + OWN..column + SENSORS }
     });
-    let beyond = inertia_column(joints, joint)..end;
+    let beyond = inertia_column(joints, first_link)..end;
     let mut ranges: Vec<Range<usize>> = Vec::new();
     for range in std::iter::once(0..GRAVITY).chain(sensors).chain(std::iter::once(beyond)) {
         match ranges.last_mut() {
