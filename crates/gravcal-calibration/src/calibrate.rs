@@ -132,6 +132,8 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         parameters: blank.map(|parameter| ParameterResult { determined: false, ..parameter }).collect(),
         covariance: CovarianceResult::default(),
         moments: Vec::new(),
+        deflections: Vec::new(),
+        position_errors: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),
         weak: Vec::new(),

@@ -20,8 +20,8 @@ use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
 use crate::judgement::{
-    Judgement, Situation, determined_moments, gravity_result, held, judge, loss, outlier_note, outliers,
-    weak_combinations, weak_note,
+    Judgement, Situation, deflections, determined_moments, gravity_result, held, judge, loss, outlier_note, outliers,
+    position_errors, weak_combinations, weak_note,
 };
 use crate::parameter::Quantity;
 use crate::result::{
@@ -112,6 +112,8 @@ fn withdraw(result: &mut EstimatorResult) {
     result.gravity = None;
     result.covariance = CovarianceResult::default();
     result.moments.clear();
+    result.deflections.clear();
+    result.position_errors.clear();
     result.uncertainty = None;
     for parameter in result.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
         parameter.determined = false;
@@ -211,6 +213,8 @@ fn tell(
             &solved.spectrum,
             solved.covariance(),
         ),
+        deflections: deflections(session, solved),
+        position_errors: position_errors(session, solved),
         gravity,
         parameters,
         undetermined,

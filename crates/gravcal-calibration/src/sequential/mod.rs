@@ -183,6 +183,8 @@ pub fn tell_steps(
             .map(|g| gravity_result(g.vector, &g.covariance, asked("gravity"), |std, _| Quantile::normal().cone(std))),
         covariance: tell_covariance(session, known),
         moments: Vec::new(),
+        deflections: Vec::new(),
+        position_errors: Vec::new(),
         undetermined,
         active_constraints: Vec::new(),
         weak: Vec::new(),

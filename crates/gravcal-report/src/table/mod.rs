@@ -2,6 +2,7 @@
 
 mod constraints;
 mod fit;
+mod positions;
 mod shared;
 mod values;
 mod verdict;
@@ -36,6 +37,7 @@ impl fmt::Display for CalibrationTable<'_> {
             values::tell(self.results),
             undetermined(self.results),
             constraints::tell(self.results),
+            positions::tell(self.results),
             fit::tell(self.results),
             notes(self.results),
         ];
