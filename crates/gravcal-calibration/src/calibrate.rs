@@ -7,7 +7,6 @@ use gravcal_estimation::{Solver, Unsupported};
 use thiserror::Error;
 
 use crate::joint::{EstimateError, Signals, estimate_jointly, pose_at_nominal};
-use crate::parameter::Quantity;
 use crate::result::{CovarianceResult, EstimatorResult, ParameterResult, Verdict};
 use crate::sequential::{Plan, run_steps, tell_steps};
 use crate::session::Session;
@@ -120,8 +119,7 @@ pub fn calibrate(session: &Session, estimators: &[EstimatorName], workbench: &Wo
 
 /// An answer without any value.
 fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) -> EstimatorResult {
-    let joints = 0..session.joints.len();
-    let blank = joints.flat_map(|joint| Quantity::ALL.map(|quantity| session.blank_parameter(joint, quantity)));
+    let blank = session.parameters().into_iter().map(|id| session.blank_parameter(id));
     EstimatorResult {
         name: estimator.to_string(),
         verdict: Verdict::Failed,

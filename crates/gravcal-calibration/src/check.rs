@@ -153,19 +153,17 @@ fn judge_at(session: &Session, readings: &Readings, values: &Unknowns) -> Result
             .filter(|_| judgement.gravity)
             .map(|std| (std / session.gravity.magnitude).to_degrees()),
     }];
-    for (joint, ids) in posed.layout.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
-            let blank = session.blank_parameter(joint, quantity);
-            let determined = blank.determined && judgement.parameters[joint][quantity as usize];
-            parameters.push(CheckedParameter {
-                name: blank.name,
-                unit: blank.unit,
-                asked: blank.asked,
-                determined,
-                held: blank.held,
-                predicted_std: std(ids[quantity as usize]).filter(|_| determined),
-            });
-        }
+    for id in session.parameters() {
+        let blank = session.blank_parameter(id);
+        let determined = blank.determined && judgement.determines(id);
+        parameters.push(CheckedParameter {
+            name: blank.name,
+            unit: blank.unit,
+            asked: blank.asked,
+            determined,
+            held: blank.held,
+            predicted_std: std(posed.layout.block(id)).filter(|_| determined),
+        });
     }
     let situation = judged.situation(session);
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
@@ -179,8 +177,7 @@ fn predicted_spreads(session: &Session, readings: &Readings, values: &Unknowns) 
     let inertia: Vec<f64> = values.inertia.iter().flatten().copied().collect();
     let mut range = vec![(f64::INFINITY, f64::NEG_INFINITY); session.joints.len()];
     for (pose, used) in session.poses.iter().zip(&readings.used) {
-        let coordinates: Vec<f64> =
-            pose.position.iter().zip(&values.sensors).map(|(q, [_, _, s, o])| s * q + o).collect();
+        let coordinates = session.terms.coordinates(&pose.position, values);
         let mut torque = vec![0.0; coordinates.len()];
         session.robot.chain.gravity_torque(&coordinates, values.gravity, &inertia, &mut torque);
         for joint in used {

@@ -27,6 +27,7 @@ pub mod parameter;
 pub mod residuals;
 pub mod result;
 pub mod robot;
+pub mod sensors;
 pub mod sequential;
 pub mod session;
 pub mod simulation;

@@ -6,11 +6,12 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 
 use crate::joint::Unknowns;
 use crate::robot::Robot;
+use crate::sensors::SensorTerms;
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
     PoseTable, Session, UncertaintyChoice,
 };
-use crate::simulation::{Deflection, Disturbance, Run, Simulation};
+use crate::simulation::{Deflection, Disturbance, Run, SimulatedConditions, Simulation};
 
 /// Three axes through the shoulder, twists 90°, −90°, 90°.
 pub fn sarcos_robot() -> Robot {
@@ -70,6 +71,8 @@ pub fn sarcos_shoulder() -> Simulation {
         loads: vec![load("plate-a"), load("plate-b")],
         load_distances: vec![LoadDistance { between: [0, 1], distance: 0.402, std: None }],
         joints: vec![joint(0.0), joint(135f64.to_radians()), joint(0.2)],
+        terms: SensorTerms::default(),
+        further: Vec::new(),
         tables: runs
             .iter()
             .enumerate()
@@ -105,6 +108,8 @@ pub fn sarcos_shoulder() -> Simulation {
             converter: None,
             deflection: Deflection { hold_std: 0.0, compliance: vec![0.0; 3] },
         },
+        conditions: SimulatedConditions::default(),
+        models: vec![Vec::new(); 3],
         seed: 1,
     }
 }

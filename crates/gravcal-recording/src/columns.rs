@@ -1,5 +1,6 @@
 //! The columns of one table, found by the names in a mapping, and their cells read as poses.
 
+use crate::conditions::FoundConditions;
 use crate::error::ReadError;
 use crate::mapping::{PoseMapping, PositionColumn, ReadingColumn};
 use crate::pose::{Reading, StaticPose};
@@ -12,11 +13,12 @@ pub(crate) struct Columns<'a> {
     positions: Vec<Position>,
     torques: Vec<Option<Torque<'a>>>,
     sweep: Option<usize>,
+    conditions: FoundConditions<'a>,
 }
 
 impl<'a> Columns<'a> {
     /// Looks for every column that the mapping names; `mapping` has been checked.
-    pub(crate) fn find(table: &'a Table, mapping: &PoseMapping) -> Result<Columns<'a>, ReadError> {
+    pub(crate) fn find(table: &'a Table, mapping: &'a PoseMapping) -> Result<Columns<'a>, ReadError> {
         let positions = mapping.positions.iter().map(|position| Position::find(table, position));
         let torques = mapping.torques.iter().map(|torque| match torque {
             None => Ok(None),
@@ -27,6 +29,7 @@ impl<'a> Columns<'a> {
             positions: positions.collect::<Result<_, _>>()?,
             torques: torques.collect::<Result<_, _>>()?,
             sweep: find(table, mapping.sweep_column.as_ref())?,
+            conditions: FoundConditions::find(table, &mapping.conditions)?,
         })
     }
 
@@ -42,6 +45,7 @@ impl<'a> Columns<'a> {
             position: positions.collect::<Result<_, _>>()?,
             torque: torques.collect::<Result<_, _>>()?,
             sweep: self.sweep(row),
+            conditions: self.conditions.read(self.table, row)?,
             merged: 1,
         })
     }

@@ -34,6 +34,7 @@
 //!     torques: vec![Some((torque, "count".parse()?))],
 //!     sweep_column: None,
 //!     merge_repeated: false,
+//!     conditions: ConditionColumns::default(),
 //! };
 //! let poses = read_poses(&path, &mapping)?;
 //! assert_eq!(poses[0].position, [std::f64::consts::FRAC_PI_2]);
@@ -47,6 +48,7 @@
 //! takes are the means of repeated rows, when the mapping asks for them.
 
 mod columns;
+mod conditions;
 mod error;
 mod mapping;
 mod merge;
@@ -57,6 +59,7 @@ mod unit;
 mod write;
 mod write_table;
 
+pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions};
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use pose::{Reading, StaticPose, read_poses};

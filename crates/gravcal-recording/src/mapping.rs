@@ -1,5 +1,6 @@
 //! Which column of a table is which reading of which joint, and in which unit.
 
+use crate::conditions::ConditionColumns;
 use crate::unit::{PositionUnit, TorqueUnit};
 
 /// What the columns of a table of static poses mean. Joints are places in the two lists.
@@ -15,6 +16,8 @@ pub struct PoseMapping {
     /// Whether consecutive rows of one sweep with exactly equal position readings are one pose. Set it when the
     /// table holds single samples of a standstill: they share its position, so they are no independent poses.
     pub merge_repeated: bool,
+    /// What else is said of each pose.
+    pub conditions: ConditionColumns,
 }
 
 /// Where the position of a joint stands.
@@ -159,6 +162,7 @@ mod tests {
             torques: torques.iter().map(|torque| Some((torque.clone(), TorqueUnit::Count))).collect(),
             sweep_column: None,
             merge_repeated: false,
+            conditions: ConditionColumns::default(),
         }
     }
 

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::columns::Columns;
+use crate::conditions::Conditions;
 use crate::error::ReadError;
 use crate::mapping::PoseMapping;
 use crate::merge::merge_repeated;
@@ -29,6 +30,8 @@ pub struct StaticPose {
     pub torque: Vec<Option<Reading>>,
     /// Label of the sweep that the pose belongs to.
     pub sweep: Option<String>,
+    /// Under which conditions it was read.
+    pub conditions: Conditions,
     /// How many rows of the table became this pose, at least 1. A joint may have fewer readings.
     pub merged: u32,
 }
@@ -64,6 +67,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::conditions::ConditionColumns;
     use crate::mapping::{PositionColumn, ReadingColumn};
     use crate::unit::{PositionUnit, TorqueUnit};
 
@@ -78,6 +82,7 @@ mod tests {
             torques: vec![Some((torque, TorqueUnit::Count))],
             sweep_column: None,
             merge_repeated: false,
+            conditions: ConditionColumns::default(),
         }
     }
 
@@ -112,6 +117,7 @@ mod tests {
             position: vec![FRAC_PI_2, 0.25],
             torque: vec![reading(2075.0, None), None],
             sweep: Some("up".to_owned()),
+            conditions: Conditions::default(),
             merged: 1,
         };
         let second = StaticPose {
@@ -119,6 +125,7 @@ mod tests {
             position: vec![-2.0 * FRAC_PI_2, 0.0],
             torque: vec![reading(-3.0, None), None],
             sweep: None,
+            conditions: Conditions::default(),
             merged: 1,
         };
         assert_eq!(poses, [first, second]);

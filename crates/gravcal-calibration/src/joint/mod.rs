@@ -231,21 +231,18 @@ fn tell(
 
 fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
     let mut parameters = Vec::new();
-    for (joint, ids) in solved.posed.layout.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
-            let id = ids[quantity as usize];
-            let value = solved.estimate.values.scalar(id);
-            let std = solved.sensor_std(joint, quantity);
-            let mut told = session.blank_parameter(joint, quantity);
-            told.determined = judgement.parameters[joint][quantity as usize] && told.determined;
-            if told.determined {
-                told.value = Some(value);
-                told.std = Some(std);
-                let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
-                told.ci95 = Some(solved.uncertainty.interval(value, &own));
-            }
-            parameters.push(told);
+    for parameter in session.parameters() {
+        let id = solved.posed.layout.block(parameter);
+        let value = solved.estimate.values.scalar(id);
+        let mut told = session.blank_parameter(parameter);
+        told.determined = judgement.determines(parameter) && told.determined;
+        if told.determined {
+            told.value = Some(value);
+            told.std = Some(solved.parameter_std(parameter));
+            let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
+            told.ci95 = Some(solved.uncertainty.interval(value, &own));
         }
+        parameters.push(told);
     }
     parameters
 }
@@ -279,14 +276,8 @@ fn tell_covariance(session: &Session, solved: &Solved, judgement: &Judgement) ->
     if judgement.gravity {
         blocks.push(layout.gravity);
     }
-    for (joint, ids) in layout.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
-            let free = session.held_reason(joint, quantity).is_none();
-            if free && judgement.parameters[joint][quantity as usize] {
-                blocks.push(ids[quantity as usize]);
-            }
-        }
-    }
+    let free = session.parameters().into_iter().filter(|id| session.parameter(*id).held.is_none());
+    blocks.extend(free.filter(|id| judgement.determines(*id)).map(|id| layout.block(id)));
     let problem = &solved.posed.problem;
     let stored = solved.covariance().stored(problem, &solved.estimate.values, &blocks);
     let order: Vec<String> = blocks
@@ -311,14 +302,13 @@ pub(crate) fn last_frame_choice(session: &Session) -> Option<Undetermined> {
 /// Which parameters were set aside, in words.
 fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
     let tell = |aside: &SetAside| {
-        let (joint, quantity) = aside.parameter;
-        let joint_name = &session.robot.chain.joints()[joint].name;
+        let parameter = session.parameter(aside.parameter);
         if aside.is_idle_joint() {
-            return format!("{joint_name} carries no gravity: its torque readings enter through its bias only.");
+            return format!("{} carries no gravity: its torque readings enter through its bias only.", parameter.owner);
         }
-        let name = quantity.name(joint_name);
         format!(
-            "The data say too little of {name}: the rest, moments included, is estimated with it at {}.",
+            "The data say too little of {}: the rest, moments included, is estimated with it at {}.",
+            parameter.name(),
             aside.value
         )
     };
@@ -372,12 +362,7 @@ impl Solved {
             spreads,
             &self.idle,
         );
-        for SetAside { combination, .. } in &self.set_aside {
-            for (joint, quantity, _) in &combination.sensors {
-                judgement.parameters[*joint][*quantity as usize] = false;
-            }
-            judgement.combinations.push(combination.clone());
-        }
+        judgement.combinations.extend(self.set_aside.iter().map(|aside| aside.combination.clone()));
         judgement
     }
 

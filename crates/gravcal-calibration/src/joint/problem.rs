@@ -13,7 +13,7 @@ use super::placements::{add_placements, distances_left};
 use super::position_unknowns::{Around, add_priors, add_unknowns};
 use super::sweep_moments::{SweepMoments, by_sweep};
 use super::unknowns::{Layout, Unknowns};
-use crate::parameter::Quantity;
+use crate::parameter::{Parameter, ParameterId, Quantity};
 use crate::residuals::{GravityNorm, LoadDistance, Prior};
 use crate::session::{InertiaKnowledge, Knowledge, KnowledgeKind, Session};
 
@@ -134,24 +134,12 @@ fn add_blocks(
     exact_distances: bool,
     builder: &mut ProblemBuilder,
 ) -> Layout {
-    let joints = session.robot.chain.joints();
     let gravity = builder.add_block(gravity_block(session), &start.gravity);
-    let sensors = joints
-        .iter()
-        .enumerate()
-        .map(|(index, joint)| {
-            Quantity::ALL.map(|quantity| {
-                let unit = session.parameter_unit(index, quantity);
-                let block = Block::scalar(quantity.name(&joint.name), unit);
-                let block = if quantity == Quantity::TorqueBias { block.linear() } else { block };
-                let block = match session.held_reason(index, quantity) {
-                    Some(reason) => block.held(reason),
-                    None => block,
-                };
-                builder.add_block(block, &[start.sensors[index][quantity as usize]])
-            })
-        })
+    let mut add = |id| builder.add_block(parameter_block(&session.parameter(id)), &[start.value(id)]);
+    let sensors = (0..session.joints.len())
+        .map(|joint| Quantity::ALL.map(|quantity| add(ParameterId::Sensor(joint, quantity))))
         .collect();
+    let further = (0..session.further.len()).map(|index| add(ParameterId::Further(index))).collect();
     let inertia = session.robot.chain.links().iter().zip(&start.inertia).map(|(link, value)| {
         let mut block =
             Block::vector(link.name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);
@@ -165,7 +153,16 @@ fn add_blocks(
         (inertia.collect(), Vec::new())
     };
     let loads = add_placements(session, &carried(session, readings), start, exact_distances, builder);
-    Layout { gravity, sensors, inertia, sweep_moments, loads, position_unknowns: Vec::new() }
+    Layout { gravity, sensors, further, inertia, sweep_moments, loads, position_unknowns: Vec::new() }
+}
+
+fn parameter_block(parameter: &Parameter) -> Block {
+    let block = Block::scalar(parameter.name(), parameter.unit.clone());
+    let block = if parameter.linear { block.linear() } else { block };
+    match parameter.held {
+        Some(reason) => block.held(reason),
+        None => block,
+    }
 }
 
 fn gravity_block(session: &Session) -> Block {
@@ -215,11 +212,9 @@ fn add_knowledge(
         let residual = GravityNorm::new(layout.gravity, session.gravity.magnitude);
         builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
     }
-    for (joint, ids) in session.joints.iter().zip(&layout.sensors) {
-        for quantity in Quantity::ALL {
-            if let Knowledge { nominal, kind: KnowledgeKind::Prior { std } } = joint.of(quantity) {
-                add_prior(builder, ids[quantity as usize], vec![nominal], &[std])?;
-            }
+    for id in session.parameters() {
+        if let Knowledge { nominal, kind: KnowledgeKind::Prior { std } } = session.parameter(id).knowledge {
+            add_prior(builder, layout.block(id), vec![nominal], &[std])?;
         }
     }
     if let InertiaKnowledge::Model { relative_std } = session.inertia {

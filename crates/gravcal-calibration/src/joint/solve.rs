@@ -11,7 +11,7 @@ use super::problem::{JointProblem, Readings, pose};
 use super::start::best_start;
 use super::{EstimateError, Unknowns};
 use crate::judgement::{fit, held_out};
-use crate::parameter::Quantity;
+use crate::parameter::{ParameterId, Quantity};
 use crate::result::Fit;
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -161,9 +161,14 @@ impl Solved {
         self.uncertainty.covariance()
     }
 
-    /// Standard deviation of a sensor parameter, in its unit; 0 where it is held.
+    /// Standard deviation of a joint's sensor parameter, in its unit; 0 where it is held.
     pub fn sensor_std(&self, joint: usize, quantity: Quantity) -> f64 {
-        let id = self.posed.layout.sensors[joint][quantity as usize];
+        self.parameter_std(ParameterId::Sensor(joint, quantity))
+    }
+
+    /// Standard deviation of any parameter, in its unit; 0 where it is held.
+    pub fn parameter_std(&self, id: ParameterId) -> f64 {
+        let id = self.posed.layout.block(id);
         self.posed.problem.columns_of(id).next().map_or(0.0, |column| self.covariance().std(column))
     }
 

@@ -49,7 +49,8 @@ pub(super) fn best_start(
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.
 pub(crate) fn start_around(session: &Session, readings: &Readings, known: &Unknowns) -> Result<Unknowns, PosingError> {
     let (_, solved) = solve_linear_part(session, &thinned(readings), known)?;
-    let mut start = Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), ..solved };
+    let mut start =
+        Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved };
     respect_distances(session, &mut start);
     Ok(start)
 }

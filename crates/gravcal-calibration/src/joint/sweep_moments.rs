@@ -117,7 +117,7 @@ impl SweepMoments {
         order.sort_by_key(|moment| std::cmp::Reverse(self.moments[*moment].joint));
         for index in order {
             let Moment { joint, pose, .. } = self.moments[index];
-            let coordinates = coordinates(session, start, pose);
+            let coordinates = session.terms.coordinates(&session.poses[pose].position, start);
             let whole = by_gravity(session, &session.robot.chain, pose, (&coordinates, &start.inertia), &start.loads);
             let known = self.link_inertia(session, pose, &values);
             let known = by_gravity(session, &without_lengths, pose, (&coordinates, &known), &placements);
@@ -170,11 +170,6 @@ impl Moment {
         let load = self.load.map_or_else(|| "bare".to_owned(), |load| session.loads[load].name.clone());
         joints.map(place).chain([load]).collect::<Vec<_>>().join(", ")
     }
-}
-
-/// Coordinates of all joints in a pose.
-fn coordinates(session: &Session, start: &Unknowns, pose: usize) -> Vec<f64> {
-    session.poses[pose].position.iter().zip(&start.sensors).map(|(q, [_, _, s, o])| s * q + o).collect()
 }
 
 /// `∂τ/∂g` of all joints in a pose, its load included.

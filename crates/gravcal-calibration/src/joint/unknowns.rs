@@ -4,7 +4,7 @@ use gravcal_estimation::{BlockId, Values};
 
 use super::placements::Placement;
 use super::position_unknowns::PositionUnknown;
-use crate::parameter::Quantity;
+use crate::parameter::{ParameterId, Quantity};
 use crate::session::Session;
 
 /// A value for every unknown of the joint problem, in inside units.
@@ -14,6 +14,8 @@ pub struct Unknowns {
     pub gravity: [f64; 3],
     /// `[k, b, s, o]` of each joint.
     pub sensors: Vec<[f64; 4]>,
+    /// The further parameters, in the order of [`Session::further`].
+    pub further: Vec<f64>,
     /// `(m, h_x, h_y, h_z)` of each link, kg and kg·m.
     pub inertia: Vec<[f64; 4]>,
     /// The moments of the sweep description (kg·m, masses in kg), in the order of [`Layout::sweep_moments`]; empty where
@@ -37,10 +39,27 @@ impl Unknowns {
                 .iter()
                 .map(|joint| Quantity::ALL.map(|quantity| joint.of(quantity).nominal))
                 .collect(),
+            further: session.further.iter().map(|parameter| parameter.knowledge.nominal).collect(),
             inertia: session.robot.chain.links().iter().map(nominal_inertia).collect(),
             sweep_moments: Vec::new(),
             loads: nominal_placements(session),
             deflections: Vec::new(),
+        }
+    }
+
+    /// The value of one parameter.
+    pub fn value(&self, id: ParameterId) -> f64 {
+        match id {
+            ParameterId::Sensor(joint, quantity) => self.sensors[joint][quantity as usize],
+            ParameterId::Further(index) => self.further[index],
+        }
+    }
+
+    /// The place of the same.
+    pub fn value_mut(&mut self, id: ParameterId) -> &mut f64 {
+        match id {
+            ParameterId::Sensor(joint, quantity) => &mut self.sensors[joint][quantity as usize],
+            ParameterId::Further(index) => &mut self.further[index],
         }
     }
 
@@ -55,6 +74,7 @@ impl Unknowns {
         Unknowns {
             gravity: vector(layout.gravity),
             sensors: layout.sensors.iter().map(|ids| ids.map(|id| values.scalar(id))).collect(),
+            further: layout.further.iter().map(|id| values.scalar(*id)).collect(),
             inertia: match layout.inertia.as_slice() {
                 [] => fallback.inertia.clone(),
                 links => links.iter().map(inertia).collect(),
@@ -73,6 +93,8 @@ pub struct Layout {
     pub gravity: BlockId,
     /// `[k, b, s, o]` of each joint.
     pub sensors: Vec<[BlockId; 4]>,
+    /// The further parameters, in the order of [`Session::further`].
+    pub further: Vec<BlockId>,
     /// `(m, h)` of each link; empty where moments are described by sweep.
     pub inertia: Vec<BlockId>,
     /// The moments of the sweep description; empty without it.
@@ -87,6 +109,14 @@ impl Layout {
     /// Deflections that several poses share.
     fn deflections_of_sweeps(&self) -> impl Iterator<Item = &PositionUnknown> {
         self.position_unknowns.iter().filter(|unknown| unknown.is_hold && unknown.poses.len() > 1)
+    }
+
+    /// The block of a parameter.
+    pub fn block(&self, id: ParameterId) -> BlockId {
+        match id {
+            ParameterId::Sensor(joint, quantity) => self.sensors[joint][quantity as usize],
+            ParameterId::Further(index) => self.further[index],
+        }
     }
 }
 

@@ -26,6 +26,7 @@ use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut}
 use gravcal_kinematics::{Joint, JointKind};
 use nalgebra::{Matrix3, Vector3};
 
+use super::pose_torque::joined;
 use super::{PoseTorque, PoseTorqueModel};
 
 /// What stands for one link in a sweep: each unknown as `[m, h_x, h_y, h_z]` in the link's frame.
@@ -85,14 +86,8 @@ impl SweepTorqueModel {
 /// The columns that reach into the inner pattern.
 fn pattern(columns: &[Vec<(usize, f64)>], inner: &[Range<usize>]) -> Vec<Range<usize>> {
     let touched = |terms: &[(usize, f64)]| terms.iter().any(|(c, _)| inner.iter().any(|range| range.contains(c)));
-    let mut ranges: Vec<Range<usize>> = Vec::new();
-    for (column, _) in columns.iter().enumerate().filter(|(_, terms)| touched(terms)) {
-        match ranges.last_mut() {
-            Some(last) if last.end == column => last.end = column + 1,
-            _ => ranges.push(column..column + 1),
-        }
-    }
-    ranges
+    let own = columns.iter().enumerate().filter(|(_, terms)| touched(terms));
+    joined(own.map(|(column, _)| column..column + 1))
 }
 
 /// The torque readings of one pose of a sweep.
@@ -157,13 +152,14 @@ mod tests {
     use super::super::pose_torque::tests::{READ_POSITIONS, model_of, some_chain};
     use super::*;
     use crate::residuals::testing::{check_at_random_points, ids};
+    use crate::sensors::SensorTerms;
 
     /// Turning, sliding and turning joint with a load on the second link; lengths of the blocks.
     fn loaded() -> (SweepTorque, Vec<usize>) {
         let mut lengths = vec![3];
         lengths.extend([1; 12]);
         lengths.extend([2, 1, 2, 3, 3]);
-        let model = Arc::new(model_of(some_chain().without_lengths(), &ids(&lengths)));
+        let model = Arc::new(model_of(some_chain().without_lengths(), &SensorTerms::default(), &ids(&lengths)));
         let model = Arc::new(SweepTorqueModel::new(model));
         let readings = vec![(0, 2.0), (1, 1.0), (2, -1.0)];
         let inner = PoseTorque::new(Arc::clone(model.pose()), READ_POSITIONS.to_vec(), readings);

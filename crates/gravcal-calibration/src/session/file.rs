@@ -19,6 +19,10 @@
 //! torque = { columns = ["y1", ""], unit = "count", std = 0.8 }    # "": no torque sensor
 //! sweep_column = "sweep"                     # optional: labels of sweeps
 //! merge_repeated_rows = false                # optional: rows of one standstill become one pose
+//! time = { column = "t", unit = "s" }        # these four where a sensor's model needs them: one clock for all tables
+//! temperature = { columns = "T", unit = "degC" }                  # one for all joints, or a list
+//! velocity = { columns = ["dq1", "dq2"], unit = "deg/s" }
+//! direction = { columns = ["d1", "d2"] }     # from which side the joint came: 1 rising, -1 falling, 0 not known
 //!
 //! [[joint]]                                  # optional: what is known of a joint's sensors
 //! name = "shoulder"
@@ -26,6 +30,10 @@
 //! torque_gain = { nominal = 6.69, unit = "count/(N·m)" }          # only a start
 //! position_gain = { fixed = 1, unit = "deg/deg" }                 # exact
 //! position_offset = { nominal = 135, std = 2, unit = "deg" }      # known that well
+//! sensor_models = [                          # what its sensors do beyond gain and bias: see `crate::sensors`
+//!     { kind = "torque-bias-in-time", parameters = { torque_bias_drift = { nominal = 0, std = 1, unit = "count/s" } } },
+//!     { kind = "torque-bias-with-temperature", reference_degC = 25 },
+//! ]
 //!
 //! [[load]]                                   # optional
 //! name = "plate-a"
@@ -47,6 +55,7 @@
 //! [deflection]                               # optional: joints are not where their position sensors say
 //! hold_std_deg = 0.5                         # those that stand while another sweeps: one unknown each in a sweep
 //! pose_std_deg = 0.05                        # those that stand: one unknown each in a pose
+//! compliance_std_rad_per_newton_metre = 1e-4 # those that stand: in proportion to their torque; or a list, one for each
 //!
 //! [loss]                                     # optional: how the joint estimator counts readings far beyond their noise
 //! kind = "huber"                             # "none" (the default), "huber", "cauchy", "tukey", "geman-mcclure"
@@ -78,6 +87,7 @@
 //! unit in the name of the field or in a `unit` beside them; here they become SI and radians.
 
 mod ask;
+mod conditions;
 mod constraints;
 mod deflection;
 mod gravity;
@@ -86,6 +96,7 @@ mod joints;
 mod knowledge;
 mod loads;
 mod loss;
+mod models;
 mod normal_gravity;
 mod poses;
 mod readings;
@@ -180,13 +191,14 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let inertia = inertia::resolve(&context, &written.inertia)?;
     let mapping = readings::mapping(&context, &written.readings)?;
     let joints = joints::resolve(&context, &mapping, &written.joint)?;
+    let (terms, mut further) = models::resolve(&context, &mapping, &joints, &written.joint)?;
     refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
-    let deflection = deflection::resolve(&context, &written.deflection, &written.readings)?;
+    let deflection = deflection::resolve(&context, &written.deflection, &written.readings, &mut further)?;
     let loss = loss::resolve(&context, written.loss.as_ref())?;
     let constraints = constraints::resolve(&context, &written.constraints)?;
-    let ask = ask::resolve(&context, &joints, written.ask)?;
+    let ask = ask::resolve(&context, &joints, &further, written.ask)?;
     let tables = poses::tables(&context, &loads, &written.poses)?;
     let poses = poses::read_all(&document, &written.poses, &tables, &mapping)?;
 
@@ -205,6 +217,8 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         loads,
         load_distances,
         joints,
+        terms,
+        further,
         tables,
         poses,
         deflection,

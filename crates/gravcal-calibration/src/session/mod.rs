@@ -1,18 +1,19 @@
 //! A session: everything that a user says of one calibration, resolved and checked. Inside: SI and radians.
 
+pub(crate) mod compliance;
 mod file;
+pub(crate) mod parameters;
 mod solver;
 pub(crate) mod units;
 
 use std::path::{Path, PathBuf};
 
 use gravcal_estimation::Loss;
-use gravcal_kinematics::JointKind;
-use gravcal_recording::{PositionUnit, Reading, TorqueUnit};
+use gravcal_recording::{Conditions, PositionUnit, Reading, TorqueUnit};
 
-use crate::parameter::Quantity;
-use crate::result::ParameterResult;
+use crate::parameter::{Parameter, Quantity};
 use crate::robot::Robot;
+use crate::sensors::SensorTerms;
 
 pub use file::SessionError;
 pub use solver::SolverChoice;
@@ -32,6 +33,10 @@ pub struct Session {
     pub load_distances: Vec<LoadDistance>,
     /// One for each joint of the chain.
     pub joints: Vec<JointKnowledge>,
+    /// What sensors do beyond their affine models.
+    pub terms: SensorTerms,
+    /// Parameters beyond the four of each joint, those of `terms` first.
+    pub further: Vec<Parameter>,
     /// One for each `[[poses]]`.
     pub tables: Vec<PoseTable>,
     /// All static poses of all tables, in order.
@@ -186,6 +191,8 @@ pub struct Pose {
     pub position: Vec<f64>,
     /// Torque readings, absent where missing or unusable.
     pub torque: Vec<Option<Reading>>,
+    /// Under which conditions they were read; time counts from the session's first pose.
+    pub conditions: Conditions,
 }
 
 /// How far joints may be from where their position sensors say, before any torque is read.
@@ -197,6 +204,9 @@ pub struct Deflection {
     pub pose_std: Option<f64>,
     /// Standard deviation of each joint's position reading, unit of the reading; 0 (or missing) where taken as exact.
     pub reading_std: Vec<f64>,
+    /// Place of the first joint's compliance in [`Session::further`], where joints give way; see
+    /// [`Session::let_joints_give_way`].
+    pub compliance: Option<usize>,
 }
 
 /// Where the joint estimator's standard deviations come from.
@@ -255,36 +265,6 @@ pub struct Ask {
 }
 
 impl Session {
-    /// Unit of a parameter inside the program.
-    pub fn parameter_unit(&self, joint: usize, quantity: Quantity) -> String {
-        let knowledge = &self.joints[joint];
-        let prismatic = self.robot.chain.joints()[joint].kind == JointKind::Prismatic;
-        let coordinate = if prismatic { "m" } else { "rad" };
-        let effort = if prismatic { "N" } else { "(N·m)" };
-        let reading = knowledge.torque_unit.map_or_else(|| "1".to_owned(), |unit| unit.to_string());
-        match quantity {
-            Quantity::TorqueGain => format!("{reading}/{effort}"),
-            Quantity::TorqueBias => reading,
-            Quantity::PositionGain => format!("{coordinate}/{}", knowledge.position_unit.si()),
-            Quantity::PositionOffset => coordinate.to_owned(),
-        }
-    }
-
-    /// Why a parameter is held and not estimated, if it is.
-    pub fn held_reason(&self, joint: usize, quantity: Quantity) -> Option<&'static str> {
-        let knowledge = self.joints[joint].of(quantity);
-        let last = joint + 1 == self.joints.len();
-        match quantity {
-            _ if knowledge.kind == KnowledgeKind::Fixed => Some("given as exact"),
-            Quantity::TorqueGain | Quantity::TorqueBias if self.joints[joint].torque_unit.is_none() => {
-                Some(NO_TORQUE_SENSOR)
-            }
-            Quantity::PositionOffset if joint == 0 => Some(BASE_FRAME_CHOICE),
-            Quantity::PositionOffset if last && !self.last_frame_is_fixed() => Some(LAST_FRAME_CHOICE),
-            _ => None,
-        }
-    }
-
     /// Largest less smallest torque reading of each joint, unit of the reading; 0 where there is none.
     pub fn torque_spreads(&self) -> Vec<f64> {
         (0..self.joints.len())
@@ -301,58 +281,6 @@ impl Session {
         let unstated =
             |joint: usize| self.poses.iter().any(|p| p.torque[joint].as_ref().is_some_and(|r| r.std.is_none()));
         (0..self.joints.len()).map(unstated).collect()
-    }
-
-    /// Whether a parameter (or `gravity`) is asked for: every one but what is a choice of frame, unless the session
-    /// asks for more or less.
-    pub fn asks(&self, name: &str) -> bool {
-        let listed = |list: &[String]| list.iter().any(|n| n == name);
-        let by_default = !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
-            Quantity::ALL.iter().any(|q| {
-                let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
-                let no_sensor = self.joints[joint].torque_unit.is_none()
-                    && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
-                q.name(&j.name) == name
-                    && (no_sensor || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason)))
-            })
-        });
-        (by_default || listed(&self.ask.add)) && !listed(&self.ask.drop)
-    }
-
-    /// A parameter's entry in a result, without a value; `determined` only says that its value is not a choice.
-    pub(crate) fn blank_parameter(&self, joint: usize, quantity: Quantity) -> ParameterResult {
-        let name = quantity.name(&self.robot.chain.joints()[joint].name);
-        let held = self.held_reason(joint, quantity);
-        let meaningless = held == Some(LAST_FRAME_CHOICE) || held == Some(NO_TORQUE_SENSOR);
-        ParameterResult {
-            asked: self.asks(&name),
-            unit: self.parameter_unit(joint, quantity),
-            convention: quantity.convention(),
-            value: None,
-            std: None,
-            ci95: None,
-            determined: !meaningless,
-            held: held.map(str::to_owned),
-            nominal: self.joints[joint].of(quantity).nominal,
-            name,
-        }
-    }
-
-    /// Whether something known in the last link's frame fixes that frame: a load's placement, or the offset itself.
-    fn last_frame_is_fixed(&self) -> bool {
-        let last = self.joints.len() - 1;
-        let known = |load: &&Load| load.link == last && load.position.is_some();
-        let placed = match self.inertia {
-            // Without lengths only the difference of two placements of one mass has a direction in the link.
-            InertiaKnowledge::Sweep => self.loads.iter().enumerate().any(|(i, load)| {
-                let same = |other: &&Load| other.mass == load.mass;
-                known(&load) && self.loads[..i].iter().filter(known).any(|other| same(&other))
-            }),
-            _ => self.loads.iter().any(|load| known(&load)),
-        };
-        let prior = matches!(self.joints[last].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
-        let model = matches!(self.inertia, InertiaKnowledge::Model { .. });
-        placed || prior || model
     }
 }
 

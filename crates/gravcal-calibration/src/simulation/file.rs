@@ -8,11 +8,14 @@ use gravcal_kinematics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use serde::Deserialize;
 
-use super::{Converter, Deflection, Disturbance, Run, Simulation};
+use super::{Converter, Deflection, Disturbance, Run, SimulatedConditions, Simulation};
 use crate::document::{Document, Field, FileError, OneOrMany};
 use crate::joint::Unknowns;
 use crate::parameter::Quantity;
-use crate::robot::{PositionSensorTable, Robot, RobotSource, SensorTables, TorqueSensorTable, resolve_robot};
+use crate::robot::{
+    PositionSensorTable, Robot, RobotSource, SensorTables, TorqueSensorTable, ValueTable, resolve_robot,
+};
+use crate::sensors::{ModelTable, Need, SensorTerms, Site, declare, to_unit_of};
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
     PoseTable, Session, UncertaintyChoice, units,
@@ -31,6 +34,8 @@ struct SimulationTable {
     position: PositionTable,
     #[serde(default)]
     deflection: DeflectionTable,
+    #[serde(default)]
+    conditions: ConditionsTable,
     #[serde(default)]
     joint: Vec<JointTable>,
     #[serde(default)]
@@ -80,12 +85,25 @@ struct DeflectionTable {
     compliance_rad_per_newton_metre: Option<OneOrMany<f64>>,
 }
 
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ConditionsTable {
+    pose_interval_s: Option<f64>,
+    #[serde(rename = "temperature_degC")]
+    temperature_degc: Option<[f64; 2]>,
+    largest_speed_rad_or_m_per_s: Option<f64>,
+    #[serde(default)]
+    direction: bool,
+}
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct JointTable {
     name: String,
     torque_sensor: Option<TorqueSensorTable>,
     position_sensor: Option<PositionSensorTable>,
+    #[serde(default)]
+    sensor_models: Vec<ModelTable<ValueTable>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -153,6 +171,8 @@ impl Reader<'_> {
             load_distances: self.load_distances(&loads)?,
             loads,
             joints: self.joints()?,
+            terms: SensorTerms::default(),
+            further: Vec::new(),
             tables,
             poses: Vec::new(),
             deflection: Default::default(),
@@ -165,7 +185,14 @@ impl Reader<'_> {
             inputs: vec![path.to_owned(), robot_path],
         };
         let truth = self.truth(&mut template)?;
-        Ok(Simulation { template, truth, runs, disturbance: self.disturbance()?, seed: self.table.seed })
+        let mut models = vec![Vec::new(); self.names().len()];
+        for table in &self.table.joint {
+            if let Some(joint) = self.names().iter().position(|name| *name == table.name) {
+                models[joint] = table.sensor_models.iter().map(ModelTable::without_parameters).collect();
+            }
+        }
+        let (disturbance, conditions) = (self.disturbance()?, self.conditions()?);
+        Ok(Simulation { template, truth, runs, disturbance, conditions, models, seed: self.table.seed })
     }
 
     fn names(&self) -> Vec<&str> {
@@ -307,6 +334,7 @@ impl Reader<'_> {
                 position: table.position_sensor.as_ref(),
             };
             let sensors = tables.nominal(self.document, &field)?;
+            self.models(joint, &field, table, template, &mut truth)?;
             let true_values = &mut truth.sensors[joint];
             if let Some(torque) = sensors.torque {
                 self.same_unit(
@@ -330,6 +358,60 @@ impl Reader<'_> {
             return Err(self.document.error(&Field::new("joint"), message));
         }
         Ok(truth)
+    }
+
+    /// What a joint's sensors do beyond gain and bias: the session declares it, and does not know how much.
+    fn models(
+        &self,
+        joint: usize,
+        field: &Field,
+        table: &JointTable,
+        template: &mut Session,
+        truth: &mut Unknowns,
+    ) -> Result<(), FileError> {
+        let (names, kinds) = (self.names(), self.robot.chain.joints().iter().map(|j| j.kind).collect::<Vec<_>>());
+        let site = Site::new(joint, &names, &kinds, &template.joints[joint]);
+        let knows = |need| match need {
+            Need::Time => self.table.conditions.pose_interval_s.is_some(),
+            Need::Temperature => self.table.conditions.temperature_degc.is_some(),
+            Need::Velocity => self.table.conditions.largest_speed_rad_or_m_per_s.is_some(),
+            Need::Direction => {
+                self.table.conditions.direction || self.table.conditions.largest_speed_rad_or_m_per_s.is_some()
+            }
+        };
+        let mut terms = Vec::new();
+        for found in declare(self.document, field, &site, &table.sensor_models, knows)? {
+            let parameter = found.declared.parameter;
+            let Some(said) = found.said else {
+                let message =
+                    format!("what is the true {0}? add parameters = {{ {0} = {{ value, unit }} }}", parameter.quantity);
+                return Err(self.document.error(&found.field, message));
+            };
+            let wrong = |message| self.document.error(&found.field.key("unit"), message);
+            truth.further.push(said.value * to_unit_of(&parameter.unit, said.unit()).map_err(wrong)?);
+            template.further.push(parameter);
+            terms.push(found.declared.term);
+        }
+        template.terms.extend(terms);
+        Ok(())
+    }
+
+    fn conditions(&self) -> Result<SimulatedConditions, FileError> {
+        let (field, table) = (Field::new("conditions"), &self.table.conditions);
+        let positive = |key: &str, value: Option<f64>, what: &str, unit: &str| {
+            value.map(|value| self.document.positive(&field.key(key), value, what, unit)).transpose()
+        };
+        Ok(SimulatedConditions {
+            pose_interval: positive("pose_interval_s", table.pose_interval_s, "an interval", "s")?,
+            temperature: table.temperature_degc,
+            largest_speed: positive(
+                "largest_speed_rad_or_m_per_s",
+                table.largest_speed_rad_or_m_per_s,
+                "a speed",
+                "rad/s or m/s",
+            )?,
+            direction: table.direction,
+        })
     }
 
     fn same_unit(&self, field: &Field, key: &str, found: &str, readings: Option<&str>) -> Result<(), FileError> {

@@ -4,19 +4,25 @@
 //!     θ_i = s_i q_i + o_i + δ_i,     y_i = convert(k_i τ_i(θ) + b_i + noise)
 //! ```
 //!
+//! and whatever else its sensors do ([`crate::sensors`]).
+//!
 //! `δ` is the deflection of a joint that stands still, which its position sensor does not see. Everything random
 //! comes from one generator with a stream a trial, so that a trial depends on the seed and its number only.
 
+mod conditions;
 mod draw;
 mod file;
 mod write;
+mod write_conditions;
 
 use std::path::Path;
 
 use crate::document::FileError;
 use crate::joint::Unknowns;
+use crate::sensors::ModelTable;
 use crate::session::Session;
 
+pub use conditions::SimulatedConditions;
 pub use write::{SimulateError, write_session};
 
 /// A simulated experiment.
@@ -30,6 +36,10 @@ pub struct Simulation {
     pub runs: Vec<Run>,
     /// What disturbs the readings.
     pub disturbance: Disturbance,
+    /// Under which conditions they are read.
+    pub conditions: SimulatedConditions,
+    /// `sensor_models` of each joint, as the session declares them.
+    pub(crate) models: Vec<Vec<ModelTable<()>>>,
     /// Seed of the random numbers.
     pub seed: u64,
 }
@@ -53,6 +63,15 @@ pub enum Run {
         /// Number of poses.
         poses: usize,
     },
+}
+
+impl Run {
+    /// Number of poses.
+    pub fn poses(&self) -> usize {
+        match self {
+            Run::Sweep { poses, .. } | Run::Random { poses } => *poses,
+        }
+    }
 }
 
 /// What disturbs the readings.

@@ -6,9 +6,11 @@ use gravcal_recording::{Cell, TorqueUnit, WriteError, table_contents, write_atom
 use serde::Serialize;
 use thiserror::Error;
 
-use super::Simulation;
-use crate::parameter::Quantity;
+use super::write_conditions::{self, ConditionTables};
+use super::{SimulatedConditions, Simulation};
+use crate::sensors::ModelTable;
 use crate::session::Session;
+use crate::session::compliance::compliance_parameters;
 
 /// A simulated session cannot be written.
 #[derive(Debug, Error)]
@@ -55,7 +57,7 @@ fn write_files(
 ) -> Result<Vec<PathBuf>, SimulateError> {
     let mut files: Vec<(PathBuf, Vec<u8>)> = vec![("session.toml".into(), session_toml(simulation, folder)?.into())];
     for (index, table) in session.tables.iter().enumerate() {
-        files.push((table.path.clone(), table_bytes(session, index)?));
+        files.push((table.path.clone(), table_bytes(session, &simulation.conditions, index)?));
     }
     files.push(("truth.toml".into(), truth_toml(simulation)?.into()));
     let differs = |name: &Path, bytes: &[u8]| std::fs::read(folder.join(name)).is_ok_and(|existing| existing != bytes);
@@ -78,6 +80,8 @@ struct SessionTable {
     robot: RobotTable,
     gravity: GravityTable,
     readings: ReadingsTable,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    joint: Vec<JointTable>,
     load: Vec<LoadTable>,
     load_distance: Vec<LoadDistanceTable>,
     poses: Vec<PosesTable>,
@@ -100,12 +104,22 @@ struct GravityTable {
 struct ReadingsTable {
     position: PositionTable,
     torque: TorqueTable,
+    #[serde(flatten)]
+    conditions: ConditionTables,
+}
+
+#[derive(Serialize)]
+struct JointTable {
+    name: String,
+    sensor_models: Vec<ModelTable<()>>,
 }
 
 #[derive(Serialize)]
 struct PositionTable {
     columns: Vec<String>,
     unit: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    std: Option<Vec<f64>>,
 }
 
 #[derive(Serialize)]
@@ -150,13 +164,23 @@ fn session_toml(simulation: &Simulation, folder: &Path) -> Result<String, Simula
             position: PositionTable {
                 columns: joints.clone().map(|joint| position_column(session, joint)).collect(),
                 unit: session.joints.iter().map(|joint| joint.position_unit.to_string()).collect(),
+                std: (simulation.disturbance.position_std.iter().any(|std| *std > 0.0))
+                    .then(|| simulation.disturbance.position_std.clone()),
             },
             torque: TorqueTable {
                 columns: joints.clone().map(|joint| torque_column(session, joint)).collect(),
                 unit: session.joints.iter().map(|joint| torque_unit(joint.torque_unit).to_owned()).collect(),
-                std: joints.map(|joint| simulation.stated_std(joint)).collect(),
+                std: joints.clone().map(|joint| simulation.stated_std(joint)).collect(),
             },
+            conditions: write_conditions::tables(session, &simulation.conditions),
         },
+        joint: joints
+            .filter(|joint| !simulation.models[*joint].is_empty())
+            .map(|joint| JointTable {
+                name: session.robot.chain.joints()[joint].name.clone(),
+                sensor_models: simulation.models[joint].clone(),
+            })
+            .collect(),
         load: session
             .loads
             .iter()
@@ -225,17 +249,18 @@ fn torque_unit(unit: Option<TorqueUnit>) -> &'static str {
     unit.map_or("", TorqueUnit::name)
 }
 
-fn table_bytes(session: &Session, table: usize) -> Result<Vec<u8>, WriteError> {
+fn table_bytes(session: &Session, conditions: &SimulatedConditions, table: usize) -> Result<Vec<u8>, WriteError> {
     let joints = 0..session.joints.len();
     let positions = joints.clone().map(|joint| position_column(session, joint));
-    let columns: Vec<String> = positions.chain(joints.map(|joint| torque_column(session, joint))).collect();
+    let torques = joints.map(|joint| torque_column(session, joint));
+    let columns: Vec<String> = positions.chain(torques).chain(write_conditions::columns(session, conditions)).collect();
     let rows: Vec<Vec<Cell>> = session
         .poses
         .iter()
         .filter(|pose| pose.table == table)
         .map(|pose| {
             let torques = pose.torque.iter().map(|reading| Cell::from(reading.as_ref().map(|r| r.value)));
-            pose.position.iter().map(|q| Cell::from(*q)).chain(torques).collect()
+            pose.position.iter().map(|q| Cell::from(*q)).chain(torques).chain(write_conditions::cells(pose)).collect()
         })
         .collect();
     table_contents(&session.tables[table].path, &[], &columns, &rows)
@@ -264,17 +289,22 @@ struct TruePlacement {
 
 fn truth_toml(simulation: &Simulation) -> Result<String, SimulateError> {
     let (session, truth) = (&simulation.template, &simulation.truth);
-    let parameter = (0..session.joints.len()).flat_map(|joint| {
-        Quantity::ALL.map(|quantity| TrueParameter {
-            name: quantity.name(&session.robot.chain.joints()[joint].name),
-            value: truth.sensors[joint][quantity as usize],
-            unit: session.parameter_unit(joint, quantity),
-        })
+    let parameter = session.parameters().into_iter().map(|id| TrueParameter {
+        name: session.parameter_name(id),
+        value: truth.value(id),
+        unit: session.parameter(id).unit,
+    });
+    let compliance = &simulation.disturbance.deflection.compliance;
+    let compliances = compliance_parameters(session.robot.chain.joints(), compliance).into_iter().zip(compliance);
+    let compliances = compliances.filter(|(_, value)| **value != 0.0).map(|(parameter, value)| TrueParameter {
+        name: parameter.name(),
+        value: *value,
+        unit: parameter.unit,
     });
     let load = session.loads.iter().zip(&truth.loads);
     Ok(toml::to_string(&TruthTable {
         gravity_m_per_s2: truth.gravity,
-        parameter: parameter.collect(),
+        parameter: parameter.chain(compliances).collect(),
         load: load.map(|(load, position)| TruePlacement { name: load.name.clone(), position_m: *position }).collect(),
     })?)
 }

@@ -6,10 +6,12 @@
 //!
 //! `τ_i = z_{i−1} · (g × M_i)` is the chain's gravity torque (see `gravcal-kinematics`). A load of mass `m_L` at
 //! `r_L` adds `(m_L, m_L r_L)` to the mass and first moment of the link that carries it. Joints without a usable
-//! reading have no row. Joints that give way under their torque are where `compliance.rs` finds them.
+//! reading have no row. What sensors do beyond this is in [`crate::sensors`]; where all are affine it costs nothing.
+//! Joints that give way under their torque are where `compliance.rs` finds them.
 
 mod compliance;
 mod model;
+mod terms;
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -17,7 +19,9 @@ use std::sync::Arc;
 
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 use gravcal_kinematics::GravityTorque;
+use gravcal_recording::Conditions;
 
+pub(crate) use model::joined;
 pub use model::{CarriedLoad, PoseTorqueBlocks, PoseTorqueModel};
 use model::{GRAVITY, INERTIA, SENSORS, sensor_column};
 
@@ -31,6 +35,8 @@ pub struct PoseTorque {
     position: Vec<f64>,
     /// Joint and torque reading of each row.
     readings: Vec<(usize, f64)>,
+    /// What terms of the sensors read besides.
+    conditions: Conditions,
     /// The joint that sweeps, and so does not deflect like those that stand.
     sweeping: Option<usize>,
 }
@@ -40,6 +46,8 @@ struct Workspace {
     coordinates: Vec<f64>,
     inertia: Vec<f64>,
     torque: GravityTorque,
+    /// A row of the Jacobian, for terms of sensors that read other joints' torques.
+    row: Vec<f64>,
 }
 
 impl Workspace {
@@ -48,6 +56,7 @@ impl Workspace {
             coordinates: vec![0.0; joints],
             inertia: vec![0.0; INERTIA * joints],
             torque: GravityTorque::new(joints),
+            row: Vec::new(),
         }
     }
 }
@@ -59,7 +68,12 @@ thread_local! {
 impl PoseTorque {
     /// `position`: reading of every joint; `readings`: joint and torque reading, one a row.
     pub fn new(model: Arc<PoseTorqueModel>, position: Vec<f64>, readings: Vec<(usize, f64)>) -> Self {
-        PoseTorque { model, position, readings, sweeping: None }
+        PoseTorque { model, position, readings, conditions: Conditions::default(), sweeping: None }
+    }
+
+    /// The same, read under these conditions.
+    pub fn under(self, conditions: Conditions) -> Self {
+        PoseTorque { conditions, ..self }
     }
 
     /// The same in a sweep of this joint: where joints give way, it does not.
@@ -125,13 +139,17 @@ impl PoseTorque {
 
     fn evaluate_in(
         &self,
-        Workspace { coordinates, inertia, torque }: &mut Workspace,
+        Workspace { coordinates, inertia, torque, row: scratch }: &mut Workspace,
         x: &[f64],
         residual: &mut [f64],
         jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError> {
+        let terms = self.model.terms.as_ref();
         self.set_coordinates(x, coordinates);
-        self.set_inertia(x, inertia);
+        if let Some(terms) = terms {
+            terms.add_to_coordinates(&self.position, x, coordinates);
+        }
+        self.set_inertia(&x[..self.model.affine_columns], inertia);
         let gravity = [x[0], x[1], x[2]];
         if let Some(column) = self.model.compliance {
             let compliance = self.compliance(&x[column..]);
@@ -145,11 +163,17 @@ impl PoseTorque {
         for (residual, (joint, reading)) in residual.iter_mut().zip(&self.readings) {
             let [gain, bias, ..] = sensors[*joint];
             *residual = gain * torque.torque[*joint] + bias - reading;
+            if let Some(terms) = terms {
+                *residual += terms.reading(*joint, &torque.torque, &self.conditions, x);
+            }
         }
         if let Some(mut rows) = jacobian {
             for (row, (joint, _)) in self.readings.iter().enumerate() {
                 let row = rows.row(row);
-                self.fill_row(sensors[*joint][0], *joint, torque, row);
+                match terms {
+                    None => self.fill_row(sensors[*joint][0], *joint, torque, row),
+                    Some(terms) => self.fill_row_with_terms(terms, x, *joint, torque, row, scratch),
+                }
                 if let Some(column) = self.model.compliance {
                     self.fill_compliances(column, torque, row);
                 }
@@ -208,6 +232,8 @@ pub(crate) mod tests {
 
     use super::*;
     use crate::residuals::testing::{check_at_random_points, ids};
+    use crate::sensors::SensorTerms;
+    use crate::sensors::testing::every_term;
 
     /// Position readings of a pose of [`some_chain`].
     pub const READ_POSITIONS: [f64; 3] = [0.3, 0.2, -0.8];
@@ -232,24 +258,28 @@ pub(crate) mod tests {
         chain_from_dh("base", DhConvention::Standard, &rows).unwrap()
     }
 
-    /// A chain of three joints with a load on the second link; blocks after it are compliances.
-    pub fn model_of(chain: Chain, ids: &[BlockId]) -> PoseTorqueModel {
+    /// Lengths of the blocks of a chain of three joints with a load, and so many of one number beyond.
+    pub fn lengths(beyond: usize) -> Vec<usize> {
+        [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3], vec![1; beyond]].concat()
+    }
+
+    /// A chain of three joints with a load on the second link; blocks after it are those of the terms, then compliances.
+    pub fn model_of(chain: Chain, terms: &SensorTerms, ids: &[BlockId]) -> PoseTorqueModel {
         let blocks = PoseTorqueBlocks {
             gravity: ids[0],
             sensors: (0..3).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
             inertia: ids[13..16].to_vec(),
-            compliance: ids[18..].to_vec(),
+            terms: ids[18..18 + terms.len()].to_vec(),
+            compliance: ids[18 + terms.len()..].to_vec(),
         };
         let load = CarriedLoad { position: ids[16..18].to_vec(), mass: 1.7, link: 1 };
-        PoseTorqueModel::new(Arc::new(chain), &blocks, Some(load))
+        PoseTorqueModel::new(Arc::new(chain), &blocks, terms, Some(load))
     }
 
     /// Readings of the given joints of [`some_chain`], and the lengths of the blocks.
     pub fn loaded(joints: &[usize]) -> (PoseTorque, Vec<usize>) {
-        let mut lengths = vec![3];
-        lengths.extend([1; 12]);
-        lengths.extend([4, 4, 4, 3, 3]);
-        let model = Arc::new(model_of(some_chain(), &ids(&lengths)));
+        let lengths = lengths(0);
+        let model = Arc::new(model_of(some_chain(), &SensorTerms::default(), &ids(&lengths)));
         let readings = joints.iter().map(|joint| (*joint, 2.0)).collect();
         (PoseTorque::new(model, READ_POSITIONS.to_vec(), readings), lengths)
     }
@@ -262,10 +292,8 @@ pub(crate) mod tests {
 
     /// Joints that give way, the second one sweeping.
     fn compliant() -> (PoseTorque, Vec<usize>) {
-        let mut lengths = vec![3];
-        lengths.extend([1; 12]);
-        lengths.extend([4, 4, 4, 3, 3, 1, 1, 1]);
-        let model = Arc::new(model_of(some_chain(), &ids(&lengths)));
+        let lengths = lengths(3);
+        let model = Arc::new(model_of(some_chain(), &SensorTerms::default(), &ids(&lengths)));
         let pose = PoseTorque::new(model, READ_POSITIONS.to_vec(), vec![(0, 2.0), (2, 1.0)]).sweeping(Some(1));
         (pose, lengths)
     }
@@ -301,6 +329,33 @@ pub(crate) mod tests {
         assert!(error.unwrap_err().to_string().contains("no rest"));
     }
 
+    /// The same with every sensor model on every joint that can have it; the lengths of its blocks.
+    fn with_all_terms(compliances: usize) -> (PoseTorque, Vec<usize>) {
+        let terms = every_term();
+        let lengths = lengths(terms.len() + compliances);
+        let model = Arc::new(model_of(some_chain(), &terms, &ids(&lengths)));
+        let conditions = Conditions {
+            time: Some(1.3),
+            temperature: vec![24.0, 26.0, 29.0],
+            velocity: vec![0.3, -0.2, 0.4],
+            direction: vec![1.0, -1.0, 0.0],
+        };
+        let readings = vec![(0, 2.0), (1, 2.0), (2, 2.0)];
+        (PoseTorque::new(model, READ_POSITIONS.to_vec(), readings).under(conditions), lengths)
+    }
+
+    #[test]
+    fn derivatives_with_every_term() {
+        let (residual, lengths) = with_all_terms(0);
+        check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+    }
+
+    #[test]
+    fn rows_with_terms_touch_only_the_columns_of_their_pattern() {
+        let (residual, lengths) = with_all_terms(0);
+        assert_rows_within_their_patterns(&residual, &lengths);
+    }
+
     #[test]
     fn rows_touch_only_the_columns_of_their_pattern() {
         let (residual, _) = compliant();
@@ -309,12 +364,17 @@ pub(crate) mod tests {
         assert_eq!(residual.row_pattern(0).unwrap(), [0..7, 9..11, 13..33]);
         assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 5..11, 13..15, 19..33]);
         assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..7, 9..15, 23..33]);
+        assert_rows_within_their_patterns(&residual, &lengths);
+    }
+
+    fn assert_rows_within_their_patterns(residual: &PoseTorque, lengths: &[usize]) {
         let offsets: Vec<usize> = (0..=lengths.len()).map(|blocks| lengths[..blocks].iter().sum()).collect();
-        let x: Vec<f64> = (0..33).map(|k| 1.0 + f64::from(k).sin()).collect();
-        let (mut values, mut jacobian) = ([0.0; 3], [0.0; 3 * 33]);
-        let rows = RowsMut::new(&mut jacobian, 33);
+        let width: usize = lengths.iter().sum();
+        let x: Vec<f64> = (0..width).map(|k| 1.0 + (k as f64).sin()).collect();
+        let (mut values, mut jacobian) = ([0.0; 3], vec![0.0; 3 * width]);
+        let rows = RowsMut::new(&mut jacobian, width);
         residual.evaluate(LocalValues::new(&x, &offsets), &mut values, Some(rows)).unwrap();
-        for (row, entries) in jacobian.chunks(33).enumerate() {
+        for (row, entries) in jacobian.chunks(width).enumerate() {
             let pattern = residual.row_pattern(row).unwrap();
             let touched = entries.iter().enumerate().filter(|(_, entry)| **entry != 0.0);
             touched.for_each(|(column, _)| {

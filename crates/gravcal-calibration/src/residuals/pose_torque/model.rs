@@ -1,13 +1,16 @@
 //! What all poses with the same load share: chain, unknowns, and which of them each torque depends on.
 //!
 //! Stored columns, for n joints: gravity 3, `[k, b, s, o]` of each joint, `(m, h)` of each link, 3 for each part of the
-//! load's position; and `c` of each joint where joints give way.
+//! load's position, one for each term of sensors that are not affine, and `c` of each joint where joints give way.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_estimation::BlockId;
 use gravcal_kinematics::Chain;
+
+use super::terms::Terms;
+use crate::sensors::SensorTerms;
 
 /// Stored columns of gravity.
 pub(super) const GRAVITY: usize = 3;
@@ -26,6 +29,8 @@ pub struct PoseTorqueBlocks {
     pub sensors: Vec<[BlockId; 4]>,
     /// `(m, h_x, h_y, h_z)` of each link.
     pub inertia: Vec<BlockId>,
+    /// The parameter of each term of sensors that are not affine.
+    pub terms: Vec<BlockId>,
     /// `c` of each joint; empty where none gives way.
     pub compliance: Vec<BlockId>,
 }
@@ -47,6 +52,10 @@ pub struct PoseTorqueModel {
     pub(crate) chain: Arc<Chain>,
     pub(crate) blocks: Vec<BlockId>,
     pub(super) load: Option<CarriedLoad>,
+    /// `None` where all sensors are affine.
+    pub(super) terms: Option<Terms>,
+    /// Stored columns before those of the terms.
+    pub(super) affine_columns: usize,
     /// First stored column of the compliances, where joints give way.
     pub(super) compliance: Option<usize>,
     /// Stored columns that each joint's torque can touch.
@@ -54,21 +63,34 @@ pub struct PoseTorqueModel {
 }
 
 impl PoseTorqueModel {
-    /// The chain, its unknowns, and the load it carries.
-    pub fn new(chain: Arc<Chain>, blocks: &PoseTorqueBlocks, load: Option<CarriedLoad>) -> Self {
+    /// The chain, its unknowns, what its sensors do beyond gain and bias, and the load it carries.
+    pub fn new(
+        chain: Arc<Chain>,
+        blocks: &PoseTorqueBlocks,
+        functions: &SensorTerms,
+        load: Option<CarriedLoad>,
+    ) -> Self {
         let mut order = vec![blocks.gravity];
         order.extend(blocks.sensors.iter().flatten());
         order.extend(&blocks.inertia);
         order.extend(load.iter().flat_map(|l| &l.position));
+        order.extend(&blocks.terms);
         order.extend(&blocks.compliance);
         let joints = chain.joint_count();
         let end = inertia_column(joints, joints) + 3 * load.as_ref().map_or(0, |l| l.position.len());
-        let compliance = (!blocks.compliance.is_empty()).then_some(end);
+        let terms = (!functions.is_empty()).then(|| Terms::new(functions.clone(), end));
+        let compliance = (!blocks.compliance.is_empty()).then_some(end + functions.len());
         // A joint that gives way under what hangs beyond it moves what hangs beyond all others.
         let first_link = |joint| if compliance.is_some() { 0 } else { joint };
-        let end = end + blocks.compliance.len();
-        let patterns = (0..joints).map(|joint| pattern(joint, first_link(joint), joints, end)).collect();
-        PoseTorqueModel { chain, blocks: order, load, compliance, patterns }
+        let affine = |joint| pattern(joint, first_link(joint), joints, end);
+        let of_joint = |joint| match &terms {
+            None => affine(joint),
+            Some(terms) => pattern_with_terms(joint, terms, end + functions.len(), affine),
+        };
+        let compliances = compliance.map(|column| column..column + joints);
+        let patterns =
+            (0..joints).map(|joint| joined(of_joint(joint).into_iter().chain(compliances.clone()))).collect();
+        PoseTorqueModel { chain, blocks: order, load, patterns, terms, affine_columns: end, compliance }
     }
 
     /// Indices of the links' blocks.
@@ -108,12 +130,35 @@ fn pattern(joint: usize, first_link: usize, joints: usize, end: usize) -> Vec<Ra
         if other == joint { column..column + SENSORS } else { column + OWN..column + SENSORS }
     });
     let beyond = inertia_column(joints, first_link)..end;
-    let mut ranges: Vec<Range<usize>> = Vec::new();
-    for range in std::iter::once(0..GRAVITY).chain(sensors).chain(std::iter::once(beyond)) {
-        match ranges.last_mut() {
+    joined(std::iter::once(0..GRAVITY).chain(sensors).chain(std::iter::once(beyond)))
+}
+
+/// Ranges in order, those that meet as one.
+pub(crate) fn joined(ranges: impl Iterator<Item = Range<usize>>) -> Vec<Range<usize>> {
+    let mut joined: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match joined.last_mut() {
             Some(last) if last.end == range.start => last.end = range.end,
-            _ => ranges.push(range),
+            _ => joined.push(range),
         }
     }
-    ranges
+    joined
+}
+
+/// The same with the joint's terms: a torque that the sensor reads besides its own has the columns of that, but for the
+/// other sensor's gain and bias.
+fn pattern_with_terms(
+    joint: usize,
+    terms: &Terms,
+    width: usize,
+    affine: impl Fn(usize) -> Vec<Range<usize>>,
+) -> Vec<Range<usize>> {
+    let (columns, sources) = terms.touched(joint);
+    let mut touched = vec![false; width];
+    for source in sources {
+        affine(source).into_iter().flatten().for_each(|column| touched[column] = true);
+        touched[sensor_column(source)..][..OWN].fill(false);
+    }
+    affine(joint).into_iter().flatten().chain(columns).for_each(|column| touched[column] = true);
+    joined((0..width).filter(|column| touched[*column]).map(|column| column..column + 1))
 }

@@ -5,8 +5,10 @@ use serde::Deserialize;
 
 use super::Context;
 use super::readings::{self, ReadingsTable};
-use crate::document::{Document, Field, FileError};
+use crate::document::{Document, Field, FileError, OneOrMany};
 use crate::joint::sweeping;
+use crate::parameter::Parameter;
+use crate::session::compliance::compliance_parameters;
 use crate::session::{Deflection, Session, UncertaintyChoice};
 
 /// `[deflection]`.
@@ -15,6 +17,7 @@ use crate::session::{Deflection, Session, UncertaintyChoice};
 pub(super) struct DeflectionTable {
     hold_std_deg: Option<f64>,
     pose_std_deg: Option<f64>,
+    compliance_std_rad_per_newton_metre: Option<OneOrMany<f64>>,
 }
 
 fn field(key: &str) -> Field {
@@ -26,22 +29,43 @@ pub(super) fn resolve(
     context: &Context<'_>,
     table: &DeflectionTable,
     readings: &ReadingsTable,
+    further: &mut Vec<Parameter>,
 ) -> Result<Deflection, FileError> {
     let angle = |key: &str, degrees: Option<f64>| {
         let what = "the standard deviation of a deflection";
         let angle = degrees.map(|degrees| context.document.positive(&field(key), degrees, what, "degrees"));
         Ok::<_, FileError>(angle.transpose()?.map(f64::to_radians))
     };
+    let compliance = compliance_std(context, table)?.map(|std| {
+        let first = further.len();
+        further.extend(compliance_parameters(context.robot.chain.joints(), &std));
+        first
+    });
     Ok(Deflection {
+        compliance,
         hold_std: angle("hold_std_deg", table.hold_std_deg)?,
         pose_std: angle("pose_std_deg", table.pose_std_deg)?,
         reading_std: readings::position_std(context, readings)?,
     })
 }
 
+fn compliance_std(context: &Context<'_>, table: &DeflectionTable) -> Result<Option<Vec<f64>>, FileError> {
+    let Some(written) = &table.compliance_std_rad_per_newton_metre else { return Ok(None) };
+    let field = field("compliance_std_rad_per_newton_metre");
+    let std = context.document.for_each(&field, written, &context.joint_names)?;
+    if let Some(wrong) = std.iter().find(|std| !(0.0..f64::INFINITY).contains(*std)) {
+        let message = format!("{wrong} is no standard deviation: expected 0 (a stiff joint) or more, in rad/(N·m)");
+        return Err(context.document.error(&field, message));
+    }
+    if std.iter().all(|std| *std == 0.0) {
+        return Err(context.document.error(&field, "no joint gives way: expected a positive number of rad/(N·m)"));
+    }
+    Ok(Some(std))
+}
+
 /// Whether everything else that the session asks for goes with unknowns of single poses.
 pub(super) fn check_single_poses(document: &Document, session: &Session) -> Result<(), FileError> {
-    let Deflection { hold_std, pose_std, reading_std } = &session.deflection;
+    let Deflection { hold_std, pose_std, reading_std, compliance: _ } = &session.deflection;
     let source = if reading_std.iter().any(|std| *std > 0.0) {
         Field::new("readings").key("position").key("std")
     } else if pose_std.is_some() {

@@ -19,6 +19,7 @@ use super::knowledge::{KnowledgeTable, scaled, start};
 use crate::document::{Field, FileError};
 use crate::parameter::Quantity;
 use crate::robot::{NominalPositionSensor, NominalTorqueSensor};
+use crate::sensors::ModelTable;
 use crate::session::units::{self, UnitError};
 use crate::session::{JointKnowledge, Knowledge};
 
@@ -33,6 +34,8 @@ pub(super) struct JointTable {
     torque_bias: Option<KnowledgeTable>,
     position_gain: Option<KnowledgeTable>,
     position_offset: Option<KnowledgeTable>,
+    #[serde(default)]
+    pub sensor_models: Vec<ModelTable<KnowledgeTable>>,
 }
 
 /// Whether a sensor is mounted the other way round.

@@ -102,10 +102,17 @@ pub(super) fn read_all(
         })?;
         poses.extend(read.into_iter().map(|pose| of_table(index, table.load, pose)));
     }
+    count_time_from_first(&mut poses);
     Ok(poses)
 }
 
+/// The clock of a recording may count from any year, of which a drift times the time would leave no digit.
+fn count_time_from_first(poses: &mut [Pose]) {
+    let first = poses.iter().filter_map(|pose| pose.conditions.time).reduce(f64::min).unwrap_or(0.0);
+    poses.iter_mut().filter_map(|pose| pose.conditions.time.as_mut()).for_each(|time| *time -= first);
+}
+
 fn of_table(table: usize, load: Option<usize>, pose: StaticPose) -> Pose {
-    let StaticPose { line, position, torque, sweep, merged: _ } = pose;
-    Pose { table, line, sweep_label: sweep, load, position, torque }
+    let StaticPose { line, position, torque, sweep, conditions, merged: _ } = pose;
+    Pose { table, line, sweep_label: sweep, load, position, torque, conditions }
 }

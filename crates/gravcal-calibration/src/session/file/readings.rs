@@ -4,6 +4,7 @@ use gravcal_recording::{MappingError, PoseMapping, PositionColumn, ReadingColumn
 use serde::Deserialize;
 
 use super::Context;
+use super::conditions::{self, ConditionTable, DirectionTable, TimeTable};
 use crate::document::{Field, FileError, OneOrMany};
 use crate::session::units::{self, UnitError};
 
@@ -13,6 +14,10 @@ use crate::session::units::{self, UnitError};
 pub(super) struct ReadingsTable {
     position: PositionTable,
     torque: Option<TorqueTable>,
+    time: Option<TimeTable>,
+    temperature: Option<ConditionTable>,
+    velocity: Option<ConditionTable>,
+    direction: Option<DirectionTable>,
     sweep_column: Option<String>,
     #[serde(default)]
     merge_repeated_rows: bool,
@@ -42,11 +47,18 @@ struct TorqueTable {
 
 /// What `[readings]` comes to.
 pub(super) fn mapping(context: &Context<'_>, table: &ReadingsTable) -> Result<PoseMapping, FileError> {
+    let conditions = conditions::Written {
+        time: table.time.as_ref(),
+        temperature: table.temperature.as_ref(),
+        velocity: table.velocity.as_ref(),
+        direction: table.direction.as_ref(),
+    };
     let mapping = PoseMapping {
         positions: positions(context, &table.position)?,
         torques: torques(context, table.torque.as_ref())?,
         sweep_column: table.sweep_column.clone(),
         merge_repeated: table.merge_repeated_rows,
+        conditions: conditions::resolve(context, &conditions)?,
     };
     mapping.check().map_err(|error| context.document.error(&field_of(&error), error))?;
     Ok(mapping)

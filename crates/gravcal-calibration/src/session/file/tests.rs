@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::fs;
 
 use gravcal_estimation::{Loss, LossName};
-use gravcal_recording::{PositionUnit, Reading, TorqueUnit};
+use gravcal_recording::{Conditions, PositionUnit, Reading, TorqueUnit};
 use tempfile::TempDir;
 
 use crate::parameter::Quantity;
@@ -157,6 +157,7 @@ fn poses_of_all_tables_are_read_in_si() {
         load: (table == 1).then_some(1),
         position: position.map(|angle| angle * (PI / 180.0)).into(),
         torque: torque.into(),
+        conditions: Conditions::default(),
     };
     let expected = [
         pose(0, 2, [0.0, 0.0], [reading(2000.0), reading(2100.0)]),
