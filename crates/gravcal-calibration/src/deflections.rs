@@ -1,11 +1,15 @@
 //! Unknown positions: what each model leaves known (last table of section 4 of the estimation model), and that modelling
 //! deflection finds the truth.
 
-use crate::joint::{self, Signals, Solved};
+use gravcal_solvers::LevenbergMarquardt;
+
+use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
 use crate::parameter::Quantity;
+use crate::result::{EstimatorResult, ParameterResult, Verdict};
 use crate::session::{Deflection, Session};
 use crate::simulation::Simulation;
 use crate::testing::sarcos_shoulder;
+use crate::workbench::Workbench;
 
 /// So wide a prior, rad, that it says nothing.
 const FREE: f64 = 1.0;
@@ -72,4 +76,102 @@ fn a_prior_of_two_milliradians_suffices() {
         assert_between(&ratios(pose(0.002), signals), 1.02, 1.1);
         assert_between(&ratios(every_joint(0.002), signals), 1.04, 1.13);
     }
+}
+
+/// Compliances are known to about 1e-4 rad/(N·m) without a prior, and cost little.
+#[test]
+fn compliance_is_told_by_the_readings() {
+    let mut simulation = sarcos_shoulder();
+    let mut session = simulation.session(0);
+    let signals = [Signals::PaperSteps, Signals::All];
+    let without = signals.map(|signals| deviations(&simulation, &session, signals));
+    session.let_joints_give_way(&[FREE; 3]);
+    simulation.truth.further = vec![0.0; 3];
+    for ((signals, without), most) in signals.into_iter().zip(without).zip([2e-4, 5e-5]) {
+        let readings = joint::select(&session, signals);
+        let posed = joint::pose(&session, &readings, &simulation.truth).unwrap();
+        let solved = Solved::at_start(readings, posed).unwrap();
+        for id in &solved.posed.layout.further {
+            let std = solved.covariance().std(solved.posed.problem.columns_of(*id).start);
+            assert!((0.5 * most..most).contains(&std), "{signals:?}: {std}");
+        }
+        let with = deviations(&simulation, &session, signals);
+        assert_between(&with.iter().zip(&without).map(|(a, b)| a / b).collect::<Vec<_>>(), 1.0, 1.35);
+    }
+}
+
+fn estimate(session: &Session) -> EstimatorResult {
+    let solver = LevenbergMarquardt::default();
+    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+}
+
+/// Largest error of what is determined, in its own standard deviations.
+fn worst(result: &EstimatorResult, truth: &Unknowns) -> f64 {
+    let sensors =
+        result.parameters.iter().filter(|p| p.determined && p.held.is_none() && !p.name.ends_with("compliance"));
+    let error = |p: &ParameterResult| {
+        let (joint, quantity) = p.name.split_once('.').unwrap();
+        let joint: usize = joint[5..].parse::<usize>().unwrap() - 1;
+        let quantity = Quantity::ALL.into_iter().find(|q| q.as_str() == quantity).unwrap();
+        (p.value.unwrap() - truth.sensors[joint][quantity as usize]).abs() / p.std.unwrap()
+    };
+    sensors.map(error).fold(0.0, f64::max)
+}
+
+/// Half a degree of deflection of standing joints: unmodelled it spoils the answer, modelled it is found.
+#[test]
+fn deflection_by_hold_is_found_where_it_is_modelled() {
+    let mut simulation = sarcos_shoulder();
+    simulation.disturbance.deflection.hold_std = 0.5_f64.to_radians();
+    let mut session = simulation.session(0);
+    let unmodelled = estimate(&session).fit.unwrap();
+    assert!(unmodelled.p_value.unwrap() < 1e-9, "the readings contradict a model without it");
+    session.deflection = hold(0.5_f64.to_radians());
+    let result = estimate(&session);
+    assert_eq!(result.verdict, Verdict::Determined);
+    assert!(worst(&result, &simulation.truth) < 4.0);
+    assert!(result.fit.unwrap().p_value.unwrap() > 1e-3);
+    assert_eq!(result.deflections.len(), 2 * 11);
+    assert!(result.deflections.iter().filter(|d| d.value.is_some()).count() > 15);
+}
+
+#[test]
+fn noise_of_position_readings_is_no_longer_taken_as_exact() {
+    let mut simulation = sarcos_shoulder();
+    simulation.disturbance.position_std = vec![0.003; 3];
+    let mut session = simulation.session(1);
+    session.deflection = every_joint(0.003);
+    let result = estimate(&session);
+    assert_eq!(result.verdict, Verdict::Determined);
+    assert!(worst(&result, &simulation.truth) < 4.0);
+    assert!(result.fit.unwrap().p_value.unwrap() > 1e-3);
+    assert_eq!(result.position_errors.iter().map(|e| e.poses).collect::<Vec<_>>(), [407; 3]);
+    assert!(result.position_errors.iter().all(|e| e.std < e.prior_std && e.rms < e.prior_std));
+}
+
+#[test]
+fn compliance_is_found_or_said_not_to_be() {
+    let mut simulation = sarcos_shoulder();
+    let truth = [8e-4, 0.0, -6e-4];
+    simulation.disturbance.deflection.compliance = truth.to_vec();
+    let mut session = simulation.session(2);
+    session.let_joints_give_way(&[1e-3, 1e-3, 1e-3]);
+    let result = estimate(&session);
+    assert_eq!(result.verdict, Verdict::Determined);
+    assert!(worst(&result, &simulation.truth) < 4.0);
+    let told = |result: &EstimatorResult| -> Vec<ParameterResult> {
+        result.parameters.iter().filter(|p| p.name.ends_with("compliance")).cloned().collect()
+    };
+    for (told, truth) in told(&result).iter().zip(truth) {
+        assert!(!told.asked && told.unit == "rad/(N·m)");
+        assert!((told.value.unwrap() - truth).abs() < 4.0 * told.std.unwrap(), "{told:?}");
+    }
+    // A prior that says as much as the readings.
+    let mut session = sarcos_shoulder().session(2);
+    session.let_joints_give_way(&[1e-5, 1e-5, 0.0]);
+    let result = estimate(&session);
+    assert_eq!(result.verdict, Verdict::Determined, "compliance is not asked for");
+    let compliances = told(&result);
+    assert!(compliances[..2].iter().all(|p| p.value.is_none()) && compliances[2].held.is_some());
+    assert!(result.undetermined.iter().any(|u| u.combination == "joint1.compliance"), "{:?}", result.undetermined);
 }

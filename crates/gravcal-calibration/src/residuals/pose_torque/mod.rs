@@ -351,6 +351,16 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn joints_that_give_way_go_with_every_term() {
+        let (residual, lengths) = with_all_terms(3);
+        assert_rows_within_their_patterns(&residual, &lengths);
+        let width: usize = lengths.iter().sum();
+        let mut x: Vec<f64> = (0..width).map(|k| 0.5 + (k as f64).sin()).collect();
+        x[width - 3..].iter_mut().for_each(|c| *c *= 0.01);
+        gravcal_estimation::check_derivatives(&residual, &lengths, &x, 1e-5).unwrap();
+    }
+
+    #[test]
     fn rows_with_terms_touch_only_the_columns_of_their_pattern() {
         let (residual, lengths) = with_all_terms(0);
         assert_rows_within_their_patterns(&residual, &lengths);
