@@ -106,7 +106,7 @@ pub fn sarcos_shoulder() -> Simulation {
             torque_std: vec![0.8; 3],
             position_std: vec![0.0; 3],
             converter: None,
-            deflection: Deflection { hold_std: 0.0, compliance: vec![0.0; 3] },
+            deflection: Deflection { hold_std: 0.0, pose_std: 0.0, compliance: vec![0.0; 3], seen: false },
         },
         conditions: SimulatedConditions::default(),
         models: vec![Vec::new(); 3],

@@ -4,7 +4,9 @@
 //! summed in the order of their numbers, so that a table has the same bits on any number of threads.
 
 mod accuracy;
+mod deflection;
 mod quantities;
 
 pub use accuracy::{Accuracy, Column, ColumnAccuracy, StudyError, accuracy};
+pub use deflection::{DeflectionColumn, DeflectionStudy, Treatment, deflection_study};
 pub use quantities::{Measured, measured_quantities};

@@ -42,22 +42,26 @@ fn stands(simulation: &Simulation, run: &Run, random: &mut Pcg64) -> Vec<Stand> 
     let hold = |random: &mut Pcg64| -> Vec<f64> {
         (0..joints).map(|_| simulation.disturbance.deflection.hold_std * normal(random)).collect()
     };
+    let pose_std = simulation.disturbance.deflection.pose_std;
+    // Drawn only where it is wanted, so that it does not shift the noise of simulations without it.
+    let of_pose = |random: &mut Pcg64| if pose_std > 0.0 { pose_std * normal(random) } else { 0.0 };
     match run {
         Run::Sweep { swept, range, poses, held } => {
             let deflection = hold(random);
             (0..*poses)
                 .map(|k| {
+                    let deflection = deflection.iter().map(|hold| hold + of_pose(random)).collect();
                     let share = k as f64 / (*poses as f64 - 1.0).max(1.0);
                     let mut position = held.clone();
                     position[*swept] = range[0] + share * (range[1] - range[0]);
-                    Stand { position, deflection: deflection.clone(), swept: Some(*swept) }
+                    Stand { position, deflection, swept: Some(*swept) }
                 })
                 .collect()
         }
         Run::Random { poses } => (0..*poses)
             .map(|_| Stand {
                 position: (0..joints).map(|joint| random_position(simulation, joint, random)).collect(),
-                deflection: hold(random),
+                deflection: hold(random).into_iter().map(|hold| hold + of_pose(random)).collect(),
                 swept: None,
             })
             .collect(),
@@ -82,10 +86,13 @@ fn read_sensors(
     random: &mut Pcg64,
 ) -> Pose {
     let load = simulation.template.tables[table].load;
-    let torque = torque_at(simulation, stand, load);
+    let (deflection, torque) = at_rest(simulation, stand, load);
     let disturbance = &simulation.disturbance;
-    let position =
-        stand.position.iter().zip(&disturbance.position_std).map(|(q, std)| q + std * normal(random)).collect();
+    let seen = |joint: usize| if disturbance.deflection.seen { deflection[joint] } else { 0.0 };
+    let read = |(joint, (q, std)): (usize, (&f64, &f64))| {
+        q + seen(joint) / simulation.truth.sensors[joint][Quantity::PositionGain as usize] + std * normal(random)
+    };
+    let position = stand.position.iter().zip(&disturbance.position_std).enumerate().map(read).collect();
     let read = simulation.template.terms.torque_readings(&torque, &conditions, &simulation.truth);
     let torque = read
         .iter()
@@ -102,8 +109,8 @@ fn read_sensors(
     Pose { table, line: index as u64 + 2, sweep_label: None, load, position, torque, conditions }
 }
 
-/// True torques, stationary joints deflected.
-fn torque_at(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> Vec<f64> {
+/// Deflections and torques: only joints that stand deflect.
+fn at_rest(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> (Vec<f64>, Vec<f64>) {
     let truth = &simulation.truth;
     let mut inertia: Vec<f64> = truth.inertia.iter().flatten().copied().collect();
     if let Some(load) = load {
@@ -112,22 +119,19 @@ fn torque_at(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> Vec
         (0..3).for_each(|axis| inertia[4 * link + 1 + axis] += mass * truth.loads[load][axis]);
     }
     let compliance = &simulation.disturbance.deflection.compliance;
-    let mut torque = vec![0.0; stand.position.len()];
+    let (mut deflection, mut torque) = (stand.deflection.clone(), vec![0.0; stand.position.len()]);
     let sensed = simulation.template.terms.coordinates(&stand.position, truth);
     let rounds = if compliance.iter().any(|c| *c != 0.0) { COMPLIANCE_ROUNDS } else { 1 };
     for _ in 0..rounds {
-        let coordinates: Vec<f64> = sensed
-            .iter()
-            .enumerate()
-            .map(|(joint, coordinate)| {
-                let deflection = stand.deflection[joint] + compliance[joint] * torque[joint];
-                let moving = stand.swept == Some(joint);
-                coordinate + if moving { 0.0 } else { deflection }
-            })
-            .collect();
+        for (joint, deflection) in deflection.iter_mut().enumerate() {
+            let standing = stand.deflection[joint] + compliance[joint] * torque[joint];
+            *deflection = if stand.swept == Some(joint) { 0.0 } else { standing };
+        }
+        let coordinates: Vec<f64> =
+            sensed.iter().zip(&deflection).map(|(sensed, deflection)| sensed + deflection).collect();
         simulation.template.robot.chain.gravity_torque(&coordinates, truth.gravity, &inertia, &mut torque);
     }
-    torque
+    (deflection, torque)
 }
 
 fn normal(random: &mut impl Rng) -> f64 {
