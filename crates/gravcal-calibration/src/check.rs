@@ -1,7 +1,7 @@
 //! What a session can and cannot determine, before any solve.
 //!
-//! The Jacobian of the joint problem is judged at nominal values: gravity along the declared hemisphere, nominal
-//! sensors, the robot's assumed masses. Torque readings are not looked at (only which are there, and their noise).
+//! The Jacobian of the joint problem is judged at nominal values: gravity along the declared direction (of an
+//! upright base without one), nominal sensors, the robot's assumed masses. Torque readings are not looked at (only which are there, and their noise).
 
 use serde::Serialize;
 
@@ -224,12 +224,11 @@ fn tilts(session: &Session, readings: &Readings, nominal: &Unknowns) -> Result<V
 }
 
 fn judged_at(session: &Session) -> String {
-    let [x, y, z] = session.gravity.hemisphere;
-    format!(
-        "nominal values: gravity along the declared hemisphere ({x:.3}, {y:.3}, {z:.3}), nominal sensors, assumed \
-         masses of {}",
-        session.robot.name
-    )
+    let gravity = match session.gravity.hemisphere {
+        Some([x, y, z]) => format!("along the declared hemisphere ({x:.3}, {y:.3}, {z:.3})"),
+        None => "as on an upright base (no hemisphere is declared)".to_owned(),
+    };
+    format!("nominal values: gravity {gravity}, nominal sensors, assumed masses of {}", session.robot.name)
 }
 
 fn count_poses(session: &Session) -> Vec<(String, usize)> {

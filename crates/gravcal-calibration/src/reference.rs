@@ -184,7 +184,7 @@ fn the_determined_moments_predict_gravity_torques() {
 fn step_2_refuses_an_upright_base_with_two_positions_and_takes_a_third() {
     let mut simulation = sarcos_shoulder();
     simulation.truth.gravity = [0.0, 0.0, -9.8];
-    simulation.template.gravity.hemisphere = [0.0, 0.0, -1.0];
+    simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
     let steps = |session: &Session| with_workbench(|w| run_steps(session, &Plan::new(session), w));
     let refused = steps(&simulation.session(0)).gravity.unwrap_err();
     assert!(refused.why.contains("free direction") && refused.cure.contains("three or more"), "{refused:?}");
@@ -205,7 +205,7 @@ fn step_2_refuses_an_upright_base_with_two_positions_and_takes_a_third() {
 fn sarcos_upright_two_positions() -> Session {
     let mut simulation = sarcos_shoulder();
     simulation.truth.gravity = [0.0, 0.0, -9.8];
-    simulation.template.gravity.hemisphere = [0.0, 0.0, -1.0];
+    simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
     simulation.session(0)
 }
 
@@ -278,4 +278,41 @@ fn a_first_joint_without_a_torque_sensor_leaves_the_others_determined() {
         assert!(error.abs() < 4.5 * told.std.unwrap(), "{}: {error}", told.name);
     }
     assert!(result.fit.unwrap().p_value.unwrap() > 1e-4);
+}
+
+/// Without lengths the readings cannot tell gravity from its opposite; a load at the end of known lengths can.
+#[test]
+fn without_a_hemisphere_known_lengths_decide_the_sign_of_gravity() {
+    let mut session = sarcos_shoulder().session(0);
+    session.gravity.hemisphere = None;
+    let shoulder = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    assert!(shoulder.verdict == Verdict::PartlyDetermined && shoulder.gravity.is_none());
+    assert!(shoulder.undetermined.iter().any(|u| u.combination == "sign of gravity" && u.cure.contains("hemisphere")));
+    let gain = &shoulder.parameters[0];
+    assert!((gain.value.unwrap() - 7.12).abs() < 4.5 * gain.std.unwrap());
+
+    let mut long = sarcos_shoulder();
+    long.template.robot.chain = long_arm();
+    let mut session = long.session(0);
+    session.gravity.hemisphere = None;
+    let arm = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    assert_eq!(arm.verdict, Verdict::Determined, "{:?}", arm.undetermined);
+    let found = arm.gravity.unwrap().vector_m_per_s2;
+    assert!(found.iter().zip(long.truth.gravity).all(|(a, b)| (a - b).abs() < 0.05), "{found:?}");
+}
+
+/// The shoulder's axes with lengths between them.
+fn long_arm() -> gravcal_kinematics::Chain {
+    use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
+    let row = |i: usize, alpha: f64| DhRow {
+        name: format!("joint{i}"),
+        kind: JointKind::Revolute,
+        a: 0.3,
+        alpha: alpha.to_radians(),
+        d: 0.1,
+        theta: 0.0,
+        limits: None,
+        link: Link { name: format!("link{i}"), inertia: None },
+    };
+    chain_from_dh("base", DhConvention::Standard, &[row(1, 90.0), row(2, -90.0), row(3, 90.0)]).unwrap()
 }

@@ -66,7 +66,7 @@ pub fn sarcos_shoulder() -> Simulation {
     let arm: nalgebra::Vector3<f64> = 0.201 * nalgebra::Vector3::new(0.8, 0.0, 0.6);
     let template = Session {
         robot: sarcos_robot(),
-        gravity: GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: direction.into() },
+        gravity: GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: Some(direction.into()) },
         inertia: InertiaKnowledge::Unknown,
         loads: vec![load("plate-a"), load("plate-b")],
         load_distances: vec![LoadDistance { between: [0, 1], distance: 0.402, std: None }],

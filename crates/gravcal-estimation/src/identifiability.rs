@@ -106,6 +106,12 @@ impl Spectrum {
         self.rank + self.local.count()
     }
 
+    /// Condition of the scaled Jacobian among the directions that the data determine, local columns eliminated: largest over
+    /// smallest singular value; infinite where they determine none.
+    pub fn condition(&self) -> f64 {
+        self.rank.checked_sub(1).map_or(f64::INFINITY, |last| self.singular_values[0] / self.singular_values[last])
+    }
+
     /// Norm of one column of the whitened Jacobian: what a change of one unit does to the residuals.
     pub fn column_scale(&self, column: usize) -> f64 {
         self.column_scales[column]

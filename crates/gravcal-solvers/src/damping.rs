@@ -22,9 +22,9 @@ const MAX_DAMPING: f64 = 1e32;
 const INITIAL_DAMPING: f64 = 1e-3;
 /// The first step is at most this share of what it moves.
 const FIRST_STEP: f64 = 0.2;
-/// Growth of the damping while the first step is too long, and where that ends.
-const FIRST_GROWTH: f64 = 3.0;
-const MAX_FIRST_DAMPING: f64 = 1e4;
+/// Growth of the damping while a step is too long, and where that ends.
+const LONG_GROWTH: f64 = 3.0;
+const MAX_LONG_DAMPING: f64 = 1e4;
 
 /// λ, and by what it grows after the next rejected step.
 #[derive(Debug, Serialize, Deserialize)]
@@ -54,13 +54,20 @@ impl Damping {
         }
         let longest = FIRST_STEP * here.size();
         let mut step = vec![0.0; here.scaling.len()];
-        while longest > 0.0 && self.lambda < MAX_FIRST_DAMPING {
-            here.linearization.damped_step(self.lambda, &here.scaling, &mut step);
-            if here.scaled_length(&step) <= longest {
-                return;
-            }
-            self.lambda *= FIRST_GROWTH;
+        let mut too_long = |lambda| {
+            here.linearization.damped_step(lambda, &here.scaling, &mut step);
+            longest > 0.0 && here.scaled_length(&step) > longest
+        };
+        while too_long(self.lambda) && self.raise() {}
+    }
+
+    /// For a step that is too long to be tried. `false` where more damping would be of no use.
+    pub(crate) fn raise(&mut self) -> bool {
+        let go_on = self.lambda < MAX_LONG_DAMPING;
+        if go_on {
+            self.lambda *= LONG_GROWTH;
         }
+        go_on
     }
 
     /// After an accepted step with this ratio of actual to predicted reduction.

@@ -37,7 +37,7 @@ impl LinearPart {
         self.blocks.iter().flat_map(|(id, first)| *first..first + self.problem.block(*id).len())
     }
 
-    /// Where a step of the nonlinear blocks leads when the linear ones follow to their optimum: the values, and the whole
+    /// Where a step of the nonlinear blocks (zero for the others) leads when the linear ones follow to their optimum: the values, and the whole
     /// step in place of the one given. Nothing where the model has no value there. Combinations of linear blocks without
     /// effect stay where they are.
     ///
@@ -49,7 +49,6 @@ impl LinearPart {
         step: &mut [f64],
         solver: &'static str,
     ) -> Result<Option<Values>, Unsupported> {
-        self.columns().for_each(|column| step[column] = 0.0);
         let Some(best) = self.optimum(from.problem.retract(&from.values, step), solver)? else { return Ok(None) };
         for (id, first) in &self.blocks {
             let pairs = from.values.get(*id).iter().zip(best.get(*id));

@@ -6,6 +6,8 @@ use crate::stopping::StoppingRules;
 
 /// Damping of the full step, relative to the column norms: see [`Point::full_step`].
 pub(crate) const FAINT_DAMPING: f64 = 1e-14;
+/// Damping of the step whose promise tells the better of two points where their costs are the same but for rounding.
+const WEIGHING_DAMPING: f64 = 1e-8;
 /// No less damping than this: the square of a rounding error.
 const FAINTEST_DAMPING: f64 = 1e-32;
 /// Rounding of a sum of squares, relative to it, and the most of the cost that is ever taken for rounding.
@@ -32,6 +34,8 @@ pub struct Point<'p> {
     pub scaling: Vec<f64>,
     /// The full step and its promise, once they were asked for.
     full: Option<(Vec<f64>, f64)>,
+    /// Whether a step from here was refused.
+    refused: bool,
 }
 
 /// A step that was tried.
@@ -81,7 +85,7 @@ impl<'p> Point<'p> {
         let scales = linearization.column_scales();
         scaling.resize(scales.len(), 0.0);
         scaling.iter_mut().zip(scales).for_each(|(largest, scale)| *largest = largest.max(scale));
-        Ok(Point { problem, values, linearization, scaling, full: None })
+        Ok(Point { problem, values, linearization, scaling, full: None, refused: false })
     }
 
     /// The cost here.
@@ -140,9 +144,11 @@ impl<'p> Point<'p> {
 
     /// The same where it is known to where the step leads; nowhere if the model has no value there.
     pub(crate) fn attempt_at(&self, values: Option<Values>, step: &[f64], predicted: f64) -> Trial<'p> {
+        // Most steps are taken at the first try, and then the derivatives are wanted as well.
+        let there = values.clone().filter(|_| !self.refused).and_then(|values| self.next(values).ok());
         // A point where the model has no value is as bad as one of infinite cost.
-        let cost = values.as_ref().and_then(|values| self.problem.cost(values).ok()).unwrap_or(f64::INFINITY);
-        let actual = self.cost() - cost;
+        let looked_at = || values.as_ref().and_then(|values| self.problem.cost(values).ok()).unwrap_or(f64::INFINITY);
+        let actual = self.cost() - there.as_ref().map_or_else(looked_at, Point::cost);
         Trial {
             values: values.unwrap_or_else(|| self.values.clone()),
             length: self.relative_length(step),
@@ -150,8 +156,13 @@ impl<'p> Point<'p> {
             actual,
             change: predicted.max(actual.abs()) / self.cost(),
             rounding: self.rounding(),
-            there: None,
+            there,
         }
+    }
+
+    /// The point at `values`, next after this one.
+    pub(crate) fn next(&self, values: Values) -> Result<Point<'p>, EvaluateError> {
+        Point::new(self.problem, values, self.scaling.clone())
     }
 
     /// Decides on a trial, which is good enough if it lowers the cost by `least` (zero or more).
@@ -159,6 +170,12 @@ impl<'p> Point<'p> {
     /// Where rounding may hide whether it does, the linear model decides: the cost tells a minimum to half of its digits, the
     /// gradient to all. Better is then where the full step promises less; at a lower cost, where it promises no more.
     pub fn decide(&mut self, trial: &mut Trial<'p>, least: f64, rules: &StoppingRules) -> Decision {
+        let decision = self.judge(trial, least, rules);
+        self.refused |= decision == Decision::Shorten;
+        decision
+    }
+
+    fn judge(&mut self, trial: &mut Trial<'p>, least: f64, rules: &StoppingRules) -> Decision {
         let lower = trial.actual > 0.0 && trial.actual >= least;
         let hidden = trial.change <= trial.rounding.max(rules.cost_tolerance);
         let short = trial.length <= rules.step_tolerance;
@@ -178,12 +195,17 @@ impl<'p> Point<'p> {
         }
     }
 
-    /// Whether the full step promises less where a trial leads than here.
+    /// Whether a step promises less where a trial leads than here.
+    ///
+    /// It is damped so much that normal equations bear it: what is weighed is the gradient, in a norm, not the last digit
+    /// of a faint direction.
     fn promises_less(&mut self, trial: &mut Trial<'p>, lower: bool) -> bool {
-        let (_, here) = self.full_step();
-        trial.there = Point::new(self.problem, trial.values.clone(), self.scaling.clone()).ok();
+        let (_, here) = self.damped_step(WEIGHING_DAMPING);
+        if trial.there.is_none() {
+            trial.there = self.next(trial.values.clone()).ok();
+        }
         let limit = if lower { here } else { LESS * here };
-        trial.there.as_mut().is_some_and(|there| there.full_step().1 <= limit)
+        trial.there.as_mut().is_some_and(|there| there.damped_step(WEIGHING_DAMPING).1 <= limit)
     }
 
     /// Share of the cost that rounding may hide: the terms of a residual, of the size of `D x`, may be far larger than it is.
@@ -218,7 +240,7 @@ impl<'p> Point<'p> {
 
     /// Largest step of a block, relative to the block's own size or to the residual, whichever is larger, each as the
     /// block's columns see it.
-    fn relative_length(&self, step: &[f64]) -> f64 {
+    pub(crate) fn relative_length(&self, step: &[f64]) -> f64 {
         let residual = (2.0 * self.cost()).sqrt().max(f64::MIN_POSITIVE);
         let of_block = |id: BlockId| {
             let weight = self.weight(id);

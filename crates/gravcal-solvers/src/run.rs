@@ -160,7 +160,7 @@ impl<'p, M> Run<'p, M> {
             Move::Stay(end) => Ok(Some(end)),
             Move::To { trial, damping, end } => {
                 let Trial { values, length, there, .. } = *trial;
-                let linearize = || Point::new(lent.problem, values, here.scaling.clone());
+                let linearize = || here.next(values);
                 let no_derivative = |EvaluateError(why)| SolveError::Failed {
                     solver: lent.method.name(),
                     reason: format!("there is a cost but no derivative at a point on the way: {why}"),

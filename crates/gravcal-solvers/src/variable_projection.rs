@@ -16,7 +16,10 @@
 //!     min over δ_a, δ_c   ½ ‖J_a δ_a + Φ δ_c + r‖² + ½ λ ‖D δ_a‖²
 //! ```
 //!
-//! throws δ_c away, and puts `c` to its optimum at `a ⊞ δ_a`. λ follows Nielsen (`damping.rs`), as in Levenberg-Marquardt.
+//! throws δ_c away, and puts `c` to its optimum at `a ⊞ δ_a`. λ follows Nielsen (`damping.rs`), as in Levenberg-Marquardt, but is
+//! raised until no nonlinear block moves by more than half of its size: with `c` free to follow, a leap makes two exponentials
+//! one and still lowers the cost (NIST's Lanczos from its far start), and there is no way back.
+//!
 //! The start has `c` at its optimum, too; where every block is linear that is all.
 //!
 //! Which blocks are linear the problem says ([`Block::linear`](gravcal_estimation::Block::linear)). That is held against the
@@ -33,6 +36,9 @@ use crate::linear_part::{LinearPart, is_linear};
 use crate::point::FAINT_DAMPING;
 use crate::refusal::refuse_constraints;
 use crate::{Decision, Descent, Move, Point, StoppingRules, minimise};
+
+/// The most by which a nonlinear block moves at once, relative to its size or to the residual, whichever is larger.
+const LONGEST_STEP: f64 = 0.5;
 
 pub(crate) const NAME: &str = "variable-projection";
 
@@ -134,6 +140,10 @@ impl VariableProjection {
             let scaling = scaling(linear, here, lambda);
             let mut step = vec![0.0; scaling.len()];
             let info = here.linearization.damped_step(lambda, &scaling, &mut step);
+            linear.columns().for_each(|column| step[column] = 0.0);
+            if here.relative_length(&step) > LONGEST_STEP && damping.raise() {
+                continue;
+            }
             let there = linear.follow(here, &mut step, NAME)?;
             let mut trial = here.attempt_at(there, &step, info.predicted_reduction);
             match here.decide(&mut trial, 0.0, &self.stopping) {

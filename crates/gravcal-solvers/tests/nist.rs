@@ -12,13 +12,11 @@ use gravcal_estimation::published::{PublishedProblem, Start};
 use gravcal_estimation::{Estimate, SolveContext, SolveError, Solver};
 use gravcal_solvers::SolverName;
 
-/// How many of the 54 runs may fail. Variable projection takes 50 of them: Chwirut's model has no linear parameter. From
-/// the far starts of Lanczos it goes where two exponentials become one.
+/// How many of the 54 runs may fail. Variable projection takes 50 of them: Chwirut's model has no linear parameter.
 fn failures_allowed(solver: SolverName) -> usize {
     match solver {
-        SolverName::LevenbergMarquardt | SolverName::Clarabel => 0,
+        SolverName::LevenbergMarquardt | SolverName::Clarabel | SolverName::VariableProjection => 0,
         SolverName::GaussNewton | SolverName::Dogleg => 4,
-        SolverName::VariableProjection => 5,
     }
 }
 

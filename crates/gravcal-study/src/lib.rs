@@ -6,6 +6,7 @@
 mod accuracy;
 mod deflection;
 mod quantities;
+pub mod random_arms;
 
 pub use accuracy::{Accuracy, Column, ColumnAccuracy, StudyError, accuracy};
 pub use deflection::{DeflectionColumn, DeflectionStudy, Treatment, deflection_study};

@@ -8,6 +8,7 @@ mod placements;
 mod position_unknowns;
 mod problem;
 mod robust;
+mod sign;
 mod solve;
 mod start;
 mod sweep_moments;
@@ -181,6 +182,7 @@ fn tell(
     let gravity = judgement.gravity.then(|| solved.gravity(session));
     let parameters = tell_parameters(session, solved, &judgement);
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
+    undetermined.extend((!solved.sign_known).then(unknown_sign));
     undetermined.extend(last_frame_choice(session));
     let converged = solved.estimate.termination.converged();
     let complete =
@@ -299,6 +301,18 @@ pub(crate) fn last_frame_choice(session: &Session) -> Option<Undetermined> {
     })
 }
 
+/// That the readings do not tell gravity from its opposite.
+fn unknown_sign() -> Undetermined {
+    Undetermined {
+        combination: "sign of gravity".into(),
+        parameters: vec!["gravity".into()],
+        why: "gravity the other way up, with all masses and moments negative, explains the readings as well".into(),
+        cure: "state gravity's rough direction ([gravity] hemisphere), or attach a load of known mass at the end of known \
+               lengths"
+            .into(),
+    }
+}
+
 /// Which parameters were set aside, in words.
 fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
     let tell = |aside: &SetAside| {
@@ -362,6 +376,7 @@ impl Solved {
             spreads,
             &self.idle,
         );
+        judgement.gravity &= self.sign_known;
         judgement.combinations.extend(self.set_aside.iter().map(|aside| aside.combination.clone()));
         judgement
     }

@@ -8,6 +8,7 @@ use gravcal_estimation::{
 use super::constraints;
 use super::hold::{Holds, SetAside};
 use super::problem::{JointProblem, Readings, pose};
+use super::sign::settled;
 use super::start::best_start;
 use super::{EstimateError, Unknowns};
 use crate::judgement::{fit, held_out};
@@ -43,6 +44,8 @@ pub struct Solved {
     pub(crate) set_aside: Vec<SetAside>,
     /// Joints that carry no gravity.
     pub(crate) idle: Vec<bool>,
+    /// Whether gravity's sign is declared, or decided by the readings.
+    pub(crate) sign_known: bool,
 }
 
 /// Solves for everything, from `known` values if they start the problem better than the nominal ones; noise that no
@@ -57,7 +60,17 @@ pub fn solve(
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     workbench.tell("starting values");
-    let mut start = best_start(session, readings, known)?;
+    let start = best_start(session, readings, known)?;
+    settled(session, solve_from(session, readings, start, workbench)?, workbench)
+}
+
+/// The same from where it is said to start.
+pub(super) fn solve_from(
+    session: &Session,
+    readings: &Readings,
+    mut start: Unknowns,
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
     let mut readings = readings.clone();
     let mut holds = Holds::at_start(session, &readings, &start)?;
     let loss = readings.loss;
@@ -144,7 +157,18 @@ impl Solved {
         let solution = Solution { problem, values: &estimate.values, spectrum: &spectrum };
         let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
         let (gauges, set_aside, idle) = (Vec::new(), Vec::new(), vec![false; posed.layout.sensors.len()]);
-        Ok(Solved { readings, posed, estimate, spectrum, along_constraints, uncertainty, gauges, set_aside, idle })
+        Ok(Solved {
+            readings,
+            posed,
+            estimate,
+            spectrum,
+            along_constraints,
+            uncertainty,
+            gauges,
+            set_aside,
+            idle,
+            sign_known: true,
+        })
     }
 
     /// The problem as it is judged: along the active constraints.

@@ -11,7 +11,7 @@ use super::problem::{PosingError, Readings, pose_readings_alone};
 use super::unknowns::Unknowns;
 use crate::session::Session;
 
-/// Directions tried besides the declared one.
+/// Directions tried in a hemisphere, besides the declared one.
 const DIRECTIONS: usize = 48;
 /// Poses that suffice to compare candidates.
 const POSES: usize = 120;
@@ -21,7 +21,8 @@ const FAINT_DAMPING: f64 = 1e-14;
 /// have no effect, and nothing could be said of them.
 const OFF_AXIS: f64 = 0.02;
 
-/// The best of `known` (if any) and the nominal values under directions spread over the declared hemisphere.
+/// The best of `known` (if any) and the nominal values under directions spread over the declared hemisphere, or over the
+/// sphere where none is declared.
 pub(super) fn best_start(
     session: &Session,
     readings: &Readings,
@@ -29,11 +30,9 @@ pub(super) fn best_start(
 ) -> Result<Unknowns, PosingError> {
     let sample = thinned(readings);
     let nominal = Unknowns::nominal(session);
-    let declared = session.gravity.hemisphere;
-    let candidates =
-        known.cloned().into_iter().chain([off_axis(declared)].into_iter().chain(directions(declared)).map(
-            |direction| Unknowns { gravity: direction.map(|c| session.gravity.magnitude * c), ..nominal.clone() },
-        ));
+    let directed =
+        |direction: [f64; 3]| Unknowns { gravity: direction.map(|c| session.gravity.magnitude * c), ..nominal.clone() };
+    let candidates = known.cloned().into_iter().chain(directions(session.gravity.hemisphere).map(directed));
     let mut best: Option<(f64, Unknowns)> = None;
     for candidate in candidates {
         let (cost, solved) = solve_linear_part(session, &sample, &candidate)?;
@@ -108,16 +107,22 @@ fn off_axis(direction: [f64; 3]) -> [f64; 3] {
     (OFF_AXIS.cos() * direction + OFF_AXIS.sin() * side).into()
 }
 
-/// Directions spread evenly (Fibonacci lattice) over the half of the sphere about `pole`.
-fn directions(pole: [f64; 3]) -> Vec<[f64; 3]> {
+/// The declared direction, and directions spread over the half of the sphere about it; over all of it where none is
+/// declared.
+fn directions(declared: Option<[f64; 3]>) -> impl Iterator<Item = [f64; 3]> {
+    let in_hemisphere = move |direction: &[f64; 3]| {
+        declared.is_none_or(|pole| direction.iter().zip(pole).map(|(a, b)| a * b).sum::<f64>() > 0.0)
+    };
+    declared.map(off_axis).into_iter().chain(lattice().filter(in_hemisphere))
+}
+
+/// Directions spread evenly (Fibonacci lattice) over the sphere.
+fn lattice() -> impl Iterator<Item = [f64; 3]> {
     let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    (0..2 * DIRECTIONS)
-        .map(|k| {
-            let z = 1.0 - (k as f64 + 0.5) / DIRECTIONS as f64;
-            let (sin, cos) = (golden * k as f64).sin_cos();
-            let r = (1.0 - z * z).sqrt();
-            [r * cos, r * sin, z]
-        })
-        .filter(|d| d.iter().zip(pole).map(|(a, b)| a * b).sum::<f64>() > 0.0)
-        .collect()
+    (0..2 * DIRECTIONS).map(move |k| {
+        let z = 1.0 - (k as f64 + 0.5) / DIRECTIONS as f64;
+        let (sin, cos) = (golden * k as f64).sin_cos();
+        let r = (1.0 - z * z).sqrt();
+        [r * cos, r * sin, z]
+    })
 }

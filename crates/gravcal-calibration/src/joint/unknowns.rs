@@ -29,11 +29,10 @@ pub struct Unknowns {
 }
 
 impl Unknowns {
-    /// What the robot and the session say beforehand, gravity along the declared hemisphere.
+    /// What the robot and the session say beforehand.
     pub fn nominal(session: &Session) -> Unknowns {
-        let magnitude = session.gravity.magnitude;
         Unknowns {
-            gravity: session.gravity.hemisphere.map(|c| magnitude * c),
+            gravity: session.gravity.assumed(),
             sensors: session
                 .joints
                 .iter()
@@ -60,6 +59,21 @@ impl Unknowns {
         match id {
             ParameterId::Sensor(joint, quantity) => &mut self.sensors[joint][quantity as usize],
             ParameterId::Further(index) => &mut self.further[index],
+        }
+    }
+
+    /// Gravity the other way up, masses, moments and placements negative: the same torques, but for what a load's mass
+    /// does on known lengths.
+    pub(crate) fn upside_down(&self) -> Unknowns {
+        let negative = |v: &[f64; 3]| v.map(|component| -component);
+        Unknowns {
+            gravity: negative(&self.gravity),
+            sensors: self.sensors.clone(),
+            further: self.further.clone(),
+            inertia: self.inertia.iter().map(|v| v.map(|component| -component)).collect(),
+            sweep_moments: self.sweep_moments.iter().map(|v| v.iter().map(|component| -component).collect()).collect(),
+            loads: self.loads.iter().map(negative).collect(),
+            deflections: self.deflections.clone(),
         }
     }
 

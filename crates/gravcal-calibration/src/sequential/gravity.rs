@@ -115,7 +115,11 @@ impl Step<'_> {
         }
         let sweeps: Vec<SweepDirection> =
             self.plan.gravity.iter().filter_map(|sweep| self.sweep_direction(*sweep, sensors)).collect();
-        let start = gravity_from_sweeps(&sweeps, Vector3::from(self.session.gravity.hemisphere))
+        let hemisphere = self.session.gravity.hemisphere.ok_or_else(|| {
+            let cure = "state gravity's rough direction: [gravity] hemisphere";
+            Missing::new("the sweeps do not tell gravity from its opposite", cure)
+        })?;
+        let start = gravity_from_sweeps(&sweeps, Vector3::from(hemisphere))
             .ok_or_else(|| self.missing(format!("the sweeps of {second} carry no gravity")))?;
         if start.direction_std <= LIMIT {
             return Ok(start.direction);
@@ -187,7 +191,8 @@ impl Step<'_> {
             return Err(self.missing(format!("gravity is known only to ±{:.0}°", angle.to_degrees())));
         }
         let g = fitted.values().get(gravity);
-        if g.iter().zip(self.session.gravity.hemisphere).map(|(a, b)| a * b).sum::<f64>() < 0.0 {
+        let declared = self.session.gravity.assumed();
+        if g.iter().zip(declared).map(|(a, b)| a * b).sum::<f64>() < 0.0 {
             return Err(self.missing("the fit left the declared hemisphere of gravity".into()));
         }
         Ok(Gravity {

@@ -8,7 +8,7 @@
 //! [gravity]
 //! magnitude_m_per_s2 = 9.80665               # or latitude_deg and altitude_m
 //! magnitude_std_m_per_s2 = 0.001             # optional: exact without it
-//! hemisphere = [0, 0, -1]                    # rough direction in base coordinates: settles the sign
+//! hemisphere = [0, 0, -1]                    # optional: rough direction in base coordinates, settles the sign
 //!
 //! [inertia]                                  # optional
 //! links = "unknown"                          # the default; or "model", with relative_std = 0.1

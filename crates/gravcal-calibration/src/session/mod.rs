@@ -60,6 +60,30 @@ pub struct Session {
 }
 
 impl Session {
+    /// A session without loads and poses, that asks for everything and chooses nothing; `joints`: one for each of the chain.
+    pub fn new(robot: Robot, gravity: GravityKnowledge, joints: Vec<JointKnowledge>) -> Session {
+        Session {
+            robot,
+            gravity,
+            inertia: InertiaKnowledge::Unknown,
+            loads: Vec::new(),
+            load_distances: Vec::new(),
+            joints,
+            terms: SensorTerms::default(),
+            further: Vec::new(),
+            tables: Vec::new(),
+            poses: Vec::new(),
+            deflection: Deflection::default(),
+            loss: Loss::None,
+            uncertainty: UncertaintyChoice::default(),
+            constraints: Constraints::default(),
+            ask: Ask::default(),
+            estimators: Vec::new(),
+            solver: None,
+            inputs: Vec::new(),
+        }
+    }
+
     /// Reads `session.toml` and everything it names.
     ///
     /// # Errors
@@ -76,8 +100,15 @@ pub struct GravityKnowledge {
     pub magnitude: f64,
     /// Standard deviation of the magnitude, m/s²; `None` where it is taken as exact (gravity on the sphere).
     pub magnitude_std: Option<f64>,
-    /// Rough direction of gravity in base coordinates, of unit length: settles the sign.
-    pub hemisphere: [f64; 3],
+    /// Rough direction of gravity in base coordinates, of unit length: settles the sign. `None`: it is sought everywhere.
+    pub hemisphere: Option<[f64; 3]>,
+}
+
+impl GravityKnowledge {
+    /// Gravity as it is assumed before anything is estimated: along the declared direction, or that of an upright base.
+    pub(crate) fn assumed(&self) -> [f64; 3] {
+        self.hemisphere.unwrap_or([0.0, 0.0, -1.0]).map(|component| self.magnitude * component)
+    }
 }
 
 /// What is known of the links' masses and first moments.

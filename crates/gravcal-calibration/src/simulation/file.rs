@@ -218,10 +218,10 @@ impl Reader<'_> {
         Ok(GravityKnowledge {
             magnitude: self.document.positive(&magnitude, table.magnitude_m_per_s2, "a gravity", "m/s²")?,
             magnitude_std: None,
-            hemisphere: match table.hemisphere {
+            hemisphere: Some(match table.hemisphere {
                 Some(hemisphere) => unit("hemisphere", hemisphere)?,
                 None => unit("direction", table.direction)?,
-            },
+            }),
         })
     }
 

@@ -87,6 +87,15 @@ pub struct Disturbance {
     pub deflection: Deflection,
 }
 
+impl Disturbance {
+    /// Nothing but noise of the torque readings, by joint.
+    pub fn noise(torque_std: Vec<f64>) -> Disturbance {
+        let none = vec![0.0; torque_std.len()];
+        let deflection = Deflection { hold_std: 0.0, pose_std: 0.0, compliance: none.clone(), seen: false };
+        Disturbance { torque_std, position_std: none, converter: None, deflection }
+    }
+}
+
 /// An analogue-to-digital converter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Converter {
@@ -123,6 +132,12 @@ pub struct Deflection {
 }
 
 impl Simulation {
+    /// One whose sensors and conditions are plain. `runs`: one for each table of the template.
+    pub fn new(template: Session, truth: Unknowns, runs: Vec<Run>, disturbance: Disturbance, seed: u64) -> Simulation {
+        let models = vec![Vec::new(); template.joints.len()];
+        Simulation { template, truth, runs, disturbance, conditions: SimulatedConditions::default(), models, seed }
+    }
+
     /// Reads `simulation.toml` and the robot that it names.
     ///
     /// # Errors

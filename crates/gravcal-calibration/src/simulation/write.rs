@@ -97,7 +97,8 @@ enum RobotTable {
 #[derive(Serialize)]
 struct GravityTable {
     magnitude_m_per_s2: f64,
-    hemisphere: [f64; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hemisphere: Option<[f64; 3]>,
 }
 
 #[derive(Serialize)]

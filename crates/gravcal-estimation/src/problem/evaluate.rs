@@ -98,6 +98,8 @@ pub(crate) struct Rows<'a> {
     problem: &'a Problem,
     values: &'a Values,
     local: Vec<f64>,
+    /// The shape whose values `local` holds, if all factors of that shape read the same.
+    loaded: Option<usize>,
     /// Rows by local stored columns, row-major.
     jacobian: Vec<f64>,
     /// Whitened residuals.
@@ -116,6 +118,7 @@ impl<'a> Rows<'a> {
             problem,
             values,
             local: buffer(),
+            loaded: None,
             jacobian: buffer(),
             residual: buffer(),
             scales: Vec::new(),
@@ -124,9 +127,13 @@ impl<'a> Rows<'a> {
     }
 
     fn load_values(&mut self, factor: usize) {
-        self.local.clear();
-        for id in self.problem.factors[factor].residual.blocks() {
-            self.local.extend_from_slice(self.values.get(*id));
+        let shape = self.problem.structure.shape_of[factor];
+        if self.loaded != Some(shape) {
+            self.local.clear();
+            for id in self.problem.factors[factor].residual.blocks() {
+                self.local.extend_from_slice(self.values.get(*id));
+            }
+            self.loaded = (!self.problem.structure.shapes[shape].local).then_some(shape);
         }
         self.residual.clear();
         self.residual.resize(self.problem.factors[factor].residual.len(), 0.0);

@@ -53,6 +53,8 @@ pub(crate) struct Chunk {
 pub(crate) struct Shape {
     /// Start of each block among the local stored columns, and their number.
     pub local_offsets: Vec<usize>,
+    /// Whether there are local blocks among those read, which differ from factor to factor.
+    pub local: bool,
     /// One a row.
     pub rows: Vec<RowPlan>,
 }
@@ -205,7 +207,8 @@ impl Layout<'_> {
                 )
             })
             .collect();
-        Shape { local_offsets, rows }
+        let local = residual.blocks().iter().any(|id| self.is_local(*id));
+        Shape { local_offsets, local, rows }
     }
 
     fn row_plan(&self, ids: &[BlockId], offsets: &[usize], pattern: &[Range<usize>], places: &[Place]) -> RowPlan {

@@ -14,7 +14,7 @@ pub(super) struct GravityTable {
     latitude_deg: Option<f64>,
     altitude_m: Option<f64>,
     magnitude_std_m_per_s2: Option<f64>,
-    hemisphere: [f64; 3],
+    hemisphere: Option<[f64; 3]>,
 }
 
 /// What `[gravity]` comes to.
@@ -25,7 +25,7 @@ pub(super) fn resolve(document: &Document, table: &GravityTable) -> Result<Gravi
     Ok(GravityKnowledge {
         magnitude: magnitude(document, table)?,
         magnitude_std: magnitude_std.transpose()?,
-        hemisphere: direction(document, table.hemisphere)?,
+        hemisphere: table.hemisphere.map(|written| direction(document, written)).transpose()?,
     })
 }
 

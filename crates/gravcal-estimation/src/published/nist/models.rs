@@ -90,6 +90,18 @@ impl Model {
         }
     }
 
+    /// Terms of one form: interchanged they are the same model. Each lists its parameters, first one that tells it from the
+    /// others.
+    pub(super) fn interchangeable(self) -> &'static [&'static [usize]] {
+        match self {
+            Model::Lanczos => &[&[1, 0], &[3, 2], &[5, 4]],
+            Model::Mgh17 => &[&[3, 1], &[4, 2]],
+            Model::Gauss => &[&[3, 2, 4], &[6, 5, 7]],
+            Model::Enso => &[&[3, 4, 5], &[6, 7, 8]],
+            _ => &[],
+        }
+    }
+
     /// Number of predictors.
     pub(super) fn predictors(self) -> usize {
         if self == Model::Nelson { 2 } else { 1 }

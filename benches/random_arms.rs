@@ -1,0 +1,73 @@
+//! Random arms: how often the joint estimator finds the global optimum.
+//!
+//! `cargo run --release -p gravcal-benches --bin random_arms`
+
+use std::collections::BTreeMap;
+
+use clap::Parser;
+use gravcal_solvers::LevenbergMarquardt;
+use gravcal_study::random_arms::{Knowing, Tally, Trial, random_arms};
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Calibrates simulated arms of every shape, from nominal values and from none, and counts how often the global optimum is
+/// found. Prints tables in Markdown.
+#[derive(Parser)]
+struct Arguments {
+    /// How many arms.
+    #[arg(long, default_value_t = 10_000)]
+    arms: u64,
+    /// Number of the first one.
+    #[arg(long, default_value_t = 0)]
+    first: u64,
+    /// Seed of the random numbers.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+fn main() {
+    let arguments = Arguments::parse();
+    for (knowing, title) in [(Knowing::Nominal, "From nominal values"), (Knowing::Nothing, "From none")] {
+        let bar = ProgressBar::new(arguments.arms);
+        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} arms, {per_sec}, {eta} left") {
+            bar.set_style(style);
+        }
+        let numbers = arguments.first..arguments.first + arguments.arms;
+        let (tallies, apart) =
+            random_arms(arguments.seed, numbers, knowing, &LevenbergMarquardt::default(), &|| bar.inc(1));
+        bar.finish_and_clear();
+        print_table(title, &tallies);
+        apart.iter().for_each(print_trial);
+        println!();
+    }
+}
+
+fn print_table(title: &str, tallies: &BTreeMap<usize, Tally>) {
+    println!("{title}:\n");
+    println!(
+        "| joints | arms | ill-conditioned | global optimum | lower than from the truth | elsewhere | of these misleading |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    let all = tallies.values().fold(Tally::default(), |sum, tally| sum.plus(*tally));
+    let rows = tallies.iter().map(|(joints, tally)| (joints.to_string(), *tally));
+    for (joints, tally) in rows.chain([("all".to_owned(), all)]) {
+        let judged = (tally.arms - tally.ill_conditioned).max(1);
+        println!(
+            "| {joints} | {} | {} | {} ({:.2} %) | {} | {} | {} |",
+            tally.arms,
+            tally.ill_conditioned,
+            tally.global,
+            100.0 * tally.global as f64 / judged as f64,
+            tally.lower,
+            tally.elsewhere,
+            tally.misleading,
+        );
+    }
+}
+
+fn print_trial(trial: &Trial) {
+    let Trial { number, joints, condition, ending, costs: [own, from_truth], termination } = trial;
+    println!(
+        "\narm {number} ({joints} joints, condition {condition:.1e}): {ending:?}, cost {own:.6}, from the truth \
+         {from_truth:.6}; {termination}"
+    );
+}
