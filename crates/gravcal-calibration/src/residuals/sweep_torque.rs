@@ -56,7 +56,8 @@ pub struct SweepTorqueModel {
 }
 
 impl SweepTorqueModel {
-    /// `pose`: the model of the chain without lengths, its inertia blocks those that [`lumped_directions`] describes.
+    /// `pose`: the model of the chain without lengths, its inertia blocks two numbers for a link that turns
+    /// (along two unit vectors across its axis, kg·m), one for a link that slides (kg).
     pub fn new(pose: Arc<PoseTorqueModel>) -> Self {
         let inertia = pose.inertia_blocks();
         let mut starts = vec![0];
