@@ -77,6 +77,11 @@ pub enum UnsuitableChoice {
         "only the joint estimators obey constraints, and none of them is chosen: choose `joint`, or drop the constraints"
     )]
     ConstraintsIgnored,
+    /// Knowledge from an earlier calibration, and no estimator that heeds it.
+    #[error(
+        "only the joint estimators heed an earlier calibration, and none of them is chosen: choose `joint`, or drop [prior]"
+    )]
+    EarlierIgnored,
 }
 
 /// Whether estimators and solver can do what the session asks.
@@ -89,7 +94,11 @@ pub fn check_choice(
     solver: &dyn Solver,
 ) -> Result<(), UnsuitableChoice> {
     if estimators.iter().all(|name| *name == EstimatorName::Sequential) {
-        return if session.constraints.is_empty() { Ok(()) } else { Err(UnsuitableChoice::ConstraintsIgnored) };
+        return match session {
+            Session { constraints, .. } if !constraints.is_empty() => Err(UnsuitableChoice::ConstraintsIgnored),
+            Session { earlier: Some(_), .. } => Err(UnsuitableChoice::EarlierIgnored),
+            _ => Ok(()),
+        };
     }
     match pose_at_nominal(session) {
         Ok(posed) => Ok(solver.check(&posed.problem)?),
@@ -132,6 +141,7 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         moments: Vec::new(),
         deflections: Vec::new(),
         position_errors: Vec::new(),
+        sensor_models: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),
         weak: Vec::new(),

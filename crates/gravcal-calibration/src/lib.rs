@@ -38,6 +38,8 @@ mod deflections;
 #[cfg(test)]
 mod descriptions;
 #[cfg(test)]
+mod instrumented;
+#[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod robustness;

@@ -59,6 +59,9 @@ impl fmt::Display for Quantity {
     }
 }
 
+/// Why a parameter of an axis that no column gives is held.
+pub(crate) const UNREAD: &str = "the axis is not read";
+
 /// A parameter of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ParameterId {
@@ -93,6 +96,11 @@ pub struct Parameter {
 }
 
 impl Parameter {
+    /// The same, held where nothing reads it.
+    pub(crate) fn unread_unless(self, read: bool) -> Parameter {
+        if read { self } else { Parameter { held: Some(UNREAD), ..self } }
+    }
+
     /// `joint1.torque_gain`.
     pub fn name(&self) -> String {
         format!("{}.{}", self.owner, self.quantity)
@@ -106,10 +114,10 @@ pub enum Limit {
     ShareOfNominal(f64),
     /// This much, in its unit.
     Absolute(f64),
-    /// As much as changes the torque readings of a joint by half their spread.
+    /// As much as changes the readings of a channel by half their spread.
     HalfSpread {
-        /// Index of the joint.
-        joint: usize,
+        /// See [`Session::channel_count`](crate::Session::channel_count).
+        channel: usize,
     },
     /// As much as changes a joint's torque gain `k` by a tenth where its reading is half the spread `S` of the readings from
     /// its bias: `0.1 k / (S / 2k)ᵖ`.

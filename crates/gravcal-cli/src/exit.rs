@@ -72,6 +72,7 @@ mod tests {
             moments: Vec::new(),
             deflections: Vec::new(),
             position_errors: Vec::new(),
+            sensor_models: Vec::new(),
             undetermined: Vec::new(),
             active_constraints: Vec::new(),
             weak: Vec::new(),

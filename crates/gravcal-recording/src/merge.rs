@@ -24,8 +24,17 @@ fn is_repeated(a: &StaticPose, b: &StaticPose) -> bool {
 fn merge(run: &[StaticPose]) -> StaticPose {
     let mut pose = run[0].clone();
     for (joint, torque) in pose.torque.iter_mut().enumerate() {
+        // Of readings some of which are cut off at the end of the range, the mean is off.
+        let saturated = run.iter().any(|row| row.saturated.contains(&joint));
         let readings: Vec<Reading> = run.iter().filter_map(|row| row.torque[joint]).collect();
-        *torque = mean(&readings);
+        *torque = mean(&readings).filter(|_| !saturated);
+        if saturated && !pose.saturated.contains(&joint) {
+            pose.saturated.push(joint);
+        }
+    }
+    for (channel, reading) in pose.instruments.iter_mut().enumerate() {
+        let readings: Vec<Reading> = run.iter().filter_map(|row| row.instruments[channel]).collect();
+        *reading = mean(&readings);
     }
     pose.conditions = mean_conditions(&run.iter().map(|row| &row.conditions).collect::<Vec<_>>());
     pose.merged = run.iter().map(|row| row.merged).sum();
@@ -52,6 +61,8 @@ mod tests {
             line,
             position: vec![position],
             torque: vec![torque],
+            instruments: Vec::new(),
+            saturated: Vec::new(),
             sweep: None,
             conditions: Conditions::default(),
             merged: 1,

@@ -6,7 +6,7 @@
 use gravcal_calibration::result::{
     ActiveConstraint, CovarianceResult, DeflectionResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut,
     Iteration, JointFit, LossResult, MomentResult, NoiseSource, Outlier, ParameterResult, PositionErrorResult,
-    UncertaintyResult, WeakCombination,
+    SensorModelTest, TestAgainstZero, UncertaintyResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -45,6 +45,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         moments,
         deflections,
         position_errors,
+        sensor_models,
         undetermined: _,
         active_constraints,
         weak,
@@ -61,6 +62,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(moments.iter().flat_map(of_moment));
     let inside = inside.chain(deflections.iter().flat_map(of_deflection));
     let inside = inside.chain(position_errors.iter().flat_map(of_position_error));
+    let inside = inside.chain(sensor_models.iter().flat_map(of_model_test));
     let inside = inside.chain(active_constraints.iter().flat_map(of_constraint));
     let inside = inside.chain(weak.iter().flat_map(of_weak));
     let inside = inside.chain(held.iter().flat_map(of_held));
@@ -144,6 +146,14 @@ fn of_uncertainty(uncertainty: &UncertaintyResult) -> Vec<Number> {
             undetermined: _,
         } => Vec::new(),
     }
+}
+
+fn of_model_test(tested: &SensorModelTest) -> Vec<Number> {
+    let SensorModelTest { joint, model, parameters: _, test } = tested;
+    let numbers = |TestAgainstZero { kind: _, statistic, degrees_of_freedom: _, p_value }: &TestAgainstZero| {
+        [(format!("{joint} {model} statistic"), *statistic), (format!("{joint} {model} p_value"), *p_value)]
+    };
+    test.iter().flat_map(numbers).collect()
 }
 
 fn of_constraint(active: &ActiveConstraint) -> Vec<Number> {

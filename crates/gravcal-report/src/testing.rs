@@ -25,6 +25,7 @@ pub fn result(name: &str) -> EstimatorResult {
         moments: Vec::new(),
         deflections: Vec::new(),
         position_errors: Vec::new(),
+        sensor_models: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),
         weak: Vec::new(),

@@ -14,7 +14,7 @@ use gravcal_estimation::{ActiveConstraint, Affine, BlockId, Constraint, Estimate
 use super::problem::{JointProblem, PosingError};
 use super::{Layout, Unknowns};
 use crate::parameter::Quantity;
-use crate::residuals::HeldFunction;
+use crate::residuals::{KnownQuantity, LinearKnowledge};
 use crate::result;
 use crate::session::Session;
 
@@ -97,7 +97,8 @@ pub(super) fn holding(
     let mut factors = problem.factors().to_vec();
     for (function, norm) in independent(problem, &estimate.active, spectrum) {
         let noise = Noise::independent(&[norm / STIFFNESS])?;
-        factors.push(Factor::new(HeldFunction::new(function, &estimate.values), noise));
+        let held = KnownQuantity::held(function, &estimate.values);
+        factors.push(Factor::new(LinearKnowledge::new(vec![held]), noise));
     }
     Ok(Some(problem.with_factors(factors)?))
 }

@@ -16,7 +16,8 @@ use gravcal_estimation::BlockId;
 
 use super::constraints::{self, constrained};
 use super::idle::idle_joints;
-use super::problem::{JointProblem, Readings, pose};
+use super::problem::{JointProblem, pose};
+use super::readings::Readings;
 use super::robust::solve_with_loss;
 use super::solve::Solved;
 use super::{EstimateError, Unknowns};
@@ -231,7 +232,7 @@ fn idle_gains(solved: &Solved, combinations: &[Combination]) -> Vec<SetAside> {
 }
 
 fn runaways(session: &Session, solved: &Solved, combinations: &[Combination]) -> Vec<SetAside> {
-    let (unknowns, spreads) = (solved.unknowns(&Unknowns::nominal(session)), session.torque_spreads());
+    let (unknowns, spreads) = (solved.unknowns(&Unknowns::nominal(session)), session.spreads());
     let weak = free_parameters(solved, combinations).into_iter().filter(|(_, c, _)| c.std_over_limit.is_some());
     weak.filter_map(|(parameter, _, alone)| {
         let value = session.nominal(parameter);

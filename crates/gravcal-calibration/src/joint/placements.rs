@@ -27,7 +27,11 @@ pub(super) fn add_placements(
     let mut placements: Vec<Option<Placement>> = vec![None; session.loads.len()];
     let parents = if exact_distances { parents(session, carried) } else { vec![None; session.loads.len()] };
     let start = relative_placements(session, &start.loads);
-    let measured = if exact_distances { in_residuals(session, carried) } else { vec![false; session.loads.len()] };
+    let curved = match (exact_distances, session.terms.are_straight()) {
+        (false, _) => vec![false; session.loads.len()],
+        (true, true) => in_residuals(session, carried),
+        (true, false) => vec![true; session.loads.len()],
+    };
     // Parents first: a chain of placements is no longer than the loads.
     for _ in 0..session.loads.len() {
         for load in (0..session.loads.len()).filter(|load| carried[*load]) {
@@ -36,7 +40,7 @@ pub(super) fn add_placements(
             }
             placements[load] = match parents[load] {
                 None => {
-                    let block = position_block(session, load, measured[load]);
+                    let block = position_block(session, load, curved[load]);
                     let block = if is_reference(session, load) { block.held(REFERENCE) } else { block };
                     Some(vec![builder.add_block(block, &start[load])])
                 }
@@ -134,10 +138,10 @@ pub(super) fn relative_placements(session: &Session, placements: &[[f64; 3]]) ->
     (0..placements.len()).map(counted).collect()
 }
 
-fn position_block(session: &Session, load: usize, in_residual: bool) -> Block {
+fn position_block(session: &Session, load: usize, curved: bool) -> Block {
     let load = &session.loads[load];
     let block = Block::vector(format!("load.{}.position", load.name), "m", &["x", "y", "z"]);
-    let block = if in_residual { block } else { block.linear() };
+    let block = if curved { block } else { block.linear() };
     match (load.position, load.position_std) {
         (Some(_), None) => block.held("its position in the link is given as exact"),
         _ => block,

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuilder, Residual, Values};
 use gravcal_kinematics::JointKind;
 
-use super::problem::Readings;
+use super::readings::Readings;
 use super::unknowns::{Layout, Unknowns};
 use crate::parameter::Quantity;
 use crate::residuals::{PositionError, Prior};

@@ -85,11 +85,11 @@ impl SweepMoments {
     }
 
     /// Adds a block for each moment, from the start's own values, or else from those of its links. `used`: by pose, whether
-    /// a reading of it enters.
+    /// a reading of it enters; `straight`: whether readings are affine in moments.
     pub fn add_blocks(
         &self,
         session: &Session,
-        used: &[bool],
+        (used, straight): (&[bool], bool),
         start: &Unknowns,
         builder: &mut ProblemBuilder,
     ) -> Vec<BlockId> {
@@ -99,7 +99,8 @@ impl SweepMoments {
         let of_used = self.of_pose.iter().zip(used).filter_map(|(moments, used)| moments.as_ref().filter(|_| *used));
         of_used.flatten().for_each(|moment| seen[*moment] = true);
         let add = |((moment, value), seen): ((&Moment, &Vec<f64>), bool)| {
-            let block = moment.block(session).linear();
+            let block = moment.block(session);
+            let block = if straight { block.linear() } else { block };
             builder.add_block(if seen { block } else { block.held("no reading that is used sees it") }, value)
         };
         self.moments.iter().zip(&values).zip(seen).map(add).collect()

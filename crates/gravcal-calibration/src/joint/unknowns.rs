@@ -5,7 +5,7 @@ use gravcal_estimation::{BlockId, Values};
 use super::placements::Placement;
 use super::position_unknowns::PositionUnknown;
 use crate::parameter::{ParameterId, Quantity};
-use crate::session::Session;
+use crate::session::{Instrument, InstrumentKind, Session};
 
 /// A value for every unknown of the joint problem, in inside units.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,12 +64,17 @@ impl Unknowns {
 
     /// Gravity the other way up, masses, moments and placements negative: the same torques, but for what a load's mass
     /// does on known lengths.
-    pub(crate) fn upside_down(&self) -> Unknowns {
+    pub(crate) fn upside_down(&self, session: &Session) -> Unknowns {
+        let mut further = self.further.clone();
+        let wrist = |instrument: &&Instrument| instrument.kind == InstrumentKind::ForceTorque;
+        for instrument in session.instruments.iter().filter(wrist) {
+            further[instrument.own_parameters()].iter_mut().for_each(|component| *component *= -1.0);
+        }
         let negative = |v: &[f64; 3]| v.map(|component| -component);
         Unknowns {
             gravity: negative(&self.gravity),
             sensors: self.sensors.clone(),
-            further: self.further.clone(),
+            further,
             inertia: self.inertia.iter().map(|v| v.map(|component| -component)).collect(),
             sweep_moments: self.sweep_moments.iter().map(|v| v.iter().map(|component| -component).collect()).collect(),
             loads: self.loads.iter().map(negative).collect(),

@@ -17,6 +17,8 @@ pub(crate) struct Situation<'a> {
     pub gravity: [f64; 3],
     /// Joints with at least one torque reading in use.
     pub read: Vec<bool>,
+    /// Parameters on which no reading in use depends.
+    pub unread: Vec<ParameterId>,
     /// Joints that carry no gravity.
     pub idle: Vec<bool>,
 }
@@ -52,6 +54,10 @@ impl Situation<'_> {
                 "all masses and moments are unknown, so readings in any unit of torque explain the data".into(),
                 self.scale_cure(),
             );
+        }
+        if combination.parameters.iter().any(|(id, _)| self.unread.contains(id)) {
+            let cure = "record the torque of a joint or an instrument that depends on it";
+            return (list, "no reading in use depends on it".into(), cure.into());
         }
         if let Some(unread) = sensors.clone().find_map(|(joint, quantity)| {
             let of_torque = matches!(quantity, Quantity::TorqueGain | Quantity::TorqueBias);
@@ -119,7 +125,7 @@ impl Situation<'_> {
         let loaded = self.session.poses.iter().any(|p| p.load.is_some());
         let bare = self.session.poses.iter().any(|p| p.load.is_none());
         let placed = !self.session.load_distances.is_empty();
-        match (loaded, bare, placed, self.session.inertia) {
+        match (loaded, bare, placed, &self.session.inertia) {
             (false, ..) => {
                 "attach a load of known mass to the last link and record loaded poses besides the bare ones; \
                             two placements a known distance apart are best"

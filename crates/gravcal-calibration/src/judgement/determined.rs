@@ -45,6 +45,11 @@ pub(crate) struct Combination {
 }
 
 impl Combination {
+    /// One parameter without any information.
+    pub fn alone(parameter: ParameterId) -> Combination {
+        Combination { parameters: vec![(parameter, 1.0)], gravity: false, std_over_limit: None, anchor: None }
+    }
+
     /// Whether it is this one parameter.
     fn is_only(&self, parameter: ParameterId) -> bool {
         !self.gravity && self.parameters.len() == 1 && self.contains(parameter)

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use gravcal_kinematics::JointKind;
 use gravcal_recording::TorqueUnit;
 
-use super::{Function, PositionFunction, Term, TorqueFunction};
+use super::{Function, PositionFunction, TorqueFunction};
 use crate::parameter::{Limit, Parameter, Quantity};
 use crate::session::units;
 use crate::session::{JointKnowledge, Knowledge, KnowledgeKind};
@@ -42,11 +42,11 @@ pub(crate) struct RefusedOption {
     pub message: String,
 }
 
-/// A term with the parameter that it declares.
+/// The function of a term with the parameter that it declares.
 #[derive(Clone, Debug)]
 pub(crate) struct Declared {
     pub parameter: Parameter,
-    pub term: Term,
+    pub function: Function,
 }
 
 /// What is told of a parameter.
@@ -83,7 +83,7 @@ impl<'a> Site<'a> {
     ) -> Declared {
         let linear = function.source().is_none();
         let parameter = Parameter { linear, ..self.parameter(quantity.into(), unit, words, limit) };
-        Declared { parameter, term: Term { joint: self.joint, function: Function::Torque(Arc::new(function)) } }
+        Declared { parameter, function: Function::Torque(Arc::new(function)) }
     }
 
     /// A term of the joint's position sensor, which starts at zero. `useful`: largest standard deviation that is of use.
@@ -95,7 +95,7 @@ impl<'a> Site<'a> {
         function: impl PositionFunction + 'static,
     ) -> Declared {
         let parameter = self.parameter(quantity, self.coordinate().to_owned(), words, Limit::Absolute(useful));
-        Declared { parameter, term: Term { joint: self.joint, function: Function::Position(Arc::new(function)) } }
+        Declared { parameter, function: Function::Position(Arc::new(function)) }
     }
 
     /// Unit of what a joint exerts.

@@ -41,7 +41,7 @@ pub(super) fn in_time(site: &Site<'_>) -> Vec<Declared> {
         convention: "reading = ... + torque_bias_drift * (time since the first pose)",
         cure: "record poses of the same kind again, hours later",
     };
-    let (unit, limit) = (format!("{}/s", site.torque_unit), Limit::HalfSpread { joint: site.joint });
+    let (unit, limit) = (format!("{}/s", site.torque_unit), Limit::HalfSpread { channel: site.joint });
     vec![site.torque("torque_bias_drift", unit, words, limit, Time)]
 }
 
@@ -54,7 +54,7 @@ pub(super) fn with_temperature(site: &Site<'_>, options: &Options) -> Result<Vec
         convention: "reading = ... + torque_bias_temperature_drift * (temperature - reference_degC)",
         cure: "record poses of the same kind again with the sensors some kelvins warmer or colder",
     };
-    let (unit, limit) = (format!("{}/K", site.torque_unit), Limit::HalfSpread { joint: site.joint });
+    let (unit, limit) = (format!("{}/K", site.torque_unit), Limit::HalfSpread { channel: site.joint });
     let function = Temperature { joint: site.joint, reference };
     Ok(vec![site.torque("torque_bias_temperature_drift", unit, words, limit, function)])
 }

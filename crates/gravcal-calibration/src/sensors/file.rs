@@ -8,8 +8,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Declared, Need, Options, SensorModelName, Site};
+use super::{Need, Options, SensorModelName, Site, Term};
 use crate::document::{Document, Field, FileError};
+use crate::parameter::Parameter;
 
 /// One entry of `sensor_models`; `V` is what may be said of a parameter.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -28,9 +29,27 @@ pub(crate) struct ModelTable<V> {
     parameters: BTreeMap<String, V>,
 }
 
+/// The sensor models of a simulation's joints, as its sessions declare them; none by default.
+#[derive(Clone, Debug, Default)]
+pub struct DeclaredModels {
+    by_joint: Vec<Vec<ModelTable<()>>>,
+}
+
+impl DeclaredModels {
+    pub(crate) fn new(by_joint: Vec<Vec<ModelTable<()>>>) -> DeclaredModels {
+        DeclaredModels { by_joint }
+    }
+
+    /// Joints that have any, with them.
+    pub(crate) fn joints(&self) -> impl Iterator<Item = (usize, &Vec<ModelTable<()>>)> {
+        self.by_joint.iter().enumerate().filter(|(_, models)| !models.is_empty())
+    }
+}
+
 /// A term with what the file says of its parameter, and where; or where its model stands.
 pub(crate) struct DeclaredInFile<'t, V> {
-    pub declared: Declared,
+    pub parameter: Parameter,
+    pub term: Term,
     pub field: Field,
     pub said: Option<&'t V>,
 }
@@ -90,14 +109,14 @@ pub(crate) fn declare<'t, V>(
         let options = table.options();
         let refused = |refused: super::RefusedOption| document.error(&field.key(refused.key), refused.message);
         let declared = model.declare(site, &options).map_err(refused)?;
-        let names: Vec<&str> = declared.iter().map(|term| term.parameter.quantity.as_str()).collect();
+        let names: Vec<&str> = declared.iter().map(|(parameter, _)| parameter.quantity.as_str()).collect();
         for name in table.parameters.keys() {
             document.lookup(&field.key("parameters").key(name), "parameter", name, &names)?;
         }
-        all.extend(declared.into_iter().map(|declared| {
-            let said = table.parameters.get(&declared.parameter.quantity);
-            let place = said.map(|_| field.key("parameters").key(&declared.parameter.quantity));
-            DeclaredInFile { field: place.unwrap_or_else(|| field.clone()), said, declared }
+        all.extend(declared.into_iter().map(|(parameter, term)| {
+            let said = table.parameters.get(&parameter.quantity);
+            let place = said.map(|_| field.key("parameters").key(&parameter.quantity));
+            DeclaredInFile { field: place.unwrap_or_else(|| field.clone()), said, parameter, term }
         }));
     }
     Ok(all)

@@ -43,7 +43,7 @@ pub(super) fn coulomb(site: &Site<'_>) -> Vec<Declared> {
         convention: "reading = ... + coulomb_friction * direction of approach",
         cure: "record poses that the joint comes to from the other side, too",
     };
-    let limit = Limit::HalfSpread { joint: site.joint };
+    let limit = Limit::HalfSpread { channel: site.joint };
     vec![site.torque("coulomb_friction", site.torque_unit.to_owned(), words, limit, Direction { joint: site.joint })]
 }
 
@@ -53,7 +53,7 @@ pub(super) fn viscous(site: &Site<'_>) -> Vec<Declared> {
         cure: "record poses at different velocities of the joint, in both directions",
     };
     let unit = format!("{}/({}/s)", site.torque_unit, site.coordinate());
-    let limit = Limit::HalfSpread { joint: site.joint };
+    let limit = Limit::HalfSpread { channel: site.joint };
     vec![site.torque("viscous_friction", unit, words, limit, Velocity { joint: site.joint })]
 }
 

@@ -21,14 +21,18 @@ mod name;
 mod polynomial;
 mod readings;
 #[cfg(test)]
+mod saturation;
+#[cfg(test)]
 pub(crate) mod testing;
 
 use std::fmt::Debug;
+use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_recording::Conditions;
 
 pub(crate) use declare::{Declared, Options, RefusedOption, Site, Words};
+pub use file::DeclaredModels;
 pub(crate) use file::{DeclaredInFile, ModelTable, declare, to_unit_of};
 pub use name::{Need, SensorModelName, UnknownSensorModel};
 
@@ -46,6 +50,11 @@ pub trait TorqueFunction: Debug + Send + Sync {
     /// Its derivative by that torque.
     fn slope(&self, _torque: f64) -> f64 {
         0.0
+    }
+
+    /// Whether that derivative is the same at every torque.
+    fn is_straight(&self) -> bool {
+        true
     }
 }
 
@@ -69,6 +78,8 @@ pub enum Function {
 pub(crate) struct Term {
     /// The sensor's joint.
     pub joint: usize,
+    /// The model that it is a part of.
+    pub model: SensorModelName,
     pub function: Function,
 }
 
@@ -94,6 +105,14 @@ impl SensorTerms {
         self.terms.is_empty()
     }
 
+    /// Whether all readings are affine in the torques.
+    pub(crate) fn are_straight(&self) -> bool {
+        self.terms.iter().all(|term| match &term.function {
+            Function::Torque(function) => function.is_straight(),
+            Function::Position(_) => true,
+        })
+    }
+
     /// How many parameters there are.
     pub fn len(&self) -> usize {
         self.terms.len()
@@ -113,6 +132,14 @@ impl SensorTerms {
             Function::Position(function) => Some((place, term.joint, function.as_ref())),
             Function::Torque(_) => None,
         })
+    }
+
+    /// The models of all joints' sensors, each with the places of its parameters.
+    pub(crate) fn models(&self) -> Vec<(usize, SensorModelName, Range<usize>)> {
+        let places: Vec<usize> = (0..self.terms.len()).collect();
+        let model = |place: usize| (self.terms[place].joint, self.terms[place].model);
+        let together = places.chunk_by(|a, b| model(*a) == model(*b));
+        together.map(|own| (self.terms[own[0]].joint, self.terms[own[0]].model, own[0]..own[0] + own.len())).collect()
     }
 
     /// By how much, at most, a unit of a parameter changes the readings of its torque sensor under these conditions,

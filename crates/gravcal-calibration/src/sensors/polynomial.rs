@@ -31,6 +31,10 @@ impl TorqueFunction for Power {
     fn slope(&self, torque: f64) -> f64 {
         f64::from(self.power) * torque.powi(self.power - 1)
     }
+
+    fn is_straight(&self) -> bool {
+        false
+    }
 }
 
 pub(super) fn declare(site: &Site<'_>, options: &Options) -> Result<Vec<Declared>, RefusedOption> {
@@ -54,7 +58,10 @@ pub(super) fn declare(site: &Site<'_>, options: &Options) -> Result<Vec<Declared
 
 #[cfg(test)]
 mod tests {
-    use crate::sensors::testing::{assert_told_apart, shoulder, undetermined, with_model};
+    use gravcal_solvers::VariableProjection;
+
+    use crate::result::EstimatorResult;
+    use crate::sensors::testing::{assert_told_apart, estimate, estimate_by, shoulder, undetermined, with_model};
     use crate::sensors::{Options, SensorModelName};
 
     #[test]
@@ -62,6 +69,21 @@ mod tests {
         let truth = [4e-3, -4e-4];
         let options = Options::default();
         assert_told_apart(&with_model(shoulder(), 1, SensorModelName::TorqueGainPolynomial, &options, &truth));
+    }
+
+    /// Readings are no longer linear in the moments, and variable projection must not take them for it.
+    #[test]
+    fn every_method_ends_at_the_same_polynomial() {
+        let options = Options { degree: Some(2), ..Options::default() };
+        let simulation = with_model(shoulder(), 1, SensorModelName::TorqueGainPolynomial, &options, &[4e-3]);
+        let session = simulation.session(0);
+        let value = |result: EstimatorResult| {
+            let told = result.parameters.into_iter().find(|told| told.name == "joint2.torque_gain_2").unwrap();
+            (told.value.unwrap(), told.std.unwrap())
+        };
+        let (expected, std) = value(estimate(&session));
+        let (found, _) = value(estimate_by(&VariableProjection::default(), &session));
+        assert!((found - expected).abs() < 1e-4 * std, "{found} {expected}");
     }
 
     /// Without the load the scale of all gains is free, and the polynomial's coefficients with it.

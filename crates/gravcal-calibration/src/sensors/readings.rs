@@ -62,3 +62,40 @@ impl SensorTerms {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_recording::Conditions;
+
+    use crate::joint::Unknowns;
+    use crate::sensors::testing::every_term;
+    use crate::testing::sarcos_shoulder;
+
+    /// Torques behind the readings of sensors that do everything a model knows, full cross-talk and cubes included.
+    #[test]
+    fn torques_come_back_from_their_readings() {
+        let terms = every_term();
+        let further = (0..terms.len()).map(|k| 1e-3 * (1.0 + k as f64).sin()).collect();
+        let values = Unknowns { further, ..sarcos_shoulder().truth };
+        let conditions = Conditions {
+            time: Some(3600.0),
+            temperature: vec![31.0; 3],
+            velocity: vec![0.1, -0.2, 0.3],
+            direction: vec![1.0, -1.0, 1.0],
+        };
+        for torque in [[0.0; 3], [12.0, -30.0, 7.0], [-25.0, 18.0, -9.0]] {
+            let readings = terms.torque_readings(&torque, &conditions, &values);
+            let found = terms.torques(&readings, &conditions, &values).unwrap();
+            let close = found.iter().zip(&torque).all(|(found, torque)| (found - torque).abs() < 1e-10);
+            assert!(close, "{found:?} {torque:?}");
+        }
+    }
+
+    #[test]
+    fn readings_that_no_torque_explains_have_none() {
+        let terms = every_term();
+        let mut values = Unknowns { further: vec![0.0; terms.len()], ..sarcos_shoulder().truth };
+        values.sensors[1][0] = 0.0;
+        assert_eq!(terms.torques(&[2000.0; 3], &Conditions::default(), &values), None);
+    }
+}

@@ -1,5 +1,6 @@
 //! Simulated sessions of the Sarcos shoulder with sensors that are not affine.
 
+use gravcal_estimation::Solver;
 use gravcal_kinematics::JointKind;
 use gravcal_solvers::LevenbergMarquardt;
 
@@ -38,9 +39,9 @@ pub fn with_model(
     );
     let declared = model.declare(&site, options).unwrap();
     assert_eq!(declared.len(), truth.len());
-    for (declared, value) in declared.into_iter().zip(truth) {
-        simulation.template.further.push(declared.parameter);
-        simulation.template.terms.extend(vec![declared.term]);
+    for ((parameter, term), value) in declared.into_iter().zip(truth) {
+        simulation.template.further.push(parameter);
+        simulation.template.terms.extend(vec![term]);
         simulation.truth.further.push(*value);
     }
     simulation
@@ -56,9 +57,7 @@ pub fn every_term() -> SensorTerms {
         let site = Site::new(joint, &["joint1", "joint2", "joint3"], &kinds, &joints[joint]);
         for model in SensorModelName::ALL {
             if kinds[joint] == JointKind::Revolute || !model.is_of_position() {
-                terms.extend(
-                    model.declare(&site, &options).unwrap().into_iter().map(|declared| declared.term).collect(),
-                );
+                terms.extend(model.declare(&site, &options).unwrap().into_iter().map(|(_, term)| term).collect());
             }
         }
     }
@@ -71,8 +70,11 @@ pub fn taken_as_affine(session: &Session) -> Session {
 }
 
 pub fn estimate(session: &Session) -> EstimatorResult {
-    let solver = LevenbergMarquardt::default();
-    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap()
+    estimate_by(&LevenbergMarquardt::default(), session)
+}
+
+pub fn estimate_by(solver: &dyn Solver, session: &Session) -> EstimatorResult {
+    estimate_jointly(session, Signals::All, None, &Workbench::new(solver, &|_| {})).unwrap()
 }
 
 /// By determined parameter, how many standard deviations its value is off the truth.

@@ -190,6 +190,7 @@ pub fn tell_steps(
         moments: Vec::new(),
         deflections: Vec::new(),
         position_errors: Vec::new(),
+        sensor_models: Vec::new(),
         undetermined,
         active_constraints: Vec::new(),
         weak: Vec::new(),
@@ -211,13 +212,14 @@ pub fn tell_steps(
         if !solved.estimate.termination.converged() {
             result.notes.push(format!("The fit below is no optimum: {}.", solved.estimate.termination));
         }
-        result.moments = determined_moments(
+        let moments = determined_moments(
             &solved.posed.problem,
             &solved.estimate.values,
             &solved.posed.layout,
             &solved.spectrum,
             solved.covariance(),
         );
+        result.moments = moments.into_iter().map(|moment| moment.told).collect();
         result.fit = Some(joint::fit_with_held_out(session, &solved, workbench)?);
     }
     Ok(result)
@@ -327,6 +329,11 @@ fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
         "Standard deviations are those of each step given the frozen results of the steps before it; the errors of \
          those results are not in them, and no covariance between steps is known."
             .into(),
+    );
+    let unheeded =
+        [(!session.instruments.is_empty(), "instruments"), (session.earlier.is_some(), "earlier calibrations")];
+    notes.extend(
+        unheeded.into_iter().filter(|(there, _)| *there).map(|(_, what)| format!("The steps do not heed {what}.")),
     );
     notes.extend(known.gravity.as_ref().ok().and_then(|g| g.assumed.clone()));
     if !session.terms.is_empty() {

@@ -1,7 +1,10 @@
 //! A session: everything that a user says of one calibration, resolved and checked. Inside: SI and radians.
 
+mod channels;
 pub(crate) mod compliance;
+mod earlier;
 mod file;
+mod instrument;
 pub(crate) mod parameters;
 mod solver;
 pub(crate) mod units;
@@ -15,7 +18,10 @@ use crate::parameter::{Parameter, Quantity};
 use crate::robot::Robot;
 use crate::sensors::SensorTerms;
 
+pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
+pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};
+pub use instrument::{Instrument, InstrumentKind};
 pub use solver::SolverChoice;
 
 /// One calibration: the robot, what is known beforehand, and the static poses.
@@ -33,6 +39,8 @@ pub struct Session {
     pub load_distances: Vec<LoadDistance>,
     /// One for each joint of the chain.
     pub joints: Vec<JointKnowledge>,
+    /// What else reads gravity.
+    pub instruments: Vec<Instrument>,
     /// What sensors do beyond their affine models.
     pub terms: SensorTerms,
     /// Parameters beyond the four of each joint, those of `terms` first.
@@ -43,12 +51,16 @@ pub struct Session {
     pub poses: Vec<Pose>,
     /// How far joints may be from where their position sensors say.
     pub deflection: Deflection,
+    /// How many torque readings of each joint were left out because they are at an end of the sensor's range.
+    pub saturated: Vec<usize>,
     /// How the joint estimator counts torque readings far beyond their noise.
     pub loss: Loss,
     /// Where the joint estimator's standard deviations come from.
     pub uncertainty: UncertaintyChoice,
     /// What the joint estimate must obey.
     pub constraints: Constraints,
+    /// What an earlier calibration knows; only the joint estimator heeds it.
+    pub earlier: Option<EarlierCalibration>,
     /// Changes to what is asked for.
     pub ask: Ask,
     /// Estimators to run, by name; empty for the default.
@@ -68,7 +80,9 @@ impl Session {
             inertia: InertiaKnowledge::Unknown,
             loads: Vec::new(),
             load_distances: Vec::new(),
+            saturated: vec![0; joints.len()],
             joints,
+            instruments: Vec::new(),
             terms: SensorTerms::default(),
             further: Vec::new(),
             tables: Vec::new(),
@@ -77,6 +91,7 @@ impl Session {
             loss: Loss::None,
             uncertainty: UncertaintyChoice::default(),
             constraints: Constraints::default(),
+            earlier: None,
             ask: Ask::default(),
             estimators: Vec::new(),
             solver: None,
@@ -112,14 +127,14 @@ impl GravityKnowledge {
 }
 
 /// What is known of the links' masses and first moments.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum InertiaKnowledge {
     /// Nothing: the robot's values are only a start.
     Unknown,
-    /// The robot's values, as a prior with this standard deviation relative to each value.
+    /// The robot's values of some links, as a prior.
     Model {
-        /// Relative standard deviation, for example 0.1.
-        relative_std: f64,
+        /// Standard deviation relative to each value, by link, for example 0.1; `None`: nothing is known of the link.
+        relative_std: Vec<Option<f64>>,
     },
     /// Nothing, and lengths are not used either: what hangs beyond each joint has a moment of its own in each sweep.
     Sweep,
@@ -156,6 +171,8 @@ pub struct LoadDistance {
 pub struct JointKnowledge {
     /// Unit of the torque reading; `None` where the joint has no torque sensor.
     pub torque_unit: Option<TorqueUnit>,
+    /// Whether the session says which way the torque sensor reads; where not, it is looked for.
+    pub torque_sign_declared: bool,
     /// Unit of the position reading.
     pub position_unit: PositionUnit,
     /// Knowledge of each parameter, in the order of [`Quantity::ALL`].
@@ -222,6 +239,8 @@ pub struct Pose {
     pub position: Vec<f64>,
     /// Torque readings, absent where missing or unusable.
     pub torque: Vec<Option<Reading>>,
+    /// Readings of the axes of all instruments, absent where missing or unusable.
+    pub instruments: Vec<Option<Reading>>,
     /// Under which conditions they were read; time counts from the session's first pose.
     pub conditions: Conditions,
 }
@@ -293,26 +312,6 @@ pub struct Ask {
     pub add: Vec<String>,
     /// Not asked for.
     pub drop: Vec<String>,
-}
-
-impl Session {
-    /// Largest less smallest torque reading of each joint, unit of the reading; 0 where there is none.
-    pub fn torque_spreads(&self) -> Vec<f64> {
-        (0..self.joints.len())
-            .map(|joint| {
-                let values = || self.poses.iter().filter_map(|pose| Some(pose.torque[joint].as_ref()?.value));
-                let high = values().fold(f64::NEG_INFINITY, f64::max);
-                (high - values().fold(f64::INFINITY, f64::min)).max(0.0)
-            })
-            .collect()
-    }
-
-    /// By joint, whether a torque reading states no standard deviation, so that it is estimated from residuals.
-    pub fn noise_estimated(&self) -> Vec<bool> {
-        let unstated =
-            |joint: usize| self.poses.iter().any(|p| p.torque[joint].as_ref().is_some_and(|r| r.std.is_none()));
-        (0..self.joints.len()).map(unstated).collect()
-    }
 }
 
 const NO_TORQUE_SENSOR: &str = "the joint has no torque sensor";

@@ -2,8 +2,10 @@
 
 use gravcal_kinematics::JointKind;
 
-use super::{BASE_FRAME_CHOICE, InertiaKnowledge, KnowledgeKind, LAST_FRAME_CHOICE, Load, NO_TORQUE_SENSOR, Session};
-use crate::parameter::{Limit, Parameter, ParameterId, Quantity};
+use super::{
+    BASE_FRAME_CHOICE, InertiaKnowledge, Knowledge, KnowledgeKind, LAST_FRAME_CHOICE, Load, NO_TORQUE_SENSOR, Session,
+};
+use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
 use crate::result::ParameterResult;
 
 /// Standard deviation, relative to a gain, beyond which a number would mislead; of an angle, rad; of a displacement, m.
@@ -50,7 +52,7 @@ impl Session {
             held: self.held_reason(joint, quantity),
             limit: match quantity {
                 Quantity::TorqueGain | Quantity::PositionGain => Limit::ShareOfNominal(GAIN_LIMIT),
-                Quantity::TorqueBias => Limit::HalfSpread { joint },
+                Quantity::TorqueBias => Limit::HalfSpread { channel: joint },
                 Quantity::PositionOffset if described.kind == JointKind::Revolute => Limit::Absolute(ANGLE_LIMIT),
                 Quantity::PositionOffset => Limit::Absolute(DISPLACEMENT_LIMIT),
             },
@@ -64,6 +66,14 @@ impl Session {
         match id {
             ParameterId::Sensor(joint, quantity) => quantity.name(&self.robot.chain.joints()[joint].name),
             ParameterId::Further(index) => self.further[index].name(),
+        }
+    }
+
+    /// What is known of a parameter, to be changed.
+    pub(crate) fn knowledge_mut(&mut self, id: ParameterId) -> &mut Knowledge {
+        match id {
+            ParameterId::Sensor(joint, quantity) => &mut self.joints[joint].parameters[quantity as usize],
+            ParameterId::Further(index) => &mut self.further[index].knowledge,
         }
     }
 
@@ -82,7 +92,7 @@ impl Session {
         match parameter.limit {
             Limit::ShareOfNominal(share) => share * parameter.knowledge.nominal.abs(),
             Limit::Absolute(limit) => limit,
-            Limit::HalfSpread { joint } => 0.5 * spreads[joint] / self.lever(id),
+            Limit::HalfSpread { channel } => 0.5 * spreads[channel] / self.lever(id),
             Limit::GainChange { joint, power } => {
                 let gain = self.joints[joint].of(Quantity::TorqueGain).nominal.abs();
                 GAIN_LIMIT * gain / (0.5 * spreads[joint] / gain).powi(power)
@@ -132,17 +142,20 @@ impl Session {
     /// asks for more or less.
     pub fn asks(&self, name: &str) -> bool {
         let listed = |list: &[String]| list.iter().any(|n| n == name);
-        let by_default = !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
-            Quantity::ALL.iter().any(|q| {
-                let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
-                let no_sensor = self.joints[joint].torque_unit.is_none()
-                    && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
-                q.name(&j.name) == name
-                    && (no_sensor || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason)))
-            })
-        });
+        let unread = self.further.iter().any(|further| further.held == Some(UNREAD) && further.name() == name);
         // How far joints give way is in the way of what is wanted, like the links' moments.
-        let by_default = by_default && self.compliances().all(|index| self.further[index].name() != name);
+        let nuisance = self.compliances().any(|index| self.further[index].name() == name);
+        let by_default = !unread
+            && !nuisance
+            && !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
+                Quantity::ALL.iter().any(|q| {
+                    let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
+                    let no_sensor = self.joints[joint].torque_unit.is_none()
+                        && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
+                    q.name(&j.name) == name
+                        && (no_sensor || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason)))
+                })
+            });
         (by_default || listed(&self.ask.add)) && !listed(&self.ask.drop)
     }
 
@@ -150,7 +163,7 @@ impl Session {
     pub(crate) fn blank_parameter(&self, id: ParameterId) -> ParameterResult {
         let parameter = self.parameter(id);
         let name = parameter.name();
-        let meaningless = parameter.held == Some(LAST_FRAME_CHOICE) || parameter.held == Some(NO_TORQUE_SENSOR);
+        let meaningless = [LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, UNREAD].map(Some).contains(&parameter.held);
         ParameterResult {
             asked: self.asks(&name),
             unit: parameter.unit,
@@ -165,7 +178,8 @@ impl Session {
         }
     }
 
-    /// Whether something known in the last link's frame fixes that frame: a load's placement, or the offset itself.
+    /// Whether something known in the last link's frame fixes that frame: a load's placement, an instrument's mounting, or
+    /// the offset itself.
     fn last_frame_is_fixed(&self) -> bool {
         let last = self.joints.len() - 1;
         let known = |load: &&Load| load.link == last && load.position.is_some();
@@ -178,8 +192,11 @@ impl Session {
             _ => self.loads.iter().any(|load| known(&load)),
         };
         let prior = matches!(self.joints[last].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
-        let model = matches!(self.inertia, InertiaKnowledge::Model { .. });
-        placed || prior || model
+        let model = matches!(&self.inertia, InertiaKnowledge::Model { relative_std } if relative_std[last].is_some());
+        let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[last].name);
+        let earlier = self.earlier.as_ref().is_some_and(|earlier| earlier.knows(&name));
+        let seen = self.instruments.iter().any(|instrument| instrument.link == last);
+        placed || prior || model || earlier || seen
     }
 }
 

@@ -6,6 +6,7 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
 use super::conditions::Course;
+use super::instruments;
 use super::{Run, Simulation};
 use crate::parameter::Quantity;
 use crate::session::{Pose, Session};
@@ -86,9 +87,10 @@ fn read_sensors(
     random: &mut Pcg64,
 ) -> Pose {
     let load = simulation.template.tables[table].load;
-    let (deflection, torque) = at_rest(simulation, stand, load);
+    let (coordinates, torque) = statics(simulation, stand, load);
+    let sent = simulation.template.terms.coordinates(&stand.position, &simulation.truth);
     let disturbance = &simulation.disturbance;
-    let seen = |joint: usize| if disturbance.deflection.seen { deflection[joint] } else { 0.0 };
+    let seen = |joint: usize| if disturbance.deflection.seen { coordinates[joint] - sent[joint] } else { 0.0 };
     let read = |(joint, (q, std)): (usize, (&f64, &f64))| {
         q + seen(joint) / simulation.truth.sensors[joint][Quantity::PositionGain as usize] + std * normal(random)
     };
@@ -105,12 +107,13 @@ fn read_sensors(
             Some(Reading { value, std: Some(simulation.stated_std(joint)) })
         })
         .collect();
+    let instruments = instruments::read(simulation, &coordinates, load, random);
     // Line 1 of a table is its header.
-    Pose { table, line: index as u64 + 2, sweep_label: None, load, position, torque, conditions }
+    Pose { table, line: index as u64 + 2, sweep_label: None, load, position, torque, instruments, conditions }
 }
 
-/// Deflections and torques: only joints that stand deflect.
-fn at_rest(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> (Vec<f64>, Vec<f64>) {
+/// True coordinates and torques, stationary joints deflected.
+fn statics(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> (Vec<f64>, Vec<f64>) {
     let truth = &simulation.truth;
     let mut inertia: Vec<f64> = truth.inertia.iter().flatten().copied().collect();
     if let Some(load) = load {
@@ -119,21 +122,25 @@ fn at_rest(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> (Vec<
         (0..3).for_each(|axis| inertia[4 * link + 1 + axis] += mass * truth.loads[load][axis]);
     }
     let compliance = &simulation.disturbance.deflection.compliance;
-    let (mut deflection, mut torque) = (stand.deflection.clone(), vec![0.0; stand.position.len()]);
+    let mut torque = vec![0.0; stand.position.len()];
     let sensed = simulation.template.terms.coordinates(&stand.position, truth);
     let rounds = if compliance.iter().any(|c| *c != 0.0) { COMPLIANCE_ROUNDS } else { 1 };
+    let mut coordinates = sensed.clone();
     for _ in 0..rounds {
-        for (joint, deflection) in deflection.iter_mut().enumerate() {
-            let standing = stand.deflection[joint] + compliance[joint] * torque[joint];
-            *deflection = if stand.swept == Some(joint) { 0.0 } else { standing };
-        }
-        let coordinates: Vec<f64> =
-            sensed.iter().zip(&deflection).map(|(sensed, deflection)| sensed + deflection).collect();
+        coordinates = sensed
+            .iter()
+            .enumerate()
+            .map(|(joint, coordinate)| {
+                let deflection = stand.deflection[joint] + compliance[joint] * torque[joint];
+                let moving = stand.swept == Some(joint);
+                coordinate + if moving { 0.0 } else { deflection }
+            })
+            .collect();
         simulation.template.robot.chain.gravity_torque(&coordinates, truth.gravity, &inertia, &mut torque);
     }
-    (deflection, torque)
+    (coordinates, torque)
 }
 
-fn normal(random: &mut impl Rng) -> f64 {
+pub(super) fn normal(random: &mut impl Rng) -> f64 {
     random.sample(StandardNormal)
 }

@@ -1,5 +1,7 @@
 //! Reads `simulation.toml`.
 
+mod instruments;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -7,6 +9,7 @@ use gravcal_estimation::Loss;
 use gravcal_kinematics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use super::{Converter, Deflection, Disturbance, Run, SimulatedConditions, Simulation};
 use crate::document::{Document, Field, FileError, OneOrMany};
@@ -15,7 +18,7 @@ use crate::parameter::Quantity;
 use crate::robot::{
     PositionSensorTable, Robot, RobotSource, SensorTables, TorqueSensorTable, ValueTable, resolve_robot,
 };
-use crate::sensors::{ModelTable, Need, SensorTerms, Site, declare, to_unit_of};
+use crate::sensors::{DeclaredModels, ModelTable, Need, SensorTerms, Site, declare, to_unit_of};
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
     PoseTable, Session, UncertaintyChoice, units,
@@ -38,6 +41,13 @@ struct SimulationTable {
     conditions: ConditionsTable,
     #[serde(default)]
     joint: Vec<JointTable>,
+    // The next three are read by `instruments`; here they are only known to be there.
+    #[serde(default, rename = "force_torque_sensor")]
+    _force_torque_sensor: IgnoredAny,
+    #[serde(default, rename = "accelerometer")]
+    _accelerometer: IgnoredAny,
+    #[serde(default, rename = "instrument_truth")]
+    _instrument_truth: IgnoredAny,
     #[serde(default)]
     load: Vec<LoadTable>,
     #[serde(default)]
@@ -174,20 +184,23 @@ impl Reader<'_> {
             load_distances: self.load_distances(&loads)?,
             loads,
             joints: self.joints()?,
+            instruments: Vec::new(),
             terms: SensorTerms::default(),
             further: Vec::new(),
             tables,
             poses: Vec::new(),
             deflection: Default::default(),
+            saturated: vec![0; self.robot.sensors.len()],
             loss: Loss::None,
             uncertainty: UncertaintyChoice::Noise,
             constraints: Constraints::default(),
+            earlier: None,
             ask: Ask::default(),
             estimators: Vec::new(),
             solver: None,
             inputs: vec![path.to_owned(), robot_path],
         };
-        let truth = self.truth(&mut template)?;
+        let mut truth = self.truth(&mut template)?;
         let mut models = vec![Vec::new(); self.names().len()];
         for table in &self.table.joint {
             if let Some(joint) = self.names().iter().position(|name| *name == table.name) {
@@ -195,8 +208,13 @@ impl Reader<'_> {
             }
         }
         self.check_seen(&template)?;
-        let (disturbance, conditions) = (self.disturbance()?, self.conditions()?);
-        Ok(Simulation { template, truth, runs, disturbance, conditions, models, seed: self.table.seed })
+        let read = instruments::read(self.document, self.robot, &template.inputs[1])?;
+        template.instruments = read.instruments.behind(&mut template.further);
+        truth.further.extend(read.truth);
+        let disturbance = Disturbance { instrument_std: read.std, ..self.disturbance()? };
+        let (conditions, seed) = (self.conditions()?, self.table.seed);
+        let (models, instruments) = (DeclaredModels::new(models), read.simulated);
+        Ok(Simulation { template, truth, runs, disturbance, conditions, models, instruments, seed })
     }
 
     fn names(&self) -> Vec<&str> {
@@ -312,6 +330,7 @@ impl Reader<'_> {
         let offset = if joint == 0 { 0.0 } else { position[1] };
         Ok(JointKnowledge {
             torque_unit: Some(torque_unit),
+            torque_sign_declared: false,
             position_unit,
             parameters: [torque[0], torque[1], position[0], offset].map(start),
         })
@@ -385,7 +404,7 @@ impl Reader<'_> {
         };
         let mut terms = Vec::new();
         for found in declare(self.document, field, &site, &table.sensor_models, knows)? {
-            let parameter = found.declared.parameter;
+            let parameter = found.parameter;
             let Some(said) = found.said else {
                 let message =
                     format!("what is the true {0}? add parameters = {{ {0} = {{ value, unit }} }}", parameter.quantity);
@@ -394,7 +413,7 @@ impl Reader<'_> {
             let wrong = |message| self.document.error(&found.field.key("unit"), message);
             truth.further.push(said.value * to_unit_of(&parameter.unit, said.unit()).map_err(wrong)?);
             template.further.push(parameter);
-            terms.push(found.declared.term);
+            terms.push(found.term);
         }
         template.terms.extend(terms);
         Ok(())
@@ -523,6 +542,7 @@ impl Reader<'_> {
         self.not_negative(&position, &position_std)?;
         Ok(Disturbance {
             torque_std,
+            instrument_std: Vec::new(),
             position_std,
             converter: table.torque.converter.map(|c| self.converter(c)).transpose()?,
             deflection: self.deflection()?,

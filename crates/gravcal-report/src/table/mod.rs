@@ -3,6 +3,7 @@
 mod constraints;
 mod fit;
 mod positions;
+mod sensor_models;
 mod shared;
 mod values;
 mod verdict;
@@ -35,6 +36,7 @@ impl fmt::Display for CalibrationTable<'_> {
         let sections = [
             verdict::tell(self.robot, self.results),
             values::tell(self.results),
+            sensor_models::tell(self.results),
             undetermined(self.results),
             constraints::tell(self.results),
             positions::tell(self.results),

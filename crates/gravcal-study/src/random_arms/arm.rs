@@ -101,6 +101,7 @@ fn known(knowing: Knowing) -> JointKnowledge {
     };
     JointKnowledge {
         torque_unit: Some(TorqueUnit::Count),
+        torque_sign_declared: true,
         position_unit: PositionUnit::Radian,
         parameters: [start(gain), start(bias), start(1.0), start(0.0)],
     }

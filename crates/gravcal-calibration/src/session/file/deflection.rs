@@ -63,6 +63,16 @@ fn compliance_std(context: &Context<'_>, table: &DeflectionTable) -> Result<Opti
     Ok(Some(std))
 }
 
+/// Whether what gives way is known to everything that is read.
+pub(super) fn check_instruments(document: &Document, session: &Session) -> Result<(), FileError> {
+    if session.compliances().is_empty() || session.instruments.is_empty() {
+        return Ok(());
+    }
+    let message = "joints that give way under their torque move the instruments on them, which is not modelled: leave this \
+                   out, and state hold_std_deg instead";
+    Err(document.error(&field("compliance_std_rad_per_newton_metre"), message))
+}
+
 /// Whether everything else that the session asks for goes with unknowns of single poses.
 pub(super) fn check_single_poses(document: &Document, session: &Session) -> Result<(), FileError> {
     let Deflection { hold_std, pose_std, reading_std, compliance: _ } = &session.deflection;

@@ -3,8 +3,8 @@
 use serde::Deserialize;
 
 use super::Context;
-use crate::document::{Document, Field, FileError};
-use crate::session::{InertiaKnowledge, Session};
+use crate::document::{Document, Field, FileError, OneOrNamed};
+use crate::session::{InertiaKnowledge, InstrumentKind, Session};
 use crate::sweeps::find_sweeps;
 
 /// `[inertia]`.
@@ -13,7 +13,7 @@ use crate::sweeps::find_sweeps;
 pub(super) struct InertiaTable {
     #[serde(default)]
     links: Links,
-    relative_std: Option<f64>,
+    relative_std: Option<OneOrNamed>,
     #[serde(default)]
     description: Description,
 }
@@ -42,19 +42,21 @@ pub(super) fn resolve(context: &Context<'_>, table: &InertiaTable) -> Result<Ine
     if table.description == Description::Sweep {
         return by_sweep(context, table);
     }
-    match (table.links, table.relative_std) {
+    match (table.links, &table.relative_std) {
         (Links::Unknown, None) => Ok(InertiaKnowledge::Unknown),
         (Links::Unknown, Some(_)) => Err(context
             .document
             .error(&relative, "of unknown links nothing is known: write links = \"model\", or leave it out")),
         (Links::Model, None) => {
-            let message = "how well is the model known? add relative_std, 0.1 for ten per cent of each value";
+            let message = "how well is the model known? add relative_std, 0.1 for ten per cent of each value, or by link \
+                           { link2 = 0.1 }";
             Err(context.document.error(&relative, message))
         }
         (Links::Model, Some(std)) => {
-            check_all_known(context)?;
-            let what = "a relative standard deviation";
-            let relative_std = context.document.positive(&relative, std, what, "no unit, such as 0.1")?;
+            let links = ("link", context.link_names.as_slice());
+            let what = ("a relative standard deviation", "no unit, such as 0.1");
+            let relative_std = context.document.positive_by_name(&relative, std, links, what)?;
+            check_known(context, &relative_std)?;
             Ok(InertiaKnowledge::Model { relative_std })
         }
     }
@@ -87,6 +89,16 @@ pub(super) fn check_sweeps(document: &Document, session: &Session) -> Result<(),
         let message = "[constraints] on masses and centres of mass are on links: write \"link\", or drop them";
         return Err(document.error(&description, message));
     }
+    if session.instruments.iter().any(|instrument| instrument.kind == InstrumentKind::ForceTorque) {
+        let message = "a wrist sensor feels where on its link a load is, and sweeps know only how two placements differ: write \
+                       \"link\"";
+        return Err(document.error(&description, message));
+    }
+    if session.earlier.as_ref().is_some_and(|earlier| earlier.knows_any("load.")) {
+        let message = "an earlier calibration says where loads are on their link, and sweeps know only how two placements \
+                       differ: write \"link\", or leave loads out of [prior] unchanged";
+        return Err(document.error(&description, message));
+    }
     for (index, known) in session.load_distances.iter().enumerate() {
         let [a, b] = known.between.map(|load| session.loads[load].mass);
         if a != b {
@@ -100,14 +112,17 @@ pub(super) fn check_sweeps(document: &Document, session: &Session) -> Result<(),
     Ok(())
 }
 
-fn check_all_known(context: &Context<'_>) -> Result<(), FileError> {
-    let links = context.robot.chain.links().iter();
-    let unknown: Vec<&str> = links.filter(|link| link.inertia.is_none()).map(|link| link.name.as_str()).collect();
+/// A link that is said to be known needs a mass in the robot's file.
+fn check_known(context: &Context<'_>, relative_std: &[Option<f64>]) -> Result<(), FileError> {
+    let links = context.robot.chain.links().iter().zip(relative_std);
+    let unknown = links.filter(|(link, std)| std.is_some() && link.inertia.is_none());
+    let unknown: Vec<&str> = unknown.map(|(link, _)| link.name.as_str()).collect();
     if unknown.is_empty() {
         return Ok(());
     }
     let message = format!(
-        "the model needs the mass of every link, but {} has none for {}: add them there, or write links = \"unknown\"",
+        "the model needs the mass of every link, but {} has none for {}: add them there, name only other links in \
+         relative_std, or write links = \"unknown\"",
         context.robot_path.display(),
         unknown.join(", ")
     );

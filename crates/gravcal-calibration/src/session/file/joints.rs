@@ -110,7 +110,12 @@ impl<'a> Joint<'a> {
             None => self.no_torque_sensor()?,
         };
         let parameters = [torque_gain, torque_bias, self.position_gain()?, self.position_offset()?];
-        Ok(JointKnowledge { torque_unit: self.torque_unit, position_unit: self.position_unit, parameters })
+        Ok(JointKnowledge {
+            torque_unit: self.torque_unit,
+            torque_sign_declared: self.table.torque_sign.is_some(),
+            position_unit: self.position_unit,
+            parameters,
+        })
     }
 
     /// What is said of a sensor that is not read would be passed over in silence.

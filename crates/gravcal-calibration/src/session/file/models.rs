@@ -27,7 +27,7 @@ pub(super) fn resolve(
         let field = Field::new("joint").at(index);
         for found in declare(context.document, &field, &site, &table.sensor_models, |need| knows(mapping, need))? {
             parameters.push(with_knowledge(context, &found)?);
-            terms.push(found.declared.term);
+            terms.push(found.term);
         }
     }
     Ok((SensorTerms::new(terms), parameters))
@@ -47,7 +47,7 @@ fn with_knowledge(
     context: &Context<'_>,
     found: &DeclaredInFile<'_, super::knowledge::KnowledgeTable>,
 ) -> Result<Parameter, FileError> {
-    let parameter = found.declared.parameter.clone();
+    let parameter = found.parameter.clone();
     let Some(table) = found.said else { return Ok(parameter) };
     let wrong = |message| context.document.error(&found.field.key("unit"), message);
     let factor = to_unit_of(&parameter.unit, table.unit()).map_err(wrong)?;

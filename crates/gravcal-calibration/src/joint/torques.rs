@@ -13,7 +13,7 @@ use crate::residuals::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueMode
 use crate::session::{Pose, Session};
 
 /// What the poses of a session have in common.
-pub(super) struct Models<'a> {
+pub(super) struct Torques<'a> {
     layout: &'a Layout,
     chain: Arc<Chain>,
     /// Where moments are described by sweep.
@@ -26,13 +26,13 @@ pub(super) struct Models<'a> {
     by_link: HashMap<Option<usize>, Arc<PoseTorqueModel>>,
 }
 
-impl<'a> Models<'a> {
+impl<'a> Torques<'a> {
     pub fn new(session: &Session, layout: &'a Layout) -> Self {
         let moments = by_sweep(session).then(|| SweepMoments::of(session));
         let chain = &session.robot.chain;
         let chain = Arc::new(if moments.is_some() { chain.without_lengths() } else { chain.clone() });
         let sweeping = if session.compliances().is_empty() { Vec::new() } else { sweeping(session) };
-        Models { layout, chain, moments, sweeping, by_sweep: HashMap::new(), by_link: HashMap::new() }
+        Torques { layout, chain, moments, sweeping, by_sweep: HashMap::new(), by_link: HashMap::new() }
     }
 
     /// The readings `(joint, torque)` of a pose.
