@@ -139,6 +139,8 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         parameters: blank.map(|parameter| ParameterResult { determined: false, ..parameter }).collect(),
         covariance: CovarianceResult::default(),
         moments: Vec::new(),
+        deflections: Vec::new(),
+        position_errors: Vec::new(),
         sensor_models: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),
