@@ -69,11 +69,14 @@ const LOWER: f64 = 1e-6;
 /// Sums of squares below this are rounding errors of residuals near one (Lanczos1).
 const ROUNDING: f64 = 1e-20;
 
-/// The point where a run ended, and the same point with every parameter moved by a part in a million, up and down in turn:
-/// a method that stopped because of what it remembered (damping, scaling, a trust region), or on a ridge, goes on.
-fn restarts(end: &[f64]) -> [Start; 2] {
-    let nudged = end.iter().enumerate().map(|(k, v)| v * (1.0 + if k % 2 == 0 { 1e-6 } else { -1e-6 })).collect();
-    [("end", end.to_vec()), ("end, nudged", nudged)].map(|(name, values)| Start {
+/// The point where a run ended, and the same point with every parameter moved by a part in a million of itself, or of one
+/// for all, up and down in turn: a method that stopped because of what it remembered (damping, scaling, a trust region), on
+/// a ridge, or where a parameter that is zero seemed to have no effect, goes on.
+fn restarts(end: &[f64]) -> [Start; 3] {
+    let moved = |by: fn(f64) -> f64| {
+        end.iter().enumerate().map(|(k, v)| if k % 2 == 0 { v + by(*v) } else { v - by(*v) }).collect()
+    };
+    [("end", end.to_vec()), ("end, scaled", moved(|v| 1e-6 * v)), ("end, nudged", moved(|_| 1e-6))].map(|(name, values)| Start {
         name: name.to_owned(),
         values,
         unreachable: None,
