@@ -91,22 +91,22 @@ impl<M: Default> Default for Run<'_, M> {
 
 impl<'p, M> Run<'p, M> {
     fn into_estimate(self) -> Result<Estimate, Error> {
-        let point = self.point.ok_or_else(nowhere)?;
+        let mut point = self.point.ok_or_else(nowhere)?;
         Ok(Estimate {
+            active: point.active(),
             cost: point.cost(),
             values: point.values,
             termination: self.termination,
             iterations: self.records,
-            active: Vec::new(),
         })
     }
 
     /// Takes a point as the current one, with the length and the damping of the step to it, and tells the observer.
-    fn arrive<D>(&mut self, lent: &Lend<'p, '_, '_, D>, point: Point<'p>, step: f64, damping: f64) {
+    fn arrive<D>(&mut self, lent: &Lend<'p, '_, '_, D>, mut point: Point<'p>, step: f64, damping: f64) {
         let record = IterationRecord {
             iteration: self.records.len(),
             cost: point.cost(),
-            cosine: point.linearization.largest_cosine(),
+            cosine: point.cosine(),
             step,
             damping,
         };
@@ -147,7 +147,7 @@ impl<'p, M> Run<'p, M> {
         self.restore(lent)?;
         let rules = lent.method.stopping();
         let Some(here) = self.point.as_mut() else { return Ok(Some(Termination::NoProgress)) };
-        if let Some(end) = rules.stationary(here.linearization.as_ref()) {
+        if let Some(end) = rules.stationary(here) {
             return Ok(Some(end));
         }
         if lent.context.borrow().stopped() {

@@ -6,6 +6,8 @@
 //!     cost         predicted and actual reduction ≤ cost tolerance · cost or rounding, and no less to gain there than here
 //! ```
 //!
+//! Under constraints what they hold back is taken off the cosine, and the full step is the best of those that obey them.
+//!
 //! All three are pure numbers: no unit and no scale of a parameter or a residual changes them. They are those of MINPACK
 //! (Moré, Garbow, Hillstrom, *User guide for MINPACK-1*, 1980: `gtol`, `xtol`, `ftol`), the second by block, so that one
 //! block of wandering values cannot make the steps of the others look small.
@@ -14,9 +16,11 @@
 //! step short. Step and cost are counted as convergence only where the full step says the same
 //! ([`Point::at_model_minimum`](crate::Point::at_model_minimum)); otherwise the method has made no progress.
 
-use gravcal_estimation::{Linearization, Termination};
+use gravcal_estimation::Termination;
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, Unexpected};
+
+use crate::Point;
 
 /// The options that every method has.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -45,11 +49,11 @@ impl Default for StoppingRules {
 
 impl StoppingRules {
     /// Whether a linearized point is stationary.
-    pub(crate) fn stationary(&self, linearization: &dyn Linearization) -> Option<Termination> {
-        if linearization.cost() == 0.0 {
+    pub(crate) fn stationary(&self, point: &mut Point<'_>) -> Option<Termination> {
+        if point.cost() == 0.0 {
             return Some(Termination::ZeroResidual);
         }
-        let cosine = linearization.largest_cosine();
+        let cosine = point.cosine();
         (cosine <= self.cosine_tolerance).then_some(Termination::Gradient { cosine })
     }
 }

@@ -4,8 +4,8 @@
 #![allow(clippy::unwrap_used)]
 
 use gravcal_estimation::{
-    Block, BlockId, Estimate, EvaluateError, Factor, LocalValues, Noise, ProblemBuilder, Residual, RowsMut,
-    SolveContext, Termination,
+    Block, BlockId, Constraint, Estimate, EvaluateError, Factor, LocalValues, Noise, Problem, ProblemBuilder, Residual,
+    RowsMut, SolveContext, Termination,
 };
 use gravcal_solvers::SolverName;
 
@@ -41,7 +41,8 @@ impl Residual for Curve {
     }
 }
 
-/// The answer of every method from x = `start`.
+/// The answer of every method from x = `start`; of `clarabel` under constraints, too: a bound that is far away, and one on
+/// which c leans.
 fn answers(
     start: f64,
     value: fn(f64) -> Result<f64, EvaluateError>,
@@ -52,11 +53,16 @@ fn answers(
     let c = builder.add_block(Block::scalar("c", "").linear(), &[0.0]);
     builder.add_factor(Factor::new(Curve { blocks: [x, c], value, slope }, Noise::independent(&[1.0; 2]).unwrap()));
     let (problem, initial) = builder.build().unwrap();
-    let solve = |solver: SolverName| {
+    let far = Constraint::bound("x is not far away", x, 0, -10.0, 10.0);
+    let near = Constraint::bound("c is at most 1", c, 0, f64::NEG_INFINITY, 1.0);
+    let under = |constraints: Vec<Constraint>| (SolverName::Clarabel, problem.with_constraints(constraints).unwrap());
+    let free = SolverName::ALL.into_iter().map(|solver| (solver, problem.clone()));
+    let posed = free.chain([under(vec![far.clone()]), under(vec![near.clone()]), under(vec![far, near])]);
+    let solve = |(solver, problem): (SolverName, Problem)| {
         let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
         (solver, estimate.values.scalar(x), estimate)
     };
-    SolverName::ALL.into_iter().map(solve).collect()
+    posed.map(solve).collect()
 }
 
 #[test]
@@ -97,4 +103,17 @@ fn iterations_that_run_out_are_told() {
         assert_eq!(estimate.termination, Termination::IterationLimit { limit: 2 }, "{solver}");
         assert_eq!(estimate.iterations.len(), 3, "{solver}");
     }
+}
+
+#[test]
+fn a_cost_that_overflows_is_an_error_under_constraints_too() {
+    let mut builder = ProblemBuilder::new();
+    let x = builder.add_block(Block::scalar("x", ""), &[1e200]);
+    let c = builder.add_block(Block::scalar("c", "").linear(), &[0.0]);
+    let curve = Curve { blocks: [x, c], value: |x| Ok(x - 3.0), slope: |_| 1.0 };
+    builder.add_factor(Factor::new(curve, Noise::independent(&[1.0; 2]).unwrap()));
+    builder.add_constraint(Constraint::bound("x is huge", x, 0, 1e200, 2e200));
+    let (problem, initial) = builder.build().unwrap();
+    let solved = SolverName::Clarabel.build().solve(&problem, &initial, &mut SolveContext::default());
+    assert!(solved.unwrap_err().to_string().starts_with("the start cannot be evaluated: the cost is inf"));
 }
