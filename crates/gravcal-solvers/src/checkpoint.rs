@@ -227,7 +227,8 @@ mod tests {
         let solve = |last: usize| {
             let stop = AtomicBool::new(false);
             let mut observer = |record: &IterationRecord| stop.store(record.iteration >= last, Ordering::Relaxed);
-            let mut context = SolveContext { observer: Some(&mut observer), stop: Some(&stop), checkpoint: Some(&path) };
+            let mut context =
+                SolveContext { observer: Some(&mut observer), stop: Some(&stop), checkpoint: Some(&path) };
             SolverName::Clarabel.build().solve(&problem, &initial, &mut context).unwrap()
         };
         let whole = solve(usize::MAX);

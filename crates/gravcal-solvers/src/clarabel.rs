@@ -38,6 +38,7 @@ use serde::Deserialize;
 
 use crate::damping::Damping;
 use crate::levenberg_marquardt::damped_iteration;
+use crate::run::check_start;
 use crate::{Descent, Move, Point, StoppingRules, minimise};
 pub(crate) use active::active_constraints;
 use start::scale_to_length;
@@ -83,6 +84,7 @@ impl Solver for Clarabel {
         context: &mut SolveContext<'_>,
     ) -> Result<Estimate, SolveError> {
         self.check(problem)?;
+        check_start(problem, initial)?;
         start::check(problem, initial)?;
         minimise(self, problem, initial, context)
     }

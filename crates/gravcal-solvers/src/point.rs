@@ -1,6 +1,8 @@
 //! A point on the way, linearized, and what a step from it comes to.
 
-use gravcal_estimation::{ActiveConstraint, BlockId, EvaluateError, Linearization, Problem, Termination, Values};
+use gravcal_estimation::{
+    ActiveConstraint, BlockId, Column, EvaluateError, Linearization, Problem, Termination, Values,
+};
 
 use crate::clarabel::{ConstrainedStep, Optimality, active_constraints, settle};
 use crate::stopping::StoppingRules;
@@ -113,6 +115,12 @@ impl<'p> Point<'p> {
         }
         let leaning = self.optimality().leaning;
         active_constraints(self.problem, &self.values, &leaning)
+    }
+
+    /// The unknowns whose columns are zero.
+    pub(crate) fn without_effect(&self) -> Vec<Column> {
+        let all = self.problem.columns().iter().zip(self.linearization.column_norms());
+        all.filter(|(_, norm)| **norm == 0.0).map(|(column, _)| *column).collect()
     }
 
     fn is_free(&self) -> bool {

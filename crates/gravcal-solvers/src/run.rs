@@ -30,6 +30,8 @@ pub fn minimise<D: Descent>(
     context: &mut SolveContext<'_>,
 ) -> Result<Estimate, SolveError> {
     method.check(problem)?;
+    method.stopping().check(method.name())?;
+    check_start(problem, initial)?;
     let checkpoint = context.checkpoint.map(|path| CheckpointFile::new(path, method.name(), problem, initial));
     let lent = Lend { method, problem, initial, context: RefCell::new(context) };
     let state = IterationState::new().max_iters(u64::MAX);
@@ -45,6 +47,16 @@ pub fn minimise<D: Descent>(
         _ => {}
     }
     Ok(estimate)
+}
+
+/// # Errors
+/// Where nothing is unknown, or a start is of another problem.
+pub(crate) fn check_start(problem: &Problem, initial: &Values) -> Result<(), SolveError> {
+    match (problem.columns().is_empty(), problem.fits(initial)) {
+        (true, _) => Err(SolveError::NoUnknowns),
+        (_, false) => Err(SolveError::ForeignStart),
+        _ => Ok(()),
+    }
 }
 
 /// argmin's error as ours.
@@ -94,6 +106,7 @@ impl<'p, M> Run<'p, M> {
         let mut point = self.point.ok_or_else(nowhere)?;
         Ok(Estimate {
             active: point.active(),
+            without_effect: point.without_effect(),
             cost: point.cost(),
             values: point.values,
             termination: self.termination,
@@ -117,8 +130,11 @@ impl<'p, M> Run<'p, M> {
 
     fn start<D>(&mut self, lent: &Lend<'p, '_, '_, D>) -> Result<(), SolveError> {
         let point = Point::new(lent.problem, lent.initial.clone(), Vec::new())?;
-        if !point.cost().is_finite() {
-            return Err(EvaluateError(format!("the cost is {}", point.cost())).into());
+        let (cost, problem) = (point.cost(), lent.problem);
+        let underflows = cost == 0.0 && problem.residuals(lent.initial)?.iter().any(|r| *r != 0.0);
+        if !cost.is_finite() || underflows {
+            let told = format!("the cost is {cost}, as squares of residuals leave the range of numbers");
+            return Err(EvaluateError(format!("{told}: {}", problem.costliest(lent.initial)?)).into());
         }
         self.arrive(lent, point, 0.0, 0.0);
         Ok(())

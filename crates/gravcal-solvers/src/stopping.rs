@@ -16,7 +16,7 @@
 //! step short. Step and cost are counted as convergence only where the full step says the same
 //! ([`Point::at_model_minimum`](crate::Point::at_model_minimum)); otherwise the method has made no progress.
 
-use gravcal_estimation::Termination;
+use gravcal_estimation::{SolveError, Termination};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, Unexpected};
 
@@ -53,22 +53,51 @@ impl StoppingRules {
         if point.cost() == 0.0 {
             return Some(Termination::ZeroResidual);
         }
+        if point.linearization.column_norms().iter().all(|norm| *norm == 0.0) {
+            return Some(Termination::NoEffect);
+        }
         let cosine = point.cosine();
         (cosine <= self.cosine_tolerance).then_some(Termination::Gradient { cosine })
     }
 }
 
+impl StoppingRules {
+    /// # Errors
+    /// Names an option outside of its range.
+    pub(crate) fn check(&self, solver: &'static str) -> Result<(), SolveError> {
+        if self.max_iterations == 0 {
+            let (option, expected) = ("max_iterations", COUNT);
+            return Err(SolveError::Option { solver, option, value: 0.0, expected });
+        }
+        let tolerances = [
+            ("cosine_tolerance", self.cosine_tolerance),
+            ("step_tolerance", self.step_tolerance),
+            ("cost_tolerance", self.cost_tolerance),
+        ];
+        match tolerances.into_iter().find(|(_, value)| !is_tolerance(*value)) {
+            Some((option, value)) => Err(SolveError::Option { solver, option, value, expected: TOLERANCE }),
+            None => Ok(()),
+        }
+    }
+}
+
+const COUNT: &str = "a whole number of at least 1";
+const TOLERANCE: &str = "a number between 0 and 1";
+
+fn is_tolerance(value: f64) -> bool {
+    value > 0.0 && value < 1.0
+}
+
 fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
     match usize::deserialize(deserializer)? {
-        0 => Err(D::Error::invalid_value(Unexpected::Unsigned(0), &"a whole number of at least 1")),
+        0 => Err(D::Error::invalid_value(Unexpected::Unsigned(0), &COUNT)),
         count => Ok(count),
     }
 }
 
 fn tolerance<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     let value = f64::deserialize(deserializer)?;
-    let sound = value > 0.0 && value < 1.0;
-    if sound { Ok(value) } else { Err(D::Error::invalid_value(Unexpected::Float(value), &"a number between 0 and 1")) }
+    if is_tolerance(value) { Ok(value) } else { Err(D::Error::invalid_value(Unexpected::Float(value), &TOLERANCE)) }
 }
 
 #[cfg(test)]

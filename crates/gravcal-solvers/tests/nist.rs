@@ -76,11 +76,8 @@ fn restarts(end: &[f64]) -> [Start; 3] {
     let moved = |by: fn(f64) -> f64| {
         end.iter().enumerate().map(|(k, v)| if k % 2 == 0 { v + by(*v) } else { v - by(*v) }).collect()
     };
-    [("end", end.to_vec()), ("end, scaled", moved(|v| 1e-6 * v)), ("end, nudged", moved(|_| 1e-6))].map(|(name, values)| Start {
-        name: name.to_owned(),
-        values,
-        unreachable: None,
-    })
+    [("end", end.to_vec()), ("end, scaled", moved(|v| 1e-6 * v)), ("end, nudged", moved(|_| 1e-6))]
+        .map(|(name, values)| Start { name: name.to_owned(), values, unreachable: None })
 }
 
 #[test]

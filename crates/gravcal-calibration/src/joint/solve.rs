@@ -143,6 +143,7 @@ impl Solved {
             termination: Termination::AsGiven,
             iterations: Vec::new(),
             active: Vec::new(),
+            without_effect: Vec::new(),
         };
         Solved::judged(readings, posed, estimate)
     }

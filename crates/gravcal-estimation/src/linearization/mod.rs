@@ -8,7 +8,8 @@ mod normal;
 mod orthogonal;
 mod triangle;
 
-use crate::{Column, Problem, Values};
+use crate::problem::Rows;
+use crate::{Column, EvaluateError, Problem, Values};
 
 pub(crate) use normal::Normal;
 pub(crate) use orthogonal::Orthogonal;
@@ -82,6 +83,20 @@ fn dust(problem: &Problem, values: &Values, norms: &[f64]) -> Vec<usize> {
         norm <= plain && if size > 0.0 { norm * size <= sized } else { norm <= of_its_unit(*column) }
     };
     (0..norms.len()).filter(is_dust).collect()
+}
+
+/// # Errors
+/// Names the factor, where sums over all of them are not finite.
+fn check_finite(problem: &Problem, values: &Values, sums: [&[f64]; 2]) -> Result<(), EvaluateError> {
+    if sums.into_iter().flatten().all(|v| v.is_finite()) {
+        return Ok(());
+    }
+    let mut rows = Rows::new(problem, values);
+    for factor in 0..problem.factors().len() {
+        rows.linearize(factor, true)?;
+        rows.check_jacobian(factor)?;
+    }
+    Err(EvaluateError("the squares of the residuals' derivatives overflow: are the units right?".into()))
 }
 
 #[cfg(test)]

@@ -14,6 +14,14 @@ pub enum StatisticsError {
     /// Too few blocks for their scatter to tell anything.
     #[error(transparent)]
     TooFewBlocks(#[from] TooFewBlocks),
+    /// Blocks of samples that the problem does not have.
+    #[error("the blocks of samples end with factor {last}, but the problem has only {factors}")]
+    NoSuchSamples {
+        /// One past the last factor of the blocks.
+        last: usize,
+        /// How many factors there are.
+        factors: usize,
+    },
     /// As many parameters as residuals: nothing is left from which noise could be estimated.
     #[error("{rows} residuals and {rank} parameters that they determine: nothing is left to estimate the noise from")]
     NoFreedom {
