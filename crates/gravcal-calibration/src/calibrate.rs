@@ -92,7 +92,7 @@ pub fn check_choice(
     if estimators.iter().all(|name| *name == EstimatorName::Sequential) {
         return if session.constraints.is_empty() { Ok(()) } else { Err(UnsuitableChoice::ConstraintsIgnored) };
     }
-    match pose_at_nominal(session) {
+    match pose_at_nominal(session).and_then(|posed| Ok(posed.with_loss(session.loss)?)) {
         Ok(posed) => Ok(solver.check(&posed.problem)?),
         Err(_) => Ok(()), // the estimator will say why there is no problem to take
     }

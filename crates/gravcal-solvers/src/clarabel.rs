@@ -16,7 +16,7 @@
 //! and `zᵀ s = 0` (Karush, Kuhn and Tucker; Nocedal and Wright, *Numerical optimization*, 2006, theorem 12.1). The cosine of
 //! the trace and of the termination is that of `Jᵀ r − Gᵀ z`, or `zᵀ s / ‖r‖²` where that is larger.
 //!
-//! **Digits.** Without constraints, and where none of them stops a step, it is Levenberg-Marquardt to the last bit. Else `JᵀJ` is formed: directions that the data hardly determine (singular values below 1e-6 of
+//! **Digits.** Without constraints it is Levenberg-Marquardt; where none of them stops a step, the step is. Else `JᵀJ` is formed: directions that the data hardly determine (singular values below 1e-6 of
 //! the largest, columns scaled) are then walked along slowly. The gradient loses no digit by it, and neither does the optimum.
 //!
 //! **Not taken.** Ranges and cones over blocks of a fixed length: such sets are not convex, and "the nearest point

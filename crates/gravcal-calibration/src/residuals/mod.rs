@@ -5,7 +5,6 @@
 
 mod gravity_norm;
 mod gravity_sweep;
-mod held_function;
 mod load_difference;
 mod load_distance;
 mod pose_torque;
@@ -15,7 +14,6 @@ mod sinusoid;
 
 pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
-pub use held_function::HeldFunction;
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks};
 pub use load_distance::LoadDistance;
 pub use pose_torque::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel};

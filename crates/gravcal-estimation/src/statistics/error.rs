@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::MIN_BLOCKS;
-use crate::EvaluateError;
+use crate::{EvaluateError, NoiseError, ProblemError};
 
 /// An uncertainty that the data do not give.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -11,6 +11,12 @@ pub enum StatisticsError {
     /// A residual, or the function of interest, has no value.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
+    /// See [`ProblemError`].
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// See [`NoiseError`].
+    #[error(transparent)]
+    Noise(#[from] NoiseError),
     /// Too few blocks for their scatter to tell anything.
     #[error(transparent)]
     TooFewBlocks(#[from] TooFewBlocks),
