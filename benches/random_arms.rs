@@ -4,7 +4,7 @@
 
 use std::collections::BTreeMap;
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::random_arms::{Knowing, Tally, Trial, random_arms};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -19,14 +19,31 @@ struct Arguments {
     /// Number of the first one.
     #[arg(long, default_value_t = 0)]
     first: u64,
+    /// Where to start from; both by default.
+    #[arg(long)]
+    from: Option<From>,
     /// Seed of the random numbers.
     #[arg(long, default_value_t = 1)]
     seed: u64,
 }
 
+/// What a session says beforehand.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum From {
+    /// Nominal values.
+    Nominal,
+    /// Nothing.
+    Nothing,
+}
+
 fn main() {
     let arguments = Arguments::parse();
-    for (knowing, title) in [(Knowing::Nominal, "From nominal values"), (Knowing::Nothing, "From none")] {
+    let both =
+        [(From::Nominal, Knowing::Nominal, "From nominal values"), (From::Nothing, Knowing::Nothing, "From nothing")];
+    for (from, knowing, title) in both {
+        if arguments.from.is_some_and(|only| only != from) {
+            continue;
+        }
         let bar = ProgressBar::new(arguments.arms);
         if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} arms, {per_sec}, {eta} left") {
             bar.set_style(style);

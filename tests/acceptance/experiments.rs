@@ -119,14 +119,14 @@ fn disappointments(experiment: &Path) -> Vec<String> {
     wrong.into_iter().map(|wrong| format!("{name}: {wrong}")).collect()
 }
 
-/// Where the sessions look for the shared recordings.
-fn shared_data(experiment: &Path) -> PathBuf {
+/// Where an experiment's session looks for the shared recordings.
+pub fn shared_data(experiment: &Path) -> PathBuf {
     let said = std::env::var("GRAVCAL_SHARED_DATA").ok().filter(|said| !said.is_empty());
     experiment.join(said.unwrap_or_else(|| "../../../shared/data".to_owned()))
 }
 
 /// Prints past the test harness, which keeps what a passing test prints with `println!`.
-fn say(text: &str) {
+pub fn say(text: &str) {
     let mut stderr = std::io::stderr();
     writeln!(stderr, "{text}").unwrap();
 }

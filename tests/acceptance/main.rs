@@ -5,11 +5,14 @@
 mod accuracy;
 mod answer;
 mod constraints;
+mod earlier;
 mod experiments;
 mod extreme_numbers;
+mod instruments;
 mod invariants;
 mod program;
 mod reproducible;
+mod sensor_models;
 mod seven_joints;
 mod small_session;
 mod solvers;

@@ -7,7 +7,6 @@ use gravcal_estimation::{Solver, Unsupported};
 use thiserror::Error;
 
 use crate::joint::{EstimateError, Signals, estimate_jointly, pose_at_nominal};
-use crate::parameter::Quantity;
 use crate::result::{CovarianceResult, EstimatorResult, ParameterResult, Verdict};
 use crate::sequential::{Plan, run_steps, tell_steps};
 use crate::session::Session;
@@ -78,6 +77,11 @@ pub enum UnsuitableChoice {
         "only the joint estimators obey constraints, and none of them is chosen: choose `joint`, or drop the constraints"
     )]
     ConstraintsIgnored,
+    /// Knowledge from an earlier calibration, and no estimator that heeds it.
+    #[error(
+        "only the joint estimators heed an earlier calibration, and none of them is chosen: choose `joint`, or drop [prior]"
+    )]
+    EarlierIgnored,
 }
 
 /// Whether estimators and solver can do what the session asks.
@@ -90,7 +94,11 @@ pub fn check_choice(
     solver: &dyn Solver,
 ) -> Result<(), UnsuitableChoice> {
     if estimators.iter().all(|name| *name == EstimatorName::Sequential) {
-        return if session.constraints.is_empty() { Ok(()) } else { Err(UnsuitableChoice::ConstraintsIgnored) };
+        return match session {
+            Session { constraints, .. } if !constraints.is_empty() => Err(UnsuitableChoice::ConstraintsIgnored),
+            Session { earlier: Some(_), .. } => Err(UnsuitableChoice::EarlierIgnored),
+            _ => Ok(()),
+        };
     }
     match pose_at_nominal(session).and_then(|posed| Ok(posed.with_loss(session.loss)?)) {
         Ok(posed) => Ok(solver.check(&posed.problem)?),
@@ -120,8 +128,7 @@ pub fn calibrate(session: &Session, estimators: &[EstimatorName], workbench: &Wo
 
 /// An answer without any value.
 fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) -> EstimatorResult {
-    let joints = 0..session.joints.len();
-    let blank = joints.flat_map(|joint| Quantity::ALL.map(|quantity| session.blank_parameter(joint, quantity)));
+    let blank = session.parameters().into_iter().map(|id| session.blank_parameter(id));
     EstimatorResult {
         name: estimator.to_string(),
         verdict: Verdict::Failed,
@@ -132,6 +139,7 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         parameters: blank.map(|parameter| ParameterResult { determined: false, ..parameter }).collect(),
         covariance: CovarianceResult::default(),
         moments: Vec::new(),
+        sensor_models: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),
         weak: Vec::new(),

@@ -5,7 +5,7 @@
 
 use serde::Serialize;
 
-use crate::joint::{EstimateError, Readings, Signals, Unknowns, judge_at_start, select};
+use crate::joint::{EstimateError, Readings, Signals, Solved, Unknowns, judge_at_start, select};
 use crate::parameter::Quantity;
 use crate::result::Undetermined;
 use crate::sequential::Plan;
@@ -137,7 +137,7 @@ struct NominalVerdict {
 fn judge_at(session: &Session, readings: &Readings, values: &Unknowns) -> Result<NominalVerdict, EstimateError> {
     let judged = judge_at_start(session, readings, values)?;
     // Readings count, not their values: a bias is judged against the torque that the nominal model predicts.
-    let judgement = judged.judge_with_spreads(session, &predicted_spreads(session, readings, values));
+    let judgement = judged.judge_with_spreads(session, &predicted_spreads(session, readings, &judged)?);
     let (posed, covariance) = (&judged.posed, judged.covariance());
     let stated = !session.noise_estimated().iter().any(|e| *e);
     let std = |id: gravcal_estimation::BlockId| {
@@ -153,19 +153,17 @@ fn judge_at(session: &Session, readings: &Readings, values: &Unknowns) -> Result
             .filter(|_| judgement.gravity)
             .map(|std| (std / session.gravity.magnitude).to_degrees()),
     }];
-    for (joint, ids) in posed.layout.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
-            let blank = session.blank_parameter(joint, quantity);
-            let determined = blank.determined && judgement.parameters[joint][quantity as usize];
-            parameters.push(CheckedParameter {
-                name: blank.name,
-                unit: blank.unit,
-                asked: blank.asked,
-                determined,
-                held: blank.held,
-                predicted_std: std(ids[quantity as usize]).filter(|_| determined),
-            });
-        }
+    for id in session.parameters() {
+        let blank = session.blank_parameter(id);
+        let determined = blank.determined && judgement.determines(id);
+        parameters.push(CheckedParameter {
+            name: blank.name,
+            unit: blank.unit,
+            asked: blank.asked,
+            determined,
+            held: blank.held,
+            predicted_std: std(posed.layout.block(id)).filter(|_| determined),
+        });
     }
     let situation = judged.situation(session);
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
@@ -173,26 +171,18 @@ fn judge_at(session: &Session, readings: &Readings, values: &Unknowns) -> Result
     Ok(NominalVerdict { parameters, undetermined })
 }
 
-/// Largest less smallest torque reading that the nominal model predicts for each joint, unit of the reading; never
-/// less than noise alone spreads them, so that a joint that carries nothing still tells its bias.
-fn predicted_spreads(session: &Session, readings: &Readings, values: &Unknowns) -> Vec<f64> {
-    let inertia: Vec<f64> = values.inertia.iter().flatten().copied().collect();
-    let mut range = vec![(f64::INFINITY, f64::NEG_INFINITY); session.joints.len()];
-    for (pose, used) in session.poses.iter().zip(&readings.used) {
-        let coordinates: Vec<f64> =
-            pose.position.iter().zip(&values.sensors).map(|(q, [_, _, s, o])| s * q + o).collect();
-        let mut torque = vec![0.0; coordinates.len()];
-        session.robot.chain.gravity_torque(&coordinates, values.gravity, &inertia, &mut torque);
-        for joint in used {
-            let reading = values.sensors[*joint][0] * torque[*joint];
-            range[*joint] = (range[*joint].0.min(reading), range[*joint].1.max(reading));
-        }
+/// Largest less smallest reading that the nominal model predicts for each channel, unit of the reading; never less than
+/// noise alone spreads them, so that a joint that carries nothing still tells its bias.
+fn predicted_spreads(session: &Session, readings: &Readings, judged: &Solved) -> Result<Vec<f64>, EstimateError> {
+    let mut range = vec![(f64::INFINITY, f64::NEG_INFINITY, 1.0); session.channel_count()];
+    let residuals = judged.posed.problem.residuals(&judged.estimate.values)?;
+    for ((pose, channel), residual) in judged.posed.rows.iter().zip(residuals) {
+        let std = readings.std(session, *pose, *channel);
+        let predicted = session.reading(*pose, *channel).map_or(f64::NAN, |reading| reading.value) + std * residual;
+        let (low, high, _) = range[*channel];
+        range[*channel] = (low.min(predicted), high.max(predicted), std);
     }
-    let noise = |joint: usize| {
-        let first = (0..readings.used.len()).find(|pose| readings.used[*pose].contains(&joint));
-        first.map_or(1.0, |pose| readings.std(session, pose, joint))
-    };
-    range.iter().enumerate().map(|(joint, (low, high))| (high - low).max(NOISE_SPREAD * noise(joint))).collect()
+    Ok(range.iter().map(|(low, high, std)| (high - low).max(NOISE_SPREAD * std)).collect())
 }
 
 fn tilts(session: &Session, readings: &Readings, nominal: &Unknowns) -> Result<Vec<TiltReport>, EstimateError> {
@@ -241,9 +231,8 @@ fn count_poses(session: &Session) -> Vec<(String, usize)> {
 }
 
 fn count_readings(session: &Session, readings: &Readings) -> Vec<(String, usize)> {
-    let count = |joint: usize| readings.used.iter().filter(|used| used.contains(&joint)).count();
-    let joints = session.robot.chain.joints().iter().enumerate();
-    joints.map(|(index, joint)| (joint.name.clone(), count(index))).collect()
+    let count = |channel: usize| readings.used.iter().filter(|used| used.contains(&channel)).count();
+    (0..session.channel_count()).map(|channel| (session.channel_name(channel), count(channel))).collect()
 }
 
 fn sweep_rule() -> String {

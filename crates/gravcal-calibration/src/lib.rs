@@ -27,11 +27,14 @@ pub mod parameter;
 pub mod residuals;
 pub mod result;
 pub mod robot;
+pub mod sensors;
 pub mod sequential;
 pub mod session;
 pub mod simulation;
 pub mod sweeps;
 
+#[cfg(test)]
+mod instrumented;
 #[cfg(test)]
 mod reference;
 #[cfg(test)]

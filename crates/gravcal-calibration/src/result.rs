@@ -24,10 +24,13 @@ pub struct EstimatorResult {
     pub gravity: Option<GravityResult>,
     /// Every sensor parameter.
     pub parameters: Vec<ParameterResult>,
-    /// Covariance of the determined sensor parameters and gravity.
+    /// Covariance of what is determined: gravity, sensor parameters and combinations of moments.
     pub covariance: CovarianceResult,
     /// Combinations of the links' masses and moments and of load placements that the data determine.
     pub moments: Vec<MomentResult>,
+    /// Each model of a joint's sensor beyond gain and bias, tested against its absence.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub sensor_models: Vec<SensorModelTest>,
     /// What the data do not determine.
     pub undetermined: Vec<Undetermined>,
     /// Constraints of the session on which the estimate leans.
@@ -118,10 +121,58 @@ pub struct ParameterResult {
     pub nominal: f64,
 }
 
+/// A model of a joint's sensor, tested against the hypothesis that all its parameters are zero.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SensorModelTest {
+    /// The joint.
+    pub joint: String,
+    /// `torque-bias-in-time`, …
+    pub model: &'static str,
+    /// Its parameters that were estimated.
+    pub parameters: Vec<String>,
+    /// The test, where the data determine the parameters.
+    pub test: Option<TestAgainstZero>,
+}
+
+/// How unlikely readings are as these, if the parameters were zero.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TestAgainstZero {
+    /// Which one.
+    pub kind: TestKind,
+    /// Its statistic.
+    pub statistic: f64,
+    /// Its degrees of freedom: the number of parameters, and for F those of the fit.
+    pub degrees_of_freedom: [Option<usize>; 2],
+    /// Probability of a statistic at least as large.
+    pub p_value: f64,
+}
+
+/// A test of parameters against zero.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TestKind {
+    /// By how much χ² grows without them, the noise being as stated.
+    LikelihoodRatio,
+    /// The same, relative to the χ² that is left, where the noise is taken from the residuals.
+    F,
+    /// By their covariance, where that is robust to model error or the readings were counted by a loss.
+    Wald,
+}
+
+impl fmt::Display for TestKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            TestKind::LikelihoodRatio => "likelihood ratio",
+            TestKind::F => "F",
+            TestKind::Wald => "Wald",
+        })
+    }
+}
+
 /// A covariance matrix with the names of its rows.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct CovarianceResult {
-    /// `gravity.x`, `joint1.torque_gain`, …
+    /// `gravity.x`, `joint1.torque_gain`, …, and `moments[0]` for the first of the result's `moments`.
     pub order: Vec<String>,
     /// Rows of the matrix, in the products of the parameters' units.
     pub matrix: Vec<Vec<f64>>,

@@ -1,14 +1,16 @@
 //! The reference protocol of the Sarcos shoulder, for the tests of this crate.
 
 use gravcal_estimation::Loss;
-use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
+use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, LinkInertia, Transform, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
 use crate::joint::Unknowns;
+use crate::parameter::{Limit, Parameter};
 use crate::robot::Robot;
+use crate::sensors::SensorTerms;
 use crate::session::{
-    Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
-    PoseTable, Session, UncertaintyChoice,
+    Ask, Constraints, GravityKnowledge, InertiaKnowledge, Instrument, InstrumentKind, JointKnowledge, Knowledge,
+    KnowledgeKind, Load, LoadDistance, PoseTable, Session, UncertaintyChoice,
 };
 use crate::simulation::{Deflection, Disturbance, Run, Simulation};
 
@@ -34,6 +36,7 @@ pub fn sarcos_shoulder() -> Simulation {
     let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
     let joint = |offset: f64| JointKnowledge {
         torque_unit: Some(TorqueUnit::Count),
+        torque_sign_declared: false,
         position_unit: PositionUnit::Radian,
         parameters: [start(6.69), start(2048.0), start(1.0), start(offset)],
     };
@@ -70,6 +73,9 @@ pub fn sarcos_shoulder() -> Simulation {
         loads: vec![load("plate-a"), load("plate-b")],
         load_distances: vec![LoadDistance { between: [0, 1], distance: 0.402, std: None }],
         joints: vec![joint(0.0), joint(135f64.to_radians()), joint(0.2)],
+        instruments: Vec::new(),
+        terms: SensorTerms::default(),
+        further: Vec::new(),
         tables: runs
             .iter()
             .enumerate()
@@ -81,9 +87,11 @@ pub fn sarcos_shoulder() -> Simulation {
             })
             .collect(),
         poses: Vec::new(),
+        saturated: vec![0; 3],
         loss: Loss::None,
         uncertainty: UncertaintyChoice::Noise,
         constraints: Constraints::default(),
+        earlier: None,
         ask: Ask::default(),
         estimators: Vec::new(),
         solver: None,
@@ -94,16 +102,72 @@ pub fn sarcos_shoulder() -> Simulation {
     truth.sensors =
         vec![[7.12, 2075.0, 0.988, 0.0], [5.97, 2008.0, 0.995, 134.2_f64.to_radians()], [6.5, 2050.0, 1.01, 0.2]];
     truth.loads = vec![[0, 1, 2].map(|i| centre[i] + arm[i]), [0, 1, 2].map(|i| centre[i] - arm[i])];
-    Simulation {
-        template,
-        truth,
-        runs: runs.into_iter().map(|(run, _, _)| run).collect(),
-        disturbance: Disturbance {
-            torque_std: vec![0.8; 3],
-            position_std: vec![0.0; 3],
-            converter: None,
-            deflection: Deflection { hold_std: 0.0, compliance: vec![0.0; 3] },
-        },
-        seed: 1,
+    let disturbance = Disturbance {
+        torque_std: vec![0.8; 3],
+        instrument_std: Vec::new(),
+        position_std: vec![0.0; 3],
+        converter: None,
+        deflection: Deflection { hold_std: 0.0, compliance: vec![0.0; 3] },
+    };
+    let runs = runs.into_iter().map(|(run, _, _)| run).collect();
+    Simulation::new(template, truth, runs, disturbance, 1)
+}
+
+/// The same with a wrist sensor on the last link and an accelerometer on the first, whose gains are one an axis.
+pub fn sarcos_with_instruments() -> Simulation {
+    let mut simulation = sarcos_shoulder();
+    let wrist = Instrument {
+        name: "wrist".into(),
+        kind: InstrumentKind::ForceTorque,
+        link: 2,
+        mounting: Transform::from_xyz_rpy([0.02, -0.01, 0.1], [0.2, -0.3, 0.4]),
+        units: vec![Some("count".into()); 6],
+        gains: (0..6).map(|axis| (axis, axis)).collect(),
+        first_parameter: 0,
+        first_reading: 0,
+    };
+    let imu = Instrument {
+        name: "imu".into(),
+        kind: InstrumentKind::Accelerometer,
+        link: 0,
+        mounting: Transform::about_x(0.7),
+        units: vec![Some("g".into()); 3],
+        gains: (0..3).map(|axis| (axis, axis)).collect(),
+        first_parameter: 16,
+        first_reading: 6,
+    };
+    let nominal_and_true = [
+        ([20.0, 20.0, 20.0, 400.0, 400.0, 400.0].as_slice(), [20.6, 19.5, 20.2, 410.0, 391.0, 404.0].as_slice()),
+        (&[0.0; 6], &[12.0, -7.0, 30.0, -15.0, 4.0, 9.0]),
+        (&[1.0, 0.03, 0.02, 0.05], &[1.3, 0.01, -0.02, 0.06]),
+        (&[0.102; 3], &[0.1035, 0.1012, 0.1023]),
+        (&[0.0; 3], &[0.004, -0.003, 0.002]),
+        (&[0.0; 3], &[0.0; 3]),
+    ];
+    let template = &mut simulation.template;
+    for (group, (nominal, truth)) in nominal_and_true.into_iter().enumerate() {
+        let owner = if group < 3 { "wrist" } else { "imu" };
+        let fixed = group == 5;
+        template.further.extend(nominal.iter().enumerate().map(|(axis, nominal)| Parameter {
+            owner: owner.into(),
+            quantity: format!("{}_{axis}", ["gain", "bias", "tool", "gain", "bias", "mounting"][group]),
+            unit: String::new(),
+            convention: "",
+            knowledge: Knowledge {
+                nominal: *nominal,
+                kind: if fixed { KnowledgeKind::Fixed } else { KnowledgeKind::Start },
+            },
+            held: fixed.then_some("given"),
+            limit: match group % 3 {
+                0 => Limit::ShareOfNominal(0.1),
+                _ => Limit::Absolute(f64::INFINITY),
+            },
+            cure: "",
+            linear: group % 3 == 1 || group == 2,
+        }));
+        simulation.truth.further.extend(truth);
     }
+    template.instruments = vec![wrist, imu];
+    simulation.disturbance.instrument_std = [[1.0; 3].as_slice(), &[2.0; 3], &[0.002; 3]].concat();
+    simulation
 }

@@ -1,6 +1,6 @@
 //! What an estimator is handed: the method that minimises, who is told how far it is, and who may stop it.
 
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use gravcal_estimation::{Estimate, IterationRecord, Problem, SolveContext, SolveError, Solver, Values};
 
@@ -36,6 +36,22 @@ impl<'a> Workbench<'a> {
 
     pub(crate) fn solver(&self) -> &dyn Solver {
         self.solver
+    }
+
+    /// A few iterations from `initial`, of which nobody is told.
+    pub(crate) fn solve_briefly(
+        &self,
+        problem: &Problem,
+        initial: &Values,
+        iterations: usize,
+    ) -> Result<Estimate, SolveError> {
+        let enough = AtomicBool::new(false);
+        let mut observer = |record: &IterationRecord| {
+            let stopped = self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+            enough.store(stopped || record.iteration >= iterations, Ordering::Relaxed);
+        };
+        let mut context = SolveContext { observer: Some(&mut observer), stop: Some(&enough), checkpoint: None };
+        self.solver.solve(problem, initial, &mut context)
     }
 
     pub(crate) fn solve(&self, problem: &Problem, initial: &Values) -> Result<Estimate, SolveError> {

@@ -70,6 +70,7 @@ mod tests {
             parameters: Vec::new(),
             covariance: CovarianceResult::default(),
             moments: Vec::new(),
+            sensor_models: Vec::new(),
             undetermined: Vec::new(),
             active_constraints: Vec::new(),
             weak: Vec::new(),

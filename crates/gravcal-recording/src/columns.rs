@@ -1,47 +1,64 @@
 //! The columns of one table, found by the names in a mapping, and their cells read as poses.
 
+use crate::conditions::FoundConditions;
 use crate::error::ReadError;
 use crate::mapping::{PoseMapping, PositionColumn, ReadingColumn};
 use crate::pose::{Reading, StaticPose};
 use crate::table::Table;
-use crate::unit::TorqueUnit;
 
 /// A mapping with the names of columns resolved to their places in one table.
 pub(crate) struct Columns<'a> {
     table: &'a Table,
     positions: Vec<Position>,
-    torques: Vec<Option<Torque<'a>>>,
+    torques: Vec<Option<Column<'a>>>,
+    instruments: Vec<Option<Column<'a>>>,
     sweep: Option<usize>,
+    conditions: FoundConditions<'a>,
 }
 
 impl<'a> Columns<'a> {
     /// Looks for every column that the mapping names; `mapping` has been checked.
-    pub(crate) fn find(table: &'a Table, mapping: &PoseMapping) -> Result<Columns<'a>, ReadError> {
+    pub(crate) fn find(table: &'a Table, mapping: &'a PoseMapping) -> Result<Columns<'a>, ReadError> {
         let positions = mapping.positions.iter().map(|position| Position::find(table, position));
         let torques = mapping.torques.iter().map(|torque| match torque {
             None => Ok(None),
-            Some((column, unit)) => Torque::find(table, column, *unit).map(Some),
+            Some((column, unit)) => Column::find(table, column, unit.to_si()).map(Some),
         });
+        let instruments = mapping
+            .instruments
+            .iter()
+            .map(|column| column.as_ref().map(|column| Column::find(table, column, 1.0)).transpose());
         Ok(Columns {
             table,
             positions: positions.collect::<Result<_, _>>()?,
             torques: torques.collect::<Result<_, _>>()?,
+            instruments: instruments.collect::<Result<_, _>>()?,
             sweep: find(table, mapping.sweep_column.as_ref())?,
+            conditions: FoundConditions::find(table, &mapping.conditions)?,
         })
     }
 
     /// One row as a pose.
     pub(crate) fn pose(&self, row: usize) -> Result<StaticPose, ReadError> {
         let positions = self.positions.iter().map(|position| position.read(self.table, row));
-        let torques = self.torques.iter().map(|torque| match torque {
+        let read = |column: &Option<Column<'_>>| match column {
             None => Ok(None),
-            Some(torque) => torque.read(row),
-        });
+            Some(column) => column.read(row),
+        };
+        let torques = self.torques.iter().map(read);
+        let mut torque: Vec<Option<Reading>> = torques.collect::<Result<_, _>>()?;
+        let saturated = take_saturated(&self.torques, &mut torque);
+        let instruments = self.instruments.iter().map(read);
+        let mut instruments: Vec<Option<Reading>> = instruments.collect::<Result<_, _>>()?;
+        take_saturated(&self.instruments, &mut instruments);
         Ok(StaticPose {
             line: self.table.line(row),
             position: positions.collect::<Result<_, _>>()?,
-            torque: torques.collect::<Result<_, _>>()?,
+            torque,
+            saturated,
+            instruments,
             sweep: self.sweep(row),
+            conditions: self.conditions.read(self.table, row)?,
             merged: 1,
         })
     }
@@ -50,6 +67,24 @@ impl<'a> Columns<'a> {
         let label = self.table.text(row, self.sweep?);
         (!label.is_empty()).then(|| label.to_owned())
     }
+}
+
+/// Takes the saturated ones from the readings of the given columns, and names them.
+fn take_saturated(columns: &[Option<Column<'_>>], readings: &mut [Option<Reading>]) -> Vec<usize> {
+    let mut saturated = Vec::new();
+    for (index, (column, reading)) in columns.iter().zip(readings).enumerate() {
+        let ends = column.as_ref().map(|column| column.range);
+        if reading.zip(ends).is_some_and(|(reading, [lowest, highest])| is_saturated(reading.value, lowest, highest)) {
+            *reading = None;
+            saturated.push(index);
+        }
+    }
+    saturated
+}
+
+/// Whether a sensor's reading is at an end of its range, or beyond: then the true one may be anything beyond.
+pub fn is_saturated(reading: f64, lowest: Option<f64>, highest: Option<f64>) -> bool {
+    lowest.is_some_and(|lowest| reading <= lowest) || highest.is_some_and(|highest| reading >= highest)
 }
 
 /// Place of a column that need not be mapped.
@@ -75,11 +110,14 @@ impl Position {
     }
 }
 
-struct Torque<'a> {
+/// A column of readings with what says how uncertain they are.
+struct Column<'a> {
     table: &'a Table,
     column: usize,
     to_si: f64,
     usable: Option<usize>,
+    /// Lower and upper end, where there are any.
+    range: [Option<f64>; 2],
     std: Setting,
     count: Setting,
 }
@@ -91,16 +129,17 @@ struct Setting {
     constant: Option<f64>,
 }
 
-impl<'a> Torque<'a> {
-    fn find(table: &'a Table, mapped: &ReadingColumn, unit: TorqueUnit) -> Result<Torque<'a>, ReadError> {
+impl<'a> Column<'a> {
+    fn find(table: &'a Table, mapped: &ReadingColumn, to_si: f64) -> Result<Column<'a>, ReadError> {
         let setting = |column: &Option<String>, constant| -> Result<Setting, ReadError> {
             Ok(Setting { column: find(table, column.as_ref())?, constant })
         };
-        Ok(Torque {
+        Ok(Column {
             table,
             column: table.column(&mapped.column)?,
-            to_si: unit.to_si(),
+            to_si,
             usable: find(table, mapped.usable_column.as_ref())?,
+            range: [mapped.lowest, mapped.highest].map(|end| end.map(|end| end * to_si)),
             std: setting(&mapped.std_column, mapped.std)?,
             count: setting(&mapped.count_column, mapped.count)?,
         })

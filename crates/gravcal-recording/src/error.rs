@@ -133,6 +133,20 @@ pub enum ReadError {
         /// Its text.
         found: String,
     },
+    /// A condition of the pose is missing.
+    #[error("{place}: the cell is empty, and the model of a sensor needs it; fill it in, or delete the row")]
+    NoCondition {
+        /// The cell.
+        place: Place,
+    },
+    /// A cell that should say from which side a joint came says something else.
+    #[error("{place}: expected 1 (rising), -1 (falling) or 0 (not known), found {found}")]
+    NotADirection {
+        /// The cell.
+        place: Place,
+        /// What stands there.
+        found: f64,
+    },
     /// A position reading is missing.
     #[error("{place}: the position is missing, and every torque depends on every position; delete the row")]
     NoPosition {

@@ -32,8 +32,10 @@
 //! let mapping = PoseMapping {
 //!     positions: vec![PositionColumn { column: "q1_deg".to_owned(), unit: "deg".parse()? }],
 //!     torques: vec![Some((torque, "count".parse()?))],
+//!     instruments: Vec::new(),
 //!     sweep_column: None,
 //!     merge_repeated: false,
+//!     conditions: ConditionColumns::default(),
 //! };
 //! let poses = read_poses(&path, &mapping)?;
 //! assert_eq!(poses[0].position, [std::f64::consts::FRAC_PI_2]);
@@ -43,10 +45,14 @@
 //! # }
 //! ```
 //!
+//! What an earlier `calibration.json` says is read here too, as names, numbers and their covariance ([`read_earlier`]).
+//!
 //! The crate knows no robot: a joint is a place in a list. It filters nothing and weighs nothing; the only sums it
 //! takes are the means of repeated rows, when the mapping asks for them.
 
 mod columns;
+mod conditions;
+mod earlier;
 mod error;
 mod mapping;
 mod merge;
@@ -57,6 +63,9 @@ mod unit;
 mod write;
 mod write_table;
 
+pub use columns::is_saturated;
+pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions};
+pub use earlier::{EarlierError, EarlierEstimate, EarlierParameter, EarlierQuantity, read_earlier};
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use pose::{Reading, StaticPose, read_poses};

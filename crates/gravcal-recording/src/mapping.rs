@@ -1,5 +1,6 @@
 //! Which column of a table is which reading of which joint, and in which unit.
 
+use crate::conditions::ConditionColumns;
 use crate::unit::{PositionUnit, TorqueUnit};
 
 /// What the columns of a table of static poses mean. Joints are places in the two lists.
@@ -10,11 +11,15 @@ pub struct PoseMapping {
     /// The torque reading of every joint, in its unit; `None` for a joint whose torque is not recorded. As long as
     /// `positions`.
     pub torques: Vec<Option<(ReadingColumn, TorqueUnit)>>,
+    /// Readings of instruments that belong to no joint, each in its own unit; `None` for an axis that is not recorded.
+    pub instruments: Vec<Option<ReadingColumn>>,
     /// A column of labels that say which rows belong together, such as the name of a sweep. An empty cell is no label.
     pub sweep_column: Option<String>,
     /// Whether consecutive rows of one sweep with exactly equal position readings are one pose. Set it when the
     /// table holds single samples of a standstill: they share its position, so they are no independent poses.
     pub merge_repeated: bool,
+    /// What else is said of each pose.
+    pub conditions: ConditionColumns,
 }
 
 /// Where the position of a joint stands.
@@ -26,7 +31,7 @@ pub struct PositionColumn {
     pub unit: PositionUnit,
 }
 
-/// Where a torque reading stands, and what is known of its noise.
+/// Where a reading of torque or of an instrument stands, and what is known of its noise.
 ///
 /// Without a count, the standard deviation is that of the recorded value. With a count m, the recorded value is the
 /// mean of m samples and the standard deviation that of *one* of them; the mean's is then `std/√m`, if samples are
@@ -46,6 +51,11 @@ pub struct ReadingColumn {
     pub std: Option<f64>,
     /// Number of samples of every row; with a `count_column`, of the rows where that is empty.
     pub count: Option<f64>,
+    /// Ends of the sensor's range, in the unit of the reading. A reading there or beyond is saturated: the true one may be
+    /// anything beyond.
+    pub lowest: Option<f64>,
+    /// The other end.
+    pub highest: Option<f64>,
 }
 
 /// Why a mapping cannot be used, whatever the table holds.
@@ -82,6 +92,16 @@ pub enum MappingError {
         /// The number, in the unit of the reading.
         found: f64,
     },
+    /// There is nothing between the ends of the range.
+    #[error("column `{column}`: the range of readings must go from lower to higher, found {lowest} to {highest}")]
+    BadRange {
+        /// Name of the column of the reading.
+        column: String,
+        /// Its lower end, in the unit of the reading.
+        lowest: f64,
+        /// Its upper end.
+        highest: f64,
+    },
     /// The constant number of samples cannot be one.
     #[error("column `{column}`: the number of samples must be finite and at least 1, found {found}")]
     BadCount {
@@ -108,6 +128,7 @@ impl PoseMapping {
             return Err(MappingError::UnequalLengths { positions, torques });
         }
         self.torques.iter().flatten().try_for_each(|(torque, _)| torque.check())?;
+        self.instruments.iter().flatten().try_for_each(ReadingColumn::check)?;
         self.check_columns_differ()
     }
 
@@ -116,7 +137,8 @@ impl PoseMapping {
         let positions = self.positions.iter().map(|position| &position.column);
         let torques = self.torques.iter().flatten().map(|(torque, _)| &torque.column);
         let mut seen: Vec<&String> = Vec::new();
-        for column in positions.chain(torques) {
+        let instruments = self.instruments.iter().flatten().map(|reading| &reading.column);
+        for column in positions.chain(torques).chain(instruments) {
             if seen.contains(&column) {
                 return Err(MappingError::ColumnTwice { column: column.clone() });
             }
@@ -140,7 +162,12 @@ impl ReadingColumn {
         if let Some(found) = self.count.filter(|count| !(count.is_finite() && *count >= 1.0)) {
             return Err(MappingError::BadCount { column: column(), found });
         }
-        Ok(())
+        match (self.lowest, self.highest) {
+            (Some(lowest), Some(highest)) if lowest >= highest => {
+                Err(MappingError::BadRange { column: column(), lowest, highest })
+            }
+            _ => Ok(()),
+        }
     }
 }
 
@@ -157,8 +184,10 @@ mod tests {
         PoseMapping {
             positions: positions.iter().map(position).collect(),
             torques: torques.iter().map(|torque| Some((torque.clone(), TorqueUnit::Count))).collect(),
+            instruments: Vec::new(),
             sweep_column: None,
             merge_repeated: false,
+            conditions: ConditionColumns::default(),
         }
     }
 
@@ -200,6 +229,17 @@ mod tests {
         for torque in [constant, column] {
             assert_eq!(message(&mapping(&["q1"], &[torque])), expected);
         }
+    }
+
+    #[test]
+    fn a_range_goes_from_lower_to_higher() {
+        let range = |lowest, highest| ReadingColumn { lowest, highest, ..torque("tau1") };
+        assert_eq!(mapping(&["q1"], &[range(Some(0.0), Some(4095.0))]).check(), Ok(()));
+        assert_eq!(mapping(&["q1"], &[range(Some(0.0), None)]).check(), Ok(()));
+        assert_eq!(
+            message(&mapping(&["q1"], &[range(Some(10.0), Some(-10.0))])),
+            "column `tau1`: the range of readings must go from lower to higher, found 10 to -10"
+        );
     }
 
     #[test]

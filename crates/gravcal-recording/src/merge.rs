@@ -8,24 +8,35 @@
 //!
 //! and no standard deviation if one of them is unknown.
 
+use crate::conditions::mean_conditions;
 use crate::pose::{Reading, StaticPose};
 
-/// Merges consecutive poses of one sweep with exactly equal positions. The merged pose keeps the first one's line.
+/// Merges consecutive poses of one sweep with exactly equal positions, reached from the same side. The merged pose keeps the first one's line.
 pub(crate) fn merge_repeated(poses: &[StaticPose]) -> Vec<StaticPose> {
     poses.chunk_by(is_repeated).map(merge).collect()
 }
 
 fn is_repeated(a: &StaticPose, b: &StaticPose) -> bool {
-    a.position == b.position && a.sweep == b.sweep
+    a.position == b.position && a.sweep == b.sweep && a.conditions.direction == b.conditions.direction
 }
 
 /// `run` is never empty.
 fn merge(run: &[StaticPose]) -> StaticPose {
     let mut pose = run[0].clone();
     for (joint, torque) in pose.torque.iter_mut().enumerate() {
+        // Of readings some of which are cut off at the end of the range, the mean is off.
+        let saturated = run.iter().any(|row| row.saturated.contains(&joint));
         let readings: Vec<Reading> = run.iter().filter_map(|row| row.torque[joint]).collect();
-        *torque = mean(&readings);
+        *torque = mean(&readings).filter(|_| !saturated);
+        if saturated && !pose.saturated.contains(&joint) {
+            pose.saturated.push(joint);
+        }
     }
+    for (channel, reading) in pose.instruments.iter_mut().enumerate() {
+        let readings: Vec<Reading> = run.iter().filter_map(|row| row.instruments[channel]).collect();
+        *reading = mean(&readings);
+    }
+    pose.conditions = mean_conditions(&run.iter().map(|row| &row.conditions).collect::<Vec<_>>());
     pose.merged = run.iter().map(|row| row.merged).sum();
     pose
 }
@@ -43,9 +54,19 @@ fn mean(readings: &[Reading]) -> Option<Reading> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::conditions::Conditions;
 
     fn pose(line: u64, position: f64, torque: Option<Reading>) -> StaticPose {
-        StaticPose { line, position: vec![position], torque: vec![torque], sweep: None, merged: 1 }
+        StaticPose {
+            line,
+            position: vec![position],
+            torque: vec![torque],
+            instruments: Vec::new(),
+            saturated: Vec::new(),
+            sweep: None,
+            conditions: Conditions::default(),
+            merged: 1,
+        }
     }
 
     fn reading(value: f64, std: impl Into<Option<f64>>) -> Option<Reading> {

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use crate::columns::Columns;
+use crate::conditions::Conditions;
 use crate::error::ReadError;
 use crate::mapping::PoseMapping;
 use crate::merge::merge_repeated;
@@ -27,8 +28,14 @@ pub struct StaticPose {
     pub position: Vec<f64>,
     /// Torque reading of every joint; `None` where there is none, or none that is usable.
     pub torque: Vec<Option<Reading>>,
+    /// Reading of every instrument column, in its own unit; `None` where it is missing or not usable.
+    pub instruments: Vec<Option<Reading>>,
+    /// Joints whose torque reading is at an end of its range, and therefore none: see [`is_saturated`](crate::is_saturated).
+    pub saturated: Vec<usize>,
     /// Label of the sweep that the pose belongs to.
     pub sweep: Option<String>,
+    /// Under which conditions it was read.
+    pub conditions: Conditions,
     /// How many rows of the table became this pose, at least 1. A joint may have fewer readings.
     pub merged: u32,
 }
@@ -64,7 +71,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::mapping::{PositionColumn, ReadingColumn};
+    use crate::conditions::ConditionColumns;
+    use crate::mapping::{MappingError, PositionColumn, ReadingColumn};
     use crate::unit::{PositionUnit, TorqueUnit};
 
     fn torque(column: &str) -> ReadingColumn {
@@ -76,8 +84,10 @@ mod tests {
         PoseMapping {
             positions: vec![PositionColumn { column: "q".to_owned(), unit: PositionUnit::Degree }],
             torques: vec![Some((torque, TorqueUnit::Count))],
+            instruments: Vec::new(),
             sweep_column: None,
             merge_repeated: false,
+            conditions: ConditionColumns::default(),
         }
     }
 
@@ -111,14 +121,20 @@ mod tests {
             line: 2,
             position: vec![FRAC_PI_2, 0.25],
             torque: vec![reading(2075.0, None), None],
+            instruments: Vec::new(),
+            saturated: Vec::new(),
             sweep: Some("up".to_owned()),
+            conditions: Conditions::default(),
             merged: 1,
         };
         let second = StaticPose {
             line: 3,
             position: vec![-2.0 * FRAC_PI_2, 0.0],
             torque: vec![reading(-3.0, None), None],
+            instruments: Vec::new(),
+            saturated: Vec::new(),
             sweep: None,
+            conditions: Conditions::default(),
             merged: 1,
         };
         assert_eq!(poses, [first, second]);
@@ -265,6 +281,18 @@ mod tests {
     }
 
     #[test]
+    fn a_saturated_reading_is_none_and_spoils_the_mean_that_it_would_enter() {
+        let ranged = ReadingColumn { lowest: Some(0.0), highest: Some(4095.0), ..torque("tau") };
+        let text = "q,tau\n0,0\n1,1\n2,4095\n3,5000\n";
+        assert_eq!(torques(text, ranged.clone()), [None, reading(1.0, None), None, None]);
+        let mut mapping = one_joint(ranged);
+        mapping.merge_repeated = true;
+        let poses = parse("q,tau\n0,4094\n0,4095\n1,7\n", &mapping).unwrap();
+        assert_eq!(poses[0].torque, [None]);
+        assert_eq!((&poses[0].saturated[..], &poses[1].saturated[..]), (&[0][..], &[][..]));
+    }
+
+    #[test]
     fn repeated_rows_are_merged_if_asked_for() {
         let mut mapping = one_joint(ReadingColumn { std: Some(1.0), ..torque("tau") });
         mapping.merge_repeated = true;
@@ -277,6 +305,17 @@ mod tests {
     fn a_mapping_that_contradicts_itself_is_told_before_the_file_is_opened() {
         let error = read_poses(Path::new("absent.csv"), &one_joint(torque("q"))).unwrap_err();
         assert_eq!(error.to_string(), "column `q` is mapped to two readings; each reading needs its own column");
+    }
+
+    #[test]
+    fn instruments_are_read_like_torques_and_merged() {
+        let mut mapping = one_joint(torque("tau"));
+        mapping.instruments = vec![Some(torque("fx")), None, Some(ReadingColumn { std: Some(0.3), ..torque("fy") })];
+        mapping.merge_repeated = true;
+        let poses = parse("q,tau,fx,fy\n0,1,2,\n0,1,4,5\n9,1,2,3\n", &mapping).unwrap();
+        assert_eq!(poses[0].instruments, [reading(3.0, None), None, reading(5.0, 0.3)]);
+        mapping.instruments.push(Some(torque("tau")));
+        assert_eq!(mapping.check(), Err(MappingError::ColumnTwice { column: "tau".to_owned() }));
     }
 
     #[test]

@@ -5,7 +5,8 @@
 
 use gravcal_calibration::result::{
     ActiveConstraint, CovarianceResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut, Iteration, JointFit,
-    LossResult, MomentResult, NoiseSource, Outlier, ParameterResult, UncertaintyResult, WeakCombination,
+    LossResult, MomentResult, NoiseSource, Outlier, ParameterResult, SensorModelTest, TestAgainstZero,
+    UncertaintyResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -42,6 +43,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         parameters,
         covariance,
         moments,
+        sensor_models,
         undetermined: _,
         active_constraints,
         weak,
@@ -56,6 +58,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(parameters.iter().flat_map(of_parameter));
     let inside = inside.chain(of_covariance(covariance));
     let inside = inside.chain(moments.iter().flat_map(of_moment));
+    let inside = inside.chain(sensor_models.iter().flat_map(of_model_test));
     let inside = inside.chain(active_constraints.iter().flat_map(of_constraint));
     let inside = inside.chain(weak.iter().flat_map(of_weak));
     let inside = inside.chain(held.iter().flat_map(of_held));
@@ -128,6 +131,14 @@ fn of_uncertainty(uncertainty: &UncertaintyResult) -> Vec<Number> {
             undetermined: _,
         } => Vec::new(),
     }
+}
+
+fn of_model_test(tested: &SensorModelTest) -> Vec<Number> {
+    let SensorModelTest { joint, model, parameters: _, test } = tested;
+    let numbers = |TestAgainstZero { kind: _, statistic, degrees_of_freedom: _, p_value }: &TestAgainstZero| {
+        [(format!("{joint} {model} statistic"), *statistic), (format!("{joint} {model} p_value"), *p_value)]
+    };
+    test.iter().flat_map(numbers).collect()
 }
 
 fn of_constraint(active: &ActiveConstraint) -> Vec<Number> {

@@ -23,6 +23,7 @@ pub fn result(name: &str) -> EstimatorResult {
         parameters: Vec::new(),
         covariance: CovarianceResult::default(),
         moments: Vec::new(),
+        sensor_models: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),
         weak: Vec::new(),

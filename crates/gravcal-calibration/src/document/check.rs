@@ -1,6 +1,6 @@
 //! Checks of single values that many fields need.
 
-use super::{Document, Field, FileError, OneOrMany};
+use super::{Document, Field, FileError, OneOrMany, OneOrNamed};
 
 impl Document {
     /// A number above zero.
@@ -14,6 +14,33 @@ impl Document {
             return Ok(value);
         }
         Err(self.error(field, format!("{value} is not {what}: expected a positive number of {unit}")))
+    }
+
+    /// A positive number for each of `names`, from one for all or a table; `None` for a name that the table leaves out.
+    ///
+    /// `noun` is what the names are of ("link"), `what` and `unit` as for [`Document::positive`].
+    ///
+    /// # Errors
+    /// A number that is not positive, a name that is not known.
+    pub fn positive_by_name(
+        &self,
+        field: &Field,
+        written: &OneOrNamed,
+        (noun, names): (&str, &[&str]),
+        (what, unit): (&str, &str),
+    ) -> Result<Vec<Option<f64>>, FileError> {
+        match written {
+            OneOrNamed::One(all) => Ok(vec![Some(self.positive(field, *all, what, unit)?); names.len()]),
+            OneOrNamed::Named(named) => {
+                let mut values = vec![None; names.len()];
+                for (name, value) in named {
+                    let field = field.key(name);
+                    let place = self.lookup(&field, noun, name, names)?;
+                    values[place] = Some(self.positive(&field, *value, what, unit)?);
+                }
+                Ok(values)
+            }
+        }
     }
 
     /// One value for each of `names` ("joints"), from one for all or a list.

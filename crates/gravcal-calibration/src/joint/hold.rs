@@ -16,19 +16,21 @@ use gravcal_estimation::BlockId;
 
 use super::constraints::{self, constrained};
 use super::idle::idle_joints;
-use super::problem::{JointProblem, Readings, pose};
+use super::problem::{JointProblem, pose};
+use super::readings::Readings;
 use super::robust::solve_with_loss;
 use super::solve::Solved;
 use super::{EstimateError, Unknowns};
 use crate::judgement::Combination;
-use crate::parameter::Quantity;
+use crate::parameter::{ParameterId, Quantity};
 use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// An undetermined gain ran away when it left its nominal value by this share of it, an offset by this angle in rad
-/// (or this way in m).
+/// (or this way in m), any other by so many times the standard deviation with which it would be of no use.
 const RUNAWAY_SHARE: f64 = 0.5;
 const RUNAWAY_ANGLE: f64 = 1.0;
+const RUNAWAY_LIMITS: f64 = 5.0;
 /// Rounds at most until the holds no longer change.
 const ROUNDS: usize = 6;
 
@@ -53,10 +55,10 @@ impl Reason {
     }
 }
 
-/// A sensor parameter of which the data say too little, and the value at which it is held.
+/// A parameter of which the data say too little, and the value at which it is held.
 #[derive(Clone, Debug)]
 pub(crate) struct SetAside {
-    pub parameter: (usize, Quantity),
+    pub parameter: ParameterId,
     pub value: f64,
     pub reason: Reason,
     /// How it is told among what is undetermined.
@@ -67,7 +69,7 @@ pub(crate) struct SetAside {
 #[derive(Clone, Debug)]
 pub(super) struct Holds {
     set_aside: Vec<SetAside>,
-    gauges: Vec<(usize, Quantity)>,
+    gauges: Vec<ParameterId>,
     /// Joints that were idle at any solution so far.
     idle: Vec<bool>,
 }
@@ -100,7 +102,7 @@ impl Holds {
         let mut from = start.clone();
         for round in 0.. {
             let posed = pose_with(session, readings, &from, &self.set_aside)?;
-            let held: Vec<BlockId> = self.gauges.iter().map(|(j, q)| posed.layout.sensors[*j][*q as usize]).collect();
+            let held: Vec<BlockId> = self.gauges.iter().map(|id| posed.layout.block(*id)).collect();
             let (posed, estimate) = solve_with_loss(&posed, &held, readings.loss, workbench)?;
             let solved = Solved { gauges: held, ..Solved::judged(readings.clone(), posed, estimate)? };
             let idle = idle_joints(session, &solved.unknowns(&from));
@@ -131,7 +133,8 @@ impl Holds {
     /// Whether a joint that turned out to be idle anchors a combination.
     fn held_wrongly(&self, newly_idle: bool) -> bool {
         let anchors = self.set_aside.iter().filter(|s| !s.is_idle_joint()).map(|s| s.parameter);
-        newly_idle && anchors.chain(self.gauges.iter().copied()).any(|(j, q)| q == Quantity::TorqueGain && self.idle[j])
+        let is_idle = |id| matches!(id, ParameterId::Sensor(joint, Quantity::TorqueGain) if self.idle[joint]);
+        newly_idle && anchors.chain(self.gauges.iter().copied()).any(is_idle)
     }
 }
 
@@ -164,19 +167,19 @@ pub(super) fn pose_with(
 ) -> Result<JointProblem, EstimateError> {
     let mut start = start.clone();
     constraints::respect(session, &mut start);
-    for SetAside { parameter: (joint, quantity), value, .. } in set_aside {
-        start.sensors[*joint][*quantity as usize] = *value;
+    for SetAside { parameter, value, .. } in set_aside {
+        *start.value_mut(*parameter) = *value;
     }
     let mut posed = pose(session, readings, &start)?;
-    for SetAside { parameter: (joint, quantity), reason, .. } in set_aside {
-        let id = posed.layout.sensors[*joint][*quantity as usize];
+    for SetAside { parameter, reason, .. } in set_aside {
+        let id = posed.layout.block(*parameter);
         posed.problem = posed.problem.holding(&[id], reason.in_words());
     }
     Ok(constrained(session, posed)?)
 }
 
 /// The anchor of each combination without any effect.
-fn gauges(session: &Session, solved: &Solved) -> Vec<(usize, Quantity)> {
+fn gauges(session: &Session, solved: &Solved) -> Vec<ParameterId> {
     let without_effect = |c: &&Combination| c.std_over_limit.is_none() && !c.gravity;
     let combinations = solved.judge(session).combinations;
     combinations.iter().filter(without_effect).filter_map(|c| c.anchor).collect()
@@ -196,20 +199,20 @@ fn undetermined_to_hold(session: &Session, solved: &Solved) -> Vec<SetAside> {
     found
 }
 
-/// Free sensor parameters in combinations, each once: parameter, its combination, and itself alone as one.
+/// Free parameters in combinations, each once: parameter, its combination, and itself alone as one.
 fn free_parameters<'c>(
     solved: &Solved,
     combinations: &'c [Combination],
-) -> Vec<((usize, Quantity), &'c Combination, Combination)> {
+) -> Vec<(ParameterId, &'c Combination, Combination)> {
     let posed = &solved.posed;
-    let mut free: Vec<((usize, Quantity), &Combination, Combination)> = Vec::new();
+    let mut free: Vec<(ParameterId, &Combination, Combination)> = Vec::new();
     for combination in combinations {
-        for sensor @ (joint, quantity, _) in &combination.sensors {
-            let held = posed.problem.columns_of(posed.layout.sensors[*joint][*quantity as usize]).is_empty();
-            if !held && free.iter().all(|(parameter, _, _)| *parameter != (*joint, *quantity)) {
+        for term @ (parameter, _) in &combination.parameters {
+            let held = posed.problem.columns_of(posed.layout.block(*parameter)).is_empty();
+            if !held && free.iter().all(|(other, _, _)| other != parameter) {
                 let std_over_limit = combination.std_over_limit;
-                let alone = Combination { sensors: vec![*sensor], gravity: false, std_over_limit, anchor: None };
-                free.push(((*joint, *quantity), combination, alone));
+                let alone = Combination { parameters: vec![*term], gravity: false, std_over_limit, anchor: None };
+                free.push((*parameter, combination, alone));
             }
         }
     }
@@ -217,9 +220,9 @@ fn free_parameters<'c>(
 }
 
 fn idle_gains(solved: &Solved, combinations: &[Combination]) -> Vec<SetAside> {
-    let is_idle = |(joint, quantity): (usize, Quantity), combination: &Combination| {
-        let alone = combination.std_over_limit.is_some() || combination.sensors.len() == 1;
-        quantity == Quantity::TorqueGain && alone && solved.idle[joint]
+    let is_idle = |parameter: ParameterId, combination: &Combination| {
+        let alone = combination.std_over_limit.is_some() || combination.parameters.len() == 1;
+        alone && matches!(parameter, ParameterId::Sensor(joint, Quantity::TorqueGain) if solved.idle[joint])
     };
     free_parameters(solved, combinations)
         .into_iter()
@@ -229,12 +232,12 @@ fn idle_gains(solved: &Solved, combinations: &[Combination]) -> Vec<SetAside> {
 }
 
 fn runaways(session: &Session, solved: &Solved, combinations: &[Combination]) -> Vec<SetAside> {
-    let unknowns = solved.unknowns(&Unknowns::nominal(session));
+    let (unknowns, spreads) = (solved.unknowns(&Unknowns::nominal(session)), session.spreads());
     let weak = free_parameters(solved, combinations).into_iter().filter(|(_, c, _)| c.std_over_limit.is_some());
     weak.filter_map(|(parameter, _, alone)| {
-        let (joint, quantity) = parameter;
-        let value = session.joints[joint].of(quantity).nominal;
-        ran_away(unknowns.sensors[joint][quantity as usize], value, quantity).then_some(SetAside {
+        let value = session.nominal(parameter);
+        let distance = (unknowns.value(parameter) - value).abs();
+        ran_away(session, parameter, distance, &spreads).then_some(SetAside {
             parameter,
             value,
             reason: Reason::Runaway,
@@ -248,20 +251,25 @@ fn anchors_to_go_with(session: &Session, combinations: &[Combination], found: &[
     let broken = combinations.iter().filter(|c| found.iter().any(|s| c.breaks_with(s.parameter)));
     broken
         .filter_map(|combination| {
-            let (joint, quantity) = combination.anchor?;
-            let parameter = (joint, quantity);
-            let value = session.joints[joint].of(quantity).nominal;
+            let parameter = combination.anchor?;
+            let value = session.nominal(parameter);
             let new = found.iter().all(|s| s.parameter != parameter);
             new.then(|| SetAside { parameter, value, reason: Reason::Anchor, combination: combination.clone() })
         })
         .collect()
 }
 
-fn ran_away(value: f64, nominal: f64, quantity: Quantity) -> bool {
-    let distance = (value - nominal).abs();
-    match quantity {
-        Quantity::TorqueGain | Quantity::PositionGain => distance > RUNAWAY_SHARE * nominal.abs(),
-        Quantity::PositionOffset => distance > RUNAWAY_ANGLE,
-        Quantity::TorqueBias => false,
+/// Whether an undetermined parameter is this far from its nominal value. One in which the readings are linear disturbs
+/// no other, wherever it ends.
+fn ran_away(session: &Session, parameter: ParameterId, distance: f64, spreads: &[f64]) -> bool {
+    match parameter {
+        ParameterId::Sensor(_, Quantity::TorqueGain | Quantity::PositionGain) => {
+            distance > RUNAWAY_SHARE * session.nominal(parameter).abs()
+        }
+        ParameterId::Sensor(_, Quantity::PositionOffset) => distance > RUNAWAY_ANGLE,
+        ParameterId::Sensor(_, Quantity::TorqueBias) => false,
+        ParameterId::Further(index) => {
+            !session.further[index].linear && distance > RUNAWAY_LIMITS * session.limit(parameter, spreads)
+        }
     }
 }

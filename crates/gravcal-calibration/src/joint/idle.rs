@@ -14,9 +14,8 @@ pub(crate) fn idle_joints(session: &Session, unknowns: &Unknowns) -> Vec<bool> {
     let frames = AxisFrames::new(&session.robot.chain.axis_rotations());
     let idle = |joint: usize| {
         session.poses.iter().all(|pose| {
-            let before = pose.position.iter().zip(&unknowns.sensors).take(joint);
-            let coordinates: Vec<f64> = before.map(|(q, [_, _, s, o])| s * q + o).collect();
-            let gravity = frames.gravity(&unknowns.gravity, &coordinates).value;
+            let coordinates = session.terms.coordinates(&pose.position, unknowns);
+            let gravity = frames.gravity(&unknowns.gravity, &coordinates[..joint]).value;
             gravity.x.hypot(gravity.y) < IDLE_ANGLE * gravity.norm()
         })
     };

@@ -1,14 +1,18 @@
 //! The joint estimator: every torque reading once, all unknowns together.
 
 mod constraints;
+mod earlier;
 mod hold;
 mod idle;
+mod model_tests;
 mod placements;
 mod problem;
+mod readings;
+mod reversed;
 mod robust;
-mod sign;
 mod solve;
 mod start;
+mod twins;
 mod uncertainty;
 mod unknowns;
 
@@ -18,8 +22,8 @@ use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
 use crate::judgement::{
-    Judgement, Situation, determined_moments, gravity_result, held, judge, loss, outlier_note, outliers,
-    weak_combinations, weak_note,
+    Combination, DeterminedMoment, Judgement, Situation, determined_moments, gravity_result, held, judge, loss,
+    outlier_note, outliers, weak_combinations, weak_note,
 };
 use crate::parameter::Quantity;
 use crate::result::{
@@ -27,12 +31,14 @@ use crate::result::{
     Verdict,
 };
 use crate::sequential::Plan;
-use crate::session::{LAST_FRAME_CHOICE, Session};
+use crate::session::{EarlierCalibration, LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
 
 use hold::SetAside;
 pub(crate) use hold::judge_at_start;
-pub use problem::{JointProblem, PosingError, Readings, pose};
+use model_tests::ModelTests;
+pub use problem::{JointProblem, PosingError, pose};
+pub use readings::Readings;
 pub(crate) use robust::{GAUGE, NORMAL_MEDIAN, median};
 pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
@@ -92,9 +98,13 @@ pub fn estimate_jointly(
     let misfit = fit.misfit().filter(|_| solved.estimate.termination != Termination::Stopped);
     let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
     let solved = Solved { uncertainty, ..solved };
-    let mut result = tell(session, name, &solved, fit, told)?;
+    let mut result = tell(session, name, &solved, fit, told, workbench)?;
     if let Some(misfit) = misfit {
         tell_misfit(misfit, &mut result);
+    }
+    let doubtful = session.noise_estimated().contains(&true) || result.verdict == Verdict::Failed;
+    if let Some(reversed) = reversed::reversed_sensors(session, &solved, doubtful, workbench)? {
+        tell_reversed(session, &reversed, &mut result);
     }
     if result.verdict == Verdict::Failed {
         withdraw(&mut result);
@@ -107,6 +117,7 @@ fn withdraw(result: &mut EstimatorResult) {
     result.gravity = None;
     result.covariance = CovarianceResult::default();
     result.moments.clear();
+    result.sensor_models.clear();
     result.uncertainty = None;
     for parameter in result.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
         parameter.determined = false;
@@ -142,6 +153,25 @@ fn tell_misfit(misfit: f64, result: &mut EstimatorResult) {
     }
 }
 
+/// Says which torque sensors are reversed; values for the wrong signs are none.
+fn tell_reversed(session: &Session, reversed: &reversed::Reversed, result: &mut EstimatorResult) {
+    let names: Vec<&str> = reversed.joints.iter().map(|j| session.robot.chain.joints()[*j].name.as_str()).collect();
+    let (names, sensors, each) = match names.as_slice() {
+        [only] => ((*only).to_owned(), "sensor", "in its [[joint]]"),
+        several => (several.join(", "), "sensors", "in the [[joint]] of each"),
+    };
+    result.verdict = Verdict::Failed;
+    result.termination = format!("reversed torque {sensors}: {names}");
+    result.notes.insert(
+        0,
+        format!(
+            "The torque {sensors} of {names} read the other way: {}. Say torque_sign = \"reversed\" {each}; or \
+             \"normal\", if that is how it is.",
+            reversed.why
+        ),
+    );
+}
+
 /// The torque readings that an estimator may use, with a first guess of unstated noise.
 pub fn select(session: &Session, signals: Signals) -> Readings {
     let noise = solve::first_noise(session);
@@ -166,11 +196,19 @@ fn tell(
     solved: &Solved,
     fit: Fit,
     uncertainty: UncertaintyResult,
+    workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let judgement = solved.judge(session);
     let situation = solved.situation(session);
     let gravity = judgement.gravity.then(|| solved.gravity(session));
     let parameters = tell_parameters(session, solved, &judgement);
+    let moments = determined_moments(
+        &solved.posed.problem,
+        &solved.estimate.values,
+        &solved.posed.layout,
+        &solved.spectrum,
+        solved.covariance(),
+    );
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
     undetermined.extend((!solved.sign_known).then(unknown_sign));
     undetermined.extend(last_frame_choice(session));
@@ -179,9 +217,12 @@ fn tell(
         parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));
     let mirrored = if converged { mirrored_gains(session, solved, &parameters) } else { Vec::new() };
     let mut notes = session_notes(session);
+    notes.extend(session.earlier.as_ref().map(EarlierCalibration::note));
     notes.extend(set_aside_notes(session, solved));
     notes.extend(mirrored.iter().cloned());
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
+    let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
+    let sensor_models = tests.all(workbench)?;
     let outliers = outliers(session, solved)?;
     notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
     let weak = weak_combinations(solved);
@@ -196,16 +237,11 @@ fn tell(
         termination: solved.estimate.termination.to_string(),
         iterations: solved.estimate.iterations.len().saturating_sub(1),
         trace: solved.estimate.iterations.iter().map(Iteration::from).collect(),
-        covariance: tell_covariance(session, solved, &judgement),
-        moments: determined_moments(
-            &solved.posed.problem,
-            &solved.estimate.values,
-            &solved.posed.layout,
-            &solved.spectrum,
-            solved.covariance(),
-        ),
+        covariance: tell_covariance(session, solved, &judgement, &moments),
+        moments: moments.into_iter().map(|moment| moment.told).collect(),
         gravity,
         parameters,
+        sensor_models,
         undetermined,
         active_constraints: constraints::tell(&solved.posed.problem, &solved.estimate.active),
         weak,
@@ -220,21 +256,18 @@ fn tell(
 
 fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
     let mut parameters = Vec::new();
-    for (joint, ids) in solved.posed.layout.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
-            let id = ids[quantity as usize];
-            let value = solved.estimate.values.scalar(id);
-            let std = solved.sensor_std(joint, quantity);
-            let mut told = session.blank_parameter(joint, quantity);
-            told.determined = judgement.parameters[joint][quantity as usize] && told.determined;
-            if told.determined {
-                told.value = Some(value);
-                told.std = Some(std);
-                let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
-                told.ci95 = Some(solved.uncertainty.interval(value, &own));
-            }
-            parameters.push(told);
+    for parameter in session.parameters() {
+        let id = solved.posed.layout.block(parameter);
+        let value = solved.estimate.values.scalar(id);
+        let mut told = session.blank_parameter(parameter);
+        told.determined = judgement.determines(parameter) && told.determined;
+        if told.determined {
+            told.value = Some(value);
+            told.std = Some(solved.parameter_std(parameter));
+            let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
+            told.ci95 = Some(solved.uncertainty.interval(value, &own));
         }
+        parameters.push(told);
     }
     parameters
 }
@@ -262,26 +295,27 @@ fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterRes
     mirrored
 }
 
-fn tell_covariance(session: &Session, solved: &Solved, judgement: &Judgement) -> CovarianceResult {
+/// The covariance of what is determined: gravity, sensor parameters, and the combinations of moments by their place.
+fn tell_covariance(
+    session: &Session,
+    solved: &Solved,
+    judgement: &Judgement,
+    moments: &[DeterminedMoment],
+) -> CovarianceResult {
     let layout = &solved.posed.layout;
     let mut blocks = Vec::new();
     if judgement.gravity {
         blocks.push(layout.gravity);
     }
-    for (joint, ids) in layout.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
-            let free = session.held_reason(joint, quantity).is_none();
-            if free && judgement.parameters[joint][quantity as usize] {
-                blocks.push(ids[quantity as usize]);
-            }
-        }
-    }
+    let free = session.parameters().into_iter().filter(|id| session.parameter(*id).held.is_none());
+    blocks.extend(free.filter(|id| judgement.determines(*id)).map(|id| layout.block(id)));
     let problem = &solved.posed.problem;
-    let stored = solved.covariance().stored(problem, &solved.estimate.values, &blocks);
-    let order: Vec<String> = blocks
-        .iter()
-        .flat_map(|id| (0..problem.block(*id).len()).map(|i| problem.block(*id).component_name(i)))
-        .collect();
+    let mut functions = stored_coordinates(problem, &solved.estimate.values, &blocks);
+    functions.extend(moments.iter().map(|moment| moment.function.clone()));
+    let stored = solved.covariance().of(&functions);
+    let components =
+        blocks.iter().flat_map(|id| (0..problem.block(*id).len()).map(|i| problem.block(*id).component_name(i)));
+    let order: Vec<String> = components.chain((0..moments.len()).map(|index| format!("moments[{index}]"))).collect();
     CovarianceResult { matrix: stored.chunks(order.len().max(1)).map(<[f64]>::to_vec).collect(), order }
 }
 
@@ -312,14 +346,13 @@ fn unknown_sign() -> Undetermined {
 /// Which parameters were set aside, in words.
 fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
     let tell = |aside: &SetAside| {
-        let (joint, quantity) = aside.parameter;
-        let joint_name = &session.robot.chain.joints()[joint].name;
+        let parameter = session.parameter(aside.parameter);
         if aside.is_idle_joint() {
-            return format!("{joint_name} carries no gravity: its torque readings enter through its bias only.");
+            return format!("{} carries no gravity: its torque readings enter through its bias only.", parameter.owner);
         }
-        let name = quantity.name(joint_name);
         format!(
-            "The data say too little of {name}: the rest, moments included, is estimated with it at {}.",
+            "The data say too little of {}: the rest, moments included, is estimated with it at {}.",
+            parameter.name(),
             aside.value
         )
     };
@@ -340,6 +373,13 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
             notes.push(format!("{} reads up to {turns:.0} rad: is its unit deg, declared as rad?", joint.name));
         }
     }
+    for (joint, count) in session.robot.chain.joints().iter().zip(&session.saturated).filter(|(_, count)| **count > 0) {
+        notes.push(format!(
+            "{count} torque readings of {} are at an end of the sensor's range: left out, as the true ones may be \
+             anything beyond.",
+            joint.name
+        ));
+    }
     let cut = session.robot.chain.cut_joints();
     if !cut.is_empty() {
         notes.push(format!("The chain ends at its tip: what hangs on it by {} is left out.", cut.join(", ")));
@@ -358,10 +398,10 @@ const IMPLAUSIBLE_ANGLE: f64 = 4.0 * std::f64::consts::PI;
 impl Solved {
     /// What is determined, with what was set aside counted as not.
     pub(crate) fn judge(&self, session: &Session) -> Judgement {
-        self.judge_with_spreads(session, &session.torque_spreads())
+        self.judge_with_spreads(session, &session.spreads())
     }
 
-    /// The same with given spreads (largest less smallest torque reading of each joint).
+    /// The same with given spreads (largest less smallest reading of each channel).
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
         let (posed, values) = (&self.posed, &self.estimate.values);
         let mut judgement = judge(
@@ -374,19 +414,16 @@ impl Solved {
             &self.idle,
         );
         judgement.gravity &= self.sign_known;
-        for SetAside { combination, .. } in &self.set_aside {
-            for (joint, quantity, _) in &combination.sensors {
-                judgement.parameters[*joint][*quantity as usize] = false;
-            }
-            judgement.combinations.push(combination.clone());
-        }
+        judgement.combinations.extend(self.set_aside.iter().map(|aside| aside.combination.clone()));
+        judgement.combinations.extend(self.readings.unread_and_unknown(session).into_iter().map(Combination::alone));
         judgement
     }
 
     pub(crate) fn situation<'s>(&self, session: &'s Session) -> Situation<'s> {
         let g = self.estimate.values.get(self.posed.layout.gravity);
         let read = (0..session.joints.len()).map(|joint| self.posed.rows.iter().any(|(_, j)| *j == joint)).collect();
-        Situation { session, gravity: [g[0], g[1], g[2]], read, idle: self.idle.clone() }
+        let unread = self.readings.unread_and_unknown(session);
+        Situation { session, gravity: [g[0], g[1], g[2]], read, unread, idle: self.idle.clone() }
     }
 
     fn gravity(&self, session: &Session) -> GravityResult {

@@ -22,7 +22,11 @@ pub(super) fn add_placements(
 ) -> Vec<Option<Placement>> {
     let mut placements: Vec<Option<Placement>> = vec![None; session.loads.len()];
     let parents = if exact_distances { parents(session, carried) } else { vec![None; session.loads.len()] };
-    let measured = if exact_distances { in_residuals(session, carried) } else { vec![false; session.loads.len()] };
+    let curved = match (exact_distances, session.terms.are_straight()) {
+        (false, _) => vec![false; session.loads.len()],
+        (true, true) => in_residuals(session, carried),
+        (true, false) => vec![true; session.loads.len()],
+    };
     // Parents first: a chain of placements is no longer than the loads.
     for _ in 0..session.loads.len() {
         for load in (0..session.loads.len()).filter(|load| carried[*load]) {
@@ -30,9 +34,7 @@ pub(super) fn add_placements(
                 continue;
             }
             placements[load] = match parents[load] {
-                None => {
-                    Some(vec![builder.add_block(position_block(session, load, measured[load]), &start.loads[load])])
-                }
+                None => Some(vec![builder.add_block(position_block(session, load, curved[load]), &start.loads[load])]),
                 Some((parent, distance)) => placements[parent].clone().map(|mut blocks| {
                     blocks.push(add_displacement(session, load, parent, distance, start, builder));
                     blocks
@@ -95,10 +97,10 @@ fn parents(session: &Session, carried: &[bool]) -> Vec<Option<(usize, f64)>> {
     parents
 }
 
-fn position_block(session: &Session, load: usize, in_residual: bool) -> Block {
+fn position_block(session: &Session, load: usize, curved: bool) -> Block {
     let load = &session.loads[load];
     let block = Block::vector(format!("load.{}.position", load.name), "m", &["x", "y", "z"]);
-    let block = if in_residual { block } else { block.linear() };
+    let block = if curved { block } else { block.linear() };
     match (load.position, load.position_std) {
         (Some(_), None) => block.held("its position in the link is given as exact"),
         _ => block,

@@ -1,19 +1,19 @@
-//! The joint problem: all residuals over all unknowns, every torque reading exactly once, as pose torque.
+//! The joint problem: all residuals over all unknowns, every reading exactly once.
 //!
-//! For given gravity, torque gains and positions all of it is affine in the torque biases, the links' masses and moments and
+//! For given gravity, gains, mountings and positions all of it is affine in the biases, the links' masses and moments and
 //! the placements of loads that no distance reads: these blocks are marked as linear.
-
-use std::sync::Arc;
 
 use gravcal_estimation::{
     Block, BlockId, Factor, Loss, Manifold, Noise, NoiseError, Problem, ProblemBuilder, ProblemError, Values,
 };
 use thiserror::Error;
 
+use super::earlier::with_earlier;
 use super::placements::{add_placements, distances_left};
+use super::readings::{Readings, add_readings};
 use super::unknowns::{Layout, Unknowns};
-use crate::parameter::Quantity;
-use crate::residuals::{CarriedLoad, GravityNorm, LoadDistance, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, Prior};
+use crate::parameter::{Parameter, ParameterId, Quantity};
+use crate::residuals::{GravityNorm, LoadDistance, Prior};
 use crate::session::{InertiaKnowledge, Knowledge, KnowledgeKind, Session};
 
 /// Centre of mass from which an assumed mass's moment is taken to be uncertain, m: see [`moment_std`].
@@ -21,6 +21,12 @@ const TYPICAL_LEVER: f64 = 0.1;
 
 /// Standard deviation of an exact distance that cannot be held by the placements themselves, m.
 const EXACT_DISTANCE_STD: f64 = 1e-6;
+
+/// Why links are held where only instruments read: these feel nothing of them.
+const NO_TORQUE: &str = "no torque of a joint is read";
+
+/// Why a parameter is held on which no reading that enters depends.
+const UNREAD: &str = "no reading depends on it";
 
 /// The joint problem cannot be posed.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -33,43 +39,6 @@ pub enum PosingError {
     Noise(#[from] NoiseError),
 }
 
-/// Which torque readings enter, and how uncertain they are.
-#[derive(Clone, Debug)]
-pub struct Readings {
-    /// Joints whose torque enters, for each pose of the session.
-    pub used: Vec<Vec<usize>>,
-    /// Standard deviation, by joint, of readings that state none; unit of the reading.
-    pub noise: Vec<f64>,
-    /// How readings far beyond that are to be counted. [`pose`] leaves it to `JointProblem::with_loss`: at a start every
-    /// reading looks far off.
-    pub loss: Loss,
-}
-
-impl Readings {
-    /// Every torque reading of the session for which `keep(pose, joint)` holds.
-    pub fn select(session: &Session, noise: Vec<f64>, keep: impl Fn(usize, usize) -> bool) -> Readings {
-        let used = session
-            .poses
-            .iter()
-            .enumerate()
-            .map(|(index, pose)| {
-                (0..pose.torque.len()).filter(|joint| pose.torque[*joint].is_some() && keep(index, *joint)).collect()
-            })
-            .collect();
-        Readings { used, noise, loss: session.loss }
-    }
-
-    /// How many poses have a reading that enters.
-    fn poses(&self) -> usize {
-        self.used.iter().filter(|used| !used.is_empty()).count()
-    }
-
-    /// Standard deviation of one reading, unit of the reading.
-    pub fn std(&self, session: &Session, pose: usize, joint: usize) -> f64 {
-        session.poses[pose].torque[joint].as_ref().and_then(|r| r.std).unwrap_or(self.noise[joint])
-    }
-}
-
 /// A posed joint problem.
 #[derive(Clone, Debug)]
 pub struct JointProblem {
@@ -79,16 +48,16 @@ pub struct JointProblem {
     pub initial: Values,
     /// Its blocks.
     pub layout: Layout,
-    /// Pose and joint of each torque row; these rows come first.
+    /// Pose and channel of each row of a reading; these rows come first.
     pub rows: Vec<(usize, usize)>,
-    /// Poses whose torques enter: so many factors come first, one each, in the order of the session.
+    /// Poses whose readings enter: so many factors come first, one each, in the order of the session.
     pub poses: usize,
     /// How these factors count readings far beyond their noise.
     pub loss: Loss,
 }
 
 impl JointProblem {
-    /// The same problem with another loss of the torque readings.
+    /// The same problem with another loss of the readings.
     pub(crate) fn with_loss(&self, loss: Loss) -> Result<JointProblem, PosingError> {
         let mut factors = self.problem.factors().to_vec();
         factors[..self.poses].iter_mut().for_each(|factor| factor.loss = loss);
@@ -103,13 +72,18 @@ impl JointProblem {
 pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, PosingError> {
     let mut builder = ProblemBuilder::new();
     let layout = add_blocks(session, readings, start, true, &mut builder);
-    let rows = add_pose_torques(session, readings, &layout, &mut builder)?;
+    let rows = add_readings(session, readings, &layout, &mut builder)?;
     add_knowledge(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
-    Ok(JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None })
+    let posed = JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None };
+    match &session.earlier {
+        None => Ok(posed),
+        Some(earlier) => with_earlier(earlier, posed),
+    }
 }
 
-/// The same with the torque readings alone: no prior, no known norm, no known distance.
+/// The same with the readings alone: no prior, no known norm, no known distance. A characteristic that is bent is taken for
+/// straight, as it is where a start begins.
 ///
 /// # Errors
 /// As [`pose`].
@@ -120,7 +94,7 @@ pub(crate) fn pose_readings_alone(
 ) -> Result<JointProblem, PosingError> {
     let mut builder = ProblemBuilder::new();
     let layout = add_blocks(session, readings, start, false, &mut builder);
-    let rows = add_pose_torques(session, readings, &layout, &mut builder)?;
+    let rows = add_readings(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
     Ok(JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None })
 }
@@ -129,36 +103,40 @@ fn add_blocks(
     session: &Session,
     readings: &Readings,
     start: &Unknowns,
-    exact_distances: bool,
+    with_knowledge: bool,
     builder: &mut ProblemBuilder,
 ) -> Layout {
-    let joints = session.robot.chain.joints();
+    let straight = !with_knowledge || session.terms.are_straight();
     let gravity = builder.add_block(gravity_block(session), &start.gravity);
-    let sensors = joints
-        .iter()
-        .enumerate()
-        .map(|(index, joint)| {
-            Quantity::ALL.map(|quantity| {
-                let unit = session.parameter_unit(index, quantity);
-                let block = Block::scalar(quantity.name(&joint.name), unit);
-                let block = if quantity == Quantity::TorqueBias { block.linear() } else { block };
-                let block = match session.held_reason(index, quantity) {
-                    Some(reason) => block.held(reason),
-                    None => block,
-                };
-                builder.add_block(block, &[start.sensors[index][quantity as usize]])
-            })
-        })
+    let unread = if with_knowledge { readings.unread_and_unknown(session) } else { readings.unread(session) };
+    let mut add = |id| {
+        let block = parameter_block(&session.parameter(id));
+        let block = if unread.contains(&id) { block.held(UNREAD) } else { block };
+        builder.add_block(block, &[start.value(id)])
+    };
+    let sensors = (0..session.joints.len())
+        .map(|joint| Quantity::ALL.map(|quantity| add(ParameterId::Sensor(joint, quantity))))
         .collect();
+    let further = (0..session.further.len()).map(|index| add(ParameterId::Further(index))).collect();
     let inertia = session.robot.chain.links().iter().zip(&start.inertia).map(|(link, value)| {
         let mut block =
             Block::vector(link.name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);
         block.units[0] = "kg".into();
-        builder.add_block(block.linear(), value)
+        let block = if readings.any_torque(session) { block } else { block.held(NO_TORQUE) };
+        builder.add_block(if straight { block.linear() } else { block }, value)
     });
     let inertia = inertia.collect();
-    let loads = add_placements(session, &carried(session, readings), start, exact_distances, builder);
-    Layout { gravity, sensors, inertia, loads }
+    let loads = add_placements(session, &readings.carried(session), start, with_knowledge, builder);
+    Layout { gravity, sensors, further, inertia, loads }
+}
+
+fn parameter_block(parameter: &Parameter) -> Block {
+    let block = Block::scalar(parameter.name(), parameter.unit.clone());
+    let block = if parameter.linear { block.linear() } else { block };
+    match parameter.held {
+        Some(reason) => block.held(reason),
+        None => block,
+    }
 }
 
 fn gravity_block(session: &Session) -> Block {
@@ -167,47 +145,6 @@ fn gravity_block(session: &Session) -> Block {
         Some(_) => block,
         None => block.on(Manifold::Sphere { radius: session.gravity.magnitude }),
     }
-}
-
-/// Which loads hang on the robot in a pose that is used.
-fn carried(session: &Session, readings: &Readings) -> Vec<bool> {
-    let poses = || session.poses.iter().zip(&readings.used).filter(|(_, used)| !used.is_empty());
-    (0..session.loads.len()).map(|load| poses().any(|(pose, _)| pose.load == Some(load))).collect()
-}
-
-/// The model of poses with nothing attached, and that of poses with each load.
-fn models(session: &Session, layout: &Layout) -> (Arc<PoseTorqueModel>, Vec<Arc<PoseTorqueModel>>) {
-    let chain = Arc::new(session.robot.chain.clone());
-    let blocks =
-        PoseTorqueBlocks { gravity: layout.gravity, sensors: layout.sensors.clone(), inertia: layout.inertia.clone() };
-    let model = |load| Arc::new(PoseTorqueModel::new(Arc::clone(&chain), &blocks, load));
-    let loaded = session.loads.iter().zip(&layout.loads).map(|(load, position)| {
-        model(position.clone().map(|position| CarriedLoad { position, mass: load.mass, link: load.link }))
-    });
-    (model(None), loaded.collect())
-}
-
-fn add_pose_torques(
-    session: &Session,
-    readings: &Readings,
-    layout: &Layout,
-    builder: &mut ProblemBuilder,
-) -> Result<Vec<(usize, usize)>, NoiseError> {
-    let (bare, loaded) = models(session, layout);
-    let mut rows = Vec::new();
-    for (index, pose) in session.poses.iter().enumerate() {
-        let used = &readings.used[index];
-        if used.is_empty() {
-            continue;
-        }
-        let model = pose.load.map_or(&bare, |load| &loaded[load]);
-        let values = used.iter().filter_map(|joint| Some((*joint, pose.torque[*joint].as_ref()?.value))).collect();
-        let std: Vec<f64> = used.iter().map(|joint| readings.std(session, index, *joint)).collect();
-        let residual = PoseTorque::new(Arc::clone(model), pose.position.clone(), values);
-        builder.add_factor(Factor::new(residual, Noise::independent(&std)?));
-        rows.extend(used.iter().map(|joint| (index, *joint)));
-    }
-    Ok(rows)
 }
 
 fn add_knowledge(
@@ -220,16 +157,14 @@ fn add_knowledge(
         let residual = GravityNorm::new(layout.gravity, session.gravity.magnitude);
         builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
     }
-    for (joint, ids) in session.joints.iter().zip(&layout.sensors) {
-        for quantity in Quantity::ALL {
-            if let Knowledge { nominal, kind: KnowledgeKind::Prior { std } } = joint.of(quantity) {
-                add_prior(builder, ids[quantity as usize], vec![nominal], &[std])?;
-            }
+    for id in session.parameters() {
+        if let Knowledge { nominal, kind: KnowledgeKind::Prior { std } } = session.parameter(id).knowledge {
+            add_prior(builder, layout.block(id), vec![nominal], &[std])?;
         }
     }
-    if let InertiaKnowledge::Model { relative_std } = session.inertia {
-        for (link, id) in session.robot.chain.links().iter().zip(&layout.inertia) {
-            if let Some(inertia) = &link.inertia {
+    if let InertiaKnowledge::Model { relative_std } = &session.inertia {
+        for ((link, id), relative_std) in session.robot.chain.links().iter().zip(&layout.inertia).zip(relative_std) {
+            if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {
                 let [x, y, z] = inertia.first_moment;
                 let moment = relative_std * moment_std(inertia.mass, [x, y, z]);
                 let std = [relative_std * inertia.mass, moment, moment, moment];
@@ -243,7 +178,7 @@ fn add_knowledge(
             add_prior(builder, *id, position.to_vec(), &[std; 3])?;
         }
     }
-    for index in distances_left(session, &carried(session, readings)) {
+    for index in distances_left(session, &readings.carried(session)) {
         let known = &session.load_distances[index];
         if let [Some(a), Some(b)] = known.between.map(|load| layout.loads[load].clone()) {
             let residual = LoadDistance::new([a, b], known.distance);

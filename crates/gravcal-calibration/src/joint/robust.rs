@@ -63,14 +63,14 @@ impl Solved {
         Ok(rows.chunks_exact(width).zip(&leverages).take(self.posed.rows.len()).map(freed).collect())
     }
 
-    /// Standard deviation of each joint's readings by the median of its residuals, unit of the reading.
+    /// Standard deviation of each channel's readings by the median of its residuals, unit of the reading.
     pub(super) fn median_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
         let freed = self.freed_residuals()?;
         let rows = || self.posed.rows.iter().zip(&freed);
-        let noise = |(joint, old): (usize, &f64)| {
-            let own = rows().filter(|((_, other), _)| *other == joint);
+        let noise = |(channel, old): (usize, &f64)| {
+            let own = rows().filter(|((_, other), _)| *other == channel);
             let mut sizes: Vec<f64> =
-                own.map(|((pose, _), r)| r.abs() * self.readings.std(session, *pose, joint)).collect();
+                own.map(|((pose, _), r)| r.abs() * self.readings.std(session, *pose, channel)).collect();
             let median = median(&mut sizes).unwrap_or(0.0);
             if median > 0.0 { median / NORMAL_MEDIAN } else { *old }
         };

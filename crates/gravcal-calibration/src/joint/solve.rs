@@ -7,12 +7,13 @@ use gravcal_estimation::{
 
 use super::constraints;
 use super::hold::{Holds, SetAside};
-use super::problem::{JointProblem, Readings, pose};
-use super::sign::settled;
+use super::problem::{JointProblem, pose};
+use super::readings::Readings;
 use super::start::best_start;
+use super::twins::settled;
 use super::{EstimateError, Unknowns};
 use crate::judgement::{fit, held_out};
-use crate::parameter::Quantity;
+use crate::parameter::{ParameterId, Quantity};
 use crate::result::Fit;
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -60,7 +61,7 @@ pub fn solve(
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     workbench.tell("starting values");
-    let start = best_start(session, readings, known)?;
+    let start = best_start(session, readings, known, workbench)?;
     settled(session, solve_from(session, readings, start, workbench)?, workbench)
 }
 
@@ -108,23 +109,23 @@ pub(crate) fn solve_posed(
     Solved::judged(readings, posed, estimate)
 }
 
-/// A first standard deviation for joints whose readings state none: a hundredth of the readings' spread.
+/// A first standard deviation for channels whose readings state none: a hundredth of the readings' spread.
 pub(super) fn first_noise(session: &Session) -> Vec<f64> {
-    session.torque_spreads().iter().map(|spread| if *spread > 0.0 { 0.01 * spread } else { 1.0 }).collect()
+    session.spreads().iter().map(|spread| if *spread > 0.0 { 0.01 * spread } else { 1.0 }).collect()
 }
 
 impl Solved {
-    /// Standard deviation of each joint's residuals, allowing for the parameters that the rows themselves took up.
+    /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up.
     fn residual_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
         let rows = self.posed.problem.augmented_jacobian(&self.estimate.values)?;
         let leverages = self.spectrum.leverages(&rows);
         let width = self.posed.problem.columns().len() + 1;
-        let mut sums = vec![(0.0, 0.0); session.joints.len()];
-        for (index, (pose, joint)) in self.posed.rows.iter().enumerate() {
-            let std = self.readings.std(session, *pose, *joint);
+        let mut sums = vec![(0.0, 0.0); session.channel_count()];
+        for (index, (pose, channel)) in self.posed.rows.iter().enumerate() {
+            let std = self.readings.std(session, *pose, *channel);
             let residual = rows[index * width + width - 1] * std;
-            sums[*joint].0 += residual * residual;
-            sums[*joint].1 += (1.0 - leverages[index]).max(0.0);
+            sums[*channel].0 += residual * residual;
+            sums[*channel].1 += (1.0 - leverages[index]).max(0.0);
         }
         let noise = sums.iter().zip(&self.readings.noise).map(|((squares, freedom), old)| {
             if *squares > 0.0 && *freedom > 0.0 { (squares / freedom).sqrt() } else { *old }
@@ -186,9 +187,14 @@ impl Solved {
         self.uncertainty.covariance()
     }
 
-    /// Standard deviation of a sensor parameter, in its unit; 0 where it is held.
+    /// Standard deviation of a joint's sensor parameter, in its unit; 0 where it is held.
     pub fn sensor_std(&self, joint: usize, quantity: Quantity) -> f64 {
-        let id = self.posed.layout.sensors[joint][quantity as usize];
+        self.parameter_std(ParameterId::Sensor(joint, quantity))
+    }
+
+    /// Standard deviation of any parameter, in its unit; 0 where it is held.
+    pub fn parameter_std(&self, id: ParameterId) -> f64 {
+        let id = self.posed.layout.block(id);
         self.posed.problem.columns_of(id).next().map_or(0.0, |column| self.covariance().std(column))
     }
 

@@ -3,8 +3,8 @@
 use gravcal_estimation::{BlockId, Values};
 
 use super::placements::Placement;
-use crate::parameter::Quantity;
-use crate::session::Session;
+use crate::parameter::{ParameterId, Quantity};
+use crate::session::{Instrument, InstrumentKind, Session};
 
 /// A value for every unknown of the joint problem, in inside units.
 #[derive(Clone, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub struct Unknowns {
     pub gravity: [f64; 3],
     /// `[k, b, s, o]` of each joint.
     pub sensors: Vec<[f64; 4]>,
+    /// The further parameters, in the order of [`Session::further`].
+    pub further: Vec<f64>,
     /// `(m, h_x, h_y, h_z)` of each link, kg and kg·m.
     pub inertia: Vec<[f64; 4]>,
     /// Centre of mass of each load in its link's frame, m.
@@ -29,18 +31,41 @@ impl Unknowns {
                 .iter()
                 .map(|joint| Quantity::ALL.map(|quantity| joint.of(quantity).nominal))
                 .collect(),
+            further: session.further.iter().map(|parameter| parameter.knowledge.nominal).collect(),
             inertia: session.robot.chain.links().iter().map(nominal_inertia).collect(),
             loads: nominal_placements(session),
         }
     }
 
+    /// The value of one parameter.
+    pub fn value(&self, id: ParameterId) -> f64 {
+        match id {
+            ParameterId::Sensor(joint, quantity) => self.sensors[joint][quantity as usize],
+            ParameterId::Further(index) => self.further[index],
+        }
+    }
+
+    /// The place of the same.
+    pub fn value_mut(&mut self, id: ParameterId) -> &mut f64 {
+        match id {
+            ParameterId::Sensor(joint, quantity) => &mut self.sensors[joint][quantity as usize],
+            ParameterId::Further(index) => &mut self.further[index],
+        }
+    }
+
     /// Gravity the other way up, masses, moments and placements negative: the same torques, but for what a load's mass
     /// does on known lengths.
-    pub(crate) fn upside_down(&self) -> Unknowns {
+    pub(crate) fn upside_down(&self, session: &Session) -> Unknowns {
+        let mut further = self.further.clone();
+        let wrist = |instrument: &&Instrument| instrument.kind == InstrumentKind::ForceTorque;
+        for instrument in session.instruments.iter().filter(wrist) {
+            further[instrument.own_parameters()].iter_mut().for_each(|component| *component *= -1.0);
+        }
         let negative = |v: &[f64; 3]| v.map(|component| -component);
         Unknowns {
             gravity: negative(&self.gravity),
             sensors: self.sensors.clone(),
+            further,
             inertia: self.inertia.iter().map(|v| v.map(|component| -component)).collect(),
             loads: self.loads.iter().map(negative).collect(),
         }
@@ -56,6 +81,7 @@ impl Unknowns {
         Unknowns {
             gravity: vector(layout.gravity),
             sensors: layout.sensors.iter().map(|ids| ids.map(|id| values.scalar(id))).collect(),
+            further: layout.further.iter().map(|id| values.scalar(*id)).collect(),
             inertia: layout
                 .inertia
                 .iter()
@@ -76,10 +102,22 @@ pub struct Layout {
     pub gravity: BlockId,
     /// `[k, b, s, o]` of each joint.
     pub sensors: Vec<[BlockId; 4]>,
+    /// The further parameters, in the order of [`Session::further`].
+    pub further: Vec<BlockId>,
     /// `(m, h)` of each link.
     pub inertia: Vec<BlockId>,
     /// For each load the blocks whose sum is its position; `None` where no pose that is used carries it.
     pub loads: Vec<Option<Vec<BlockId>>>,
+}
+
+impl Layout {
+    /// The block of a parameter.
+    pub fn block(&self, id: ParameterId) -> BlockId {
+        match id {
+            ParameterId::Sensor(joint, quantity) => self.sensors[joint][quantity as usize],
+            ParameterId::Further(index) => self.further[index],
+        }
+    }
 }
 
 /// A link without an assumed mass starts as 1 kg a few centimetres from its frame's origin, in no special direction:

@@ -1,8 +1,9 @@
 //! Undetermined combinations in words: what they are, why, and which pose or load would determine them.
 
 use super::determined::Combination;
-use crate::parameter::Quantity;
+use crate::parameter::{ParameterId, Quantity};
 use crate::result::Undetermined;
+use crate::session::parameters::MOVE_MORE;
 use crate::session::{InertiaKnowledge, Session};
 
 /// Angle between gravity and the first axis below which tilting the base is the cure, rad.
@@ -16,6 +17,8 @@ pub(crate) struct Situation<'a> {
     pub gravity: [f64; 3],
     /// Joints with at least one torque reading in use.
     pub read: Vec<bool>,
+    /// Parameters on which no reading in use depends.
+    pub unread: Vec<ParameterId>,
     /// Joints that carry no gravity.
     pub idle: Vec<bool>,
 }
@@ -23,7 +26,8 @@ pub(crate) struct Situation<'a> {
 impl Situation<'_> {
     /// Tells a combination in words.
     pub fn tell(&self, combination: &Combination) -> Undetermined {
-        let names: Vec<String> = combination.sensors.iter().map(|(j, q, _)| q.name(self.joint(*j))).collect();
+        let names: Vec<String> =
+            combination.parameters.iter().map(|(id, _)| self.session.parameter_name(*id)).collect();
         let mut parameters = names.clone();
         if combination.gravity {
             parameters.insert(0, "gravity".into());
@@ -38,6 +42,12 @@ impl Situation<'_> {
 
     fn explain(&self, combination: &Combination, parameters: &[String]) -> (String, String, String) {
         let list = parameters.join(", ");
+        let sensors = combination.parameters.iter().filter_map(|(id, _)| match id {
+            ParameterId::Sensor(joint, quantity) => Some((*joint, *quantity)),
+            ParameterId::Further(_) => None,
+        });
+        let only_sensors =
+            !combination.parameters.is_empty() && sensors.clone().count() == combination.parameters.len();
         if self.is_common_scale(combination) {
             return (
                 "common scale of all torque gains".into(),
@@ -45,15 +55,18 @@ impl Situation<'_> {
                 self.scale_cure(),
             );
         }
-        if let Some(unread) = combination
-            .sensors
-            .iter()
-            .find(|(j, q, _)| matches!(q, Quantity::TorqueGain | Quantity::TorqueBias) && !self.read[*j])
-        {
-            let joint = self.joint(unread.0);
+        if combination.parameters.iter().any(|(id, _)| self.unread.contains(id)) {
+            let cure = "record the torque of a joint or an instrument that depends on it";
+            return (list, "no reading in use depends on it".into(), cure.into());
+        }
+        if let Some(unread) = sensors.clone().find_map(|(joint, quantity)| {
+            let of_torque = matches!(quantity, Quantity::TorqueGain | Quantity::TorqueBias);
+            (of_torque && !self.read[joint]).then_some(joint)
+        }) {
+            let joint = self.joint(unread);
             return (list, format!("no torque reading of {joint} is used"), format!("record the torque of {joint}"));
         }
-        if combination.sensors.iter().all(|(j, _, _)| *j == 0) && !combination.sensors.is_empty() && self.is_upright() {
+        if only_sensors && sensors.clone().all(|(joint, _)| joint == 0) && self.is_upright() {
             let first = self.joint(0);
             return (
                 list,
@@ -68,31 +81,43 @@ impl Situation<'_> {
                 "add poses in which the first joints take at least three well separated positions".into(),
             );
         }
-        if combination.sensors.iter().any(|(_, q, _)| *q == Quantity::TorqueGain) {
-            let why = if combination.sensors.len() == 1 {
+        if sensors.clone().any(|(_, quantity)| quantity == Quantity::TorqueGain) {
+            let why = if combination.parameters.len() == 1 {
                 "the unknown masses and moments trade off with it"
             } else {
                 "only their combination acts on the readings"
             };
             return (list, why.into(), self.scale_cure());
         }
-        (
-            list,
-            "the range of motion is too short, or they act on the readings only together".into(),
-            "add poses that move these joints over a wider range, at several positions of the joints before them"
-                .into(),
-        )
+        if !only_sensors {
+            let why = "what it depends on varies too little over the poses, or only together with other things";
+            return (list, why.into(), self.cures(combination));
+        }
+        let why = "the range of motion is too short, or they act on the readings only together";
+        (list, why.into(), MOVE_MORE.into())
+    }
+
+    /// The cures of the further parameters.
+    fn cures(&self, combination: &Combination) -> String {
+        let further = combination.parameters.iter().filter(|(id, _)| matches!(id, ParameterId::Further(_)));
+        let mut cures: Vec<&str> = further.map(|(id, _)| self.session.parameter(*id).cure).collect();
+        cures.dedup();
+        cures.join("; ")
     }
 
     fn is_common_scale(&self, combination: &Combination) -> bool {
-        let torque = |q: Quantity| q == Quantity::TorqueGain;
-        let gains = combination.sensors.iter().filter(|(_, q, _)| torque(*q));
-        let equal = gains.clone().all(|(_, _, c)| (c / combination.sensors[0].2 - 1.0).abs() < 0.01);
+        let gain = |(id, coefficient): &(ParameterId, f64)| match id {
+            ParameterId::Sensor(joint, Quantity::TorqueGain) => Some((*joint, *coefficient)),
+            _ => None,
+        };
+        let Some(gains) = combination.parameters.iter().map(gain).collect::<Option<Vec<(usize, f64)>>>() else {
+            return false;
+        };
+        let equal = gains.iter().all(|(_, c)| (c / gains[0].1 - 1.0).abs() < 0.01);
         let with_sensor = (0..self.session.joints.len()).filter(|j| self.read[*j] && !self.idle[*j]).count();
         !combination.gravity
-            && combination.sensors.iter().all(|(_, q, _)| torque(*q))
             && with_sensor > 1
-            && gains.filter(|(j, _, _)| !self.idle[*j]).count() == with_sensor
+            && gains.iter().filter(|(j, _)| !self.idle[*j]).count() == with_sensor
             && equal
     }
 
@@ -100,7 +125,7 @@ impl Situation<'_> {
         let loaded = self.session.poses.iter().any(|p| p.load.is_some());
         let bare = self.session.poses.iter().any(|p| p.load.is_none());
         let placed = !self.session.load_distances.is_empty();
-        match (loaded, bare, placed, self.session.inertia) {
+        match (loaded, bare, placed, &self.session.inertia) {
             (false, ..) => {
                 "attach a load of known mass to the last link and record loaded poses besides the bare ones; \
                             two placements a known distance apart are best"

@@ -1,4 +1,4 @@
-//! Which sensor parameters the data determine.
+//! Which parameters the data determine.
 //!
 //! A parameter is *determined* if no direction without information touches it (rank of the whitened, column-scaled
 //! Jacobian), and if its standard deviation is within a limit beyond which a number would mislead: 10 % of a gain's nominal value,
@@ -7,49 +7,62 @@
 //! instead of empty: an upright base is never estimated as exactly upright.
 
 use gravcal_estimation::{Covariance, Problem, Spectrum, Values, sparse_basis};
-use gravcal_kinematics::JointKind;
 
 use crate::joint::Layout;
-use crate::parameter::Quantity;
+use crate::parameter::{ParameterId, Quantity};
 use crate::session::Session;
 
 /// Coefficients of a combination below this share of the largest are not told.
 const READABLE: f64 = 0.02;
 
-/// What the data say of the sensor parameters and gravity.
+/// What the data say of the parameters and gravity.
 #[derive(Debug)]
 pub(crate) struct Judgement {
-    /// By joint and quantity; held parameters count as determined.
-    pub parameters: Vec<[bool; 4]>,
     /// Whether gravity is determined.
     pub gravity: bool,
     /// Combinations without information, and those with too little.
     pub combinations: Vec<Combination>,
 }
 
-/// A combination of sensor parameters that is not determined.
+impl Judgement {
+    /// Whether a parameter is determined; held ones count as such.
+    pub fn determines(&self, id: ParameterId) -> bool {
+        !self.combinations.iter().any(|combination| combination.contains(id))
+    }
+}
+
+/// A combination of parameters that is not determined.
 #[derive(Clone, Debug)]
 pub(crate) struct Combination {
-    /// Joint, quantity and coefficient: relative change of a gain, change of an angle or bias in units
-    /// of its limit.
-    pub sensors: Vec<(usize, Quantity, f64)>,
+    /// Parameter and coefficient: relative change of a gain, change of any other in units of its limit.
+    pub parameters: Vec<(ParameterId, f64)>,
     /// Whether gravity takes part.
     pub gravity: bool,
     /// Standard deviation in units of the limit; `None` where there is no information at all.
     pub std_over_limit: Option<f64>,
-    /// The sensor parameter in it on which the readings depend most: held, it fixes the combination.
-    pub anchor: Option<(usize, Quantity)>,
+    /// The parameter in it on which the readings depend most: held, it fixes the combination.
+    pub anchor: Option<ParameterId>,
 }
 
 impl Combination {
+    /// One parameter without any information.
+    pub fn alone(parameter: ParameterId) -> Combination {
+        Combination { parameters: vec![(parameter, 1.0)], gravity: false, std_over_limit: None, anchor: None }
+    }
+
     /// Whether it is this one parameter.
-    fn is_only(&self, parameter: (usize, Quantity)) -> bool {
-        !self.gravity && self.sensors.len() == 1 && (self.sensors[0].0, self.sensors[0].1) == parameter
+    fn is_only(&self, parameter: ParameterId) -> bool {
+        !self.gravity && self.parameters.len() == 1 && self.contains(parameter)
+    }
+
+    /// Whether a parameter takes part.
+    pub fn contains(&self, parameter: ParameterId) -> bool {
+        self.parameters.iter().any(|(id, _)| *id == parameter)
     }
 
     /// Whether holding this parameter would fix a combination that has no effect.
-    pub fn breaks_with(&self, parameter: (usize, Quantity)) -> bool {
-        self.std_over_limit.is_none() && self.sensors.iter().any(|(j, q, _)| (*j, *q) == parameter)
+    pub fn breaks_with(&self, parameter: ParameterId) -> bool {
+        self.std_over_limit.is_none() && self.contains(parameter)
     }
 }
 
@@ -64,26 +77,17 @@ pub(crate) fn judge(
     spreads: &[f64],
     idle: &[bool],
 ) -> Judgement {
-    let asked = SensorColumns::new(session, problem, values, layout, spreads, idle);
+    let asked = ParameterColumns::new(session, problem, values, layout, spreads, idle);
     let mut combinations = asked.without_information(spectrum);
     combinations.extend(asked.with_little_information(covariance, &combinations));
-    let touched = |joint: usize, quantity: Quantity| {
-        combinations.iter().any(|c| c.sensors.iter().any(|(j, q, _)| (*j, *q) == (joint, quantity)))
-    };
-    Judgement {
-        parameters: (0..session.joints.len())
-            .map(|joint| Quantity::ALL.map(|quantity| !touched(joint, quantity)))
-            .collect(),
-        gravity: !combinations.iter().any(|c| c.gravity),
-        combinations,
-    }
+    Judgement { gravity: !combinations.iter().any(|c| c.gravity), combinations }
 }
 
-/// The columns of sensor parameters and gravity, each with what it is and its limit.
-struct SensorColumns {
+/// The columns of parameters and gravity, each with what it is and its limit.
+struct ParameterColumns {
     columns: Vec<usize>,
     /// `None`: gravity.
-    identity: Vec<Option<(usize, Quantity)>>,
+    identity: Vec<Option<ParameterId>>,
     /// Standard deviation beyond which a number would mislead.
     limits: Vec<f64>,
     /// Unit in which a combination is told: the value itself for a gain, so that a common scale shows as such.
@@ -91,7 +95,7 @@ struct SensorColumns {
     idle: Vec<bool>,
 }
 
-impl SensorColumns {
+impl ParameterColumns {
     fn new(
         session: &Session,
         problem: &Problem,
@@ -100,7 +104,7 @@ impl SensorColumns {
         spreads: &[f64],
         idle: &[bool],
     ) -> Self {
-        let mut all = SensorColumns {
+        let mut all = ParameterColumns {
             columns: Vec::new(),
             identity: Vec::new(),
             limits: Vec::new(),
@@ -111,32 +115,23 @@ impl SensorColumns {
             let limit = 0.1 * session.gravity.magnitude;
             all.push(column, None, limit, limit);
         }
-        for (joint, ids) in layout.sensors.iter().enumerate() {
-            let turns = session.robot.chain.joints()[joint].kind == JointKind::Revolute;
-            for quantity in Quantity::ALL {
-                let id = ids[quantity as usize];
-                let limit = match quantity {
-                    Quantity::TorqueGain | Quantity::PositionGain => {
-                        0.1 * session.joints[joint].of(quantity).nominal.abs()
-                    }
-                    Quantity::TorqueBias => 0.5 * spreads[joint],
-                    Quantity::PositionOffset if turns => 0.1,
-                    Quantity::PositionOffset => 0.01,
-                };
-                let unit = match quantity {
-                    Quantity::TorqueGain | Quantity::PositionGain => 0.1 * values.scalar(id).abs(),
-                    Quantity::TorqueBias | Quantity::PositionOffset => limit,
-                };
-                for column in problem.columns_of(id) {
-                    let positive = |v: f64| v.max(f64::MIN_POSITIVE);
-                    all.push(column, Some((joint, quantity)), positive(limit), positive(unit));
+        for id in session.parameters() {
+            let limit = session.limit(id, spreads);
+            let unit = match id {
+                ParameterId::Sensor(_, Quantity::TorqueGain | Quantity::PositionGain) => {
+                    0.1 * values.scalar(layout.block(id)).abs()
                 }
+                _ => limit,
+            };
+            for column in problem.columns_of(layout.block(id)) {
+                let positive = |v: f64| v.max(f64::MIN_POSITIVE);
+                all.push(column, Some(id), positive(limit), positive(unit));
             }
         }
         all
     }
 
-    fn push(&mut self, column: usize, identity: Option<(usize, Quantity)>, limit: f64, unit: f64) {
+    fn push(&mut self, column: usize, identity: Option<ParameterId>, limit: f64, unit: f64) {
         self.columns.push(column);
         self.identity.push(identity);
         self.limits.push(limit);
@@ -158,13 +153,13 @@ impl SensorColumns {
         combinations
     }
 
-    fn anchor(&self, direction: &[f64], spectrum: &Spectrum, taken: &[(usize, Quantity)]) -> Option<(usize, Quantity)> {
+    fn anchor(&self, direction: &[f64], spectrum: &Spectrum, taken: &[ParameterId]) -> Option<ParameterId> {
         let largest = direction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
         let effect = |i: &usize| spectrum.column_scale(self.columns[*i]) * self.units[*i];
         (0..direction.len())
             .filter(|i| direction[*i].abs() > READABLE * largest)
             .filter(|i| self.identity[*i].is_some_and(|identity| !taken.contains(&identity)))
-            .filter(|i| self.identity[*i].is_some_and(|(joint, _)| !self.idle[joint]))
+            .filter(|i| !matches!(self.identity[*i], Some(ParameterId::Sensor(joint, _)) if self.idle[joint]))
             .max_by(|a, b| effect(a).total_cmp(&effect(b)))
             .and_then(|i| self.identity[i])
     }
@@ -193,9 +188,8 @@ impl SensorColumns {
         let mut terms = vec![(self.columns[index], 1.0)];
         let identity = self.identity[index];
         for combination in without.iter().filter(|c| c.anchor != identity) {
-            let coefficient = |identity: (usize, Quantity)| {
-                combination.sensors.iter().find(|(j, q, _)| (*j, *q) == identity).map(|(_, _, c)| *c)
-            };
+            let coefficient =
+                |identity: ParameterId| combination.parameters.iter().find(|(id, _)| *id == identity).map(|(_, c)| *c);
             let own = identity.and_then(coefficient);
             if let (Some(own), Some(anchor), Some(of_anchor)) =
                 (own, combination.anchor, combination.anchor.and_then(coefficient))
@@ -210,12 +204,12 @@ impl SensorColumns {
 
     fn combination(&self, direction: &[f64], std_over_limit: Option<f64>) -> Combination {
         let largest = direction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        let mut combination = Combination { sensors: Vec::new(), gravity: false, std_over_limit, anchor: None };
+        let mut combination = Combination { parameters: Vec::new(), gravity: false, std_over_limit, anchor: None };
         for (coefficient, identity) in direction.iter().zip(&self.identity) {
             if coefficient.abs() > READABLE * largest {
                 match identity {
                     None => combination.gravity = true,
-                    Some((joint, quantity)) => combination.sensors.push((*joint, *quantity, *coefficient)),
+                    Some(id) => combination.parameters.push((*id, *coefficient)),
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! What the residuals of the torque readings say.
+//! What the residuals of the readings say.
 
 use gravcal_estimation::{EvaluateError, Loss};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
@@ -7,40 +7,40 @@ use crate::joint::{NORMAL_MEDIAN, Readings, Solved, median};
 use crate::result::{Fit, HeldOut, JointFit};
 use crate::session::Session;
 
-/// Residuals of torque readings, collected by joint.
+/// Residuals of readings, collected by channel.
 #[derive(Clone, Debug)]
 pub(crate) struct JointResiduals {
-    /// `(residual, assumed standard deviation)` in the unit of the reading, by joint.
-    by_joint: Vec<Vec<(f64, f64)>>,
+    /// `(residual, assumed standard deviation)` in the unit of the reading, by channel.
+    by_channel: Vec<Vec<(f64, f64)>>,
 }
 
 impl JointResiduals {
     /// From whitened residuals whose first rows are the given readings.
     pub fn new(session: &Session, readings: &Readings, rows: &[(usize, usize)], whitened: &[f64]) -> Self {
-        let mut by_joint = vec![Vec::new(); session.joints.len()];
-        for ((pose, joint), r) in rows.iter().zip(whitened) {
-            let std = readings.std(session, *pose, *joint);
-            by_joint[*joint].push((r * std, std));
+        let mut by_channel = vec![Vec::new(); session.channel_count()];
+        for ((pose, channel), r) in rows.iter().zip(whitened) {
+            let std = readings.std(session, *pose, *channel);
+            by_channel[*channel].push((r * std, std));
         }
-        JointResiduals { by_joint }
+        JointResiduals { by_channel }
     }
 
     fn tell(&self, session: &Session) -> Vec<JointFit> {
         let estimated = session.noise_estimated();
-        self.by_joint
+        self.by_channel
             .iter()
             .enumerate()
             .filter(|(_, rows)| !rows.is_empty())
-            .map(|(joint, rows)| {
+            .map(|(channel, rows)| {
                 let count = rows.len() as f64;
                 JointFit {
-                    joint: session.robot.chain.joints()[joint].name.clone(),
-                    unit: session.joints[joint].torque_unit.map_or_else(String::new, |u| u.to_string()),
+                    joint: session.channel_name(channel),
+                    unit: session.channel_unit(channel),
                     readings: rows.len(),
                     rms: (rows.iter().map(|(r, _)| r * r).sum::<f64>() / count).sqrt(),
                     largest: rows.iter().fold(0.0, |m, (r, _)| m.max(r.abs())),
                     noise_std: rows.iter().map(|(_, std)| std).sum::<f64>() / count,
-                    noise_estimated: estimated[joint],
+                    noise_estimated: estimated[channel],
                 }
             })
             .collect()

@@ -12,6 +12,6 @@ pub(crate) use cure::Situation;
 pub(crate) use determined::{Combination, Judgement, judge};
 pub(crate) use fit::{fit, held_out};
 pub(crate) use gravity::gravity_result;
-pub(crate) use moments::determined_moments;
+pub(crate) use moments::{DeterminedMoment, determined_moments};
 pub(crate) use outliers::{outlier_note, outliers};
 pub(crate) use remarks::{held, loss, weak_combinations, weak_note};

@@ -2,10 +2,17 @@
 //!
 //! Any masses and moments that reproduce these combinations predict the same gravity torques.
 
+use gravcal_estimation::statistics::{LinearFunction, stored_coordinates};
 use gravcal_estimation::{BlockId, Covariance, Manifold, Problem, Spectrum, Values, sparse_basis};
 
 use crate::joint::Layout;
 use crate::result::MomentResult;
+
+/// A combination, and how it depends on the problem's columns.
+pub(crate) struct DeterminedMoment {
+    pub told: MomentResult,
+    pub function: LinearFunction,
+}
 
 /// The combinations with value and standard deviation.
 pub(crate) fn determined_moments(
@@ -14,7 +21,7 @@ pub(crate) fn determined_moments(
     layout: &Layout,
     spectrum: &Spectrum,
     covariance: &Covariance,
-) -> Vec<MomentResult> {
+) -> Vec<DeterminedMoment> {
     let mut placements: Vec<BlockId> = layout.loads.iter().flatten().flatten().copied().collect();
     placements.sort_unstable();
     placements.dedup();
@@ -35,7 +42,7 @@ fn combinations(
     blocks: &[BlockId],
     spectrum: &Spectrum,
     covariance: &Covariance,
-) -> Vec<MomentResult> {
+) -> Vec<DeterminedMoment> {
     let coordinates: Vec<(usize, BlockId, usize)> = blocks
         .iter()
         .flat_map(|id| problem.columns_of(*id).enumerate().map(|(component, column)| (column, *id, component)))
@@ -46,11 +53,12 @@ fn combinations(
         .map(|coefficients| {
             let used = || coordinates.iter().zip(coefficients).filter(|(_, c)| **c != 0.0);
             let by_column: Vec<(usize, f64)> = used().map(|((column, _, _), c)| (*column, *c)).collect();
-            MomentResult {
+            let told = MomentResult {
                 terms: used().map(|((_, id, i), c)| (problem.block(*id).component_name(*i), *c)).collect(),
                 value: used().map(|((_, id, i), c)| c * values.get(*id)[*i]).sum(),
                 std: covariance.std_of(&by_column),
-            }
+            };
+            DeterminedMoment { told, function: by_column }
         })
         .collect()
 }
@@ -62,18 +70,18 @@ fn determined_vector(
     id: BlockId,
     spectrum: &Spectrum,
     covariance: &Covariance,
-) -> Vec<MomentResult> {
+) -> Vec<DeterminedMoment> {
     let columns: Vec<usize> = problem.columns_of(id).collect();
     if !spectrum.null_space_within(&columns).is_empty() {
         return Vec::new();
     }
-    let stored = covariance.stored(problem, values, &[id]);
-    let length = problem.block(id).len();
-    (0..length)
-        .map(|i| MomentResult {
+    let component = |(i, function): (usize, LinearFunction)| {
+        let told = MomentResult {
             terms: vec![(problem.block(id).component_name(i), 1.0)],
             value: values.get(id)[i],
-            std: stored[i * (length + 1)].max(0.0).sqrt(),
-        })
-        .collect()
+            std: covariance.std_of(&function),
+        };
+        DeterminedMoment { told, function }
+    };
+    stored_coordinates(problem, values, &[id]).into_iter().enumerate().map(component).collect()
 }

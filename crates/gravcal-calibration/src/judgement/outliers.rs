@@ -21,12 +21,12 @@ pub(crate) fn outliers(session: &Session, solved: &Solved) -> Result<Vec<Outlier
     let rows = solved.posed.rows.iter().zip(residuals).zip(weights);
     let mut outliers: Vec<Outlier> = rows
         .filter(|(_, weight)| *weight < HALF)
-        .map(|(((pose, joint), residual), weight)| {
+        .map(|(((pose, channel), residual), weight)| {
             let pose = &session.poses[*pose];
             Outlier {
                 table: file_name(&session.tables[pose.table].path),
                 line: pose.line,
-                joint: session.robot.chain.joints()[*joint].name.clone(),
+                joint: session.channel_name(*channel),
                 residual_in_std: residual,
                 weight,
             }

@@ -24,9 +24,9 @@ pub(crate) fn held(solved: &Solved) -> Vec<HeldBlock> {
 
 /// Steps of gravity and the sensor parameters that change the readings hardly, whatever masses and moments are.
 pub(crate) fn weak_combinations(solved: &Solved) -> Vec<WeakCombination> {
-    let Layout { gravity, sensors, .. } = &solved.posed.layout;
+    let Layout { gravity, sensors, further, .. } = &solved.posed.layout;
     let problem = &solved.posed.problem;
-    let blocks = [*gravity].into_iter().chain(sensors.iter().flatten().copied());
+    let blocks = [*gravity].into_iter().chain(sensors.iter().flatten().chain(further).copied());
     let columns: Vec<usize> = blocks.flat_map(|id| problem.columns_of(id)).collect();
     let weak = solved.spectrum.weak_directions(&columns);
     let steps: Vec<Vec<f64>> = weak.iter().map(|direction| direction.step.clone()).collect();

@@ -5,21 +5,27 @@
 
 mod gravity_norm;
 mod gravity_sweep;
+mod instrument;
+mod linear_knowledge;
 mod load_difference;
 mod load_distance;
 mod pose_torque;
 mod position_error;
 mod prior;
 mod sinusoid;
+mod stacked;
 
 pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
+pub use instrument::{GainEntry, InstrumentModel, InstrumentReading, Sensed, SensedQuantity, SpecificForce, Wrench};
+pub use linear_knowledge::{KnownQuantity, LinearKnowledge};
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks};
 pub use load_distance::LoadDistance;
 pub use pose_torque::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel};
 pub use position_error::PositionError;
 pub use prior::Prior;
 pub use sinusoid::{Sinusoid, SinusoidBlocks};
+pub use stacked::Stacked;
 
 #[cfg(test)]
 pub(crate) mod testing {

@@ -12,7 +12,7 @@ use gravcal_kinematics::Chain;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
 pub use crate::document::FileError;
-pub(crate) use sensors_file::{PositionSensorTable, SensorTables, TorqueSensorTable};
+pub(crate) use sensors_file::{PositionSensorTable, SensorTables, TorqueSensorTable, ValueTable};
 pub(crate) use source::{RobotSource, resolve_robot};
 
 /// A serial robot with the nominal values of its sensors.

@@ -26,14 +26,15 @@ pub(crate) struct PositionSensorTable {
 /// A number with its unit.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
-struct ValueTable {
-    value: f64,
+pub(crate) struct ValueTable {
+    pub value: f64,
     /// Mandatory; read as optional so that the error can say which units fit.
     unit: Option<String>,
 }
 
 impl ValueTable {
-    fn unit(&self) -> Option<&str> {
+    /// The unit as it is written.
+    pub fn unit(&self) -> Option<&str> {
         self.unit.as_deref()
     }
 }

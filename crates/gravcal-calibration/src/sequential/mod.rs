@@ -13,7 +13,7 @@ use gravcal_estimation::statistics::Quantile;
 
 use crate::joint::{self, EstimateError, Readings, Signals, Unknowns, solve_posed};
 use crate::judgement::{determined_moments, gravity_result};
-use crate::parameter::Quantity;
+use crate::parameter::{ParameterId, Quantity};
 use crate::result::{
     CovarianceResult, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined, Verdict,
 };
@@ -183,6 +183,7 @@ pub fn tell_steps(
             .map(|g| gravity_result(g.vector, &g.covariance, asked("gravity"), |std, _| Quantile::normal().cone(std))),
         covariance: tell_covariance(session, known),
         moments: Vec::new(),
+        sensor_models: Vec::new(),
         undetermined,
         active_constraints: Vec::new(),
         weak: Vec::new(),
@@ -204,13 +205,14 @@ pub fn tell_steps(
         if !solved.estimate.termination.converged() {
             result.notes.push(format!("The fit below is no optimum: {}.", solved.estimate.termination));
         }
-        result.moments = determined_moments(
+        let moments = determined_moments(
             &solved.posed.problem,
             &solved.estimate.values,
             &solved.posed.layout,
             &solved.spectrum,
             solved.covariance(),
         );
+        result.moments = moments.into_iter().map(|moment| moment.told).collect();
         result.fit = Some(joint::fit_with_held_out(session, &solved, workbench)?);
     }
     Ok(result)
@@ -227,7 +229,8 @@ fn found_blocks(posed: &joint::JointProblem, known: &SequentialValues) -> Vec<Bl
         posed.layout.sensors.iter().zip(&known.sensors).flat_map(|(ids, sensor)| {
             Quantity::ALL.into_iter().filter(|q| sensor.of(*q).is_ok()).map(|q| ids[q as usize])
         });
-    sensors.chain([posed.layout.gravity]).collect()
+    // Whatever else sensors do, the steps take it as it is assumed.
+    sensors.chain([posed.layout.gravity]).chain(posed.layout.further.iter().copied()).collect()
 }
 
 /// Gravity's covariance and the variances of what the steps found: between steps, and between the parameters of one
@@ -257,22 +260,23 @@ fn tell_covariance(session: &Session, known: &SequentialValues) -> CovarianceRes
 
 fn tell_parameters(session: &Session, known: &SequentialValues) -> Vec<ParameterResult> {
     let quantile = Quantile::normal();
-    let mut parameters = Vec::new();
-    for (joint, sensor) in known.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
-            let mut told = session.blank_parameter(joint, quantity);
-            match sensor.of(quantity) {
-                Ok(found) if told.determined => {
-                    told.value = Some(found.value);
-                    told.std = Some(found.std);
-                    told.ci95 = Some(quantile.interval(found.value, found.std));
-                }
-                _ => told.determined = false,
+    let tell = |id: ParameterId| {
+        let mut told = session.blank_parameter(id);
+        let ParameterId::Sensor(joint, quantity) = id else {
+            told.determined = false;
+            return told;
+        };
+        match known.sensors[joint].of(quantity) {
+            Ok(found) if told.determined => {
+                told.value = Some(found.value);
+                told.std = Some(found.std);
+                told.ci95 = Some(quantile.interval(found.value, found.std));
             }
-            parameters.push(told);
+            _ => told.determined = false,
         }
-    }
-    parameters
+        told
+    };
+    session.parameters().into_iter().map(tell).collect()
 }
 
 /// What was not found, parameters with one and the same reason together.
@@ -299,10 +303,17 @@ fn tell_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined
             }
         }
     }
+    for id in session.parameters() {
+        if let (ParameterId::Further(_), parameter) = (id, session.parameter(id)) {
+            add(&Missing::new(ONLY_AFFINE, "use the joint estimator"), parameter.name());
+        }
+    }
     let mut told: Vec<Undetermined> = reasons.into_iter().map(|(missing, names)| missing.tell(names)).collect();
     told.extend(joint::last_frame_choice(session));
     told
 }
+
+const ONLY_AFFINE: &str = "the sequential procedure knows only gains, biases and offsets of joint sensors";
 
 fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
     let mut notes = joint::session_notes(session);
@@ -311,7 +322,17 @@ fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
          those results are not in them, and no covariance between steps is known."
             .into(),
     );
+    let unheeded =
+        [(!session.instruments.is_empty(), "instruments"), (session.earlier.is_some(), "earlier calibrations")];
+    notes.extend(
+        unheeded.into_iter().filter(|(there, _)| *there).map(|(_, what)| format!("The steps do not heed {what}.")),
+    );
     notes.extend(known.gravity.as_ref().ok().and_then(|g| g.assumed.clone()));
+    if !session.terms.is_empty() {
+        notes.push(
+            "The steps know only affine sensors: their values are those of readings without further terms.".into(),
+        );
+    }
     let largest: Vec<String> = known
         .largest_residuals
         .iter()

@@ -11,13 +11,18 @@
 //! hemisphere = [0, 0, -1]                    # optional: rough direction in base coordinates, settles the sign
 //!
 //! [inertia]                                  # optional
-//! links = "unknown"                          # the default; or "model", with relative_std = 0.1
+//! links = "unknown"                          # the default; or "model", with relative_std = 0.1 or by link { link2 = 0.1 }
 //!
 //! [readings]
 //! position = { columns = ["q1", "q2"], unit = "deg" }
 //! torque = { columns = ["y1", ""], unit = "count", std = 0.8 }    # "": no torque sensor
+//! # with lowest = 0, highest = 4095 in it: readings there or beyond are saturated, and left out
 //! sweep_column = "sweep"                     # optional: labels of sweeps
 //! merge_repeated_rows = false                # optional: rows of one standstill become one pose
+//! time = { column = "t", unit = "s" }        # these four where a sensor's model needs them: one clock for all tables
+//! temperature = { columns = "T", unit = "degC" }                  # one for all joints, or a list
+//! velocity = { columns = ["dq1", "dq2"], unit = "deg/s" }
+//! direction = { columns = ["d1", "d2"] }     # from which side the joint came: 1 rising, -1 falling, 0 not known
 //!
 //! [[joint]]                                  # optional: what is known of a joint's sensors
 //! name = "shoulder"
@@ -25,6 +30,27 @@
 //! torque_gain = { nominal = 6.69, unit = "count/(N·m)" }          # only a start
 //! position_gain = { fixed = 1, unit = "deg/deg" }                 # exact
 //! position_offset = { nominal = 135, std = 2, unit = "deg" }      # known that well
+//! sensor_models = [                          # what its sensors do beyond gain and bias: see `crate::sensors`
+//!     { kind = "torque-bias-in-time", parameters = { torque_bias_drift = { nominal = 0, std = 1, unit = "count/s" } } },
+//!     { kind = "torque-bias-with-temperature", reference_degC = 25 },
+//! ]
+//!
+//! [[force_torque_sensor]]                    # optional: six axes on the last link; see `residuals::Wrench` for its signs
+//! name = "wrist"
+//! mounting = { position_m = [0, 0, 0.05], rpy_deg = [0, 0, 30] }  # optional: its frame in that link's
+//! readings = { columns = ["fx", "fy", "fz", "nx", "ny", "nz"], unit = "count", std = 0.5 }   # as readings.torque
+//! gains = "axis"                             # optional: one an axis (the default), or a "matrix"
+//! force_gain = { nominal = 20, std = 1, unit = "count/N" }        # of each axis; as for a joint
+//! moment_gain = { nominal = 400, unit = "count/(N·m)" }           # likewise force_bias, moment_bias
+//! tool_mass = { fixed = 1.2, unit = "kg" }   # optional: what always hangs beyond it; tool_moment_x, _y, _z in kg·m
+//!
+//! [[accelerometer]]                          # optional: three axes on a link
+//! name = "imu"
+//! link = "link1"
+//! mounting = { rpy_deg = [90, 0, 0] }        # optional
+//! mounting_std_deg = 2                       # optional: exact without it
+//! readings = { columns = ["ax", "ay", "az"], unit = "g", std = 0.001 }
+//! gain = { nominal = 0.102, unit = "g/(m/s²)" }                   # optional, likewise bias; gains as above
 //!
 //! [[load]]                                   # optional
 //! name = "plate-a"
@@ -57,6 +83,11 @@
 //! center_of_mass_within_m = 0.3              # of the origin of each link's frame; or by link: { link2 = 0.3 }
 //! torque_gains_within = 0.2                  # of their nominal values, relative to these
 //!
+//! [prior]                                    # optional: what an earlier calibration knows, for the joint estimate
+//! calibration = "last-week/calibration.json" # parameters of the same names, with their whole covariance
+//! estimator = "joint"                        # optional: whose answer
+//! unchanged = ["base", "links", "loads"]     # optional: what is as it was then, besides the sensors
+//!
 //! [ask]                                      # optional
 //! add = ["shoulder.position_offset"]
 //! drop = ["shoulder.torque_gain"]
@@ -73,15 +104,22 @@
 //! unit in the name of the field or in a `unit` beside them; here they become SI and radians.
 
 mod ask;
+mod conditions;
 mod constraints;
 mod gravity;
 mod inertia;
+mod instruments;
 mod joints;
 mod knowledge;
 mod loads;
 mod loss;
+mod models;
+#[cfg(test)]
+mod models_tests;
 mod normal_gravity;
 mod poses;
+mod prior;
+mod reading_columns;
 mod readings;
 #[cfg(test)]
 mod tests;
@@ -97,6 +135,19 @@ use super::{JointKnowledge, KnowledgeKind, Session, SolverChoice};
 use crate::document::{Document, Field, FileError};
 use crate::parameter::Quantity;
 use crate::robot::{Robot, RobotSource, resolve_robot};
+
+pub(crate) use instruments::{AccelerometerTable, ForceTorqueTable, Instruments};
+
+/// The instruments that a document declares for a robot.
+pub(crate) fn read_instruments(
+    document: &Document,
+    robot: &Robot,
+    robot_path: &Path,
+    force_torque: &[ForceTorqueTable],
+    accelerometers: &[AccelerometerTable],
+) -> Result<Instruments, FileError> {
+    instruments::resolve(&Context::new(document, robot, robot_path), force_torque, accelerometers)
+}
 
 /// Why a session cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -129,6 +180,10 @@ struct SessionTable {
     #[serde(default)]
     joint: Vec<joints::JointTable>,
     #[serde(default)]
+    force_torque_sensor: Vec<instruments::ForceTorqueTable>,
+    #[serde(default)]
+    accelerometer: Vec<instruments::AccelerometerTable>,
+    #[serde(default)]
     load: Vec<loads::LoadTable>,
     #[serde(default)]
     load_distance: Vec<loads::LoadDistanceTable>,
@@ -139,6 +194,7 @@ struct SessionTable {
     uncertainty: uncertainty::UncertaintyTable,
     #[serde(default)]
     constraints: constraints::ConstraintsTable,
+    prior: Option<prior::PriorTable>,
     #[serde(default)]
     ask: ask::AskTable,
 }
@@ -170,42 +226,54 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
 
     let gravity = gravity::resolve(&document, &written.gravity)?;
     let inertia = inertia::resolve(&context, &written.inertia)?;
-    let mapping = readings::mapping(&context, &written.readings)?;
+    let instruments = instruments::resolve(&context, &written.force_torque_sensor, &written.accelerometer)?;
+    let mapping = readings::mapping(&context, &written.readings, instruments.columns.clone())?;
     let joints = joints::resolve(&context, &mapping, &written.joint)?;
+    let (terms, mut further) = models::resolve(&context, &mapping, &joints, &written.joint)?;
+    let instruments = instruments.behind(&mut further);
     refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
     let loss = loss::resolve(&context, written.loss.as_ref())?;
     let constraints = constraints::resolve(&context, &written.constraints)?;
-    let ask = ask::resolve(&context, &joints, written.ask)?;
+    let ask = ask::resolve(&context, &joints, &further, written.ask)?;
     let tables = poses::tables(&context, &loads, &written.poses)?;
-    let poses = poses::read_all(&document, &written.poses, &tables, &mapping)?;
+    let (poses, saturated) = poses::read_all(&document, &written.poses, &tables, &mapping)?;
 
-    if poses.iter().all(|pose| pose.torque.iter().all(Option::is_none)) {
-        let message = "no table has a usable torque reading: every torque cell is empty or marked unusable";
+    if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
+        let message = "no table has a usable torque reading: every torque cell is empty, marked unusable or saturated";
         return Err(document.error(&Field::new("readings").key("torque"), message).into());
     }
     let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
 
     let inputs = inputs(path, &robot_path, tables.iter().map(|table| table.path.clone()));
     let solver = written.solver.map(|solver| SolverChoice::new(solver, &document));
-    Ok(Session {
-        robot,
+    let session = Session {
+        robot: robot.clone(),
         gravity,
         inertia,
         loads,
         load_distances,
         joints,
+        instruments,
+        terms,
+        further,
         tables,
         poses,
+        saturated,
         loss,
         uncertainty,
         constraints,
+        earlier: None,
         ask,
         estimators: written.estimators,
         solver,
         inputs,
-    })
+    };
+    match &written.prior {
+        None => Ok(session),
+        Some(prior) => Ok(prior::resolve(&context, prior, session)?),
+    }
 }
 
 /// The first joint's offset defines the base frame: it has a value, but it cannot be uncertain.

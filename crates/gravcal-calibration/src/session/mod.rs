@@ -1,20 +1,26 @@
 //! A session: everything that a user says of one calibration, resolved and checked. Inside: SI and radians.
 
+mod channels;
+mod earlier;
 mod file;
+mod instrument;
+pub(crate) mod parameters;
 mod solver;
 pub(crate) mod units;
 
 use std::path::{Path, PathBuf};
 
 use gravcal_estimation::Loss;
-use gravcal_kinematics::JointKind;
-use gravcal_recording::{PositionUnit, Reading, TorqueUnit};
+use gravcal_recording::{Conditions, PositionUnit, Reading, TorqueUnit};
 
-use crate::parameter::Quantity;
-use crate::result::ParameterResult;
+use crate::parameter::{Parameter, Quantity};
 use crate::robot::Robot;
+use crate::sensors::SensorTerms;
 
+pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
+pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};
+pub use instrument::{Instrument, InstrumentKind};
 pub use solver::SolverChoice;
 
 /// One calibration: the robot, what is known beforehand, and the static poses.
@@ -32,16 +38,26 @@ pub struct Session {
     pub load_distances: Vec<LoadDistance>,
     /// One for each joint of the chain.
     pub joints: Vec<JointKnowledge>,
+    /// What else reads gravity.
+    pub instruments: Vec<Instrument>,
+    /// What sensors do beyond their affine models.
+    pub terms: SensorTerms,
+    /// Parameters beyond the four of each joint, those of `terms` first.
+    pub further: Vec<Parameter>,
     /// One for each `[[poses]]`.
     pub tables: Vec<PoseTable>,
     /// All static poses of all tables, in order.
     pub poses: Vec<Pose>,
+    /// How many torque readings of each joint were left out because they are at an end of the sensor's range.
+    pub saturated: Vec<usize>,
     /// How the joint estimator counts torque readings far beyond their noise.
     pub loss: Loss,
     /// Where the joint estimator's standard deviations come from.
     pub uncertainty: UncertaintyChoice,
     /// What the joint estimate must obey.
     pub constraints: Constraints,
+    /// What an earlier calibration knows; only the joint estimator heeds it.
+    pub earlier: Option<EarlierCalibration>,
     /// Changes to what is asked for.
     pub ask: Ask,
     /// Estimators to run, by name; empty for the default.
@@ -61,12 +77,17 @@ impl Session {
             inertia: InertiaKnowledge::Unknown,
             loads: Vec::new(),
             load_distances: Vec::new(),
+            saturated: vec![0; joints.len()],
             joints,
+            instruments: Vec::new(),
+            terms: SensorTerms::default(),
+            further: Vec::new(),
             tables: Vec::new(),
             poses: Vec::new(),
             loss: Loss::None,
             uncertainty: UncertaintyChoice::default(),
             constraints: Constraints::default(),
+            earlier: None,
             ask: Ask::default(),
             estimators: Vec::new(),
             solver: None,
@@ -102,14 +123,14 @@ impl GravityKnowledge {
 }
 
 /// What is known of the links' masses and first moments.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum InertiaKnowledge {
     /// Nothing: the robot's values are only a start.
     Unknown,
-    /// The robot's values, as a prior with this standard deviation relative to each value.
+    /// The robot's values of some links, as a prior.
     Model {
-        /// Relative standard deviation, for example 0.1.
-        relative_std: f64,
+        /// Standard deviation relative to each value, by link, for example 0.1; `None`: nothing is known of the link.
+        relative_std: Vec<Option<f64>>,
     },
 }
 
@@ -144,6 +165,8 @@ pub struct LoadDistance {
 pub struct JointKnowledge {
     /// Unit of the torque reading; `None` where the joint has no torque sensor.
     pub torque_unit: Option<TorqueUnit>,
+    /// Whether the session says which way the torque sensor reads; where not, it is looked for.
+    pub torque_sign_declared: bool,
     /// Unit of the position reading.
     pub position_unit: PositionUnit,
     /// Knowledge of each parameter, in the order of [`Quantity::ALL`].
@@ -210,6 +233,10 @@ pub struct Pose {
     pub position: Vec<f64>,
     /// Torque readings, absent where missing or unusable.
     pub torque: Vec<Option<Reading>>,
+    /// Readings of the axes of all instruments, absent where missing or unusable.
+    pub instruments: Vec<Option<Reading>>,
+    /// Under which conditions they were read; time counts from the session's first pose.
+    pub conditions: Conditions,
 }
 
 /// Where the joint estimator's standard deviations come from.
@@ -265,100 +292,6 @@ pub struct Ask {
     pub add: Vec<String>,
     /// Not asked for.
     pub drop: Vec<String>,
-}
-
-impl Session {
-    /// Unit of a parameter inside the program.
-    pub fn parameter_unit(&self, joint: usize, quantity: Quantity) -> String {
-        let knowledge = &self.joints[joint];
-        let prismatic = self.robot.chain.joints()[joint].kind == JointKind::Prismatic;
-        let coordinate = if prismatic { "m" } else { "rad" };
-        let effort = if prismatic { "N" } else { "(N·m)" };
-        let reading = knowledge.torque_unit.map_or_else(|| "1".to_owned(), |unit| unit.to_string());
-        match quantity {
-            Quantity::TorqueGain => format!("{reading}/{effort}"),
-            Quantity::TorqueBias => reading,
-            Quantity::PositionGain => format!("{coordinate}/{}", knowledge.position_unit.si()),
-            Quantity::PositionOffset => coordinate.to_owned(),
-        }
-    }
-
-    /// Why a parameter is held and not estimated, if it is.
-    pub fn held_reason(&self, joint: usize, quantity: Quantity) -> Option<&'static str> {
-        let knowledge = self.joints[joint].of(quantity);
-        let last = joint + 1 == self.joints.len();
-        match quantity {
-            _ if knowledge.kind == KnowledgeKind::Fixed => Some("given as exact"),
-            Quantity::TorqueGain | Quantity::TorqueBias if self.joints[joint].torque_unit.is_none() => {
-                Some(NO_TORQUE_SENSOR)
-            }
-            Quantity::PositionOffset if joint == 0 => Some(BASE_FRAME_CHOICE),
-            Quantity::PositionOffset if last && !self.last_frame_is_fixed() => Some(LAST_FRAME_CHOICE),
-            _ => None,
-        }
-    }
-
-    /// Largest less smallest torque reading of each joint, unit of the reading; 0 where there is none.
-    pub fn torque_spreads(&self) -> Vec<f64> {
-        (0..self.joints.len())
-            .map(|joint| {
-                let values = || self.poses.iter().filter_map(|pose| Some(pose.torque[joint].as_ref()?.value));
-                let high = values().fold(f64::NEG_INFINITY, f64::max);
-                (high - values().fold(f64::INFINITY, f64::min)).max(0.0)
-            })
-            .collect()
-    }
-
-    /// By joint, whether a torque reading states no standard deviation, so that it is estimated from residuals.
-    pub fn noise_estimated(&self) -> Vec<bool> {
-        let unstated =
-            |joint: usize| self.poses.iter().any(|p| p.torque[joint].as_ref().is_some_and(|r| r.std.is_none()));
-        (0..self.joints.len()).map(unstated).collect()
-    }
-
-    /// Whether a parameter (or `gravity`) is asked for: every one but what is a choice of frame, unless the session
-    /// asks for more or less.
-    pub fn asks(&self, name: &str) -> bool {
-        let listed = |list: &[String]| list.iter().any(|n| n == name);
-        let by_default = !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
-            Quantity::ALL.iter().any(|q| {
-                let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
-                let no_sensor = self.joints[joint].torque_unit.is_none()
-                    && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
-                q.name(&j.name) == name
-                    && (no_sensor || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason)))
-            })
-        });
-        (by_default || listed(&self.ask.add)) && !listed(&self.ask.drop)
-    }
-
-    /// A parameter's entry in a result, without a value; `determined` only says that its value is not a choice.
-    pub(crate) fn blank_parameter(&self, joint: usize, quantity: Quantity) -> ParameterResult {
-        let name = quantity.name(&self.robot.chain.joints()[joint].name);
-        let held = self.held_reason(joint, quantity);
-        let meaningless = held == Some(LAST_FRAME_CHOICE) || held == Some(NO_TORQUE_SENSOR);
-        ParameterResult {
-            asked: self.asks(&name),
-            unit: self.parameter_unit(joint, quantity),
-            convention: quantity.convention(),
-            value: None,
-            std: None,
-            ci95: None,
-            determined: !meaningless,
-            held: held.map(str::to_owned),
-            nominal: self.joints[joint].of(quantity).nominal,
-            name,
-        }
-    }
-
-    /// Whether something known in the last link's frame fixes that frame: a load's placement, or the offset itself.
-    fn last_frame_is_fixed(&self) -> bool {
-        let last = self.joints.len() - 1;
-        let placed = self.loads.iter().any(|load| load.link == last && load.position.is_some());
-        let prior = matches!(self.joints[last].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
-        let model = matches!(self.inertia, InertiaKnowledge::Model { .. });
-        placed || prior || model
-    }
 }
 
 const NO_TORQUE_SENSOR: &str = "the joint has no torque sensor";

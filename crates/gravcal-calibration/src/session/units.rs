@@ -13,6 +13,8 @@ use std::str::FromStr;
 use gravcal_kinematics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
+use crate::session::InstrumentKind;
+
 /// A unit that is missing, or does not fit its quantity.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}: expected {expected}", described(.found.as_deref()))]
@@ -110,6 +112,48 @@ pub(crate) fn position_gain(written: Option<&str>, kind: JointKind) -> Result<Po
     }
 }
 
+/// Unit of a reading of an instrument's axis: that of what it senses, or the sensor's own.
+pub(crate) fn sensed_reading(written: Option<&str>, kind: InstrumentKind, axis: usize) -> Result<String, UnitError> {
+    let si = kind.sensed_unit(axis).trim_matches(['(', ')']);
+    let known: &[&str] = match kind {
+        InstrumentKind::ForceTorque => &[si, "count", "V"],
+        InstrumentKind::Accelerometer => &[si, "g", "count", "V"],
+    };
+    let found = known.iter().find(|unit| same(written, unit).is_ok());
+    found.map(|unit| (*unit).to_owned()).ok_or_else(|| {
+        let axis = kind.axes()[axis];
+        refused(written, format!("a unit of readings of axis {axis}, one of {}", known.join(", ")))
+    })
+}
+
+/// Unit of the gain of such an axis, such as `count/(N·m)`.
+pub(crate) fn gain_of(reading: &str, sensed: &str) -> String {
+    if reading.contains('/') { format!("({reading})/{sensed}") } else { format!("{reading}/{sensed}") }
+}
+
+/// Gain of a reading whose unit says it all.
+pub(crate) fn natural_gain(reading: &str, sensed: &str) -> Option<f64> {
+    match reading {
+        "g" => Some(1.0 / STANDARD_GRAVITY),
+        _ => (reading == sensed.trim_matches(['(', ')'])).then_some(1.0),
+    }
+}
+
+/// The acceleration `g` of an accelerometer's data sheet, m/s².
+const STANDARD_GRAVITY: f64 = 9.80665;
+
+/// Sees to it that a unit is the expected one, however it is spelled.
+pub(crate) fn same(written: Option<&str>, expected: &str) -> Result<(), UnitError> {
+    let plain = |unit: &str| {
+        let unit: String = unit.chars().filter(|c| !c.is_whitespace() && !"()".contains(*c)).collect();
+        unit.replace('*', "·").replace("Nm", "N·m").replace("kgm", "kg·m").replace("^2", "²").replace("s2", "s²")
+    };
+    match written {
+        Some(unit) if plain(unit) == plain(expected) => Ok(()),
+        _ => Err(refused(written, expected.to_owned())),
+    }
+}
+
 fn parse<U: FromStr>(written: Option<&str>, expected: impl Fn() -> String) -> Result<U, UnitError> {
     written.and_then(|unit| unit.parse().ok()).ok_or_else(|| refused(written, expected()))
 }
@@ -171,6 +215,21 @@ mod tests {
         assert_eq!(factor("deg/count", Revolute), PI / 180.0);
         assert_eq!(factor("mm/V", Prismatic), 1e-3);
         assert_eq!(factor("rad/deg", Revolute), 180.0 / PI);
+    }
+
+    #[test]
+    fn axes_of_instruments_have_units_of_their_own() {
+        let force = |unit, axis| sensed_reading(unit, InstrumentKind::ForceTorque, axis);
+        assert_eq!(force(Some("N"), 0), Ok("N".to_owned()));
+        assert_eq!(force(Some("Nm"), 3), Ok("N·m".to_owned()));
+        let message = force(Some("N"), 3).unwrap_err().to_string();
+        assert_eq!(message, "the unit `N` does not fit: expected a unit of readings of axis nx, one of N·m, count, V");
+        let acceleration = sensed_reading(Some("m/s^2"), InstrumentKind::Accelerometer, 1).unwrap();
+        assert_eq!(gain_of(&acceleration, "(m/s²)"), "(m/s²)/(m/s²)");
+        assert!(same(Some("m/s2/(m/s2)"), "(m/s²)/(m/s²)").is_ok() && same(Some("count/N"), "count/(N·m)").is_err());
+        assert_eq!(natural_gain("N·m", "(N·m)"), Some(1.0));
+        assert_eq!(natural_gain("count", "N"), None);
+        assert!((natural_gain("g", "(m/s²)").unwrap() * 9.80665 - 1.0).abs() < 1e-15);
     }
 
     #[test]

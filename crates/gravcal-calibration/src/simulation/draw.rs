@@ -1,10 +1,12 @@
 //! One trial: poses, deflections, readings.
 
-use gravcal_recording::Reading;
+use gravcal_recording::{Conditions, Reading};
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
+use super::conditions::Course;
+use super::instruments;
 use super::{Run, Simulation};
 use crate::parameter::Quantity;
 use crate::session::{Pose, Session};
@@ -17,9 +19,12 @@ const COMPLIANCE_ROUNDS: usize = 20;
 pub(super) fn session(simulation: &Simulation, trial: u64) -> Session {
     let mut random = Pcg64::new(u128::from(simulation.seed), u128::from(trial));
     let mut session = simulation.template.clone();
+    let poses = simulation.runs.iter().map(Run::poses).sum();
+    let mut course = Course::new(&simulation.conditions, poses, simulation.seed, trial);
     for (table, run) in simulation.runs.iter().enumerate() {
         for (index, stand) in stands(simulation, run, &mut random).into_iter().enumerate() {
-            let pose = read_sensors(simulation, table, index, &stand, &mut random);
+            let conditions = course.next(&stand.position);
+            let pose = read_sensors(simulation, (table, index), &stand, conditions, &mut random);
             session.poses.push(pose);
         }
     }
@@ -60,7 +65,8 @@ fn stands(simulation: &Simulation, run: &Run, random: &mut Pcg64) -> Vec<Stand> 
     }
 }
 
-/// A reading at which the joint is anywhere within its limits (a whole turn where it has none).
+/// A reading at which the joint is anywhere within its limits (a whole turn where it has none), but for what its sensor
+/// does beyond gain and offset.
 fn random_position(simulation: &Simulation, joint: usize, random: &mut Pcg64) -> f64 {
     let [low, high] =
         simulation.template.robot.chain.joints()[joint].limits.unwrap_or([-std::f64::consts::PI, std::f64::consts::PI]);
@@ -69,30 +75,37 @@ fn random_position(simulation: &Simulation, joint: usize, random: &mut Pcg64) ->
     (coordinate - sensor[Quantity::PositionOffset as usize]) / sensor[Quantity::PositionGain as usize]
 }
 
-fn read_sensors(simulation: &Simulation, table: usize, index: usize, stand: &Stand, random: &mut Pcg64) -> Pose {
+fn read_sensors(
+    simulation: &Simulation,
+    (table, index): (usize, usize),
+    stand: &Stand,
+    conditions: Conditions,
+    random: &mut Pcg64,
+) -> Pose {
     let load = simulation.template.tables[table].load;
-    let torque = torque_at(simulation, stand, load);
+    let (coordinates, torque) = statics(simulation, stand, load);
     let disturbance = &simulation.disturbance;
     let position =
         stand.position.iter().zip(&disturbance.position_std).map(|(q, std)| q + std * normal(random)).collect();
-    let torque = torque
+    let read = simulation.template.terms.torque_readings(&torque, &conditions, &simulation.truth);
+    let torque = read
         .iter()
         .enumerate()
-        .map(|(joint, torque)| {
-            let [gain, bias, ..] = simulation.truth.sensors[joint];
+        .map(|(joint, read)| {
             // Drawn for every joint, so that a joint without a sensor does not shift the others' noise.
-            let value = gain * torque + bias + disturbance.torque_std[joint] * normal(random);
+            let value = read + disturbance.torque_std[joint] * normal(random);
             simulation.template.joints[joint].torque_unit?;
             let value = disturbance.converter.map_or(value, |converter| converter.convert(value));
             Some(Reading { value, std: Some(simulation.stated_std(joint)) })
         })
         .collect();
+    let instruments = instruments::read(simulation, &coordinates, load, random);
     // Line 1 of a table is its header.
-    Pose { table, line: index as u64 + 2, sweep_label: None, load, position, torque }
+    Pose { table, line: index as u64 + 2, sweep_label: None, load, position, torque, instruments, conditions }
 }
 
-/// True torques, stationary joints deflected.
-fn torque_at(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> Vec<f64> {
+/// True coordinates and torques, stationary joints deflected.
+fn statics(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> (Vec<f64>, Vec<f64>) {
     let truth = &simulation.truth;
     let mut inertia: Vec<f64> = truth.inertia.iter().flatten().copied().collect();
     if let Some(load) = load {
@@ -102,21 +115,24 @@ fn torque_at(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> Vec
     }
     let compliance = &simulation.disturbance.deflection.compliance;
     let mut torque = vec![0.0; stand.position.len()];
+    let sensed = simulation.template.terms.coordinates(&stand.position, truth);
     let rounds = if compliance.iter().any(|c| *c != 0.0) { COMPLIANCE_ROUNDS } else { 1 };
+    let mut coordinates = sensed.clone();
     for _ in 0..rounds {
-        let coordinates: Vec<f64> = (0..stand.position.len())
-            .map(|joint| {
-                let [_, _, gain, offset] = truth.sensors[joint];
+        coordinates = sensed
+            .iter()
+            .enumerate()
+            .map(|(joint, coordinate)| {
                 let deflection = stand.deflection[joint] + compliance[joint] * torque[joint];
                 let moving = stand.swept == Some(joint);
-                gain * stand.position[joint] + offset + if moving { 0.0 } else { deflection }
+                coordinate + if moving { 0.0 } else { deflection }
             })
             .collect();
         simulation.template.robot.chain.gravity_torque(&coordinates, truth.gravity, &inertia, &mut torque);
     }
-    torque
+    (coordinates, torque)
 }
 
-fn normal(random: &mut impl Rng) -> f64 {
+pub(super) fn normal(random: &mut impl Rng) -> f64 {
     random.sample(StandardNormal)
 }

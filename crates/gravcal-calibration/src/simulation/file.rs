@@ -1,5 +1,7 @@
 //! Reads `simulation.toml`.
 
+mod instruments;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -7,12 +9,16 @@ use gravcal_estimation::Loss;
 use gravcal_kinematics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
-use super::{Converter, Deflection, Disturbance, Run, Simulation};
+use super::{Converter, Deflection, Disturbance, Run, SimulatedConditions, Simulation};
 use crate::document::{Document, Field, FileError, OneOrMany};
 use crate::joint::Unknowns;
 use crate::parameter::Quantity;
-use crate::robot::{PositionSensorTable, Robot, RobotSource, SensorTables, TorqueSensorTable, resolve_robot};
+use crate::robot::{
+    PositionSensorTable, Robot, RobotSource, SensorTables, TorqueSensorTable, ValueTable, resolve_robot,
+};
+use crate::sensors::{DeclaredModels, ModelTable, Need, SensorTerms, Site, declare, to_unit_of};
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
     PoseTable, Session, UncertaintyChoice, units,
@@ -32,7 +38,16 @@ struct SimulationTable {
     #[serde(default)]
     deflection: DeflectionTable,
     #[serde(default)]
+    conditions: ConditionsTable,
+    #[serde(default)]
     joint: Vec<JointTable>,
+    // The next three are read by `instruments`; here they are only known to be there.
+    #[serde(default, rename = "force_torque_sensor")]
+    _force_torque_sensor: IgnoredAny,
+    #[serde(default, rename = "accelerometer")]
+    _accelerometer: IgnoredAny,
+    #[serde(default, rename = "instrument_truth")]
+    _instrument_truth: IgnoredAny,
     #[serde(default)]
     load: Vec<LoadTable>,
     #[serde(default)]
@@ -80,12 +95,25 @@ struct DeflectionTable {
     compliance_rad_per_newton_metre: Option<OneOrMany<f64>>,
 }
 
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ConditionsTable {
+    pose_interval_s: Option<f64>,
+    #[serde(rename = "temperature_degC")]
+    temperature_degc: Option<[f64; 2]>,
+    largest_speed_rad_or_m_per_s: Option<f64>,
+    #[serde(default)]
+    direction: bool,
+}
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct JointTable {
     name: String,
     torque_sensor: Option<TorqueSensorTable>,
     position_sensor: Option<PositionSensorTable>,
+    #[serde(default)]
+    sensor_models: Vec<ModelTable<ValueTable>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -153,18 +181,35 @@ impl Reader<'_> {
             load_distances: self.load_distances(&loads)?,
             loads,
             joints: self.joints()?,
+            instruments: Vec::new(),
+            terms: SensorTerms::default(),
+            further: Vec::new(),
             tables,
             poses: Vec::new(),
+            saturated: vec![0; self.robot.sensors.len()],
             loss: Loss::None,
             uncertainty: UncertaintyChoice::Noise,
             constraints: Constraints::default(),
+            earlier: None,
             ask: Ask::default(),
             estimators: Vec::new(),
             solver: None,
             inputs: vec![path.to_owned(), robot_path],
         };
-        let truth = self.truth(&mut template)?;
-        Ok(Simulation { template, truth, runs, disturbance: self.disturbance()?, seed: self.table.seed })
+        let mut truth = self.truth(&mut template)?;
+        let mut models = vec![Vec::new(); self.names().len()];
+        for table in &self.table.joint {
+            if let Some(joint) = self.names().iter().position(|name| *name == table.name) {
+                models[joint] = table.sensor_models.iter().map(ModelTable::without_parameters).collect();
+            }
+        }
+        let read = instruments::read(self.document, self.robot, &template.inputs[1])?;
+        template.instruments = read.instruments.behind(&mut template.further);
+        truth.further.extend(read.truth);
+        let disturbance = Disturbance { instrument_std: read.std, ..self.disturbance()? };
+        let (conditions, seed) = (self.conditions()?, self.table.seed);
+        let (models, instruments) = (DeclaredModels::new(models), read.simulated);
+        Ok(Simulation { template, truth, runs, disturbance, conditions, models, instruments, seed })
     }
 
     fn names(&self) -> Vec<&str> {
@@ -280,6 +325,7 @@ impl Reader<'_> {
         let offset = if joint == 0 { 0.0 } else { position[1] };
         Ok(JointKnowledge {
             torque_unit: Some(torque_unit),
+            torque_sign_declared: false,
             position_unit,
             parameters: [torque[0], torque[1], position[0], offset].map(start),
         })
@@ -306,6 +352,7 @@ impl Reader<'_> {
                 position: table.position_sensor.as_ref(),
             };
             let sensors = tables.nominal(self.document, &field)?;
+            self.models(joint, &field, table, template, &mut truth)?;
             let true_values = &mut truth.sensors[joint];
             if let Some(torque) = sensors.torque {
                 self.same_unit(
@@ -329,6 +376,60 @@ impl Reader<'_> {
             return Err(self.document.error(&Field::new("joint"), message));
         }
         Ok(truth)
+    }
+
+    /// What a joint's sensors do beyond gain and bias: the session declares it, and does not know how much.
+    fn models(
+        &self,
+        joint: usize,
+        field: &Field,
+        table: &JointTable,
+        template: &mut Session,
+        truth: &mut Unknowns,
+    ) -> Result<(), FileError> {
+        let (names, kinds) = (self.names(), self.robot.chain.joints().iter().map(|j| j.kind).collect::<Vec<_>>());
+        let site = Site::new(joint, &names, &kinds, &template.joints[joint]);
+        let knows = |need| match need {
+            Need::Time => self.table.conditions.pose_interval_s.is_some(),
+            Need::Temperature => self.table.conditions.temperature_degc.is_some(),
+            Need::Velocity => self.table.conditions.largest_speed_rad_or_m_per_s.is_some(),
+            Need::Direction => {
+                self.table.conditions.direction || self.table.conditions.largest_speed_rad_or_m_per_s.is_some()
+            }
+        };
+        let mut terms = Vec::new();
+        for found in declare(self.document, field, &site, &table.sensor_models, knows)? {
+            let parameter = found.parameter;
+            let Some(said) = found.said else {
+                let message =
+                    format!("what is the true {0}? add parameters = {{ {0} = {{ value, unit }} }}", parameter.quantity);
+                return Err(self.document.error(&found.field, message));
+            };
+            let wrong = |message| self.document.error(&found.field.key("unit"), message);
+            truth.further.push(said.value * to_unit_of(&parameter.unit, said.unit()).map_err(wrong)?);
+            template.further.push(parameter);
+            terms.push(found.term);
+        }
+        template.terms.extend(terms);
+        Ok(())
+    }
+
+    fn conditions(&self) -> Result<SimulatedConditions, FileError> {
+        let (field, table) = (Field::new("conditions"), &self.table.conditions);
+        let positive = |key: &str, value: Option<f64>, what: &str, unit: &str| {
+            value.map(|value| self.document.positive(&field.key(key), value, what, unit)).transpose()
+        };
+        Ok(SimulatedConditions {
+            pose_interval: positive("pose_interval_s", table.pose_interval_s, "an interval", "s")?,
+            temperature: table.temperature_degc,
+            largest_speed: positive(
+                "largest_speed_rad_or_m_per_s",
+                table.largest_speed_rad_or_m_per_s,
+                "a speed",
+                "rad/s or m/s",
+            )?,
+            direction: table.direction,
+        })
     }
 
     fn same_unit(&self, field: &Field, key: &str, found: &str, readings: Option<&str>) -> Result<(), FileError> {
@@ -441,6 +542,7 @@ impl Reader<'_> {
         self.not_negative(&deflection.key("hold_std_deg"), &[hold_std])?;
         Ok(Disturbance {
             torque_std,
+            instrument_std: Vec::new(),
             position_std,
             converter: table.torque.converter.map(|c| self.converter(c)).transpose()?,
             deflection: Deflection {

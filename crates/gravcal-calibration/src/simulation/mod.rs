@@ -4,19 +4,28 @@
 //!     θ_i = s_i q_i + o_i + δ_i,     y_i = convert(k_i τ_i(θ) + b_i + noise)
 //! ```
 //!
+//! and whatever else its sensors do ([`crate::sensors`]).
+//!
 //! `δ` is the deflection of a joint that stands still, which its position sensor does not see. Everything random
 //! comes from one generator with a stream a trial, so that a trial depends on the seed and its number only.
 
+mod conditions;
 mod draw;
 mod file;
+mod instruments;
 mod write;
+mod write_conditions;
 
 use std::path::Path;
 
+use gravcal_recording::is_saturated;
+
 use crate::document::FileError;
 use crate::joint::Unknowns;
+use crate::sensors::DeclaredModels;
 use crate::session::Session;
 
+pub use conditions::SimulatedConditions;
 pub use write::{SimulateError, write_session};
 
 /// A simulated experiment.
@@ -30,8 +39,25 @@ pub struct Simulation {
     pub runs: Vec<Run>,
     /// What disturbs the readings.
     pub disturbance: Disturbance,
+    /// Under which conditions they are read.
+    pub conditions: SimulatedConditions,
+    /// What its sensors do beyond gain and bias, as its sessions declare it.
+    pub models: DeclaredModels,
+    /// Its instruments, as the session declares them.
+    pub(crate) instruments: SimulatedInstruments,
     /// Seed of the random numbers.
     pub seed: u64,
+}
+
+/// Instruments as they stand in the session's file.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct SimulatedInstruments {
+    /// `[[force_torque_sensor]]`.
+    pub force_torque_sensor: Vec<toml::Table>,
+    /// `[[accelerometer]]`.
+    pub accelerometer: Vec<toml::Table>,
+    /// Column of each axis, where it is read.
+    pub columns: Vec<Option<String>>,
 }
 
 /// Poses of one table.
@@ -55,6 +81,15 @@ pub enum Run {
     },
 }
 
+impl Run {
+    /// Number of poses.
+    pub fn poses(&self) -> usize {
+        match self {
+            Run::Sweep { poses, .. } | Run::Random { poses } => *poses,
+        }
+    }
+}
+
 /// What disturbs the readings.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disturbance {
@@ -62,6 +97,8 @@ pub struct Disturbance {
     pub torque_std: Vec<f64>,
     /// Standard deviation of the averaged position reading of each joint, unit of the reading (rad for an angle).
     pub position_std: Vec<f64>,
+    /// Standard deviation of the averaged reading of each axis of the instruments, unit of the reading.
+    pub instrument_std: Vec<f64>,
     /// Converter of the torque readings, if they pass through one.
     pub converter: Option<Converter>,
     /// Deflection of stationary joints.
@@ -73,7 +110,7 @@ impl Disturbance {
     pub fn noise(torque_std: Vec<f64>) -> Disturbance {
         let none = vec![0.0; torque_std.len()];
         let deflection = Deflection { hold_std: 0.0, compliance: none.clone() };
-        Disturbance { torque_std, position_std: none, converter: None, deflection }
+        Disturbance { torque_std, instrument_std: Vec::new(), position_std: none, converter: None, deflection }
     }
 }
 
@@ -90,6 +127,11 @@ impl Converter {
     /// Width of one step, unit of the reading.
     pub fn step(&self) -> f64 {
         (self.range[1] - self.range[0]) / 2f64.powi(self.bits as i32)
+    }
+
+    /// The lowest and the highest reading it can give.
+    pub fn ends(&self) -> [f64; 2] {
+        [self.range[0], self.convert(self.range[1])]
     }
 
     /// The reading it gives: the nearest step within its range.
@@ -109,6 +151,13 @@ pub struct Deflection {
 }
 
 impl Simulation {
+    /// An experiment whose sensors are affine, without instruments.
+    pub fn new(template: Session, truth: Unknowns, runs: Vec<Run>, disturbance: Disturbance, seed: u64) -> Simulation {
+        let (conditions, models) = (SimulatedConditions::default(), DeclaredModels::default());
+        let instruments = SimulatedInstruments::default();
+        Simulation { template, truth, runs, disturbance, conditions, models, instruments, seed }
+    }
+
     /// Reads `simulation.toml` and the robot that it names.
     ///
     /// # Errors
@@ -119,7 +168,19 @@ impl Simulation {
 
     /// The session of one trial.
     pub fn session(&self, trial: u64) -> Session {
-        draw::session(self, trial)
+        let mut session = draw::session(self, trial);
+        let Some([lowest, highest]) = self.disturbance.converter.map(|converter| converter.ends()) else {
+            return session;
+        };
+        for pose in &mut session.poses {
+            for (reading, saturated) in pose.torque.iter_mut().zip(&mut session.saturated) {
+                if reading.is_some_and(|reading| is_saturated(reading.value, Some(lowest), Some(highest))) {
+                    *reading = None;
+                    *saturated += 1;
+                }
+            }
+        }
+        session
     }
 
     /// Standard deviation that the session states for a joint's readings: noise and the converter's step,

@@ -2,12 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::{Cell, TorqueUnit, WriteError, table_contents, write_atomically};
+use gravcal_recording::{Cell, TorqueUnit, WriteError, is_saturated, table_contents, write_atomically};
 use serde::Serialize;
 use thiserror::Error;
 
-use super::Simulation;
-use crate::parameter::Quantity;
+use super::write_conditions::{self, ConditionTables};
+use super::{Simulation, draw};
+use crate::sensors::ModelTable;
 use crate::session::Session;
 
 /// A simulated session cannot be written.
@@ -36,7 +37,7 @@ pub fn write_session(
     folder: &Path,
     overwrite: bool,
 ) -> Result<Vec<PathBuf>, SimulateError> {
-    let session = simulation.session(trial);
+    let session = draw::session(simulation, trial);
     let is_new = !folder.exists();
     std::fs::create_dir_all(folder).map_err(|cause| WriteError::Io { path: folder.to_owned(), cause })?;
     let written = write_files(simulation, &session, folder, overwrite);
@@ -53,9 +54,10 @@ fn write_files(
     folder: &Path,
     overwrite: bool,
 ) -> Result<Vec<PathBuf>, SimulateError> {
-    let mut files: Vec<(PathBuf, Vec<u8>)> = vec![("session.toml".into(), session_toml(simulation, folder)?.into())];
+    let mut files: Vec<(PathBuf, Vec<u8>)> =
+        vec![("session.toml".into(), session_toml(simulation, session, folder)?.into())];
     for (index, table) in session.tables.iter().enumerate() {
-        files.push((table.path.clone(), table_bytes(session, index)?));
+        files.push((table.path.clone(), table_bytes(simulation, session, index)?));
     }
     files.push(("truth.toml".into(), truth_toml(simulation)?.into()));
     let differs = |name: &Path, bytes: &[u8]| std::fs::read(folder.join(name)).is_ok_and(|existing| existing != bytes);
@@ -78,6 +80,12 @@ struct SessionTable {
     robot: RobotTable,
     gravity: GravityTable,
     readings: ReadingsTable,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    joint: Vec<JointTable>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    force_torque_sensor: Vec<toml::Table>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    accelerometer: Vec<toml::Table>,
     load: Vec<LoadTable>,
     load_distance: Vec<LoadDistanceTable>,
     poses: Vec<PosesTable>,
@@ -101,6 +109,14 @@ struct GravityTable {
 struct ReadingsTable {
     position: PositionTable,
     torque: TorqueTable,
+    #[serde(flatten)]
+    conditions: ConditionTables,
+}
+
+#[derive(Serialize)]
+struct JointTable {
+    name: String,
+    sensor_models: Vec<ModelTable<()>>,
 }
 
 #[derive(Serialize)]
@@ -114,6 +130,10 @@ struct TorqueTable {
     columns: Vec<String>,
     unit: Vec<String>,
     std: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    lowest: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    highest: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -140,8 +160,15 @@ struct PosesTable {
     step: Option<u8>,
 }
 
-fn session_toml(simulation: &Simulation, folder: &Path) -> Result<String, SimulateError> {
-    let session = &simulation.template;
+/// The ends of the converter's range, where a reading is there: otherwise nothing need be said of them.
+fn range(simulation: &Simulation, session: &Session) -> Option<[f64; 2]> {
+    let [lowest, highest] = simulation.disturbance.converter?.ends();
+    let mut values = session.poses.iter().flat_map(|pose| pose.torque.iter().flatten()).map(|reading| reading.value);
+    values.any(|value| is_saturated(value, Some(lowest), Some(highest))).then_some([lowest, highest])
+}
+
+fn session_toml(simulation: &Simulation, session: &Session, folder: &Path) -> Result<String, SimulateError> {
+    let range = range(simulation, session);
     let joints = 0..session.joints.len();
     let load_name = |load: usize| session.loads[load].name.clone();
     let table = SessionTable {
@@ -156,8 +183,21 @@ fn session_toml(simulation: &Simulation, folder: &Path) -> Result<String, Simula
                 columns: joints.clone().map(|joint| torque_column(session, joint)).collect(),
                 unit: session.joints.iter().map(|joint| torque_unit(joint.torque_unit).to_owned()).collect(),
                 std: joints.map(|joint| simulation.stated_std(joint)).collect(),
+                lowest: range.map(|[lowest, _]| lowest),
+                highest: range.map(|[_, highest]| highest),
             },
+            conditions: write_conditions::tables(session, &simulation.conditions),
         },
+        joint: simulation
+            .models
+            .joints()
+            .map(|(joint, models)| JointTable {
+                name: session.robot.chain.joints()[joint].name.clone(),
+                sensor_models: models.clone(),
+            })
+            .collect(),
+        force_torque_sensor: simulation.instruments.force_torque_sensor.clone(),
+        accelerometer: simulation.instruments.accelerometer.clone(),
         load: session
             .loads
             .iter()
@@ -226,17 +266,24 @@ fn torque_unit(unit: Option<TorqueUnit>) -> &'static str {
     unit.map_or("", TorqueUnit::name)
 }
 
-fn table_bytes(session: &Session, table: usize) -> Result<Vec<u8>, WriteError> {
+fn table_bytes(simulation: &Simulation, session: &Session, table: usize) -> Result<Vec<u8>, WriteError> {
     let joints = 0..session.joints.len();
     let positions = joints.clone().map(|joint| position_column(session, joint));
-    let columns: Vec<String> = positions.chain(joints.map(|joint| torque_column(session, joint))).collect();
+    let torques = joints.map(|joint| torque_column(session, joint));
+    let conditions = write_conditions::columns(session, &simulation.conditions);
+    let instruments = simulation.instruments.columns.iter().flatten().cloned();
+    let columns: Vec<String> = positions.chain(torques).chain(conditions).chain(instruments).collect();
     let rows: Vec<Vec<Cell>> = session
         .poses
         .iter()
         .filter(|pose| pose.table == table)
         .map(|pose| {
             let torques = pose.torque.iter().map(|reading| Cell::from(reading.as_ref().map(|r| r.value)));
-            pose.position.iter().map(|q| Cell::from(*q)).chain(torques).collect()
+            let own =
+                pose.instruments.iter().zip(&simulation.instruments.columns).filter(|(_, column)| column.is_some());
+            let instruments = own.map(|(reading, _)| Cell::from(reading.as_ref().map(|r| r.value)));
+            let positions = pose.position.iter().map(|q| Cell::from(*q));
+            positions.chain(torques).chain(write_conditions::cells(pose)).chain(instruments).collect()
         })
         .collect();
     table_contents(&session.tables[table].path, &[], &columns, &rows)
@@ -265,12 +312,10 @@ struct TruePlacement {
 
 fn truth_toml(simulation: &Simulation) -> Result<String, SimulateError> {
     let (session, truth) = (&simulation.template, &simulation.truth);
-    let parameter = (0..session.joints.len()).flat_map(|joint| {
-        Quantity::ALL.map(|quantity| TrueParameter {
-            name: quantity.name(&session.robot.chain.joints()[joint].name),
-            value: truth.sensors[joint][quantity as usize],
-            unit: session.parameter_unit(joint, quantity),
-        })
+    let parameter = session.parameters().into_iter().map(|id| TrueParameter {
+        name: session.parameter_name(id),
+        value: truth.value(id),
+        unit: session.parameter(id).unit,
     });
     let load = session.loads.iter().zip(&truth.loads);
     Ok(toml::to_string(&TruthTable {

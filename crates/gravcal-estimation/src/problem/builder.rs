@@ -140,6 +140,11 @@ impl ProblemBuilder {
         id
     }
 
+    /// A block that was added.
+    pub fn block(&self, id: BlockId) -> &Block {
+        &self.blocks[id.index()]
+    }
+
     /// Adds a factor.
     pub fn add_factor(&mut self, factor: Factor) {
         self.factors.push(factor);

@@ -2,6 +2,7 @@
 
 mod constraints;
 mod fit;
+mod sensor_models;
 mod shared;
 mod values;
 mod verdict;
@@ -34,6 +35,7 @@ impl fmt::Display for CalibrationTable<'_> {
         let sections = [
             verdict::tell(self.robot, self.results),
             values::tell(self.results),
+            sensor_models::tell(self.results),
             undetermined(self.results),
             constraints::tell(self.results),
             fit::tell(self.results),

@@ -71,15 +71,11 @@ pub(super) fn arm(seed: u64, index: u64, knowing: Knowing) -> Result<Simulation,
         sensors: (0..joints).map(|joint| sensors(joint == 0 || joint == last, &mut random)).collect(),
         inertia: (0..joints).map(|joint| inertia(joint, &mut random)).collect(),
         loads: vec![a, b],
+        further: Vec::new(),
     };
     let disturbance = Disturbance::noise(vec![NOISE; joints]);
-    Ok(Simulation {
-        template,
-        truth,
-        runs: POSES.map(|poses| Run::Random { poses }).into(),
-        disturbance,
-        seed: random.random(),
-    })
+    let runs = POSES.map(|poses| Run::Random { poses }).into();
+    Ok(Simulation::new(template, truth, runs, disturbance, random.random()))
 }
 
 /// Any twist, lengths up to half a metre.
@@ -105,6 +101,7 @@ fn known(knowing: Knowing) -> JointKnowledge {
     };
     JointKnowledge {
         torque_unit: Some(TorqueUnit::Count),
+        torque_sign_declared: true,
         position_unit: PositionUnit::Radian,
         parameters: [start(gain), start(bias), start(1.0), start(0.0)],
     }

@@ -6,9 +6,10 @@
 //!
 //! `τ_i = z_{i−1} · (g × M_i)` is the chain's gravity torque (see `gravcal-kinematics`). A load of mass `m_L` at
 //! `r_L` adds `(m_L, m_L r_L)` to the mass and first moment of the link that carries it. Joints without a usable
-//! reading have no row.
+//! reading have no row. What sensors do beyond this is in [`crate::sensors`]; where all are affine it costs nothing.
 
 mod model;
+mod terms;
 
 use std::cell::RefCell;
 use std::ops::Range;
@@ -16,6 +17,7 @@ use std::sync::Arc;
 
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 use gravcal_kinematics::GravityTorque;
+use gravcal_recording::Conditions;
 
 pub use model::{CarriedLoad, PoseTorqueBlocks, PoseTorqueModel};
 use model::{GRAVITY, INERTIA, SENSORS, sensor_column};
@@ -28,6 +30,8 @@ pub struct PoseTorque {
     position: Vec<f64>,
     /// Joint and torque reading of each row.
     readings: Vec<(usize, f64)>,
+    /// What terms of the sensors read besides.
+    conditions: Conditions,
 }
 
 /// What an evaluation computes on the way, kept by each thread from one pose to the next.
@@ -35,6 +39,8 @@ struct Workspace {
     coordinates: Vec<f64>,
     inertia: Vec<f64>,
     torque: GravityTorque,
+    /// A row of the Jacobian, for terms of sensors that read other joints' torques.
+    row: Vec<f64>,
 }
 
 impl Workspace {
@@ -43,6 +49,7 @@ impl Workspace {
             coordinates: vec![0.0; joints],
             inertia: vec![0.0; INERTIA * joints],
             torque: GravityTorque::new(joints),
+            row: Vec::new(),
         }
     }
 }
@@ -54,7 +61,12 @@ thread_local! {
 impl PoseTorque {
     /// `position`: reading of every joint; `readings`: joint and torque reading, one a row.
     pub fn new(model: Arc<PoseTorqueModel>, position: Vec<f64>, readings: Vec<(usize, f64)>) -> Self {
-        PoseTorque { model, position, readings }
+        PoseTorque { model, position, readings, conditions: Conditions::default() }
+    }
+
+    /// The same, read under these conditions.
+    pub fn under(self, conditions: Conditions) -> Self {
+        PoseTorque { conditions, ..self }
     }
 
     /// True coordinates of all joints.
@@ -107,13 +119,17 @@ impl PoseTorque {
 
     fn evaluate_in(
         &self,
-        Workspace { coordinates, inertia, torque }: &mut Workspace,
+        Workspace { coordinates, inertia, torque, row: scratch }: &mut Workspace,
         x: &[f64],
         residual: &mut [f64],
         jacobian: Option<RowsMut<'_>>,
     ) {
+        let terms = self.model.terms.as_ref();
         self.set_coordinates(x, coordinates);
-        self.set_inertia(x, inertia);
+        if let Some(terms) = terms {
+            terms.add_to_coordinates(&self.position, x, coordinates);
+        }
+        self.set_inertia(&x[..self.model.affine_columns], inertia);
         let gravity = [x[0], x[1], x[2]];
         if jacobian.is_some() {
             self.model.chain.linearize_gravity_torque(coordinates, gravity, inertia, torque);
@@ -124,10 +140,16 @@ impl PoseTorque {
         for (residual, (joint, reading)) in residual.iter_mut().zip(&self.readings) {
             let [gain, bias, ..] = sensors[*joint];
             *residual = gain * torque.torque[*joint] + bias - reading;
+            if let Some(terms) = terms {
+                *residual += terms.reading(*joint, &torque.torque, &self.conditions, x);
+            }
         }
         if let Some(mut rows) = jacobian {
             for (row, (joint, _)) in self.readings.iter().enumerate() {
-                self.fill_row(sensors[*joint][0], *joint, torque, rows.row(row));
+                match terms {
+                    None => self.fill_row(sensors[*joint][0], *joint, torque, rows.row(row)),
+                    Some(terms) => self.fill_row_with_terms(terms, x, *joint, torque, rows.row(row), scratch),
+                }
             }
         }
     }
@@ -168,6 +190,8 @@ pub(crate) mod tests {
 
     use super::*;
     use crate::residuals::testing::{check_at_random_points, ids};
+    use crate::sensors::SensorTerms;
+    use crate::sensors::testing::every_term;
 
     /// Turning, sliding and turning joint with a load on the second link, and readings of the given joints; and the
     /// lengths of its blocks.
@@ -196,9 +220,10 @@ pub(crate) mod tests {
             gravity: ids[0],
             sensors: (0..3).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
             inertia: ids[13..16].to_vec(),
+            terms: Vec::new(),
         };
         let load = CarriedLoad { position: ids[16..18].to_vec(), mass: 1.7, link: 1 };
-        let model = Arc::new(PoseTorqueModel::new(chain, &blocks, Some(load)));
+        let model = Arc::new(PoseTorqueModel::new(chain, &blocks, &SensorTerms::default(), Some(load)));
         let readings = joints.iter().map(|joint| (*joint, 2.0)).collect();
         (PoseTorque::new(model, vec![0.3, 0.2, -0.8], readings), lengths)
     }
@@ -209,18 +234,59 @@ pub(crate) mod tests {
         check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
     }
 
+    /// The same with every sensor model on every joint that can have it; the lengths of its blocks.
+    fn with_all_terms() -> (PoseTorque, Vec<usize>) {
+        let (affine, mut lengths) = loaded(&[0, 1, 2]);
+        let terms = every_term();
+        lengths.extend(vec![1; terms.len()]);
+        let ids = ids(&lengths);
+        let blocks = PoseTorqueBlocks {
+            gravity: ids[0],
+            sensors: (0..3).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
+            inertia: ids[13..16].to_vec(),
+            terms: ids[18..].to_vec(),
+        };
+        let load = CarriedLoad { position: ids[16..18].to_vec(), mass: 1.7, link: 1 };
+        let chain = Arc::clone(&affine.model.chain);
+        let model = Arc::new(PoseTorqueModel::new(chain, &blocks, &terms, Some(load)));
+        let conditions = Conditions {
+            time: Some(1.3),
+            temperature: vec![24.0, 26.0, 29.0],
+            velocity: vec![0.3, -0.2, 0.4],
+            direction: vec![1.0, -1.0, 0.0],
+        };
+        (PoseTorque::new(model, affine.position, affine.readings).under(conditions), lengths)
+    }
+
+    #[test]
+    fn derivatives_with_every_term() {
+        let (residual, lengths) = with_all_terms();
+        check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+    }
+
+    #[test]
+    fn rows_with_terms_touch_only_the_columns_of_their_pattern() {
+        let (residual, lengths) = with_all_terms();
+        assert_rows_within_their_patterns(&residual, &lengths);
+    }
+
     #[test]
     fn rows_touch_only_the_columns_of_their_pattern() {
         let (residual, lengths) = loaded(&[0, 1, 2]);
         assert_eq!(residual.row_pattern(0).unwrap(), [0..7, 9..11, 13..33]);
         assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 5..11, 13..15, 19..33]);
         assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..7, 9..15, 23..33]);
+        assert_rows_within_their_patterns(&residual, &lengths);
+    }
+
+    fn assert_rows_within_their_patterns(residual: &PoseTorque, lengths: &[usize]) {
         let offsets: Vec<usize> = (0..=lengths.len()).map(|blocks| lengths[..blocks].iter().sum()).collect();
-        let x: Vec<f64> = (0..33).map(|k| 1.0 + f64::from(k).sin()).collect();
-        let (mut values, mut jacobian) = ([0.0; 3], [0.0; 3 * 33]);
-        let rows = RowsMut::new(&mut jacobian, 33);
+        let width: usize = lengths.iter().sum();
+        let x: Vec<f64> = (0..width).map(|k| 1.0 + (k as f64).sin()).collect();
+        let (mut values, mut jacobian) = ([0.0; 3], vec![0.0; 3 * width]);
+        let rows = RowsMut::new(&mut jacobian, width);
         residual.evaluate(LocalValues::new(&x, &offsets), &mut values, Some(rows)).unwrap();
-        for (row, entries) in jacobian.chunks(33).enumerate() {
+        for (row, entries) in jacobian.chunks(width).enumerate() {
             let pattern = residual.row_pattern(row).unwrap();
             let touched = entries.iter().enumerate().filter(|(_, entry)| **entry != 0.0);
             touched.for_each(|(column, _)| {

@@ -1,13 +1,16 @@
 //! What all poses with the same load share: chain, unknowns, and which of them each torque depends on.
 //!
 //! Stored columns, for n joints: gravity 3, `[k, b, s, o]` of each joint, `(m, h)` of each link, 3 for each part of the
-//! load's position.
+//! load's position, and one for each term of sensors that are not affine.
 
 use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_estimation::BlockId;
 use gravcal_kinematics::Chain;
+
+use super::terms::Terms;
+use crate::sensors::SensorTerms;
 
 /// Stored columns of gravity.
 pub(super) const GRAVITY: usize = 3;
@@ -26,6 +29,8 @@ pub struct PoseTorqueBlocks {
     pub sensors: Vec<[BlockId; 4]>,
     /// `(m, h_x, h_y, h_z)` of each link.
     pub inertia: Vec<BlockId>,
+    /// The parameter of each term of sensors that are not affine.
+    pub terms: Vec<BlockId>,
 }
 
 /// A load that hangs on the robot during a pose.
@@ -45,21 +50,37 @@ pub struct PoseTorqueModel {
     pub(super) chain: Arc<Chain>,
     pub(super) blocks: Vec<BlockId>,
     pub(super) load: Option<CarriedLoad>,
+    /// `None` where all sensors are affine.
+    pub(super) terms: Option<Terms>,
+    /// Stored columns before those of the terms.
+    pub(super) affine_columns: usize,
     /// Stored columns that each joint's torque can touch.
     pub(super) patterns: Vec<Vec<Range<usize>>>,
 }
 
 impl PoseTorqueModel {
-    /// The chain, its unknowns, and the load it carries.
-    pub fn new(chain: Arc<Chain>, blocks: &PoseTorqueBlocks, load: Option<CarriedLoad>) -> Self {
+    /// The chain, its unknowns, what its sensors do beyond gain and bias, and the load it carries.
+    pub fn new(
+        chain: Arc<Chain>,
+        blocks: &PoseTorqueBlocks,
+        functions: &SensorTerms,
+        load: Option<CarriedLoad>,
+    ) -> Self {
         let mut order = vec![blocks.gravity];
         order.extend(blocks.sensors.iter().flatten());
         order.extend(&blocks.inertia);
         order.extend(load.iter().flat_map(|l| &l.position));
+        order.extend(&blocks.terms);
         let joints = chain.joint_count();
         let end = inertia_column(joints, joints) + 3 * load.as_ref().map_or(0, |l| l.position.len());
-        let patterns = (0..joints).map(|joint| pattern(joint, joints, end)).collect();
-        PoseTorqueModel { chain, blocks: order, load, patterns }
+        let terms = (!functions.is_empty()).then(|| Terms::new(functions.clone(), end));
+        let affine = |joint| pattern(joint, joints, end);
+        let patterns = (0..joints).map(|joint| match &terms {
+            None => affine(joint),
+            Some(terms) => pattern_with_terms(joint, terms, end + functions.len(), affine),
+        });
+        let patterns = patterns.collect();
+        PoseTorqueModel { chain, blocks: order, load, patterns, terms, affine_columns: end }
     }
 }
 
@@ -86,6 +107,31 @@ fn pattern(joint: usize, joints: usize, end: usize) -> Vec<Range<usize>> {
         match ranges.last_mut() {
             Some(last) if last.end == range.start => last.end = range.end,
             _ => ranges.push(range),
+        }
+    }
+    ranges
+}
+
+/// The same with the joint's terms: a torque that the sensor reads besides its own has the columns of that, but for the
+/// other sensor's gain and bias.
+fn pattern_with_terms(
+    joint: usize,
+    terms: &Terms,
+    width: usize,
+    affine: impl Fn(usize) -> Vec<Range<usize>>,
+) -> Vec<Range<usize>> {
+    let (columns, sources) = terms.touched(joint);
+    let mut touched = vec![false; width];
+    for source in sources {
+        affine(source).into_iter().flatten().for_each(|column| touched[column] = true);
+        touched[sensor_column(source)..][..OWN].fill(false);
+    }
+    affine(joint).into_iter().flatten().chain(columns).for_each(|column| touched[column] = true);
+    let mut ranges: Vec<Range<usize>> = Vec::new();
+    for column in (0..width).filter(|column| touched[*column]) {
+        match ranges.last_mut() {
+            Some(last) if last.end == column => last.end = column + 1,
+            _ => ranges.push(column..column + 1),
         }
     }
     ranges

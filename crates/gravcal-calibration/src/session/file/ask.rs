@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::Context;
 use crate::document::{Field, FileError};
-use crate::parameter::Quantity;
+use crate::parameter::{Parameter, Quantity};
 use crate::session::{Ask, JointKnowledge};
 
 /// `[ask]`.
@@ -18,11 +18,16 @@ pub(super) struct AskTable {
 }
 
 /// What `[ask]` comes to.
-pub(super) fn resolve(context: &Context<'_>, joints: &[JointKnowledge], table: AskTable) -> Result<Ask, FileError> {
+pub(super) fn resolve(
+    context: &Context<'_>,
+    joints: &[JointKnowledge],
+    further: &[Parameter],
+    table: AskTable,
+) -> Result<Ask, FileError> {
     let [add, drop] = ["add", "drop"].map(|key| Field::new("ask").key(key));
-    table.add.iter().enumerate().try_for_each(|(i, name)| check_added(context, joints, &add.at(i), name))?;
+    table.add.iter().enumerate().try_for_each(|(i, name)| check_added(context, joints, further, &add.at(i), name))?;
     for (i, name) in table.drop.iter().enumerate() {
-        parameter(context, &drop.at(i), name)?;
+        parameter(context, further, &drop.at(i), name)?;
         if table.add.contains(name) {
             return Err(context.document.error(&drop.at(i), format!("`{name}` is added as well: keep one")));
         }
@@ -30,8 +35,14 @@ pub(super) fn resolve(context: &Context<'_>, joints: &[JointKnowledge], table: A
     Ok(Ask { add: table.add, drop: table.drop })
 }
 
-fn check_added(context: &Context<'_>, joints: &[JointKnowledge], field: &Field, name: &str) -> Result<(), FileError> {
-    match parameter(context, field, name)? {
+fn check_added(
+    context: &Context<'_>,
+    joints: &[JointKnowledge],
+    further: &[Parameter],
+    field: &Field,
+    name: &str,
+) -> Result<(), FileError> {
+    match parameter(context, further, field, name)? {
         Some((joint, Quantity::TorqueGain | Quantity::TorqueBias)) if joints[joint].torque_unit.is_none() => {
             let joint = context.joint_names[joint];
             Err(context.document.error(field, format!("joint `{joint}` has no column in readings.torque: name one")))
@@ -40,9 +51,14 @@ fn check_added(context: &Context<'_>, joints: &[JointKnowledge], field: &Field, 
     }
 }
 
-/// The parameter of that name; `None` for gravity.
-fn parameter(context: &Context<'_>, field: &Field, name: &str) -> Result<Option<(usize, Quantity)>, FileError> {
-    if name == "gravity" {
+/// The joint's sensor parameter of that name; `None` for gravity and the further parameters.
+fn parameter(
+    context: &Context<'_>,
+    further: &[Parameter],
+    field: &Field,
+    name: &str,
+) -> Result<Option<(usize, Quantity)>, FileError> {
+    if name == "gravity" || further.iter().any(|parameter| parameter.name() == name) {
         return Ok(None);
     }
     // From the right: joints of a URDF may have dots in their names.

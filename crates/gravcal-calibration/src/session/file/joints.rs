@@ -19,6 +19,7 @@ use super::knowledge::{KnowledgeTable, scaled, start};
 use crate::document::{Field, FileError};
 use crate::parameter::Quantity;
 use crate::robot::{NominalPositionSensor, NominalTorqueSensor};
+use crate::sensors::ModelTable;
 use crate::session::units::{self, UnitError};
 use crate::session::{JointKnowledge, Knowledge};
 
@@ -33,6 +34,8 @@ pub(super) struct JointTable {
     torque_bias: Option<KnowledgeTable>,
     position_gain: Option<KnowledgeTable>,
     position_offset: Option<KnowledgeTable>,
+    #[serde(default)]
+    pub sensor_models: Vec<ModelTable<KnowledgeTable>>,
 }
 
 /// Whether a sensor is mounted the other way round.
@@ -107,7 +110,12 @@ impl<'a> Joint<'a> {
             None => self.no_torque_sensor()?,
         };
         let parameters = [torque_gain, torque_bias, self.position_gain()?, self.position_offset()?];
-        Ok(JointKnowledge { torque_unit: self.torque_unit, position_unit: self.position_unit, parameters })
+        Ok(JointKnowledge {
+            torque_unit: self.torque_unit,
+            torque_sign_declared: self.table.torque_sign.is_some(),
+            position_unit: self.position_unit,
+            parameters,
+        })
     }
 
     /// What is said of a sensor that is not read would be passed over in silence.

@@ -8,7 +8,7 @@ use crate::session::{Knowledge, KnowledgeKind};
 /// `{ nominal, unit }`, `{ nominal, std, unit }` or `{ fixed, unit }`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
-pub(super) struct KnowledgeTable {
+pub(crate) struct KnowledgeTable {
     nominal: Option<f64>,
     std: Option<f64>,
     fixed: Option<f64>,

@@ -87,25 +87,34 @@ fn check_read_once(document: &Document, tables: &[PoseTable]) -> Result<(), File
     Ok(())
 }
 
-/// Reads the poses of all tables, in order.
+/// Reads the poses of all tables, in order; and tells how many torque readings of each joint are saturated.
 pub(super) fn read_all(
     document: &Document,
     written: &[PosesTable],
     tables: &[PoseTable],
     mapping: &PoseMapping,
-) -> Result<Vec<Pose>, SessionError> {
+) -> Result<(Vec<Pose>, Vec<usize>), SessionError> {
     let mut poses = Vec::new();
+    let mut saturated = vec![0; mapping.torques.len()];
     for (index, (written, table)) in written.iter().zip(tables).enumerate() {
         let read = read_poses(&table.path, mapping).map_err(|error| {
             let named_by = document.named_by(&field(index).key("file"), &written.file);
             SessionError::Table { error, named_by }
         })?;
+        read.iter().flat_map(|pose| &pose.saturated).for_each(|joint| saturated[*joint] += 1);
         poses.extend(read.into_iter().map(|pose| of_table(index, table.load, pose)));
     }
-    Ok(poses)
+    count_time_from_first(&mut poses);
+    Ok((poses, saturated))
+}
+
+/// The clock of a recording may count from any year, of which a drift times the time would leave no digit.
+fn count_time_from_first(poses: &mut [Pose]) {
+    let first = poses.iter().filter_map(|pose| pose.conditions.time).reduce(f64::min).unwrap_or(0.0);
+    poses.iter_mut().filter_map(|pose| pose.conditions.time.as_mut()).for_each(|time| *time -= first);
 }
 
 fn of_table(table: usize, load: Option<usize>, pose: StaticPose) -> Pose {
-    let StaticPose { line, position, torque, sweep, merged: _ } = pose;
-    Pose { table, line, sweep_label: sweep, load, position, torque }
+    let StaticPose { line, position, torque, saturated: _, instruments, sweep, conditions, merged: _ } = pose;
+    Pose { table, line, sweep_label: sweep, load, position, torque, instruments, conditions }
 }

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 use std::fs;
 
 use gravcal_estimation::{Loss, LossName};
-use gravcal_recording::{PositionUnit, Reading, TorqueUnit};
+use gravcal_recording::{Conditions, PositionUnit, Reading, TorqueUnit};
 use tempfile::TempDir;
 
 use crate::parameter::Quantity;
@@ -80,7 +80,7 @@ const B: &str = "q1,q2,y1,y2,sweep\n0,1,5,6,\n0,2,7,8,\n";
 const FILES: [(&str, &str); 4] = [("session.toml", SESSION), ("robot.toml", ROBOT), ("a.csv", A), ("b.csv", B)];
 
 /// Reads the session above with some texts of its files changed: (file, old, new).
-fn read(changes: &[(&str, &str, &str)]) -> Result<Session, String> {
+pub(super) fn read(changes: &[(&str, &str, &str)]) -> Result<Session, String> {
     let folder = tempfile::tempdir().unwrap();
     for (name, text) in FILES {
         let changed = changes.iter().filter(|(file, ..)| *file == name).fold(text.to_owned(), |text, (_, old, new)| {
@@ -97,7 +97,7 @@ fn without_folder(folder: &TempDir, error: impl ToString) -> String {
 }
 
 /// The session above with one thing changed.
-fn changed(old: &str, new: &str) -> Session {
+pub(super) fn changed(old: &str, new: &str) -> Session {
     read(&[("session.toml", old, new)]).unwrap()
 }
 
@@ -108,7 +108,7 @@ fn refused(old: &str, new: &str) -> String {
 
 /// Sees to it that an error begins as expected, with file, line and field.
 #[track_caller]
-fn assert_refused(old: &str, new: &str, expected: &str) {
+pub(super) fn assert_refused(old: &str, new: &str, expected: &str) {
     let message = refused(old, new);
     assert!(message.starts_with(&format!("session.toml:{expected}")), "{message}");
 }
@@ -157,6 +157,8 @@ fn poses_of_all_tables_are_read_in_si() {
         load: (table == 1).then_some(1),
         position: position.map(|angle| angle * (PI / 180.0)).into(),
         torque: torque.into(),
+        instruments: Vec::new(),
+        conditions: Conditions::default(),
     };
     let expected = [
         pose(0, 2, [0.0, 0.0], [reading(2000.0), reading(2100.0)]),
@@ -170,15 +172,16 @@ fn poses_of_all_tables_are_read_in_si() {
 #[test]
 fn nominals_come_from_the_session_then_the_robot_then_the_default() {
     let session = read(&[]).unwrap();
-    let joint = |parameters| JointKnowledge {
+    let joint = |torque_sign_declared, parameters| JointKnowledge {
         torque_unit: Some(TorqueUnit::Count),
+        torque_sign_declared,
         position_unit: PositionUnit::Degree,
         parameters,
     };
     // The shoulder's torque sensor is the robot's, its position sensor the default.
-    assert_eq!(session.joints[0], joint([start(6.69), start(2048.0), start(1.0), start(0.0)]));
+    assert_eq!(session.joints[0], joint(false, [start(6.69), start(2048.0), start(1.0), start(0.0)]));
     // The elbow's torque gain is the session's, reversed, its bias the default, its position sensor the robot's.
-    assert_eq!(session.joints[1], joint([start(-5.5), start(0.0), start(0.5), start(PI / 2.0)]));
+    assert_eq!(session.joints[1], joint(true, [start(-5.5), start(0.0), start(0.5), start(PI / 2.0)]));
 }
 
 #[test]
@@ -258,11 +261,15 @@ fn masses_of_the_model_may_be_known() {
     assert_eq!(
         massless,
         "session.toml:9: inertia.links: the model needs the mass of every link, but robot.toml has none for forearm: \
-         add them there, or write links = \"unknown\""
+         add them there, name only other links in relative_std, or write links = \"unknown\""
     );
     let masses = "link = \"forearm\"\nmass_kg = 1\ncenter_of_mass_m = [0, 0, 0]";
     let known = [("session.toml", "[readings]", model), ("robot.toml", "link = \"forearm\"", masses)];
-    assert_eq!(read(&known).unwrap().inertia, InertiaKnowledge::Model { relative_std: 0.1 });
+    assert_eq!(read(&known).unwrap().inertia, InertiaKnowledge::Model { relative_std: vec![Some(0.1); 2] });
+    let one = model.replace("0.1", "{ upper-arm = 0.2 }");
+    assert_eq!(changed("[readings]", &one).inertia, InertiaKnowledge::Model { relative_std: vec![Some(0.2), None] });
+    let unknown = refused("[readings]", &model.replace("0.1", "{ hand = 0.2 }"));
+    assert!(unknown.starts_with("session.toml:10: inertia.relative_std.hand: there is no link `hand`"), "{unknown}");
 }
 
 #[test]

@@ -1,0 +1,37 @@
+//! Knowledge from an earlier calibration in the joint problem: one factor with its whole covariance.
+
+use gravcal_estimation::{BlockId, Factor, Problem};
+
+use super::problem::{JointProblem, PosingError};
+use crate::residuals::{KnownQuantity, LinearKnowledge};
+use crate::session::EarlierCalibration;
+
+/// The problem with what the earlier calibration knows of its unknowns, behind all other factors.
+pub(super) fn with_earlier(earlier: &EarlierCalibration, posed: JointProblem) -> Result<JointProblem, PosingError> {
+    let known: Vec<Option<KnownQuantity>> = earlier
+        .quantities()
+        .iter()
+        .map(|quantity| {
+            let term = |(name, coefficient): &(String, f64)| {
+                find(&posed.problem, name).map(|(id, component)| (id, component, *coefficient))
+            };
+            let terms: Option<Vec<_>> = quantity.terms.iter().map(term).collect();
+            terms.map(|terms| KnownQuantity { terms, value: quantity.value })
+        })
+        .collect();
+    // A load that no pose carries has no block: knowing the rest is knowing less.
+    let kept: Vec<usize> = (0..known.len()).filter(|i| known[*i].is_some()).collect();
+    if kept.is_empty() {
+        return Ok(posed);
+    }
+    let residual = LinearKnowledge::new(known.into_iter().flatten().collect());
+    let mut factors = posed.problem.factors().to_vec();
+    factors.push(Factor::new(residual, earlier.noise(&kept)?));
+    Ok(JointProblem { problem: posed.problem.with_factors(factors)?, ..posed })
+}
+
+/// The block and the place in it of a component, such as `gravity.x` or `joint1.torque_gain`.
+fn find(problem: &Problem, component: &str) -> Option<(BlockId, usize)> {
+    let places = problem.block_ids().flat_map(|id| (0..problem.block(id).len()).map(move |i| (id, i)));
+    places.into_iter().find(|(id, i)| problem.block(*id).component_name(*i) == component)
+}

@@ -1,0 +1,246 @@
+//! Which readings enter the joint problem, and how: one factor a pose, of everything that reads it.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder, Residual};
+use gravcal_kinematics::Chain;
+
+use super::unknowns::Layout;
+use crate::parameter::{ParameterId, Quantity};
+use crate::residuals::{
+    CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, PoseTorque, PoseTorqueBlocks, PoseTorqueModel,
+    SensedQuantity, SpecificForce, Stacked, Wrench,
+};
+use crate::sensors::PositionFunction;
+use crate::session::{Instrument, InstrumentKind, KnowledgeKind, Session};
+
+/// Which readings enter, and how uncertain they are.
+#[derive(Clone, Debug)]
+pub struct Readings {
+    /// Channels that enter, for each pose of the session: see [`Session::channel_count`].
+    pub used: Vec<Vec<usize>>,
+    /// Standard deviation, by channel, of readings that state none; unit of the reading.
+    pub noise: Vec<f64>,
+    /// How readings far beyond that are to be counted. [`super::pose`] leaves it to `JointProblem::with_loss`: at a start
+    /// every reading looks far off.
+    pub loss: Loss,
+}
+
+impl Readings {
+    /// Every reading of the session for which `keep(pose, channel)` holds.
+    pub fn select(session: &Session, noise: Vec<f64>, keep: impl Fn(usize, usize) -> bool) -> Readings {
+        let enters = |pose, channel| session.reading(pose, channel).is_some() && keep(pose, channel);
+        let of_pose = |pose| (0..session.channel_count()).filter(|channel| enters(pose, *channel)).collect();
+        Readings { used: (0..session.poses.len()).map(of_pose).collect(), noise, loss: session.loss }
+    }
+
+    /// How many poses have a reading that enters.
+    pub(super) fn poses(&self) -> usize {
+        self.used.iter().filter(|used| !used.is_empty()).count()
+    }
+
+    /// Whether any torque of a joint enters.
+    pub(super) fn any_torque(&self, session: &Session) -> bool {
+        self.used.iter().flatten().any(|channel| *channel < session.joints.len())
+    }
+
+    /// Free parameters on which no reading that enters depends.
+    pub(super) fn unread(&self, session: &Session) -> Vec<ParameterId> {
+        let free = |id: &ParameterId| session.parameter(*id).held.is_none() && !self.reads(session, *id);
+        session.parameters().into_iter().filter(free).collect()
+    }
+
+    /// The same, but for those that are known with a standard deviation.
+    pub(super) fn unread_and_unknown(&self, session: &Session) -> Vec<ParameterId> {
+        let known = |id: &ParameterId| matches!(session.parameter(*id).knowledge.kind, KnowledgeKind::Prior { .. });
+        self.unread(session).into_iter().filter(|id| !known(id)).collect()
+    }
+
+    fn reads(&self, session: &Session, id: ParameterId) -> bool {
+        // The torque of a joint depends on all positions, and a factor of torques has the parameters of all joints.
+        let of_joint = self.any_torque(session) && !matches!(id, ParameterId::Further(i) if i >= session.terms.len());
+        of_joint
+            || self
+                .used_axes(session)
+                .iter()
+                .any(|(number, axis)| session.instruments[*number].reads(session, *axis, id))
+    }
+
+    /// Instrument and axis of the readings of instruments that enter, each once.
+    fn used_axes(&self, session: &Session) -> BTreeSet<(usize, usize)> {
+        self.used.iter().flatten().filter_map(|channel| session.axis(*channel)).collect()
+    }
+
+    /// Which loads hang on the robot in a pose of which something is read that feels them.
+    pub(super) fn carried(&self, session: &Session) -> Vec<bool> {
+        let feels = |channel: &usize| match session.axis(*channel) {
+            None => true,
+            Some((instrument, _)) => session.instruments[instrument].kind == InstrumentKind::ForceTorque,
+        };
+        let poses = || session.poses.iter().zip(&self.used).filter(|(_, used)| used.iter().any(feels));
+        (0..session.loads.len()).map(|load| poses().any(|(pose, _)| pose.load == Some(load))).collect()
+    }
+
+    /// Standard deviation of one reading, unit of the reading.
+    pub fn std(&self, session: &Session, pose: usize, channel: usize) -> f64 {
+        session.reading(pose, channel).and_then(|r| r.std).unwrap_or(self.noise[channel])
+    }
+}
+
+impl Instrument {
+    /// Whether the readings of an axis depend on a parameter.
+    fn reads(&self, session: &Session, axis: usize, id: ParameterId) -> bool {
+        match id {
+            ParameterId::Sensor(joint, quantity) => {
+                let position = matches!(quantity, Quantity::PositionGain | Quantity::PositionOffset);
+                joint <= self.link && position
+            }
+            ParameterId::Further(place) => {
+                let gain =
+                    self.gains.iter().zip(self.gain_parameters()).any(|((row, _), own)| own == place && *row == axis);
+                let term = position_terms(session, self.link).any(|(own, ..)| own == place);
+                gain || term || self.bias_parameters().start + axis == place || self.own_parameters().contains(&place)
+            }
+        }
+    }
+}
+
+/// Adds the readings; gives pose and channel of each row.
+pub(super) fn add_readings(
+    session: &Session,
+    readings: &Readings,
+    layout: &Layout,
+    builder: &mut ProblemBuilder,
+) -> Result<Vec<(usize, usize)>, NoiseError> {
+    let models = Models::new(session, layout);
+    let mut rows = Vec::new();
+    for (pose, used) in readings.used.iter().enumerate().filter(|(_, used)| !used.is_empty()) {
+        let std: Vec<f64> = used.iter().map(|channel| readings.std(session, pose, *channel)).collect();
+        let noise = Noise::independent(&std)?;
+        let mut parts = models.residuals(pose, used);
+        let factor = match parts.len() {
+            1 => Factor { residual: parts.remove(0), noise, loss: Loss::None },
+            _ => Factor::new(Stacked::new(parts, |id| builder.block(id).len()), noise),
+        };
+        builder.add_factor(factor);
+        rows.extend(used.iter().map(|channel| (pose, *channel)));
+    }
+    Ok(rows)
+}
+
+/// What poses share: by load, first of poses with nothing attached.
+struct Models<'s> {
+    session: &'s Session,
+    torque: Vec<Arc<PoseTorqueModel>>,
+    /// Of each instrument.
+    instruments: Vec<Vec<Arc<InstrumentModel>>>,
+}
+
+impl<'s> Models<'s> {
+    fn new(session: &'s Session, layout: &Layout) -> Models<'s> {
+        let chain = Arc::new(session.robot.chain.clone());
+        let loads = session.loads.iter().zip(&layout.loads).map(|(load, position)| {
+            position.clone().map(|position| CarriedLoad { position, mass: load.mass, link: load.link })
+        });
+        let loads: Vec<Option<CarriedLoad>> = std::iter::once(None).chain(loads).collect();
+        let blocks = PoseTorqueBlocks {
+            gravity: layout.gravity,
+            sensors: layout.sensors.clone(),
+            inertia: layout.inertia.clone(),
+            terms: layout.further[..session.terms.len()].to_vec(),
+        };
+        let torque = |load: &Option<CarriedLoad>| {
+            Arc::new(PoseTorqueModel::new(Arc::clone(&chain), &blocks, &session.terms, load.clone()))
+        };
+        let instrument = |instrument: &Instrument| {
+            let model = |load: &Option<CarriedLoad>| {
+                Arc::new(instrument_model(session, layout, Arc::clone(&chain), instrument, load.clone()))
+            };
+            loads.iter().map(model).collect()
+        };
+        Models {
+            session,
+            torque: loads.iter().map(torque).collect(),
+            instruments: session.instruments.iter().map(instrument).collect(),
+        }
+    }
+
+    /// The residuals of the readings of one pose, in the order of their channels.
+    fn residuals(&self, index: usize, used: &[usize]) -> Vec<Arc<dyn Residual>> {
+        let (session, pose) = (self.session, &self.session.poses[index]);
+        let load = pose.load.map_or(0, |load| load + 1);
+        let value = |channel: usize| session.reading(index, channel).map_or(f64::NAN, |reading| reading.value);
+        let torques: Vec<(usize, f64)> =
+            used.iter().filter(|channel| **channel < session.joints.len()).map(|c| (*c, value(*c))).collect();
+        let mut parts: Vec<Arc<dyn Residual>> = Vec::new();
+        if !torques.is_empty() {
+            let residual = PoseTorque::new(Arc::clone(&self.torque[load]), pose.position.clone(), torques);
+            parts.push(Arc::new(residual.under(pose.conditions.clone())));
+        }
+        for (number, instrument) in session.instruments.iter().enumerate() {
+            let own = used.iter().filter_map(|channel| match session.axis(*channel) {
+                Some((owner, axis)) if owner == number => Some((axis, value(*channel))),
+                _ => None,
+            });
+            let own: Vec<(usize, f64)> = own.collect();
+            if !own.is_empty() {
+                let model = Arc::clone(&self.instruments[number][load]);
+                parts.push(Arc::new(InstrumentReading::new(model, coordinates(session, index, instrument.link), own)));
+            }
+        }
+        parts
+    }
+}
+
+fn instrument_model(
+    session: &Session,
+    layout: &Layout,
+    chain: Arc<Chain>,
+    instrument: &Instrument,
+    load: Option<CarriedLoad>,
+) -> InstrumentModel {
+    let own = &layout.further[instrument.own_parameters()];
+    let sensed: Arc<dyn SensedQuantity> = match instrument.kind {
+        InstrumentKind::ForceTorque => {
+            let beyond = load.filter(|load| load.link == instrument.link);
+            Arc::new(Wrench::new(&instrument.mounting, [own[0], own[1], own[2], own[3]], beyond))
+        }
+        InstrumentKind::Accelerometer => Arc::new(SpecificForce::new([own[0], own[1], own[2]])),
+    };
+    let gain = |((reading, sensed), block): (&(usize, usize), &BlockId)| GainEntry {
+        reading: *reading,
+        sensed: *sensed,
+        block: *block,
+    };
+    let gains = instrument.gains.iter().zip(&layout.further[instrument.gain_parameters()]).map(gain);
+    InstrumentModel::new(
+        (chain, instrument.link),
+        instrument.mounting.rotation(),
+        sensed,
+        (layout.gravity, &coordinate_blocks(session, layout, instrument.link)),
+        (gains.collect(), &layout.further[instrument.bias_parameters()]),
+    )
+}
+
+/// Blocks on which the coordinates of the joints up to a link depend: position gain and offset of each, then the terms of
+/// their position sensors.
+fn coordinate_blocks(session: &Session, layout: &Layout, link: usize) -> Vec<BlockId> {
+    let affine = layout.sensors[..=link].iter().flat_map(|[_, _, gain, offset]| [*gain, *offset]);
+    let terms = position_terms(session, link).map(|(place, ..)| layout.further[place]);
+    affine.chain(terms).collect()
+}
+
+/// `θ_j = Σ coefficient · block` in one pose: joint, place among those blocks, coefficient.
+fn coordinates(session: &Session, pose: usize, link: usize) -> Vec<(usize, usize, f64)> {
+    let position = &session.poses[pose].position;
+    let affine = (0..=link).flat_map(|joint| [(joint, 2 * joint, position[joint]), (joint, 2 * joint + 1, 1.0)]);
+    let terms = position_terms(session, link).enumerate();
+    let terms = terms.map(|(k, (_, joint, function))| (joint, 2 * (link + 1) + k, function.value(position[joint])));
+    affine.chain(terms).collect()
+}
+
+/// Terms of the position sensors of the joints up to a link: place of the parameter, joint, function.
+fn position_terms(session: &Session, link: usize) -> impl Iterator<Item = (usize, usize, &dyn PositionFunction)> {
+    session.terms.of_positions().filter(move |(_, joint, _)| *joint <= link)
+}

@@ -1,0 +1,243 @@
+//! Torque sensors that read the other way than the session takes them to.
+//!
+//! Where the sign of a sensor is not declared, two things tell that it is reversed (see the discrete twins of the model):
+//!
+//! - *Beside the others.* A sensor that is reversed and others that are not contradict each other, whatever the moments. Signs are
+//!   turned one by one, as long as the start of the joint problem explains the readings better; the outcome is solved, and counts
+//!   if χ² falls below half.
+//! - *All together.* Turning all sensors and all moments changes no reading of a bare arm. Then the robot's assumed masses
+//!   decide: where the torques of the estimated moments oppose those of the assumed ones, all sensors are reversed (or gravity is
+//!   declared upside down, which no reading tells from that).
+//!
+//! A declared sign is taken at its word, `"normal"` included.
+
+use gravcal_estimation::Termination;
+
+use super::hold::pose_with;
+use super::solve::first_noise;
+use super::start::{best_start, start_cost};
+use super::{EstimateError, Readings, Solved, Unknowns};
+use crate::parameter::Quantity;
+use crate::session::Session;
+use crate::workbench::Workbench;
+
+/// A turned sign must lower the cost of a start to this share of it; the cost of a solution likewise.
+const BETTER_START: f64 = 0.8;
+const BETTER: f64 = 0.5;
+/// Turning everything must not raise the cost beyond this share of it.
+const AS_GOOD: f64 = 1.05;
+/// Below this correlation the estimated torques oppose the assumed ones.
+const OPPOSED: f64 = -0.5;
+
+/// Sensors that are reversed, and how that is known.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Reversed {
+    /// Indices of the joints.
+    pub joints: Vec<usize>,
+    /// In words.
+    pub why: String,
+}
+
+/// Looks for reversed torque sensors behind a solution. `doubtful`: whether its fit says nothing for its signs.
+pub(super) fn reversed_sensors(
+    session: &Session,
+    solved: &Solved,
+    doubtful: bool,
+    workbench: &Workbench<'_>,
+) -> Result<Option<Reversed>, EstimateError> {
+    let read = |joint: usize| solved.posed.rows.iter().any(|(_, other)| *other == joint);
+    let joints: Vec<usize> = (0..session.joints.len()).filter(|joint| read(*joint)).collect();
+    let open: Vec<usize> =
+        joints.iter().copied().filter(|joint| !session.joints[*joint].torque_sign_declared).collect();
+    if open.is_empty() || solved.estimate.termination == Termination::Stopped {
+        return Ok(None);
+    }
+    if doubtful && let Some(found) = beside_the_others(session, solved, &open, workbench)? {
+        return Ok(Some(found));
+    }
+    if open.len() == joints.len() {
+        return all_together(session, solved, &open, workbench);
+    }
+    Ok(None)
+}
+
+fn beside_the_others(
+    session: &Session,
+    solved: &Solved,
+    open: &[usize],
+    workbench: &Workbench<'_>,
+) -> Result<Option<Reversed>, EstimateError> {
+    workbench.tell("looking for reversed sensors");
+    // Noise found from residuals would excuse the very joint that is reversed.
+    let readings = Readings { noise: first_noise(session), ..solved.readings.clone() };
+    let mut joints: Vec<usize> = Vec::new();
+    let mut cost = start_cost(session, &readings)?;
+    loop {
+        let mut best: Option<(f64, usize)> = None;
+        for joint in open.iter().copied().filter(|joint| !joints.contains(joint)) {
+            let turned = turned(session, &[&joints[..], &[joint]].concat());
+            let cost = start_cost(&turned, &readings)?;
+            best = best.filter(|(lowest, _)| *lowest <= cost).or(Some((cost, joint)));
+        }
+        match best {
+            Some((lower, joint)) if lower < BETTER_START * cost => {
+                joints.push(joint);
+                cost = lower;
+            }
+            _ => break,
+        }
+    }
+    // Turning the others instead explains bare readings as well: fewer are likelier.
+    if 2 * joints.len() > open.len() {
+        joints = open.iter().copied().filter(|joint| !joints.contains(joint)).collect();
+    }
+    if joints.is_empty() {
+        return Ok(None);
+    }
+    joints.sort_unstable();
+    let (before, _) = solve_with(session, &readings, solved, workbench)?;
+    let (after, unknowns) = solve_with(&turned(session, &joints), &readings, solved, workbench)?;
+    if after >= BETTER * before {
+        return Ok(None);
+    }
+    // All others may be the reversed ones: the assumed masses tell.
+    if open.len() == session.joints.len() && agreement(session, &unknowns).is_some_and(|c| c < OPPOSED) {
+        joints = open.iter().copied().filter(|joint| !joints.contains(joint)).collect();
+    }
+    let share = 100.0 * (after / before).sqrt();
+    let why = format!("with the sign turned, the residuals of all readings fall to {share:.2} % of what they were");
+    Ok(Some(Reversed { joints, why }))
+}
+
+fn all_together(
+    session: &Session,
+    solved: &Solved,
+    open: &[usize],
+    workbench: &Workbench<'_>,
+) -> Result<Option<Reversed>, EstimateError> {
+    let now = agreement(session, &solved.unknowns(&Unknowns::nominal(session)));
+    let Some(now) = now.filter(|correlation| *correlation < OPPOSED) else { return Ok(None) };
+    let (cost, unknowns) = solve_with(&turned(session, open), &solved.readings, solved, workbench)?;
+    let Some(then) = agreement(session, &unknowns).filter(|correlation| *correlation > -OPPOSED) else {
+        return Ok(None);
+    };
+    let why = format!(
+        "as they are taken, gravity torques oppose those of the robot's assumed masses (correlation {now:.2}), with \
+         their signs turned they follow them ({then:.2}), and the readings are explained as well; or gravity's \
+         hemisphere is declared upside down"
+    );
+    Ok((cost <= AS_GOOD * solved.estimate.cost).then(|| Reversed { joints: open.to_vec(), why }))
+}
+
+/// The session with the torque gains of these joints of the other sign.
+fn turned(session: &Session, joints: &[usize]) -> Session {
+    let mut turned = session.clone();
+    for joint in joints {
+        turned.joints[*joint].parameters[Quantity::TorqueGain as usize].nominal *= -1.0;
+    }
+    turned
+}
+
+/// Cost and unknowns of a session with these readings and their noise, under the loss of the solution.
+fn solve_with(
+    session: &Session,
+    readings: &Readings,
+    solved: &Solved,
+    workbench: &Workbench<'_>,
+) -> Result<(f64, Unknowns), EstimateError> {
+    let start = best_start(session, readings, None, workbench)?;
+    let posed = pose_with(session, readings, &start, &[])?.with_loss(solved.posed.loss)?;
+    let estimate = workbench.solve(&posed.problem, &posed.initial)?;
+    Ok((estimate.cost, Unknowns::of(&estimate.values, &posed.layout, &start)))
+}
+
+/// Correlation of the bare arm's gravity torques by estimated and by assumed masses, over all poses and joints; `None`
+/// where no masses are assumed, or where gravity may point either way.
+fn agreement(session: &Session, unknowns: &Unknowns) -> Option<f64> {
+    let chain = &session.robot.chain;
+    if session.gravity.hemisphere.is_none() || chain.links().iter().any(|link| link.inertia.is_none()) {
+        return None;
+    }
+    let flat = |unknowns: &Unknowns| -> Vec<f64> { unknowns.inertia.iter().flatten().copied().collect() };
+    let (estimated, assumed) = (flat(unknowns), flat(&Unknowns::nominal(session)));
+    let [mut a, mut b] = [vec![0.0; chain.joint_count()], vec![0.0; chain.joint_count()]];
+    let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
+    for pose in &session.poses {
+        let coordinates = session.terms.coordinates(&pose.position, unknowns);
+        chain.gravity_torque(&coordinates, unknowns.gravity, &estimated, &mut a);
+        chain.gravity_torque(&coordinates, unknowns.gravity, &assumed, &mut b);
+        for (a, b) in a.iter().zip(&b) {
+            (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
+        }
+    }
+    (aa * bb > 0.0).then(|| ab / (aa * bb).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::result::{EstimatorResult, Verdict};
+    use crate::sensors::testing::estimate;
+    use crate::session::{KnowledgeKind, Session};
+    use crate::testing::sarcos_shoulder;
+
+    /// The reference protocol with sensors mounted the other way round, and not declared so.
+    fn with_reversed(joints: &[usize]) -> Session {
+        let mut simulation = sarcos_shoulder();
+        joints.iter().for_each(|joint| simulation.truth.sensors[*joint][0] *= -1.0);
+        simulation.session(0)
+    }
+
+    fn assert_named(result: &EstimatorResult, names: &str) {
+        assert_eq!(result.verdict, Verdict::Failed, "{:?}", result.notes);
+        let told = result.notes.iter().any(|note| note.contains(names) && note.contains("torque_sign = \"reversed\""));
+        assert!(told, "{:?}", result.notes);
+        assert!(result.parameters.iter().all(|told| told.value.is_none() || told.held.is_some()));
+    }
+
+    #[test]
+    fn one_of_three_is_named() {
+        for (joint, name) in ["sensor of joint1 ", "sensor of joint2 ", "sensor of joint3 "].into_iter().enumerate() {
+            assert_named(&estimate(&with_reversed(&[joint])), name);
+        }
+    }
+
+    #[test]
+    fn one_of_three_is_named_where_gains_are_given_and_noise_is_not() {
+        let mut session = with_reversed(&[1]);
+        for (joint, gain) in session.joints.iter_mut().zip([7.12, 5.97, 6.5]) {
+            joint.parameters[0].nominal = gain;
+            joint.parameters[0].kind = KnowledgeKind::Fixed;
+        }
+        for reading in session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()) {
+            reading.std = None;
+        }
+        assert_named(&estimate(&session), "sensor of joint2 ");
+    }
+
+    #[test]
+    fn all_of_them_are_named_by_the_assumed_masses_and_not_without() {
+        let session = with_reversed(&[0, 1, 2]);
+        assert_named(&estimate(&session), "sensors of joint1, joint2, joint3 ");
+        let mut declared = session.clone();
+        declared.joints.iter_mut().for_each(|joint| joint.torque_sign_declared = true);
+        assert_eq!(estimate(&declared).verdict, Verdict::Determined, "taken at its word");
+    }
+
+    #[test]
+    fn two_of_three_are_named_by_the_assumed_masses() {
+        assert_named(&estimate(&with_reversed(&[0, 2])), "sensors of joint1, joint3 ");
+    }
+
+    #[test]
+    fn a_misfit_of_another_kind_names_no_sensor() {
+        let mut session = with_reversed(&[]);
+        for pose in session.poses.iter_mut().step_by(5) {
+            if let Some(reading) = &mut pose.torque[1] {
+                reading.value += 400.0;
+            }
+        }
+        let result = estimate(&session);
+        assert_eq!(result.verdict, Verdict::Failed);
+        assert!(!result.notes.iter().any(|note| note.contains("read the other way")), "{:?}", result.notes);
+    }
+}

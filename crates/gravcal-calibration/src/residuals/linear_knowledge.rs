@@ -1,0 +1,94 @@
+//! Quantities known together: those of an earlier calibration.
+//!
+//! ```text
+//!     Σ_j c_ij x_j = v_i        for all i, with a common covariance
+//! ```
+//!
+//! `x_j` are stored numbers of any blocks. A vector on a sphere has two rows, along its tangent plane at the known value.
+
+use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
+
+/// One quantity: block, which of its numbers, and coefficient of each term; and its known value.
+#[derive(Clone, Debug)]
+pub struct KnownQuantity {
+    /// In the unit of `value` a unit of the number.
+    pub terms: Vec<(BlockId, usize, f64)>,
+    /// `v`.
+    pub value: f64,
+}
+
+/// Known values of linear functions of some blocks.
+#[derive(Clone, Debug)]
+pub struct LinearKnowledge {
+    blocks: Vec<BlockId>,
+    rows: Vec<Row>,
+}
+
+#[derive(Clone, Debug)]
+struct Row {
+    /// Block (by its place among the blocks), number in it and coefficient of each term.
+    terms: Vec<(usize, usize, f64)>,
+    value: f64,
+}
+
+impl LinearKnowledge {
+    /// One row a quantity.
+    pub fn new(quantities: Vec<KnownQuantity>) -> Self {
+        let mut blocks: Vec<BlockId> = quantities.iter().flat_map(|q| q.terms.iter().map(|(id, ..)| *id)).collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        let place = |id: BlockId| blocks.partition_point(|other| *other < id);
+        let row = |q: KnownQuantity| {
+            let terms = q.terms.into_iter().map(|(id, component, c)| (place(id), component, c)).collect();
+            Row { terms, value: q.value }
+        };
+        let rows = quantities.into_iter().map(row).collect();
+        LinearKnowledge { blocks, rows }
+    }
+}
+
+impl Residual for LinearKnowledge {
+    fn blocks(&self) -> &[BlockId] {
+        &self.blocks
+    }
+
+    fn len(&self) -> usize {
+        self.rows.len()
+    }
+
+    fn evaluate(
+        &self,
+        x: LocalValues<'_>,
+        residual: &mut [f64],
+        mut jacobian: Option<RowsMut<'_>>,
+    ) -> Result<(), EvaluateError> {
+        for (index, Row { terms, value }) in self.rows.iter().enumerate() {
+            residual[index] = terms.iter().map(|(block, i, c)| c * x.block(*block)[*i]).sum::<f64>() - value;
+            if let Some(rows) = jacobian.as_mut() {
+                let row = rows.row(index);
+                terms.iter().for_each(|(block, i, c)| row[x.column(*block) + i] += c);
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::residuals::testing::{check_at_random_points, ids};
+
+    #[test]
+    fn derivatives() {
+        let ids = ids(&[3, 1, 2]);
+        let along = KnownQuantity { terms: vec![(ids[2], 1, 0.5), (ids[0], 2, -2.0), (ids[0], 0, 1.0)], value: 3.0 };
+        let alone = KnownQuantity { terms: vec![(ids[1], 0, 1.0)], value: -1.0 };
+        let residual = LinearKnowledge::new(vec![along, alone]);
+        assert_eq!(residual.blocks(), ids);
+        check_at_random_points(&residual, &[3, 1, 2], &[0.0; 6]);
+        let mut r = [0.0; 2];
+        let x = LocalValues::new(&[1.0, 0.0, 2.0, 4.0, 0.0, 8.0], &[0, 3, 4, 6]);
+        residual.evaluate(x, &mut r, None).unwrap();
+        assert_eq!(r, [4.0 - 4.0 + 1.0 - 3.0, 5.0]);
+    }
+}

@@ -1,0 +1,116 @@
+//! Simulated sessions of the Sarcos shoulder with sensors that are not affine.
+
+use gravcal_estimation::Solver;
+use gravcal_kinematics::JointKind;
+use gravcal_solvers::LevenbergMarquardt;
+
+use super::{Options, SensorModelName, SensorTerms, Site};
+use crate::joint::{Signals, estimate_jointly};
+use crate::result::EstimatorResult;
+use crate::session::Session;
+use crate::simulation::{SimulatedConditions, Simulation};
+use crate::testing::sarcos_shoulder;
+use crate::workbench::Workbench;
+
+/// The reference protocol, 10 s from pose to pose, sensors that warm up, and joints that come from both sides.
+pub fn shoulder() -> Simulation {
+    let conditions = SimulatedConditions {
+        pose_interval: Some(10.0),
+        temperature: Some([22.0, 35.0]),
+        largest_speed: Some(0.05),
+        direction: true,
+    };
+    Simulation { conditions, ..sarcos_shoulder() }
+}
+
+/// The same with a model of one joint's sensor, its parameters truly these.
+pub fn with_model(
+    mut simulation: Simulation,
+    joint: usize,
+    model: SensorModelName,
+    options: &Options,
+    truth: &[f64],
+) -> Simulation {
+    let site = Site::new(
+        joint,
+        &["joint1", "joint2", "joint3"],
+        &[JointKind::Revolute; 3],
+        &simulation.template.joints[joint],
+    );
+    let declared = model.declare(&site, options).unwrap();
+    assert_eq!(declared.len(), truth.len());
+    for ((parameter, term), value) in declared.into_iter().zip(truth) {
+        simulation.template.further.push(parameter);
+        simulation.template.terms.extend(vec![term]);
+        simulation.truth.further.push(*value);
+    }
+    simulation
+}
+
+/// Every model on every joint of a turning, a sliding and a turning one, where it can be.
+pub fn every_term() -> SensorTerms {
+    let options = Options { reference_degc: Some(25.0), degree: Some(3), from: None, orders: Some(vec![1, 3]) };
+    let kinds = [JointKind::Revolute, JointKind::Prismatic, JointKind::Revolute];
+    let joints = sarcos_shoulder().template.joints;
+    let mut terms = SensorTerms::default();
+    for joint in 0..3 {
+        let site = Site::new(joint, &["joint1", "joint2", "joint3"], &kinds, &joints[joint]);
+        for model in SensorModelName::ALL {
+            if kinds[joint] == JointKind::Revolute || !model.is_of_position() {
+                terms.extend(model.declare(&site, &options).unwrap().into_iter().map(|(_, term)| term).collect());
+            }
+        }
+    }
+    terms
+}
+
+/// The readings of a session taken for those of affine sensors.
+pub fn taken_as_affine(session: &Session) -> Session {
+    Session { terms: SensorTerms::default(), further: Vec::new(), ..session.clone() }
+}
+
+pub fn estimate(session: &Session) -> EstimatorResult {
+    estimate_by(&LevenbergMarquardt::default(), session)
+}
+
+pub fn estimate_by(solver: &dyn Solver, session: &Session) -> EstimatorResult {
+    estimate_jointly(session, Signals::All, None, &Workbench::new(solver, &|_| {})).unwrap()
+}
+
+/// By determined parameter, how many standard deviations its value is off the truth.
+pub fn errors(session: &Session, simulation: &Simulation, result: &EstimatorResult) -> Vec<(String, f64)> {
+    let told = session.parameters().into_iter().zip(&result.parameters);
+    told.filter_map(|(id, told)| {
+        let std = told.std.filter(|std| *std > 0.0)?;
+        Some((told.name.clone(), (told.value? - simulation.truth.value(id)) / std))
+    })
+    .collect()
+}
+
+/// Shows what a model is for: readings with it, taken for affine, are explained badly or give values many standard
+/// deviations off; the model itself explains them, and finds the truth.
+pub fn assert_told_apart(simulation: &Simulation) {
+    let session = simulation.session(0);
+    let affine = taken_as_affine(&session);
+    let wrong = estimate(&affine);
+    let largest = |errors: Vec<(String, f64)>| errors.iter().fold(0.0_f64, |m, (_, error)| m.max(error.abs()));
+    let misfit = wrong.fit.as_ref().and_then(|fit| fit.p_value).is_some_and(|p| p < 1e-6);
+    let off = largest(errors(&affine, simulation, &wrong));
+    assert!(misfit || off > 5.0, "the affine model is off by {off} standard deviations at most, and fits");
+
+    let right = estimate(&session);
+    let found = errors(&session, simulation, &right);
+    assert_eq!(right.undetermined.len(), 1, "{:?}", right.undetermined);
+    assert!(right.fit.as_ref().unwrap().p_value.unwrap() > 1e-3, "{:?}", right.fit);
+    assert!(found.iter().all(|(_, error)| error.abs() < 4.0), "{found:?}");
+    let names: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
+    for parameter in &session.further {
+        assert!(names.contains(&parameter.name().as_str()), "{} is undetermined", parameter.name());
+    }
+}
+
+/// Names of what a session cannot determine.
+pub fn undetermined(session: &Session) -> Vec<String> {
+    let told = estimate(session).parameters;
+    told.into_iter().filter(|told| !told.determined && told.asked).map(|told| told.name).collect()
+}

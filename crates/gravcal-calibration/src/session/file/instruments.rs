@@ -1,0 +1,358 @@
+//! `[[force_torque_sensor]]` and `[[accelerometer]]`: instruments that read gravity besides the joints.
+//!
+//! Gains and biases that are written once hold for three axes, each of which is a parameter of its own.
+
+use gravcal_kinematics::Transform;
+use gravcal_recording::ReadingColumn;
+use serde::Deserialize;
+
+use super::Context;
+use super::knowledge::{KnowledgeTable, start};
+use super::reading_columns::{ReadingColumns, ReadingColumnsTable};
+use crate::document::{Field, FileError};
+use crate::parameter::{Limit, Parameter};
+use crate::session::parameters::GIVEN;
+use crate::session::units;
+use crate::session::{Instrument, InstrumentKind, Knowledge, KnowledgeKind};
+
+/// Standard deviation beyond which a number would mislead: share of a gain, kg, kg·m, rad.
+const GAIN_LIMIT: f64 = 0.1;
+const MASS_LIMIT: f64 = 0.1;
+const MOMENT_LIMIT: f64 = 0.01;
+const ANGLE_LIMIT: f64 = 0.1;
+/// A tool of which nothing is said starts as 1 kg a few centimetres from the sensor, in no special direction.
+const SOME_TOOL: [f64; 4] = [1.0, 0.03, 0.02, 0.05];
+
+const CONVENTION: &str = "reading = gain * sensed + bias";
+const TOOL_CONVENTION: &str = "force = -mass * gravity, moment = gravity x first moment, in the sensor's frame";
+const ROTATION_CONVENTION: &str = "rotation vector from the stated mounting to the true one";
+
+/// What would determine what the data do not.
+const TURN_MORE: &str = "add poses that turn the instrument in more directions";
+const ATTACH_LOAD: &str = "record poses with a load of known mass beyond the sensor besides those without, at two placements \
+                           for a matrix of gains; or state tool_mass";
+const STATE_MOUNTING: &str = "state how the instrument is mounted (mounting, with a smaller mounting_std_deg or none), and \
+                              turn the joints before it further";
+
+/// `[[force_torque_sensor]]`, on the last link.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub(crate) struct ForceTorqueTable {
+    name: String,
+    #[serde(default)]
+    mounting: MountingTable,
+    readings: ReadingColumnsTable,
+    #[serde(default)]
+    gains: Gains,
+    force_gain: Option<KnowledgeTable>,
+    moment_gain: Option<KnowledgeTable>,
+    force_bias: Option<KnowledgeTable>,
+    moment_bias: Option<KnowledgeTable>,
+    tool_mass: Option<KnowledgeTable>,
+    tool_moment_x: Option<KnowledgeTable>,
+    tool_moment_y: Option<KnowledgeTable>,
+    tool_moment_z: Option<KnowledgeTable>,
+}
+
+/// `[[accelerometer]]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub(crate) struct AccelerometerTable {
+    name: String,
+    link: String,
+    #[serde(default)]
+    mounting: MountingTable,
+    mounting_std_deg: Option<f64>,
+    readings: ReadingColumnsTable,
+    #[serde(default)]
+    gains: Gains,
+    gain: Option<KnowledgeTable>,
+    bias: Option<KnowledgeTable>,
+}
+
+/// Where an instrument's frame is in its link's.
+#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
+pub(super) struct MountingTable {
+    position_m: [f64; 3],
+    rpy_deg: [f64; 3],
+}
+
+/// One gain an axis, or a full matrix.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Gains {
+    #[default]
+    Axis,
+    Matrix,
+}
+
+/// What the instruments come to.
+#[derive(Default)]
+pub(crate) struct Instruments {
+    pub instruments: Vec<Instrument>,
+    pub parameters: Vec<Parameter>,
+    /// Column of each axis; `None` for axes that are not read.
+    pub columns: Vec<Option<ReadingColumn>>,
+}
+
+impl Instruments {
+    /// The instruments with their parameters behind others.
+    pub fn behind(self, further: &mut Vec<Parameter>) -> Vec<Instrument> {
+        let first = further.len();
+        further.extend(self.parameters);
+        let shifted = |i: Instrument| Instrument { first_parameter: first + i.first_parameter, ..i };
+        self.instruments.into_iter().map(shifted).collect()
+    }
+}
+
+/// What both sections come to.
+pub(super) fn resolve(
+    context: &Context<'_>,
+    force_torque: &[ForceTorqueTable],
+    accelerometers: &[AccelerometerTable],
+) -> Result<Instruments, FileError> {
+    check_names(context, force_torque, accelerometers)?;
+    let mut all = Instruments::default();
+    for (index, table) in force_torque.iter().enumerate() {
+        let field = Field::new("force_torque_sensor").at(index);
+        let link = context.link_names.len() - 1;
+        let groups = [(&table.force_gain, &table.force_bias), (&table.moment_gain, &table.moment_bias)];
+        let section = Section { context, field, kind: InstrumentKind::ForceTorque, name: &table.name };
+        section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, &groups))?;
+        let moments = [&table.tool_moment_x, &table.tool_moment_y, &table.tool_moment_z];
+        section.add_tool(&mut all, &table.tool_mass, moments)?;
+    }
+    for (index, table) in accelerometers.iter().enumerate() {
+        let field = Field::new("accelerometer").at(index);
+        let link = context.document.lookup(&field.key("link"), "link", &table.link, &context.link_names)?;
+        let groups = [(&table.gain, &table.bias)];
+        let section = Section { context, field, kind: InstrumentKind::Accelerometer, name: &table.name };
+        section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, &groups))?;
+        section.add_rotation(&mut all, table.mounting_std_deg)?;
+    }
+    Ok(all)
+}
+
+/// Results are told by name, so an instrument may not be called like a joint or another instrument.
+fn check_names(
+    context: &Context<'_>,
+    force_torque: &[ForceTorqueTable],
+    accelerometers: &[AccelerometerTable],
+) -> Result<(), FileError> {
+    let field = |place: usize| match place.checked_sub(force_torque.len()) {
+        None => Field::new("force_torque_sensor").at(place).key("name"),
+        Some(place) => Field::new("accelerometer").at(place).key("name"),
+    };
+    let names = force_torque.iter().map(|t| t.name.as_str()).chain(accelerometers.iter().map(|t| t.name.as_str()));
+    context.document.check_names(names.clone(), field)?;
+    let taken = |name: &str| context.joint_names.contains(&name) || context.link_names.contains(&name);
+    match names.enumerate().find(|(_, name)| taken(name)) {
+        None => Ok(()),
+        Some((place, name)) => {
+            let message = format!("`{name}` is a joint or link of the robot: give the instrument a name of its own");
+            Err(context.document.error(&field(place), message))
+        }
+    }
+}
+
+/// Gain and bias of three axes, as they are written.
+type Group<'a> = (&'a Option<KnowledgeTable>, &'a Option<KnowledgeTable>);
+
+/// Keys of the groups of axes.
+fn keys(kind: InstrumentKind, group: usize) -> [&'static str; 2] {
+    match (kind, group) {
+        (InstrumentKind::ForceTorque, 0) => ["force_gain", "force_bias"],
+        (InstrumentKind::ForceTorque, _) => ["moment_gain", "moment_bias"],
+        (InstrumentKind::Accelerometer, _) => ["gain", "bias"],
+    }
+}
+
+/// One instrument and where it stands.
+struct Section<'a> {
+    context: &'a Context<'a>,
+    field: Field,
+    kind: InstrumentKind,
+    name: &'a str,
+}
+
+impl Section<'_> {
+    fn error(&self, key: &str, message: impl std::fmt::Display) -> FileError {
+        self.context.document.error(&self.field.key(key), message)
+    }
+
+    /// The instrument with its gains and biases.
+    fn add(
+        &self,
+        all: &mut Instruments,
+        (link, mounting): (usize, MountingTable),
+        readings: &ReadingColumnsTable,
+        (gains, groups): (Gains, &[Group<'_>]),
+    ) -> Result<(), FileError> {
+        let axes = self.kind.axes();
+        let columns = ReadingColumns::new(self.context, &self.field.key("readings"), axes, readings)?;
+        let mut units = Vec::new();
+        for axis in 0..axes.len() {
+            let read = columns.of(axis, |unit| units::sensed_reading(unit, self.kind, axis))?;
+            let (column, unit) = read.unzip();
+            all.columns.push(column);
+            units.push(unit);
+        }
+        let entries: Vec<(usize, usize)> = (0..axes.len())
+            .flat_map(|reading| (0..axes.len()).map(move |sensed| (reading, sensed)))
+            .filter(|(reading, sensed)| gains == Gains::Matrix || reading == sensed)
+            .collect();
+        let first = all.parameters.len();
+        let own = self.own_gains(&units, groups)?;
+        all.parameters.extend(entries.iter().map(|entry| self.gain(*entry, &units, &own)));
+        for axis in 0..axes.len() {
+            all.parameters.push(self.bias(axis, &units, groups[axis / 3].1, all.columns.len() - axes.len() + axis)?);
+        }
+        all.instruments.push(Instrument {
+            name: self.name.to_owned(),
+            kind: self.kind,
+            link,
+            mounting: Transform::from_xyz_rpy(mounting.position_m, mounting.rpy_deg.map(f64::to_radians)),
+            first_reading: all.columns.len() - axes.len(),
+            units,
+            gains: entries,
+            first_parameter: first,
+        });
+        Ok(())
+    }
+
+    /// Knowledge of the gain of each axis for what it senses itself.
+    fn own_gains(&self, units: &[Option<String>], groups: &[Group<'_>]) -> Result<Vec<Knowledge>, FileError> {
+        let knowledge = |(axis, unit): (usize, &Option<String>)| {
+            let [key, _] = keys(self.kind, axis / 3);
+            let sensed = self.kind.sensed_unit(axis);
+            match (unit, groups[axis / 3].0) {
+                (None, None) => Ok(start(1.0)),
+                (Some(unit), Some(table)) => {
+                    let field = self.field.key(key);
+                    let expected = units::gain_of(unit, sensed);
+                    units::same(table.unit(), &expected)
+                        .map_err(|error| self.context.document.error(&field.key("unit"), error))?;
+                    table.gain(self.context.document, &field, 1.0)
+                }
+                (Some(unit), None) => units::natural_gain(unit, sensed).map(start).ok_or_else(|| {
+                    let message = format!(
+                        "readings of `{}` are in {unit}, and nothing says roughly what that is: add {key} = {{ nominal = \
+                         ..., unit = \"{}\" }}",
+                        self.name,
+                        units::gain_of(unit, sensed)
+                    );
+                    self.context.document.error(&self.field, message)
+                }),
+                (None, Some(table)) => table.gain(self.context.document, &self.field.key(key), 1.0),
+            }
+        };
+        units.iter().enumerate().map(knowledge).collect()
+    }
+
+    fn gain(&self, (reading, sensed): (usize, usize), units: &[Option<String>], own: &[Knowledge]) -> Parameter {
+        let axes = self.kind.axes();
+        let unit = units[reading].as_deref().unwrap_or("1");
+        let (quantity, knowledge, limit) = if reading == sensed {
+            (format!("gain_{}", axes[reading]), own[reading], Limit::ShareOfNominal(GAIN_LIMIT))
+        } else {
+            let limit = Limit::Absolute(GAIN_LIMIT * own[sensed].nominal.abs());
+            (format!("gain_{}_{}", axes[reading], axes[sensed]), start(0.0), limit)
+        };
+        let cure = match self.kind {
+            InstrumentKind::ForceTorque => ATTACH_LOAD,
+            InstrumentKind::Accelerometer => TURN_MORE,
+        };
+        Parameter {
+            limit,
+            cure,
+            ..self.parameter(quantity, units::gain_of(unit, self.kind.sensed_unit(sensed)), CONVENTION, knowledge)
+        }
+        .unread_unless(units[reading].is_some())
+    }
+
+    fn bias(
+        &self,
+        axis: usize,
+        units: &[Option<String>],
+        written: &Option<KnowledgeTable>,
+        reading: usize,
+    ) -> Result<Parameter, FileError> {
+        let [_, key] = keys(self.kind, axis / 3);
+        let unit = units[axis].clone().unwrap_or_else(|| "1".to_owned());
+        let knowledge = match written {
+            None => start(0.0),
+            Some(table) => {
+                let field = self.field.key(key);
+                units::same(table.unit(), &unit)
+                    .map_err(|error| self.context.document.error(&field.key("unit"), error))?;
+                table.knowledge(self.context.document, &field)?
+            }
+        };
+        let channel = self.context.joint_names.len() + reading;
+        let parameter = self.parameter(format!("bias_{}", self.kind.axes()[axis]), unit, CONVENTION, knowledge);
+        let parameter = Parameter { limit: Limit::HalfSpread { channel }, linear: true, ..parameter };
+        Ok(parameter.unread_unless(units[axis].is_some()))
+    }
+
+    /// Mass and first moment of what always hangs beyond the sensor.
+    fn add_tool(
+        &self,
+        all: &mut Instruments,
+        mass: &Option<KnowledgeTable>,
+        moments: [&Option<KnowledgeTable>; 3],
+    ) -> Result<(), FileError> {
+        let written = [
+            ("tool_mass", mass, "kg", MASS_LIMIT),
+            ("tool_moment_x", moments[0], "kg·m", MOMENT_LIMIT),
+            ("tool_moment_y", moments[1], "kg·m", MOMENT_LIMIT),
+            ("tool_moment_z", moments[2], "kg·m", MOMENT_LIMIT),
+        ];
+        for ((key, written, unit, limit), nominal) in written.into_iter().zip(SOME_TOOL) {
+            let field = self.field.key(key);
+            let knowledge = match written {
+                None => start(nominal),
+                Some(table) => {
+                    units::same(table.unit(), unit).map_err(|error| self.error(key, error))?;
+                    table.knowledge(self.context.document, &field)?
+                }
+            };
+            let parameter = self.parameter(key.to_owned(), unit.to_owned(), TOOL_CONVENTION, knowledge);
+            let limit = Limit::Absolute(limit);
+            all.parameters.push(Parameter { limit, cure: ATTACH_LOAD, linear: true, ..parameter });
+        }
+        Ok(())
+    }
+
+    /// How the true mounting is turned from the stated one.
+    fn add_rotation(&self, all: &mut Instruments, std_deg: Option<f64>) -> Result<(), FileError> {
+        let key = self.field.key("mounting_std_deg");
+        let positive = |std| self.context.document.positive(&key, std, "a standard deviation", "deg (or leave it out)");
+        let kind = match std_deg.map(positive).transpose()? {
+            None => KnowledgeKind::Fixed,
+            Some(std) => KnowledgeKind::Prior { std: std.to_radians() },
+        };
+        for axis in ["x", "y", "z"] {
+            let knowledge = Knowledge { nominal: 0.0, kind };
+            let name = format!("mounting_{axis}");
+            let parameter = self.parameter(name, "rad".to_owned(), ROTATION_CONVENTION, knowledge);
+            let limit = Limit::Absolute(ANGLE_LIMIT);
+            all.parameters.push(Parameter { limit, cure: STATE_MOUNTING, ..parameter });
+        }
+        Ok(())
+    }
+
+    fn parameter(&self, quantity: String, unit: String, convention: &'static str, knowledge: Knowledge) -> Parameter {
+        Parameter {
+            owner: self.name.to_owned(),
+            quantity,
+            unit,
+            convention,
+            held: (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN),
+            knowledge,
+            limit: Limit::ShareOfNominal(GAIN_LIMIT),
+            cure: TURN_MORE,
+            linear: false,
+        }
+    }
+}

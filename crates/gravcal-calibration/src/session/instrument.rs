@@ -1,0 +1,88 @@
+//! Instruments that read gravity besides the joints' torque sensors.
+
+use std::ops::Range;
+
+use gravcal_kinematics::Transform;
+
+/// What an instrument is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum InstrumentKind {
+    /// Six-axis sensor of the force and the moment that carry what hangs beyond it; on the last link.
+    ForceTorque,
+    /// Three-axis accelerometer.
+    Accelerometer,
+}
+
+impl InstrumentKind {
+    /// Names of its axes, in the order of its readings.
+    pub fn axes(self) -> &'static [&'static str] {
+        match self {
+            InstrumentKind::ForceTorque => &["fx", "fy", "fz", "nx", "ny", "nz"],
+            InstrumentKind::Accelerometer => &["x", "y", "z"],
+        }
+    }
+
+    /// Unit of what an axis senses.
+    pub fn sensed_unit(self, axis: usize) -> &'static str {
+        match self {
+            InstrumentKind::ForceTorque if axis < 3 => "N",
+            InstrumentKind::ForceTorque => "(N·m)",
+            InstrumentKind::Accelerometer => "(m/s²)",
+        }
+    }
+
+    /// How many parameters it has besides gains and biases: mass and first moment of the tool, or the mounting's rotation.
+    fn own_parameters(self) -> usize {
+        match self {
+            InstrumentKind::ForceTorque => 4,
+            InstrumentKind::Accelerometer => 3,
+        }
+    }
+}
+
+/// An instrument that a link carries: `reading = gains · sensed + bias`.
+///
+/// Its parameters stand in [`Session::further`](crate::session::Session): gains, then one bias an axis, then its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Instrument {
+    /// Name.
+    pub name: String,
+    /// What it is.
+    pub kind: InstrumentKind,
+    /// Index of the link that carries it.
+    pub link: usize,
+    /// Its frame in the link's.
+    pub mounting: Transform,
+    /// Unit of each axis' reading; `None` where the axis is not read.
+    pub units: Vec<Option<String>>,
+    /// Axis of the reading and axis sensed of each gain.
+    pub gains: Vec<(usize, usize)>,
+    /// Place of its first parameter.
+    pub first_parameter: usize,
+    /// Place of its first axis among [`Pose::instruments`](crate::session::Pose).
+    pub first_reading: usize,
+}
+
+impl Instrument {
+    /// Places of the gains among the further parameters.
+    pub fn gain_parameters(&self) -> Range<usize> {
+        self.first_parameter..self.first_parameter + self.gains.len()
+    }
+
+    /// Places of the biases.
+    pub fn bias_parameters(&self) -> Range<usize> {
+        let first = self.gain_parameters().end;
+        first..first + self.kind.axes().len()
+    }
+
+    /// Places of its own parameters: mass and first moment of the tool, or the mounting's rotation vector.
+    pub fn own_parameters(&self) -> Range<usize> {
+        let first = self.bias_parameters().end;
+        first..first + self.kind.own_parameters()
+    }
+
+    /// Places of its axes among the readings of all instruments.
+    pub fn readings(&self) -> Range<usize> {
+        self.first_reading..self.first_reading + self.kind.axes().len()
+    }
+}

@@ -1,0 +1,197 @@
+//! The parameters of a session as one list, whatever they belong to.
+
+use gravcal_kinematics::JointKind;
+
+use super::{
+    BASE_FRAME_CHOICE, InertiaKnowledge, Knowledge, KnowledgeKind, LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, Session,
+};
+use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
+use crate::result::ParameterResult;
+
+/// Standard deviation, relative to a gain, beyond which a number would mislead; of an angle, rad; of a displacement, m.
+const GAIN_LIMIT: f64 = 0.1;
+const ANGLE_LIMIT: f64 = 0.1;
+const DISPLACEMENT_LIMIT: f64 = 0.01;
+
+impl Session {
+    /// Every parameter in the order in which results tell them: what belongs to a joint or instrument stands together.
+    pub fn parameters(&self) -> Vec<ParameterId> {
+        let of = |owner: &str| -> Vec<ParameterId> {
+            let own = self.further.iter().enumerate().filter(|(_, parameter)| parameter.owner == owner);
+            own.map(|(index, _)| ParameterId::Further(index)).collect()
+        };
+        let mut all = Vec::new();
+        for (joint, described) in self.robot.chain.joints().iter().enumerate() {
+            all.extend(Quantity::ALL.map(|quantity| ParameterId::Sensor(joint, quantity)));
+            all.extend(of(&described.name));
+        }
+        for (index, parameter) in self.further.iter().enumerate() {
+            if !all.contains(&ParameterId::Further(index)) {
+                all.extend(of(&parameter.owner));
+            }
+        }
+        all
+    }
+
+    /// One of them.
+    pub fn parameter(&self, id: ParameterId) -> Parameter {
+        match id {
+            ParameterId::Sensor(joint, quantity) => self.sensor_parameter(joint, quantity),
+            ParameterId::Further(index) => self.further[index].clone(),
+        }
+    }
+
+    fn sensor_parameter(&self, joint: usize, quantity: Quantity) -> Parameter {
+        let described = &self.robot.chain.joints()[joint];
+        Parameter {
+            owner: described.name.clone(),
+            quantity: quantity.as_str().to_owned(),
+            unit: self.parameter_unit(joint, quantity),
+            convention: quantity.convention(),
+            knowledge: self.joints[joint].of(quantity),
+            held: self.held_reason(joint, quantity),
+            limit: match quantity {
+                Quantity::TorqueGain | Quantity::PositionGain => Limit::ShareOfNominal(GAIN_LIMIT),
+                Quantity::TorqueBias => Limit::HalfSpread { channel: joint },
+                Quantity::PositionOffset if described.kind == JointKind::Revolute => Limit::Absolute(ANGLE_LIMIT),
+                Quantity::PositionOffset => Limit::Absolute(DISPLACEMENT_LIMIT),
+            },
+            cure: MOVE_MORE,
+            linear: quantity == Quantity::TorqueBias,
+        }
+    }
+
+    /// The name of a parameter.
+    pub fn parameter_name(&self, id: ParameterId) -> String {
+        match id {
+            ParameterId::Sensor(joint, quantity) => quantity.name(&self.robot.chain.joints()[joint].name),
+            ParameterId::Further(index) => self.further[index].name(),
+        }
+    }
+
+    /// What is known of a parameter, to be changed.
+    pub(crate) fn knowledge_mut(&mut self, id: ParameterId) -> &mut Knowledge {
+        match id {
+            ParameterId::Sensor(joint, quantity) => &mut self.joints[joint].parameters[quantity as usize],
+            ParameterId::Further(index) => &mut self.further[index].knowledge,
+        }
+    }
+
+    /// Where the estimation of a parameter starts.
+    pub fn nominal(&self, id: ParameterId) -> f64 {
+        match id {
+            ParameterId::Sensor(joint, quantity) => self.joints[joint].of(quantity).nominal,
+            ParameterId::Further(index) => self.further[index].knowledge.nominal,
+        }
+    }
+
+    /// Standard deviation beyond which a parameter's number would mislead. `spreads`: largest less smallest torque
+    /// reading of each joint.
+    pub(crate) fn limit(&self, id: ParameterId, spreads: &[f64]) -> f64 {
+        let parameter = self.parameter(id);
+        match parameter.limit {
+            Limit::ShareOfNominal(share) => share * parameter.knowledge.nominal.abs(),
+            Limit::Absolute(limit) => limit,
+            Limit::HalfSpread { channel } => 0.5 * spreads[channel] / self.lever(id),
+            Limit::GainChange { joint, power } => {
+                let gain = self.joints[joint].of(Quantity::TorqueGain).nominal.abs();
+                GAIN_LIMIT * gain / (0.5 * spreads[joint] / gain).powi(power)
+            }
+        }
+    }
+
+    /// By how much, at most, a unit of a bias-like parameter changes the readings of a torque sensor.
+    fn lever(&self, id: ParameterId) -> f64 {
+        match id {
+            ParameterId::Sensor(..) => 1.0,
+            ParameterId::Further(index) => self.terms.lever(index, self.poses.iter().map(|pose| &pose.conditions)),
+        }
+    }
+
+    /// Unit of a joint's sensor parameter inside the program.
+    pub fn parameter_unit(&self, joint: usize, quantity: Quantity) -> String {
+        let knowledge = &self.joints[joint];
+        let prismatic = self.robot.chain.joints()[joint].kind == JointKind::Prismatic;
+        let coordinate = if prismatic { "m" } else { "rad" };
+        let effort = if prismatic { "N" } else { "(N·m)" };
+        let reading = knowledge.torque_unit.map_or_else(|| "1".to_owned(), |unit| unit.to_string());
+        match quantity {
+            Quantity::TorqueGain => format!("{reading}/{effort}"),
+            Quantity::TorqueBias => reading,
+            Quantity::PositionGain => format!("{coordinate}/{}", knowledge.position_unit.si()),
+            Quantity::PositionOffset => coordinate.to_owned(),
+        }
+    }
+
+    /// Why a joint's sensor parameter is held and not estimated, if it is.
+    pub fn held_reason(&self, joint: usize, quantity: Quantity) -> Option<&'static str> {
+        let knowledge = self.joints[joint].of(quantity);
+        let last = joint + 1 == self.joints.len();
+        match quantity {
+            _ if knowledge.kind == KnowledgeKind::Fixed => Some(GIVEN),
+            Quantity::TorqueGain | Quantity::TorqueBias if self.joints[joint].torque_unit.is_none() => {
+                Some(NO_TORQUE_SENSOR)
+            }
+            Quantity::PositionOffset if joint == 0 => Some(BASE_FRAME_CHOICE),
+            Quantity::PositionOffset if last && !self.last_frame_is_fixed() => Some(LAST_FRAME_CHOICE),
+            _ => None,
+        }
+    }
+
+    /// Whether a parameter (or `gravity`) is asked for: every one but what is a choice of frame, unless the session
+    /// asks for more or less.
+    pub fn asks(&self, name: &str) -> bool {
+        let listed = |list: &[String]| list.iter().any(|n| n == name);
+        let unread = self.further.iter().any(|further| further.held == Some(UNREAD) && further.name() == name);
+        let by_default = !unread
+            && !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
+                Quantity::ALL.iter().any(|q| {
+                    let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
+                    let no_sensor = self.joints[joint].torque_unit.is_none()
+                        && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
+                    q.name(&j.name) == name
+                        && (no_sensor || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason)))
+                })
+            });
+        (by_default || listed(&self.ask.add)) && !listed(&self.ask.drop)
+    }
+
+    /// A parameter's entry in a result, without a value; `determined` only says that its value is not a choice.
+    pub(crate) fn blank_parameter(&self, id: ParameterId) -> ParameterResult {
+        let parameter = self.parameter(id);
+        let name = parameter.name();
+        let meaningless = [LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, UNREAD].map(Some).contains(&parameter.held);
+        ParameterResult {
+            asked: self.asks(&name),
+            unit: parameter.unit,
+            convention: parameter.convention,
+            value: None,
+            std: None,
+            ci95: None,
+            determined: !meaningless,
+            held: parameter.held.map(str::to_owned),
+            nominal: parameter.knowledge.nominal,
+            name,
+        }
+    }
+
+    /// Whether something known in the last link's frame fixes that frame: a load's placement, an instrument's mounting, or
+    /// the offset itself.
+    fn last_frame_is_fixed(&self) -> bool {
+        let last = self.joints.len() - 1;
+        let placed = self.loads.iter().any(|load| load.link == last && load.position.is_some());
+        let prior = matches!(self.joints[last].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
+        let model = matches!(&self.inertia, InertiaKnowledge::Model { relative_std } if relative_std[last].is_some());
+        let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[last].name);
+        let earlier = self.earlier.as_ref().is_some_and(|earlier| earlier.knows(&name));
+        let seen = self.instruments.iter().any(|instrument| instrument.link == last);
+        placed || prior || model || earlier || seen
+    }
+}
+
+/// What determines most parameters of joint sensors.
+pub(crate) const MOVE_MORE: &str =
+    "add poses that move these joints over a wider range, at several positions of the joints before them";
+
+/// Why a parameter of exact knowledge is held.
+pub(crate) const GIVEN: &str = "given as exact";

@@ -1,0 +1,107 @@
+//! Instruments in `simulation.toml`: the sections of the session, and under `[instrument_truth.NAME]` what is true.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::document::{Document, Field, FileError};
+use crate::robot::Robot;
+use crate::session::{AccelerometerTable, ForceTorqueTable, Instrument, Instruments, read_instruments};
+use crate::simulation::SimulatedInstruments;
+
+/// The part of the file.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct InstrumentTables {
+    force_torque_sensor: Vec<ForceTorqueTable>,
+    accelerometer: Vec<AccelerometerTable>,
+    instrument_truth: BTreeMap<String, TruthTable>,
+}
+
+/// The same as it will stand in the session.
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+struct Sections {
+    force_torque_sensor: Vec<toml::Table>,
+    accelerometer: Vec<toml::Table>,
+}
+
+/// True values; what is not said is as the session says.
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default, expecting = "a table")]
+struct TruthTable {
+    gains: Option<Vec<f64>>,
+    biases: Option<Vec<f64>>,
+    tool_mass_kg: Option<f64>,
+    tool_moment_kg_m: Option<[f64; 3]>,
+    mounting_rotation_deg: Option<[f64; 3]>,
+}
+
+/// What the sections come to.
+pub(super) struct Read {
+    pub instruments: Instruments,
+    /// True values of their parameters.
+    pub truth: Vec<f64>,
+    /// Standard deviation of each axis.
+    pub std: Vec<f64>,
+    pub simulated: SimulatedInstruments,
+}
+
+pub(super) fn read(document: &Document, robot: &Robot, robot_path: &Path) -> Result<Read, FileError> {
+    let (tables, sections): (InstrumentTables, Sections) = (document.parse()?, document.parse()?);
+    let instruments =
+        read_instruments(document, robot, robot_path, &tables.force_torque_sensor, &tables.accelerometer)?;
+    let mut truth: Vec<f64> = instruments.parameters.iter().map(|p| p.knowledge.nominal).collect();
+    let names: Vec<&str> = instruments.instruments.iter().map(|instrument| instrument.name.as_str()).collect();
+    for (name, table) in &tables.instrument_truth {
+        let field = Field::new("instrument_truth").key(name);
+        let place = document.lookup(&field, "instrument", name, &names)?;
+        table.set(document, &field, &instruments.instruments[place], &mut truth)?;
+    }
+    let std = instruments.columns.iter().map(|column| column.as_ref().map_or(Some(0.0), |column| column.std));
+    let std = std.collect::<Option<Vec<f64>>>().ok_or_else(|| {
+        let message = "a simulated instrument needs to be told its noise: add std to the readings of each";
+        document.error(&Field::new("force_torque_sensor"), message)
+    })?;
+    let columns = instruments.columns.iter().map(|column| column.as_ref().map(|c| c.column.clone())).collect();
+    let Sections { force_torque_sensor, accelerometer } = sections;
+    Ok(Read {
+        instruments,
+        truth,
+        std,
+        simulated: SimulatedInstruments { force_torque_sensor, accelerometer, columns },
+    })
+}
+
+impl TruthTable {
+    fn set(
+        &self,
+        document: &Document,
+        field: &Field,
+        instrument: &Instrument,
+        truth: &mut [f64],
+    ) -> Result<(), FileError> {
+        let own = instrument.own_parameters();
+        let is_tool = own.len() == 4;
+        let rotation = self.mounting_rotation_deg.map(|angles| angles.map(f64::to_radians).to_vec());
+        let parts = [
+            ("gains", instrument.gain_parameters(), self.gains.clone()),
+            ("biases", instrument.bias_parameters(), self.biases.clone()),
+            ("tool_mass_kg", own.start..own.start + 1, self.tool_mass_kg.map(|mass| vec![mass])),
+            ("tool_moment_kg_m", own.start + 1..own.end, self.tool_moment_kg_m.map(|moment| moment.to_vec())),
+            ("mounting_rotation_deg", own, rotation),
+        ];
+        for (key, places, values) in parts {
+            let Some(values) = values else { continue };
+            let wrong_kind = key.starts_with("tool") && !is_tool || key.starts_with("mounting") && is_tool;
+            if wrong_kind || values.len() != places.len() {
+                let expected = if wrong_kind { 0 } else { places.len() };
+                let message = format!("expected {expected} values for `{}`, found {}", instrument.name, values.len());
+                return Err(document.error(&field.key(key), message));
+            }
+            truth[places].copy_from_slice(&values);
+        }
+        Ok(())
+    }
+}

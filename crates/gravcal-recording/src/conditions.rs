@@ -1,0 +1,183 @@
+//! What else a table says of a standstill: when it was, how warm the sensors were, how the joints came there.
+
+use crate::error::ReadError;
+use crate::table::Table;
+
+/// Under which conditions a pose was read. Empty lists (and no time) where the mapping names no column.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Conditions {
+    /// s, on the recording's own clock.
+    pub time: Option<f64>,
+    /// °C, by joint.
+    pub temperature: Vec<f64>,
+    /// rad/s or m/s, by joint.
+    pub velocity: Vec<f64>,
+    /// From which side each joint came: 1 where its position reading rose, −1 where it fell, 0 where neither is known.
+    pub direction: Vec<f64>,
+}
+
+/// Where the conditions stand. Lists are empty, or have one column for each joint (several joints may share one).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ConditionColumns {
+    /// Time.
+    pub time: Option<ConditionColumn>,
+    /// Temperature of each joint's sensors.
+    pub temperature: Vec<ConditionColumn>,
+    /// Velocity of each joint.
+    pub velocity: Vec<ConditionColumn>,
+    /// Direction of approach of each joint: the cells are 1, 0 or −1.
+    pub direction: Vec<String>,
+}
+
+/// A column of numbers that become `scale · cell + zero` inside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ConditionColumn {
+    /// Name of the column. No cell of it may be empty.
+    pub column: String,
+    /// Unit of its numbers.
+    pub unit: ConditionUnit,
+}
+
+/// Unit of a condition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ConditionUnit {
+    /// The name that stands in files.
+    pub name: &'static str,
+    scale: f64,
+    zero: f64,
+}
+
+const fn unit(name: &'static str, scale: f64, zero: f64) -> ConditionUnit {
+    ConditionUnit { name, scale, zero }
+}
+
+const DEGREE: f64 = std::f64::consts::PI / 180.0;
+
+impl ConditionUnit {
+    /// Units of time; s inside.
+    pub const TIME: [ConditionUnit; 5] = [
+        unit("s", 1.0, 0.0),
+        unit("ms", 1e-3, 0.0),
+        unit("µs", 1e-6, 0.0),
+        unit("min", 60.0, 0.0),
+        unit("h", 3600.0, 0.0),
+    ];
+    /// Units of temperature; °C inside.
+    pub const TEMPERATURE: [ConditionUnit; 2] = [unit("degC", 1.0, 0.0), unit("K", 1.0, -273.15)];
+    /// Units of velocity of a joint that turns; rad/s inside.
+    pub const ANGULAR_VELOCITY: [ConditionUnit; 2] = [unit("rad/s", 1.0, 0.0), unit("deg/s", DEGREE, 0.0)];
+    /// Units of velocity of a joint that slides; m/s inside.
+    pub const VELOCITY: [ConditionUnit; 2] = [unit("m/s", 1.0, 0.0), unit("mm/s", 1e-3, 0.0)];
+
+    fn to_inside(self, number: f64) -> f64 {
+        self.scale * number + self.zero
+    }
+}
+
+/// Columns of conditions found in one table.
+pub(crate) struct FoundConditions<'a> {
+    mapped: &'a ConditionColumns,
+    time: Option<usize>,
+    temperature: Vec<usize>,
+    velocity: Vec<usize>,
+    direction: Vec<usize>,
+}
+
+impl<'a> FoundConditions<'a> {
+    pub(crate) fn find(table: &Table, mapped: &'a ConditionColumns) -> Result<FoundConditions<'a>, ReadError> {
+        let places = |columns: &[ConditionColumn]| -> Result<Vec<usize>, ReadError> {
+            columns.iter().map(|c| table.column(&c.column)).collect()
+        };
+        Ok(FoundConditions {
+            mapped,
+            time: mapped.time.as_ref().map(|c| table.column(&c.column)).transpose()?,
+            temperature: places(&mapped.temperature)?,
+            velocity: places(&mapped.velocity)?,
+            direction: mapped.direction.iter().map(|c| table.column(c)).collect::<Result<_, _>>()?,
+        })
+    }
+
+    pub(crate) fn read(&self, table: &Table, row: usize) -> Result<Conditions, ReadError> {
+        let number = |column: usize| {
+            table.number(row, column)?.ok_or_else(|| ReadError::NoCondition { place: table.place(row, column) })
+        };
+        let numbers = |places: &[usize], mapped: &[ConditionColumn]| -> Result<Vec<f64>, ReadError> {
+            places.iter().zip(mapped).map(|(place, mapped)| Ok(mapped.unit.to_inside(number(*place)?))).collect()
+        };
+        let direction = |column: &usize| match number(*column)? {
+            sign if [-1.0, 0.0, 1.0].contains(&sign) => Ok(sign),
+            found => Err(ReadError::NotADirection { place: table.place(row, *column), found }),
+        };
+        let mapped = self.mapped;
+        let time = self.time.map(number).transpose()?;
+        Ok(Conditions {
+            time: time.zip(mapped.time.as_ref()).map(|(cell, mapped)| mapped.unit.to_inside(cell)),
+            temperature: numbers(&self.temperature, &mapped.temperature)?,
+            velocity: numbers(&self.velocity, &mapped.velocity)?,
+            direction: self.direction.iter().map(direction).collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// Means over the rows of one standstill, which have one direction.
+pub(crate) fn mean_conditions(rows: &[&Conditions]) -> Conditions {
+    let mean = |value: &dyn Fn(&Conditions) -> f64| rows.iter().map(|row| value(row)).sum::<f64>() / rows.len() as f64;
+    let means = |list: &dyn Fn(&Conditions) -> &[f64]| -> Vec<f64> {
+        (0..rows.first().map_or(0, |row| list(row).len())).map(|joint| mean(&|row| list(row)[joint])).collect()
+    };
+    Conditions {
+        time: rows.iter().map(|row| row.time).sum::<Option<f64>>().map(|sum| sum / rows.len() as f64),
+        temperature: means(&|row| &row.temperature),
+        velocity: means(&|row| &row.velocity),
+        direction: rows.first().map_or_else(Vec::new, |row| row.direction.clone()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    fn column(column: &str, unit: ConditionUnit) -> ConditionColumn {
+        ConditionColumn { column: column.to_owned(), unit }
+    }
+
+    fn read(text: &str) -> Result<Vec<Conditions>, String> {
+        let mapped = ConditionColumns {
+            time: Some(column("t", ConditionUnit::TIME[1])),
+            temperature: vec![column("T", ConditionUnit::TEMPERATURE[1]); 2],
+            velocity: vec![column("v", ConditionUnit::ANGULAR_VELOCITY[1]); 2],
+            direction: vec!["d".to_owned()],
+        };
+        let table = Table::parse(Path::new("a.csv"), text.as_bytes()).map_err(|error| error.to_string())?;
+        let found = FoundConditions::find(&table, &mapped).map_err(|error| error.to_string())?;
+        (0..table.len()).map(|row| found.read(&table, row).map_err(|error| error.to_string())).collect()
+    }
+
+    #[test]
+    fn conditions_are_in_si_units() {
+        let poses = read("t,T,v,d\n1500,293.15,180,-1\n").unwrap();
+        assert_eq!(poses[0].time, Some(1.5));
+        assert_eq!(poses[0].temperature, [20.0, 20.0]);
+        assert_eq!(poses[0].velocity, [std::f64::consts::PI; 2]);
+        assert_eq!(poses[0].direction, [-1.0]);
+    }
+
+    #[test]
+    fn what_is_missing_or_no_direction_is_told() {
+        let missing = read("t,T,v,d\n1,293,,1\n").unwrap_err();
+        assert!(missing.starts_with("a.csv:2: column `v`: the cell is empty"), "{missing}");
+        let direction = read("t,T,v,d\n1,293,0,0.5\n").unwrap_err();
+        assert!(direction.contains("column `d`: expected 1 (rising), -1 (falling) or 0 (not known), found 0.5"));
+        assert!(read("t,T,v\n1,293,0\n").unwrap_err().contains("there is no column `d`"));
+    }
+
+    #[test]
+    fn rows_of_one_standstill_have_the_mean_of_their_conditions() {
+        let rows = read("t,T,v,d\n1000,293.15,0,1\n2000,295.15,0,1\n").unwrap();
+        let mean = mean_conditions(&rows.iter().collect::<Vec<_>>());
+        assert_eq!((mean.time, mean.temperature, mean.direction), (Some(1.5), vec![21.0; 2], vec![1.0]));
+        assert_eq!(mean_conditions(&[&Conditions::default()]), Conditions::default());
+    }
+}

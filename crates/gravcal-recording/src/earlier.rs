@@ -1,0 +1,252 @@
+//! What an earlier `calibration.json` says: named quantities with their covariance.
+//!
+//! A quantity is a sensor parameter, a component of gravity, or a combination `Σ coefficient · component` of masses, moments
+//! and placements. The covariance is that of all quantities together, as the file gives it.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use thiserror::Error;
+
+/// The version of the file that can be read.
+const FORMAT: &str = "gravcal-calibration/1";
+
+/// One estimator's answer in an earlier calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EarlierEstimate {
+    /// Every sensor parameter, determined or not.
+    pub parameters: Vec<EarlierParameter>,
+    /// Gravity in base coordinates, m/s², where it was determined.
+    pub gravity: Option<[f64; 3]>,
+    /// What the covariance is about.
+    pub quantities: Vec<EarlierQuantity>,
+    /// Covariance of the quantities, row-major, in the products of their units.
+    pub covariance: Vec<f64>,
+}
+
+/// A sensor parameter of an earlier calibration.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct EarlierParameter {
+    /// Such as `joint1.torque_gain`.
+    pub name: String,
+    /// Unit of its value.
+    pub unit: String,
+    /// Absent where it was undetermined.
+    pub value: Option<f64>,
+    /// Why it was held and not estimated, where it was.
+    pub held: Option<String>,
+    /// The value that was assumed, or at which it was held.
+    pub nominal: f64,
+}
+
+/// `Σ coefficient · component = value`.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct EarlierQuantity {
+    /// Component, such as `joint1.torque_gain`, `gravity.x` or `link2.first_moment.x`, and coefficient.
+    pub terms: Vec<(String, f64)>,
+    /// In the unit of the components.
+    pub value: f64,
+}
+
+/// Why an earlier calibration cannot be used.
+#[derive(Debug, Error)]
+pub enum EarlierError {
+    /// The file cannot be opened.
+    #[error("{}: cannot be read: {cause}", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// What the operating system says.
+        cause: io::Error,
+    },
+    /// It is not such a file.
+    #[error("{}: not a calibration.json that gravcal wrote: {cause}", path.display())]
+    NotCalibration {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, with line and column.
+        cause: serde_json::Error,
+    },
+    /// It is one of another version.
+    #[error("{}: its format is `{found}`, expected `{FORMAT}`: calibrate again with this version", path.display())]
+    OtherFormat {
+        /// The file.
+        path: PathBuf,
+        /// The format it names.
+        found: String,
+    },
+    /// It has no answer of that estimator.
+    #[error("{}: it has no estimator `{name}`, only: {known}", path.display())]
+    NoEstimator {
+        /// The file.
+        path: PathBuf,
+        /// The estimator that was asked for.
+        name: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// The answer is none to rely on.
+    #[error("{}: estimator `{name}` failed ({termination}): nothing in it can be relied on", path.display())]
+    Failed {
+        /// The file.
+        path: PathBuf,
+        /// The estimator.
+        name: String,
+        /// Why it ended.
+        termination: String,
+    },
+    /// There is no covariance, or none that belongs to the values.
+    #[error("{}: estimator `{name}`: {what}", path.display())]
+    Covariance {
+        /// The file.
+        path: PathBuf,
+        /// The estimator.
+        name: String,
+        /// What is wrong with it.
+        what: String,
+    },
+}
+
+#[derive(Deserialize)]
+struct File {
+    format: String,
+    estimators: Vec<Estimator>,
+}
+
+#[derive(Deserialize)]
+struct Estimator {
+    name: String,
+    verdict: String,
+    termination: String,
+    gravity: Option<Gravity>,
+    parameters: Vec<EarlierParameter>,
+    covariance: Matrix,
+    moments: Vec<EarlierQuantity>,
+}
+
+#[derive(Deserialize)]
+struct Gravity {
+    vector_m_per_s2: [f64; 3],
+}
+
+#[derive(Deserialize)]
+struct Matrix {
+    order: Vec<String>,
+    matrix: Vec<Vec<f64>>,
+}
+
+/// Reads the answer of one estimator in a `calibration.json`.
+///
+/// # Errors
+/// There is no such file or estimator, the estimator has failed, or its covariance is absent or of other quantities.
+pub fn read_earlier(path: &Path, estimator: &str) -> Result<EarlierEstimate, EarlierError> {
+    let bytes = fs::read(path).map_err(|cause| EarlierError::Io { path: path.to_owned(), cause })?;
+    let not_ours = |cause| EarlierError::NotCalibration { path: path.to_owned(), cause };
+    let file: File = serde_json::from_slice(&bytes).map_err(not_ours)?;
+    if file.format != FORMAT {
+        return Err(EarlierError::OtherFormat { path: path.to_owned(), found: file.format });
+    }
+    let known: Vec<String> = file.estimators.iter().map(|e| format!("`{}`", e.name)).collect();
+    let found = file.estimators.into_iter().find(|e| e.name == estimator).ok_or_else(|| EarlierError::NoEstimator {
+        path: path.to_owned(),
+        name: estimator.to_owned(),
+        known: known.join(", "),
+    })?;
+    if found.verdict == "failed" {
+        return Err(EarlierError::Failed { path: path.to_owned(), name: found.name, termination: found.termination });
+    }
+    let name = found.name.clone();
+    found.estimate().map_err(|what| EarlierError::Covariance { path: path.to_owned(), name, what })
+}
+
+impl Estimator {
+    /// What it says, or what is wrong with its covariance.
+    fn estimate(self) -> Result<EarlierEstimate, String> {
+        let size = self.covariance.order.len();
+        if size == 0 {
+            return Err("it has no covariance".to_owned());
+        }
+        if self.covariance.matrix.len() != size || self.covariance.matrix.iter().any(|row| row.len() != size) {
+            return Err(format!("its covariance must be a matrix of {size} rows and columns, as its order names them"));
+        }
+        let quantity = |name: &String| {
+            self.quantity(name).ok_or_else(|| format!("its covariance is of `{name}`, which has no value in the file"))
+        };
+        let quantities = self.covariance.order.iter().map(quantity).collect::<Result<_, _>>()?;
+        Ok(EarlierEstimate {
+            quantities,
+            gravity: self.gravity.map(|gravity| gravity.vector_m_per_s2),
+            covariance: self.covariance.matrix.concat(),
+            parameters: self.parameters,
+        })
+    }
+
+    /// What an entry of the covariance's order stands for: a parameter, `gravity.x`, or `moments[3]`.
+    fn quantity(&self, name: &str) -> Option<EarlierQuantity> {
+        let alone = |value| EarlierQuantity { terms: vec![(name.to_owned(), 1.0)], value };
+        if let Some(parameter) = self.parameters.iter().find(|parameter| parameter.name == name) {
+            return parameter.value.map(alone);
+        }
+        if let Some(axis) = ["gravity.x", "gravity.y", "gravity.z"].iter().position(|axis| *axis == name) {
+            return self.gravity.as_ref().map(|gravity| alone(gravity.vector_m_per_s2[axis]));
+        }
+        let index: usize = name.strip_prefix("moments[")?.strip_suffix(']')?.parse().ok()?;
+        self.moments.get(index).cloned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CALIBRATION: &str = r#"{ "format": "gravcal-calibration/1", "estimators": [
+        { "name": "sequential", "verdict": "failed", "termination": "no sweeps", "gravity": null, "parameters": [],
+          "covariance": { "order": [], "matrix": [] }, "moments": [] },
+        { "name": "joint", "verdict": "determined", "termination": "converged",
+          "gravity": { "vector_m_per_s2": [0.0, -6.0, -8.0], "cone95_deg": 0.1 },
+          "parameters": [
+            { "name": "j.torque_gain", "unit": "count/(N·m)", "value": 7.5, "held": null, "nominal": 7.0 },
+            { "name": "j.position_offset", "unit": "rad", "value": 0.0, "held": "base", "nominal": 0.0 },
+            { "name": "j.torque_bias", "unit": "count", "value": null, "held": null, "nominal": 2048.0 } ],
+          "covariance": { "order": ["gravity.y", "j.torque_gain", "moments[0]"],
+                          "matrix": [[4, 1, 0], [1, 9, 0], [0, 0, 1]] },
+          "moments": [{ "terms": [["a.mass", 0.5], ["b.mass", 1.0]], "value": 3.0, "std": 1.0 }] } ] }"#;
+
+    fn read(change: (&str, &str), estimator: &str) -> Result<EarlierEstimate, String> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("calibration.json");
+        fs::write(&path, CALIBRATION.replace(change.0, change.1)).unwrap();
+        read_earlier(&path, estimator).map_err(|e| e.to_string().replace(&format!("{}/", folder.path().display()), ""))
+    }
+
+    #[test]
+    fn quantities_are_those_of_the_covariance() {
+        let joint = read(("", ""), "joint").unwrap();
+        let alone = |name: &str, value| EarlierQuantity { terms: vec![(name.to_owned(), 1.0)], value };
+        let sum = EarlierQuantity { terms: vec![("a.mass".into(), 0.5), ("b.mass".into(), 1.0)], value: 3.0 };
+        assert_eq!(joint.quantities, [alone("gravity.y", -6.0), alone("j.torque_gain", 7.5), sum]);
+        assert_eq!(joint.covariance, [4.0, 1.0, 0.0, 1.0, 9.0, 0.0, 0.0, 0.0, 1.0]);
+        assert_eq!(joint.gravity, Some([0.0, -6.0, -8.0]));
+        assert_eq!(joint.parameters.len(), 3);
+    }
+
+    #[test]
+    fn what_cannot_be_relied_on_is_refused() {
+        let refused = |old: &str, new: &str, estimator: &str| read((old, new), estimator).unwrap_err();
+        assert_eq!(
+            refused("", "", "joint-paper-signals"),
+            "calibration.json: it has no estimator `joint-paper-signals`, only: `sequential`, `joint`"
+        );
+        assert!(refused("", "", "sequential").contains("estimator `sequential` failed (no sweeps)"));
+        assert!(refused("calibration/1", "calibration/2", "joint").contains("expected `gravcal-calibration/1`"));
+        assert!(refused("\"moments[0]\"", "\"moments[1]\"", "joint").contains("`moments[1]`, which has no value"));
+        assert!(refused("\"gravity.y\",", "\"j.torque_bias\",", "joint").contains("`j.torque_bias`, which has no"));
+        assert!(refused(", [0, 0, 1]", "", "joint").contains("a matrix of 3 rows"));
+        let none = refused(r#"["gravity.y", "j.torque_gain", "moments[0]"]"#, "[]", "joint");
+        assert!(none.ends_with("it has no covariance"), "{none}");
+        assert!(refused("\"nominal\"", "\"start\"", "joint").contains("not a calibration.json that gravcal wrote"));
+        assert!(read_earlier(Path::new("no-such.json"), "joint").unwrap_err().to_string().starts_with("no-such.json"));
+    }
+}

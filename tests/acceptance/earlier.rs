@@ -1,0 +1,132 @@
+//! Knowledge from an earlier calibration: half of the poses, then the other half with the first as a prior, say what all
+//! poses say; and what cannot be knowledge is refused.
+
+use std::fs;
+use std::path::Path;
+
+use tempfile::TempDir;
+
+use crate::program::{Calibration, gravcal_in};
+use crate::small_session::{HEADER, small_session};
+
+const TABLES: [&str; 3] = ["bare.csv", "plate-a.csv", "plate-b.csv"];
+
+/// Knowledge from `first.json` of everything but the sensors, too.
+const PRIOR: &str = "\n[prior]\ncalibration = \"first.json\"\nunchanged = [\"base\", \"links\", \"loads\"]\n";
+
+/// The small session with a tenth of its noise: what is true to first order only is seen to be true.
+fn quiet_session() -> TempDir {
+    let folder = small_session();
+    let file = |name: &str| folder.path().join(name);
+    let quieter = |name: &str| fs::read_to_string(file(name)).unwrap().replace("std = 0.8", "std = 0.08");
+    let session = quieter("session.toml");
+    fs::write(file("simulation.toml"), quieter("simulation.toml")).unwrap();
+    let run = gravcal_in(folder.path(), ["simulate", "simulation.toml", "--overwrite"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    fs::write(file("session.toml"), session).unwrap();
+    folder
+}
+
+/// The quiet session with some of its poses: those whose place in their table leaves this remainder by two.
+fn half(remainder: usize) -> TempDir {
+    let folder = quiet_session();
+    for table in TABLES {
+        let path = folder.path().join(table);
+        let text = fs::read_to_string(&path).unwrap();
+        let rows = text.lines().filter(|line| line.chars().next().is_some_and(|c| c == '-' || c.is_ascii_digit()));
+        let kept: Vec<&str> = rows.skip(remainder).step_by(2).collect();
+        assert_eq!(kept.len(), 6, "{table}");
+        fs::write(path, format!("{HEADER}{}\n", kept.join("\n"))).unwrap();
+    }
+    folder
+}
+
+fn calibrate(folder: &Path) -> Calibration {
+    Calibration::with(&folder.join("session.toml"), &["--estimator", "joint"])
+}
+
+/// The other half, with what the first one found.
+fn second_with(prior: &str, found: &[u8]) -> TempDir {
+    let folder = half(1);
+    fs::write(folder.path().join("first.json"), found).unwrap();
+    let session = fs::read_to_string(folder.path().join("session.toml")).unwrap();
+    fs::write(folder.path().join("session.toml"), session + prior).unwrap();
+    folder
+}
+
+fn first() -> Vec<u8> {
+    let calibration = calibrate(half(0).path());
+    assert_eq!(calibration.run.code, 0, "{:?}", calibration.run);
+    calibration.bytes("calibration.json")
+}
+
+/// Values and standard deviations of what is asked for, gravity first.
+fn told(calibration: &Calibration) -> Vec<(String, f64, f64)> {
+    let joint = calibration.estimator("joint");
+    assert_eq!(joint.verdict, "determined", "{:?}", calibration.run);
+    let gravity = joint.gravity.unwrap();
+    let axes = (0..3).map(|i| (format!("gravity {i}"), gravity.vector_m_per_s2[i], gravity.std_m_per_s2[i]));
+    let free = joint.parameters.into_iter().filter(|p| p.held.is_none());
+    axes.chain(free.map(|p| (p.name, p.value.unwrap(), p.std.unwrap()))).collect()
+}
+
+#[test]
+fn half_and_half_are_the_whole() {
+    let second = second_with(PRIOR, &first());
+    let (half, chained) = (told(&calibrate(self::half(1).path())), told(&calibrate(second.path())));
+    let all = told(&calibrate(quiet_session().path()));
+    for ((name, value, std), ((other, chained_value, chained_std), (_, _, half_std))) in
+        all.iter().zip(chained.iter().zip(&half))
+    {
+        assert_eq!(name, other);
+        let (shift, ratio) = ((chained_value - value) / std, chained_std / std);
+        // What is left is of second order: ten times the noise leaves ten times as much.
+        assert!(shift.abs() < 0.04 && (ratio - 1.0).abs() < 0.006, "{name}: {shift} std off, std {ratio} times");
+        assert!(chained_std < half_std, "{name}: {chained_std} {half_std}");
+    }
+}
+
+#[test]
+fn sensors_alone_are_known_when_all_else_has_changed() {
+    let found = first();
+    let sensors = PRIOR.replace("unchanged = [\"base\", \"links\", \"loads\"]\n", "");
+    let [all, some] = [PRIOR, sensors.as_str()].map(|prior| told(&calibrate(second_with(prior, &found).path())));
+    // Gravity and moments are free to be others: that is less knowledge of everything.
+    for ((name, _, with_all), (_, _, with_some)) in all.iter().zip(&some) {
+        assert!(with_some >= with_all, "{name}: {with_some} {with_all}");
+    }
+    let gravity = |told: &[(String, f64, f64)]| told[..3].iter().map(|(_, _, std)| std * std).sum::<f64>().sqrt();
+    assert!(gravity(&some) > 1.2 * gravity(&all), "{} {}", gravity(&some), gravity(&all));
+}
+
+#[test]
+fn what_cannot_be_knowledge_is_refused() {
+    let found = first();
+    let text = String::from_utf8(found.clone()).unwrap();
+    let changed = |old: &str, new: &str| {
+        assert!(text.contains(old), "{old}");
+        text.replace(old, new).into_bytes()
+    };
+    let elsewhere = PRIOR.replace("first.json", "no-such.json");
+    let sequential = PRIOR.replace("unchanged", "estimator = \"sequential\"\nunchanged");
+    let twice = format!(
+        "{PRIOR}\n[[joint]]\nname = \"joint1\"\ntorque_bias = {{ nominal = 2048, std = 5, unit = \"count\" }}\n"
+    );
+    let cases: [(&str, &[u8], &[&str]); 7] = [
+        (&elsewhere, &found, &["prior.calibration", "no-such.json: cannot be read"]),
+        (&sequential, &found, &["prior.estimator", "no covariance between steps"]),
+        (&twice, &found, &["joint1.torque_bias is known from there and by a std of its own here"]),
+        (PRIOR, b"{}", &["prior.calibration", "not a calibration.json that gravcal wrote"]),
+        (PRIOR, &changed("\"verdict\": \"determined\"", "\"verdict\": \"failed\""), &["estimator `joint` failed"]),
+        (
+            PRIOR,
+            &changed("\"unit\": \"count\"", "\"unit\": \"V\""),
+            &["joint1.torque_bias is in V there, but in count"],
+        ),
+        (PRIOR, &changed("\"order\": [", "\"order\": [], \"was\": ["), &["it has no covariance"]),
+    ];
+    for (prior, found, expected) in cases {
+        let calibration = calibrate(second_with(prior, found).path());
+        assert_eq!(calibration.run.refusal(expected), None);
+    }
+}
