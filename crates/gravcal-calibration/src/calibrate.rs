@@ -100,7 +100,7 @@ pub fn check_choice(
             _ => Ok(()),
         };
     }
-    match pose_at_nominal(session) {
+    match pose_at_nominal(session).and_then(|posed| Ok(posed.with_loss(session.loss)?)) {
         Ok(posed) => Ok(solver.check(&posed.problem)?),
         Err(_) => Ok(()), // the estimator will say why there is no problem to take
     }

@@ -590,8 +590,12 @@ fn a_loss_has_a_width_of_its_own_or_the_usual_one() {
     let refused =
         |table: &str, expected: &str| assert_refused("[gravity]", &format!("[loss]\n{table}\n[gravity]"), expected);
     refused("kind = 'welsch'", "6: loss.kind: unknown loss `welsch`; there is: none, huber");
-    refused("kind = 'huber'\nwidth = 0", "7: loss.width: 0 is not a width: expected a positive number of standard");
-    refused("kind = 'tukey'\nwidth = -2", "7: loss.width: -2 is not a width");
+    refused(
+        "kind = 'huber'\nwidth = 0",
+        "7: loss.width: the width 0 of a loss must be between 0.001 and 1000000 standard",
+    );
+    refused("kind = 'cauchy'\nwidth = 1e200", "7: loss.width: the width 1000");
+    refused("kind = 'tukey'\nwidth = -2", "7: loss.width: the width -2 of a loss");
     refused("kind = 'none'\nwidth = 2", "7: loss.width: without a loss there is no width");
     refused("width = 2", "5: loss: missing field `kind`");
 }
