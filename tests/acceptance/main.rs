@@ -12,6 +12,7 @@ mod extreme_numbers;
 mod instruments;
 mod invariants;
 mod program;
+mod real_arm_in_motion;
 mod reproducible;
 mod sensor_models;
 mod seven_joints;

@@ -107,4 +107,10 @@ fn the_real_arm_with_its_sign_not_declared_is_told_so() {
     let told = run.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(told.contains("reversed torque sensors: A1, A2, A3, A4, A5, A6, A7"), "{told}");
     assert!(told.contains("Say torque_sign = \"reversed\" in the [[joint]] of each"), "{told}");
+    let results = fs::read(folder.path().join("results/calibration.json")).unwrap();
+    let answer: crate::answer::Answer = serde_json::from_slice(&results).unwrap();
+    for estimator in &answer.estimators {
+        assert_eq!((estimator.verdict.as_str(), estimator.gravity.is_none()), ("failed", true));
+        assert!(estimator.estimated().next().is_none(), "{estimator:?}");
+    }
 }
