@@ -183,3 +183,28 @@ fn sweeps(joints: usize) -> Vec<(Option<usize>, Run)> {
     }
     sweeps
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_solvers::LevenbergMarquardt;
+
+    use super::*;
+
+    const DRAWS: u64 = 60;
+    /// Of 60 intervals of 95 % fewer than 51 hold the truth once in 1,400 times.
+    const FEWEST_WITHIN: usize = 51;
+    /// χ² of 60 degrees of freedom is outside once in 1,000 times.
+    const CHI_SQUARED: [f64; 2] = [30.3, 102.7];
+
+    #[test]
+    fn the_gain_of_the_last_joint_is_found_and_its_interval_holds() {
+        for joints in [3, 6, 7] {
+            let found = last_joint(joints, DRAWS, 2, &LevenbergMarquardt::default(), &|| {}).unwrap();
+            assert_eq!(found.determined(), DRAWS as usize, "{joints} joints");
+            assert!(found.within >= FEWEST_WITHIN, "{joints} joints: {} within", found.within);
+            let chi_squared = found.chi_squared();
+            assert!((CHI_SQUARED[0]..CHI_SQUARED[1]).contains(&chi_squared), "{joints} joints: χ² {chi_squared}");
+            assert!(found.relative_std < 0.01, "{joints} joints: {}", found.relative_std);
+        }
+    }
+}
