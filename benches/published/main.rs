@@ -7,6 +7,7 @@
 //! ```
 
 mod certified;
+mod idle_bound;
 mod minima;
 mod readme;
 
@@ -14,10 +15,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
+use gravcal_estimation::Solver;
 use gravcal_estimation::published::{more_garbow_hillstrom, nist};
 use gravcal_solvers::SolverName;
 
 use certified::CertifiedRuns;
+use idle_bound::IdleBound;
 use minima::MinimumRuns;
 
 /// Runs every solver on NIST's certified regressions and on the problems of Moré, Garbow and Hillstrom.
@@ -47,16 +50,17 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<(), String> {
     let data_sets = nist::read(&arguments.nist).map_err(|e| e.to_string())?;
     let problems = more_garbow_hillstrom();
-    let runs: Vec<(SolverName, CertifiedRuns<'_>, MinimumRuns<'_>)> = SolverName::ALL
-        .into_iter()
+    let all = SolverName::ALL.into_iter().map(SolverName::build);
+    let runs: Vec<(&str, CertifiedRuns<'_>, MinimumRuns<'_>)> = all
+        .chain([Box::new(IdleBound::default()) as Box<dyn Solver>])
         .map(|solver| {
-            let certified = CertifiedRuns::new(&*solver.build(), &data_sets)?;
-            Ok((solver, certified, MinimumRuns::new(&*solver.build(), &problems)?))
+            let certified = CertifiedRuns::new(&*solver, &data_sets)?;
+            Ok((solver.name(), certified, MinimumRuns::new(&*solver, &problems)?))
         })
         .collect::<Result<_, String>>()?;
     let mut text = summary(&runs);
     for (solver, certified, minima) in &runs {
-        if arguments.detail.is_empty() || arguments.detail.contains(solver) {
+        if arguments.detail.is_empty() || arguments.detail.iter().any(|detail| detail.as_str() == *solver) {
             text +=
                 &format!("\n### {solver} on NIST\n\n{certified}\n### {solver} on Moré-Garbow-Hillstrom\n\n{minima}");
         }
@@ -70,7 +74,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     }
 }
 
-fn summary(runs: &[(SolverName, CertifiedRuns<'_>, MinimumRuns<'_>)]) -> String {
+fn summary(runs: &[(&str, CertifiedRuns<'_>, MinimumRuns<'_>)]) -> String {
     let mut text = String::from(
         "| solver | NIST: certified values reached | fewest digits of a parameter there | iterations, median and most \
          | Moré-Garbow-Hillstrom: minima reached | problems from every start |\n|---|---|---|---|---|---|\n",

@@ -5,11 +5,13 @@ use std::ops::Range;
 use std::path::Path;
 
 use crate::program::Run;
-use crate::small_session::{calibrate, small_files, small_session};
+use crate::small_session::{calibrate, small_session};
 use crate::tree;
 
 /// Put in the place of every number in turn.
 const EXTREMES: [&str; 5] = ["0.0", "-1.0", "1e-300", "1e154", "1e300"];
+/// Sessions without sense may creep for all the iterations they are given.
+const FEW_ITERATIONS: &str = "solver = { name = \"levenberg-marquardt\", max_iterations = 100 }\n";
 /// Rows of a table, its header among them, whose numbers are replaced.
 const ROWS: usize = 3;
 
@@ -29,11 +31,12 @@ fn any_number_in_a_table_is_answered() {
 }
 
 fn assert_answered(file: &str, lines: usize) {
-    let (_, contents) = small_files().iter().find(|(name, _)| name.as_os_str() == file).unwrap();
-    let text = std::str::from_utf8(contents).unwrap();
-    let numbers = numbers(text, lines);
-    assert!(!numbers.is_empty());
     let folder = small_session();
+    let session = folder.path().join("session.toml");
+    fs::write(&session, format!("{FEW_ITERATIONS}{}", fs::read_to_string(&session).unwrap())).unwrap();
+    let text = fs::read_to_string(folder.path().join(file)).unwrap();
+    let numbers = numbers(&text, lines);
+    assert!(!numbers.is_empty());
     for number in numbers {
         for extreme in EXTREMES {
             let changed = [&text[..number.start], extreme, &text[number.end..]].concat();

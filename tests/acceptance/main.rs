@@ -5,6 +5,7 @@
 mod accuracy;
 mod answer;
 mod constraints;
+mod deflection;
 mod earlier;
 mod experiments;
 mod extreme_numbers;

@@ -110,7 +110,7 @@ pub fn small_session() -> TempDir {
 }
 
 /// Names and contents of the session's files.
-pub fn small_files() -> &'static [(PathBuf, Vec<u8>)] {
+fn small_files() -> &'static [(PathBuf, Vec<u8>)] {
     static FILES: OnceLock<Vec<(PathBuf, Vec<u8>)>> = OnceLock::new();
     FILES.get_or_init(|| {
         let folder = tempfile::tempdir().unwrap();

@@ -4,7 +4,7 @@ use std::fs;
 
 use crate::answer::Estimator;
 use crate::program::Calibration;
-use crate::small_session::small_session;
+use crate::small_session::{calibrate, small_session};
 use crate::tree;
 
 /// Methods that take the joint problem of every session.
@@ -49,6 +49,17 @@ fn the_sequential_steps_run_by_every_method() {
         assert_eq!(calibration.run.code, 0, "{solver}: {:?}", calibration.run);
         assert_eq!(calibration.estimator("sequential").without_value().len(), 2, "{solver}");
     }
+}
+
+#[test]
+fn a_loss_is_told_to_a_method_that_cannot_take_it_before_anything_is_solved() {
+    let folder = small_session();
+    let session = folder.path().join("session.toml");
+    let text = fs::read_to_string(&session).unwrap();
+    let robust = text.replace("[gravity]", "[loss]\nkind = \"huber\"\n\n[gravity]");
+    fs::write(&session, format!("solver = \"variable-projection\"\n{robust}")).unwrap();
+    let refused = calibrate(folder.path());
+    assert_eq!(refused.refusal(&["session.toml:1: solver: variable-projection cannot take", "robust losses"]), None);
 }
 
 #[test]

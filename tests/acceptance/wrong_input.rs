@@ -141,7 +141,7 @@ const IN_THE_SESSION: &[Mistake] = &[
     Mistake {
         what: "a loss without width",
         changes: &[("session.toml", Replace("[gravity]", "loss = { kind = \"huber\", width = 0 }\n[gravity]"))],
-        told: &["session.toml:{line}: loss.width: 0 is not a width"],
+        told: &["session.toml:{line}: loss.width: the width 0 of a loss must be between"],
     },
     Mistake {
         what: "an unknown uncertainty",

@@ -100,7 +100,7 @@ pub fn check_choice(
             _ => Ok(()),
         };
     }
-    match pose_at_nominal(session) {
+    match pose_at_nominal(session).and_then(|posed| Ok(posed.with_loss(session.loss)?)) {
         Ok(posed) => Ok(solver.check(&posed.problem)?),
         Err(_) => Ok(()), // the estimator will say why there is no problem to take
     }
@@ -139,6 +139,8 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         parameters: blank.map(|parameter| ParameterResult { determined: false, ..parameter }).collect(),
         covariance: CovarianceResult::default(),
         moments: Vec::new(),
+        deflections: Vec::new(),
+        position_errors: Vec::new(),
         sensor_models: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),

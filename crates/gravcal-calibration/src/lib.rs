@@ -34,6 +34,10 @@ pub mod simulation;
 pub mod sweeps;
 
 #[cfg(test)]
+mod deflections;
+#[cfg(test)]
+mod descriptions;
+#[cfg(test)]
 mod instrumented;
 #[cfg(test)]
 mod reference;

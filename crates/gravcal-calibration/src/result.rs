@@ -2,10 +2,14 @@
 //!
 //! The types serialize as they stand in `calibration.json`; what is undetermined has no value, never a number.
 
+mod positions;
+
 use std::fmt;
 
 use gravcal_estimation::IterationRecord;
 use serde::Serialize;
+
+pub use positions::{DeflectionResult, PositionErrorResult};
 
 /// One estimator's answer.
 #[derive(Clone, Debug, Serialize)]
@@ -28,6 +32,10 @@ pub struct EstimatorResult {
     pub covariance: CovarianceResult,
     /// Combinations of the links' masses and moments and of load placements that the data determine.
     pub moments: Vec<MomentResult>,
+    /// How far standing joints were from where their sensors say, sweep by sweep, where the session has that unknown.
+    pub deflections: Vec<DeflectionResult>,
+    /// The same pose by pose, in short.
+    pub position_errors: Vec<PositionErrorResult>,
     /// Each model of a joint's sensor beyond gain and bias, tested against its absence.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sensor_models: Vec<SensorModelTest>,

@@ -87,6 +87,7 @@ pub fn sarcos_shoulder() -> Simulation {
             })
             .collect(),
         poses: Vec::new(),
+        deflection: Default::default(),
         saturated: vec![0; 3],
         loss: Loss::None,
         uncertainty: UncertaintyChoice::Noise,
@@ -107,7 +108,7 @@ pub fn sarcos_shoulder() -> Simulation {
         instrument_std: Vec::new(),
         position_std: vec![0.0; 3],
         converter: None,
-        deflection: Deflection { hold_std: 0.0, compliance: vec![0.0; 3] },
+        deflection: Deflection { hold_std: 0.0, pose_std: 0.0, compliance: vec![0.0; 3], seen: false },
     };
     let runs = runs.into_iter().map(|(run, _, _)| run).collect();
     Simulation::new(template, truth, runs, disturbance, 1)

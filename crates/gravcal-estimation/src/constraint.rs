@@ -216,7 +216,10 @@ impl Constraint {
 
     fn fault(&self, stored: &[usize]) -> Option<String> {
         match &self.kind {
-            ConstraintKind::Range { lower, upper, .. } if lower.is_nan() || upper.is_nan() || lower > upper => {
+            ConstraintKind::Range { lower, upper, .. } if lower.is_nan() || upper.is_nan() => {
+                return Some(format!("its bounds {lower} and {upper} must be numbers or infinite"));
+            }
+            ConstraintKind::Range { lower, upper, .. } if lower > upper => {
                 return Some(format!("its lower bound {lower} exceeds its upper bound {upper}"));
             }
             ConstraintKind::Range { lower, upper, .. } if *lower == f64::INFINITY || *upper == f64::NEG_INFINITY => {

@@ -1,5 +1,8 @@
 //! Holds a residual's analytic Jacobian against differences of its values.
 
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use thiserror::Error;
 
 use crate::{EvaluateError, LocalValues, Residual, RowsMut};
@@ -10,6 +13,23 @@ pub enum DerivativeMismatch {
     /// The residual has no value where it was asked.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
+    /// Blocks of other lengths than `x` has numbers, or of another count than the residual reads.
+    #[error(
+        "{blocks} blocks of {numbers} numbers in all were given, but x has {given}, and the residual reads {read} blocks"
+    )]
+    Lengths {
+        /// How many lengths.
+        blocks: usize,
+        /// Their sum.
+        numbers: usize,
+        /// Numbers of x.
+        given: usize,
+        /// Blocks that the residual reads.
+        read: usize,
+    },
+    /// The residual read or wrote what it does not have.
+    #[error("the residual panicked: {0}. Does it read or write a row, a column or a block that it does not have?")]
+    Panicked(String),
     /// The analytic entry is not the slope.
     #[error("∂r[{row}]/∂x[{column}] is {analytic:e}, differences give {numeric:e}")]
     Entry {
@@ -42,13 +62,22 @@ pub enum DerivativeMismatch {
 /// Slopes outside of a row's [pattern](Residual::row_pattern) are found, too.
 ///
 /// # Errors
-/// The first entry that disagrees.
+/// The first entry that disagrees; lengths that do not fit `x` and the residual; a residual that panics.
 pub fn check_derivatives(
     residual: &dyn Residual,
     lengths: &[usize],
     x: &[f64],
     tolerance: f64,
 ) -> Result<(), DerivativeMismatch> {
+    let (blocks, numbers, read) = (lengths.len(), lengths.iter().sum(), residual.blocks().len());
+    if numbers != x.len() || blocks != read {
+        return Err(DerivativeMismatch::Lengths { blocks, numbers, given: x.len(), read });
+    }
+    let outcome = catch_unwind(AssertUnwindSafe(|| compare(residual, lengths, x, tolerance)));
+    outcome.unwrap_or_else(|panic| Err(DerivativeMismatch::Panicked(panic_message(&*panic))))
+}
+
+fn compare(residual: &dyn Residual, lengths: &[usize], x: &[f64], tolerance: f64) -> Result<(), DerivativeMismatch> {
     let mut offsets = vec![0];
     for length in lengths {
         offsets.push(offsets[offsets.len() - 1] + length);
@@ -95,4 +124,55 @@ pub fn check_derivatives(
         }
     }
     Ok(())
+}
+
+/// What a panic said.
+pub(crate) fn panic_message(panic: &(dyn Any + Send)) -> String {
+    let message = panic.downcast_ref::<String>().cloned();
+    let message = message.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()));
+    message.unwrap_or_else(|| "no message".into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::Line;
+    use crate::{Block, BlockId, ProblemBuilder};
+
+    /// Reads three numbers of its block, whatever that has.
+    #[derive(Debug)]
+    struct Third(BlockId);
+
+    impl Residual for Third {
+        fn blocks(&self) -> &[BlockId] {
+            std::slice::from_ref(&self.0)
+        }
+
+        fn len(&self) -> usize {
+            1
+        }
+
+        fn evaluate(
+            &self,
+            x: LocalValues<'_>,
+            residual: &mut [f64],
+            _: Option<RowsMut<'_>>,
+        ) -> Result<(), EvaluateError> {
+            residual[0] = x.block(0)[2];
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn lengths_that_do_not_fit_are_told() {
+        let id = ProblemBuilder::new().add_block(Block::vector("x", "", &["a", "b"]), &[1.0, 2.0]);
+        let line = Line::new(&[id], &[2.0, 3.0], 1.0);
+        assert_eq!(check_derivatives(&line, &[2], &[1.0, 2.0], 1e-9), Ok(()));
+        for (lengths, x) in [(&[1][..], &[1.0, 2.0][..]), (&[1, 1], &[1.0, 2.0]), (&[2], &[1.0])] {
+            let told = check_derivatives(&line, lengths, x, 1e-9).unwrap_err();
+            assert!(matches!(told, DerivativeMismatch::Lengths { read: 1, .. }), "{told}");
+        }
+        let told = check_derivatives(&Third(id), &[2], &[1.0, 2.0], 1e-9).unwrap_err().to_string();
+        assert!(told.starts_with("the residual panicked: index out of bounds"), "{told}");
+    }
 }

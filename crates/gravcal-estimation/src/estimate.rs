@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::{ActiveConstraint, Values};
+use crate::{ActiveConstraint, Column, Values};
 
 /// Why a solver stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,6 +32,8 @@ pub enum Termination {
     },
     /// No step lowers the cost, however short; but the point is not stationary as far as the Jacobian tells.
     NoProgress,
+    /// No unknown changes any residual: every derivative is zero, though the residuals are not.
+    NoEffect,
     /// Stopped from outside.
     Stopped,
     /// Not minimised at all: values judged as they were given.
@@ -62,6 +64,12 @@ impl fmt::Display for Termination {
             Termination::ZeroResidual => write!(f, "converged: residuals are zero"),
             Termination::IterationLimit { limit } => write!(f, "not converged after {limit} iterations"),
             Termination::NoProgress => write!(f, "not converged: no step lowers the cost"),
+            Termination::NoEffect => {
+                write!(
+                    f,
+                    "not converged: no unknown has an effect, as every derivative is zero (is the Jacobian written?)"
+                )
+            }
             Termination::Stopped => write!(f, "stopped from outside"),
             Termination::AsGiven => write!(f, "not minimised: judged as given"),
         }
@@ -83,7 +91,8 @@ pub struct IterationRecord {
     pub damping: f64,
 }
 
-/// A solver's answer.
+/// A solver's answer. Weights of outliers are had from [`Problem::weights`](crate::Problem::weights), what is determined
+/// from [`Spectrum`](crate::Spectrum), standard deviations from [`statistics`](crate::statistics).
 #[derive(Clone, Debug)]
 pub struct Estimate {
     /// Values of all blocks, held ones included.
@@ -96,4 +105,7 @@ pub struct Estimate {
     pub iterations: Vec<IterationRecord>,
     /// Constraints on which the solution leans; empty without constraints.
     pub active: Vec<ActiveConstraint>,
+    /// Unknowns without any effect where it ended: their columns of the Jacobian are zero, or nothing but rounding. They
+    /// stand where they started.
+    pub without_effect: Vec<Column>,
 }

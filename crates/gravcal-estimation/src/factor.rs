@@ -25,16 +25,16 @@ impl Factor {
     pub(crate) fn cost(&self, whitened: &[f64]) -> f64 {
         let cost = |rows: &[f64]| 0.5 * self.loss.at(square(rows)).value;
         match self.noise {
-            Noise::Independent { .. } => whitened.chunks(1).map(cost).sum(),
-            Noise::Correlated { .. } => cost(whitened),
+            Noise::Independent(_) => whitened.chunks(1).map(cost).sum(),
+            Noise::Correlated(_) => cost(whitened),
         }
     }
 
     /// ρ′ of each row.
     pub(crate) fn weights(&self, whitened: &[f64]) -> Vec<f64> {
         match self.noise {
-            Noise::Independent { .. } => whitened.iter().map(|r| self.loss.at(r * r).first).collect(),
-            Noise::Correlated { .. } => vec![self.loss.at(square(whitened)).first; whitened.len()],
+            Noise::Independent(_) => whitened.iter().map(|r| self.loss.at(r * r).first).collect(),
+            Noise::Correlated(_) => vec![self.loss.at(square(whitened)).first; whitened.len()],
         }
     }
 

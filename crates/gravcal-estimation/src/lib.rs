@@ -61,7 +61,7 @@ pub use linearization::{Linearization, StepInfo};
 pub use loss::{Loss, LossWidth};
 pub use loss_name::{LossName, UnknownLoss};
 pub use manifold::Manifold;
-pub use noise::{Noise, NoiseError};
+pub use noise::{Noise, NoiseError, Weights, Whitener};
 pub use problem::{Column, Problem, ProblemBuilder, ProblemError};
 pub use residual::{EvaluateError, LocalValues, Residual, RowsMut};
 pub use solver::{Observer, SolveContext, SolveError, Solver, Unsupported};

@@ -24,6 +24,10 @@ use thiserror::Error;
 /// Share of the first-order curvature that is kept along the residual.
 const LEAST_CURVATURE: f64 = 0.1;
 
+/// Widths between which a loss does anything but forget every reading or none, in standard deviations.
+const NARROWEST: f64 = 1e-3;
+const WIDEST: f64 = 1e6;
+
 /// A robust loss with its width, in standard deviations of the reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Loss {
@@ -42,7 +46,7 @@ pub enum Loss {
 
 /// A width that is none.
 #[derive(Clone, Debug, Error, PartialEq)]
-#[error("the width {0} of a loss must be positive and finite (in standard deviations)")]
+#[error("the width {0} of a loss must be between {NARROWEST} and {WIDEST} standard deviations")]
 pub struct LossWidth(pub f64);
 
 /// ρ and its derivatives at one s.
@@ -65,10 +69,10 @@ impl Loss {
     /// The same, if its width is one.
     ///
     /// # Errors
-    /// Where the width is not positive and finite.
+    /// Where the width is not between a thousandth of a standard deviation and a million of them.
     pub fn checked(self) -> Result<Self, LossWidth> {
         match self.width() {
-            Some(width) if !(width.is_finite() && width > 0.0) => Err(LossWidth(width)),
+            Some(width) if !(NARROWEST..=WIDEST).contains(&width) => Err(LossWidth(width)),
             _ => Ok(self),
         }
     }
@@ -160,7 +164,10 @@ mod tests {
     }
 
     #[test]
-    fn a_width_must_be_positive() {
+    fn a_width_must_be_one_of_a_reading() {
+        for width in [1e200, 1e-200, 1e-4, f64::INFINITY] {
+            assert_eq!(Loss::Cauchy(width).checked(), Err(LossWidth(width)));
+        }
         assert_eq!(Loss::Huber(0.0).checked(), Err(LossWidth(0.0)));
         assert!(Loss::Tukey(f64::NAN).checked().is_err());
         assert_eq!(Loss::Cauchy(2.0).checked(), Ok(Loss::Cauchy(2.0)));

@@ -46,6 +46,24 @@ pub enum SolveError {
     /// The method cannot take the problem.
     #[error(transparent)]
     Unsupported(#[from] Unsupported),
+    /// Every block is held.
+    #[error("no unknowns: every block is held, there is nothing to solve for")]
+    NoUnknowns,
+    /// The start has other numbers than the problem.
+    #[error("the start is of another problem: its blocks are not as long as this one's")]
+    ForeignStart,
+    /// An option that makes no sense.
+    #[error("{solver}: {option} is {value}, and must be {expected}")]
+    Option {
+        /// The method's name.
+        solver: &'static str,
+        /// The option's name.
+        option: &'static str,
+        /// What it is.
+        value: f64,
+        /// What it must be, in words.
+        expected: &'static str,
+    },
     /// A residual has no value at the start.
     #[error("the start cannot be evaluated: {0}")]
     Evaluate(#[from] EvaluateError),

@@ -77,7 +77,14 @@ impl Solver for Newton {
             values = problem.retract(&values, &step);
         }
         let termination = Termination::Step { relative: 0.0 };
-        Ok(Estimate { cost: problem.cost(&values)?, values, termination, iterations: Vec::new(), active: Vec::new() })
+        Ok(Estimate {
+            cost: problem.cost(&values)?,
+            values,
+            termination,
+            iterations: Vec::new(),
+            active: Vec::new(),
+            without_effect: Vec::new(),
+        })
     }
 }
 

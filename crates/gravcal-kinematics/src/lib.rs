@@ -54,6 +54,7 @@ mod link_gravity;
 mod nearest;
 mod transform;
 mod urdf;
+mod without_lengths;
 
 #[cfg(test)]
 mod random_chain;

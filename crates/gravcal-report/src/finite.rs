@@ -4,9 +4,9 @@
 //! Results are taken apart field by field, so that a new field cannot be forgotten here.
 
 use gravcal_calibration::result::{
-    ActiveConstraint, CovarianceResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut, Iteration, JointFit,
-    LossResult, MomentResult, NoiseSource, Outlier, ParameterResult, SensorModelTest, TestAgainstZero,
-    UncertaintyResult, WeakCombination,
+    ActiveConstraint, CovarianceResult, DeflectionResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut,
+    Iteration, JointFit, LossResult, MomentResult, NoiseSource, Outlier, ParameterResult, PositionErrorResult,
+    SensorModelTest, TestAgainstZero, UncertaintyResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -43,6 +43,8 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         parameters,
         covariance,
         moments,
+        deflections,
+        position_errors,
         sensor_models,
         undetermined: _,
         active_constraints,
@@ -58,6 +60,8 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(parameters.iter().flat_map(of_parameter));
     let inside = inside.chain(of_covariance(covariance));
     let inside = inside.chain(moments.iter().flat_map(of_moment));
+    let inside = inside.chain(deflections.iter().flat_map(of_deflection));
+    let inside = inside.chain(position_errors.iter().flat_map(of_position_error));
     let inside = inside.chain(sensor_models.iter().flat_map(of_model_test));
     let inside = inside.chain(active_constraints.iter().flat_map(of_constraint));
     let inside = inside.chain(weak.iter().flat_map(of_weak));
@@ -104,6 +108,17 @@ fn of_moment(moment: &MomentResult) -> Vec<Number> {
     let names: Vec<&str> = terms.iter().map(|(name, _)| name.as_str()).collect();
     let coefficients = terms.iter().map(|(_, coefficient)| coefficient);
     each(&format!("combination of {}", names.join(", ")), coefficients.chain([value, std]))
+}
+
+fn of_deflection(deflection: &DeflectionResult) -> Vec<Number> {
+    let DeflectionResult { table, lines: [first, last], joint, unit: _, value, std, prior_std } = deflection;
+    let place = format!("deflection of {joint} in {table}:{first}-{last}");
+    each(&place, value.iter().chain([std, prior_std]))
+}
+
+fn of_position_error(error: &PositionErrorResult) -> Vec<Number> {
+    let PositionErrorResult { joint, unit: _, poses: _, rms, std, prior_std, observable: _ } = error;
+    each(&format!("errors of the position of {joint}"), [rms, std, prior_std])
 }
 
 fn of_weak(weak: &WeakCombination) -> Vec<Number> {

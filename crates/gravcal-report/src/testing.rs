@@ -23,6 +23,8 @@ pub fn result(name: &str) -> EstimatorResult {
         parameters: Vec::new(),
         covariance: CovarianceResult::default(),
         moments: Vec::new(),
+        deflections: Vec::new(),
+        position_errors: Vec::new(),
         sensor_models: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),

@@ -178,7 +178,7 @@ impl<'p, M: Default + Serialize + DeserializeOwned> Checkpoint<Run<'p, M>, Itera
 mod tests {
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    use gravcal_estimation::{Estimate, IterationRecord, SolveContext, Termination};
+    use gravcal_estimation::{Constraint, Estimate, IterationRecord, SolveContext, Termination};
 
     use super::*;
     use crate::SolverName;
@@ -213,6 +213,31 @@ mod tests {
                 assert_eq!((rest.termination, &rest.iterations), (whole.termination, &whole.iterations));
                 assert!(!path.exists());
             }
+        }
+    }
+
+    #[test]
+    fn a_constrained_solve_goes_on_to_the_same_bits() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("solve.json");
+        let (problem, initial) = far_decay();
+        let rate = problem.find("rate").unwrap();
+        let bound = Constraint::bound("the rate is at least 0.9", rate, 0, 0.9, f64::INFINITY);
+        let problem = problem.with_constraints(vec![bound]).unwrap();
+        let solve = |last: usize| {
+            let stop = AtomicBool::new(false);
+            let mut observer = |record: &IterationRecord| stop.store(record.iteration >= last, Ordering::Relaxed);
+            let mut context =
+                SolveContext { observer: Some(&mut observer), stop: Some(&stop), checkpoint: Some(&path) };
+            SolverName::Clarabel.build().solve(&problem, &initial, &mut context).unwrap()
+        };
+        let whole = solve(usize::MAX);
+        assert!(whole.termination.converged() && whole.active.len() == 1 && !path.exists());
+        for last in [0, 1, 4] {
+            assert_eq!(solve(last).termination, Termination::Stopped);
+            assert!(path.exists());
+            let rest = solve(usize::MAX);
+            assert_eq!((bits(&rest), &rest.iterations, &rest.active), (bits(&whole), &whole.iterations, &whole.active));
         }
     }
 

@@ -1,12 +1,12 @@
 //! Damping that follows the ratio of actual to predicted reduction.
 //!
 //! ```text
-//!     accepted   λ ← λ max(1/3, 1 − (2ρ − 1)³)      growth ← 2
+//!     accepted   λ ← λ max(1/10, 1 − (2ρ − 1)³)     growth ← 2
 //!     rejected   λ ← λ · growth                     growth ← 2 · growth
 //! ```
 //!
-//! Nielsen, *Damping parameter in Marquardt's method*, IMM-REP-1999-05, eq. 2.5. Beyond the source, λ grows by at most 2
-//! after an accepted step.
+//! Nielsen, *Damping parameter in Marquardt's method*, IMM-REP-1999-05, eq. 2.5. Beyond the source, λ falls to a tenth (there
+//! to a third) and grows by at most 2 after an accepted step.
 //!
 //! The first step is bounded by `‖D δ‖ ≤ 0.2 ‖D x‖` (Moré, *The Levenberg-Marquardt algorithm: implementation and theory*,
 //! 1978, section 3, with a smaller factor): without it a start with one parameter far too small is left for a plateau at
@@ -53,12 +53,8 @@ impl Damping {
             return;
         }
         let longest = FIRST_STEP * here.size();
-        let mut step = vec![0.0; here.scaling.len()];
-        let mut too_long = |lambda| {
-            here.linearization.damped_step(lambda, &here.scaling, &mut step);
-            longest > 0.0 && here.scaled_length(&step) > longest
-        };
-        while too_long(self.lambda) && self.raise() {}
+        let mut too_long = |lambda| here.step(lambda).is_some_and(|(step, _)| here.scaled_length(&step) > longest);
+        while longest > 0.0 && too_long(self.lambda) && self.raise() {}
     }
 
     /// For a step that is too long to be tried. `false` where more damping would be of no use.

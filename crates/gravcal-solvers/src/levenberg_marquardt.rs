@@ -56,23 +56,33 @@ impl Descent for LevenbergMarquardt {
         &self.stopping
     }
 
-    /// Tries steps of growing damping until one lowers the cost.
     fn iterate<'p>(&self, damping: &mut Damping, here: &mut Point<'p>) -> Result<Move<'p>, SolveError> {
-        damping.bound_first_step(here);
-        let mut step = vec![0.0; here.scaling.len()];
-        loop {
-            let lambda = damping.lambda();
-            let info = here.linearization.damped_step(lambda, &here.scaling, &mut step);
-            let mut trial = here.attempt(&step, info.predicted_reduction);
-            match here.decide(&mut trial, 0.0, &self.stopping) {
+        damped_iteration(damping, here, &self.stopping)
+    }
+}
+
+/// Tries steps of growing damping until one lowers the cost.
+pub(crate) fn damped_iteration<'p>(
+    damping: &mut Damping,
+    here: &mut Point<'p>,
+    rules: &StoppingRules,
+) -> Result<Move<'p>, SolveError> {
+    damping.bound_first_step(here);
+    loop {
+        let lambda = damping.lambda();
+        if let Some((step, predicted)) = here.step(lambda) {
+            let mut trial = here.attempt(&step, predicted);
+            match here.decide(&mut trial, 0.0, rules) {
                 Decision::Accept(end) => {
                     damping.accept(trial.ratio());
                     return Ok(Move::To { trial: Box::new(trial), damping: lambda, end });
                 }
                 Decision::End(end) => return Ok(Move::Stay(end)),
-                Decision::Shorten if damping.reject() => {}
-                Decision::Shorten => return Ok(Move::Stay(Termination::NoProgress)),
+                Decision::Shorten => {}
             }
+        }
+        if !damping.reject() {
+            return Ok(Move::Stay(Termination::NoProgress));
         }
     }
 }

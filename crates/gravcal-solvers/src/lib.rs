@@ -10,7 +10,7 @@
 //!
 //! Each goes from point to point, each of lower cost ([`Descent`]); what they have in common is in files of its own:
 //! when to end (`stopping.rs`), what a step comes to ([`Point`]), the run with records, observer, stop flag and
-//! checkpoint ([`minimise`]). [Adding a solver](adding_a_solver) shows the whole of a small one; the
+//! checkpoint ([`minimise`]). [Solving](solving) goes from readings to intervals; [Adding a solver](adding_a_solver) shows the whole of a small one; the
 //! shared suites of published problems (`tests/`) run every method with a name by themselves.
 
 mod checkpoint;
@@ -28,6 +28,9 @@ mod stopping;
 #[cfg(test)]
 mod testing;
 mod variable_projection;
+
+#[doc = include_str!("../SOLVING.md")]
+pub mod solving {}
 
 #[doc = include_str!("../ADDING_A_SOLVER.md")]
 pub mod adding_a_solver {}

@@ -1,7 +1,10 @@
 //! A point on the way, linearized, and what a step from it comes to.
 
-use gravcal_estimation::{BlockId, EvaluateError, Linearization, Problem, Termination, Values};
+use gravcal_estimation::{
+    ActiveConstraint, BlockId, Column, EvaluateError, Linearization, Problem, Termination, Values,
+};
 
+use crate::clarabel::{ConstrainedStep, Optimality, active_constraints, settle};
 use crate::stopping::StoppingRules;
 
 /// Damping of the full step, relative to the column norms: see [`Point::full_step`].
@@ -34,6 +37,8 @@ pub struct Point<'p> {
     pub scaling: Vec<f64>,
     /// The full step and its promise, once they were asked for.
     full: Option<(Vec<f64>, f64)>,
+    /// How far it is from optimal, once that was asked for; only under constraints.
+    optimality: Option<Optimality>,
     /// Whether a step from here was refused.
     refused: bool,
 }
@@ -85,7 +90,7 @@ impl<'p> Point<'p> {
         let scales = linearization.column_scales();
         scaling.resize(scales.len(), 0.0);
         scaling.iter_mut().zip(scales).for_each(|(largest, scale)| *largest = largest.max(scale));
-        Ok(Point { problem, values, linearization, scaling, full: None, refused: false })
+        Ok(Point { problem, values, linearization, scaling, full: None, optimality: None, refused: false })
     }
 
     /// The cost here.
@@ -98,13 +103,58 @@ impl<'p> Point<'p> {
         -dot(self.linearization.gradient(), step) - 0.5 * self.linearization.image_norm_squared(step)
     }
 
-    /// The step that minimises the linear model with damping λ in units of the present column norms, and the reduction of
-    /// the cost that it promises.
+    /// Largest |cosine| between the residual and a column of J, what constraints hold back taken off: 0 where it is optimal.
+    pub fn cosine(&mut self) -> f64 {
+        if self.is_free() { self.linearization.largest_cosine() } else { self.optimality().cosine }
+    }
+
+    /// The constraints on which it leans.
+    pub(crate) fn active(&mut self) -> Vec<ActiveConstraint> {
+        if self.is_free() {
+            return Vec::new();
+        }
+        let leaning = self.optimality().leaning;
+        active_constraints(self.problem, &self.values, &leaning)
+    }
+
+    /// The unknowns whose columns are zero.
+    pub(crate) fn without_effect(&self) -> Vec<Column> {
+        let all = self.problem.columns().iter().zip(self.linearization.column_norms());
+        all.filter(|(_, norm)| **norm == 0.0).map(|(column, _)| *column).collect()
+    }
+
+    fn is_free(&self) -> bool {
+        self.problem.constraints().is_empty()
+    }
+
+    fn optimality(&mut self) -> Optimality {
+        let known = self.optimality.take();
+        let optimality = known.unwrap_or_else(|| Optimality::of(self));
+        self.optimality.insert(optimality).clone()
+    }
+
+    /// The step that minimises the linear model with damping λ in units of D among those that obey the constraints, and the
+    /// reduction of the cost that it promises. `None` where the conic programme has no answer.
+    pub(crate) fn step(&mut self, lambda: f64) -> Option<(Vec<f64>, f64)> {
+        let scaling = std::mem::take(&mut self.scaling);
+        let step = self.step_in(lambda, &scaling);
+        self.scaling = scaling;
+        step
+    }
+
+    fn step_in(&mut self, lambda: f64, scaling: &[f64]) -> Option<(Vec<f64>, f64)> {
+        if !self.is_free() {
+            return ConstrainedStep::new(self, lambda, scaling).map(|found| (found.step, found.predicted));
+        }
+        let mut step = vec![0.0; scaling.len()];
+        let info = self.linearization.damped_step(lambda, scaling, &mut step);
+        Some((step, info.predicted_reduction))
+    }
+
+    /// The same in units of the present column norms. Where the conic programme has no answer, no step and an infinite promise.
     pub fn damped_step(&mut self, lambda: f64) -> (Vec<f64>, f64) {
         let scales = self.linearization.column_scales();
-        let mut step = vec![0.0; scales.len()];
-        let info = self.linearization.damped_step(lambda, &scales, &mut step);
-        (step, info.predicted_reduction)
+        self.step_in(lambda, &scales).unwrap_or_else(|| (vec![0.0; scales.len()], f64::INFINITY))
     }
 
     /// The step to the minimum of the linear model (Gauss-Newton), and the reduction of the cost that it promises. Where J
@@ -117,6 +167,9 @@ impl<'p> Point<'p> {
     ///
     /// Only where the damping outweighs the model, `λ ‖D δ‖² > ‖J δ‖²`, though there is cost to be gained, is the model
     /// itself that weak (a Jacobian that loses rank at the solution), and the damping gives way.
+    ///
+    /// Under constraints it is the best of the steps that obey them; where the conic programme has no answer, none, with an
+    /// infinite promise.
     pub fn full_step(&mut self) -> (Vec<f64>, f64) {
         if let Some(full) = &self.full {
             return full.clone();
@@ -126,6 +179,9 @@ impl<'p> Point<'p> {
         loop {
             let (less, _) = self.damped_step(lambda);
             let (more, gain) = self.damped_step(10.0 * lambda);
+            if gain.is_infinite() {
+                return (more, gain);
+            }
             let length: f64 = more.iter().zip(&scales).map(|(d, s)| (s * d).powi(2)).sum();
             let outweighs = lambda * length > self.linearization.image_norm_squared(&more);
             if !outweighs || gain <= NEAR_COST * self.cost() || lambda < FAINTEST_DAMPING {
@@ -139,7 +195,9 @@ impl<'p> Point<'p> {
 
     /// Tries a step whose reduction of the cost the linear model puts at `predicted`.
     pub fn attempt(&self, step: &[f64], predicted: f64) -> Trial<'p> {
-        self.attempt_at(Some(self.problem.retract(&self.values, step)), step, predicted)
+        let mut moved = self.problem.retract(&self.values, step);
+        settle(self.problem, &mut moved);
+        self.attempt_at(Some(moved), step, predicted)
     }
 
     /// The same where it is known to where the step leads; nowhere if the model has no value there.
@@ -189,23 +247,29 @@ impl<'p> Point<'p> {
         };
         match (better, self.at_model_minimum()) {
             (true, found) => Decision::Accept(found.then_some(end)),
+            // More damping may still bring the cosine down: the full steps of large residuals go around the minimum.
+            (false, true) if !short && !self.is_free() => Decision::Shorten,
             (false, true) => Decision::End(end),
             (false, false) if short => Decision::End(Termination::NoProgress),
             (false, false) => Decision::Shorten,
         }
     }
 
-    /// Whether a step promises less where a trial leads than here.
-    ///
-    /// It is damped so much that normal equations bear it: what is weighed is the gradient, in a norm, not the last digit
-    /// of a faint direction.
+    /// Whether there is less to gain where a trial leads than here.
     fn promises_less(&mut self, trial: &mut Trial<'p>, lower: bool) -> bool {
-        let (_, here) = self.damped_step(WEIGHING_DAMPING);
+        let here = self.promise();
         if trial.there.is_none() {
             trial.there = self.next(trial.values.clone()).ok();
         }
         let limit = if lower { here } else { LESS * here };
-        trial.there.as_mut().is_some_and(|there| there.damped_step(WEIGHING_DAMPING).1 <= limit)
+        trial.there.as_mut().is_some_and(|there| there.promise() <= limit)
+    }
+
+    /// What is still to be gained, to be held against another point's: the promise of a step, damped so much that normal
+    /// equations bear it. What is weighed is the gradient, in a norm, not the last digit of a faint direction. Under
+    /// constraints most of the gradient is held back, and rounding of that hides a promise: there it is the cosine.
+    fn promise(&mut self) -> f64 {
+        if self.is_free() { self.damped_step(WEIGHING_DAMPING).1 } else { self.cosine() }
     }
 
     /// Share of the cost that rounding may hide: the terms of a residual, of the size of `D x`, may be far larger than it is.
@@ -219,7 +283,7 @@ impl<'p> Point<'p> {
     /// content with 1e-3.
     pub fn at_model_minimum(&mut self) -> bool {
         let (step, predicted) = self.full_step();
-        predicted <= NEAR_COST * self.cost() || self.relative_length(&step) <= NEAR_STEP
+        predicted <= NEAR_COST * self.cost() || predicted.is_finite() && self.relative_length(&step) <= NEAR_STEP
     }
 
     /// `‖D x‖` over the free blocks, each with the largest entry of D that is its own.

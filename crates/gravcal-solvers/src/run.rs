@@ -30,6 +30,8 @@ pub fn minimise<D: Descent>(
     context: &mut SolveContext<'_>,
 ) -> Result<Estimate, SolveError> {
     method.check(problem)?;
+    method.stopping().check(method.name())?;
+    check_start(problem, initial)?;
     let checkpoint = context.checkpoint.map(|path| CheckpointFile::new(path, method.name(), problem, initial));
     let lent = Lend { method, problem, initial, context: RefCell::new(context) };
     let state = IterationState::new().max_iters(u64::MAX);
@@ -45,6 +47,16 @@ pub fn minimise<D: Descent>(
         _ => {}
     }
     Ok(estimate)
+}
+
+/// # Errors
+/// Where nothing is unknown, or a start is of another problem.
+pub(crate) fn check_start(problem: &Problem, initial: &Values) -> Result<(), SolveError> {
+    match (problem.columns().is_empty(), problem.fits(initial)) {
+        (true, _) => Err(SolveError::NoUnknowns),
+        (_, false) => Err(SolveError::ForeignStart),
+        _ => Ok(()),
+    }
 }
 
 /// argmin's error as ours.
@@ -91,22 +103,23 @@ impl<M: Default> Default for Run<'_, M> {
 
 impl<'p, M> Run<'p, M> {
     fn into_estimate(self) -> Result<Estimate, Error> {
-        let point = self.point.ok_or_else(nowhere)?;
+        let mut point = self.point.ok_or_else(nowhere)?;
         Ok(Estimate {
+            active: point.active(),
+            without_effect: point.without_effect(),
             cost: point.cost(),
             values: point.values,
             termination: self.termination,
             iterations: self.records,
-            active: Vec::new(),
         })
     }
 
     /// Takes a point as the current one, with the length and the damping of the step to it, and tells the observer.
-    fn arrive<D>(&mut self, lent: &Lend<'p, '_, '_, D>, point: Point<'p>, step: f64, damping: f64) {
+    fn arrive<D>(&mut self, lent: &Lend<'p, '_, '_, D>, mut point: Point<'p>, step: f64, damping: f64) {
         let record = IterationRecord {
             iteration: self.records.len(),
             cost: point.cost(),
-            cosine: point.linearization.largest_cosine(),
+            cosine: point.cosine(),
             step,
             damping,
         };
@@ -117,8 +130,11 @@ impl<'p, M> Run<'p, M> {
 
     fn start<D>(&mut self, lent: &Lend<'p, '_, '_, D>) -> Result<(), SolveError> {
         let point = Point::new(lent.problem, lent.initial.clone(), Vec::new())?;
-        if !point.cost().is_finite() {
-            return Err(EvaluateError(format!("the cost is {}", point.cost())).into());
+        let (cost, problem) = (point.cost(), lent.problem);
+        let underflows = cost == 0.0 && problem.residuals(lent.initial)?.iter().any(|r| *r != 0.0);
+        if !cost.is_finite() || underflows {
+            let told = format!("the cost is {cost}, as squares of residuals leave the range of numbers");
+            return Err(EvaluateError(format!("{told}: {}", problem.costliest(lent.initial)?)).into());
         }
         self.arrive(lent, point, 0.0, 0.0);
         Ok(())
@@ -147,7 +163,7 @@ impl<'p, M> Run<'p, M> {
         self.restore(lent)?;
         let rules = lent.method.stopping();
         let Some(here) = self.point.as_mut() else { return Ok(Some(Termination::NoProgress)) };
-        if let Some(end) = rules.stationary(here.linearization.as_ref()) {
+        if let Some(end) = rules.stationary(here) {
             return Ok(Some(end));
         }
         if lent.context.borrow().stopped() {

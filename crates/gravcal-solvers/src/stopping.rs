@@ -6,6 +6,8 @@
 //!     cost         predicted and actual reduction ≤ cost tolerance · cost or rounding, and no less to gain there than here
 //! ```
 //!
+//! Under constraints what they hold back is taken off the cosine, and the full step is the best of those that obey them.
+//!
 //! All three are pure numbers: no unit and no scale of a parameter or a residual changes them. They are those of MINPACK
 //! (Moré, Garbow, Hillstrom, *User guide for MINPACK-1*, 1980: `gtol`, `xtol`, `ftol`), the second by block, so that one
 //! block of wandering values cannot make the steps of the others look small.
@@ -14,9 +16,11 @@
 //! step short. Step and cost are counted as convergence only where the full step says the same
 //! ([`Point::at_model_minimum`](crate::Point::at_model_minimum)); otherwise the method has made no progress.
 
-use gravcal_estimation::{Linearization, Termination};
+use gravcal_estimation::{SolveError, Termination};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error, Unexpected};
+
+use crate::Point;
 
 /// The options that every method has.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -45,26 +49,55 @@ impl Default for StoppingRules {
 
 impl StoppingRules {
     /// Whether a linearized point is stationary.
-    pub(crate) fn stationary(&self, linearization: &dyn Linearization) -> Option<Termination> {
-        if linearization.cost() == 0.0 {
+    pub(crate) fn stationary(&self, point: &mut Point<'_>) -> Option<Termination> {
+        if point.cost() == 0.0 {
             return Some(Termination::ZeroResidual);
         }
-        let cosine = linearization.largest_cosine();
+        if point.linearization.column_norms().iter().all(|norm| *norm == 0.0) {
+            return Some(Termination::NoEffect);
+        }
+        let cosine = point.cosine();
         (cosine <= self.cosine_tolerance).then_some(Termination::Gradient { cosine })
     }
 }
 
+impl StoppingRules {
+    /// # Errors
+    /// Names an option outside of its range.
+    pub(crate) fn check(&self, solver: &'static str) -> Result<(), SolveError> {
+        if self.max_iterations == 0 {
+            let (option, expected) = ("max_iterations", COUNT);
+            return Err(SolveError::Option { solver, option, value: 0.0, expected });
+        }
+        let tolerances = [
+            ("cosine_tolerance", self.cosine_tolerance),
+            ("step_tolerance", self.step_tolerance),
+            ("cost_tolerance", self.cost_tolerance),
+        ];
+        match tolerances.into_iter().find(|(_, value)| !is_tolerance(*value)) {
+            Some((option, value)) => Err(SolveError::Option { solver, option, value, expected: TOLERANCE }),
+            None => Ok(()),
+        }
+    }
+}
+
+const COUNT: &str = "a whole number of at least 1";
+const TOLERANCE: &str = "a number between 0 and 1";
+
+fn is_tolerance(value: f64) -> bool {
+    value > 0.0 && value < 1.0
+}
+
 fn count<'de, D: Deserializer<'de>>(deserializer: D) -> Result<usize, D::Error> {
     match usize::deserialize(deserializer)? {
-        0 => Err(D::Error::invalid_value(Unexpected::Unsigned(0), &"a whole number of at least 1")),
+        0 => Err(D::Error::invalid_value(Unexpected::Unsigned(0), &COUNT)),
         count => Ok(count),
     }
 }
 
 fn tolerance<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
     let value = f64::deserialize(deserializer)?;
-    let sound = value > 0.0 && value < 1.0;
-    if sound { Ok(value) } else { Err(D::Error::invalid_value(Unexpected::Float(value), &"a number between 0 and 1")) }
+    if is_tolerance(value) { Ok(value) } else { Err(D::Error::invalid_value(Unexpected::Float(value), &TOLERANCE)) }
 }
 
 #[cfg(test)]

@@ -35,6 +35,7 @@ use crate::damping::Damping;
 use crate::linear_part::{LinearPart, is_linear};
 use crate::point::FAINT_DAMPING;
 use crate::refusal::refuse_constraints;
+use crate::run::check_start;
 use crate::{Decision, Descent, Move, Point, StoppingRules, minimise};
 
 /// The most by which a nonlinear block moves at once, relative to its size or to the residual, whichever is larger.
@@ -70,6 +71,7 @@ impl Solver for VariableProjection {
         context: &mut SolveContext<'_>,
     ) -> Result<Estimate, SolveError> {
         self.check(problem)?;
+        check_start(problem, initial)?;
         let projected = LinearPart::new(problem).optimum(initial.clone(), NAME)?;
         minimise(self, problem, projected.as_ref().unwrap_or(initial), context)
     }

@@ -174,3 +174,57 @@ fn a_step_to_where_the_model_has_no_value_is_shortened() {
         assert_eq!(error.to_string(), "the start cannot be evaluated: beyond 2");
     }
 }
+
+/// `a sin t + b t` at t = 0, 1, …, 19 for a = 3 and b = 2: columns of the scales given.
+fn of_scales(first: f64, second: f64) -> (Problem, Values, [BlockId; 2]) {
+    #[derive(Debug)]
+    struct Sum {
+        blocks: [BlockId; 2],
+        slopes: [f64; 2],
+        reading: f64,
+    }
+    impl Residual for Sum {
+        fn blocks(&self) -> &[BlockId] {
+            &self.blocks
+        }
+
+        fn len(&self) -> usize {
+            1
+        }
+
+        fn evaluate(
+            &self,
+            x: LocalValues<'_>,
+            residual: &mut [f64],
+            jacobian: Option<RowsMut<'_>>,
+        ) -> Result<(), EvaluateError> {
+            residual[0] = self.slopes[0] * x.scalar(0) + self.slopes[1] * x.scalar(1) - self.reading;
+            jacobian.into_iter().for_each(|mut rows| rows.row(0).copy_from_slice(&self.slopes));
+            Ok(())
+        }
+    }
+    let mut builder = ProblemBuilder::new();
+    let blocks = ["a", "b"].map(|name| builder.add_block(Block::scalar(name, "").linear(), &[0.0]));
+    for t in (0..20).map(f64::from) {
+        let sum = Sum { blocks, slopes: [first * t.sin(), second * t], reading: 3.0 * t.sin() + 2.0 * t };
+        builder.add_factor(Factor::new(sum, Noise::independent(&[0.01]).unwrap()));
+    }
+    let (problem, initial) = builder.build().unwrap();
+    (problem, initial, blocks)
+}
+
+#[test]
+fn the_scales_of_columns_change_nothing_even_where_a_block_starts_at_zero() {
+    const SCALES: [f64; 5] = [1e-20, 1e-3, 1.0, 1e10, 1e20];
+    for (first, second) in SCALES.into_iter().flat_map(|first| SCALES.map(|second| (first, second))) {
+        let (problem, initial, blocks) = of_scales(first, second);
+        for solver in solvers(&problem) {
+            let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
+            let [a, b] = blocks.map(|id| estimate.values.scalar(id));
+            let told = format!("{solver}, scales {first:e} and {second:e}: {}", estimate.termination);
+            assert!(estimate.termination.converged(), "{told}");
+            assert!((a * first - 3.0).abs() < 1e-6 && (b * second - 2.0).abs() < 1e-6, "{told}");
+            assert_eq!(Spectrum::new(&problem, &estimate.values).unwrap().rank(), 2, "{told}");
+        }
+    }
+}

@@ -147,7 +147,7 @@ fn run_trial(simulation: &Simulation, trial: u64, solver: &dyn Solver, quantitie
 }
 
 /// Standard deviations at the true values; `None` for a quantity that the readings do not determine.
-fn bound(
+pub(crate) fn bound(
     simulation: &Simulation,
     session: &Session,
     signals: Signals,

@@ -147,6 +147,8 @@ fn arm(joints: usize, seed: u64, draw: u64) -> Result<Simulation, ChainError> {
         inertia: (0..joints).map(|joint| inertia(joint, &mut random)).collect(),
         loads: vec![a, b],
         further: Vec::new(),
+        sweep_moments: Vec::new(),
+        deflections: Vec::new(),
     };
     Ok(Simulation::new(template, truth, runs, Disturbance::noise(vec![NOISE; joints]), random.random()))
 }

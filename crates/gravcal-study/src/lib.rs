@@ -5,9 +5,11 @@
 //! summed in the order of their numbers, so that a table has the same bits on any number of threads.
 
 mod accuracy;
+mod deflection;
 pub mod last_joint;
 mod quantities;
 pub mod random_arms;
 
 pub use accuracy::{Accuracy, Column, ColumnAccuracy, StudyError, accuracy};
+pub use deflection::{DeflectionColumn, DeflectionStudy, Treatment, deflection_study};
 pub use quantities::{Measured, measured_quantities};

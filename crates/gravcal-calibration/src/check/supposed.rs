@@ -5,7 +5,7 @@ use gravcal_recording::Reading;
 use super::judged::{NominalVerdict, judge_at};
 use crate::joint::{EstimateError, Signals, Unknowns, select};
 use crate::parameter::Quantity;
-use crate::session::{Pose, Session};
+use crate::session::{InertiaKnowledge, Pose, PoseTable, Session};
 
 /// An addition is judged beside about so many poses of the session, which stand for all of them.
 const POSES: usize = 300;
@@ -42,8 +42,12 @@ impl Supposed {
         Supposed { values: Unknowns::nominal(&session), session, noise }
     }
 
-    /// The same with fewer poses, each of so many times the weight that they say about as much: every so many of each load.
+    /// The same with fewer poses, each of so many times the weight that they say about as much: every so many of each load. All are
+    /// kept where moments are described by sweep: a sweep must stay one.
     pub fn thinned(mut self) -> Supposed {
+        if self.session.inertia == InertiaKnowledge::Sweep {
+            return self;
+        }
         let stride = self.session.poses.len().div_ceil(POSES).max(1);
         let mut counts = vec![0; self.session.loads.len() + 1];
         self.session.poses.retain(|pose| {
@@ -75,8 +79,8 @@ impl Supposed {
         let (torque, instruments) = self.noise.split_at(self.session.joints.len());
         let before = self.session.poses.len().max(1);
         let pose = |(index, coordinates): (usize, &Vec<f64>)| Pose {
-            table: 0,
-            line: 0,
+            table: self.session.tables.len(),
+            line: index as u64,
             sweep_label: None,
             load,
             position: coordinates.iter().enumerate().map(position).collect(),
@@ -86,6 +90,7 @@ impl Supposed {
         };
         let poses: Vec<Pose> = coordinates.iter().enumerate().map(pose).collect();
         self.session.poses.extend(poses);
+        self.session.tables.push(PoseTable { path: "supposed".into(), load, swept: None, step: None });
     }
 
     /// True coordinates of the joints in a pose, rad or m, at nominal values.

@@ -7,22 +7,15 @@
 //! ```
 //!
 //! All are convex. A start outside is moved inside before the problem is posed; the solver keeps it there. What an active
-//! one holds is taken as known exactly when the solution is judged ([`holding`]): to first order the estimate moves only along it.
+//! one holds is taken as known exactly when the solution is judged ([`along_constraints`](gravcal_estimation::statistics::along_constraints)).
 
-use gravcal_estimation::{ActiveConstraint, Affine, BlockId, Constraint, Estimate, Factor, Noise, Problem, Spectrum};
+use gravcal_estimation::{ActiveConstraint, Affine, BlockId, Constraint, Problem};
 
 use super::problem::{JointProblem, PosingError};
 use super::{Layout, Unknowns};
 use crate::parameter::Quantity;
-use crate::residuals::{KnownQuantity, LinearKnowledge};
 use crate::result;
 use crate::session::Session;
-
-/// How much stiffer a held function is than the data make the unknowns it reads: enough to stand for exact, and little
-/// enough to leave weak directions to be told from empty ones.
-const STIFFNESS: f64 = 1e3;
-/// A function whose slope is but for this share that of others follows from them.
-const DEPENDENT: f64 = 1e-6;
 
 /// The joint problem with the session's constraints on what is free in it.
 pub(super) fn constrained(session: &Session, posed: JointProblem) -> Result<JointProblem, PosingError> {
@@ -83,46 +76,6 @@ pub(super) fn respect(session: &Session, values: &mut Unknowns) {
             *gain = gain.max(nominal - room).min(nominal + room);
         }
     }
-}
-
-/// The problem with what the active constraints hold as all but exact readings; nothing where none is active.
-pub(super) fn holding(
-    problem: &Problem,
-    estimate: &Estimate,
-    spectrum: &Spectrum,
-) -> Result<Option<Problem>, PosingError> {
-    if estimate.active.is_empty() {
-        return Ok(None);
-    }
-    let mut factors = problem.factors().to_vec();
-    for (function, norm) in independent(problem, &estimate.active, spectrum) {
-        let noise = Noise::independent(&[norm / STIFFNESS])?;
-        let held = KnownQuantity::held(function, &estimate.values);
-        factors.push(Factor::new(LinearKnowledge::new(vec![held]), noise));
-    }
-    Ok(Some(problem.with_factors(factors)?))
-}
-
-/// The held functions that do not follow from those before them, each with the norm of its slope by columns that count
-/// in what one standard deviation of the data makes of them.
-fn independent<'a>(problem: &Problem, active: &'a [ActiveConstraint], spectrum: &Spectrum) -> Vec<(&'a Affine, f64)> {
-    let mut found: Vec<(&Affine, f64)> = Vec::new();
-    let mut directions: Vec<nalgebra::DVector<f64>> = Vec::new();
-    for function in active.iter().flat_map(|constraint| &constraint.holds) {
-        let mut slope = nalgebra::DVector::zeros(problem.columns().len());
-        for (id, component, c) in &function.terms {
-            if let Some(column) = problem.columns_of(*id).nth(*component) {
-                slope[column] += c / spectrum.column_scale(column);
-            }
-        }
-        let norm = slope.norm();
-        directions.iter().for_each(|other| slope -= other * other.dot(&slope));
-        if slope.norm() > DEPENDENT * norm {
-            directions.push(slope.normalize());
-            found.push((function, norm));
-        }
-    }
-    found
 }
 
 /// The active constraints in words and numbers.

@@ -4,14 +4,18 @@ mod constraints;
 mod earlier;
 mod hold;
 mod idle;
+mod linear_part;
 mod model_tests;
 mod placements;
+mod position_unknowns;
 mod problem;
 mod readings;
 mod reversed;
 mod robust;
 mod solve;
 mod start;
+mod sweep_moments;
+mod torques;
 mod twins;
 mod uncertainty;
 mod unknowns;
@@ -22,8 +26,8 @@ use gravcal_kinematics::JointKind;
 use thiserror::Error;
 
 use crate::judgement::{
-    Combination, DeterminedMoment, Judgement, Situation, determined_moments, gravity_result, held, judge, loss,
-    outlier_note, outliers, weak_combinations, weak_note,
+    Combination, DeterminedMoment, Judgement, Situation, deflections, determined_moments, gravity_result, held, judge,
+    loss, outlier_note, outliers, position_errors, weak_combinations, weak_note,
 };
 use crate::parameter::Quantity;
 use crate::result::{
@@ -37,12 +41,15 @@ use crate::workbench::Workbench;
 use hold::SetAside;
 pub(crate) use hold::judge_at_start;
 use model_tests::ModelTests;
+pub use position_unknowns::PositionUnknown;
+pub(crate) use position_unknowns::sweeping;
 pub use problem::{JointProblem, PosingError, pose};
 pub use readings::Readings;
 pub(crate) use robust::{GAUGE, NORMAL_MEDIAN, median};
 pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
 pub(crate) use start::start_around;
+use sweep_moments::SweepMoments;
 pub(crate) use twins::DECISIVE;
 pub use unknowns::{Layout, Unknowns};
 
@@ -118,6 +125,8 @@ fn withdraw(result: &mut EstimatorResult) {
     result.gravity = None;
     result.covariance = CovarianceResult::default();
     result.moments.clear();
+    result.deflections.clear();
+    result.position_errors.clear();
     result.sensor_models.clear();
     result.uncertainty = None;
     for parameter in result.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
@@ -176,11 +185,15 @@ fn tell_reversed(session: &Session, reversed: &reversed::Reversed, result: &mut 
 /// The torque readings that an estimator may use, with a first guess of unstated noise.
 pub fn select(session: &Session, signals: Signals) -> Readings {
     let noise = solve::first_noise(session);
+    let moments = sweep_moments::by_sweep(session).then(|| SweepMoments::of(session));
+    let entering = |pose: usize, channel: usize| {
+        channel >= session.joints.len() || moments.as_ref().is_none_or(|moments| moments.of_pose(pose).is_some())
+    };
     match signals {
-        Signals::All => Readings::select(session, noise, |_, _| true),
+        Signals::All => Readings::select(session, noise, entering),
         Signals::PaperSteps => {
             let read = Plan::new(session).readings();
-            Readings::select(session, noise, |pose, joint| read.contains(&(pose, joint)))
+            Readings::select(session, noise, |pose, joint| read.contains(&(pose, joint)) && entering(pose, joint))
         }
     }
 }
@@ -220,6 +233,7 @@ fn tell(
     let mut notes = session_notes(session);
     notes.extend(session.earlier.as_ref().map(EarlierCalibration::note));
     notes.extend(set_aside_notes(session, solved));
+    notes.extend(sweep_moments::left_out_note(session));
     notes.extend(mirrored.iter().cloned());
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
     let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
@@ -240,6 +254,8 @@ fn tell(
         trace: solved.estimate.iterations.iter().map(Iteration::from).collect(),
         covariance: tell_covariance(session, solved, &judgement, &moments),
         moments: moments.into_iter().map(|moment| moment.told).collect(),
+        deflections: deflections(session, solved),
+        position_errors: position_errors(session, solved),
         gravity,
         parameters,
         sensor_models,

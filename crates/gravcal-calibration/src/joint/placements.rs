@@ -3,11 +3,15 @@
 //! A placement is a position of its own, or, at an exactly known distance d from another, that one's position plus a
 //! vector on the sphere of radius d: the distance then holds exactly, as gravity's norm does. Distances that are
 //! uncertain, or would close a circle, are residuals.
+//!
+//! Where moments are described by sweep, only the difference of two placements counts. Of the loads that are alike (one
+//! mass, one link) the others are then counted from one, whose position is held at zero, unless one of them is known.
 
 use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
 
 use super::Unknowns;
-use crate::session::Session;
+use super::sweep_moments::by_sweep;
+use crate::session::{Load, Session};
 
 /// The blocks whose sum is a load's position.
 pub(crate) type Placement = Vec<BlockId>;
@@ -22,6 +26,7 @@ pub(super) fn add_placements(
 ) -> Vec<Option<Placement>> {
     let mut placements: Vec<Option<Placement>> = vec![None; session.loads.len()];
     let parents = if exact_distances { parents(session, carried) } else { vec![None; session.loads.len()] };
+    let start = relative_placements(session, &start.loads);
     let curved = match (exact_distances, session.terms.are_straight()) {
         (false, _) => vec![false; session.loads.len()],
         (true, true) => in_residuals(session, carried),
@@ -34,9 +39,13 @@ pub(super) fn add_placements(
                 continue;
             }
             placements[load] = match parents[load] {
-                None => Some(vec![builder.add_block(position_block(session, load, curved[load]), &start.loads[load])]),
+                None => {
+                    let block = position_block(session, load, curved[load]);
+                    let block = if is_reference(session, load) { block.held(REFERENCE) } else { block };
+                    Some(vec![builder.add_block(block, &start[load])])
+                }
                 Some((parent, distance)) => placements[parent].clone().map(|mut blocks| {
-                    blocks.push(add_displacement(session, load, parent, distance, start, builder));
+                    blocks.push(add_displacement(session, load, (parent, distance), &start, builder));
                     blocks
                 }),
             };
@@ -83,7 +92,8 @@ fn parents(session: &Session, carried: &[bool]) -> Vec<Option<(usize, f64)>> {
             while let Some((next, _)) = parents[root] {
                 root = next;
             }
-            parents[child].is_none() && session.loads[child].position.is_none() && root != child
+            let free = session.loads[child].position.is_none() && !is_reference(session, child);
+            parents[child].is_none() && free && root != child
         };
         if !(carried[a] && carried[b]) {
             continue;
@@ -95,6 +105,37 @@ fn parents(session: &Session, carried: &[bool]) -> Vec<Option<(usize, f64)>> {
         }
     }
     parents
+}
+
+/// Why the position is held from which others are counted.
+const REFERENCE: &str = "only differences of placements count where moments are described by sweep";
+
+/// The first load of the same mass on the same link: the two differ by their placement only.
+pub(super) fn first_alike(session: &Session, load: usize) -> usize {
+    let of = |load: &Load| (load.mass, load.link);
+    session.loads.iter().position(|other| of(other) == of(&session.loads[load])).unwrap_or(load)
+}
+
+/// Whether the placements of the loads alike are counted from this one.
+fn is_reference(session: &Session, load: usize) -> bool {
+    reference(session, load) == Some(load)
+}
+
+/// The load from whose placement this one's is counted, if from any.
+fn reference(session: &Session, load: usize) -> Option<usize> {
+    let first = first_alike(session, load);
+    let alike = || (0..session.loads.len()).filter(move |other| first_alike(session, *other) == first);
+    let known = alike().any(|other| session.loads[other].position.is_some());
+    (by_sweep(session) && !known).then_some(first)
+}
+
+/// The placements as they are counted.
+pub(super) fn relative_placements(session: &Session, placements: &[[f64; 3]]) -> Vec<[f64; 3]> {
+    let counted = |load: usize| match reference(session, load) {
+        Some(reference) => std::array::from_fn(|axis| placements[load][axis] - placements[reference][axis]),
+        None => placements[load],
+    };
+    (0..placements.len()).map(counted).collect()
 }
 
 fn position_block(session: &Session, load: usize, curved: bool) -> Block {
@@ -110,12 +151,11 @@ fn position_block(session: &Session, load: usize, curved: bool) -> Block {
 fn add_displacement(
     session: &Session,
     load: usize,
-    parent: usize,
-    distance: f64,
-    start: &Unknowns,
+    (parent, distance): (usize, f64),
+    start: &[[f64; 3]],
     builder: &mut ProblemBuilder,
 ) -> BlockId {
-    let difference = nalgebra::Vector3::from(start.loads[load]) - nalgebra::Vector3::from(start.loads[parent]);
+    let difference = nalgebra::Vector3::from(start[load]) - nalgebra::Vector3::from(start[parent]);
     let direction = difference.try_normalize(f64::MIN_POSITIVE).unwrap_or_else(nalgebra::Vector3::x);
     let name = format!("load.{}.displacement_from.{}", session.loads[load].name, session.loads[parent].name);
     let block = Block::vector(name, "m", &["x", "y", "z"]).on(Manifold::Sphere { radius: distance });

@@ -11,7 +11,9 @@ use thiserror::Error;
 
 use super::earlier::with_earlier;
 use super::placements::{add_placements, distances_left};
+use super::position_unknowns::{add_priors, add_unknowns};
 use super::readings::{Readings, add_readings};
+use super::sweep_moments::{SweepMoments, by_sweep};
 use super::unknowns::{Layout, Unknowns};
 use crate::parameter::{Parameter, ParameterId, Quantity};
 use crate::residuals::{GravityNorm, LoadDistance, Prior};
@@ -86,7 +88,8 @@ impl JointProblem {
 /// Where there is nothing to measure or nothing unknown.
 pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, PosingError> {
     let mut builder = ProblemBuilder::new();
-    let layout = add_blocks(session, readings, start, true, &mut builder);
+    let mut layout = add_blocks(session, readings, start, true, &mut builder);
+    layout.position_unknowns = add_unknowns(session, readings, start, &mut builder);
     let rows = add_readings(session, readings, &layout, &mut builder)?;
     add_knowledge(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
@@ -97,8 +100,8 @@ pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<
     }
 }
 
-/// The same with the readings alone: no prior, no known norm, no known distance. A characteristic that is bent is taken for
-/// straight, as it is where a start begins.
+/// The same with the readings alone: no prior and nothing that needs one, no known norm, no known distance. A characteristic
+/// that is bent is taken for straight, as it is where a start begins.
 ///
 /// # Errors
 /// As [`pose`].
@@ -140,9 +143,14 @@ fn add_blocks(
         let block = if readings.any_torque(session) { block } else { block.held(NO_TORQUE) };
         builder.add_block(if straight { block.linear() } else { block }, value)
     });
-    let inertia = inertia.collect();
+    let (inertia, sweep_moments) = if by_sweep(session) {
+        let used: Vec<bool> = readings.used.iter().map(|used| !used.is_empty()).collect();
+        (Vec::new(), SweepMoments::of(session).add_blocks(session, (&used, straight), start, builder))
+    } else {
+        (inertia.collect(), Vec::new())
+    };
     let loads = add_placements(session, &readings.carried(session), start, with_knowledge, builder);
-    Layout { gravity, sensors, further, inertia, loads }
+    Layout { gravity, sensors, further, inertia, sweep_moments, loads, position_unknowns: Vec::new() }
 }
 
 fn parameter_block(parameter: &Parameter) -> Block {
@@ -193,6 +201,7 @@ fn add_knowledge(
             add_prior(builder, *id, position.to_vec(), &[std; 3])?;
         }
     }
+    add_priors(layout, builder)?;
     for index in distances_left(session, &readings.carried(session)) {
         let known = &session.load_distances[index];
         if let [Some(a), Some(b)] = known.between.map(|load| layout.loads[load].clone()) {

@@ -6,11 +6,12 @@ use std::sync::Arc;
 use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder, Residual};
 use gravcal_kinematics::Chain;
 
+use super::position_unknowns::Around;
+use super::torques::Torques;
 use super::unknowns::Layout;
 use crate::parameter::{ParameterId, Quantity};
 use crate::residuals::{
-    CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, PoseTorque, PoseTorqueBlocks, PoseTorqueModel,
-    SensedQuantity, SpecificForce, Stacked, Wrench,
+    CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, SensedQuantity, SpecificForce, Stacked, Wrench,
 };
 use crate::sensors::PositionFunction;
 use crate::session::{Instrument, InstrumentKind, KnowledgeKind, Session};
@@ -113,7 +114,8 @@ pub(super) fn add_readings(
     layout: &Layout,
     builder: &mut ProblemBuilder,
 ) -> Result<Vec<(usize, usize)>, NoiseError> {
-    let models = Models::new(session, layout);
+    let around = Around::new(layout, builder.initial());
+    let mut models = Models::new(session, layout);
     let mut rows = Vec::new();
     for (pose, used) in readings.used.iter().enumerate().filter(|(_, used)| !used.is_empty()) {
         let std: Vec<f64> = used.iter().map(|channel| readings.std(session, pose, *channel)).collect();
@@ -123,6 +125,7 @@ pub(super) fn add_readings(
             1 => Factor { residual: parts.remove(0), noise, loss: Loss::None },
             _ => Factor::new(Stacked::new(parts, |id| builder.block(id).len()), noise),
         };
+        let factor = Factor { residual: around.residual(pose, factor.residual), ..factor };
         builder.add_factor(factor);
         rows.extend(used.iter().map(|channel| (pose, *channel)));
     }
@@ -132,27 +135,18 @@ pub(super) fn add_readings(
 /// What poses share: by load, first of poses with nothing attached.
 struct Models<'s> {
     session: &'s Session,
-    torque: Vec<Arc<PoseTorqueModel>>,
+    torques: Torques<'s>,
     /// Of each instrument.
     instruments: Vec<Vec<Arc<InstrumentModel>>>,
 }
 
 impl<'s> Models<'s> {
-    fn new(session: &'s Session, layout: &Layout) -> Models<'s> {
+    fn new(session: &'s Session, layout: &'s Layout) -> Models<'s> {
         let chain = Arc::new(session.robot.chain.clone());
         let loads = session.loads.iter().zip(&layout.loads).map(|(load, position)| {
             position.clone().map(|position| CarriedLoad { position, mass: load.mass, link: load.link })
         });
         let loads: Vec<Option<CarriedLoad>> = std::iter::once(None).chain(loads).collect();
-        let blocks = PoseTorqueBlocks {
-            gravity: layout.gravity,
-            sensors: layout.sensors.clone(),
-            inertia: layout.inertia.clone(),
-            terms: layout.further[..session.terms.len()].to_vec(),
-        };
-        let torque = |load: &Option<CarriedLoad>| {
-            Arc::new(PoseTorqueModel::new(Arc::clone(&chain), &blocks, &session.terms, load.clone()))
-        };
         let instrument = |instrument: &Instrument| {
             let model = |load: &Option<CarriedLoad>| {
                 Arc::new(instrument_model(session, layout, Arc::clone(&chain), instrument, load.clone()))
@@ -161,13 +155,13 @@ impl<'s> Models<'s> {
         };
         Models {
             session,
-            torque: loads.iter().map(torque).collect(),
+            torques: Torques::new(session, layout),
             instruments: session.instruments.iter().map(instrument).collect(),
         }
     }
 
     /// The residuals of the readings of one pose, in the order of their channels.
-    fn residuals(&self, index: usize, used: &[usize]) -> Vec<Arc<dyn Residual>> {
+    fn residuals(&mut self, index: usize, used: &[usize]) -> Vec<Arc<dyn Residual>> {
         let (session, pose) = (self.session, &self.session.poses[index]);
         let load = pose.load.map_or(0, |load| load + 1);
         let value = |channel: usize| session.reading(index, channel).map_or(f64::NAN, |reading| reading.value);
@@ -175,8 +169,7 @@ impl<'s> Models<'s> {
             used.iter().filter(|channel| **channel < session.joints.len()).map(|c| (*c, value(*c))).collect();
         let mut parts: Vec<Arc<dyn Residual>> = Vec::new();
         if !torques.is_empty() {
-            let residual = PoseTorque::new(Arc::clone(&self.torque[load]), pose.position.clone(), torques);
-            parts.push(Arc::new(residual.under(pose.conditions.clone())));
+            parts.push(self.torques.residual(session, index, torques));
         }
         for (number, instrument) in session.instruments.iter().enumerate() {
             let own = used.iter().filter_map(|channel| match session.axis(*channel) {

@@ -1,6 +1,6 @@
 //! Solving the joint problem: start, unstated noise, the second fit that leaves a tenth of the poses out.
 
-use gravcal_estimation::statistics::{NoiseKnowledge, Solution};
+use gravcal_estimation::statistics::{NoiseKnowledge, Solution, along_constraints};
 use gravcal_estimation::{
     BlockId, Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty,
 };
@@ -144,17 +144,18 @@ impl Solved {
             termination: Termination::AsGiven,
             iterations: Vec::new(),
             active: Vec::new(),
+            without_effect: Vec::new(),
         };
         Solved::judged(readings, posed, estimate)
     }
 
     pub(super) fn judged(readings: Readings, posed: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
         let mut spectrum = Spectrum::new(&posed.problem, &estimate.values)?;
-        let along_constraints = constraints::holding(&posed.problem, &estimate, &spectrum)?;
-        if let Some(problem) = &along_constraints {
+        let along = along_constraints(&posed.problem, &estimate, &spectrum)?;
+        if let Some(problem) = &along {
             spectrum = Spectrum::new(problem, &estimate.values)?;
         }
-        let problem = along_constraints.as_ref().unwrap_or(&posed.problem);
+        let problem = along.as_ref().unwrap_or(&posed.problem);
         let solution = Solution { problem, values: &estimate.values, spectrum: &spectrum };
         let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
         let (gauges, set_aside, idle) = (Vec::new(), Vec::new(), vec![false; posed.layout.sensors.len()]);
@@ -163,7 +164,7 @@ impl Solved {
             posed,
             estimate,
             spectrum,
-            along_constraints,
+            along_constraints: along,
             uncertainty,
             gauges,
             set_aside,

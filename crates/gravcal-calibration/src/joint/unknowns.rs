@@ -3,6 +3,7 @@
 use gravcal_estimation::{BlockId, Values};
 
 use super::placements::Placement;
+use super::position_unknowns::PositionUnknown;
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::{Instrument, InstrumentKind, Load, Session};
 
@@ -17,8 +18,14 @@ pub struct Unknowns {
     pub further: Vec<f64>,
     /// `(m, h_x, h_y, h_z)` of each link, kg and kg·m.
     pub inertia: Vec<[f64; 4]>,
-    /// Centre of mass of each load in its link's frame, m.
+    /// The moments of the sweep description (kg·m, masses in kg), in the order of [`Layout::sweep_moments`]; empty where
+    /// they are those that `inertia` comes to.
+    pub sweep_moments: Vec<Vec<f64>>,
+    /// Centre of mass of each load in its link's frame, m; less that of the load from which it is counted, where moments
+    /// are described by sweep.
     pub loads: Vec<[f64; 3]>,
+    /// The deflections of each sweep, in the order of the layout's unknowns; empty where all are zero.
+    pub deflections: Vec<Vec<f64>>,
 }
 
 impl Unknowns {
@@ -33,7 +40,9 @@ impl Unknowns {
                 .collect(),
             further: session.further.iter().map(|parameter| parameter.knowledge.nominal).collect(),
             inertia: session.robot.chain.links().iter().map(nominal_inertia).collect(),
+            sweep_moments: Vec::new(),
             loads: nominal_placements(session),
+            deflections: Vec::new(),
         }
     }
 
@@ -72,7 +81,9 @@ impl Unknowns {
             sensors: self.sensors.clone(),
             further,
             inertia: self.inertia.iter().map(|v| v.map(|component| -component)).collect(),
+            sweep_moments: self.sweep_moments.iter().map(|v| v.iter().map(|component| -component).collect()).collect(),
             loads: self.loads.iter().zip(&session.loads).map(placement).collect(),
+            deflections: self.deflections.clone(),
         }
     }
 
@@ -83,19 +94,18 @@ impl Unknowns {
             let parts: Vec<[f64; 3]> = placement.iter().map(|id| vector(*id)).collect();
             [0, 1, 2].map(|axis| parts.iter().map(|part| part[axis]).sum())
         };
+        let inertia = |id: &BlockId| std::array::from_fn(|i| values.get(*id)[i]);
         Unknowns {
             gravity: vector(layout.gravity),
             sensors: layout.sensors.iter().map(|ids| ids.map(|id| values.scalar(id))).collect(),
             further: layout.further.iter().map(|id| values.scalar(*id)).collect(),
-            inertia: layout
-                .inertia
-                .iter()
-                .map(|id| {
-                    let v = values.get(*id);
-                    [v[0], v[1], v[2], v[3]]
-                })
-                .collect(),
+            inertia: match layout.inertia.as_slice() {
+                [] => fallback.inertia.clone(),
+                links => links.iter().map(inertia).collect(),
+            },
+            sweep_moments: layout.sweep_moments.iter().map(|id| values.get(*id).to_vec()).collect(),
             loads: layout.loads.iter().zip(&fallback.loads).map(|(p, f)| p.as_ref().map_or(*f, position)).collect(),
+            deflections: layout.deflections_of_sweeps().map(|u| values.get(u.block).to_vec()).collect(),
         }
     }
 }
@@ -109,13 +119,22 @@ pub struct Layout {
     pub sensors: Vec<[BlockId; 4]>,
     /// The further parameters, in the order of [`Session::further`].
     pub further: Vec<BlockId>,
-    /// `(m, h)` of each link.
+    /// `(m, h)` of each link; empty where moments are described by sweep.
     pub inertia: Vec<BlockId>,
+    /// The moments of the sweep description; empty without it.
+    pub sweep_moments: Vec<BlockId>,
     /// For each load the blocks whose sum is its position; `None` where no pose that is used carries it.
     pub loads: Vec<Option<Vec<BlockId>>>,
+    /// Errors of positions: deflections of sweeps first, then those of single poses.
+    pub position_unknowns: Vec<PositionUnknown>,
 }
 
 impl Layout {
+    /// Deflections that several poses share.
+    fn deflections_of_sweeps(&self) -> impl Iterator<Item = &PositionUnknown> {
+        self.position_unknowns.iter().filter(|unknown| unknown.is_hold && unknown.poses.len() > 1)
+    }
+
     /// The block of a parameter.
     pub fn block(&self, id: ParameterId) -> BlockId {
         match id {

@@ -135,6 +135,11 @@ impl Situation<'_> {
             (true, true, false, _) => {
                 "record the load at a second placement a known distance (load_distance) from the first".into()
             }
+            (_, _, _, InertiaKnowledge::Sweep) => {
+                "sweep the joints with the load at both placements and read every torque; or state a gain as known: \
+                 [[joint]] torque_gain = { fixed = …, unit = … }"
+                    .into()
+            }
             (_, _, _, InertiaKnowledge::Unknown) => {
                 "state the load's position in the link (position_m), or the links' masses ([inertia] links = \"model\")"
                     .into()

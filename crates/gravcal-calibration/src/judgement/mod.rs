@@ -6,6 +6,7 @@ mod fit;
 mod gravity;
 mod moments;
 mod outliers;
+mod positions;
 mod remarks;
 
 pub(crate) use cure::Situation;
@@ -14,4 +15,5 @@ pub(crate) use fit::{fit, held_out};
 pub(crate) use gravity::gravity_result;
 pub(crate) use moments::{DeterminedMoment, determined_moments};
 pub(crate) use outliers::{outlier_note, outliers};
+pub(crate) use positions::{deflections, position_errors};
 pub(crate) use remarks::{held, loss, weak_combinations, weak_note};

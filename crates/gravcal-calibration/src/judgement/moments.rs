@@ -27,7 +27,7 @@ pub(crate) fn determined_moments(
     placements.dedup();
     let (on_sphere, euclidean): (Vec<BlockId>, Vec<BlockId>) =
         placements.into_iter().partition(|id| problem.block(*id).manifold != Manifold::Euclidean);
-    let blocks: Vec<BlockId> = layout.inertia.iter().copied().chain(euclidean).collect();
+    let blocks: Vec<BlockId> = layout.inertia.iter().chain(&layout.sweep_moments).copied().chain(euclidean).collect();
     let mut results = combinations(problem, values, &blocks, spectrum, covariance);
     for id in on_sphere {
         results.extend(determined_vector(problem, values, id, spectrum, covariance));

@@ -1,4 +1,4 @@
-//! Quantities known together: those of an earlier calibration, or what an active constraint holds where it is.
+//! Quantities known together: those of an earlier calibration.
 //!
 //! ```text
 //!     Σ_j c_ij x_j = v_i        for all i, with a common covariance
@@ -6,7 +6,7 @@
 //!
 //! `x_j` are stored numbers of any blocks. A vector on a sphere has two rows, along its tangent plane at the known value.
 
-use gravcal_estimation::{Affine, BlockId, EvaluateError, LocalValues, Residual, RowsMut, Values};
+use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 
 /// One quantity: block, which of its numbers, and coefficient of each term; and its known value.
 #[derive(Clone, Debug)]
@@ -73,17 +73,8 @@ impl Residual for LinearKnowledge {
     }
 }
 
-impl KnownQuantity {
-    /// An affine function that has at `values` its known value.
-    pub fn held(function: &Affine, values: &Values) -> Self {
-        KnownQuantity { terms: function.terms.clone(), value: function.at(values) - function.constant }
-    }
-}
-
 #[cfg(test)]
 mod tests {
-    use gravcal_estimation::{Block, ProblemBuilder};
-
     use super::*;
     use crate::residuals::testing::{check_at_random_points, ids};
 
@@ -99,19 +90,5 @@ mod tests {
         let x = LocalValues::new(&[1.0, 0.0, 2.0, 4.0, 0.0, 8.0], &[0, 3, 4, 6]);
         residual.evaluate(x, &mut r, None).unwrap();
         assert_eq!(r, [4.0 - 4.0 + 1.0 - 3.0, 5.0]);
-    }
-
-    #[test]
-    fn what_is_held_has_its_value() {
-        let mut builder = ProblemBuilder::new();
-        let a = builder.add_block(Block::vector("a", "", &["x", "y"]), &[1.0, 2.0]);
-        let b = builder.add_block(Block::vector("b", "", &["x", "y", "z"]), &[3.0, 4.0, 5.0]);
-        let function = Affine::constant(7.0).plus(b, 2, 0.5).plus(a, 1, -2.0).plus(b, 2, 1.0);
-        let residual = LinearKnowledge::new(vec![KnownQuantity::held(&function, &builder.initial())]);
-        check_at_random_points(&residual, &[2, 3], &[0.0; 5]);
-        let mut r = [1.0];
-        let values = builder.initial();
-        residual.evaluate(LocalValues::new(values.as_slice(), &[0, 2, 5]), &mut r, None).unwrap();
-        assert_eq!(r, [0.0]);
     }
 }

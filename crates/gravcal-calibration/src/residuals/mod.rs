@@ -14,6 +14,7 @@ mod position_error;
 mod prior;
 mod sinusoid;
 mod stacked;
+mod sweep_torque;
 
 pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
@@ -26,6 +27,8 @@ pub use position_error::PositionError;
 pub use prior::Prior;
 pub use sinusoid::{Sinusoid, SinusoidBlocks};
 pub use stacked::Stacked;
+pub(crate) use sweep_torque::lumped_directions;
+pub use sweep_torque::{SweepTorque, SweepTorqueModel};
 
 #[cfg(test)]
 pub(crate) mod testing {

@@ -7,7 +7,7 @@
 //! Around any residual that reads position offsets `o_j`, with one more block `δ` of this pose alone, rad (m for a
 //! prismatic joint): the deflection of joints that stand still, or the noise of their position readings. `δ` needs a prior,
 //! whose width says how large such errors are. Because `δ_j` enters like `o_j`, values and derivatives are those of the inner
-//! residual at offsets `o + δ`.
+//! residual at offsets `o + δ`. Of joints whose offset the inner residual does not read, `δ` has no effect.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -21,18 +21,15 @@ pub struct PositionError {
     blocks: Vec<BlockId>,
     /// First stored column of each block of `inner`, and their number.
     starts: Vec<usize>,
-    /// Column of each offset that has an error.
-    offsets: Vec<usize>,
+    /// Column of each offset that has an error, if it is read.
+    offsets: Vec<Option<usize>>,
     /// What each row can touch.
     patterns: Vec<Vec<Range<usize>>>,
 }
 
 impl PositionError {
     /// `length`: how many numbers store a block; `offsets`: the blocks of one number to which the components of `error` are
-    /// added, each one read by `inner`.
-    ///
-    /// # Panics
-    /// Where `inner` does not read one of `offsets`.
+    /// added.
     pub fn new(
         inner: Arc<dyn Residual>,
         length: impl Fn(BlockId) -> usize,
@@ -43,8 +40,7 @@ impl PositionError {
         inner.blocks().iter().for_each(|id| starts.push(starts[starts.len() - 1] + length(*id)));
         let width = starts[starts.len() - 1];
         let place = |offset: &BlockId| inner.blocks().iter().position(|id| id == offset);
-        let offsets: Option<Vec<usize>> = offsets.iter().map(|offset| Some(starts[place(offset)?])).collect();
-        let offsets = offsets.expect("the residual reads the offset of every joint that has an error");
+        let offsets: Vec<Option<usize>> = offsets.iter().map(|offset| Some(starts[place(offset)?])).collect();
         let errors = width..width + offsets.len();
         let patterns = (0..inner.len()).map(|row| extended(inner.row_pattern(row), width, errors.clone())).collect();
         let blocks = inner.blocks().iter().copied().chain([error]).collect();
@@ -84,7 +80,9 @@ impl Residual for PositionError {
     ) -> Result<(), EvaluateError> {
         let (given, errors) = x.as_slice().split_at(self.width());
         let mut shifted = given.to_vec();
-        self.offsets.iter().zip(errors).for_each(|(column, error)| shifted[*column] += error);
+        for (column, error) in self.offsets.iter().zip(errors) {
+            column.iter().for_each(|column| shifted[*column] += error);
+        }
         let shifted = LocalValues::new(&shifted, &self.starts);
         let Some(mut rows) = jacobian else {
             return self.inner.evaluate(shifted, residual, None);
@@ -94,7 +92,9 @@ impl Residual for PositionError {
         for (index, inner) in inner.chunks_exact(self.width()).enumerate() {
             let (by_given, by_errors) = rows.row(index).split_at_mut(inner.len());
             by_given.copy_from_slice(inner);
-            by_errors.iter_mut().zip(&self.offsets).for_each(|(entry, column)| *entry = inner[*column]);
+            by_errors.iter_mut().zip(&self.offsets).for_each(|(entry, column)| {
+                *entry = column.map_or(0.0, |column| inner[column]);
+            });
         }
         Ok(())
     }

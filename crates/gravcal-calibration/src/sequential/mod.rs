@@ -1,5 +1,10 @@
 //! The sequential estimator: the paper's steps 1, 2 and 3, from the base outward, each step's result frozen for the
 //! next.
+//!
+//! **Where standing joints are.** Step 2 uses each pose's own reading of the joint before the swept one (paper, eq. (16)), so
+//! that a deflection which its sensor sees is no error. Step 3 fits a sinusoid to a whole sweep, and takes the mean of the
+//! readings of the joints that stand. What sensors do not see the steps cannot know: see [`crate::session::Deflection`] for
+//! the joint estimator.
 
 mod bias;
 mod fitting;
@@ -183,6 +188,8 @@ pub fn tell_steps(
             .map(|g| gravity_result(g.vector, &g.covariance, asked("gravity"), |std, _| Quantile::normal().cone(std))),
         covariance: tell_covariance(session, known),
         moments: Vec::new(),
+        deflections: Vec::new(),
+        position_errors: Vec::new(),
         sensor_models: Vec::new(),
         undetermined,
         active_constraints: Vec::new(),
@@ -304,8 +311,9 @@ fn tell_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined
         }
     }
     for id in session.parameters() {
-        if let (ParameterId::Further(_), parameter) = (id, session.parameter(id)) {
-            add(&Missing::new(ONLY_AFFINE, "use the joint estimator"), parameter.name());
+        let name = session.parameter_name(id);
+        if matches!(id, ParameterId::Further(_)) && session.asks(&name) {
+            add(&Missing::new(ONLY_AFFINE, "use the joint estimator"), name);
         }
     }
     let mut told: Vec<Undetermined> = reasons.into_iter().map(|(missing, names)| missing.tell(names)).collect();

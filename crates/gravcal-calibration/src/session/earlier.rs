@@ -55,6 +55,11 @@ impl EarlierCalibration {
         format!("{} quantities are known from {source}, and enter with their covariance.", quantities.len())
     }
 
+    /// Whether it knows anything whose name begins like this.
+    pub(crate) fn knows_any(&self, start: &str) -> bool {
+        self.quantities.iter().flat_map(|quantity| &quantity.terms).any(|(name, _)| name.starts_with(start))
+    }
+
     /// What is known.
     pub fn quantities(&self) -> &[KnownCombination] {
         &self.quantities

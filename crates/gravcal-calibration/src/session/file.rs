@@ -12,9 +12,10 @@
 //!
 //! [inertia]                                  # optional
 //! links = "unknown"                          # the default; or "model", with relative_std = 0.1 or by link { link2 = 0.1 }
+//! description = "link"                       # the default; or "sweep": a moment for each sweep, lengths are not used
 //!
 //! [readings]
-//! position = { columns = ["q1", "q2"], unit = "deg" }
+//! position = { columns = ["q1", "q2"], unit = "deg" }             # std = 0.02: of each reading, taken as exact without
 //! torque = { columns = ["y1", ""], unit = "count", std = 0.8 }    # "": no torque sensor
 //! # with lowest = 0, highest = 4095 in it: readings there or beyond are saturated, and left out
 //! sweep_column = "sweep"                     # optional: labels of sweeps
@@ -69,6 +70,11 @@
 //! swept = "shoulder"                         # optional: found by movement without it
 //! step = 2                                   # optional: the step of the sequential procedure that reads it
 //!
+//! [deflection]                               # optional: joints are not where their position sensors say
+//! hold_std_deg = 0.5                         # those that stand while another sweeps: one unknown each in a sweep
+//! pose_std_deg = 0.05                        # those that stand: one unknown each in a pose
+//! compliance_std_rad_per_newton_metre = 1e-4 # those that stand: in proportion to their torque; or a list, one for each
+//!
 //! [loss]                                     # optional: how the joint estimator counts readings far beyond their noise
 //! kind = "huber"                             # "none" (the default), "huber", "cauchy", "tukey", "geman-mcclure"
 //! width = 1.345                              # optional, in standard deviations: where it begins to count less
@@ -106,6 +112,7 @@
 mod ask;
 mod conditions;
 mod constraints;
+mod deflection;
 mod gravity;
 mod inertia;
 mod instruments;
@@ -189,6 +196,8 @@ struct SessionTable {
     load_distance: Vec<loads::LoadDistanceTable>,
     #[serde(default)]
     poses: Vec<poses::PosesTable>,
+    #[serde(default)]
+    deflection: deflection::DeflectionTable,
     loss: Option<loss::LossTable>,
     #[serde(default)]
     uncertainty: uncertainty::UncertaintyTable,
@@ -234,6 +243,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
+    let deflection = deflection::resolve(&context, &written.deflection, &written.readings, &mut further)?;
     let loss = loss::resolve(&context, written.loss.as_ref())?;
     let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, &further, written.ask)?;
@@ -260,6 +270,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         further,
         tables,
         poses,
+        deflection,
         saturated,
         loss,
         uncertainty,
@@ -270,10 +281,14 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         solver,
         inputs,
     };
-    match &written.prior {
-        None => Ok(session),
-        Some(prior) => Ok(prior::resolve(&context, prior, session)?),
-    }
+    let session = match &written.prior {
+        None => session,
+        Some(prior) => prior::resolve(&context, prior, session)?,
+    };
+    inertia::check_sweeps(&document, &session)?;
+    deflection::check_single_poses(&document, &session)?;
+    deflection::check_instruments(&document, &session)?;
+    Ok(session)
 }
 
 /// The first joint's offset defines the base frame: it has a value, but it cannot be uncertain.

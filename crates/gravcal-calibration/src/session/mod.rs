@@ -1,6 +1,7 @@
 //! A session: everything that a user says of one calibration, resolved and checked. Inside: SI and radians.
 
 mod channels;
+pub(crate) mod compliance;
 mod earlier;
 mod file;
 mod instrument;
@@ -48,6 +49,8 @@ pub struct Session {
     pub tables: Vec<PoseTable>,
     /// All static poses of all tables, in order.
     pub poses: Vec<Pose>,
+    /// How far joints may be from where their position sensors say.
+    pub deflection: Deflection,
     /// How many torque readings of each joint were left out because they are at an end of the sensor's range.
     pub saturated: Vec<usize>,
     /// How the joint estimator counts torque readings far beyond their noise.
@@ -84,6 +87,7 @@ impl Session {
             further: Vec::new(),
             tables: Vec::new(),
             poses: Vec::new(),
+            deflection: Deflection::default(),
             loss: Loss::None,
             uncertainty: UncertaintyChoice::default(),
             constraints: Constraints::default(),
@@ -132,6 +136,8 @@ pub enum InertiaKnowledge {
         /// Standard deviation relative to each value, by link, for example 0.1; `None`: nothing is known of the link.
         relative_std: Vec<Option<f64>>,
     },
+    /// Nothing, and lengths are not used either: what hangs beyond each joint has a moment of its own in each sweep.
+    Sweep,
 }
 
 /// A load of known mass at one placement.
@@ -237,6 +243,20 @@ pub struct Pose {
     pub instruments: Vec<Option<Reading>>,
     /// Under which conditions they were read; time counts from the session's first pose.
     pub conditions: Conditions,
+}
+
+/// How far joints may be from where their position sensors say, before any torque is read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Deflection {
+    /// Standard deviation of the deflection of each joint that stands, the same in all poses of a sweep, rad.
+    pub hold_std: Option<f64>,
+    /// Standard deviation of the deflection of each joint that stands, another in each pose, rad.
+    pub pose_std: Option<f64>,
+    /// Standard deviation of each joint's position reading, unit of the reading; 0 (or missing) where taken as exact.
+    pub reading_std: Vec<f64>,
+    /// Place of the first joint's compliance in [`Session::further`], where joints give way; see
+    /// [`Session::let_joints_give_way`].
+    pub compliance: Option<usize>,
 }
 
 /// Where the joint estimator's standard deviations come from.

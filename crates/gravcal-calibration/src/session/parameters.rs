@@ -3,7 +3,7 @@
 use gravcal_kinematics::JointKind;
 
 use super::{
-    BASE_FRAME_CHOICE, InertiaKnowledge, Knowledge, KnowledgeKind, LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, Session,
+    BASE_FRAME_CHOICE, InertiaKnowledge, Knowledge, KnowledgeKind, LAST_FRAME_CHOICE, Load, NO_TORQUE_SENSOR, Session,
 };
 use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
 use crate::result::ParameterResult;
@@ -143,7 +143,10 @@ impl Session {
     pub fn asks(&self, name: &str) -> bool {
         let listed = |list: &[String]| list.iter().any(|n| n == name);
         let unread = self.further.iter().any(|further| further.held == Some(UNREAD) && further.name() == name);
+        // How far joints give way is in the way of what is wanted, like the links' moments.
+        let nuisance = self.compliances().any(|index| self.further[index].name() == name);
         let by_default = !unread
+            && !nuisance
             && !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
                 Quantity::ALL.iter().any(|q| {
                     let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
@@ -179,7 +182,15 @@ impl Session {
     /// the offset itself.
     fn last_frame_is_fixed(&self) -> bool {
         let last = self.joints.len() - 1;
-        let placed = self.loads.iter().any(|load| load.link == last && load.position.is_some());
+        let known = |load: &&Load| load.link == last && load.position.is_some();
+        let placed = match self.inertia {
+            // Without lengths only the difference of two placements of one mass has a direction in the link.
+            InertiaKnowledge::Sweep => self.loads.iter().enumerate().any(|(i, load)| {
+                let same = |other: &Load| other.mass == load.mass;
+                known(&load) && self.loads[..i].iter().filter(known).any(same)
+            }),
+            _ => self.loads.iter().any(|load| known(&load)),
+        };
         let prior = matches!(self.joints[last].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
         let model = matches!(&self.inertia, InertiaKnowledge::Model { relative_std } if relative_std[last].is_some());
         let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[last].name);

@@ -43,22 +43,26 @@ fn stands(simulation: &Simulation, run: &Run, random: &mut Pcg64) -> Vec<Stand> 
     let hold = |random: &mut Pcg64| -> Vec<f64> {
         (0..joints).map(|_| simulation.disturbance.deflection.hold_std * normal(random)).collect()
     };
+    let pose_std = simulation.disturbance.deflection.pose_std;
+    // Drawn only where it is wanted, so that it does not shift the noise of simulations without it.
+    let of_pose = |random: &mut Pcg64| if pose_std > 0.0 { pose_std * normal(random) } else { 0.0 };
     match run {
         Run::Sweep { swept, range, poses, held } => {
             let deflection = hold(random);
             (0..*poses)
                 .map(|k| {
+                    let deflection = deflection.iter().map(|hold| hold + of_pose(random)).collect();
                     let share = k as f64 / (*poses as f64 - 1.0).max(1.0);
                     let mut position = held.clone();
                     position[*swept] = range[0] + share * (range[1] - range[0]);
-                    Stand { position, deflection: deflection.clone(), swept: Some(*swept) }
+                    Stand { position, deflection, swept: Some(*swept) }
                 })
                 .collect()
         }
         Run::Random { poses } => (0..*poses)
             .map(|_| Stand {
                 position: (0..joints).map(|joint| random_position(simulation, joint, random)).collect(),
-                deflection: hold(random),
+                deflection: hold(random).into_iter().map(|hold| hold + of_pose(random)).collect(),
                 swept: None,
             })
             .collect(),
@@ -84,9 +88,13 @@ fn read_sensors(
 ) -> Pose {
     let load = simulation.template.tables[table].load;
     let (coordinates, torque) = statics(simulation, stand, load);
+    let sent = simulation.template.terms.coordinates(&stand.position, &simulation.truth);
     let disturbance = &simulation.disturbance;
-    let position =
-        stand.position.iter().zip(&disturbance.position_std).map(|(q, std)| q + std * normal(random)).collect();
+    let seen = |joint: usize| if disturbance.deflection.seen { coordinates[joint] - sent[joint] } else { 0.0 };
+    let read = |(joint, (q, std)): (usize, (&f64, &f64))| {
+        q + seen(joint) / simulation.truth.sensors[joint][Quantity::PositionGain as usize] + std * normal(random)
+    };
+    let position = stand.position.iter().zip(&disturbance.position_std).enumerate().map(read).collect();
     let read = simulation.template.terms.torque_readings(&torque, &conditions, &simulation.truth);
     let torque = read
         .iter()

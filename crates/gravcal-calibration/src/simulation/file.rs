@@ -92,6 +92,9 @@ struct PositionTable {
 #[serde(deny_unknown_fields)]
 struct DeflectionTable {
     hold_std_deg: Option<f64>,
+    pose_std_deg: Option<f64>,
+    #[serde(default)]
+    seen: bool,
     compliance_rad_per_newton_metre: Option<OneOrMany<f64>>,
 }
 
@@ -186,6 +189,7 @@ impl Reader<'_> {
             further: Vec::new(),
             tables,
             poses: Vec::new(),
+            deflection: Default::default(),
             saturated: vec![0; self.robot.sensors.len()],
             loss: Loss::None,
             uncertainty: UncertaintyChoice::Noise,
@@ -203,6 +207,7 @@ impl Reader<'_> {
                 models[joint] = table.sensor_models.iter().map(ModelTable::without_parameters).collect();
             }
         }
+        self.check_seen(&template)?;
         let read = instruments::read(self.document, self.robot, &template.inputs[1])?;
         template.instruments = read.instruments.behind(&mut template.further);
         truth.further.extend(read.truth);
@@ -535,21 +540,39 @@ impl Reader<'_> {
         let position = Field::new("position").key("std");
         let position_std = self.document.for_each(&position, table.position.std.as_ref().unwrap_or(&zero), &names)?;
         self.not_negative(&position, &position_std)?;
-        let deflection = Field::new("deflection");
-        let compliance = deflection.key("compliance_rad_per_newton_metre");
-        let written = table.deflection.compliance_rad_per_newton_metre.as_ref();
-        let hold_std = table.deflection.hold_std_deg.unwrap_or(0.0).to_radians();
-        self.not_negative(&deflection.key("hold_std_deg"), &[hold_std])?;
         Ok(Disturbance {
             torque_std,
             instrument_std: Vec::new(),
             position_std,
             converter: table.torque.converter.map(|c| self.converter(c)).transpose()?,
-            deflection: Deflection {
-                hold_std,
-                compliance: self.document.for_each(&compliance, written.unwrap_or(&zero), &names)?,
-            },
+            deflection: self.deflection()?,
         })
+    }
+
+    fn deflection(&self) -> Result<Deflection, FileError> {
+        let (field, table) = (|key: &str| Field::new("deflection").key(key), &self.table.deflection);
+        let angle = |key: &str, written: Option<f64>| {
+            let angle = written.unwrap_or(0.0).to_radians();
+            self.not_negative(&field(key), &[angle]).map(|()| angle)
+        };
+        let zero = OneOrMany::One(0.0);
+        let compliance = table.compliance_rad_per_newton_metre.as_ref().unwrap_or(&zero);
+        Ok(Deflection {
+            hold_std: angle("hold_std_deg", table.hold_std_deg)?,
+            pose_std: angle("pose_std_deg", table.pose_std_deg)?,
+            compliance: self.document.for_each(&field("compliance_rad_per_newton_metre"), compliance, &self.names())?,
+            seen: table.seen,
+        })
+    }
+
+    /// Readings that see a deflection are made by gain and offset alone.
+    fn check_seen(&self, template: &Session) -> Result<(), FileError> {
+        if self.table.deflection.seen && template.terms.of_positions().next().is_some() {
+            let message = "a deflection can be seen by affine position sensors only: drop the sensor models of positions, or \
+                           this";
+            return Err(self.document.error(&Field::new("deflection").key("seen"), message));
+        }
+        Ok(())
     }
 
     fn not_negative(&self, field: &Field, values: &[f64]) -> Result<(), FileError> {

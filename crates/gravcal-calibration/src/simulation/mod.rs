@@ -6,7 +6,7 @@
 //!
 //! and whatever else its sensors do ([`crate::sensors`]).
 //!
-//! `δ` is the deflection of a joint that stands still, which its position sensor does not see. Everything random
+//! `δ` is the deflection of a joint that stands still, which its position sensor does not see (unless it is told to). Everything random
 //! comes from one generator with a stream a trial, so that a trial depends on the seed and its number only.
 
 mod conditions;
@@ -109,7 +109,7 @@ impl Disturbance {
     /// Nothing but noise of the torque readings, by joint.
     pub fn noise(torque_std: Vec<f64>) -> Disturbance {
         let none = vec![0.0; torque_std.len()];
-        let deflection = Deflection { hold_std: 0.0, compliance: none.clone() };
+        let deflection = Deflection { hold_std: 0.0, pose_std: 0.0, compliance: none.clone(), seen: false };
         Disturbance { torque_std, instrument_std: Vec::new(), position_std: none, converter: None, deflection }
     }
 }
@@ -146,8 +146,12 @@ impl Converter {
 pub struct Deflection {
     /// Standard deviation of one draw for each joint and hold, rad: a hold is a sweep, or one random pose.
     pub hold_std: f64,
+    /// Standard deviation of a further draw for each joint and pose, rad.
+    pub pose_std: f64,
     /// `δ = c τ` of each joint, rad/(N·m).
     pub compliance: Vec<f64>,
+    /// Whether the position sensors see it: their readings then say where the joints are, not where they were sent.
+    pub seen: bool,
 }
 
 impl Simulation {

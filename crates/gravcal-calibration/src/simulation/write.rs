@@ -10,6 +10,7 @@ use super::write_conditions::{self, ConditionTables};
 use super::{Simulation, draw};
 use crate::sensors::ModelTable;
 use crate::session::Session;
+use crate::session::compliance::compliance_parameters;
 
 /// A simulated session cannot be written.
 #[derive(Debug, Error)]
@@ -123,6 +124,8 @@ struct JointTable {
 struct PositionTable {
     columns: Vec<String>,
     unit: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    std: Option<Vec<f64>>,
 }
 
 #[derive(Serialize)]
@@ -178,6 +181,8 @@ fn session_toml(simulation: &Simulation, session: &Session, folder: &Path) -> Re
             position: PositionTable {
                 columns: joints.clone().map(|joint| position_column(session, joint)).collect(),
                 unit: session.joints.iter().map(|joint| joint.position_unit.to_string()).collect(),
+                std: (simulation.disturbance.position_std.iter().any(|std| *std > 0.0))
+                    .then(|| simulation.disturbance.position_std.clone()),
             },
             torque: TorqueTable {
                 columns: joints.clone().map(|joint| torque_column(session, joint)).collect(),
@@ -317,10 +322,17 @@ fn truth_toml(simulation: &Simulation) -> Result<String, SimulateError> {
         value: truth.value(id),
         unit: session.parameter(id).unit,
     });
+    let compliance = &simulation.disturbance.deflection.compliance;
+    let compliances = compliance_parameters(session.robot.chain.joints(), compliance).into_iter().zip(compliance);
+    let compliances = compliances.filter(|(_, value)| **value != 0.0).map(|(parameter, value)| TrueParameter {
+        name: parameter.name(),
+        value: *value,
+        unit: parameter.unit,
+    });
     let load = session.loads.iter().zip(&truth.loads);
     Ok(toml::to_string(&TruthTable {
         gravity_m_per_s2: truth.gravity,
-        parameter: parameter.collect(),
+        parameter: parameter.chain(compliances).collect(),
         load: load.map(|(load, position)| TruePlacement { name: load.name.clone(), position_m: *position }).collect(),
     })?)
 }

@@ -8,7 +8,8 @@ mod normal;
 mod orthogonal;
 mod triangle;
 
-use crate::{Problem, Values};
+use crate::problem::Rows;
+use crate::{Column, EvaluateError, Problem, Values};
 
 pub(crate) use normal::Normal;
 pub(crate) use orthogonal::Orthogonal;
@@ -57,17 +58,45 @@ pub struct StepInfo {
     pub predicted_reduction: f64,
 }
 
-/// Columns that are zero but for rounding errors, so that nothing walks along them or takes them for information.
+/// Columns that are zero but for rounding errors, so that nothing walks along them or takes them for information: the gain
+/// of a joint whose axis is vertical to the last digit.
 ///
 /// A column is dust if it is small beside the largest both as it stands and times the size of its block: next to a factor
-/// of 1e-20 any other parameter's column looks like dust, though both do the same to the residuals.
+/// of 1e-20 any other parameter's column looks like dust, though both do the same to the residuals. A block at zero has no
+/// size that could tell, and is held only against columns of its own unit, where it states one.
 fn dust(problem: &Problem, values: &Values, norms: &[f64]) -> Vec<usize> {
     let length = |v: &[f64]| v.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let sized: Vec<f64> =
-        problem.columns().iter().zip(norms).map(|(column, norm)| norm * length(values.get(column.block))).collect();
-    let limit = |norms: &[f64]| DUST * norms.iter().fold(0.0, |m: f64, norm| m.max(*norm));
-    let (plain_limit, sized_limit) = (limit(norms), limit(&sized));
-    (0..norms.len()).filter(|column| norms[*column] <= plain_limit && sized[*column] <= sized_limit).collect()
+    let sizes: Vec<f64> = problem.columns().iter().map(|column| length(values.get(column.block))).collect();
+    let limit = |norms: &mut dyn Iterator<Item = f64>| DUST * norms.fold(0.0, f64::max);
+    let plain = limit(&mut norms.iter().copied());
+    let sized = limit(&mut norms.iter().zip(&sizes).map(|(norm, size)| norm * size));
+    let unit = |column: usize| {
+        let Column { block, index } = problem.columns()[column];
+        problem.block(block).units[index].as_str()
+    };
+    let of_its_unit = |column: usize| {
+        let alike = |other: &usize| !unit(column).is_empty() && unit(*other) == unit(column);
+        limit(&mut (0..norms.len()).filter(alike).map(|other| norms[other]))
+    };
+    let is_dust = |column: &usize| {
+        let (norm, size) = (norms[*column], sizes[*column]);
+        norm <= plain && if size > 0.0 { norm * size <= sized } else { norm <= of_its_unit(*column) }
+    };
+    (0..norms.len()).filter(is_dust).collect()
+}
+
+/// # Errors
+/// Names the factor, where sums over all of them are not finite.
+fn check_finite(problem: &Problem, values: &Values, sums: [&[f64]; 2]) -> Result<(), EvaluateError> {
+    if sums.into_iter().flatten().all(|v| v.is_finite()) {
+        return Ok(());
+    }
+    let mut rows = Rows::new(problem, values);
+    for factor in 0..problem.factors().len() {
+        rows.linearize(factor, true)?;
+        rows.check_jacobian(factor)?;
+    }
+    Err(EvaluateError("the squares of the residuals' derivatives overflow: are the units right?".into()))
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ use faer::linalg::solvers::Llt;
 use faer::{Accum, Mat, MatRef, Par, Side};
 use rayon::prelude::*;
 
-use super::{Linearization, Orthogonal, StepInfo, dust};
+use super::{Linearization, Orthogonal, StepInfo, check_finite, dust};
 use crate::problem::{Chunk, Island, Rows};
 use crate::{EvaluateError, Problem, Values};
 
@@ -86,12 +86,9 @@ impl<'p> Normal<'p> {
             orthogonal: None,
         };
         this.spread(&sums.gradient);
-        if this.gradient.iter().chain(&this.column_norms).all(|v| v.is_finite()) {
-            this.clear_dust();
-            Ok(this)
-        } else {
-            Err(not_finite(problem, values))
-        }
+        check_finite(problem, values, [&this.gradient, &this.column_norms])?;
+        this.clear_dust();
+        Ok(this)
     }
 
     /// Gradient and norms of all columns from those of the shared ones and of the islands.
@@ -173,19 +170,6 @@ impl<'p> Normal<'p> {
             self.orthogonal = Orthogonal::new(self.problem, &self.values).ok();
         }
         self.orthogonal.as_mut().map(|orthogonal| orthogonal.damped_step(lambda, scaling, step))
-    }
-}
-
-/// Names the factor that gave something that is not finite.
-fn not_finite(problem: &Problem, values: &Values) -> EvaluateError {
-    let mut rows = Rows::new(problem, values);
-    let mut check = |factor: usize| {
-        rows.linearize(factor, true)?;
-        rows.check_jacobian(factor)
-    };
-    match (0..problem.factors().len()).try_for_each(&mut check) {
-        Err(error) => error,
-        Ok(()) => EvaluateError("the squares of the residuals' derivatives overflow: are the units right?".into()),
     }
 }
 

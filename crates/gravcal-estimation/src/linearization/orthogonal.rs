@@ -17,7 +17,7 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
 use super::triangle::Triangle;
-use super::{Linearization, StepInfo, dust};
+use super::{Linearization, StepInfo, check_finite, dust};
 use crate::local_columns::LocalColumns;
 use crate::problem::{Chunk, Island, Rows};
 use crate::{EvaluateError, Problem, Values};
@@ -79,6 +79,7 @@ impl Orthogonal {
             column_norms: vec![0.0; columns],
         };
         this.measure_columns();
+        check_finite(problem, values, [&this.gradient, &this.column_norms])?;
         this.clear_dust(problem, values);
         Ok(this)
     }

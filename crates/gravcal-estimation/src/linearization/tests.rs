@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::{Linearization, Normal, Orthogonal};
+use crate::testing::Line;
 use crate::{
     Block, BlockId, EvaluateError, Factor, LocalValues, Loss, Manifold, Noise, Problem, ProblemBuilder, Residual,
     RowsMut, Values,
@@ -191,4 +192,35 @@ fn a_value_that_is_not_finite_is_told_with_its_factor() {
     let error = Normal::new(&problem, &broken).err().unwrap().to_string();
     assert!(error.starts_with("factor 826: row 0 gives NaN at a = [1.3], b = [0.4], v ="), "{error}");
     assert!(Orthogonal::new(&problem, &broken).is_err());
+}
+
+/// `a sin t + b t`, of columns that differ by what `scale` says.
+fn scaled(scale: [f64; 2], units: [&str; 2], start: [f64; 2]) -> (Problem, Values) {
+    let mut builder = ProblemBuilder::new();
+    let blocks: Vec<BlockId> =
+        (0..2).map(|i| builder.add_block(Block::scalar(["a", "b"][i], units[i]), &[start[i]])).collect();
+    for t in [1.0_f64, 2.0, 3.0, 4.0] {
+        let line = Line::new(&blocks, &[scale[0] * t.sin(), scale[1] * t], 1.0);
+        builder.add_factor(Factor::new(line, Noise::independent(&[1.0]).unwrap()));
+    }
+    builder.build().unwrap()
+}
+
+#[test]
+fn rounding_is_told_from_a_small_column_by_the_size_of_its_block_or_by_its_unit() {
+    let small = |scale: [f64; 2], units: [&str; 2], start: [f64; 2]| {
+        let (problem, values) = scaled(scale, units, start);
+        let orthogonal = Orthogonal::new(&problem, &values).unwrap().column_norms()[0];
+        let normal = Normal::new(&problem, &values).unwrap().column_norms()[0];
+        assert_eq!(orthogonal > 0.0, normal > 0.0);
+        orthogonal > 0.0
+    };
+    for other in [1e-7, 1.0, 1e13, 1e20] {
+        let scale = [1e-20, other];
+        assert!(small(scale, ["", ""], [0.0; 2]), "a pure number at zero has no size");
+        assert!(small(scale, ["V", "F"], [0.0; 2]) && small(scale, ["V", "F"], [0.0, 1.0]), "nor has another unit");
+        assert!(!small(scale, ["V", "V"], [0.0; 2]), "in one unit both do what the other does");
+        assert!(!small(scale, ["V", "F"], [1.0; 2]), "and so they do where their sizes are known");
+        assert!(small(scale, ["V", "F"], [1e20, 1.0 / other]));
+    }
 }

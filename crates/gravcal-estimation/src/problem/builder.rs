@@ -7,6 +7,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::{Problem, Rows, offsets};
+use crate::derivative_check::panic_message;
 use crate::{Block, BlockId, Constraint, ConstraintError, Factor, LossWidth, Manifold, Values};
 
 /// Collects blocks and factors.
@@ -30,6 +31,27 @@ pub enum ProblemError {
     /// A free block that no factor reads.
     #[error("nothing reads the unknown `{0}`: hold it, or add a measurement of it")]
     Unread(String),
+    /// A block that stores nothing.
+    #[error("`{0}` has no numbers: give it components, or leave it away")]
+    Empty(String),
+    /// A block or a constraint without a name, the how-many-th counted from 0.
+    #[error("{0} {1} has no name")]
+    Nameless(&'static str, usize),
+    /// Two constraints of one name.
+    #[error("two constraints are named `{0}`")]
+    DuplicateConstraint(String),
+    /// A sphere that is none.
+    #[error(
+        "`{block}` has {numbers} numbers on a sphere of radius {radius}: it takes 3, and a radius that is positive and finite"
+    )]
+    Sphere {
+        /// The block.
+        block: String,
+        /// How many numbers it stores.
+        numbers: usize,
+        /// The radius that it states.
+        radius: f64,
+    },
     /// Two blocks of one name.
     #[error("two blocks are named `{0}`")]
     DuplicateName(String),
@@ -43,6 +65,9 @@ pub enum ProblemError {
         /// What is wrong with it.
         reason: &'static str,
     },
+    /// A factor without a residual.
+    #[error("factor {0} has no residuals: leave it away")]
+    NoRows(usize),
     /// A factor whose residual and noise have different numbers of rows.
     #[error("factor {factor} has {rows} residuals but noise for {noise}")]
     NoiseRows {
@@ -143,8 +168,7 @@ impl ProblemBuilder {
         let initial = self.initial();
         check_blocks(&self.blocks, &initial)?;
         check_factors(&self.blocks, &self.factors)?;
-        let stored: Vec<usize> = self.blocks.iter().map(Block::len).collect();
-        self.constraints.iter().try_for_each(|constraint| constraint.check(&stored))?;
+        check_constraints(&self.blocks, &self.constraints)?;
         let offsets = Arc::clone(&initial.offsets);
         let problem = Problem::assemble(self.blocks, self.factors.into(), self.constraints, offsets);
         if problem.columns.is_empty() {
@@ -158,6 +182,12 @@ impl ProblemBuilder {
 fn check_blocks(blocks: &[Block], initial: &Values) -> Result<(), ProblemError> {
     let mut names = HashSet::new();
     for (index, block) in blocks.iter().enumerate() {
+        if block.name.is_empty() {
+            return Err(ProblemError::Nameless("block", index));
+        }
+        if block.is_empty() {
+            return Err(ProblemError::Empty(block.name.clone()));
+        }
         if !names.insert(block.name.as_str()) {
             return Err(ProblemError::DuplicateName(block.name.clone()));
         }
@@ -167,11 +197,30 @@ fn check_blocks(blocks: &[Block], initial: &Values) -> Result<(), ProblemError> 
             return Err(refuse("is not finite"));
         }
         if let Manifold::Sphere { radius } = block.manifold {
+            let (name, numbers) = (block.name.clone(), block.len());
+            if numbers != 3 || !(radius.is_finite() && radius > 0.0) {
+                return Err(ProblemError::Sphere { block: name, numbers, radius });
+            }
             let norm = value.iter().map(|v| v * v).sum::<f64>().sqrt();
             if (norm - radius).abs() > 1e-9 * radius {
                 return Err(refuse("does not have the length of its sphere"));
             }
         }
+    }
+    Ok(())
+}
+
+pub(super) fn check_constraints(blocks: &[Block], constraints: &[Constraint]) -> Result<(), ProblemError> {
+    let stored: Vec<usize> = blocks.iter().map(Block::len).collect();
+    let mut names = HashSet::new();
+    for (index, constraint) in constraints.iter().enumerate() {
+        if constraint.name.is_empty() {
+            return Err(ProblemError::Nameless("constraint", index));
+        }
+        if !names.insert(constraint.name.as_str()) {
+            return Err(ProblemError::DuplicateConstraint(constraint.name.clone()));
+        }
+        constraint.check(&stored)?;
     }
     Ok(())
 }
@@ -183,7 +232,10 @@ pub(super) fn check_factors(blocks: &[Block], factors: &[Factor]) -> Result<(), 
     let mut read = vec![false; blocks.len()];
     for (index, factor) in factors.iter().enumerate() {
         let (rows, noise) = (factor.residual.len(), factor.noise.rows());
-        if rows != noise || rows == 0 {
+        if rows == 0 {
+            return Err(ProblemError::NoRows(index));
+        }
+        if rows != noise {
             return Err(ProblemError::NoiseRows { factor: index, rows, noise });
         }
         factor.loss.checked().map_err(|source| ProblemError::Loss { factor: index, source })?;
@@ -211,13 +263,8 @@ fn try_every_factor(problem: &Problem, initial: &Values) -> Result<(), ProblemEr
     for (index, factor) in problem.factors.iter().enumerate() {
         let outcome = catch_unwind(AssertUnwindSafe(|| rows.linearize(index, false).is_ok()));
         if let Err(panic) = outcome {
-            let message = panic.downcast_ref::<String>().cloned();
-            let message = message.or_else(|| panic.downcast_ref::<&str>().map(|text| (*text).to_owned()));
-            return Err(ProblemError::Panicked {
-                factor: index,
-                blocks: names(problem, factor),
-                message: message.unwrap_or_else(|| "no message".into()),
-            });
+            let (blocks, message) = (names(problem, factor), panic_message(&*panic));
+            return Err(ProblemError::Panicked { factor: index, blocks, message });
         }
     }
     Ok(())
@@ -311,12 +358,42 @@ mod tests {
     }
 
     #[test]
+    fn blocks_and_constraints_that_are_none_are_refused_by_name() {
+        let block = |block: Block, initial: &[f64]| refusal(|builder| _ = builder.add_block(block, initial));
+        assert_eq!(block(Block::scalar("", "m"), &[0.0]), "block 0 has no name");
+        assert_eq!(
+            block(Block::vector("v", "m", &[]), &[]),
+            "`v` has no numbers: give it components, or leave it away"
+        );
+        let sphere = |components: &[&str], radius: f64| {
+            let on = Block::vector("v", "m", components).on(Manifold::Sphere { radius });
+            block(on, &vec![1.0; components.len()])
+        };
+        for radius in [f64::NAN, f64::INFINITY, 0.0, -1.0] {
+            let told = format!("`v` has 3 numbers on a sphere of radius {radius}: it takes 3, and a radius that is");
+            assert!(sphere(&["x", "y", "z"], radius).starts_with(&told));
+        }
+        for components in [&["x"][..], &["x", "y"], &["x", "y", "z", "w"]] {
+            assert!(sphere(components, 1.0).starts_with(&format!("`v` has {} numbers", components.len())));
+        }
+        let constraints = |names: [&str; 2]| {
+            refusal(|builder| {
+                let x = builder.add_block(Block::scalar("x", "m"), &[0.0]);
+                builder.add_factor(Factor::new(Mistaken { reads: vec![x], column: 0 }, unit()));
+                names.into_iter().for_each(|name| builder.add_constraint(Constraint::bound(name, x, 0, -1.0, 1.0)));
+            })
+        };
+        assert_eq!(constraints(["one", ""]), "constraint 1 has no name");
+        assert_eq!(constraints(["one", "one"]), "two constraints are named `one`");
+    }
+
+    #[test]
     fn a_loss_without_a_width_is_refused() {
         let told = refusal(|builder| {
             let x = builder.add_block(Block::scalar("x", "m"), &[0.0]);
             let residual = Mistaken { reads: vec![x], column: 0 };
             builder.add_factor(Factor::new(residual, unit()).with_loss(Loss::Huber(-1.0)));
         });
-        assert_eq!(told, "factor 0: the width -1 of a loss must be positive and finite (in standard deviations)");
+        assert_eq!(told, "factor 0: the width -1 of a loss must be between 0.001 and 1000000 standard deviations");
     }
 }

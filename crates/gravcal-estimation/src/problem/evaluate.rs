@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Place, Problem, RowPlan};
+use crate::noise::Weights;
 use crate::{EvaluateError, Factor, LocalValues, Loss, Noise, RowsMut, Values};
 
 /// Factors evaluated by one task: fixed, so that the work is cut the same way on any number of threads.
@@ -33,6 +34,25 @@ impl Problem {
         let residuals = self.residuals(values)?;
         let of_factor = |(index, factor): (usize, &Factor)| factor.cost(&residuals[self.rows_of(index)]);
         Ok(self.factors.iter().enumerate().map(of_factor).sum())
+    }
+
+    /// Why the cost is zero, infinite or no number where it should be neither, in words: the factor that says most to it.
+    ///
+    /// # Errors
+    /// As [`Problem::residuals`].
+    pub fn costliest(&self, values: &Values) -> Result<String, EvaluateError> {
+        let residuals = self.residuals(values)?;
+        let size = |factor: usize| residuals[self.rows_of(factor)].iter().fold(0.0, |m: f64, r| m.max(r.abs()));
+        let largest = (0..self.factors.len()).max_by(|a, b| size(*a).total_cmp(&size(*b))).unwrap_or(0);
+        let at = self.told_at(largest, values);
+        Ok(format!("the largest residual, {:e} standard deviations, is of factor {largest} at {at}", size(largest)))
+    }
+
+    /// The values that a factor reads, by name.
+    fn told_at(&self, factor: usize, values: &Values) -> String {
+        let told = |id: &crate::BlockId| format!("{} = {:?}", self.block(*id).name, values.get(*id));
+        let at: Vec<String> = self.factors[factor].residual.blocks().iter().map(told).collect();
+        at.join(", ")
     }
 
     /// Weight ρ′ of every row: 1 where the reading counts fully, near 0 where its loss takes it for an outlier.
@@ -172,14 +192,14 @@ impl<'a> Rows<'a> {
         let Factor { noise, loss, .. } = &self.problem.factors[factor];
         self.scales.clear();
         match noise {
-            Noise::Independent { weights } if with_loss && *loss != Loss::None => {
+            Noise::Independent(Weights(weights)) if with_loss && *loss != Loss::None => {
                 self.scales.extend(weights.iter().zip(&self.residual).map(|(weight, r)| {
                     let (residual, jacobian) = loss.at(r * r).correction(r * r);
                     (weight * jacobian, residual)
                 }));
             }
-            Noise::Independent { weights } => self.scales.extend(weights.iter().map(|weight| (*weight, 1.0))),
-            Noise::Correlated { .. } => {
+            Noise::Independent(Weights(weights)) => self.scales.extend(weights.iter().map(|weight| (*weight, 1.0))),
+            Noise::Correlated(_) => {
                 noise.whiten(&mut self.jacobian, width.max(1));
                 if with_loss {
                     loss.correct_together(&mut self.jacobian, &mut self.residual);
@@ -264,10 +284,7 @@ impl<'a> Rows<'a> {
     }
 
     fn not_finite(&self, factor: usize, what: String) -> EvaluateError {
-        let model = &self.problem.factors[factor].residual;
-        let told = |id: &crate::BlockId| format!("{} = {:?}", self.problem.block(*id).name, self.values.get(*id));
-        let at: Vec<String> = model.blocks().iter().map(told).collect();
-        EvaluateError(format!("factor {factor}: {what} at {}", at.join(", ")))
+        EvaluateError(format!("factor {factor}: {what} at {}", self.problem.told_at(factor, self.values)))
     }
 }
 

@@ -141,9 +141,13 @@ impl Problem {
     /// # Errors
     /// As [`ProblemBuilder::build`], of the constraints.
     pub fn with_constraints(&self, constraints: Vec<Constraint>) -> Result<Problem, ProblemError> {
-        let stored: Vec<usize> = self.blocks.iter().map(Block::len).collect();
-        constraints.iter().try_for_each(|constraint| constraint.check(&stored))?;
+        builder::check_constraints(&self.blocks, &constraints)?;
         Ok(Problem { constraints, ..self.clone() })
+    }
+
+    /// Whether values have a number for each of its blocks: those of another problem may not.
+    pub fn fits(&self, values: &Values) -> bool {
+        values.offsets == self.value_offsets
     }
 
     /// What the unknowns must obey.

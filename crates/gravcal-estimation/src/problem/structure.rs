@@ -277,7 +277,7 @@ impl Layout<'_> {
 }
 
 fn is_correlated(factor: &Factor) -> bool {
-    matches!(factor.noise, Noise::Correlated { .. })
+    matches!(factor.noise, Noise::Correlated(_))
 }
 
 /// Runs that continue each other become one.

@@ -23,6 +23,7 @@ use std::sync::Arc;
 
 pub use more_garbow_hillstrom::more_garbow_hillstrom;
 
+use crate::noise::Weights;
 use crate::{
     Automatic, Block, BlockId, EvaluateError, Factor, Formula, LocalNumbers, Noise, Number, Problem, ProblemBuilder,
     ProblemError, Values,
@@ -95,7 +96,7 @@ impl PublishedProblem {
         });
         let blocks = blocks.collect();
         let formula = Posed { blocks, rows: self.rows, equations: self.equations.clone() };
-        builder.add_factor(Factor::new(Automatic(formula), Noise::Independent { weights: vec![1.0; self.rows] }));
+        builder.add_factor(Factor::new(Automatic(formula), Noise::Independent(Weights(vec![1.0; self.rows]))));
         builder.build()
     }
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::TooFewBlocks;
+use super::{StatisticsError, TooFewBlocks};
 
 /// Fewer blocks do not tell how much blocks scatter.
 pub const MIN_BLOCKS: usize = 30;
@@ -39,6 +39,13 @@ impl SampleBlocks {
         self.blocks.iter().cloned()
     }
 
+    /// # Errors
+    /// Where a problem of so many factors does not have them all.
+    pub(super) fn check(&self, factors: usize) -> Result<(), StatisticsError> {
+        let last = self.blocks.last().map_or(0, |block| block.end);
+        if last > factors { Err(StatisticsError::NoSuchSamples { last, factors }) } else { Ok(()) }
+    }
+
     /// Those of `factors` factors that belong to no block.
     pub(super) fn outside(&self, factors: usize) -> impl Iterator<Item = usize> + use<> {
         let first = self.blocks.first().map_or(0, |block| block.start);
@@ -59,6 +66,14 @@ mod tests {
         assert_eq!(all, (3..320).collect::<Vec<_>>());
         assert!(blocks.iter().all(|block| (10..=11).contains(&block.len())));
         assert_eq!(blocks.outside(322).collect::<Vec<_>>(), [0, 1, 2, 320, 321]);
+    }
+
+    #[test]
+    fn samples_that_a_problem_does_not_have_are_refused() {
+        let blocks = SampleBlocks::new(0..60, 2).unwrap();
+        assert_eq!(blocks.check(60), Ok(()));
+        let told = blocks.check(59).unwrap_err().to_string();
+        assert_eq!(told, "the blocks of samples end with factor 60, but the problem has only 59");
     }
 
     #[test]

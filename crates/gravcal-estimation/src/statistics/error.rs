@@ -3,7 +3,7 @@
 use thiserror::Error;
 
 use super::MIN_BLOCKS;
-use crate::EvaluateError;
+use crate::{EvaluateError, NoiseError, ProblemError};
 
 /// An uncertainty that the data do not give.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -11,9 +11,23 @@ pub enum StatisticsError {
     /// A residual, or the function of interest, has no value.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
+    /// See [`ProblemError`].
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// See [`NoiseError`].
+    #[error(transparent)]
+    Noise(#[from] NoiseError),
     /// Too few blocks for their scatter to tell anything.
     #[error(transparent)]
     TooFewBlocks(#[from] TooFewBlocks),
+    /// Blocks of samples that the problem does not have.
+    #[error("the blocks of samples end with factor {last}, but the problem has only {factors}")]
+    NoSuchSamples {
+        /// One past the last factor of the blocks.
+        last: usize,
+        /// How many factors there are.
+        factors: usize,
+    },
     /// As many parameters as residuals: nothing is left from which noise could be estimated.
     #[error("{rows} residuals and {rank} parameters that they determine: nothing is left to estimate the noise from")]
     NoFreedom {

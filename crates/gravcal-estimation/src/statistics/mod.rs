@@ -1,5 +1,6 @@
 #![doc = include_str!("../../STATISTICS.md")]
 
+mod along_constraints;
 mod blocks;
 mod bootstrap;
 mod covariance;
@@ -11,6 +12,7 @@ mod redrawn;
 mod sandwich;
 mod uncertainty;
 
+pub use along_constraints::along_constraints;
 pub use blocks::{MIN_BLOCKS, SampleBlocks};
 pub use bootstrap::{Bootstrap, Resampling};
 pub use covariance::{Covariance, LinearFunction, stored_coordinates};

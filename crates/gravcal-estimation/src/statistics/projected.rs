@@ -81,8 +81,8 @@ impl<'a> Projected<'a> {
     /// The pieces of one factor.
     pub fn pieces(&self, factor: usize) -> impl Iterator<Item = Piece<'_>> {
         let length = match self.problem.factors()[factor].noise {
-            Noise::Independent { .. } => 1,
-            Noise::Correlated { .. } => self.problem.rows_of(factor).len(),
+            Noise::Independent(_) => 1,
+            Noise::Correlated(_) => self.problem.rows_of(factor).len(),
         };
         Pieces::new(self, factor, length)
     }

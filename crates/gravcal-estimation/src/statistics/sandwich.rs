@@ -48,8 +48,9 @@ impl Uncertainty {
     /// The uncertainty that the scatter of blocks tells.
     ///
     /// # Errors
-    /// Where one block alone determines something, or so much is forgiven by a loss that no minimum is left.
+    /// Where the problem lacks samples of the blocks, one block alone determines something, or so much is forgiven by a loss that no minimum is left.
     pub fn sandwich(solution: &Solution<'_>, blocks: &SampleBlocks) -> Result<Uncertainty, StatisticsError> {
+        blocks.check(solution.problem.factors().len())?;
         let projected = Projected::new(solution)?.with_unit_curvature()?;
         let outside = blocks.outside(solution.problem.factors().len());
         let mut meat = projected.curvature(outside);

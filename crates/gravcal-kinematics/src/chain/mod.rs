@@ -44,6 +44,13 @@ impl Chain {
         Ok(Chain { base, joints, links, cut_joints: Vec::new(), axis_frames })
     }
 
+    /// The same links moved by other joints: as many, with the same names.
+    pub(crate) fn with_joints(&self, joints: Vec<Joint>) -> Chain {
+        let links = self.links.iter().map(|link| Link { inertia: None, ..link.clone() }).collect();
+        let axis_frames = joints.iter().map(AxisFrame::of).collect();
+        Chain { joints, links, axis_frames, base: self.base.clone(), cut_joints: self.cut_joints.clone() }
+    }
+
     /// Name of the base link, whose frame gravity is given in.
     pub fn base(&self) -> &str {
         &self.base

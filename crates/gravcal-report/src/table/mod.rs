@@ -2,6 +2,7 @@
 
 mod constraints;
 mod fit;
+mod positions;
 mod sensor_models;
 mod shared;
 mod values;
@@ -38,6 +39,7 @@ impl fmt::Display for CalibrationTable<'_> {
             sensor_models::tell(self.results),
             undetermined(self.results),
             constraints::tell(self.results),
+            positions::tell(self.results),
             fit::tell(self.results),
             notes(self.results),
         ];

@@ -8,7 +8,7 @@ use super::rows::{Cone, Rows, norm};
 const INSIDE: f64 = 1e-9;
 
 /// The active constraints, in the problem's order, from the rows leant on and their duals.
-pub(super) fn active_constraints(
+pub(crate) fn active_constraints(
     problem: &Problem,
     values: &Values,
     leaning: &[(Rows, Vec<f64>)],

@@ -12,11 +12,11 @@
 //! which every step would be too long.
 
 use faer::Mat;
-use gravcal_estimation::{ConstraintKind, Linearization, Problem};
+use gravcal_estimation::{ConstraintKind, Linearization};
 
 use super::programme::Quadratic;
 use super::rows::Rows;
-use super::trial::{Damping, Point};
+use crate::Point;
 
 /// Damping at least: JᵀJ carries rounding errors of this size, and could otherwise fall for directions without
 /// information.
@@ -35,12 +35,12 @@ pub(super) struct Model {
 }
 
 impl Model {
-    pub fn new(problem: &Problem, point: &Point<'_>, damping: &Damping) -> Model {
-        let (lambda, scaling) = (damping.lambda.max(LEAST_DAMPING), &damping.scaling);
+    pub fn new(point: &Point<'_>, lambda: f64, scaling: &[f64]) -> Model {
+        let lambda = lambda.max(LEAST_DAMPING);
         let linearization = point.linearization.as_ref();
         let (columns, hessian) = (scaling.len(), linearization.hessian());
         let residual = (2.0 * linearization.cost()).sqrt();
-        let bend = bend(problem, point);
+        let bend = bend(point);
         let curvature = Mat::from_fn(columns, columns, |i, j| {
             let (bent, damped) = if i == j { (bend[i], lambda) } else { (0.0, 0.0) };
             ((hessian[i * columns + j] + bent) / (scaling[i] * scaling[j]) + damped) / (1.0 + lambda)
@@ -73,7 +73,8 @@ impl Model {
 }
 
 /// The diagonal of C.
-fn bend(problem: &Problem, point: &Point<'_>) -> Vec<f64> {
+fn bend(point: &Point<'_>) -> Vec<f64> {
+    let problem = point.problem;
     let gradient = point.linearization.gradient();
     let mut bend = vec![0.0; gradient.len()];
     for constraint in problem.constraints() {

@@ -24,7 +24,7 @@ const ROUNDING: f64 = 1e-13;
 
 /// Where `s` must lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Cone {
+pub(crate) enum Cone {
     /// At zero.
     Equation,
     /// Not below zero; one row.
@@ -35,7 +35,7 @@ pub(super) enum Cone {
 
 /// The rows of one constraint, or of one of its two sides.
 #[derive(Clone, Debug)]
-pub(super) struct Rows {
+pub(crate) struct Rows {
     /// Which of the problem's constraints.
     pub constraint: usize,
     /// Position among the rows of the problem, the same wherever they are taken.

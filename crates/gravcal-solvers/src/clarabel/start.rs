@@ -57,7 +57,22 @@ fn nearest(problem: &Problem, initial: &Values) -> Result<Values, SolveError> {
         nearest = problem.retract(&nearest, &projection(problem, initial, &convex)?);
     }
     scale_to_length(problem, &mut nearest);
+    leave_zero(problem, &mut nearest);
     Ok(nearest)
+}
+
+/// To a vector of zeros every one of its length is equally near: the first axis.
+fn leave_zero(problem: &Problem, values: &mut Values) {
+    for constraint in problem.constraints() {
+        if let ConstraintKind::Length { block, length } = &constraint.kind
+            && norm(values.get(*block)) == 0.0
+            && !problem.columns_of(*block).is_empty()
+        {
+            let mut vector = vec![0.0; values.get(*block).len()];
+            vector[0] = *length;
+            values.set(*block, &vector);
+        }
+    }
 }
 
 fn projection(problem: &Problem, initial: &Values, rows: &[Rows]) -> Result<Vec<f64>, SolveError> {

@@ -51,6 +51,11 @@ fn a_start_outside_is_told_with_the_nearest_inside() {
         "the start breaks `length` (has length 5, must be 10); nearest to it, no constraint is broken by a.0 = \
          6.000000000, a.1 = 8.000000000"
     );
+    assert_eq!(
+        message([0.0; 5], |a, _| vec![Constraint::length("length", a, 10.0)]),
+        "the start breaks `length` (has length 0, must be 10); nearest to it, no constraint is broken by a.0 = \
+         10.000000000"
+    );
 }
 
 #[test]

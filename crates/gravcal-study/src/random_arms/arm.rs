@@ -71,7 +71,7 @@ pub(super) fn arm(seed: u64, index: u64, knowing: Knowing) -> Result<Simulation,
         sensors: (0..joints).map(|joint| sensors(joint == 0 || joint == last, &mut random)).collect(),
         inertia: (0..joints).map(|joint| inertia(joint, &mut random)).collect(),
         loads: vec![a, b],
-        further: Vec::new(),
+        ..Unknowns::nominal(&template)
     };
     let disturbance = Disturbance::noise(vec![NOISE; joints]);
     let runs = POSES.map(|poses| Run::Random { poses }).into();

@@ -1,7 +1,7 @@
 //! Attaching a load of known mass to the last link.
 
 use super::Addition;
-use super::poses::{POSES, spread};
+use super::poses::{poses, spread};
 use crate::check::supposed::Supposed;
 use crate::session::{Load, LoadDistance};
 
@@ -17,7 +17,7 @@ const POSITION_KNOWN: f64 = 1e-3;
 
 /// A first load, anywhere.
 pub fn attached(now: &Supposed) -> Vec<Addition> {
-    let words = format!("record {POSES} poses with a load of known mass ({MASS} kg) on the last link besides");
+    let words = format!("record {} with a load of known mass ({MASS} kg) on the last link besides", poses(now, ""));
     unloaded(now, words, |supposed| {
         let load = hung(supposed, None, POSITION);
         supposed.record(Some(load), spread(supposed));
@@ -28,8 +28,9 @@ pub fn attached(now: &Supposed) -> Vec<Addition> {
 pub fn second_placement(now: &Supposed) -> Vec<Addition> {
     let place = |first: usize| {
         let words = format!(
-            "record {POSES} poses with the mass of load `{}` at a second placement a known distance ({DISTANCE} m) from the \
+            "record {} with the mass of load `{}` at a second placement a known distance ({DISTANCE} m) from the \
              first (load_distance)",
+            poses(now, ""),
             now.session.loads[first].name
         );
         Addition::new(words, move |supposed| put_beside(supposed, first))
@@ -41,8 +42,9 @@ pub fn second_placement(now: &Supposed) -> Vec<Addition> {
 /// A first load, at a known place.
 pub fn at_known_position(now: &Supposed) -> Vec<Addition> {
     let words = format!(
-        "record {POSES} poses with a load of known mass ({MASS} kg) besides, at a position in the last link known within \
+        "record {} with a load of known mass ({MASS} kg) besides, at a position in the last link known within \
          {} mm (position_m)",
+        poses(now, ""),
         1e3 * POSITION_KNOWN
     );
     unloaded(now, words, |supposed| {
@@ -56,8 +58,9 @@ pub fn at_known_position(now: &Supposed) -> Vec<Addition> {
 /// A first load at two places.
 pub fn two_placements(now: &Supposed) -> Vec<Addition> {
     let words = format!(
-        "record {POSES} poses each with a load of known mass ({MASS} kg) at two placements a known distance ({DISTANCE} m) apart \
-         on the last link (load_distance)"
+        "record {} each with a load of known mass ({MASS} kg) at two placements a known distance ({DISTANCE} m) apart \
+         on the last link (load_distance)",
+        poses(now, "")
     );
     unloaded(now, words, |supposed| {
         let load = hung(supposed, None, POSITION);

@@ -4,6 +4,7 @@ use gravcal_kinematics::JointKind;
 
 use super::Addition;
 use crate::check::supposed::Supposed;
+use crate::session::InertiaKnowledge;
 
 /// How many poses an addition has: few enough to be recorded within an hour by hand.
 pub const POSES: usize = 20;
@@ -14,7 +15,7 @@ const REACH_LENGTH: f64 = 0.2;
 /// Poses spread over the joints' limits, with nothing attached or what is attached already.
 pub fn more(now: &Supposed) -> Vec<Addition> {
     let load = attached(now);
-    let words = format!("record {POSES} more poses{}, spread over the joints' whole range", with(now, load));
+    let words = format!("record {}{}, spread over the joints' whole range", poses(now, "more "), with(now, load));
     vec![Addition::new(words, move |supposed| supposed.record(load, spread(supposed)))]
 }
 
@@ -23,7 +24,7 @@ pub fn bare_besides_loaded(now: &Supposed) -> Vec<Addition> {
     if attached(now).is_none() {
         return Vec::new();
     }
-    let words = format!("record {POSES} bare poses besides the loaded ones, spread over the joints' whole range");
+    let words = format!("record {} besides the loaded ones, spread over the joints' whole range", poses(now, "bare "));
     vec![Addition::new(words, |supposed| supposed.record(None, spread(supposed)))]
 }
 
@@ -67,17 +68,55 @@ pub fn wider_sweep(now: &Supposed) -> Vec<Addition> {
     (0..now.session.joints.len()).map(sweep).collect()
 }
 
-/// Coordinates of poses spread evenly over the joints' whole range: multiples, modulo one, of the powers of the root of
-/// `xⁿ⁺¹ = x + 1` (Roberts, *The unreasonable effectiveness of quasirandom sequences*, 2018).
+/// What [`spread`] records, in words.
+pub fn poses(now: &Supposed, which: &str) -> String {
+    match now.session.inertia {
+        InertiaKnowledge::Sweep => format!("{which}sweeps of each joint at two positions of the one before it"),
+        _ => format!("{POSES} {which}poses"),
+    }
+}
+
+/// Coordinates of poses over the joints' whole range: sweeps where poses of no sweep are not used.
 pub fn spread(now: &Supposed) -> Vec<Vec<f64>> {
+    match now.session.inertia {
+        InertiaKnowledge::Sweep => sweeps(now),
+        _ => evenly_spread(now),
+    }
+}
+
+/// Multiples, modulo one, of the powers of the root of `xⁿ⁺¹ = x + 1` (Roberts, *The unreasonable effectiveness of
+/// quasirandom sequences*, 2018).
+fn evenly_spread(now: &Supposed) -> Vec<Vec<f64>> {
     let joints = now.session.joints.len();
     let root = (0..64).fold(1.5_f64, |x, _| (1.0 + x).powf(1.0 / (joints as f64 + 1.0)));
-    let coordinate = |pose: usize, joint: usize| {
-        let share = (0.5 + (pose as f64 + 1.0) * root.powi(-(joint as i32) - 1)).fract();
-        let [low, high] = range(now, joint);
-        low + share * (high - low)
-    };
-    (0..POSES).map(|pose| (0..joints).map(|joint| coordinate(pose, joint)).collect()).collect()
+    let share = |pose: usize, joint: usize| (0.5 + (pose as f64 + 1.0) * root.powi(-(joint as i32) - 1)).fract();
+    (0..POSES).map(|pose| (0..joints).map(|joint| within(now, joint, share(pose, joint))).collect()).collect()
+}
+
+/// Each joint over its range, the one before it at a quarter and at two thirds of its own, the others at a third.
+fn sweeps(now: &Supposed) -> Vec<Vec<f64>> {
+    let joints = now.session.joints.len();
+    let rest: Vec<f64> = (0..joints).map(|joint| within(now, joint, 1.0 / 3.0)).collect();
+    let mut all = Vec::new();
+    for swept in 0..joints {
+        for before in [0.25, 2.0 / 3.0] {
+            for pose in 0..POSES {
+                let mut coordinates = rest.clone();
+                if let Some(joint) = swept.checked_sub(1) {
+                    coordinates[joint] = within(now, joint, before);
+                }
+                coordinates[swept] = within(now, swept, pose as f64 / (POSES as f64 - 1.0));
+                all.push(coordinates);
+            }
+        }
+    }
+    all
+}
+
+/// The coordinate at a share of a joint's range.
+fn within(now: &Supposed, joint: usize, share: f64) -> f64 {
+    let [low, high] = range(now, joint);
+    low + share * (high - low)
 }
 
 /// What is attached in the poses that there are: nothing, if there are bare ones.
@@ -96,7 +135,7 @@ pub fn some_present(now: &Supposed, load: Option<usize>) -> Vec<Vec<f64>> {
 /// Where a joint may go: within its limits, or around where it was.
 fn range(now: &Supposed, joint: usize) -> [f64; 2] {
     let described = &now.session.robot.chain.joints()[joint];
-    let [lowest, highest] = extremes(present(now, joint, None).chain(loaded(now, joint)));
+    let [lowest, highest] = extremes(now.session.poses.iter().map(|pose| now.coordinates(pose)[joint]));
     let reach = if described.kind == JointKind::Revolute { REACH_ANGLE } else { REACH_LENGTH };
     let middle = 0.5 * (lowest + highest);
     described.limits.unwrap_or([lowest.min(middle - reach), highest.max(middle + reach)])
@@ -122,10 +161,6 @@ const PLACES: usize = 24;
 fn present(now: &Supposed, joint: usize, load: Option<usize>) -> impl Iterator<Item = f64> {
     let of_load = now.session.poses.iter().filter(move |pose| pose.load == load);
     of_load.map(move |pose| now.coordinates(pose)[joint])
-}
-
-fn loaded(now: &Supposed, joint: usize) -> impl Iterator<Item = f64> {
-    now.session.poses.iter().filter(|pose| pose.load.is_some()).map(move |pose| now.coordinates(pose)[joint])
 }
 
 fn extremes(values: impl Iterator<Item = f64>) -> [f64; 2] {

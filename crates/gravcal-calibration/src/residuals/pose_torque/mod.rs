@@ -7,7 +7,9 @@
 //! `τ_i = z_{i−1} · (g × M_i)` is the chain's gravity torque (see `gravcal-kinematics`). A load of mass `m_L` at
 //! `r_L` adds `(m_L, m_L r_L)` to the mass and first moment of the link that carries it. Joints without a usable
 //! reading have no row. What sensors do beyond this is in [`crate::sensors`]; where all are affine it costs nothing.
+//! Joints that give way under their torque are where `compliance.rs` finds them.
 
+mod compliance;
 mod model;
 mod terms;
 
@@ -19,8 +21,11 @@ use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut}
 use gravcal_kinematics::GravityTorque;
 use gravcal_recording::Conditions;
 
+pub(crate) use model::joined;
 pub use model::{CarriedLoad, PoseTorqueBlocks, PoseTorqueModel};
 use model::{GRAVITY, INERTIA, SENSORS, sensor_column};
+
+use crate::parameter::Quantity;
 
 /// The torque readings of one pose.
 #[derive(Clone, Debug)]
@@ -32,6 +37,8 @@ pub struct PoseTorque {
     readings: Vec<(usize, f64)>,
     /// What terms of the sensors read besides.
     conditions: Conditions,
+    /// The joint that sweeps, and so does not deflect like those that stand.
+    sweeping: Option<usize>,
 }
 
 /// What an evaluation computes on the way, kept by each thread from one pose to the next.
@@ -61,12 +68,22 @@ thread_local! {
 impl PoseTorque {
     /// `position`: reading of every joint; `readings`: joint and torque reading, one a row.
     pub fn new(model: Arc<PoseTorqueModel>, position: Vec<f64>, readings: Vec<(usize, f64)>) -> Self {
-        PoseTorque { model, position, readings, conditions: Conditions::default() }
+        PoseTorque { model, position, readings, conditions: Conditions::default(), sweeping: None }
     }
 
     /// The same, read under these conditions.
     pub fn under(self, conditions: Conditions) -> Self {
         PoseTorque { conditions, ..self }
+    }
+
+    /// The same in a sweep of this joint: where joints give way, it does not.
+    pub fn sweeping(self, joint: Option<usize>) -> Self {
+        PoseTorque { sweeping: joint, ..self }
+    }
+
+    /// The joint whose reading a row is.
+    pub(crate) fn joint_of_row(&self, row: usize) -> usize {
+        self.readings[row].0
     }
 
     /// True coordinates of all joints.
@@ -79,9 +96,10 @@ impl PoseTorque {
 
     /// Masses and moments of all links, the load's included.
     fn set_inertia(&self, x: &[f64], inertia: &mut [f64]) {
-        let (links, load) = x[sensor_column(self.position.len())..].split_at(inertia.len());
+        let (links, beyond) = x[sensor_column(self.position.len())..].split_at(inertia.len());
         inertia.copy_from_slice(links);
-        if let Some(CarriedLoad { mass, link, .. }) = self.model.load {
+        if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
+            let load = &beyond[..3 * position.len()];
             let carried = &mut inertia[INERTIA * link..INERTIA * (link + 1)];
             carried[0] += mass;
             for part in load.chunks_exact(3) {
@@ -105,11 +123,13 @@ impl PoseTorque {
         }
         [by_sensors[joint][0], by_sensors[joint][1]] = [torque.torque[joint], 1.0];
         let (by_inertia, _) = torque.by_inertia[INERTIA * n * joint..].as_chunks::<INERTIA>();
-        // Links before the joint do not load it: their entries stay zero.
-        for (entries, by) in by_links.iter_mut().zip(by_inertia).skip(joint) {
+        // Links before the joint do not load it: their entries stay zero, unless they make a joint give way.
+        let first = if self.model.compliance.is_some() { 0 } else { joint };
+        for (entries, by) in by_links.iter_mut().zip(by_inertia).skip(first) {
             *entries = by.map(|by| gain * by);
         }
-        if let Some(CarriedLoad { mass, link, .. }) = self.model.load {
+        if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
+            let by_load = &mut by_load[..3 * position.len()];
             let [_, by_moment @ ..] = by_inertia[link];
             for part in by_load.as_chunks_mut().0 {
                 *part = by_moment.map(|by| gain * mass * by);
@@ -123,7 +143,7 @@ impl PoseTorque {
         x: &[f64],
         residual: &mut [f64],
         jacobian: Option<RowsMut<'_>>,
-    ) {
+    ) -> Result<(), EvaluateError> {
         let terms = self.model.terms.as_ref();
         self.set_coordinates(x, coordinates);
         if let Some(terms) = terms {
@@ -131,7 +151,10 @@ impl PoseTorque {
         }
         self.set_inertia(&x[..self.model.affine_columns], inertia);
         let gravity = [x[0], x[1], x[2]];
-        if jacobian.is_some() {
+        if let Some(column) = self.model.compliance {
+            let compliance = self.compliance(&x[column..]);
+            compliance::settle(&self.model.chain, coordinates, gravity, inertia, &compliance, torque)?;
+        } else if jacobian.is_some() {
             self.model.chain.linearize_gravity_torque(coordinates, gravity, inertia, torque);
         } else {
             self.model.chain.update_gravity_torque(coordinates, gravity, inertia, torque);
@@ -146,11 +169,29 @@ impl PoseTorque {
         }
         if let Some(mut rows) = jacobian {
             for (row, (joint, _)) in self.readings.iter().enumerate() {
+                let row = rows.row(row);
                 match terms {
-                    None => self.fill_row(sensors[*joint][0], *joint, torque, rows.row(row)),
-                    Some(terms) => self.fill_row_with_terms(terms, x, *joint, torque, rows.row(row), scratch),
+                    None => self.fill_row(sensors[*joint][0], *joint, torque, row),
+                    Some(terms) => self.fill_row_with_terms(terms, x, *joint, torque, row, scratch),
+                }
+                if let Some(column) = self.model.compliance {
+                    self.fill_compliances(column, torque, row);
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// `c` of each joint, 0 of the one that sweeps.
+    fn compliance(&self, stored: &[f64]) -> Vec<f64> {
+        let own = |(joint, c): (usize, &f64)| if self.sweeping == Some(joint) { 0.0 } else { *c };
+        stored.iter().take(self.position.len()).enumerate().map(own).collect()
+    }
+
+    /// A compliance enters like its joint's offset, times the torque.
+    fn fill_compliances(&self, column: usize, torque: &GravityTorque, row: &mut [f64]) {
+        for (joint, torque) in torque.torque.iter().enumerate().filter(|(joint, _)| self.sweeping != Some(*joint)) {
+            row[column + joint] = row[sensor_column(joint) + Quantity::PositionOffset as usize] * torque;
         }
     }
 }
@@ -178,24 +219,27 @@ impl Residual for PoseTorque {
             if workspace.coordinates.len() != self.position.len() {
                 *workspace = Workspace::new(self.position.len());
             }
-            self.evaluate_in(workspace, x.as_slice(), residual, jacobian);
-        });
-        Ok(())
+            self.evaluate_in(workspace, x.as_slice(), residual, jacobian)
+        })
     }
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
+    use gravcal_kinematics::{Chain, DhConvention, DhRow, JointKind, Link, chain_from_dh};
+
+    use rand::{RngExt, SeedableRng};
 
     use super::*;
     use crate::residuals::testing::{check_at_random_points, ids};
     use crate::sensors::SensorTerms;
     use crate::sensors::testing::every_term;
 
-    /// Turning, sliding and turning joint with a load on the second link, and readings of the given joints; and the
-    /// lengths of its blocks.
-    pub fn loaded(joints: &[usize]) -> (PoseTorque, Vec<usize>) {
+    /// Position readings of a pose of [`some_chain`].
+    pub const READ_POSITIONS: [f64; 3] = [0.3, 0.2, -0.8];
+
+    /// Turning, sliding and turning joint.
+    pub fn some_chain() -> Chain {
         let row = |i: usize, kind, a, alpha, d| DhRow {
             name: format!("joint{i}"),
             kind,
@@ -211,21 +255,33 @@ pub(crate) mod tests {
             row(2, JointKind::Prismatic, 0.2, -0.7, 0.1),
             row(3, JointKind::Revolute, -0.3, 0.4, 0.2),
         ];
-        let chain = Arc::new(chain_from_dh("base", DhConvention::Standard, &rows).unwrap());
-        let mut lengths = vec![3];
-        lengths.extend([1; 12]);
-        lengths.extend([4, 4, 4, 3, 3]);
-        let ids = ids(&lengths);
+        chain_from_dh("base", DhConvention::Standard, &rows).unwrap()
+    }
+
+    /// Lengths of the blocks of a chain of three joints with a load, and so many of one number beyond.
+    pub fn lengths(beyond: usize) -> Vec<usize> {
+        [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3], vec![1; beyond]].concat()
+    }
+
+    /// A chain of three joints with a load on the second link; blocks after it are those of the terms, then compliances.
+    pub fn model_of(chain: Chain, terms: &SensorTerms, ids: &[BlockId]) -> PoseTorqueModel {
         let blocks = PoseTorqueBlocks {
             gravity: ids[0],
             sensors: (0..3).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
             inertia: ids[13..16].to_vec(),
-            terms: Vec::new(),
+            terms: ids[18..18 + terms.len()].to_vec(),
+            compliance: ids[18 + terms.len()..].to_vec(),
         };
         let load = CarriedLoad { position: ids[16..18].to_vec(), mass: 1.7, link: 1 };
-        let model = Arc::new(PoseTorqueModel::new(chain, &blocks, &SensorTerms::default(), Some(load)));
+        PoseTorqueModel::new(Arc::new(chain), &blocks, terms, Some(load))
+    }
+
+    /// Readings of the given joints of [`some_chain`], and the lengths of the blocks.
+    pub fn loaded(joints: &[usize]) -> (PoseTorque, Vec<usize>) {
+        let lengths = lengths(0);
+        let model = Arc::new(model_of(some_chain(), &SensorTerms::default(), &ids(&lengths)));
         let readings = joints.iter().map(|joint| (*joint, 2.0)).collect();
-        (PoseTorque::new(model, vec![0.3, 0.2, -0.8], readings), lengths)
+        (PoseTorque::new(model, READ_POSITIONS.to_vec(), readings), lengths)
     }
 
     #[test]
@@ -234,44 +290,86 @@ pub(crate) mod tests {
         check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
     }
 
+    /// Joints that give way, the second one sweeping.
+    fn compliant() -> (PoseTorque, Vec<usize>) {
+        let lengths = lengths(3);
+        let model = Arc::new(model_of(some_chain(), &SensorTerms::default(), &ids(&lengths)));
+        let pose = PoseTorque::new(model, READ_POSITIONS.to_vec(), vec![(0, 2.0), (2, 1.0)]).sweeping(Some(1));
+        (pose, lengths)
+    }
+
+    #[test]
+    fn derivatives_of_joints_that_give_way() {
+        let (residual, lengths) = compliant();
+        let width: usize = lengths.iter().sum();
+        let mut random = rand_pcg::Pcg64::seed_from_u64(3);
+        for _ in 0..20 {
+            let mut x: Vec<f64> = (0..width).map(|_| random.random_range(-1.5..2.5)).collect();
+            // Differences are rough where much depends on a number as small as a compliance.
+            x[33..].iter_mut().for_each(|c| *c *= 0.02);
+            gravcal_estimation::check_derivatives(&residual, &lengths, &x, 1e-5).unwrap();
+        }
+    }
+
+    /// A joint rests where its unloaded place and compliance times torque put it.
+    #[test]
+    fn joints_rest_where_their_torque_leaves_them() {
+        let chain = some_chain();
+        let (unloaded, inertia) = ([0.3, 0.2, -0.8], [1.0, 0.1, 0.2, 0.3].repeat(3));
+        let (gravity, compliance) = ([1.0, -2.0, -9.0], [0.02, 0.0, 0.03]);
+        let (mut coordinates, mut torque) = (unloaded, GravityTorque::new(3));
+        compliance::settle(&chain, &mut coordinates, gravity, &inertia, &compliance, &mut torque).unwrap();
+        let mut expected = [0.0; 3];
+        chain.gravity_torque(&coordinates, gravity, &inertia, &mut expected);
+        for joint in 0..3 {
+            assert!((torque.torque[joint] - expected[joint]).abs() < 1e-12);
+            assert!((coordinates[joint] - unloaded[joint] - compliance[joint] * expected[joint]).abs() < 1e-12);
+        }
+        let error = compliance::settle(&chain, &mut coordinates, gravity, &inertia, &[f64::NAN; 3], &mut torque);
+        assert!(error.unwrap_err().to_string().contains("no rest"));
+    }
+
     /// The same with every sensor model on every joint that can have it; the lengths of its blocks.
-    fn with_all_terms() -> (PoseTorque, Vec<usize>) {
-        let (affine, mut lengths) = loaded(&[0, 1, 2]);
+    fn with_all_terms(compliances: usize) -> (PoseTorque, Vec<usize>) {
         let terms = every_term();
-        lengths.extend(vec![1; terms.len()]);
-        let ids = ids(&lengths);
-        let blocks = PoseTorqueBlocks {
-            gravity: ids[0],
-            sensors: (0..3).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
-            inertia: ids[13..16].to_vec(),
-            terms: ids[18..].to_vec(),
-        };
-        let load = CarriedLoad { position: ids[16..18].to_vec(), mass: 1.7, link: 1 };
-        let chain = Arc::clone(&affine.model.chain);
-        let model = Arc::new(PoseTorqueModel::new(chain, &blocks, &terms, Some(load)));
+        let lengths = lengths(terms.len() + compliances);
+        let model = Arc::new(model_of(some_chain(), &terms, &ids(&lengths)));
         let conditions = Conditions {
             time: Some(1.3),
             temperature: vec![24.0, 26.0, 29.0],
             velocity: vec![0.3, -0.2, 0.4],
             direction: vec![1.0, -1.0, 0.0],
         };
-        (PoseTorque::new(model, affine.position, affine.readings).under(conditions), lengths)
+        let readings = vec![(0, 2.0), (1, 2.0), (2, 2.0)];
+        (PoseTorque::new(model, READ_POSITIONS.to_vec(), readings).under(conditions), lengths)
     }
 
     #[test]
     fn derivatives_with_every_term() {
-        let (residual, lengths) = with_all_terms();
+        let (residual, lengths) = with_all_terms(0);
         check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
     }
 
     #[test]
+    fn joints_that_give_way_go_with_every_term() {
+        let (residual, lengths) = with_all_terms(3);
+        assert_rows_within_their_patterns(&residual, &lengths);
+        let width: usize = lengths.iter().sum();
+        let mut x: Vec<f64> = (0..width).map(|k| 0.5 + (k as f64).sin()).collect();
+        x[width - 3..].iter_mut().for_each(|c| *c *= 0.01);
+        gravcal_estimation::check_derivatives(&residual, &lengths, &x, 1e-5).unwrap();
+    }
+
+    #[test]
     fn rows_with_terms_touch_only_the_columns_of_their_pattern() {
-        let (residual, lengths) = with_all_terms();
+        let (residual, lengths) = with_all_terms(0);
         assert_rows_within_their_patterns(&residual, &lengths);
     }
 
     #[test]
     fn rows_touch_only_the_columns_of_their_pattern() {
+        let (residual, _) = compliant();
+        assert_eq!(residual.row_pattern(0).unwrap(), [0..7, 9..11, 13..36]);
         let (residual, lengths) = loaded(&[0, 1, 2]);
         assert_eq!(residual.row_pattern(0).unwrap(), [0..7, 9..11, 13..33]);
         assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 5..11, 13..15, 19..33]);

@@ -1,7 +1,7 @@
 //! What all poses with the same load share: chain, unknowns, and which of them each torque depends on.
 //!
 //! Stored columns, for n joints: gravity 3, `[k, b, s, o]` of each joint, `(m, h)` of each link, 3 for each part of the
-//! load's position, and one for each term of sensors that are not affine.
+//! load's position, one for each term of sensors that are not affine, and `c` of each joint where joints give way.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -31,6 +31,8 @@ pub struct PoseTorqueBlocks {
     pub inertia: Vec<BlockId>,
     /// The parameter of each term of sensors that are not affine.
     pub terms: Vec<BlockId>,
+    /// `c` of each joint; empty where none gives way.
+    pub compliance: Vec<BlockId>,
 }
 
 /// A load that hangs on the robot during a pose.
@@ -47,15 +49,17 @@ pub struct CarriedLoad {
 /// What all poses with the same load share.
 #[derive(Debug)]
 pub struct PoseTorqueModel {
-    pub(super) chain: Arc<Chain>,
-    pub(super) blocks: Vec<BlockId>,
+    pub(crate) chain: Arc<Chain>,
+    pub(crate) blocks: Vec<BlockId>,
     pub(super) load: Option<CarriedLoad>,
     /// `None` where all sensors are affine.
     pub(super) terms: Option<Terms>,
     /// Stored columns before those of the terms.
     pub(super) affine_columns: usize,
+    /// First stored column of the compliances, where joints give way.
+    pub(super) compliance: Option<usize>,
     /// Stored columns that each joint's torque can touch.
-    pub(super) patterns: Vec<Vec<Range<usize>>>,
+    pub(crate) patterns: Vec<Vec<Range<usize>>>,
 }
 
 impl PoseTorqueModel {
@@ -71,16 +75,40 @@ impl PoseTorqueModel {
         order.extend(&blocks.inertia);
         order.extend(load.iter().flat_map(|l| &l.position));
         order.extend(&blocks.terms);
+        order.extend(&blocks.compliance);
         let joints = chain.joint_count();
         let end = inertia_column(joints, joints) + 3 * load.as_ref().map_or(0, |l| l.position.len());
         let terms = (!functions.is_empty()).then(|| Terms::new(functions.clone(), end));
-        let affine = |joint| pattern(joint, joints, end);
-        let patterns = (0..joints).map(|joint| match &terms {
+        let compliance = (!blocks.compliance.is_empty()).then_some(end + functions.len());
+        // A joint that gives way under what hangs beyond it moves what hangs beyond all others.
+        let first_link = |joint| if compliance.is_some() { 0 } else { joint };
+        let affine = |joint| pattern(joint, first_link(joint), joints, end);
+        let of_joint = |joint| match &terms {
             None => affine(joint),
             Some(terms) => pattern_with_terms(joint, terms, end + functions.len(), affine),
-        });
-        let patterns = patterns.collect();
-        PoseTorqueModel { chain, blocks: order, load, patterns, terms, affine_columns: end }
+        };
+        let compliances = compliance.map(|column| column..column + joints);
+        let patterns =
+            (0..joints).map(|joint| joined(of_joint(joint).into_iter().chain(compliances.clone()))).collect();
+        PoseTorqueModel { chain, blocks: order, load, patterns, terms, affine_columns: end, compliance }
+    }
+
+    /// Indices of the links' blocks.
+    pub(crate) fn inertia_blocks(&self) -> Range<usize> {
+        let joints = self.chain.joint_count();
+        let first = 1 + SENSORS * joints;
+        first..first + joints
+    }
+
+    /// How many numbers store a block.
+    pub(crate) fn stored_length(&self, block: usize) -> usize {
+        match block {
+            0 => GRAVITY,
+            _ if block < self.inertia_blocks().start => 1,
+            _ if block < self.inertia_blocks().end => INERTIA,
+            _ if block < self.inertia_blocks().end + self.load.as_ref().map_or(0, |load| load.position.len()) => 3,
+            _ => 1,
+        }
     }
 }
 
@@ -95,21 +123,26 @@ fn inertia_column(joints: usize, link: usize) -> usize {
 }
 
 /// Columns up to `end` that a joint's torque can touch: its own gain and bias but not the others', and nothing of the
-/// links before it.
-fn pattern(joint: usize, joints: usize, end: usize) -> Vec<Range<usize>> {
+/// links before the first that it feels.
+fn pattern(joint: usize, first_link: usize, joints: usize, end: usize) -> Vec<Range<usize>> {
     let sensors = (0..joints).map(|other| {
         let column = sensor_column(other);
         if other == joint { column..column + SENSORS } else { column + OWN..column + SENSORS }
     });
-    let beyond = inertia_column(joints, joint)..end;
-    let mut ranges: Vec<Range<usize>> = Vec::new();
-    for range in std::iter::once(0..GRAVITY).chain(sensors).chain(std::iter::once(beyond)) {
-        match ranges.last_mut() {
+    let beyond = inertia_column(joints, first_link)..end;
+    joined(std::iter::once(0..GRAVITY).chain(sensors).chain(std::iter::once(beyond)))
+}
+
+/// Ranges in order, those that meet as one.
+pub(crate) fn joined(ranges: impl Iterator<Item = Range<usize>>) -> Vec<Range<usize>> {
+    let mut joined: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match joined.last_mut() {
             Some(last) if last.end == range.start => last.end = range.end,
-            _ => ranges.push(range),
+            _ => joined.push(range),
         }
     }
-    ranges
+    joined
 }
 
 /// The same with the joint's terms: a torque that the sensor reads besides its own has the columns of that, but for the
@@ -127,12 +160,5 @@ fn pattern_with_terms(
         touched[sensor_column(source)..][..OWN].fill(false);
     }
     affine(joint).into_iter().flatten().chain(columns).for_each(|column| touched[column] = true);
-    let mut ranges: Vec<Range<usize>> = Vec::new();
-    for column in (0..width).filter(|column| touched[*column]) {
-        match ranges.last_mut() {
-            Some(last) if last.end == column => last.end = column + 1,
-            _ => ranges.push(column..column + 1),
-        }
-    }
-    ranges
+    joined((0..width).filter(|column| touched[*column]).map(|column| column..column + 1))
 }

@@ -3,8 +3,9 @@
 use serde::Deserialize;
 
 use super::Context;
-use crate::document::{Field, FileError, OneOrNamed};
-use crate::session::InertiaKnowledge;
+use crate::document::{Document, Field, FileError, OneOrNamed};
+use crate::session::{InertiaKnowledge, InstrumentKind, Session};
+use crate::sweeps::find_sweeps;
 
 /// `[inertia]`.
 #[derive(Debug, Default, Deserialize)]
@@ -13,6 +14,17 @@ pub(super) struct InertiaTable {
     #[serde(default)]
     links: Links,
     relative_std: Option<OneOrNamed>,
+    #[serde(default)]
+    description: Description,
+}
+
+/// What the moments are those of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Description {
+    #[default]
+    Link,
+    Sweep,
 }
 
 /// Where knowledge of the links comes from.
@@ -27,6 +39,9 @@ enum Links {
 /// What `[inertia]` comes to.
 pub(super) fn resolve(context: &Context<'_>, table: &InertiaTable) -> Result<InertiaKnowledge, FileError> {
     let relative = Field::new("inertia").key("relative_std");
+    if table.description == Description::Sweep {
+        return by_sweep(context, table);
+    }
     match (table.links, &table.relative_std) {
         (Links::Unknown, None) => Ok(InertiaKnowledge::Unknown),
         (Links::Unknown, Some(_)) => Err(context
@@ -45,6 +60,56 @@ pub(super) fn resolve(context: &Context<'_>, table: &InertiaTable) -> Result<Ine
             Ok(InertiaKnowledge::Model { relative_std })
         }
     }
+}
+
+fn by_sweep(context: &Context<'_>, table: &InertiaTable) -> Result<InertiaKnowledge, FileError> {
+    let written = [("links", table.links == Links::Model), ("relative_std", table.relative_std.is_some())];
+    match written.iter().find(|(_, written)| *written) {
+        None => Ok(InertiaKnowledge::Sweep),
+        Some((key, _)) => {
+            let message = "the moments of a sweep are of no single link, so the robot's masses say nothing of them: leave \
+                           this out, or write description = \"link\"";
+            Err(context.document.error(&Field::new("inertia").key(key), message))
+        }
+    }
+}
+
+/// Whether the moments of sweeps can serve this session.
+pub(super) fn check_sweeps(document: &Document, session: &Session) -> Result<(), FileError> {
+    if session.inertia != InertiaKnowledge::Sweep {
+        return Ok(());
+    }
+    let description = Field::new("inertia").key("description");
+    if find_sweeps(session).is_empty() {
+        let message = "no pose belongs to a sweep, and no moment to any other pose: write \"link\", or sweep one joint while \
+                       the others stand (`gravcal check` tells the rule)";
+        return Err(document.error(&description, message));
+    }
+    if session.constraints.positive_masses || session.constraints.center_of_mass_within.iter().any(Option::is_some) {
+        let message = "[constraints] on masses and centres of mass are on links: write \"link\", or drop them";
+        return Err(document.error(&description, message));
+    }
+    if session.instruments.iter().any(|instrument| instrument.kind == InstrumentKind::ForceTorque) {
+        let message = "a wrist sensor feels where on its link a load is, and sweeps know only how two placements differ: write \
+                       \"link\"";
+        return Err(document.error(&description, message));
+    }
+    if session.earlier.as_ref().is_some_and(|earlier| earlier.knows_any("load.")) {
+        let message = "an earlier calibration says where loads are on their link, and sweeps know only how two placements \
+                       differ: write \"link\", or leave loads out of [prior] unchanged";
+        return Err(document.error(&description, message));
+    }
+    for (index, known) in session.load_distances.iter().enumerate() {
+        let [a, b] = known.between.map(|load| session.loads[load].mass);
+        if a != b {
+            let message = format!(
+                "a distance between placements of {a} kg and {b} kg says nothing where moments are described by sweep: \
+                 only placements of one mass differ by m (r² − r¹)"
+            );
+            return Err(document.error(&Field::new("load_distance").at(index).key("between"), message));
+        }
+    }
+    Ok(())
 }
 
 /// A link that is said to be known needs a mass in the robot's file.

@@ -25,8 +25,6 @@ pub(super) fn resolve(context: &Context<'_>, table: Option<&LossTable>) -> Resul
             Err(context.document.error(&width, message))
         }
         (name, None) => Ok(name.efficient()),
-        (name, Some(value)) => {
-            Ok(name.with_width(context.document.positive(&width, value, "a width", "standard deviations")?))
-        }
+        (name, Some(value)) => name.with_width(value).checked().map_err(|error| context.document.error(&width, error)),
     }
 }

@@ -30,6 +30,7 @@ pub(super) struct ReadingsTable {
 struct PositionTable {
     columns: Vec<String>,
     unit: Option<OneOrMany<String>>,
+    std: Option<OneOrMany<f64>>,
 }
 
 /// What `[readings]` comes to.
@@ -56,6 +57,18 @@ pub(super) fn mapping(
     };
     mapping.check().map_err(|error| context.document.error(&field_of(&error), error))?;
     Ok(mapping)
+}
+
+/// Standard deviation of each joint's position reading in its inside unit; 0 where it is taken as exact.
+pub(super) fn position_std(context: &Context<'_>, table: &ReadingsTable) -> Result<Vec<f64>, FileError> {
+    let (field, units) = (position().key("std"), positions(context, &table.position)?);
+    let Some(written) = &table.position.std else { return Ok(vec![0.0; units.len()]) };
+    let written = context.document.for_each(&field, written, &context.joint_names)?;
+    let inside = |(std, column): (&f64, &PositionColumn)| match std {
+        0.0.. => Ok(std * column.unit.to_si()),
+        _ => Err(context.document.error(&field, format!("{std} is no standard deviation: expected 0 or more"))),
+    };
+    written.iter().zip(&units).map(inside).collect()
 }
 
 fn position() -> Field {

@@ -590,8 +590,12 @@ fn a_loss_has_a_width_of_its_own_or_the_usual_one() {
     let refused =
         |table: &str, expected: &str| assert_refused("[gravity]", &format!("[loss]\n{table}\n[gravity]"), expected);
     refused("kind = 'welsch'", "6: loss.kind: unknown loss `welsch`; there is: none, huber");
-    refused("kind = 'huber'\nwidth = 0", "7: loss.width: 0 is not a width: expected a positive number of standard");
-    refused("kind = 'tukey'\nwidth = -2", "7: loss.width: -2 is not a width");
+    refused(
+        "kind = 'huber'\nwidth = 0",
+        "7: loss.width: the width 0 of a loss must be between 0.001 and 1000000 standard",
+    );
+    refused("kind = 'cauchy'\nwidth = 1e200", "7: loss.width: the width 1000");
+    refused("kind = 'tukey'\nwidth = -2", "7: loss.width: the width -2 of a loss");
     refused("kind = 'none'\nwidth = 2", "7: loss.width: without a loss there is no width");
     refused("width = 2", "5: loss: missing field `kind`");
 }
@@ -728,4 +732,84 @@ fn constraints_are_for_all_links_or_for_those_named() {
     let named = demanded("center_of_mass_within_m = { forearm = 0.25 }");
     assert_eq!(named.center_of_mass_within, [None, Some(0.25)]);
     assert!(!named.positive_masses && !named.is_empty());
+}
+
+/// Five poses of the elbow alone, with the given description of the moments.
+fn swept_elbow(changes: &[(&'static str, &'static str, &'static str)]) -> Result<Session, String> {
+    let sweep = "q1,q2,y1,y2,sweep\n0,0,5,6,\n0,10,7,8,\n0,20,7,8,\n0,30,7,8,\n0,40,7,8,\n";
+    let mut all = vec![("b.csv", B, sweep), ("session.toml", "mass_kg = 1.7\n", "mass_kg = 1.724\n")];
+    all.extend(changes);
+    read(&all)
+}
+
+#[test]
+fn moments_may_be_described_by_sweep() {
+    let section = ("session.toml", "[readings]", "[inertia]\ndescription = \"sweep\"\n[readings]");
+    assert_eq!(swept_elbow(&[section]).unwrap().inertia, InertiaKnowledge::Sweep);
+    let refused = |changes: &[_]| swept_elbow(changes).unwrap_err();
+    let with = |rest: &'static str| refused(&[("session.toml", "[readings]", rest)]);
+    let message = with("[inertia]\ndescription = \"sweep\"\nrelative_std = 0.1\n[readings]");
+    assert!(
+        message.starts_with("session.toml:10: inertia.relative_std: the moments of a sweep are of no"),
+        "{message}"
+    );
+    let message = with("[inertia]\ndescription = \"sweeps\"\n[readings]");
+    assert!(message.contains("expected `link` or `sweep`"), "{message}");
+    let message = refused(&[section, ("session.toml", "[ask]", "[constraints]\nmasses = \"positive\"\n[ask]")]);
+    assert!(message.starts_with("session.toml:9: inertia.description: [constraints] on masses"), "{message}");
+    let message = read(&[section, ("session.toml", "mass_kg = 1.7\n", "mass_kg = 1.724\n")]).unwrap_err();
+    assert!(message.starts_with("session.toml:9: inertia.description: no pose belongs to a sweep"), "{message}");
+    let message = refused(&[
+        section,
+        ("session.toml", "mass_kg = 1.724\nlink = \"forearm\"\n[[load]]", "mass_kg = 2\nlink = \"forearm\"\n[[load]]"),
+    ]);
+    assert!(
+        message.contains("load_distance[0].between: a distance between placements of 2 kg and 1.724 kg"),
+        "{message}"
+    );
+}
+
+#[test]
+fn joints_may_be_elsewhere_than_their_sensors_say() {
+    let section = "[deflection]\nhold_std_deg = 0.5\ncompliance_std_rad_per_newton_metre = [1e-4, 0]\n[readings]";
+    let session = swept_elbow(&[("session.toml", "[readings]", section)]).unwrap();
+    // The poses of the first table belong to no sweep: each is a hold of its own, which is no matter with stated noise.
+    assert!((session.deflection.hold_std.unwrap() - 0.5 * PI / 180.0).abs() < 1e-15);
+    let names: Vec<String> = session.compliances().map(|index| session.further[index].name()).collect();
+    assert_eq!(names, ["shoulder.compliance", "elbow.compliance"]);
+    assert_eq!(session.further[0].knowledge, knowledge(0.0, KnowledgeKind::Prior { std: 1e-4 }));
+    assert_eq!(session.further[1].held, Some("given as exact"));
+    let session = changed("unit = \"deg\" }\ntorque", "unit = \"deg\", std = [0.1, 0] }\ntorque");
+    assert!((session.deflection.reading_std[0] - 0.1 * PI / 180.0).abs() < 1e-15);
+    assert_eq!((session.deflection.reading_std[1], session.deflection.hold_std), (0.0, None));
+}
+
+#[test]
+fn deflections_that_say_nothing_are_refused() {
+    let with = |lines: &str| refused("[readings]", &format!("[deflection]\n{lines}\n[readings]"));
+    let starts = |lines: &str, start: &str| {
+        let message = with(lines);
+        assert!(message.starts_with(&format!("session.toml:9: deflection.{start}")), "{message}");
+    };
+    starts("hold_std_deg = 0", "hold_std_deg: 0 is not the standard deviation of a deflection: expected a positive");
+    starts("pose_std_deg = -1", "pose_std_deg: -1 is not");
+    let compliance = "compliance_std_rad_per_newton_metre";
+    starts(&format!("{compliance} = -1e-4"), &format!("{compliance}: -0.0001 is no standard deviation"));
+    starts(&format!("{compliance} = 0"), &format!("{compliance}: no joint gives way"));
+    starts(&format!("{compliance} = [1e-4]"), &format!("{compliance}: expected 2 entries, one for each joint"));
+    let noise = |more: &str| {
+        let position = "unit = \"deg\", std = 0.1 }\ntorque";
+        read(&[("session.toml", "unit = \"deg\" }\ntorque", position), ("session.toml", "[ask]", more)]).unwrap_err()
+    };
+    let message = noise("[loss]\nkind = \"huber\"\n[ask]");
+    assert!(
+        message.contains("readings.position.std: errors of each pose's positions would hide its outliers"),
+        "{message}"
+    );
+    let position = ("session.toml", "unit = \"deg\" }\ntorque", "unit = \"deg\", std = 0.1 }\ntorque");
+    let message = read(&[position, ("session.toml", ", std = 0.8 }", " }")]).unwrap_err();
+    assert!(message.contains("cannot be told from noise of unknown size"), "{message}");
+    let message =
+        read(&[("session.toml", "unit = \"deg\" }\ntorque", "unit = \"deg\", std = -0.1 }\ntorque")]).unwrap_err();
+    assert!(message.contains("readings.position.std: -0.1 is no standard deviation"), "{message}");
 }

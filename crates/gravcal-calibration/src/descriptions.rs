@@ -1,0 +1,159 @@
+//! Both descriptions of the moments: what each can know (second table of section 4 of the estimation model), and that they
+//! agree.
+
+use gravcal_solvers::LevenbergMarquardt;
+
+use crate::joint::{self, Readings, Signals, Solved, Unknowns, estimate_jointly};
+use crate::parameter::Quantity;
+use crate::result::{EstimatorResult, Verdict};
+use crate::session::{InertiaKnowledge, Session};
+use crate::simulation::{Run, Simulation};
+use crate::testing::sarcos_shoulder;
+use crate::workbench::Workbench;
+
+/// What the data determine of `g`, all `s` and `b`, `o_2 … o_{n−1}`, and how many directions of the gains `k` they leave open.
+#[derive(Debug, PartialEq)]
+struct Known {
+    gravity: bool,
+    gains_and_biases: bool,
+    offsets: bool,
+    open_torque_gains: usize,
+}
+
+/// Judges the reference protocol's session at the truth, with the readings `(pose, joint)` that are kept.
+fn known(session: &Session, truth: &Unknowns, keep: impl Fn(usize, usize) -> bool) -> Known {
+    let mut readings = joint::select(session, Signals::All);
+    let used = readings.used.iter_mut().enumerate();
+    used.for_each(|(pose, used)| used.retain(|joint| keep(pose, *joint)));
+    let readings = Readings { ..readings };
+    let posed = joint::pose(session, &readings, truth).unwrap();
+    let solved = Solved::at_start(readings, posed).unwrap();
+    let open = |blocks: Vec<gravcal_estimation::BlockId>| {
+        let columns: Vec<usize> = blocks.into_iter().flat_map(|id| solved.posed.problem.columns_of(id)).collect();
+        solved.spectrum.null_space_within(&columns).len()
+    };
+    let sensors = &solved.posed.layout.sensors;
+    let of = |quantity: Quantity| sensors.iter().map(|ids| ids[quantity as usize]).collect::<Vec<_>>();
+    Known {
+        gravity: open(vec![solved.posed.layout.gravity]) == 0,
+        gains_and_biases: open([of(Quantity::PositionGain), of(Quantity::TorqueBias)].concat()) == 0,
+        offsets: open(of(Quantity::PositionOffset)) == 0,
+        open_torque_gains: open(of(Quantity::TorqueGain)),
+    }
+}
+
+/// The joint that sweeps in each pose.
+fn swept(simulation: &Simulation, session: &Session) -> Vec<usize> {
+    let of_table = |table: usize| match simulation.runs[table] {
+        Run::Sweep { swept, .. } => swept,
+        Run::Random { .. } => unreachable!("the reference protocol has sweeps only"),
+    };
+    session.poses.iter().map(|pose| of_table(pose.table)).collect()
+}
+
+/// The reference protocol described by sweep. Of the loaded sweeps those with one of the first `placements` placements are
+/// kept; joint 2 stands at two positions while joint 3 sweeps also without a load.
+fn protocol(placements: usize) -> (Simulation, Session) {
+    let mut simulation = sarcos_shoulder();
+    simulation.template.inertia = InertiaKnowledge::Sweep;
+    for table in 7..11 {
+        let (run, mut of_table) = (simulation.runs[table].clone(), simulation.template.tables[table].clone());
+        of_table.load = None;
+        if table % 2 == 1 {
+            simulation.runs.push(run);
+            simulation.template.tables.push(of_table);
+        }
+    }
+    let mut session = simulation.session(0);
+    session.poses.retain(|pose| pose.load.is_none_or(|load| load < placements));
+    (simulation, session)
+}
+
+const EVERYTHING_BUT_GAINS: Known =
+    Known { gravity: true, gains_and_biases: true, offsets: true, open_torque_gains: 3 };
+
+#[test]
+fn the_swept_joints_own_torque_tells_no_torque_gain_and_the_offset_only_from_two_positions() {
+    let (simulation, session) = protocol(0);
+    let swept = swept(&simulation, &session);
+    let own = |pose: usize, joint: usize| swept[pose] == joint;
+    assert_eq!(known(&session, &simulation.truth, own), EVERYTHING_BUT_GAINS);
+    let steps_1_and_2 = |pose: usize, joint: usize| own(pose, joint) && session.poses[pose].table < 5;
+    let known = known(&session, &simulation.truth, steps_1_and_2);
+    assert_eq!(known, Known { offsets: false, ..EVERYTHING_BUT_GAINS });
+}
+
+#[test]
+fn all_torques_without_a_second_placement_leave_the_common_scale() {
+    let common_scale = Known { open_torque_gains: 1, ..EVERYTHING_BUT_GAINS };
+    for placements in [0, 1] {
+        let (simulation, session) = protocol(placements);
+        let steps_1_and_2 = |pose: usize, _: usize| session.poses[pose].table < 11;
+        assert_eq!(known(&session, &simulation.truth, steps_1_and_2), common_scale, "{placements}");
+    }
+}
+
+#[test]
+fn two_placements_tell_the_gain_of_every_joint_that_is_read() {
+    let (simulation, session) = protocol(2);
+    let swept = swept(&simulation, &session);
+    // Step 3 reads joint i while i + 1 sweeps; the last joint's own torque only without a load.
+    let paper = |pose: usize, joint: usize| match session.poses[pose].load {
+        None => swept[pose] == joint,
+        Some(_) => swept[pose] == joint + 1,
+    };
+    let all_but_last = Known { open_torque_gains: 1, ..EVERYTHING_BUT_GAINS };
+    assert_eq!(known(&session, &simulation.truth, paper), all_but_last);
+    let and_swept = |pose: usize, joint: usize| paper(pose, joint) || swept[pose] == joint;
+    let all = Known { open_torque_gains: 0, ..EVERYTHING_BUT_GAINS };
+    assert_eq!(known(&session, &simulation.truth, and_swept), all);
+}
+
+fn estimate(session: &Session) -> EstimatorResult {
+    let solver = LevenbergMarquardt::default();
+    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+}
+
+/// The same data through both descriptions: the sweep moments know less, and what they say holds the other's answer.
+#[test]
+fn both_descriptions_agree_within_their_intervals() {
+    for trial in 0..4 {
+        let mut session = sarcos_shoulder().session(trial);
+        let links = estimate(&session);
+        session.inertia = InertiaKnowledge::Sweep;
+        let sweeps = estimate(&session);
+        assert_eq!((links.verdict, sweeps.verdict), (Verdict::Determined, Verdict::Determined));
+        assert!(sweeps.fit.as_ref().unwrap().p_value.unwrap() > 1e-3);
+        for (link, sweep) in links.parameters.iter().zip(&sweeps.parameters).filter(|(p, _)| p.held.is_none()) {
+            let (of_links, of_sweeps) = (link.std.unwrap(), sweep.std.unwrap());
+            assert!(of_sweeps > 0.999 * of_links, "{}: {of_sweeps}, {of_links}", link.name);
+            // Links know everything that sweeps know, so that the variance of the difference is that of the variances.
+            let difference = (sweep.value.unwrap() - link.value.unwrap()).abs();
+            let std = (of_sweeps * of_sweeps - of_links * of_links).max(0.0).sqrt();
+            assert!(difference <= 4.0 * std + 1e-3 * of_links, "{}: {difference}, {std}", link.name);
+        }
+    }
+}
+
+/// Lengths that are wrong make the links' answer wrong, and the sweeps' does not see them.
+#[test]
+fn sweeps_need_no_lengths() {
+    let mut session = sarcos_shoulder().session(0);
+    session.inertia = InertiaKnowledge::Sweep;
+    let right = estimate(&session);
+    session.robot.chain = with_lengths(&session);
+    let other = estimate(&session);
+    for (a, b) in right.parameters.iter().zip(&other.parameters).filter(|(a, _)| a.held.is_none()) {
+        assert!((a.value.unwrap() - b.value.unwrap()).abs() < 0.02 * a.std.unwrap(), "{}", a.name);
+    }
+}
+
+/// The reference robot with some lengths that it does not have.
+fn with_lengths(session: &Session) -> gravcal_kinematics::Chain {
+    let chain = &session.robot.chain;
+    let longer = |joint: &gravcal_kinematics::Joint| gravcal_kinematics::Joint {
+        after: joint.after * gravcal_kinematics::Transform::along([0.3, -0.2, 0.1]),
+        ..joint.clone()
+    };
+    gravcal_kinematics::Chain::new("base", chain.joints().iter().map(longer).collect(), chain.links().to_vec()).unwrap()
+}

@@ -1,0 +1,76 @@
+//! The torque readings of each pose as a residual, in the description of the moments that the session chooses.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use gravcal_estimation::{BlockId, Residual};
+use gravcal_kinematics::Chain;
+
+use super::position_unknowns::sweeping;
+use super::sweep_moments::{SweepMoments, by_sweep};
+use super::unknowns::Layout;
+use crate::residuals::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, SweepTorque, SweepTorqueModel};
+use crate::session::{Pose, Session};
+
+/// What the poses of a session have in common.
+pub(super) struct Torques<'a> {
+    layout: &'a Layout,
+    chain: Arc<Chain>,
+    /// Where moments are described by sweep.
+    moments: Option<SweepMoments>,
+    /// By moments and load.
+    by_sweep: HashMap<(Vec<usize>, Option<usize>), Arc<SweepTorqueModel>>,
+    /// The joint that sweeps, by pose; empty where that makes no difference.
+    sweeping: Vec<Option<usize>>,
+    /// By load.
+    by_link: HashMap<Option<usize>, Arc<PoseTorqueModel>>,
+}
+
+impl<'a> Torques<'a> {
+    pub fn new(session: &Session, layout: &'a Layout) -> Self {
+        let moments = by_sweep(session).then(|| SweepMoments::of(session));
+        let chain = &session.robot.chain;
+        let chain = Arc::new(if moments.is_some() { chain.without_lengths() } else { chain.clone() });
+        let sweeping = if session.compliances().is_empty() { Vec::new() } else { sweeping(session) };
+        Torques { layout, chain, moments, sweeping, by_sweep: HashMap::new(), by_link: HashMap::new() }
+    }
+
+    /// The readings `(joint, torque)` of a pose.
+    ///
+    /// # Panics
+    /// Where moments are described by sweep, of a pose that belongs to none: its readings are not selected.
+    pub fn residual(&mut self, session: &Session, pose: usize, readings: Vec<(usize, f64)>) -> Arc<dyn Residual> {
+        let Pose { load, ref position, ref conditions, .. } = session.poses[pose];
+        let sweeping = self.sweeping.get(pose).copied().flatten();
+        let of = |model: &Arc<PoseTorqueModel>| {
+            let torque = PoseTorque::new(Arc::clone(model), position.clone(), readings);
+            torque.under(conditions.clone()).sweeping(sweeping)
+        };
+        let carried = load.and_then(|load| carried(session, self.layout, load));
+        let (layout, chain) = (self.layout, &self.chain);
+        let model = |inertia: Vec<BlockId>| {
+            let blocks = PoseTorqueBlocks {
+                gravity: layout.gravity,
+                sensors: layout.sensors.clone(),
+                inertia,
+                terms: layout.further[..session.terms.len()].to_vec(),
+                compliance: layout.further[session.compliances()].to_vec(),
+            };
+            Arc::new(PoseTorqueModel::new(Arc::clone(chain), &blocks, &session.terms, carried))
+        };
+        let Some(moments) = &self.moments else {
+            let model = self.by_link.entry(load).or_insert_with(|| model(layout.inertia.clone()));
+            return Arc::new(of(model));
+        };
+        let own = moments.of_pose(pose).expect("only poses of sweeps are selected").to_vec();
+        let inertia = own.iter().map(|moment| layout.sweep_moments[*moment]).collect();
+        let model = self.by_sweep.entry((own, load)).or_insert_with(|| Arc::new(SweepTorqueModel::new(model(inertia))));
+        Arc::new(SweepTorque::new(Arc::clone(model), of(model.pose())))
+    }
+}
+
+fn carried(session: &Session, layout: &Layout, load: usize) -> Option<CarriedLoad> {
+    let position = layout.loads[load].clone()?;
+    let load = &session.loads[load];
+    Some(CarriedLoad { position, mass: load.mass, link: load.link })
+}

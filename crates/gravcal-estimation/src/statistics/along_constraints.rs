@@ -1,0 +1,185 @@
+//! The problem along the constraints on which a solution leans.
+//!
+//! Nothing moves an estimate off a constraint that holds it, to first order: there it has no error. Judged without that, the
+//! uncertainty across the constraint is what the readings alone would leave, and the scores of a sandwich do not sum to zero.
+//! So what an active constraint holds becomes an all but exact reading,
+//!
+//! ```text
+//!     f(x) = f(x₀),     f affine
+//! ```
+//!
+//! which takes the direction across the constraint from what the readings leave open. **Assumption:** with other readings of
+//! the same noise the same constraints would hold. Where the multiplier is within the noise they might not, and intervals are
+//! one-sided; nothing here tells.
+
+use crate::{
+    ActiveConstraint, Affine, BlockId, Estimate, EvaluateError, Factor, LocalValues, Noise, Problem, Residual, RowsMut,
+    Spectrum, Values,
+};
+
+use super::StatisticsError;
+
+/// How much stiffer a held function is than the data make the unknowns it reads: enough to stand for exact, and little
+/// enough to leave weak directions to be told from empty ones.
+const STIFFNESS: f64 = 1e3;
+/// A function whose slope is but for this share that of others follows from them.
+const DEPENDENT: f64 = 1e-6;
+
+/// The problem with what the active constraints of an estimate hold as all but exact readings, after all other factors;
+/// nothing where none is active. `spectrum` is that of the problem at the estimate.
+///
+/// # Errors
+/// Where a constraint reads nothing that is free, or a value that is not finite.
+pub fn along_constraints(
+    problem: &Problem,
+    estimate: &Estimate,
+    spectrum: &Spectrum,
+) -> Result<Option<Problem>, StatisticsError> {
+    if estimate.active.is_empty() {
+        return Ok(None);
+    }
+    let mut factors = problem.factors().to_vec();
+    for (function, norm) in independent(problem, &estimate.active, spectrum) {
+        let noise = Noise::independent(&[norm / STIFFNESS])?;
+        factors.push(Factor::new(HeldFunction::new(function, &estimate.values), noise));
+    }
+    Ok(Some(problem.with_factors(factors)?))
+}
+
+/// The held functions that do not follow from those before them, each with the norm of its slope by columns that count
+/// in what one standard deviation of the data makes of them.
+fn independent<'a>(problem: &Problem, active: &'a [ActiveConstraint], spectrum: &Spectrum) -> Vec<(&'a Affine, f64)> {
+    let mut found: Vec<(&Affine, f64)> = Vec::new();
+    let mut directions: Vec<Vec<f64>> = Vec::new();
+    for function in active.iter().flat_map(|constraint| &constraint.holds) {
+        let mut slope = vec![0.0; problem.columns().len()];
+        for (id, component, c) in &function.terms {
+            if let Some(column) = problem.columns_of(*id).nth(*component) {
+                slope[column] += c / spectrum.column_scale(column);
+            }
+        }
+        let norm = dot(&slope, &slope).sqrt();
+        for other in &directions {
+            let along = dot(other, &slope);
+            slope.iter_mut().zip(other).for_each(|(s, o)| *s -= along * o);
+        }
+        let left = dot(&slope, &slope).sqrt();
+        if left > DEPENDENT * norm {
+            directions.push(slope.iter().map(|s| s / left).collect());
+            found.push((function, norm));
+        }
+    }
+    found
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The deviation of the function from its value, in its unit.
+#[derive(Clone, Debug)]
+struct HeldFunction {
+    blocks: Vec<BlockId>,
+    /// Position among `blocks`, component, coefficient.
+    terms: Vec<(usize, usize, f64)>,
+    /// The value less the constant part.
+    value: f64,
+}
+
+impl HeldFunction {
+    /// Held where it is at `values`.
+    fn new(function: &Affine, values: &Values) -> Self {
+        let mut blocks: Vec<BlockId> = function.terms.iter().map(|(id, ..)| *id).collect();
+        blocks.sort_unstable();
+        blocks.dedup();
+        let place = |id: &BlockId| blocks.partition_point(|other| other < id);
+        let terms = function.terms.iter().map(|(id, component, c)| (place(id), *component, *c)).collect();
+        HeldFunction { terms, value: function.at(values) - function.constant, blocks }
+    }
+}
+
+impl Residual for HeldFunction {
+    fn blocks(&self) -> &[BlockId] {
+        &self.blocks
+    }
+
+    fn len(&self) -> usize {
+        1
+    }
+
+    fn evaluate(
+        &self,
+        x: LocalValues<'_>,
+        residual: &mut [f64],
+        jacobian: Option<RowsMut<'_>>,
+    ) -> Result<(), EvaluateError> {
+        residual[0] = self.terms.iter().map(|(block, i, c)| c * x.block(*block)[*i]).sum::<f64>() - self.value;
+        if let Some(mut rows) = jacobian {
+            self.terms.iter().for_each(|(block, i, c)| rows.row(0)[x.column(*block) + i] += c);
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::{NoiseKnowledge, SampleBlocks, Solution, Uncertainty};
+    use crate::testing::Line;
+    use crate::{Block, ProblemBuilder, Termination, check_derivatives};
+
+    #[test]
+    fn a_held_function_is_zero_where_it_is_held_and_has_the_slopes_it_says() {
+        let mut builder = ProblemBuilder::new();
+        let a = builder.add_block(Block::vector("a", "", &["x", "y"]), &[1.0, 2.0]);
+        let b = builder.add_block(Block::vector("b", "", &["x", "y", "z"]), &[3.0, 4.0, 5.0]);
+        let function = Affine::constant(7.0).plus(b, 2, 0.5).plus(a, 1, -2.0).plus(b, 2, 1.0);
+        let residual = HeldFunction::new(&function, &builder.initial());
+        check_derivatives(&residual, &[2, 3], &[0.3; 5], 1e-9).unwrap();
+        let mut r = [1.0];
+        let values = builder.initial();
+        residual.evaluate(LocalValues::new(values.as_slice(), &[0, 2, 5]), &mut r, None).unwrap();
+        assert_eq!(r, [0.0]);
+    }
+
+    /// 120 readings of x + y and as many of x, x held at a bound of 1 that they would like to pass: by hand
+    /// var y = 1 / 120 instead of 2 / 120.
+    #[test]
+    fn an_active_bound_has_no_error_and_spares_others_theirs() {
+        let mut builder = ProblemBuilder::new();
+        let blocks = [("x", 1.0), ("y", 2.0)].map(|(name, value)| builder.add_block(Block::scalar(name, ""), &[value]));
+        for k in 0..240 {
+            let error = f64::from(k * 37 % 11) / 5.0 - 1.0;
+            let (slopes, reading) = if k % 2 == 0 { ([1.0, 1.0], 3.0) } else { ([1.0, 0.0], 1.5) };
+            let line = Line::new(&blocks, &slopes, reading + error);
+            builder.add_factor(Factor::new(line, Noise::independent(&[1.0]).unwrap()));
+        }
+        let (problem, values) = builder.build().unwrap();
+        let holds = vec![Affine::component(blocks[0], 0)];
+        let estimate = Estimate {
+            cost: problem.cost(&values).unwrap(),
+            values,
+            termination: Termination::Gradient { cosine: 0.0 },
+            iterations: Vec::new(),
+            active: vec![ActiveConstraint { name: "x is at most 1".into(), multiplier: 60.0, holds }],
+            without_effect: Vec::new(),
+        };
+        let spectrum = Spectrum::new(&problem, &estimate.values).unwrap();
+        let along = along_constraints(&problem, &estimate, &spectrum).unwrap().unwrap();
+        let std = |problem: &Problem, of: fn(&Solution<'_>) -> Uncertainty| {
+            let spectrum = Spectrum::new(problem, &estimate.values).unwrap();
+            let uncertainty = of(&Solution { problem, values: &estimate.values, spectrum: &spectrum });
+            [0, 1].map(|column| uncertainty.covariance().std(column))
+        };
+        let plain = |solution: &Solution<'_>| Uncertainty::from_noise(solution, NoiseKnowledge::Stated).unwrap();
+        let [free_x, free_y] = std(&problem, plain);
+        assert!((free_x - 120f64.recip().sqrt()).abs() < 1e-12 && (free_y - 60f64.recip().sqrt()).abs() < 1e-12);
+        let [x, y] = std(&along, plain);
+        assert!(x < 2e-3 * free_x && (y / 120f64.recip().sqrt() - 1.0).abs() < 1e-5, "{x} {y}");
+        let by_blocks =
+            |solution: &Solution<'_>| Uncertainty::sandwich(solution, &SampleBlocks::new(0..240, 6).unwrap()).unwrap();
+        assert!(std(&along, by_blocks)[0] < 2e-3 * std(&problem, by_blocks)[0]);
+        let inside = Estimate { active: Vec::new(), ..estimate.clone() };
+        assert!(along_constraints(&problem, &inside, &spectrum).unwrap().is_none());
+    }
+}
