@@ -15,7 +15,8 @@ use crate::terminal;
 /// Tell what a session can and cannot determine, before any solve
 ///
 /// Reads the session and its poses, judges them at nominal values, and tells for each parameter how well it can be
-/// known, for what cannot be known why and what would cure it, and which sweeps the sequential procedure finds.
+/// known, for what cannot be known why and which smallest additions (something stated, poses, a load, a tilted base) would
+/// cure it, and which sweeps the sequential procedure finds.
 /// Torque readings need not mean anything yet: only which there are is looked at, and their noise.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]

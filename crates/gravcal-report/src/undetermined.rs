@@ -9,29 +9,33 @@ use crate::text::wrapped;
 pub(crate) struct Entry<'a> {
     pub undetermined: &'a Undetermined,
     pub whose: Option<String>,
+    /// What would cure it, in the order of effort.
+    pub cures: Vec<String>,
 }
 
 /// Lines for all of them. Those that one cure helps stand together above it, those with one reason above that.
 pub(crate) fn tell_undetermined(entries: &[Entry<'_>]) -> String {
     let mut text = String::new();
-    for cured_alike in grouped(entries.iter().collect(), |a, b| a.cure() == b.cure() && a.whose == b.whose) {
-        let cure = cured_alike.first().map_or("", |entry| entry.cure());
+    for cured_alike in grouped(entries.iter().collect(), |a, b| a.cures == b.cures && a.whose == b.whose) {
+        let cures = cured_alike.first().map_or(&[][..], |entry| &entry.cures);
         for for_one_reason in grouped(cured_alike, |a, b| a.why() == b.why()) {
             text += &for_one_reason.iter().map(|entry| entry.names()).collect::<String>();
             text += &labelled("why", for_one_reason.first().map_or("", |entry| entry.why()));
         }
-        text += &labelled("cure", cure);
+        let labels = std::iter::once("cure").chain(std::iter::repeat("or"));
+        text += &labels.zip(cures).map(|(label, cure)| labelled(label, cure)).collect::<String>();
     }
     text
 }
 
-impl Entry<'_> {
-    fn why(&self) -> &str {
-        &self.undetermined.why
+impl<'a> Entry<'a> {
+    /// With the one cure that it names itself.
+    pub fn of(undetermined: &'a Undetermined, whose: Option<String>) -> Entry<'a> {
+        Entry { undetermined, whose, cures: vec![undetermined.cure.clone()] }
     }
 
-    fn cure(&self) -> &str {
-        &self.undetermined.cure
+    fn why(&self) -> &str {
+        &self.undetermined.why
     }
 
     /// The combination, and its parameters where it does not name them itself.
@@ -70,7 +74,7 @@ mod tests {
     }
 
     fn told(all: &[Undetermined], whose: Option<&str>) -> String {
-        let entry = |undetermined| Entry { undetermined, whose: whose.map(str::to_owned) };
+        let entry = |undetermined| Entry::of(undetermined, whose.map(str::to_owned));
         tell_undetermined(&all.iter().map(entry).collect::<Vec<_>>())
     }
 

@@ -50,6 +50,7 @@ pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
 pub(crate) use start::start_around;
 use sweep_moments::SweepMoments;
+pub(crate) use twins::DECISIVE;
 pub use unknowns::{Layout, Unknowns};
 
 /// The joint problem could not be solved.
@@ -348,7 +349,7 @@ pub(crate) fn last_frame_choice(session: &Session) -> Option<Undetermined> {
 }
 
 /// That the readings do not tell gravity from its opposite.
-fn unknown_sign() -> Undetermined {
+pub(crate) fn unknown_sign() -> Undetermined {
     Undetermined {
         combination: "sign of gravity".into(),
         parameters: vec!["gravity".into()],

@@ -4,7 +4,8 @@
 //! the placements of loads that no distance reads: these blocks are marked as linear.
 
 use gravcal_estimation::{
-    Block, BlockId, Factor, Loss, Manifold, Noise, NoiseError, Problem, ProblemBuilder, ProblemError, Values,
+    Block, BlockId, EvaluateError, Factor, Loss, Manifold, Noise, NoiseError, Problem, ProblemBuilder, ProblemError,
+    Values,
 };
 use thiserror::Error;
 
@@ -59,6 +60,20 @@ pub struct JointProblem {
 }
 
 impl JointProblem {
+    /// What the initial values predict of each reading: pose, channel, value in the unit of the reading.
+    pub(crate) fn predicted(
+        &self,
+        session: &Session,
+        readings: &Readings,
+    ) -> Result<Vec<(usize, usize, f64)>, EvaluateError> {
+        let residuals = self.problem.residuals(&self.initial)?;
+        let predicted = self.rows.iter().zip(residuals).filter_map(|((pose, channel), residual)| {
+            let value = session.reading(*pose, *channel)?.value;
+            Some((*pose, *channel, value + readings.std(session, *pose, *channel) * residual))
+        });
+        Ok(predicted.collect())
+    }
+
     /// The same problem with another loss of the readings.
     pub(crate) fn with_loss(&self, loss: Loss) -> Result<JointProblem, PosingError> {
         let mut factors = self.problem.factors().to_vec();

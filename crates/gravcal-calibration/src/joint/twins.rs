@@ -15,7 +15,7 @@ use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// Cost by which one of both must exceed the other to be ruled out: its likelihood is then less by e¹⁰.
-const DECISIVE: f64 = 10.0;
+pub(crate) const DECISIVE: f64 = 10.0;
 /// A twin is followed where it lowers the cost by more than this share: less is where the same solution was found again.
 const LOWER: f64 = 1e-6;
 

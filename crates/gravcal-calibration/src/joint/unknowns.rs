@@ -5,7 +5,7 @@ use gravcal_estimation::{BlockId, Values};
 use super::placements::Placement;
 use super::position_unknowns::PositionUnknown;
 use crate::parameter::{ParameterId, Quantity};
-use crate::session::{Instrument, InstrumentKind, Session};
+use crate::session::{Instrument, InstrumentKind, Load, Session};
 
 /// A value for every unknown of the joint problem, in inside units.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,21 +63,26 @@ impl Unknowns {
     }
 
     /// Gravity the other way up, masses, moments and placements negative: the same torques, but for what a load's mass
-    /// does on known lengths.
+    /// does on known lengths. What is given as exact stays.
     pub(crate) fn upside_down(&self, session: &Session) -> Unknowns {
         let mut further = self.further.clone();
         let wrist = |instrument: &&Instrument| instrument.kind == InstrumentKind::ForceTorque;
         for instrument in session.instruments.iter().filter(wrist) {
-            further[instrument.own_parameters()].iter_mut().for_each(|component| *component *= -1.0);
+            let free = instrument.own_parameters().filter(|own| session.further[*own].held.is_none());
+            free.for_each(|own| further[own] *= -1.0);
         }
         let negative = |v: &[f64; 3]| v.map(|component| -component);
+        let placement = |(position, load): (&[f64; 3], &Load)| match (load.position, load.position_std) {
+            (Some(_), None) => *position,
+            _ => negative(position),
+        };
         Unknowns {
             gravity: negative(&self.gravity),
             sensors: self.sensors.clone(),
             further,
             inertia: self.inertia.iter().map(|v| v.map(|component| -component)).collect(),
             sweep_moments: self.sweep_moments.iter().map(|v| v.iter().map(|component| -component).collect()).collect(),
-            loads: self.loads.iter().map(negative).collect(),
+            loads: self.loads.iter().zip(&session.loads).map(placement).collect(),
             deflections: self.deflections.clone(),
         }
     }

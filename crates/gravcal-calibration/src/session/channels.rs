@@ -40,6 +40,16 @@ impl Session {
         }
     }
 
+    /// The same, to be changed.
+    pub(crate) fn reading_mut(&mut self, pose: usize, channel: usize) -> Option<&mut Reading> {
+        let joints = self.joints.len();
+        let pose = &mut self.poses[pose];
+        match channel.checked_sub(joints) {
+            None => pose.torque[channel].as_mut(),
+            Some(place) => pose.instruments[place].as_mut(),
+        }
+    }
+
     /// Index of the instrument and of its axis; `None` for a joint.
     pub(crate) fn axis(&self, channel: usize) -> Option<(usize, usize)> {
         let place = channel.checked_sub(self.joints.len())?;

@@ -1,5 +1,6 @@
 //! The table of a check, for people: what a session can and cannot determine, before any solve.
 
+mod cures;
 mod data;
 mod parameters;
 mod steps;
@@ -10,7 +11,6 @@ use gravcal_calibration::check::CheckReport;
 
 use crate::json::{JsonError, json};
 use crate::text::wrapped;
-use crate::undetermined::{Entry, tell_undetermined};
 
 /// What a session can determine, as text of 80 columns.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +26,7 @@ impl fmt::Display for CheckTable<'_> {
         let sections = [
             verdict(self.robot, self.report),
             parameters::tell(self.report),
-            undetermined(self.report),
+            cures::tell(self.report),
             parameters::tell_tilts(self.report),
             data::tell(self.report),
             data::tell_sweeps(self.report),
@@ -54,15 +54,6 @@ fn verdict(robot: &str, report: &CheckReport) -> String {
         format!("not everything that is asked for can be determined: not {}", missing.join(", "))
     };
     format!("Check of {robot}\n{}", wrapped("  ", "  ", &words)) + &wrapped("  ", "  ", &report.judged_at)
-}
-
-fn undetermined(report: &CheckReport) -> String {
-    if report.undetermined.is_empty() {
-        return String::new();
-    }
-    let entry = |undetermined| Entry { undetermined, whose: None };
-    let entries: Vec<Entry<'_>> = report.undetermined.iter().map(entry).collect();
-    format!("Undetermined by the joint estimator\n{}", tell_undetermined(&entries))
 }
 
 #[cfg(test)]

@@ -1,9 +1,18 @@
 use super::*;
-use gravcal_calibration::check::{CheckedParameter, StepReport, SweepReport, TiltReport};
+use gravcal_calibration::check::{CheckedParameter, Curable, Cure, PredictedStd, StepReport, SweepReport, TiltReport};
 use gravcal_calibration::result::Undetermined;
 
 fn parameter(name: &str, unit: &str, predicted_std: Option<f64>) -> CheckedParameter {
     CheckedParameter { name: name.into(), unit: unit.into(), asked: true, determined: true, held: None, predicted_std }
+}
+
+fn cure(addition: &str, stds: &[Option<f64>]) -> Cure {
+    let predicted = |(index, std): (usize, &Option<f64>)| PredictedStd {
+        name: format!("joint{}.torque_gain", index + 1),
+        unit: "count/(N·m)".into(),
+        std: *std,
+    };
+    Cure { addition: addition.into(), predicted: stds.iter().enumerate().map(predicted).collect() }
 }
 
 fn report() -> CheckReport {
@@ -35,12 +44,26 @@ fn report() -> CheckReport {
             parameter("joint2.torque_bias", "count", None),
             parameter("joint2.position_offset", "rad", Some(0.001)),
         ],
-        undetermined: vec![Undetermined {
-            combination: "joint1.torque_gain".into(),
-            parameters: vec!["joint1.torque_gain".into()],
-            why: "gravity is parallel to the axis of joint1".into(),
-            cure: "tilt the base".into(),
-        }],
+        undetermined: vec![
+            Curable {
+                undetermined: Undetermined {
+                    combination: "joint1.torque_gain".into(),
+                    parameters: vec!["joint1.torque_gain".into()],
+                    why: "gravity is parallel to the axis of joint1".into(),
+                    cure: "tilt the base".into(),
+                },
+                cures: vec![cure("tilt the base", &[Some(0.0123)]), cure("turn it over", &[None])],
+            },
+            Curable {
+                undetermined: Undetermined {
+                    combination: "joint2.position_gain".into(),
+                    parameters: vec!["joint2.position_gain".into()],
+                    why: "the range is short".into(),
+                    cure: "move more".into(),
+                },
+                cures: Vec::new(),
+            },
+        ],
         tilts: vec![TiltReport {
             tilt_deg: 10.0,
             torque_gain_relative_std: Some(0.0123),
@@ -73,10 +96,14 @@ Predicted standard deviations, joint estimator
   [1] held: zero by definition of the base frame
   [2] can be determined; how well depends on noise that no reading states
 
-Undetermined by the joint estimator
+Undetermined by the joint estimator, cures in the order of effort
   joint1.torque_gain
     why  gravity is parallel to the axis of joint1
-    cure tilt the base
+    cure tilt the base: joint1.torque_gain ± 0.012 count/(N·m)
+    or   turn it over
+  joint2.position_gain
+    why  the range is short
+    cure none was found among single additions and pairs; as a rule: move more
 
 What a tilt of the base brings to the first joint: predicted std
   tilt, deg  torque gain, %  position gain, %
@@ -112,4 +139,17 @@ fn json_has_the_same_fields() {
     assert_eq!(json["complete"], false);
     assert_eq!(json["parameters"][0]["name"], "gravity");
     assert_eq!(json["undetermined"][0]["cure"], "tilt the base");
+    assert_eq!(json["undetermined"][0]["cures"][0]["predicted"][0]["std"], 0.0123);
+}
+
+#[test]
+fn of_a_cure_of_many_parameters_some_are_listed() {
+    let many = Curable {
+        cures: vec![cure("attach a load", &[Some(0.5), Some(0.25), Some(0.125)])],
+        ..report().undetermined[0].clone()
+    };
+    let text = CheckTable { robot: "arm", report: &CheckReport { undetermined: vec![many], ..report() } }.to_string();
+    let words: Vec<&str> = text.split_whitespace().collect();
+    let told = "joint1.torque_gain ± 0.50 count/(N·m), joint2.torque_gain ± 0.25 count/(N·m), … (3 in all)";
+    assert!(words.join(" ").contains(told), "{text}");
 }

@@ -52,7 +52,7 @@ fn undetermined(results: &[EstimatorResult]) -> String {
     let several = results.len() > 1;
     let shared = by_content(results, |result| &result.undetermined).into_iter();
     let entries: Vec<Entry<'_>> =
-        shared.map(|shared| Entry { undetermined: shared.item, whose: several.then_some(shared.names) }).collect();
+        shared.map(|shared| Entry::of(shared.item, several.then_some(shared.names))).collect();
     under("Undetermined", tell_undetermined(&entries))
 }
 

@@ -20,7 +20,7 @@ const POSES: [usize; 3] = [100; 3];
 /// Joints reach this far to either side, rad.
 const REACH: f64 = 120.0 / 180.0 * PI;
 /// Standard deviation of a torque reading, count.
-const NOISE: f64 = 0.8;
+pub(crate) const NOISE: f64 = 0.8;
 /// Nominal torque gain, count/(N·m), and bias, count: a 12-bit converter's (the Sarcos arm's).
 const GAIN: f64 = 6.69;
 const BIAS: f64 = 2048.0;
@@ -33,7 +33,7 @@ const OFFSET_SPREAD: f64 = 20.0 / 180.0 * PI;
 const TILT: [f64; 2] = [5.0 / 180.0 * PI, PI];
 /// The declared direction of gravity is at most this far from the true one, rad.
 const DECLARED_WITHIN: f64 = 60.0 / 180.0 * PI;
-const GRAVITY: f64 = 9.80665;
+pub(crate) const GRAVITY: f64 = 9.80665;
 
 /// The arm of this number.
 ///
@@ -93,7 +93,7 @@ fn row(joint: usize, random: &mut Pcg64) -> DhRow {
 }
 
 /// What is said of a joint's sensors.
-fn known(knowing: Knowing) -> JointKnowledge {
+pub(crate) fn known(knowing: Knowing) -> JointKnowledge {
     let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
     let (gain, bias) = match knowing {
         Knowing::Nominal => (GAIN, BIAS),
@@ -108,7 +108,7 @@ fn known(knowing: Knowing) -> JointKnowledge {
 }
 
 /// `[k, b, s, o]`; the offsets of the first and the last joint are choices of frames, zero.
-fn sensors(frame_choice: bool, random: &mut Pcg64) -> [f64; 4] {
+pub(crate) fn sensors(frame_choice: bool, random: &mut Pcg64) -> [f64; 4] {
     let mut within = |spread: f64| random.random_range(-spread..spread);
     let [gain, bias, position_gain, offset] =
         [GAIN_SPREAD, BIAS_SPREAD, POSITION_GAIN_SPREAD, OFFSET_SPREAD].map(&mut within);
@@ -116,14 +116,14 @@ fn sensors(frame_choice: bool, random: &mut Pcg64) -> [f64; 4] {
 }
 
 /// Links grow lighter towards the tip; centres of mass within 0.2 m of the frame's origin along each axis.
-fn inertia(joint: usize, random: &mut Pcg64) -> [f64; 4] {
+pub(crate) fn inertia(joint: usize, random: &mut Pcg64) -> [f64; 4] {
     let mass = random.random_range(1.0..6.0) / (1.0 + 0.3 * joint as f64);
     let centre: [f64; 3] = std::array::from_fn(|_| random.random_range(-0.2..0.2));
     [mass, mass * centre[0], mass * centre[1], mass * centre[2]]
 }
 
 /// Two placements 0.2 m to 0.5 m apart.
-fn placements(random: &mut Pcg64) -> [[f64; 3]; 2] {
+pub(crate) fn placements(random: &mut Pcg64) -> [[f64; 3]; 2] {
     let centre: [f64; 3] = std::array::from_fn(|_| random.random_range(-0.2..0.2));
     let half = 0.5 * random.random_range(0.2..0.5);
     let arm = direction_within(random, [0.0, 0.0, 1.0], [0.0, PI]);

@@ -1,0 +1,59 @@
+//! Stating something that is known: no pose is recorded for it.
+
+use super::Addition;
+use crate::check::supposed::Supposed;
+use crate::parameter::{ParameterId, Quantity};
+use crate::session::KnowledgeKind;
+
+/// Standard deviation of a torque gain that is stated, as a share of it.
+const GAIN_KNOWN: f64 = 0.01;
+/// The same of a load's position, m.
+const POSITION_KNOWN: f64 = 1e-3;
+
+/// Gravity's rough direction.
+pub fn hemisphere(now: &Supposed) -> Vec<Addition> {
+    if now.session.gravity.hemisphere.is_some() {
+        return Vec::new();
+    }
+    let words = "state gravity's rough direction ([gravity] hemisphere)";
+    vec![Addition::new(words.into(), |supposed| {
+        let norm = supposed.session.gravity.magnitude;
+        supposed.session.gravity.hemisphere = Some(supposed.values.gravity.map(|component| component / norm));
+    })]
+}
+
+/// The torque gain of one joint.
+pub fn torque_gain(now: &Supposed) -> Vec<Addition> {
+    let open = |joint: &usize| {
+        now.noise[*joint].is_some()
+            && now.session.held_reason(*joint, Quantity::TorqueGain).is_none()
+            && now.session.joints[*joint].of(Quantity::TorqueGain).kind == KnowledgeKind::Start
+    };
+    let state = |joint: usize| {
+        let id = ParameterId::Sensor(joint, Quantity::TorqueGain);
+        let name = now.session.parameter_name(id);
+        let words = format!("state {name} within {:.0} % (its std in [[joint]])", 100.0 * GAIN_KNOWN);
+        let make = move |supposed: &mut Supposed| {
+            let knowledge = supposed.session.knowledge_mut(id);
+            knowledge.kind = KnowledgeKind::Prior { std: GAIN_KNOWN * knowledge.nominal.abs() };
+        };
+        Addition { states: Some(name), ..Addition::new(words, make) }
+    };
+    (0..now.session.joints.len()).filter(open).map(state).collect()
+}
+
+/// Where a load hangs in its link.
+pub fn placement(now: &Supposed) -> Vec<Addition> {
+    let hangs = |load: &usize| now.session.poses.iter().any(|pose| pose.load == Some(*load));
+    let open = |load: &usize| now.session.loads[*load].position.is_none() && hangs(load);
+    let state = |load: usize| {
+        let name = &now.session.loads[load].name;
+        let words =
+            format!("state the position of load `{name}` in its link within {} mm (position_m)", 1e3 * POSITION_KNOWN);
+        Addition::new(words, move |supposed| {
+            supposed.session.loads[load].position = Some(supposed.values.loads[load]);
+            supposed.session.loads[load].position_std = Some(POSITION_KNOWN);
+        })
+    };
+    (0..now.session.loads.len()).filter(open).map(state).collect()
+}

@@ -1,0 +1,94 @@
+//! Attaching a load of known mass to the last link.
+
+use super::Addition;
+use super::poses::{poses, spread};
+use crate::check::supposed::Supposed;
+use crate::session::{Load, LoadDistance};
+
+/// Mass of a load that is not there yet, kg: what an arm of any size carries.
+const MASS: f64 = 1.0;
+/// Distance between two placements of it, m, along a direction that is no axis, of unit length.
+const DISTANCE: f64 = 0.2;
+const DIRECTION: [f64; 3] = [0.6, 0.48, 0.64];
+/// Where it hangs in the link's frame, m: supposed, and unknown unless said to be known.
+const POSITION: [f64; 3] = [0.05, 0.04, 0.1];
+/// How well a position is known that is stated, m.
+const POSITION_KNOWN: f64 = 1e-3;
+
+/// A first load, anywhere.
+pub fn attached(now: &Supposed) -> Vec<Addition> {
+    let words = format!("record {} with a load of known mass ({MASS} kg) on the last link besides", poses(now, ""));
+    unloaded(now, words, |supposed| {
+        let load = hung(supposed, None, POSITION);
+        supposed.record(Some(load), spread(supposed));
+    })
+}
+
+/// The same load at another place.
+pub fn second_placement(now: &Supposed) -> Vec<Addition> {
+    let place = |first: usize| {
+        let words = format!(
+            "record {} with the mass of load `{}` at a second placement a known distance ({DISTANCE} m) from the \
+             first (load_distance)",
+            poses(now, ""),
+            now.session.loads[first].name
+        );
+        Addition::new(words, move |supposed| put_beside(supposed, first))
+    };
+    let hangs = |load: &usize| now.session.poses.iter().any(|pose| pose.load == Some(*load));
+    (0..now.session.loads.len()).filter(hangs).map(place).collect()
+}
+
+/// A first load, at a known place.
+pub fn at_known_position(now: &Supposed) -> Vec<Addition> {
+    let words = format!(
+        "record {} with a load of known mass ({MASS} kg) besides, at a position in the last link known within \
+         {} mm (position_m)",
+        poses(now, ""),
+        1e3 * POSITION_KNOWN
+    );
+    unloaded(now, words, |supposed| {
+        let load = hung(supposed, None, POSITION);
+        supposed.session.loads[load].position = Some(POSITION);
+        supposed.session.loads[load].position_std = Some(POSITION_KNOWN);
+        supposed.record(Some(load), spread(supposed));
+    })
+}
+
+/// A first load at two places.
+pub fn two_placements(now: &Supposed) -> Vec<Addition> {
+    let words = format!(
+        "record {} each with a load of known mass ({MASS} kg) at two placements a known distance ({DISTANCE} m) apart \
+         on the last link (load_distance)",
+        poses(now, "")
+    );
+    unloaded(now, words, |supposed| {
+        let load = hung(supposed, None, POSITION);
+        supposed.record(Some(load), spread(supposed));
+        put_beside(supposed, load);
+    })
+}
+
+fn unloaded(now: &Supposed, words: String, make: impl Fn(&mut Supposed) + 'static) -> Vec<Addition> {
+    let loaded = now.session.poses.iter().any(|pose| pose.load.is_some());
+    if loaded { Vec::new() } else { vec![Addition::new(words, make)] }
+}
+
+/// Hangs a load on the robot, `like` another one or the last link's; gives its index.
+fn hung(supposed: &mut Supposed, like: Option<usize>, position: [f64; 3]) -> usize {
+    let loads = &mut supposed.session.loads;
+    let (mass, link) =
+        like.map_or((MASS, supposed.session.joints.len() - 1), |load| (loads[load].mass, loads[load].link));
+    loads.push(Load { name: format!("supposed {}", loads.len()), mass, link, position: None, position_std: None });
+    supposed.values.loads.push(position);
+    supposed.session.loads.len() - 1
+}
+
+/// The mass of a load at a known distance from it, with poses.
+fn put_beside(supposed: &mut Supposed, first: usize) {
+    let from = supposed.values.loads[first];
+    let position = [0, 1, 2].map(|axis| from[axis] + DISTANCE * DIRECTION[axis]);
+    let second = hung(supposed, Some(first), position);
+    supposed.session.load_distances.push(LoadDistance { between: [first, second], distance: DISTANCE, std: None });
+    supposed.record(Some(second), spread(supposed));
+}

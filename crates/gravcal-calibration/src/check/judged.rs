@@ -1,0 +1,87 @@
+//! The judgement of the joint problem at given values, as `check` tells it.
+
+use gravcal_estimation::BlockId;
+
+use super::CheckedParameter;
+use super::sign;
+use crate::joint::{EstimateError, Readings, Solved, Unknowns, judge_at_start, last_frame_choice, unknown_sign};
+use crate::result::Undetermined;
+use crate::session::Session;
+
+/// Largest less smallest of some hundred readings of mere noise, in standard deviations.
+const NOISE_SPREAD: f64 = 5.0;
+
+/// What can be known at given values.
+#[derive(Clone, Debug)]
+pub(super) struct NominalVerdict {
+    /// Gravity first, then the session's parameters.
+    pub parameters: Vec<CheckedParameter>,
+    /// What cannot.
+    pub undetermined: Vec<Undetermined>,
+}
+
+impl NominalVerdict {
+    /// The parameter of this name.
+    pub fn of(&self, name: &str) -> Option<&CheckedParameter> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// Whether a parameter is determined.
+    pub fn determines(&self, name: &str) -> bool {
+        self.of(name).is_some_and(|parameter| parameter.determined)
+    }
+}
+
+/// Judges the readings at the given values; a standard deviation follows from a first guess where no reading states its noise.
+pub(super) fn judge_at(
+    session: &Session,
+    readings: &Readings,
+    values: &Unknowns,
+) -> Result<NominalVerdict, EstimateError> {
+    let judged = judge_at_start(session, readings, values)?;
+    // Readings count, not their values: a bias is judged against the torque that the nominal model predicts.
+    let judgement = judged.judge_with_spreads(session, &predicted_spreads(session, readings, &judged)?);
+    let (posed, covariance) = (&judged.posed, judged.covariance());
+    let std = |id: BlockId| posed.problem.columns_of(id).map(|column| covariance.std(column)).reduce(f64::max);
+    let sign_known = sign::is_decided(session, readings, values)?;
+    let gravity = judgement.gravity && sign_known;
+    let mut parameters = vec![CheckedParameter {
+        name: "gravity".into(),
+        unit: "deg".into(),
+        asked: session.asks("gravity"),
+        determined: gravity,
+        held: None,
+        predicted_std: std(posed.layout.gravity)
+            .filter(|_| gravity)
+            .map(|std| (std / session.gravity.magnitude).to_degrees()),
+    }];
+    for id in session.parameters() {
+        let blank = session.blank_parameter(id);
+        let determined = blank.determined && judgement.determines(id);
+        parameters.push(CheckedParameter {
+            name: blank.name,
+            unit: blank.unit,
+            asked: blank.asked,
+            determined,
+            held: blank.held,
+            predicted_std: std(posed.layout.block(id)).filter(|_| determined),
+        });
+    }
+    let situation = judged.situation(session);
+    let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
+    undetermined.extend((!sign_known).then(unknown_sign));
+    undetermined.extend(last_frame_choice(session));
+    Ok(NominalVerdict { parameters, undetermined })
+}
+
+/// Largest less smallest reading that the nominal model predicts for each channel, unit of the reading; never less than
+/// noise alone spreads them, so that a joint that carries nothing still tells its bias.
+fn predicted_spreads(session: &Session, readings: &Readings, judged: &Solved) -> Result<Vec<f64>, EstimateError> {
+    let mut range = vec![(f64::INFINITY, f64::NEG_INFINITY, 1.0); session.channel_count()];
+    for (pose, channel, predicted) in judged.posed.predicted(session, readings)? {
+        let std = readings.std(session, pose, channel);
+        let (low, high, _) = range[channel];
+        range[channel] = (low.min(predicted), high.max(predicted), std);
+    }
+    Ok(range.iter().map(|(low, high, std)| (high - low).max(NOISE_SPREAD * std)).collect())
+}

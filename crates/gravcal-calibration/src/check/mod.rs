@@ -1,0 +1,199 @@
+//! What a session can and cannot determine, before any solve.
+//!
+//! The Jacobian of the joint problem is judged at nominal values: gravity along the declared direction (of an
+//! upright base without one), nominal sensors, the robot's assumed masses. Torque readings are not looked at (only which are there, and their noise).
+
+mod additions;
+mod cures;
+mod judged;
+mod sign;
+mod supposed;
+mod sweeps;
+#[cfg(test)]
+mod tests;
+mod tilts;
+
+use serde::Serialize;
+
+use crate::joint::{EstimateError, Readings, Signals, select};
+use crate::result::Undetermined;
+use crate::sequential::Plan;
+use crate::session::Session;
+
+use cures::cures;
+use supposed::Supposed;
+use sweeps::{sweep_rule, tell_steps, tell_sweep};
+use tilts::tilts;
+
+/// What a session can determine.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckReport {
+    /// Where it was judged, in words.
+    pub judged_at: String,
+    /// Poses by load (`none` first), as `(load, poses)`.
+    pub poses: Vec<(String, usize)>,
+    /// By joint: name and usable torque readings.
+    pub torque_readings: Vec<(String, usize)>,
+    /// How many torque readings of each joint the limits of motion leave, in words; absent where they leave all.
+    pub selection: Option<String>,
+    /// Rule by which sweeps are detected, in words.
+    pub sweep_rule: String,
+    /// Sweeps found.
+    pub sweeps: Vec<SweepReport>,
+    /// What each step of the sequential procedure will read, or why it cannot work.
+    pub steps: Vec<StepReport>,
+    /// Every sensor parameter and gravity, as the joint estimator can know them.
+    pub parameters: Vec<CheckedParameter>,
+    /// What the joint estimator cannot determine, and what would cure it.
+    pub undetermined: Vec<Curable>,
+    /// What tilting the base would bring to the first joint; empty unless gravity is nearly parallel to its axis.
+    pub tilts: Vec<TiltReport>,
+    /// Whether everything asked for can be determined.
+    pub complete: bool,
+}
+
+/// One sweep.
+#[derive(Clone, Debug, Serialize)]
+pub struct SweepReport {
+    /// File name of its table.
+    pub table: String,
+    /// Lines of its first and last pose.
+    pub lines: [u64; 2],
+    /// The joint that moves.
+    pub joint: String,
+    /// Number of poses.
+    pub poses: usize,
+    /// From where to where, degrees (nominal position gain, no offset).
+    pub range_deg: [f64; 2],
+    /// Load attached, if any.
+    pub load: Option<String>,
+    /// Steps of the sequential procedure that read it.
+    pub steps: Vec<u8>,
+}
+
+/// One step of the sequential procedure for one joint.
+#[derive(Clone, Debug, Serialize)]
+pub struct StepReport {
+    /// 1, 2 or 3.
+    pub step: u8,
+    /// What it finds: `joint1.torque_bias, joint1.position_gain`.
+    pub finds: String,
+    /// Number of sweeps it reads.
+    pub sweeps: usize,
+    /// Why it cannot work, if it cannot.
+    pub problem: Option<String>,
+}
+
+/// What can be known of one parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckedParameter {
+    /// `joint1.torque_gain`, `gravity`.
+    pub name: String,
+    /// Unit of the standard deviation; degrees for gravity's direction.
+    pub unit: String,
+    /// Whether it is asked for.
+    pub asked: bool,
+    /// Whether it can be determined.
+    pub determined: bool,
+    /// Why it is held, if it is.
+    pub held: Option<String>,
+    /// Predicted standard deviation, where it can be determined and is not held; absent too where the noise of a
+    /// torque reading is not stated.
+    pub predicted_std: Option<f64>,
+}
+
+/// Something undetermined, with the smallest additions to the session that were found to determine it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Curable {
+    /// What and why; its `cure` is the first of `cures`, or a rule of thumb where there is none.
+    #[serde(flatten)]
+    pub undetermined: Undetermined,
+    /// In the order of effort, smallest first; at most three. Empty where neither one of the additions that are tried nor two
+    /// of them together determine it.
+    pub cures: Vec<Cure>,
+}
+
+/// An addition to the session that would determine something, as judged with hypothetical poses at nominal values.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cure {
+    /// What to do, in words.
+    pub addition: String,
+    /// What would then be known of each parameter: standard deviation.
+    pub predicted: Vec<PredictedStd>,
+}
+
+/// How well a parameter would be known.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PredictedStd {
+    /// `joint1.torque_gain`, `gravity`.
+    pub name: String,
+    /// Unit of the standard deviation; degrees for gravity's direction.
+    pub unit: String,
+    /// Standard deviation; absent where the noise of a reading is not stated.
+    pub std: Option<f64>,
+}
+
+/// What a tilt of the base brings.
+#[derive(Clone, Debug, Serialize)]
+pub struct TiltReport {
+    /// Angle between gravity and the first axis, degrees.
+    pub tilt_deg: f64,
+    /// Predicted standard deviation of the first joint's torque gain relative to it; absent where undetermined.
+    pub torque_gain_relative_std: Option<f64>,
+    /// The same of its position gain.
+    pub position_gain_relative_std: Option<f64>,
+}
+
+/// Judges a session without solving it.
+///
+/// # Errors
+/// Where the joint problem cannot be posed: no readings, nothing unknown.
+pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
+    let plan = Plan::new(session);
+    let now = Supposed::now(session);
+    let mut verdict = now.judge()?;
+    let complete = verdict.parameters.iter().all(|p| p.determined || !p.asked);
+    let mut tilts = tilts(&now)?;
+    let mut undetermined = cures(&now.thinned(), &verdict.undetermined)?;
+    if session.noise_estimated().contains(&true) {
+        // What is determined was judged with a first guess of the noise: no figure to tell.
+        verdict.parameters.iter_mut().for_each(|parameter| parameter.predicted_std = None);
+        let predicted = undetermined.iter_mut().flat_map(|open| &mut open.cures).flat_map(|cure| &mut cure.predicted);
+        predicted.for_each(|predicted| predicted.std = None);
+        for tilt in &mut tilts {
+            (tilt.torque_gain_relative_std, tilt.position_gain_relative_std) = (None, None);
+        }
+    }
+    Ok(CheckReport {
+        judged_at: judged_at(session),
+        poses: count_poses(session),
+        torque_readings: count_readings(session, &select(session, Signals::All)),
+        selection: session.selection_note(),
+        sweep_rule: sweep_rule(),
+        sweeps: plan.sweeps.iter().enumerate().map(|(i, _)| tell_sweep(session, &plan, i)).collect(),
+        steps: tell_steps(session, &plan),
+        parameters: verdict.parameters,
+        undetermined,
+        tilts,
+        complete,
+    })
+}
+
+fn judged_at(session: &Session) -> String {
+    let gravity = match session.gravity.hemisphere {
+        Some([x, y, z]) => format!("along the declared hemisphere ({x:.3}, {y:.3}, {z:.3})"),
+        None => "as on an upright base (no hemisphere is declared)".to_owned(),
+    };
+    format!("nominal values: gravity {gravity}, nominal sensors, assumed masses of {}", session.robot.name)
+}
+
+fn count_poses(session: &Session) -> Vec<(String, usize)> {
+    let count = |load: Option<usize>| session.poses.iter().filter(|p| p.load == load).count();
+    let loads = session.loads.iter().enumerate().map(|(i, load)| (load.name.clone(), count(Some(i))));
+    [("none".to_owned(), count(None))].into_iter().chain(loads).collect()
+}
+
+fn count_readings(session: &Session, readings: &Readings) -> Vec<(String, usize)> {
+    let count = |channel: usize| readings.used.iter().filter(|used| used.contains(&channel)).count();
+    (0..session.channel_count()).map(|channel| (session.channel_name(channel), count(channel))).collect()
+}

@@ -1,0 +1,57 @@
+//! Whether the readings of a session tell gravity from its opposite, before any solve.
+//!
+//! The readings that the nominal values predict are explained with gravity the other way up, masses, moments and placements
+//! negative ([`Unknowns::upside_down`]). With r what is left of them there and J the Jacobian, whitened, the best that a
+//! first step can do is the cost
+//!
+//! ```text
+//!     ½ (rᵀr − (Jᵀr)ᵀ (JᵀJ)⁺ (Jᵀr))
+//! ```
+//!
+//! Gains keep their sign: they are taken as known within [`GAIN_KNOWN`], because to first order a gain may become its
+//! negative, which undoes what the weight of a load on known lengths tells.
+
+use crate::joint::{DECISIVE, EstimateError, Readings, Solved, Unknowns, pose};
+use crate::parameter::Limit;
+use crate::session::{Knowledge, KnowledgeKind, Session};
+
+/// Standard deviation of a gain for this question, as a share of it.
+const GAIN_KNOWN: f64 = 0.3;
+
+/// Whether gravity's sign is declared, or can be decided by the readings.
+pub(super) fn is_decided(session: &Session, readings: &Readings, values: &Unknowns) -> Result<bool, EstimateError> {
+    if session.gravity.hemisphere.is_some() {
+        return Ok(true);
+    }
+    let mut session = session.clone();
+    let predicted = pose(&session, readings, values)?.predicted(&session, readings)?;
+    for (pose, channel, value) in predicted {
+        if let Some(reading) = session.reading_mut(pose, channel) {
+            reading.value = value;
+        }
+    }
+    for id in session.parameters() {
+        let parameter = session.parameter(id);
+        if let (Limit::ShareOfNominal(_), Knowledge { nominal, kind: KnowledgeKind::Start }) =
+            (parameter.limit, parameter.knowledge)
+        {
+            session.knowledge_mut(id).kind = KnowledgeKind::Prior { std: GAIN_KNOWN * nominal.abs() };
+        }
+    }
+    let other = values.upside_down(&session);
+    let judged = Solved::at_start(readings.clone(), pose(&session, readings, &other)?)?;
+    Ok(cost_after_a_step(&judged)? > DECISIVE)
+}
+
+fn cost_after_a_step(judged: &Solved) -> Result<f64, EstimateError> {
+    let columns = judged.posed.problem.columns().len();
+    let rows = judged.posed.problem.augmented_jacobian(&judged.estimate.values)?;
+    let (mut gradient, mut squares) = (vec![0.0; columns], 0.0);
+    for row in rows.chunks_exact(columns + 1) {
+        squares += row[columns] * row[columns];
+        gradient.iter_mut().zip(row).for_each(|(sum, entry)| *sum += entry * row[columns]);
+    }
+    let terms: Vec<(usize, f64)> = gradient.into_iter().enumerate().collect();
+    let explained = judged.covariance().std_of(&terms).powi(2);
+    Ok(0.5 * (squares - explained))
+}

@@ -1,0 +1,100 @@
+//! A session as it is, or as it would be after some addition, at nominal values: what a judgement looks at.
+
+use gravcal_recording::Reading;
+
+use super::judged::{NominalVerdict, judge_at};
+use crate::joint::{EstimateError, Signals, Unknowns, select};
+use crate::parameter::Quantity;
+use crate::session::{InertiaKnowledge, Pose, PoseTable, Session};
+
+/// An addition is judged beside about so many poses of the session, which stand for all of them.
+const POSES: usize = 300;
+
+/// A session, real or not, with the values at which it is judged. Its readings count, their values do not.
+#[derive(Clone, Debug)]
+pub(crate) struct Supposed {
+    /// The session.
+    pub session: Session,
+    /// Where it is judged.
+    pub values: Unknowns,
+    /// Standard deviation of a further reading, by channel; `None` where none of the channel is read.
+    pub noise: Vec<Option<f64>>,
+}
+
+impl Supposed {
+    /// The session as it is.
+    pub fn now(session: &Session) -> Supposed {
+        let readings = select(session, Signals::All);
+        let noise = |channel: usize| {
+            let read = (0..session.poses.len()).filter(|pose| session.reading(*pose, channel).is_some());
+            let stds: Vec<f64> = read.map(|pose| readings.std(session, pose, channel)).collect();
+            (!stds.is_empty()).then(|| stds.iter().sum::<f64>() / stds.len() as f64)
+        };
+        let noise: Vec<Option<f64>> = (0..session.channel_count()).map(noise).collect();
+        let mut session = session.clone();
+        for pose in 0..session.poses.len() {
+            for (channel, noise) in noise.iter().enumerate() {
+                if let Some(reading) = session.reading_mut(pose, channel) {
+                    reading.std = reading.std.or(*noise);
+                }
+            }
+        }
+        Supposed { values: Unknowns::nominal(&session), session, noise }
+    }
+
+    /// The same with fewer poses, each of so many times the weight that they say about as much: every so many of each load. All are
+    /// kept where moments are described by sweep: a sweep must stay one.
+    pub fn thinned(mut self) -> Supposed {
+        if self.session.inertia == InertiaKnowledge::Sweep {
+            return self;
+        }
+        let stride = self.session.poses.len().div_ceil(POSES).max(1);
+        let mut counts = vec![0; self.session.loads.len() + 1];
+        self.session.poses.retain(|pose| {
+            let count: &mut usize = &mut counts[pose.load.map_or(0, |load| load + 1)];
+            *count += 1;
+            (*count - 1).is_multiple_of(stride)
+        });
+        for pose in &mut self.session.poses {
+            for reading in pose.torque.iter_mut().chain(&mut pose.instruments).flatten() {
+                reading.std = reading.std.map(|std| std / (stride as f64).sqrt());
+            }
+        }
+        self
+    }
+
+    /// What can be known.
+    pub fn judge(&self) -> Result<NominalVerdict, EstimateError> {
+        judge_at(&self.session, &select(&self.session, Signals::All), &self.values)
+    }
+
+    /// Adds poses with a load (or none) at the given coordinates, rad or m, in which everything is read that the session
+    /// reads. The conditions are those of the session's poses, one after the other.
+    pub fn record(&mut self, load: Option<usize>, coordinates: Vec<Vec<f64>>) {
+        let position = |(joint, coordinate): (usize, &f64)| {
+            let sensor = self.values.sensors[joint];
+            (coordinate - sensor[Quantity::PositionOffset as usize]) / sensor[Quantity::PositionGain as usize]
+        };
+        let reading = |std: &Option<f64>| std.map(|std| Reading { value: 0.0, std: Some(std) });
+        let (torque, instruments) = self.noise.split_at(self.session.joints.len());
+        let before = self.session.poses.len().max(1);
+        let pose = |(index, coordinates): (usize, &Vec<f64>)| Pose {
+            table: self.session.tables.len(),
+            line: index as u64,
+            sweep_label: None,
+            load,
+            position: coordinates.iter().enumerate().map(position).collect(),
+            torque: torque.iter().map(reading).collect(),
+            instruments: instruments.iter().map(reading).collect(),
+            conditions: self.session.poses.get(index % before).map_or_else(Default::default, |p| p.conditions.clone()),
+        };
+        let poses: Vec<Pose> = coordinates.iter().enumerate().map(pose).collect();
+        self.session.poses.extend(poses);
+        self.session.tables.push(PoseTable { path: "supposed".into(), load, swept: None, step: None });
+    }
+
+    /// True coordinates of the joints in a pose, rad or m, at nominal values.
+    pub fn coordinates(&self, pose: &Pose) -> Vec<f64> {
+        self.session.terms.coordinates(&pose.position, &self.values)
+    }
+}

@@ -1,0 +1,84 @@
+//! Which sweeps a session has, and what the sequential procedure will do with them.
+
+use super::{StepReport, SweepReport};
+use crate::parameter::Quantity;
+use crate::sequential::Plan;
+use crate::session::Session;
+use crate::sweeps::{HOLD_TOLERANCE, SWEEP_POSES, SWEEP_RANGE};
+
+pub(super) fn sweep_rule() -> String {
+    format!(
+        "consecutive poses of one table in which one joint moves by {:.0}° or more and no other by more than {:.0}°, \
+         {} poses at least",
+        SWEEP_RANGE.to_degrees(),
+        HOLD_TOLERANCE.to_degrees(),
+        SWEEP_POSES
+    )
+}
+
+pub(super) fn tell_sweep(session: &Session, plan: &Plan, index: usize) -> SweepReport {
+    let sweep = &plan.sweeps[index];
+    let (first, last) = (sweep.poses[0], sweep.poses[sweep.poses.len() - 1]);
+    let gain = session.joints[sweep.swept].of(Quantity::PositionGain).nominal;
+    let coordinate = |pose: usize| (gain * session.poses[pose].position[sweep.swept]).to_degrees();
+    let mut steps = Vec::new();
+    if plan.bias[sweep.swept].contains(&index) {
+        steps.push(1);
+    }
+    if plan.gravity.contains(&index) {
+        steps.push(2);
+    }
+    if plan.gain.iter().flatten().any(|pair| pair.sweeps.contains(&index)) {
+        steps.push(3);
+    }
+    let path = &session.tables[sweep.table].path;
+    SweepReport {
+        table: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+        lines: [session.poses[first].line, session.poses[last].line],
+        joint: session.robot.chain.joints()[sweep.swept].name.clone(),
+        poses: sweep.poses.len(),
+        range_deg: [coordinate(first), coordinate(last)],
+        load: sweep.load.map(|load| session.loads[load].name.clone()),
+        steps,
+    }
+}
+
+pub(super) fn tell_steps(session: &Session, plan: &Plan) -> Vec<StepReport> {
+    let names: Vec<&str> = session.robot.chain.joints().iter().map(|j| j.name.as_str()).collect();
+    let mut steps = Vec::new();
+    for (joint, sweeps) in plan.bias.iter().enumerate() {
+        steps.push(StepReport {
+            step: 1,
+            finds: format!("{0}.torque_bias, {0}.position_gain", names[joint]),
+            sweeps: sweeps.len(),
+            problem: sweeps.is_empty().then(|| format!("no sweep of {}", names[joint])),
+        });
+    }
+    if let [first, second, ..] = names[..] {
+        let few = format!("needs sweeps of {second} at two positions of {first} at least");
+        let problem = (plan.gravity.len() < 2).then_some(few);
+        steps.push(StepReport { step: 2, finds: "gravity".into(), sweeps: plan.gravity.len(), problem });
+    }
+    for (joint, pairs) in plan.gain.iter().enumerate() {
+        let name = names[joint];
+        let needed = if joint == 0 { 1 } else { 2 };
+        let problem = match names.get(joint + 1) {
+            None => Some(format!("{name} is the last joint, which no step reaches")),
+            Some(next) if pairs.len() < needed => Some(format!(
+                "needs sweeps of {next} with the load at two placements, at {needed} position(s) of {name}"
+            )),
+            Some(_) => None,
+        };
+        steps.push(StepReport {
+            step: 3,
+            finds: if joint == 0 {
+                format!("{name}.torque_gain")
+            } else {
+                format!("{name}.torque_gain, {name}.position_offset")
+            },
+            sweeps: 2 * pairs.len(),
+            problem,
+        });
+    }
+    steps
+}
