@@ -336,3 +336,52 @@ fn thinning_keeps_what_the_poses_say() {
         }
     }
 }
+
+/// Where moments are described by sweep, poses of no sweep are of no use: cures are sweeps.
+#[test]
+fn cures_are_sweeps_where_moments_are_described_by_sweep() {
+    let mut session = crate::testing::sarcos_shoulder().template;
+    session.inertia = crate::session::InertiaKnowledge::Sweep;
+    session.loads.clear();
+    session.load_distances.clear();
+    let runs = [[0.3, -0.6], [-0.9, 0.8]].map(|[first, second]| {
+        [sweep(1, 1.5, &[first, 0.0, 0.4]), sweep(2, 1.5, &[first, second, 0.0]), sweep(0, 1.5, &[0.0, second, first])]
+    });
+    let session = recorded(session, runs.into_iter().flatten().collect());
+    let report = check(&session).unwrap();
+    let scale = open(&report, "common scale of all torque gains");
+    let load = scale.cures.iter().find(|cure| {
+        cure.addition.starts_with("record sweeps of each joint at two positions of the one before it each with a load")
+    });
+    let load = load.unwrap_or_else(|| panic!("{:?}", scale.cures));
+    assert_cures(&session, &scale.undetermined.parameters, load);
+}
+
+/// All poses were approached from one side: friction looks like a bias.
+#[test]
+fn friction_wants_poses_approached_from_the_other_side() {
+    use crate::sensors::testing::{shoulder, with_model};
+    use crate::sensors::{Options, SensorModelName};
+
+    let friction = with_model(shoulder(), 1, SensorModelName::CoulombFriction, &Options::default(), &[3.0]);
+    let mut session = friction.session(0);
+    session.poses.iter_mut().for_each(|pose| pose.conditions.direction = vec![1.0; 3]);
+    let report = check(&session).unwrap();
+    let with_friction = report
+        .undetermined
+        .iter()
+        .find(|open| open.undetermined.parameters.contains(&"joint2.coulomb_friction".into()));
+    let open = with_friction.unwrap_or_else(|| panic!("{:?}", report.undetermined));
+    assert_eq!(open.cures[0].addition, "record 20 of the poses again, each approached from the other side");
+    assert_cures(&session, &open.undetermined.parameters, &open.cures[0]);
+}
+
+/// A load at a place that is given as exact stays there when gravity is turned over, so that it tells the sign.
+#[test]
+fn what_is_given_as_exact_is_not_turned_over() {
+    let mut session = with_loads(arm(&FOUR, TILTED), false);
+    session.loads[0].position = Some([0.1, 0.2, 0.3]);
+    let over = Unknowns::nominal(&session).upside_down(&session);
+    assert_eq!(over.loads[0], [0.1, 0.2, 0.3]);
+    assert_eq!(over.loads[1], Unknowns::nominal(&session).loads[1].map(|component| -component));
+}
