@@ -66,7 +66,7 @@ fn check_names_what_gains_the_rows_cannot_tell() {
     let told = told_by_check(folder.path());
     assert!(told.contains("readings.select): lwr_0_joint 4459 of 5027, lwr_1_joint 4359 of 5027"), "{told}");
     assert!(told.contains("gravity is parallel to the axis of lwr_0_joint"), "{told}");
-    assert!(told.contains("attach a load of known mass to the last link"), "{told}");
+    assert!(told.contains("with a load of known mass (1 kg) on the last link"), "{told}");
 }
 
 /// Without its velocity columns the speeds are slopes of the positions: nearly the same rows are left.
