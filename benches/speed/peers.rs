@@ -40,13 +40,15 @@ impl Peer {
     }
 }
 
-/// Builds the Ceres program beside this one.
+/// Builds the Ceres program beside this one: like this one for any processor, or for this one only.
 fn ceres() -> Result<Vec<PathBuf>, String> {
     let own = std::env::current_exe().map_err(|e| e.to_string())?;
     let build = own.with_file_name("peers-ceres");
     let source = Path::new(SOURCES).join("ceres");
     println!("building the Ceres program in {}", build.display());
-    output(Command::new("cmake").arg("-S").arg(source).arg("-B").arg(&build).arg("-DCMAKE_BUILD_TYPE=Release"))?;
+    let native = if cfg!(target_feature = "avx2") { "-DNATIVE=ON" } else { "-DNATIVE=OFF" };
+    let mut configure = Command::new("cmake");
+    output(configure.arg("-S").arg(source).arg("-B").arg(&build).args(["-DCMAKE_BUILD_TYPE=Release", native]))?;
     output(Command::new("cmake").arg("--build").arg(&build))?;
     Ok(vec![build.join("seven_joints")])
 }
