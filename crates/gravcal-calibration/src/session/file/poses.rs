@@ -8,7 +8,7 @@ use gravcal_recording::{PoseMapping, StaticPose, read_poses};
 use serde::Deserialize;
 
 use super::{Context, SessionError};
-use crate::document::{Document, Field, FileError};
+use crate::document::{Document, Field, FileError, OneOrMany};
 use crate::session::{Load, Pose, PoseTable};
 
 /// `[[poses]]`.
@@ -16,7 +16,7 @@ use crate::session::{Load, Pose, PoseTable};
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct PosesTable {
     file: String,
-    load: Option<String>,
+    load: Option<OneOrMany<String>>,
     swept: Option<String>,
     step: Option<u8>,
 }
@@ -46,8 +46,7 @@ pub(super) fn tables(
 
 fn table(context: &Context<'_>, loads: &[Load], field: &Field, written: &PosesTable) -> Result<PoseTable, FileError> {
     let document = context.document;
-    let names: Vec<&str> = loads.iter().map(|load| load.name.as_str()).collect();
-    let load = written.load.as_ref().map(|name| document.lookup(&field.key("load"), "load", name, &names));
+    let load = written.load.as_ref().map(|name| load(document, loads, &field.key("load"), name));
     let swept = written.swept.as_ref().map(|name| swept(context, &field.key("swept"), name));
     if let Some(step) = written.step.filter(|step| !(1..=3).contains(step)) {
         let message = format!("the sequential procedure has the steps 1, 2 and 3, not {step}");
@@ -59,6 +58,18 @@ fn table(context: &Context<'_>, loads: &[Load], field: &Field, written: &PosesTa
         swept: swept.transpose()?,
         step: written.step,
     })
+}
+
+fn load(document: &Document, loads: &[Load], field: &Field, written: &OneOrMany<String>) -> Result<usize, FileError> {
+    let names: Vec<&str> = loads.iter().map(|load| load.name.as_str()).collect();
+    match written {
+        OneOrMany::One(name) => document.lookup(field, "load", name, &names),
+        OneOrMany::Many(_) => Err(document.error(
+            field,
+            "a pose carries one load: describe bodies on one link as one load (their masses together, at their common \
+             centre of mass), and record loads on different links one after the other, in tables of their own",
+        )),
+    }
 }
 
 fn swept(context: &Context<'_>, field: &Field, name: &str) -> Result<usize, FileError> {

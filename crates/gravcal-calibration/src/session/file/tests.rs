@@ -549,6 +549,11 @@ fn distances_are_between_two_loads_on_one_link() {
 #[test]
 fn tables_name_known_things_and_are_read_once() {
     assert_refused("load = \"plate-b\"", "load = \"plate-c\"", "33: poses[1].load: there is no load `plate-c`; known:");
+    assert_refused(
+        "load = \"plate-b\"",
+        "load = [\"plate-a\", \"plate-b\"]",
+        "33: poses[1].load: a pose carries one load: describe bodies on one link as one load",
+    );
     assert_refused("swept = \"elbow\"", "swept = \"wrist\"", "34: poses[1].swept: there is no joint `wrist`; known:");
     assert_refused(
         "step = 2",
