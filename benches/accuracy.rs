@@ -6,12 +6,12 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
+use gravcal_benches::program::{ended, progress};
 use gravcal_calibration::Session;
 use gravcal_calibration::sequential::Plan;
 use gravcal_calibration::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::{Accuracy, Column, ColumnAccuracy, accuracy};
-use indicatif::{ProgressBar, ProgressStyle};
 
 /// Simulates many sessions, runs every estimator on each, and prints their rms errors beside the Cramér-Rao bound.
 #[derive(Parser)]
@@ -27,13 +27,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("error: {message}");
-            ExitCode::from(2)
-        }
-    }
+    ended(run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
@@ -41,10 +35,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     if arguments.without_converter {
         simulation.disturbance.converter = None;
     }
-    let bar = ProgressBar::new(arguments.trials);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} trials, {per_sec}, {eta} left") {
-        bar.set_style(style);
-    }
+    let bar = progress(arguments.trials, "trials");
     let table = accuracy(&simulation, arguments.trials, &LevenbergMarquardt::default(), &|| bar.inc(1))
         .map_err(|e| e.to_string())?;
     bar.finish_and_clear();

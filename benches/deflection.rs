@@ -6,11 +6,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser;
+use gravcal_benches::program::{ended, progress};
 use gravcal_calibration::Session;
 use gravcal_calibration::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::{DeflectionColumn, DeflectionStudy, Treatment, deflection_study};
-use indicatif::{ProgressBar, ProgressStyle};
 
 /// Deflection of a standing joint, or noise of a position reading, degrees: one standard deviation.
 const DEFLECTION_DEG: f64 = 0.5;
@@ -32,13 +32,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("error: {message}");
-            ExitCode::from(2)
-        }
-    }
+    ended(run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {
@@ -83,10 +77,7 @@ fn print(
     model: &(dyn Fn(&mut Session) + Sync),
     trials: u64,
 ) -> Result<(), String> {
-    let bar = ProgressBar::new(trials);
-    if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} trials, {per_sec}, {eta} left") {
-        bar.set_style(style);
-    }
+    let bar = progress(trials, "trials");
     let solver = LevenbergMarquardt::default();
     let study = deflection_study(simulation, model, trials, &solver, &|| bar.inc(1)).map_err(|e| e.to_string())?;
     bar.finish_and_clear();

@@ -5,10 +5,10 @@
 use std::process::ExitCode;
 
 use clap::Parser;
+use gravcal_benches::program::progress;
 use gravcal_kinematics::ChainError;
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::last_joint::{LastJoint, last_joint};
-use indicatif::{ProgressBar, ProgressStyle};
 
 /// Calibrates simulated arms with the paper's sweeps and two placements, all torques read, and counts how often the 95 %
 /// interval of the last joint's torque gain holds the truth.
@@ -39,10 +39,7 @@ fn run(arguments: &Arguments) -> Result<(), ChainError> {
     println!("| joints | draws | determined | truth within the interval | rms standard deviation | rms error / std |");
     println!("|---|---|---|---|---|---|");
     for joints in &arguments.joints {
-        let bar = ProgressBar::new(arguments.draws);
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} arms, {per_sec}, {eta} left") {
-            bar.set_style(style);
-        }
+        let bar = progress(arguments.draws, "arms");
         let found =
             last_joint(*joints, arguments.draws, arguments.seed, &LevenbergMarquardt::default(), &|| bar.inc(1))?;
         bar.finish_and_clear();

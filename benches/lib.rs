@@ -1,4 +1,5 @@
 //! What several programs that measure share.
 
 pub mod clock;
+pub mod program;
 pub mod seven_joints;

@@ -5,9 +5,9 @@
 use std::collections::BTreeMap;
 
 use clap::{Parser, ValueEnum};
+use gravcal_benches::program::progress;
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::random_arms::{Knowing, Tally, Trial, random_arms};
-use indicatif::{ProgressBar, ProgressStyle};
 
 /// Calibrates simulated arms of every shape, from nominal values and from none, and counts how often the global optimum is
 /// found. Prints tables in Markdown.
@@ -44,10 +44,7 @@ fn main() {
         if arguments.from.is_some_and(|only| only != from) {
             continue;
         }
-        let bar = ProgressBar::new(arguments.arms);
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} arms, {per_sec}, {eta} left") {
-            bar.set_style(style);
-        }
+        let bar = progress(arguments.arms, "arms");
         let numbers = arguments.first..arguments.first + arguments.arms;
         let (tallies, apart) =
             random_arms(arguments.seed, numbers, knowing, &LevenbergMarquardt::default(), &|| bar.inc(1));

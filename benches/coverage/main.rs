@@ -11,8 +11,8 @@ mod tests;
 use std::process::ExitCode;
 
 use clap::Parser;
+use gravcal_benches::program::progress;
 use gravcal_estimation::{Loss, LossName};
-use indicatif::{ProgressBar, ProgressStyle};
 
 use decay::NAMES;
 use errors::{BLOCK, Errors, SAMPLES};
@@ -56,10 +56,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
             Method::Bootstrap(_) => arguments.bootstrap_draws,
             _ => arguments.draws,
         };
-        let bar = ProgressBar::new(draws.into());
-        if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} draws, {eta} left") {
-            bar.set_style(style);
-        }
+        let bar = progress(draws.into(), "draws");
         let coverage = simulate(scenario, draws as usize, &|| bar.inc(1))?;
         bar.finish_and_clear();
         print!(

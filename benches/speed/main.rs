@@ -14,6 +14,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use gravcal_benches::clock::{median_seconds, microseconds};
+use gravcal_benches::program::ended;
 use gravcal_benches::seven_joints::SevenJoints;
 use gravcal_estimation::{Estimate, SolveContext, Solver, Spectrum};
 use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
@@ -39,13 +40,7 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    match run(&Arguments::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(message) => {
-            eprintln!("error: {message}");
-            ExitCode::from(2)
-        }
-    }
+    ended(run(&Arguments::parse()))
 }
 
 fn run(arguments: &Arguments) -> Result<(), String> {

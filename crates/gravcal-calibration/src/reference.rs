@@ -130,7 +130,7 @@ fn bare_sweeps_leave_the_common_scale_of_the_torque_gains() {
     let told: Vec<&str> = result.undetermined.iter().map(|u| u.combination.as_str()).collect();
     assert_eq!(told, ["common scale of all torque gains", "joint3.position_offset"]);
     assert!(result.undetermined[0].cure.contains("attach a load"));
-    let value = |name: &str| result.parameters.iter().find(|p| p.name == name).and_then(|p| p.value);
+    let value = |name: &str| result.parameter(name).and_then(|p| p.value);
     assert_eq!(value("joint1.torque_gain"), None);
     assert!(value("joint2.position_offset").is_some() && result.gravity.is_some());
 }

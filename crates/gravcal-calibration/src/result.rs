@@ -59,6 +59,13 @@ pub struct EstimatorResult {
     pub notes: Vec<String>,
 }
 
+impl EstimatorResult {
+    /// The parameter of this name (`joint1.torque_gain`).
+    pub fn parameter(&self, name: &str) -> Option<&ParameterResult> {
+        self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+}
+
 /// One iteration of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Iteration {

@@ -1,18 +1,16 @@
 //! The reference protocol of the Sarcos shoulder, for the tests of this crate.
 
-use gravcal_estimation::Loss;
 use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, LinkInertia, Transform, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
 use crate::joint::Unknowns;
 use crate::parameter::{Limit, Parameter};
 use crate::robot::Robot;
-use crate::sensors::SensorTerms;
 use crate::session::{
-    Ask, Constraints, GravityKnowledge, InertiaKnowledge, Instrument, InstrumentKind, JointKnowledge, Knowledge,
-    KnowledgeKind, Load, LoadDistance, PoseTable, Session, UncertaintyChoice,
+    GravityKnowledge, Instrument, InstrumentKind, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
+    PoseTable, Session,
 };
-use crate::simulation::{Deflection, Disturbance, Run, Simulation};
+use crate::simulation::{Disturbance, Run, Simulation};
 
 /// Three axes through the shoulder, twists 90°, −90°, 90°.
 pub fn sarcos_robot() -> Robot {
@@ -67,15 +65,8 @@ pub fn sarcos_shoulder() -> Simulation {
     let centre: nalgebra::Vector3<f64> = nalgebra::Vector3::new(0.15, 0.05, 0.45);
     let arm: nalgebra::Vector3<f64> = 0.201 * nalgebra::Vector3::new(0.8, 0.0, 0.6);
     let template = Session {
-        robot: sarcos_robot(),
-        gravity: GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: Some(direction.into()) },
-        inertia: InertiaKnowledge::Unknown,
         loads: vec![load("plate-a"), load("plate-b")],
         load_distances: vec![LoadDistance { between: [0, 1], distance: 0.402, std: None }],
-        joints: vec![joint(0.0), joint(135f64.to_radians()), joint(0.2)],
-        instruments: Vec::new(),
-        terms: SensorTerms::default(),
-        further: Vec::new(),
         tables: runs
             .iter()
             .enumerate()
@@ -86,33 +77,19 @@ pub fn sarcos_shoulder() -> Simulation {
                 step: Some(*step),
             })
             .collect(),
-        poses: Vec::new(),
-        deflection: Default::default(),
-        saturated: vec![0; 3],
-        in_motion: vec![0; 3],
-        loss: Loss::None,
-        uncertainty: UncertaintyChoice::Noise,
-        constraints: Constraints::default(),
-        earlier: None,
-        ask: Ask::default(),
-        estimators: Vec::new(),
-        solver: None,
-        inputs: Vec::new(),
+        ..Session::new(
+            sarcos_robot(),
+            GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: Some(direction.into()) },
+            vec![joint(0.0), joint(135f64.to_radians()), joint(0.2)],
+        )
     };
     let mut truth = Unknowns::nominal(&template);
     truth.gravity = (9.8 * direction).into();
     truth.sensors =
         vec![[7.12, 2075.0, 0.988, 0.0], [5.97, 2008.0, 0.995, 134.2_f64.to_radians()], [6.5, 2050.0, 1.01, 0.2]];
     truth.loads = vec![[0, 1, 2].map(|i| centre[i] + arm[i]), [0, 1, 2].map(|i| centre[i] - arm[i])];
-    let disturbance = Disturbance {
-        torque_std: vec![0.8; 3],
-        instrument_std: Vec::new(),
-        position_std: vec![0.0; 3],
-        converter: None,
-        deflection: Deflection { hold_std: 0.0, pose_std: 0.0, compliance: vec![0.0; 3], seen: false },
-    };
     let runs = runs.into_iter().map(|(run, _, _)| run).collect();
-    Simulation::new(template, truth, runs, disturbance, 1)
+    Simulation::new(template, truth, runs, Disturbance::noise(vec![0.8; 3]), 1)
 }
 
 /// The same with a wrist sensor on the last link and an accelerometer on the first, whose gains are one an axis.

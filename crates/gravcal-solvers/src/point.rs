@@ -226,7 +226,7 @@ impl<'p> Point<'p> {
     /// Decides on a trial, which is good enough if it lowers the cost by `least` (zero or more).
     ///
     /// Where rounding may hide whether it does, the linear model decides: the cost tells a minimum to half of its digits, the
-    /// gradient to all. Better is then where the full step promises less; at a lower cost, where it promises no more.
+    /// gradient to all. Better is then where less is left to be gained; at a lower cost, where no more is.
     pub fn decide(&mut self, trial: &mut Trial<'p>, least: f64, rules: &StoppingRules) -> Decision {
         let decision = self.judge(trial, least, rules);
         self.refused |= decision == Decision::Shorten;

@@ -1,6 +1,6 @@
 //! What deflection of standing joints does to the estimates, and what seeing or modelling it mends.
 //!
-//! Four treatments of the same draws, each by the sequential and the joint estimator where it differs:
+//! Treatments of the same draws, the first two by the sequential and by the joint estimator:
 //!
 //! - *unseen*: position sensors say where the joints were sent, and nobody asks further;
 //! - *seen*: position sensors say where the joints are, and each pose's own reading is used (the remedy of the paper,
@@ -177,7 +177,7 @@ impl Study<'_> {
             }
             Measured::Sensor(..) => {
                 let name = quantity.name(session);
-                let parameter = result.parameters.iter().find(|parameter| parameter.name == name)?;
+                let parameter = result.parameter(&name)?;
                 (parameter.value?, parameter.ci95?)
             }
         };

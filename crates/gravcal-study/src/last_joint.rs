@@ -22,8 +22,8 @@ use rand::RngExt;
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
 
+use crate::drawn::{GRAVITY, NOISE, inertia, known, placements, sensors};
 use crate::random_arms::Knowing;
-use crate::random_arms::arm::{GRAVITY, NOISE, inertia, known, placements, sensors};
 
 /// Readings of one sweep.
 const SWEEP_POSES: usize = 19;
@@ -106,7 +106,7 @@ fn calibrate(arm: &Simulation, solver: &dyn Solver) -> Option<Found> {
     let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(solver, &quiet)).ok()?;
     let last = session.robot.chain.joints().last()?;
     let name = Quantity::TorqueGain.name(&last.name);
-    let told = result.parameters.iter().find(|parameter| parameter.name == name)?;
+    let told = result.parameter(&name)?;
     let truth = arm.truth.sensors.last()?[Quantity::TorqueGain as usize];
     let ([low, high], value, std) = (told.ci95?, told.value?, told.std?);
     Some(Found {

@@ -6,6 +6,7 @@
 
 mod accuracy;
 mod deflection;
+mod drawn;
 pub mod last_joint;
 mod quantities;
 pub mod random_arms;

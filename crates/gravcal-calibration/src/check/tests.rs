@@ -142,7 +142,7 @@ fn assert_determines(supposed: &Supposed, parameters: &[String], cure: &Cure) {
             continue;
         }
         let id = session.parameters().into_iter().find(|id| session.parameter_name(*id) == *name).unwrap();
-        let told = result.parameters.iter().find(|told| told.name == *name).unwrap();
+        let told = result.parameter(name).unwrap();
         let (value, std) = (told.value.unwrap_or_else(|| panic!("{}: {told:?}", cure.addition)), told.std.unwrap());
         assert!((value - truth.value(id)).abs() < 5.0 * std, "{}: {told:?}, not {}", cure.addition, truth.value(id));
         let foretold = cure.predicted.iter().find(|predicted| predicted.name == *name).unwrap().std.unwrap();

@@ -4,7 +4,6 @@ use gravcal_estimation::{BlockId, Problem};
 
 use super::problem::{JointProblem, PosingError, pose_readings_alone};
 use super::readings::Readings;
-use super::start::is_free;
 use super::unknowns::Unknowns;
 use crate::parameter::Quantity;
 use crate::session::{JointKnowledge, KnowledgeKind, LoadDistance, Session};
@@ -86,8 +85,7 @@ impl<'s> LinearPart<'s> {
             let [p, q] = known.between.map(|load| nalgebra::Vector3::from(start.loads[load]));
             (q - p).norm() / known.distance
         };
-        let told = session.load_distances.iter().find(|known| known.between.iter().all(|load| is_free(session, *load)));
-        told.map(apart).filter(|scale| *scale > 0.0).unwrap_or(1.0)
+        session.pair_of_free_placements().map(apart).filter(|scale| *scale > 0.0).unwrap_or(1.0)
     }
 }
 

@@ -31,8 +31,8 @@ const OFF_AXIS: f64 = 0.02;
 /// The best of `known` (if any) and the nominal values under directions spread over the declared hemisphere, or over the
 /// sphere where none is declared.
 ///
-/// The candidates that are left the lowest cost, and differ in direction, are solved for briefly with a part of the poses:
-/// the best of them then is where the estimate starts.
+/// One that explains the readings is it. Else the candidates that are left the lowest cost, and differ in direction, are
+/// solved for briefly with a part of the poses, and the best of them then is where the estimate starts.
 pub(super) fn best_start(
     session: &Session,
     readings: &Readings,
@@ -48,27 +48,23 @@ pub(super) fn best_start(
     let explained = EXPLAINED * sample.used.iter().map(Vec::len).sum::<usize>() as f64;
     let mut solved: Vec<(f64, Unknowns)> = Vec::new();
     for candidate in candidates {
-        let (cost, start) = part.solve_to_scale(&candidate);
-        solved.push((cost, start));
+        let (cost, mut start) = part.solve_to_scale(&candidate);
+        respect_distances(session, &mut start);
         if cost < explained {
-            break;
+            return Ok(start);
         }
+        solved.push((cost, start));
     }
-    let mut contenders = contenders(solved, explained);
-    contenders.iter_mut().for_each(|start| respect_distances(session, start));
-    lowest_nearby(session, &sample, contenders, workbench).map(|start| start.unwrap_or(nominal))
+    lowest_nearby(session, &sample, contenders(solved), workbench).map(|start| start.unwrap_or(nominal))
 }
 
 /// The start from which a few iterations lead lowest.
 fn lowest_nearby(
     session: &Session,
     sample: &Readings,
-    mut starts: Vec<Unknowns>,
+    starts: Vec<Unknowns>,
     workbench: &Workbench<'_>,
 ) -> Result<Option<Unknowns>, PosingError> {
-    if starts.len() < 2 {
-        return Ok(starts.pop());
-    }
     let mut best: Option<(f64, Unknowns)> = None;
     for start in starts {
         let cost = cost_nearby(session, sample, &start, workbench)?;
@@ -79,12 +75,9 @@ fn lowest_nearby(
     Ok(best.map(|(_, start)| start))
 }
 
-/// The best few candidates that are apart from each other; one that explains the readings has no rival.
-fn contenders(mut candidates: Vec<(f64, Unknowns)>, explained: f64) -> Vec<Unknowns> {
+/// The best few candidates that are apart from each other.
+fn contenders(mut candidates: Vec<(f64, Unknowns)>) -> Vec<Unknowns> {
     candidates.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    if candidates.first().is_some_and(|(cost, _)| *cost < explained) {
-        candidates.truncate(1);
-    }
     let mut contenders: Vec<Unknowns> = Vec::new();
     for (_, candidate) in candidates {
         if contenders.len() < CONTENDERS
@@ -112,10 +105,6 @@ pub(super) fn cost_nearby(
 ) -> Result<f64, PosingError> {
     let posed = pose(session, sample, start)?;
     Ok(workbench.solve_briefly(&posed.problem, &posed.initial, BRIEF).map_or(f64::INFINITY, |estimate| estimate.cost))
-}
-
-pub(super) fn is_free(session: &Session, load: usize) -> bool {
-    session.loads[load].position.is_none()
 }
 
 /// What the best of the nominal values under some directions of gravity costs, for comparing sessions that differ in signs.
@@ -146,7 +135,7 @@ fn respect_distances(session: &Session, start: &mut Unknowns) {
         let [p, q] = known.between.map(|load| nalgebra::Vector3::from(start.loads[load]));
         let Some(direction) = (q - p).try_normalize(f64::MIN_POSITIVE) else { continue };
         let excess = known.distance - (q - p).norm();
-        let free = known.between.map(|load| is_free(session, load));
+        let free = known.between.map(|load| session.loads[load].position.is_none());
         let shares = match free {
             [true, true] => [0.5, 0.5],
             [true, false] => [1.0, 0.0],

@@ -79,9 +79,7 @@ fn nearby(
 /// The vector between two placements of a known distance reversed along the axis of the joint that carries them. Nothing where
 /// there is no such pair.
 fn mirrored_placements(session: &Session, values: &Unknowns) -> Option<Unknowns> {
-    let free = |load: &usize| session.loads[*load].position.is_none();
-    let known = session.load_distances.iter().find(|known| known.between.iter().all(free))?;
-    let [a, b] = known.between;
+    let [a, b] = session.pair_of_free_placements()?.between;
     let joint = &session.robot.chain.joints()[session.loads[a].link];
     let axis = nalgebra::Vector3::from(joint.after.inverse().rotate_vector(joint.axis));
     let [p, q] = [a, b].map(|load| nalgebra::Vector3::from(values.loads[load]));

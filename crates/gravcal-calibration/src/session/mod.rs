@@ -111,6 +111,12 @@ impl Session {
         file::read(path)
     }
 
+    /// Two placements a known distance apart, neither of which is known by itself.
+    pub(crate) fn pair_of_free_placements(&self) -> Option<&LoadDistance> {
+        let free = |load: &usize| self.loads[*load].position.is_none();
+        self.load_distances.iter().find(|known| known.between.iter().all(free))
+    }
+
     /// How many torque readings of each joint are left where others were left out by motion.
     pub(crate) fn selection_note(&self) -> Option<String> {
         if self.in_motion.iter().all(|count| *count == 0) {

@@ -8,7 +8,7 @@
 //! true values. An arm whose scaled Jacobian at the truth has a condition above 1e6 among the directions that the readings
 //! determine is counted apart.
 
-pub(crate) mod arm;
+mod arm;
 mod trial;
 
 use std::collections::BTreeMap;

@@ -101,8 +101,7 @@ fn has_wrong_gravity(simulation: &Simulation, result: &EstimatorResult) -> bool 
 
 fn has_wrong_sensor(simulation: &Simulation, session: &Session, result: &EstimatorResult) -> bool {
     measured_quantities(session).into_iter().any(|quantity| {
-        let name = quantity.name(session);
-        result.parameters.iter().filter(|parameter| parameter.name == name).any(|parameter| {
+        result.parameter(&quantity.name(session)).is_some_and(|parameter| {
             let (Some(value), Some(std)) = (parameter.value, parameter.std) else { return false };
             (value - quantity.of(&simulation.truth)).abs() > WRONG * std
         })

@@ -1,0 +1,228 @@
+//! A solved problem in words and numbers.
+
+use gravcal_estimation::statistics::stored_coordinates;
+use gravcal_kinematics::JointKind;
+
+use super::hold::SetAside;
+use super::model_tests::ModelTests;
+use super::{EstimateError, Solved, constraints, sweep_moments};
+use crate::judgement::{
+    DeterminedMoment, Judgement, deflections, determined_moments, held, loss, outlier_note, outliers, position_errors,
+    weak_combinations, weak_note,
+};
+use crate::parameter::Quantity;
+use crate::result::{
+    CovarianceResult, EstimatorResult, Fit, Iteration, ParameterResult, UncertaintyResult, Undetermined, Verdict,
+};
+use crate::session::{EarlierCalibration, LAST_FRAME_CHOICE, Session};
+use crate::workbench::Workbench;
+
+/// Tells a solved problem in words and numbers.
+pub(super) fn tell(
+    session: &Session,
+    name: &str,
+    solved: &Solved,
+    fit: Fit,
+    uncertainty: UncertaintyResult,
+    workbench: &Workbench<'_>,
+) -> Result<EstimatorResult, EstimateError> {
+    let judgement = solved.judge(session);
+    let situation = solved.situation(session);
+    let gravity = judgement.gravity.then(|| solved.gravity(session));
+    let parameters = tell_parameters(session, solved, &judgement);
+    let moments = determined_moments(
+        &solved.posed.problem,
+        &solved.estimate.values,
+        &solved.posed.layout,
+        &solved.spectrum,
+        solved.covariance(),
+    );
+    let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
+    undetermined.extend((!solved.sign_known).then(unknown_sign));
+    undetermined.extend(last_frame_choice(session));
+    let converged = solved.estimate.termination.converged();
+    let complete =
+        parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));
+    let mirrored = if converged { mirrored_gains(session, solved, &parameters) } else { Vec::new() };
+    let mut notes = session_notes(session);
+    notes.extend(session.earlier.as_ref().map(EarlierCalibration::note));
+    notes.extend(set_aside_notes(session, solved));
+    notes.extend(sweep_moments::left_out_note(session));
+    notes.extend(mirrored.iter().cloned());
+    notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
+    let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
+    let sensor_models = tests.all(workbench)?;
+    let outliers = outliers(session, solved)?;
+    notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
+    let weak = weak_combinations(solved);
+    notes.extend(weak.iter().map(weak_note));
+    Ok(EstimatorResult {
+        name: name.to_owned(),
+        verdict: match (converged && mirrored.is_empty(), complete) {
+            (false, _) => Verdict::Failed,
+            (true, true) => Verdict::Determined,
+            (true, false) => Verdict::PartlyDetermined,
+        },
+        termination: solved.estimate.termination.to_string(),
+        iterations: solved.estimate.iterations.len().saturating_sub(1),
+        trace: solved.estimate.iterations.iter().map(Iteration::from).collect(),
+        covariance: tell_covariance(session, solved, &judgement, &moments),
+        moments: moments.into_iter().map(|moment| moment.told).collect(),
+        deflections: deflections(session, solved),
+        position_errors: position_errors(session, solved),
+        gravity,
+        parameters,
+        sensor_models,
+        undetermined,
+        active_constraints: constraints::tell(&solved.posed.problem, &solved.estimate.active),
+        weak,
+        held: held(solved),
+        uncertainty: Some(uncertainty),
+        loss: loss(solved.posed.loss),
+        outliers,
+        fit: Some(fit),
+        notes,
+    })
+}
+
+fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
+    let mut parameters = Vec::new();
+    for parameter in session.parameters() {
+        let id = solved.posed.layout.block(parameter);
+        let value = solved.estimate.values.scalar(id);
+        let mut told = session.blank_parameter(parameter);
+        told.determined = judgement.determines(parameter) && told.determined;
+        if told.determined {
+            told.value = Some(value);
+            told.std = Some(solved.parameter_std(parameter));
+            let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
+            told.ci95 = Some(solved.uncertainty.interval(value, &own));
+        }
+        parameters.push(told);
+    }
+    parameters
+}
+
+const ALONG_CONSTRAINTS: &str = "Standard deviations hold along the active constraints: what these hold is taken as \
+                                 known exactly.";
+
+/// A gain of the other sign than declared is the mirror image of a solution, not an answer.
+fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
+    let mut mirrored = Vec::new();
+    for (joint, ids) in solved.posed.layout.sensors.iter().enumerate() {
+        for quantity in [Quantity::TorqueGain, Quantity::PositionGain] {
+            let name = quantity.name(&session.robot.chain.joints()[joint].name);
+            let value = solved.estimate.values.scalar(ids[quantity as usize]);
+            let determined = parameters.iter().any(|p| p.name == name && p.determined);
+            if determined && value * session.joints[joint].of(quantity).nominal < 0.0 {
+                mirrored.push(format!(
+                    "{name} came out as {value:.4}, of the other sign than declared: if the sensor is mounted \
+                     reversed, say so ({}_sign = \"reversed\" in its [[joint]])",
+                    if quantity == Quantity::TorqueGain { "torque" } else { "position" },
+                ));
+            }
+        }
+    }
+    mirrored
+}
+
+/// The covariance of what is determined: gravity, sensor parameters, and the combinations of moments by their place.
+fn tell_covariance(
+    session: &Session,
+    solved: &Solved,
+    judgement: &Judgement,
+    moments: &[DeterminedMoment],
+) -> CovarianceResult {
+    let layout = &solved.posed.layout;
+    let mut blocks = Vec::new();
+    if judgement.gravity {
+        blocks.push(layout.gravity);
+    }
+    let free = session.parameters().into_iter().filter(|id| session.parameter(*id).held.is_none());
+    blocks.extend(free.filter(|id| judgement.determines(*id)).map(|id| layout.block(id)));
+    let problem = &solved.posed.problem;
+    let mut functions = stored_coordinates(problem, &solved.estimate.values, &blocks);
+    functions.extend(moments.iter().map(|moment| moment.function.clone()));
+    let stored = solved.covariance().of(&functions);
+    let components =
+        blocks.iter().flat_map(|id| (0..problem.block(*id).len()).map(|i| problem.block(*id).component_name(i)));
+    let order: Vec<String> = components.chain((0..moments.len()).map(|index| format!("moments[{index}]"))).collect();
+    CovarianceResult { matrix: stored.chunks(order.len().max(1)).map(<[f64]>::to_vec).collect(), order }
+}
+
+/// The choice of the last link's frame, told as something undetermined.
+pub(crate) fn last_frame_choice(session: &Session) -> Option<Undetermined> {
+    let last = session.joints.len() - 1;
+    let name = Quantity::PositionOffset.name(&session.robot.chain.joints()[last].name);
+    (session.held_reason(last, Quantity::PositionOffset) == Some(LAST_FRAME_CHOICE)).then(|| Undetermined {
+        combination: name.clone(),
+        parameters: vec![name],
+        why: "a choice of the last link's frame: turning it turns the unknown moments and placements along".into(),
+        cure: "state a load's position in the last link (position_m)".into(),
+    })
+}
+
+/// That the readings do not tell gravity from its opposite.
+pub(crate) fn unknown_sign() -> Undetermined {
+    Undetermined {
+        combination: "sign of gravity".into(),
+        parameters: vec!["gravity".into()],
+        why: "gravity the other way up, with all masses and moments negative, explains the readings as well".into(),
+        cure: "state gravity's rough direction ([gravity] hemisphere), or attach a load of known mass at the end of known \
+               lengths"
+            .into(),
+    }
+}
+
+/// Which parameters were set aside, in words.
+fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
+    let tell = |aside: &SetAside| {
+        let parameter = session.parameter(aside.parameter);
+        if aside.is_idle_joint() {
+            return format!("{} carries no gravity: its torque readings enter through its bias only.", parameter.owner);
+        }
+        format!(
+            "The data say too little of {}: the rest, moments included, is estimated with it at {}.",
+            parameter.name(),
+            aside.value
+        )
+    };
+    solved.set_aside.iter().map(tell).collect()
+}
+
+/// What every estimator's reader should know of frames, positions and loads.
+pub(crate) fn session_notes(session: &Session) -> Vec<String> {
+    let name = Quantity::PositionOffset.name(&session.robot.chain.joints()[0].name);
+    let mut notes = vec![match session.joints[0].of(Quantity::PositionOffset).nominal {
+        0.0 => format!("{name} is zero by definition of the base frame."),
+        given => format!("{name} is held at {given:.6}, which defines the base frame."),
+    }];
+    for (index, joint) in session.robot.chain.joints().iter().enumerate() {
+        let gain = session.joints[index].of(Quantity::PositionGain).nominal;
+        let turns = session.poses.iter().map(|pose| (gain * pose.position[index]).abs()).fold(0.0, f64::max);
+        if joint.kind == JointKind::Revolute && turns > IMPLAUSIBLE_ANGLE {
+            notes.push(format!("{} reads up to {turns:.0} rad: is its unit deg, declared as rad?", joint.name));
+        }
+    }
+    for (joint, count) in session.robot.chain.joints().iter().zip(&session.saturated).filter(|(_, count)| **count > 0) {
+        notes.push(format!(
+            "{count} torque readings of {} are at an end of the sensor's range: left out, as the true ones may be \
+             anything beyond.",
+            joint.name
+        ));
+    }
+    notes.extend(session.selection_note());
+    let cut = session.robot.chain.cut_joints();
+    if !cut.is_empty() {
+        notes.push(format!("The chain ends at its tip: what hangs on it by {} is left out.", cut.join(", ")));
+    }
+    for (index, load) in session.loads.iter().enumerate() {
+        if session.poses.iter().all(|pose| pose.load != Some(index)) {
+            notes.push(format!("No pose carries load `{}`: is a `load =` missing from a [[poses]]?", load.name));
+        }
+    }
+    notes
+}
+
+/// No joint of an arm turns this far, rad: two turns.
+const IMPLAUSIBLE_ANGLE: f64 = 4.0 * std::f64::consts::PI;

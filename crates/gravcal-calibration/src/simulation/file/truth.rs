@@ -1,0 +1,106 @@
+//! The true values of the sensors.
+
+use gravcal_recording::TorqueUnit;
+
+use super::Reader;
+use super::tables::JointTable;
+use crate::document::{Field, FileError};
+use crate::joint::Unknowns;
+use crate::parameter::Quantity;
+use crate::robot::SensorTables;
+use crate::sensors::{Need, Site, declare, to_unit_of};
+use crate::session::Session;
+
+impl Reader<'_> {
+    pub fn truth(&self, template: &mut Session) -> Result<Unknowns, FileError> {
+        let mut truth = Unknowns::nominal(template);
+        let direction = self.table.gravity.direction;
+        let norm = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+        truth.gravity = direction.map(|c| template.gravity.magnitude * c / norm);
+        truth.loads = self.table.load.iter().map(|load| load.position_m).collect();
+        if let Some(link) = self.robot.chain.links().iter().find(|link| link.inertia.is_none()) {
+            let message = format!("a simulation needs masses: the robot file gives none for link `{}`", link.name);
+            return Err(self.document.error(&Field::new("robot"), message));
+        }
+        let fields = |index: usize| Field::new("joint").at(index);
+        self.document.check_names(self.table.joint.iter().map(|j| j.name.as_str()), |i| fields(i).key("name"))?;
+        for (index, table) in self.table.joint.iter().enumerate() {
+            let field = fields(index);
+            let joint = self.document.lookup(&field.key("name"), "joint", &table.name, &self.names())?;
+            let tables = SensorTables {
+                kind: self.kind(joint),
+                torque: table.torque_sensor.as_ref(),
+                position: table.position_sensor.as_ref(),
+            };
+            let sensors = tables.nominal(self.document, &field)?;
+            self.models(joint, &field, table, template, &mut truth)?;
+            let true_values = &mut truth.sensors[joint];
+            if let Some(torque) = sensors.torque {
+                self.same_unit(
+                    &field,
+                    "torque_sensor",
+                    torque.unit.name(),
+                    template.joints[joint].torque_unit.map(TorqueUnit::name),
+                )?;
+                true_values[Quantity::TorqueGain as usize] = torque.gain;
+                true_values[Quantity::TorqueBias as usize] = torque.bias;
+            }
+            if let Some(position) = sensors.position {
+                let unit = template.joints[joint].position_unit.name();
+                self.same_unit(&field, "position_sensor", position.unit.si().name(), Some(unit))?;
+                true_values[Quantity::PositionGain as usize] = position.gain;
+                true_values[Quantity::PositionOffset as usize] = position.offset;
+            }
+        }
+        if truth.sensors[0][Quantity::PositionOffset as usize] != 0.0 {
+            let message = "the first joint's offset is zero by definition of the base frame: turn gravity instead";
+            return Err(self.document.error(&Field::new("joint"), message));
+        }
+        Ok(truth)
+    }
+
+    /// What a joint's sensors do beyond gain and bias: the session declares it, and does not know how much.
+    fn models(
+        &self,
+        joint: usize,
+        field: &Field,
+        table: &JointTable,
+        template: &mut Session,
+        truth: &mut Unknowns,
+    ) -> Result<(), FileError> {
+        let (names, kinds) = (self.names(), self.robot.chain.joints().iter().map(|j| j.kind).collect::<Vec<_>>());
+        let site = Site::new(joint, &names, &kinds, &template.joints[joint]);
+        let knows = |need| match need {
+            Need::Time => self.table.conditions.pose_interval_s.is_some(),
+            Need::Temperature => self.table.conditions.temperature_degc.is_some(),
+            Need::Velocity => self.table.conditions.largest_speed_rad_or_m_per_s.is_some(),
+            Need::Direction => {
+                self.table.conditions.direction || self.table.conditions.largest_speed_rad_or_m_per_s.is_some()
+            }
+        };
+        let mut terms = Vec::new();
+        for found in declare(self.document, field, &site, &table.sensor_models, knows)? {
+            let parameter = found.parameter;
+            let Some(said) = found.said else {
+                let message =
+                    format!("what is the true {0}? add parameters = {{ {0} = {{ value, unit }} }}", parameter.quantity);
+                return Err(self.document.error(&found.field, message));
+            };
+            let wrong = |message| self.document.error(&found.field.key("unit"), message);
+            truth.further.push(said.value * to_unit_of(&parameter.unit, said.unit()).map_err(wrong)?);
+            template.further.push(parameter);
+            terms.push(found.term);
+        }
+        template.terms.extend(terms);
+        Ok(())
+    }
+
+    fn same_unit(&self, field: &Field, key: &str, found: &str, readings: Option<&str>) -> Result<(), FileError> {
+        if readings == Some(found) {
+            return Ok(());
+        }
+        let readings = readings.unwrap_or("nothing");
+        let message = format!("a gain for readings in {found}, but the readings are in {readings}");
+        Err(self.document.error(&field.key(key), message))
+    }
+}
