@@ -54,6 +54,7 @@ mod error;
 mod mapping;
 mod merge;
 mod pose;
+mod rows;
 mod selection;
 mod slope;
 mod suggest;
@@ -68,6 +69,7 @@ pub use earlier::{EarlierError, EarlierEstimate, EarlierParameter, EarlierQuanti
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use pose::{Reading, Recording, StaticPose, read_poses};
+pub use rows::{Row, Rows};
 pub use selection::{MotionLimits, Selection};
 pub use suggest::nearest_name;
 pub use table::Table;
