@@ -54,16 +54,19 @@ pub struct LocalValues<'a> {
 
 impl<'a> LocalValues<'a> {
     /// `data` holds the blocks one after the other, `offsets` their starts and the total length.
+    #[inline]
     pub fn new(data: &'a [f64], offsets: &'a [usize]) -> Self {
         LocalValues { data, offsets }
     }
 
     /// Block `index` in the order of [`Residual::blocks`].
+    #[inline]
     pub fn block(&self, index: usize) -> &'a [f64] {
         &self.data[self.offsets[index]..self.offsets[index + 1]]
     }
 
     /// The number of block `index`, which stores one.
+    #[inline]
     pub fn scalar(&self, index: usize) -> f64 {
         self.data[self.offsets[index]]
     }
@@ -74,6 +77,7 @@ impl<'a> LocalValues<'a> {
     }
 
     /// All local columns, block after block.
+    #[inline]
     pub fn as_slice(&self) -> &'a [f64] {
         self.data
     }
@@ -88,11 +92,13 @@ pub struct RowsMut<'a> {
 
 impl<'a> RowsMut<'a> {
     /// `data` holds rows of `columns` numbers.
+    #[inline]
     pub fn new(data: &'a mut [f64], columns: usize) -> Self {
         RowsMut { data, columns }
     }
 
     /// One row over all local columns.
+    #[inline]
     pub fn row(&mut self, row: usize) -> &mut [f64] {
         &mut self.data[row * self.columns..(row + 1) * self.columns]
     }

@@ -83,7 +83,8 @@ impl AxisFrame {
     pub fn motion(&self, coordinate: f64) -> Motion {
         match self.kind {
             JointKind::Revolute => {
-                let (sin, cos) = coordinate.sin_cos();
+                // Not the system's: the same bits on every system, and faster than glibc's.
+                let (sin, cos) = libm::sincos(coordinate);
                 Motion::Turn { sin, cos }
             }
             JointKind::Prismatic => Motion::Slide(coordinate),

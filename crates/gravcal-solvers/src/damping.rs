@@ -47,14 +47,14 @@ impl Damping {
         self.lambda
     }
 
-    /// Before the first step: raises λ until the step is short enough.
-    pub(crate) fn bound_first_step(&mut self, here: &mut Point<'_>) {
-        if std::mem::replace(&mut self.bounded, true) {
-            return;
+    /// Whether the first step should be tried shorter: it is too long, and λ could be raised. Asked of no later step.
+    pub(crate) fn shortens_first_step(&mut self, here: &Point<'_>, step: &[f64]) -> bool {
+        if self.bounded {
+            return false;
         }
         let longest = FIRST_STEP * here.size();
-        let mut too_long = |lambda| here.step(lambda).is_some_and(|(step, _)| here.scaled_length(&step) > longest);
-        while longest > 0.0 && too_long(self.lambda) && self.raise() {}
+        self.bounded = longest == 0.0 || here.scaled_length(step) <= longest || !self.raise();
+        !self.bounded
     }
 
     /// For a step that is too long to be tried. `false` where more damping would be of no use.

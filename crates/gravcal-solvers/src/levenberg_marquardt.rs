@@ -67,10 +67,12 @@ pub(crate) fn damped_iteration<'p>(
     here: &mut Point<'p>,
     rules: &StoppingRules,
 ) -> Result<Move<'p>, SolveError> {
-    damping.bound_first_step(here);
     loop {
         let lambda = damping.lambda();
         if let Some((step, predicted)) = here.step(lambda) {
+            if damping.shortens_first_step(here, &step) {
+                continue;
+            }
             let mut trial = here.attempt(&step, predicted);
             match here.decide(&mut trial, 0.0, rules) {
                 Decision::Accept(end) => {

@@ -7,6 +7,7 @@
 mod normal;
 mod orthogonal;
 mod triangle;
+mod vector_registers;
 
 use crate::problem::Rows;
 use crate::{Column, EvaluateError, Problem, Values};

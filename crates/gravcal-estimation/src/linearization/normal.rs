@@ -15,9 +15,10 @@ use std::sync::Arc;
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::solvers::Llt;
-use faer::{Accum, Mat, MatRef, Par, Side};
+use faer::{Accum, Mat, MatMut, MatRef, Par, Side};
 use rayon::prelude::*;
 
+use super::vector_registers::give_up_upper_halves;
 use super::{Linearization, Orthogonal, StepInfo, check_finite, dust};
 use crate::problem::{Chunk, Island, Rows};
 use crate::{EvaluateError, Problem, Values};
@@ -133,7 +134,7 @@ impl<'p> Normal<'p> {
         }
         let diagonal: Vec<f64> = (0..right.len()).map(|index| hessian[(index, index)]).collect();
         self.eliminate(&damping, &mut hessian, &mut right)?;
-        let shared = solve_scaled(&hessian, &diagonal, &right)?;
+        let shared = solve_scaled(hessian, &diagonal, &right)?;
         structure.shared.iter().zip(&shared).for_each(|(column, value)| step[*column] = *value);
         for (island, sums) in structure.islands.iter().zip(&self.islands) {
             let local = sums.substitute(island, &damping, &shared)?;
@@ -201,9 +202,10 @@ impl Linearization for Normal<'_> {
         let structure = self.problem.structure();
         let shared: Vec<f64> = structure.shared.iter().map(|column| v[*column]).collect();
         let mut sum = 0.0;
-        for j in 0..shared.len() {
-            let below: f64 = (j + 1..shared.len()).map(|i| self.hessian[(i, j)] * shared[i]).sum();
-            sum += shared[j] * (self.hessian[(j, j)] * shared[j] + 2.0 * below);
+        for (j, own) in shared.iter().enumerate() {
+            let column = self.hessian.col_as_slice(j);
+            let below: f64 = column[j + 1..].iter().zip(&shared[j + 1..]).map(|(entry, other)| entry * other).sum();
+            sum += own * (column[j] * own + 2.0 * below);
         }
         for (island, sums) in structure.islands.iter().zip(&self.islands) {
             sum += sums.quadratic(island, &shared, v);
@@ -249,49 +251,90 @@ impl Sums {
 /// Compact rows of one shape and place that wait for their product, and the sum of the products so far.
 struct Batch<'p> {
     columns: &'p [usize],
+    waiting: usize,
+    multiplied: bool,
+    memory: Memory,
+}
+
+/// Room that one batch after another uses.
+#[derive(Default)]
+struct Memory {
+    /// Rows one after another, each its columns and the residual; what lies beyond those that wait is old.
     rows: Vec<f64>,
-    product: Mat<f64>,
+    /// Lower triangle of the sum, column-major.
+    product: Vec<f64>,
 }
 
 impl<'p> Batch<'p> {
-    fn new(columns: &'p [usize]) -> Self {
+    fn new(columns: &'p [usize], mut memory: Memory) -> Self {
         let width = columns.len() + 1;
-        Batch { columns, rows: Vec::with_capacity(BATCH * width), product: Mat::zeros(width, width) }
+        memory.rows.resize(BATCH * width, 0.0);
+        memory.product.resize(width * width, 0.0);
+        Batch { columns, waiting: 0, multiplied: false, memory }
+    }
+
+    fn width(&self) -> usize {
+        self.columns.len() + 1
+    }
+
+    /// Room for one more row.
+    fn next_row(&mut self) -> &mut [f64] {
+        if self.waiting == BATCH {
+            self.multiply();
+        }
+        let width = self.width();
+        let start = self.waiting * width;
+        self.waiting += 1;
+        &mut self.memory.rows[start..start + width]
     }
 
     /// Adds the product of the waiting rows, the residual their last column.
     fn multiply(&mut self) {
-        let width = self.columns.len() + 1;
-        let rows = MatRef::from_column_major_slice(&self.rows, width, self.rows.len() / width);
+        let width = self.width();
+        let rows = MatRef::from_column_major_slice(&self.memory.rows[..self.waiting * width], width, self.waiting);
+        let product = MatMut::from_column_major_slice_mut(&mut self.memory.product, width, width);
         let (lower, full) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
-        matmul(&mut self.product, lower, Accum::Add, rows, full, rows.transpose(), full, 1.0, Par::Seq);
-        self.rows.clear();
+        let accumulate = if self.multiplied { Accum::Add } else { Accum::Replace };
+        matmul(product, lower, accumulate, rows, full, rows.transpose(), full, 1.0, Par::Seq);
+        give_up_upper_halves();
+        self.waiting = 0;
+        self.multiplied = true;
     }
 
-    /// Adds the sum of products to its places.
-    fn scatter(&mut self, sums: &mut Sums) {
+    /// Adds the sum of products to its places, and gives its room back.
+    fn scatter(mut self, sums: &mut Sums) -> Memory {
         self.multiply();
-        let last = self.columns.len();
-        for (j, column) in self.columns.iter().enumerate() {
-            for (i, row) in self.columns.iter().enumerate().skip(j) {
-                sums.hessian[(*row, *column)] += self.product[(i, j)];
-            }
-            sums.gradient[*column] += self.product[(last, j)];
+        for (j, (column, product)) in
+            self.columns.iter().zip(self.memory.product.chunks_exact(self.width())).enumerate()
+        {
+            let sum = sums.hessian.col_as_slice_mut(*column);
+            self.columns[j..].iter().zip(&product[j..]).for_each(|(row, entry)| sum[*row] += entry);
+            sums.gradient[*column] += product[self.columns.len()];
         }
+        self.memory
     }
 }
 
 /// Sums one chunk of factors.
 fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Result<Sums, EvaluateError> {
     let structure = problem.structure();
+    // The step before was found by faer, too.
+    give_up_upper_halves();
     let mut rows = Rows::new(problem, values);
     let mut sums = Sums::new(structure.shared.len());
     let mut batches: Vec<Vec<Batch<'_>>> = structure.shapes.iter().map(|_| Vec::new()).collect();
     let islands = &structure.islands[chunk.islands.clone()];
     let free_end = islands.first().map_or(chunk.factors.end, |first| first.factors.start);
+    let mut shape = None;
+    let mut spare = Vec::new();
     for factor in &structure.order[chunk.factors.start..free_end] {
         sums.cost += rows.linearize(*factor, true)?;
-        collect(problem, &rows, *factor, &mut batches);
+        // One shape after another, so that few batches are alive and stay in cache.
+        let before = shape.replace(structure.shape_of[*factor]);
+        if let Some(before) = before.filter(|before| Some(*before) != shape) {
+            spare.extend(batches[before].drain(..).map(|batch| batch.scatter(&mut sums)));
+        }
+        collect(problem, &rows, *factor, &mut batches, &mut spare);
     }
     let mut position = vec![0; structure.shared.len()];
     for island in islands {
@@ -300,27 +343,28 @@ fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Result<Sums, 
         for factor in &structure.order[island.factors.clone()] {
             sums.cost += rows.linearize(*factor, true)?;
             own.add(problem, &rows, *factor, &position);
-            collect(problem, &rows, *factor, &mut batches);
+            collect(problem, &rows, *factor, &mut batches, &mut spare);
         }
         sums.islands.push(own);
     }
-    batches.iter_mut().flatten().for_each(|batch| batch.scatter(&mut sums));
+    batches.into_iter().flatten().for_each(|batch| drop(batch.scatter(&mut sums)));
     Ok(sums)
 }
 
 /// Puts the rows of a factor into the batches of its shape.
-fn collect<'p>(problem: &'p Problem, rows: &Rows<'_>, factor: usize, batches: &mut [Vec<Batch<'p>>]) {
+fn collect<'p>(
+    problem: &'p Problem,
+    rows: &Rows<'_>,
+    factor: usize,
+    batches: &mut [Vec<Batch<'p>>],
+    spare: &mut Vec<Memory>,
+) {
     let plans = problem.plans(factor);
     let own = &mut batches[problem.structure().shape_of[factor]];
     if own.is_empty() {
-        own.extend(plans.iter().map(|plan| Batch::new(&plan.columns)));
+        own.extend(plans.iter().map(|plan| Batch::new(&plan.columns, spare.pop().unwrap_or_default())));
     }
-    for (row, (plan, batch)) in plans.iter().zip(own).enumerate() {
-        rows.gather(plan, row, &mut batch.rows);
-        if batch.rows.len() >= BATCH * (plan.columns.len() + 1) {
-            batch.multiply();
-        }
-    }
+    plans.iter().zip(own).enumerate().for_each(|(row, (plan, batch))| rows.gather(plan, row, batch.next_row()));
 }
 
 impl IslandSums {
@@ -338,7 +382,7 @@ impl IslandSums {
         for (row, plan) in problem.plans(factor).iter().enumerate() {
             own.clear();
             rows.for_island(factor, row, |index, entry| own.push((index, entry)));
-            compact.clear();
+            compact.resize(plan.columns.len() + 1, 0.0);
             rows.gather(plan, row, &mut compact);
             for (i, a) in own.iter().filter(|(_, entry)| *entry != 0.0) {
                 own.iter().for_each(|(j, b)| self.local[i * local + j] += a * b);
@@ -457,16 +501,18 @@ impl Complement {
     }
 }
 
-/// Solves `A x = b` by Cholesky after scaling the diagonal (before elimination) to one.
-fn solve_scaled(matrix: &Mat<f64>, diagonal: &[f64], right: &[f64]) -> Option<Vec<f64>> {
+/// Solves `A x = b` by Cholesky after scaling the diagonal (before elimination) to one; of `A` the lower triangle counts.
+fn solve_scaled(mut matrix: Mat<f64>, diagonal: &[f64], right: &[f64]) -> Option<Vec<f64>> {
     let scale: Vec<f64> = diagonal.iter().map(|d| if *d > 0.0 { 1.0 / d.sqrt() } else { 1.0 }).collect();
-    // Columns of zeros stay where they are.
-    let scaled = Mat::from_fn(right.len(), right.len(), |i, j| match diagonal[i.max(j)] {
-        _ if i < j => 0.0,
-        d if i == j && d <= 0.0 => 1.0,
-        _ => scale[i] * scale[j] * matrix[(i, j)],
-    });
-    let factor = Llt::new(scaled.as_ref(), Side::Lower).ok()?;
+    for (j, own) in scale.iter().enumerate() {
+        let column = &mut matrix.col_as_slice_mut(j)[j..];
+        column.iter_mut().zip(&scale[j..]).for_each(|(entry, other)| *entry *= own * other);
+        // Columns of zeros stay where they are.
+        if diagonal[j] <= 0.0 {
+            column[0] = 1.0;
+        }
+    }
+    let factor = Llt::new(matrix.as_ref(), Side::Lower).ok()?;
     if !keeps_digits(&factor, &vec![1.0; right.len()]) {
         return None;
     }

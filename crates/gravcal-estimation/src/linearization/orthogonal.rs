@@ -200,7 +200,7 @@ fn factor_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Result<Par
         part.cost += rows.linearize(*factor, true)?;
         rows.check_jacobian(*factor)?;
         for (row, plan) in problem.plans(*factor).iter().enumerate() {
-            compact.clear();
+            compact.resize(plan.columns.len() + 1, 0.0);
             rows.gather(plan, row, &mut compact);
             wide.fill(0.0);
             plan.columns.iter().zip(&compact).for_each(|(column, entry)| wide[*column] = *entry);
@@ -230,7 +230,7 @@ fn eliminate(problem: &Problem, rows: &mut Rows<'_>, island: &Island, part: &mut
             stacked.resize(start + width, 0.0);
             let out = &mut stacked[start..];
             rows.for_island(*factor, row, |index, entry| out[index] = entry);
-            compact.clear();
+            compact.resize(plan.columns.len() + 1, 0.0);
             rows.gather(plan, row, &mut compact);
             for (column, entry) in plan.columns.iter().zip(&compact) {
                 if let Ok(at) = island.shared.binary_search(column) {

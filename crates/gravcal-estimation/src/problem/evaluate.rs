@@ -219,16 +219,23 @@ impl<'a> Rows<'a> {
         self.scales[row].1 * self.residual[row]
     }
 
-    /// Appends the shared columns of a row, compact, and its residual.
-    pub fn gather(&self, plan: &RowPlan, row: usize, out: &mut Vec<f64>) {
+    /// Writes the shared columns of a row, compact, and its residual last.
+    pub fn gather(&self, plan: &RowPlan, row: usize, mut out: &mut [f64]) {
         let (scale, local) = (self.scales[row].0, self.local_row(row));
         for piece in &plan.pieces {
+            let (own, rest) = out.split_at_mut(piece.length);
             match piece.sphere {
-                None => out.extend(local[piece.from..piece.from + piece.length].iter().map(|v| scale * v)),
-                Some(sphere) => project(self.bases[sphere], &local[piece.from..], |v| out.push(scale * v)),
+                None => own.iter_mut().zip(&local[piece.from..]).for_each(|(out, v)| *out = scale * v),
+                Some(sphere) => {
+                    let mut own = own.iter_mut();
+                    project(self.bases[sphere], &local[piece.from..], |v| {
+                        own.next().into_iter().for_each(|out| *out = scale * v);
+                    });
+                }
             }
+            out = rest;
         }
-        out.push(self.residual(row));
+        out[0] = self.residual(row);
     }
 
     /// Calls `found(index, entry)` for the entries of a row in the columns of an island.

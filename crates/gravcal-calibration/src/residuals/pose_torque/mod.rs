@@ -23,7 +23,7 @@ use gravcal_recording::Conditions;
 
 pub(crate) use model::joined;
 pub use model::{CarriedLoad, PoseTorqueBlocks, PoseTorqueModel};
-use model::{GRAVITY, INERTIA, SENSORS, sensor_column};
+use model::{GRAVITY, INERTIA, inertia_column, sensor_column};
 
 use crate::parameter::Quantity;
 
@@ -86,17 +86,23 @@ impl PoseTorque {
         self.readings[row].0
     }
 
+    /// One parameter of every joint's sensors.
+    fn sensors<'x>(&self, x: &'x [f64], quantity: Quantity) -> &'x [f64] {
+        let joints = self.position.len();
+        &x[sensor_column(joints, quantity, 0)..sensor_column(joints, quantity, joints)]
+    }
+
     /// True coordinates of all joints.
     fn set_coordinates(&self, x: &[f64], coordinates: &mut [f64]) {
-        let (sensors, _) = x[GRAVITY..].as_chunks::<SENSORS>();
-        for ((coordinate, q), [_, _, gain, offset]) in coordinates.iter_mut().zip(&self.position).zip(sensors) {
+        let (gains, offsets) = (self.sensors(x, Quantity::PositionGain), self.sensors(x, Quantity::PositionOffset));
+        for (((coordinate, q), gain), offset) in coordinates.iter_mut().zip(&self.position).zip(gains).zip(offsets) {
             *coordinate = gain * q + offset;
         }
     }
 
     /// Masses and moments of all links, the load's included.
     fn set_inertia(&self, x: &[f64], inertia: &mut [f64]) {
-        let (links, beyond) = x[sensor_column(self.position.len())..].split_at(inertia.len());
+        let (links, beyond) = x[inertia_column(self.position.len(), 0)..].split_at(inertia.len());
         inertia.copy_from_slice(links);
         if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
             let load = &beyond[..3 * position.len()];
@@ -111,21 +117,25 @@ impl PoseTorque {
     fn fill_row(&self, gain: f64, joint: usize, torque: &GravityTorque, row: &mut [f64]) {
         let n = self.position.len();
         let (by_gravity, rest) = row.split_at_mut(GRAVITY);
-        let (by_sensors, rest) = rest.split_at_mut(SENSORS * n);
+        let (by_torque_sensors, rest) = rest.split_at_mut(2 * n);
+        let (by_position_gains, rest) = rest.split_at_mut(n);
+        let (by_offsets, rest) = rest.split_at_mut(n);
         let (by_links, by_load) = rest.split_at_mut(INERTIA * n);
-        let (by_sensors, _) = by_sensors.as_chunks_mut::<SENSORS>();
         let (by_links, _) = by_links.as_chunks_mut::<INERTIA>();
         for (entry, by) in by_gravity.iter_mut().zip(&torque.by_gravity[3 * joint..]) {
             *entry = gain * by;
         }
-        for ((entries, q), by) in by_sensors.iter_mut().zip(&self.position).zip(&torque.by_coordinate[n * joint..]) {
-            *entries = [0.0, 0.0, gain * by * q, gain * by];
+        [by_torque_sensors[joint], by_torque_sensors[n + joint]] = [torque.torque[joint], 1.0];
+        for (by_offset, by) in by_offsets.iter_mut().zip(&torque.by_coordinate[n * joint..]) {
+            *by_offset = gain * by;
         }
-        [by_sensors[joint][0], by_sensors[joint][1]] = [torque.torque[joint], 1.0];
+        for ((by_gain, q), by_offset) in by_position_gains.iter_mut().zip(&self.position).zip(&*by_offsets) {
+            *by_gain = q * by_offset;
+        }
         let (by_inertia, _) = torque.by_inertia[INERTIA * n * joint..].as_chunks::<INERTIA>();
         // Links before the joint do not load it: their entries stay zero, unless they make a joint give way.
         let first = if self.model.compliance.is_some() { 0 } else { joint };
-        for (entries, by) in by_links.iter_mut().zip(by_inertia).skip(first) {
+        for (entries, by) in by_links[first..].iter_mut().zip(&by_inertia[first..]) {
             *entries = by.map(|by| gain * by);
         }
         if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
@@ -159,9 +169,9 @@ impl PoseTorque {
         } else {
             self.model.chain.update_gravity_torque(coordinates, gravity, inertia, torque);
         }
-        let (sensors, _) = x[GRAVITY..].as_chunks::<SENSORS>();
+        let (gain, bias) = (self.sensors(x, Quantity::TorqueGain), self.sensors(x, Quantity::TorqueBias));
         for (residual, (joint, reading)) in residual.iter_mut().zip(&self.readings) {
-            let [gain, bias, ..] = sensors[*joint];
+            let (gain, bias) = (gain[*joint], bias[*joint]);
             *residual = gain * torque.torque[*joint] + bias - reading;
             if let Some(terms) = terms {
                 *residual += terms.reading(*joint, &torque.torque, &self.conditions, x);
@@ -171,7 +181,7 @@ impl PoseTorque {
             for (row, (joint, _)) in self.readings.iter().enumerate() {
                 let row = rows.row(row);
                 match terms {
-                    None => self.fill_row(sensors[*joint][0], *joint, torque, row),
+                    None => self.fill_row(gain[*joint], *joint, torque, row),
                     Some(terms) => self.fill_row_with_terms(terms, x, *joint, torque, row, scratch),
                 }
                 if let Some(column) = self.model.compliance {
@@ -190,8 +200,9 @@ impl PoseTorque {
 
     /// A compliance enters like its joint's offset, times the torque.
     fn fill_compliances(&self, column: usize, torque: &GravityTorque, row: &mut [f64]) {
+        let joints = self.position.len();
         for (joint, torque) in torque.torque.iter().enumerate().filter(|(joint, _)| self.sweeping != Some(*joint)) {
-            row[column + joint] = row[sensor_column(joint) + Quantity::PositionOffset as usize] * torque;
+            row[column + joint] = row[sensor_column(joints, Quantity::PositionOffset, joint)] * torque;
         }
     }
 }

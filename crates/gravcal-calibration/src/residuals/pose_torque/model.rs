@@ -1,7 +1,8 @@
 //! What all poses with the same load share: chain, unknowns, and which of them each torque depends on.
 //!
-//! Stored columns, for n joints: gravity 3, `[k, b, s, o]` of each joint, `(m, h)` of each link, 3 for each part of the
-//! load's position, one for each term of sensors that are not affine, and `c` of each joint where joints give way.
+//! Stored columns, for n joints: gravity 3, all n of `k`, of `b`, of `s`, of `o`, then `(m, h)` of each link, 3 for each part of
+//! the load's position, one for each term of sensors that are not affine, and `c` of each joint where joints give way. A torque
+//! depends on the own gain and bias, but on all position sensors: by quantity, what it touches lies together.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,15 +11,14 @@ use gravcal_estimation::BlockId;
 use gravcal_kinematics::Chain;
 
 use super::terms::Terms;
+use crate::parameter::Quantity;
 use crate::sensors::SensorTerms;
 
 /// Stored columns of gravity.
 pub(super) const GRAVITY: usize = 3;
 /// Stored columns of one joint's sensors, and of one link's mass and first moment.
-pub(super) const SENSORS: usize = 4;
+const SENSORS: usize = 4;
 pub(super) const INERTIA: usize = 4;
-/// Of a joint's sensor columns, those before position gain and offset: torque gain and bias.
-const OWN: usize = 2;
 
 /// Blocks of a [`PoseTorque`](super::PoseTorque), shared by all poses.
 #[derive(Clone, Debug)]
@@ -71,14 +71,14 @@ impl PoseTorqueModel {
         load: Option<CarriedLoad>,
     ) -> Self {
         let mut order = vec![blocks.gravity];
-        order.extend(blocks.sensors.iter().flatten());
+        (0..SENSORS).for_each(|quantity| order.extend(blocks.sensors.iter().map(|own| own[quantity])));
         order.extend(&blocks.inertia);
         order.extend(load.iter().flat_map(|l| &l.position));
         order.extend(&blocks.terms);
         order.extend(&blocks.compliance);
         let joints = chain.joint_count();
         let end = inertia_column(joints, joints) + 3 * load.as_ref().map_or(0, |l| l.position.len());
-        let terms = (!functions.is_empty()).then(|| Terms::new(functions.clone(), end));
+        let terms = (!functions.is_empty()).then(|| Terms::new(functions.clone(), joints, end));
         let compliance = (!blocks.compliance.is_empty()).then_some(end + functions.len());
         // A joint that gives way under what hangs beyond it moves what hangs beyond all others.
         let first_link = |joint| if compliance.is_some() { 0 } else { joint };
@@ -112,25 +112,26 @@ impl PoseTorqueModel {
     }
 }
 
-/// First stored column of a joint's sensors.
-pub(super) fn sensor_column(joint: usize) -> usize {
-    GRAVITY + SENSORS * joint
+/// Stored column of one parameter of a joint's sensors, for so many joints; with `joint == joints`, the end of its like.
+pub(super) fn sensor_column(joints: usize, quantity: Quantity, joint: usize) -> usize {
+    GRAVITY + joints * quantity as usize + joint
 }
 
 /// First stored column of a link's mass and moment; with `link == joints`, of the load's position.
-fn inertia_column(joints: usize, link: usize) -> usize {
-    sensor_column(joints) + INERTIA * link
+pub(super) fn inertia_column(joints: usize, link: usize) -> usize {
+    GRAVITY + SENSORS * joints + INERTIA * link
 }
 
 /// Columns up to `end` that a joint's torque can touch: its own gain and bias but not the others', and nothing of the
 /// links before the first that it feels.
 fn pattern(joint: usize, first_link: usize, joints: usize, end: usize) -> Vec<Range<usize>> {
-    let sensors = (0..joints).map(|other| {
-        let column = sensor_column(other);
-        if other == joint { column..column + SENSORS } else { column + OWN..column + SENSORS }
+    let own = [Quantity::TorqueGain, Quantity::TorqueBias].map(|quantity| {
+        let column = sensor_column(joints, quantity, joint);
+        column..column + 1
     });
+    let positions = sensor_column(joints, Quantity::PositionGain, 0)..inertia_column(joints, 0);
     let beyond = inertia_column(joints, first_link)..end;
-    joined(std::iter::once(0..GRAVITY).chain(sensors).chain(std::iter::once(beyond)))
+    joined(std::iter::once(0..GRAVITY).chain(own).chain([positions, beyond]))
 }
 
 /// Ranges in order, those that meet as one.
@@ -157,7 +158,9 @@ fn pattern_with_terms(
     let mut touched = vec![false; width];
     for source in sources {
         affine(source).into_iter().flatten().for_each(|column| touched[column] = true);
-        touched[sensor_column(source)..][..OWN].fill(false);
+        for quantity in [Quantity::TorqueGain, Quantity::TorqueBias] {
+            touched[sensor_column(terms.joints(), quantity, source)] = false;
+        }
     }
     affine(joint).into_iter().flatten().chain(columns).for_each(|column| touched[column] = true);
     joined((0..width).filter(|column| touched[*column]).map(|column| column..column + 1))

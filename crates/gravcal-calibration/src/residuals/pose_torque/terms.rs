@@ -16,13 +16,19 @@ use gravcal_kinematics::GravityTorque;
 #[derive(Debug)]
 pub(super) struct Terms {
     functions: SensorTerms,
+    joints: usize,
     /// First stored column: that of the first term.
     column: usize,
 }
 
 impl Terms {
-    pub fn new(functions: SensorTerms, column: usize) -> Terms {
-        Terms { functions, column }
+    pub fn new(functions: SensorTerms, joints: usize, column: usize) -> Terms {
+        Terms { functions, joints, column }
+    }
+
+    /// Number of joints.
+    pub fn joints(&self) -> usize {
+        self.joints
     }
 
     /// What position sensors add to the coordinates.
@@ -75,19 +81,18 @@ impl PoseTorque {
         row: &mut [f64],
         scratch: &mut Vec<f64>,
     ) {
-        let gain_column = sensor_column(joint) + Quantity::TorqueGain as usize;
+        let sensor = |quantity, joint| sensor_column(terms.joints, quantity, joint);
         let slopes = || terms.slopes(joint, &torque.torque, x);
         let own: f64 = slopes().filter(|(source, _)| *source == joint).map(|(_, slope)| slope).sum();
         let (base, by_terms) = row.split_at_mut(terms.column);
-        self.fill_row(x[gain_column] + own, joint, torque, base);
+        self.fill_row(x[sensor(Quantity::TorqueGain, joint)] + own, joint, torque, base);
         for (source, slope) in slopes().filter(|(source, _)| *source != joint) {
             scratch.clear();
             scratch.resize(base.len(), 0.0);
             self.fill_row(slope, source, torque, scratch);
             // The gain and bias of the other sensor have no part in this reading.
-            let others = sensor_column(source);
-            scratch[others + Quantity::TorqueGain as usize] = 0.0;
-            scratch[others + Quantity::TorqueBias as usize] = 0.0;
+            scratch[sensor(Quantity::TorqueGain, source)] = 0.0;
+            scratch[sensor(Quantity::TorqueBias, source)] = 0.0;
             base.iter_mut().zip(&*scratch).for_each(|(entry, by_source)| *entry += by_source);
         }
         for (place, function) in terms.functions.of_torque(joint) {
@@ -95,7 +100,7 @@ impl PoseTorque {
             by_terms[place] = function.value(source, &self.conditions);
         }
         for (place, moved, function) in terms.functions.of_positions() {
-            let by_offset = base[sensor_column(moved) + Quantity::PositionOffset as usize];
+            let by_offset = base[sensor(Quantity::PositionOffset, moved)];
             by_terms[place] = by_offset * function.value(self.position[moved]);
         }
     }
