@@ -82,6 +82,12 @@ pub enum UnsuitableChoice {
         "only the joint estimators heed an earlier calibration, and none of them is chosen: choose `joint`, or drop [prior]"
     )]
     EarlierIgnored,
+    /// Only estimators that read as the paper's steps do, of a robot that these do not know.
+    #[error(
+        "`{0}` follows the paper's steps along one serial chain, and this robot branches or has joints that mimic others: \
+         choose `--estimator joint`"
+    )]
+    NoSerialChain(EstimatorName),
 }
 
 /// Whether estimators and solver can do what the session asks.
@@ -93,6 +99,12 @@ pub fn check_choice(
     estimators: &[EstimatorName],
     solver: &dyn Solver,
 ) -> Result<(), UnsuitableChoice> {
+    let follows_the_paper = |name: &&EstimatorName| **name != EstimatorName::Joint;
+    if let (false, Some(name)) = (session.robot.chain.is_serial(), estimators.iter().find(follows_the_paper))
+        && !estimators.contains(&EstimatorName::Joint)
+    {
+        return Err(UnsuitableChoice::NoSerialChain(*name));
+    }
     if estimators.iter().all(|name| *name == EstimatorName::Sequential) {
         return match session {
             Session { constraints, .. } if !constraints.is_empty() => Err(UnsuitableChoice::ConstraintsIgnored),

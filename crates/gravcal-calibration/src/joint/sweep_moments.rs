@@ -65,15 +65,18 @@ impl SweepMoments {
 
     /// The moment of `joint` in a sweep, a new one where none is alike.
     fn place(&mut self, session: &Session, sweep: &Sweep, joint: usize) -> usize {
+        let chain = &session.robot.chain;
         let wanted = Moment {
             joint,
-            swept: Some(sweep.swept).filter(|swept| *swept > joint),
+            swept: Some(sweep.swept).filter(|swept| beyond(chain, joint).any(|other| other == *swept)),
             held: sweep.held.clone(),
-            load: sweep.load.filter(|load| session.loads[*load].link >= joint).map(|load| first_alike(session, load)),
+            load: sweep
+                .load
+                .filter(|load| chain.moves(joint, session.loads[*load].link))
+                .map(|load| first_alike(session, load)),
             pose: sweep.poses[0],
         };
-        let kind = session.robot.chain.joints()[joint].kind;
-        self.moments.iter().position(|moment| moment.is_like(&wanted, kind)).unwrap_or_else(|| {
+        self.moments.iter().position(|moment| moment.is_like(&wanted, chain)).unwrap_or_else(|| {
             self.moments.push(wanted);
             self.moments.len() - 1
         })
@@ -142,14 +145,13 @@ impl SweepMoments {
 }
 
 impl Moment {
-    fn is_like(&self, other: &Moment, kind: JointKind) -> bool {
-        if self.joint != other.joint || kind == JointKind::Prismatic {
+    fn is_like(&self, other: &Moment, chain: &Chain) -> bool {
+        if self.joint != other.joint || chain.joints()[self.joint].kind == JointKind::Prismatic {
             return self.joint == other.joint;
         }
-        let beyond = self.joint + 1..self.held.len();
         let stands =
             |joint: usize| Some(joint) == self.swept || (self.held[joint] - other.held[joint]).abs() <= HOLD_TOLERANCE;
-        self.swept == other.swept && self.load == other.load && beyond.into_iter().all(stands)
+        self.swept == other.swept && self.load == other.load && beyond(chain, self.joint).all(stands)
     }
 
     fn block(&self, session: &Session) -> Block {
@@ -162,7 +164,8 @@ impl Moment {
 
     /// Where the joints beyond stand and what hangs there, in words.
     fn posture(&self, session: &Session) -> String {
-        let joints = session.robot.chain.joints().iter().enumerate().skip(self.joint + 1);
+        let chain = &session.robot.chain;
+        let joints = beyond(chain, self.joint).map(|index| (index, &chain.joints()[index]));
         let place = |(index, joint): (usize, &gravcal_kinematics::Joint)| match (joint.kind, self.held[index]) {
             _ if self.swept == Some(index) => format!("{} sweeps", joint.name),
             (JointKind::Revolute, angle) => format!("{} at {:.1}°", joint.name, angle.to_degrees()),
@@ -171,6 +174,11 @@ impl Moment {
         let load = self.load.map_or_else(|| "bare".to_owned(), |load| session.loads[load].name.clone());
         joints.map(place).chain([load]).collect::<Vec<_>>().join(", ")
     }
+}
+
+/// The joints that a joint moves. Where moments are described by sweep none mimics another, and joint k moves link k.
+fn beyond(chain: &Chain, joint: usize) -> impl Iterator<Item = usize> {
+    (joint + 1..chain.joint_count()).filter(move |other| chain.moves(joint, *other))
 }
 
 /// `∂τ/∂g` of all joints in a pose, its load included.
@@ -187,7 +195,7 @@ fn by_gravity(
         inertia[link][0] += mass;
         (0..3).for_each(|axis| inertia[link][1 + axis] += mass * placements[load][axis]);
     }
-    let mut torque = GravityTorque::new(chain.joint_count());
+    let mut torque = GravityTorque::new(chain.joint_count(), chain.link_count());
     chain.linearize_gravity_torque(coordinates, [0.0; 3], inertia.as_flattened(), &mut torque);
     torque.by_gravity
 }

@@ -67,7 +67,7 @@ impl SweepTorqueModel {
             let length = pose.stored_length(block);
             match inertia.clone().position(|other| other == block) {
                 None => columns.extend((start..start + length).map(|column| vec![(column, 1.0)])),
-                Some(link) => columns.extend(lumped_directions(&pose.chain.joints()[link]).iter().map(|direction| {
+                Some(link) => columns.extend(lumped_directions(&pose.chain.movers()[link]).iter().map(|direction| {
                     let terms = direction.iter().enumerate().filter(|(_, share)| **share != 0.0);
                     terms.map(|(component, share)| (start + component, *share)).collect()
                 })),

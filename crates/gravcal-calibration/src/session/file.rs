@@ -308,8 +308,9 @@ fn refuse_prior_on_base_frame(
     joints: &[JointKnowledge],
     written: &[joints::JointTable],
 ) -> Result<(), FileError> {
-    let KnowledgeKind::Prior { .. } = joints[0].of(Quantity::PositionOffset).kind else { return Ok(()) };
-    let index = written.iter().position(|joint| joint.name == context.joint_names[0]).unwrap_or(0);
+    let Some(root) = context.robot.chain.root_joint() else { return Ok(()) };
+    let KnowledgeKind::Prior { .. } = joints[root].of(Quantity::PositionOffset).kind else { return Ok(()) };
+    let index = written.iter().position(|joint| joint.name == context.joint_names[root]).unwrap_or(0);
     let field = Field::new("joint").at(index).key("position_offset").key("std");
     let message = "the first joint's offset defines the base frame, so it cannot be uncertain: leave std away";
     Err(context.document.error(&field, message))

@@ -171,7 +171,7 @@ impl Reader<'_> {
         };
         let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
         // The first joint's offset is zero by definition of the base frame.
-        let offset = if joint == 0 { 0.0 } else { position[1] };
+        let offset = if self.robot.chain.root_joint() == Some(joint) { 0.0 } else { position[1] };
         Ok(JointKnowledge {
             torque_unit: Some(torque_unit),
             torque_sign_declared: false,

@@ -18,7 +18,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
-use gravcal_kinematics::GravityTorque;
+use gravcal_kinematics::{Chain, GravityTorque};
 use gravcal_recording::Conditions;
 
 pub(crate) use model::joined;
@@ -51,18 +51,22 @@ struct Workspace {
 }
 
 impl Workspace {
-    fn new(joints: usize) -> Self {
+    fn new(joints: usize, links: usize) -> Self {
         Workspace {
             coordinates: vec![0.0; joints],
-            inertia: vec![0.0; INERTIA * joints],
-            torque: GravityTorque::new(joints),
+            inertia: vec![0.0; INERTIA * links],
+            torque: GravityTorque::new(joints, links),
             row: Vec::new(),
         }
+    }
+
+    fn is_for(&self, chain: &Chain) -> bool {
+        (self.coordinates.len(), self.inertia.len()) == (chain.joint_count(), INERTIA * chain.link_count())
     }
 }
 
 thread_local! {
-    static WORKSPACE: RefCell<Workspace> = RefCell::new(Workspace::new(0));
+    static WORKSPACE: RefCell<Workspace> = RefCell::new(Workspace::new(0, 0));
 }
 
 impl PoseTorque {
@@ -109,10 +113,10 @@ impl PoseTorque {
     }
 
     fn fill_row(&self, gain: f64, joint: usize, torque: &GravityTorque, row: &mut [f64]) {
-        let n = self.position.len();
+        let (n, links) = (self.position.len(), self.model.chain.link_count());
         let (by_gravity, rest) = row.split_at_mut(GRAVITY);
         let (by_sensors, rest) = rest.split_at_mut(SENSORS * n);
-        let (by_links, by_load) = rest.split_at_mut(INERTIA * n);
+        let (by_links, by_load) = rest.split_at_mut(INERTIA * links);
         let (by_sensors, _) = by_sensors.as_chunks_mut::<SENSORS>();
         let (by_links, _) = by_links.as_chunks_mut::<INERTIA>();
         for (entry, by) in by_gravity.iter_mut().zip(&torque.by_gravity[3 * joint..]) {
@@ -122,10 +126,10 @@ impl PoseTorque {
             *entries = [0.0, 0.0, gain * by * q, gain * by];
         }
         [by_sensors[joint][0], by_sensors[joint][1]] = [torque.torque[joint], 1.0];
-        let (by_inertia, _) = torque.by_inertia[INERTIA * n * joint..].as_chunks::<INERTIA>();
+        let (by_inertia, _) = torque.by_inertia[INERTIA * links * joint..].as_chunks::<INERTIA>();
         // Links before the joint do not load it: their entries stay zero, unless they make a joint give way.
-        let first = if self.model.compliance.is_some() { 0 } else { joint };
-        for (entries, by) in by_links.iter_mut().zip(by_inertia).skip(first) {
+        let felt = self.model.links[joint].clone();
+        for (entries, by) in by_links[felt.clone()].iter_mut().zip(&by_inertia[felt]) {
             *entries = by.map(|by| gain * by);
         }
         if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
@@ -216,8 +220,9 @@ impl Residual for PoseTorque {
         jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError> {
         WORKSPACE.with_borrow_mut(|workspace| {
-            if workspace.coordinates.len() != self.position.len() {
-                *workspace = Workspace::new(self.position.len());
+            let chain = &self.model.chain;
+            if !workspace.is_for(chain) {
+                *workspace = Workspace::new(chain.joint_count(), chain.link_count());
             }
             self.evaluate_in(workspace, x.as_slice(), residual, jacobian)
         })
@@ -226,7 +231,7 @@ impl Residual for PoseTorque {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use gravcal_kinematics::{Chain, DhConvention, DhRow, JointKind, Link, chain_from_dh};
+    use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
 
     use rand::{RngExt, SeedableRng};
 
@@ -317,7 +322,7 @@ pub(crate) mod tests {
         let chain = some_chain();
         let (unloaded, inertia) = ([0.3, 0.2, -0.8], [1.0, 0.1, 0.2, 0.3].repeat(3));
         let (gravity, compliance) = ([1.0, -2.0, -9.0], [0.02, 0.0, 0.03]);
-        let (mut coordinates, mut torque) = (unloaded, GravityTorque::new(3));
+        let (mut coordinates, mut torque) = (unloaded, GravityTorque::new(3, 3));
         compliance::settle(&chain, &mut coordinates, gravity, &inertia, &compliance, &mut torque).unwrap();
         let mut expected = [0.0; 3];
         chain.gravity_torque(&coordinates, gravity, &inertia, &mut expected);
