@@ -220,19 +220,20 @@ fn across_the_axis(chain: &Chain, joint: usize, coordinates: &[f64], by_gravity:
 mod tests {
     use std::collections::BTreeMap;
 
-    use gravcal_kinematics::Transform;
+    use gravcal_kinematics::{Attachment, Transform};
 
     use super::*;
     use crate::joint::{self, Signals, pose};
     use crate::testing::sarcos_shoulder;
 
-    /// With links of known masses both descriptions predict the same readings, at any lengths and beside a joint that slides.
+    /// With links of known masses both descriptions predict the same readings, at any lengths, beside a joint that slides, and
+    /// on two branches.
     #[test]
     fn lumped_links_predict_the_readings_of_the_links() {
         let simulation = sarcos_shoulder();
-        for sliding in [None, Some(1)] {
+        for (sliding, branched) in [(None, false), (Some(1), false), (None, true), (Some(1), true)] {
             let mut session = simulation.session(0);
-            session.robot.chain = other_chain(&session.robot.chain, sliding);
+            session.robot.chain = other_chain(&session.robot.chain, sliding, branched);
             let posed = |session: &Session| {
                 let readings = joint::select(session, Signals::All);
                 let posed = pose(session, &readings, &simulation.truth).unwrap();
@@ -250,11 +251,28 @@ mod tests {
         }
     }
 
-    /// The chain with lengths, and maybe a joint that slides.
-    fn other_chain(chain: &Chain, sliding: Option<usize>) -> Chain {
+    /// What hangs beyond a joint of one branch does not depend on where the other branch stands.
+    #[test]
+    fn a_branch_has_one_moment_for_all_postures_of_the_other() {
+        let mut session = sarcos_shoulder().session(0);
+        let count = |session: &Session, joint: usize| {
+            SweepMoments::of(session).moments.iter().filter(|moment| moment.joint == joint).count()
+        };
+        let serial = [count(&session, 0), count(&session, 1), count(&session, 2)];
+        session.robot.chain = other_chain(&session.robot.chain, None, true);
+        let branched = [count(&session, 0), count(&session, 1), count(&session, 2)];
+        // Joint 2 carries neither joint 3 nor the load any more; joint 3 has it at one of the placements, or not.
+        assert_eq!((serial[0], serial[2], branched[1]), (branched[0], branched[2], 1), "{serial:?} {branched:?}");
+        assert!(serial[1] > 1);
+    }
+
+    /// The chain with lengths, maybe a joint that slides, and maybe the last two joints both on the first link.
+    fn other_chain(chain: &Chain, sliding: Option<usize>, branched: bool) -> Chain {
         let mut joints: Vec<_> = chain.joints().to_vec();
         joints.iter_mut().for_each(|joint| joint.after = joint.after * Transform::along([0.3, -0.2, 0.1]));
         sliding.into_iter().for_each(|joint| joints[joint].kind = JointKind::Prismatic);
-        Chain::new("base", joints, chain.links().to_vec()).unwrap()
+        let parents = [None, Some(0), Some(if branched { 0 } else { 1 })];
+        let attachments = parents.map(|parent| Attachment { parent, mimic: None });
+        Chain::branched("base", joints, chain.links().to_vec(), &attachments).unwrap()
     }
 }

@@ -231,7 +231,9 @@ impl Residual for PoseTorque {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
+    use gravcal_kinematics::{
+        Attachment, DhConvention, DhRow, Joint, JointKind, Link, Mimic, Transform, chain_from_dh,
+    };
 
     use rand::{RngExt, SeedableRng};
 
@@ -261,6 +263,59 @@ pub(crate) mod tests {
             row(3, JointKind::Revolute, -0.3, 0.4, 0.2),
         ];
         chain_from_dh("base", DhConvention::Standard, &rows).unwrap()
+    }
+
+    /// A trunk with two branches of two joints; the last joint mimics the first of the other branch.
+    fn branched_chain() -> Chain {
+        let joint = |i: usize, kind| Joint {
+            name: format!("joint{i}"),
+            kind,
+            before: Transform::from_xyz_rpy([0.1, 0.3 - 0.1 * i as f64, 0.2], [0.3, 0.2 * i as f64, -0.4]),
+            axis: [0.0, 0.6, 0.8],
+            after: Transform::about_x(0.5),
+            limits: None,
+        };
+        let mut kinds = [JointKind::Revolute; 5];
+        kinds[2] = JointKind::Prismatic;
+        let joints = kinds.into_iter().enumerate().map(|(i, kind)| joint(i, kind)).collect();
+        let links = (0..5).map(|i| Link { name: format!("link{i}"), inertia: None }).collect();
+        let mut attachments =
+            [None, Some(0), Some(1), Some(0), Some(3)].map(|parent| Attachment { parent, mimic: None });
+        attachments[4].mimic = Some(Mimic { leader: 1, multiplier: -0.5, offset: 0.2 });
+        Chain::branched("base", joints, links, &attachments).unwrap()
+    }
+
+    /// Readings of three of its four joints with a load on the last link, and so many compliances; lengths of the blocks.
+    fn on_branches(compliances: usize) -> (PoseTorque, Vec<usize>) {
+        let lengths = [vec![3], vec![1; 16], vec![4; 5], vec![3], vec![1; compliances]].concat();
+        let ids = ids(&lengths);
+        let blocks = PoseTorqueBlocks {
+            gravity: ids[0],
+            sensors: (0..4).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
+            inertia: ids[17..22].to_vec(),
+            terms: Vec::new(),
+            compliance: ids[23..].to_vec(),
+        };
+        let load = CarriedLoad { position: vec![ids[22]], mass: 1.7, link: 4 };
+        let model = PoseTorqueModel::new(Arc::new(branched_chain()), &blocks, &SensorTerms::default(), Some(load));
+        let readings = vec![(0, 2.0), (1, 1.0), (2, -1.0)];
+        (PoseTorque::new(Arc::new(model), vec![0.3, 0.2, -0.8, 0.5], readings), lengths)
+    }
+
+    #[test]
+    fn derivatives_on_branches() {
+        let (residual, lengths) = on_branches(0);
+        check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+        assert_rows_within_their_patterns(&residual, &lengths);
+        // The sliding joint of one branch: its own sensors, positions of trunk and branch, its link, the load's columns.
+        assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..7, 9..15, 27..31, 39..42]);
+
+        let (compliant, lengths) = on_branches(4);
+        assert_rows_within_their_patterns(&compliant, &lengths);
+        let width: usize = lengths.iter().sum();
+        let mut x: Vec<f64> = (0..width).map(|k| 0.5 + (k as f64).sin()).collect();
+        x[width - 4..].iter_mut().for_each(|c| *c *= 0.01);
+        gravcal_estimation::check_derivatives(&compliant, &lengths, &x, 1e-5).unwrap();
     }
 
     /// Lengths of the blocks of a chain of three joints with a load, and so many of one number beyond.
