@@ -220,7 +220,10 @@ pub fn tell_steps(
             (true, true) => Verdict::Determined,
             (true, false) => Verdict::PartlyDetermined,
         },
-        termination: "three steps, each with the results of the steps before frozen".into(),
+        termination: match known.impossible {
+            None => "three steps, each with the results of the steps before frozen".into(),
+            Some(_) => "no step was taken".into(),
+        },
         iterations: known.iterations,
         trace: Vec::new(),
         gravity: gravity
@@ -363,6 +366,9 @@ const ONLY_AFFINE: &str = "the sequential procedure knows only gains, biases and
 
 fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
     let mut notes = joint::session_notes(session);
+    if known.impossible.is_some() {
+        return notes;
+    }
     notes.push(
         "Standard deviations are those of each step given the frozen results of the steps before it; the errors of \
          those results are not in them, and no covariance between steps is known."

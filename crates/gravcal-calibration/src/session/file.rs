@@ -1,7 +1,7 @@
 //! Sessions from `session.toml`.
 //!
 //! ```toml
-//! robot = "robot.toml"                       # or { urdf = "arm.urdf", base = "link_0", tip = "link_7" }
+//! robot = "robot.toml"                       # or { urdf = "arm.urdf", base = "link_0", tip = "link_7" }; tip = [...] for branches
 //! estimators = ["sequential", "joint"]       # optional
 //! solver = "levenberg-marquardt"             # optional; or [solver] with name and options, such as max_iterations
 //!
@@ -44,8 +44,9 @@
 //!     { kind = "torque-bias-with-temperature", reference_degC = 25 },
 //! ]
 //!
-//! [[force_torque_sensor]]                    # optional: six axes on the last link; see `residuals::Wrench` for its signs
+//! [[force_torque_sensor]]                    # optional: six axes on a last link; see `residuals::Wrench` for its signs
 //! name = "wrist"
+//! link = "forearm"                           # which one, where the robot branches
 //! mounting = { position_m = [0, 0, 0.05], rpy_deg = [0, 0, 30] }  # optional: its frame in that link's
 //! readings = { columns = ["fx", "fy", "fz", "nx", "ny", "nz"], unit = "count", std = 0.5 }   # as readings.torque
 //! gains = "axis"                             # optional: one an axis (the default), or a "matrix"
@@ -302,7 +303,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     Ok(session)
 }
 
-/// The first joint's offset defines the base frame: it has a value, but it cannot be uncertain.
+/// The offset of the joint on which all others hang defines the base frame: it has a value, but it cannot be uncertain.
 fn refuse_prior_on_base_frame(
     context: &Context<'_>,
     joints: &[JointKnowledge],
