@@ -30,8 +30,18 @@ fn vector(random: &mut Pcg64, size: f64) -> [f64; 3] {
     std::array::from_fn(|_| random.random_range(-size..size))
 }
 
-/// A trunk with two arms of three joints each; `coupled`: the last joint of the second arm mimics its first.
-fn robot(random: &mut Pcg64, coupled: bool) -> Robot {
+/// How the joints hang together.
+#[derive(Clone, Copy, PartialEq)]
+enum Build {
+    /// A trunk with two arms of three joints each.
+    Trunk,
+    /// The same, and the last joint of the second arm mimics its first.
+    Coupled,
+    /// An arm of four joints and one of three, both on the base.
+    Apart,
+}
+
+fn robot(random: &mut Pcg64, build: Build) -> Robot {
     let joint = |k: usize, random: &mut Pcg64| Joint {
         name: format!("joint{k}"),
         kind: JointKind::Revolute,
@@ -47,17 +57,18 @@ fn robot(random: &mut Pcg64, coupled: bool) -> Robot {
         Link { name: format!("link{k}"), inertia: Some(inertia) }
     };
     let links = (0..LINKS).map(|k| link(k, random)).collect();
-    let parents = [None, Some(0), Some(1), Some(2), Some(0), Some(4), Some(5)];
+    let trunk = if build == Build::Apart { None } else { Some(0) };
+    let parents = [None, Some(0), Some(1), Some(2), trunk, Some(4), Some(5)];
     let mut attachments = parents.map(|parent| Attachment { parent, mimic: None });
-    attachments[6].mimic = coupled.then_some(Mimic { leader: 4, multiplier: -0.7, offset: 0.3 });
+    attachments[6].mimic = (build == Build::Coupled).then_some(Mimic { leader: 4, multiplier: -0.7, offset: 0.3 });
     let chain = Chain::branched("base", joints, links, &attachments).unwrap();
     Robot { name: "two-arms".into(), sensors: vec![Default::default(); chain.joint_count()], chain }
 }
 
 /// A robot in poses with nothing attached, and with a weight of the first arm's hand at two placements.
-fn simulation(seed: u64, coupled: bool, runs: impl Fn(usize) -> Vec<Run>) -> Simulation {
+fn simulation(seed: u64, build: Build, runs: impl Fn(usize) -> Vec<Run>) -> Simulation {
     let mut random = Pcg64::seed_from_u64(seed);
-    let robot = robot(&mut random, coupled);
+    let robot = robot(&mut random, build);
     let joints = robot.chain.joint_count();
     let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
     let joint = JointKnowledge {
@@ -146,7 +157,7 @@ fn assert_intervals_hold(robots: u64, change: impl Fn(u64) -> (Simulation, Sessi
 #[test]
 fn two_arms_on_a_trunk_are_recovered_within_their_intervals() {
     assert_intervals_hold(24, |seed| {
-        let simulation = simulation(seed, false, random_poses);
+        let simulation = simulation(seed, Build::Trunk, random_poses);
         let session = simulation.session(seed);
         (simulation, session)
     });
@@ -155,7 +166,7 @@ fn two_arms_on_a_trunk_are_recovered_within_their_intervals() {
 #[test]
 fn so_they_are_where_a_joint_mimics_another() {
     assert_intervals_hold(24, |seed| {
-        let simulation = simulation(100 + seed, true, random_poses);
+        let simulation = simulation(100 + seed, Build::Coupled, random_poses);
         let session = simulation.session(seed);
         // The leader also moves the last link of its arm: its offset is no choice of a frame.
         assert!(session.held_reason(4, Quantity::PositionOffset).is_none());
@@ -163,10 +174,27 @@ fn so_they_are_where_a_joint_mimics_another() {
     });
 }
 
+/// Without a trunk nothing defines the base's frame but the description itself, so that all first offsets are unknown; and a
+/// load tells the scale of its own arm only.
+#[test]
+fn so_they_are_without_a_trunk() {
+    assert_intervals_hold(24, |seed| {
+        let mut simulation = simulation(300 + seed, Build::Apart, random_poses);
+        let gain = simulation.truth.sensors[4][Quantity::TorqueGain as usize];
+        let known = Knowledge { nominal: gain, kind: KnowledgeKind::Fixed };
+        simulation.template.joints[4].parameters[Quantity::TorqueGain as usize] = known;
+        let session = simulation.session(seed);
+        for first in [0, 4] {
+            assert!(session.held_reason(first, Quantity::PositionOffset).is_none());
+        }
+        (simulation, session)
+    });
+}
+
 #[test]
 fn and_where_moments_are_described_by_sweep() {
     assert_intervals_hold(24, |seed| {
-        let simulation = simulation(200 + seed, false, sweeps);
+        let simulation = simulation(200 + seed, Build::Trunk, sweeps);
         let mut session = simulation.session(seed);
         session.inertia = InertiaKnowledge::Sweep;
         (simulation, session)
@@ -175,12 +203,15 @@ fn and_where_moments_are_described_by_sweep() {
 
 #[test]
 fn the_papers_steps_go_along_serial_chains_only() {
-    let session = simulation(1, false, sweeps).session(0);
+    let session = simulation(1, Build::Trunk, sweeps).session(0);
     let solver = LevenbergMarquardt::default();
+    let check = |estimators: &[EstimatorName]| check_choice(&session, estimators, &solver);
     for name in [EstimatorName::Sequential, EstimatorName::JointPaperSignals] {
-        assert_eq!(check_choice(&session, &[name], &solver), Err(UnsuitableChoice::NoSerialChain(name)));
-        assert_eq!(check_choice(&session, &[name, EstimatorName::Joint], &solver), Ok(()));
+        assert_eq!(check(&[name]), Err(UnsuitableChoice::NoSerialChain(name)));
     }
+    let signals = EstimatorName::JointPaperSignals;
+    assert_eq!(check(&[EstimatorName::Joint, signals]), Err(UnsuitableChoice::NoSerialChain(signals)));
+    assert_eq!(check(&EstimatorName::DEFAULT), Ok(()));
     let results = calibrate(&session, &EstimatorName::DEFAULT, &Workbench::new(&solver, &|_: &str| {}));
     assert_eq!(results[0].verdict, Verdict::Failed);
     let [everything] = &results[0].undetermined[..] else { panic!("{:?}", results[0].undetermined) };
@@ -190,7 +221,7 @@ fn the_papers_steps_go_along_serial_chains_only() {
 
 #[test]
 fn frames_are_chosen_by_branch() {
-    let session = simulation(1, false, random_poses).session(0);
+    let session = simulation(1, Build::Trunk, random_poses).session(0);
     let held = |session: &Session, joint: usize| session.held_reason(joint, Quantity::PositionOffset);
     let all = |session: &Session| (0..LINKS).map(|joint| held(session, joint).is_some()).collect::<Vec<_>>();
     assert_eq!(all(&session), [true, false, false, true, false, false, true]);

@@ -48,9 +48,8 @@ impl Readings {
 
     /// Whether the torque of any joint enters with which this one moves something.
     fn any_torque_met(&self, session: &Session, joint: usize) -> bool {
-        let torque = |channel: &&usize| **channel < session.joints.len();
-        let channels: BTreeSet<usize> = self.used.iter().flatten().filter(torque).copied().collect();
-        channels.into_iter().any(|channel| session.robot.chain.meet(channel, joint))
+        let mut torques = self.used.iter().flatten().filter(|channel| **channel < session.joints.len());
+        torques.any(|channel| session.robot.chain.meet(*channel, joint))
     }
 
     /// Free parameters on which no reading that enters depends.

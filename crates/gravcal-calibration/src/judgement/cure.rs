@@ -70,8 +70,9 @@ impl Situation<'_> {
             let joint = self.joint(unread);
             return (list, format!("no torque reading of {joint} is used"), format!("record the torque of {joint}"));
         }
-        if only_sensors && sensors.clone().all(|(joint, _)| joint == 0) && self.is_upright() {
-            let first = self.joint(0);
+        let upright = sensors.clone().next().map(|(joint, _)| joint).filter(|joint| self.is_upright(*joint));
+        if let Some(first) = upright.filter(|joint| only_sensors && sensors.clone().all(|(other, _)| other == *joint)) {
+            let first = self.joint(first);
             return (
                 list,
                 format!("gravity is parallel to the axis of {first}, which therefore carries none of it"),
@@ -179,11 +180,15 @@ impl Situation<'_> {
         }
     }
 
-    fn is_upright(&self) -> bool {
-        let axis = self.session.robot.chain.axis_rotations()[0].map(|row| row[2]);
+    /// Whether a joint hangs on the base, and its axis is parallel to gravity.
+    fn is_upright(&self, joint: usize) -> bool {
+        let chain = &self.session.robot.chain;
+        let mut links = chain.links_of(joint);
+        let (Some(link), None) = (links.next(), links.next()) else { return false };
+        let axis = chain.axis_rotations()[link].map(|row| row[2]);
         let norm = self.gravity.iter().map(|c| c * c).sum::<f64>().sqrt();
         let along: f64 = axis.iter().zip(self.gravity).map(|(a, g)| a * g).sum();
-        (1.0 - (along / norm).powi(2)).max(0.0).sqrt() < UPRIGHT
+        chain.parent(link).is_none() && (1.0 - (along / norm).powi(2)).max(0.0).sqrt() < UPRIGHT
     }
 
     fn joint(&self, index: usize) -> &str {
