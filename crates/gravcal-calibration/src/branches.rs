@@ -150,7 +150,6 @@ fn assert_intervals_hold(robots: u64, change: impl Fn(u64) -> (Simulation, Sessi
         counts = [counts[0] + good, counts[1] + all];
     }
     let share = counts[0] as f64 / counts[1] as f64;
-    println!("{} of {} intervals hold: {share:.3}", counts[0], counts[1]);
     assert!((0.92..0.98).contains(&share), "{} of {} intervals hold", counts[0], counts[1]);
 }
 
