@@ -4,6 +4,7 @@
 
 mod accuracy;
 mod answer;
+mod branches;
 mod constraints;
 mod deflection;
 mod earlier;

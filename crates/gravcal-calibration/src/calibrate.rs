@@ -82,6 +82,12 @@ pub enum UnsuitableChoice {
         "only the joint estimators heed an earlier calibration, and none of them is chosen: choose `joint`, or drop [prior]"
     )]
     EarlierIgnored,
+    /// Estimators that read as the paper's steps do, for a robot that is no serial chain.
+    #[error(
+        "`{0}` follows the paper's steps along one serial chain, and this robot branches or has joints that mimic others: \
+         choose `--estimator joint`"
+    )]
+    NoSerialChain(EstimatorName),
 }
 
 /// Whether estimators and solver can do what the session asks.
@@ -93,6 +99,9 @@ pub fn check_choice(
     estimators: &[EstimatorName],
     solver: &dyn Solver,
 ) -> Result<(), UnsuitableChoice> {
+    if let (false, Some(name)) = (session.robot.chain.is_serial(), in_vain_on_branches(estimators)) {
+        return Err(UnsuitableChoice::NoSerialChain(name));
+    }
     if estimators.iter().all(|name| *name == EstimatorName::Sequential) {
         return match session {
             Session { constraints, .. } if !constraints.is_empty() => Err(UnsuitableChoice::ConstraintsIgnored),
@@ -104,6 +113,14 @@ pub fn check_choice(
         Ok(posed) => Ok(solver.check(&posed.problem)?),
         Err(_) => Ok(()), // the estimator will say why there is no problem to take
     }
+}
+
+/// The estimator, if there is one, that is chosen in vain for a robot that is no serial chain. The steps beside the joint
+/// estimator are not, as they are where nothing is chosen: they say themselves that they have nothing to do.
+fn in_vain_on_branches(estimators: &[EstimatorName]) -> Option<EstimatorName> {
+    let paper_signals = estimators.iter().find(|name| **name == EstimatorName::JointPaperSignals);
+    let steps = estimators.first().filter(|_| !estimators.contains(&EstimatorName::Joint));
+    paper_signals.or(steps).copied()
 }
 
 /// Runs the estimators in the given order. The sequential steps, where they reach gravity, also offer the joint

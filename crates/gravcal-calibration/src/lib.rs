@@ -34,6 +34,8 @@ pub mod simulation;
 pub mod sweeps;
 
 #[cfg(test)]
+mod branches;
+#[cfg(test)]
 mod deflections;
 #[cfg(test)]
 mod descriptions;

@@ -2,33 +2,30 @@
 
 use nalgebra::Matrix3;
 
+use crate::axis_frame::AxisFrame;
 use crate::chain::Chain;
 use crate::transform::rows;
 
 impl Chain {
-    /// Rotations between successive axis frames, row-major: `joint_count()` matrices.
+    /// Rotation of every link's axis frame in that of the link it hangs on, row-major: `link_count()` matrices.
     ///
     /// An axis frame has its z along the joint's axis and its x as the smallest rotation from the joint frame leaves it
-    /// (the joint frame itself where its axis is z). Element 0 is `R(base, axis frame 1)`. Element i (for
-    /// 1 ≤ i < n, between joints i and i+1 counted from 1) is the constant `C_i` of
+    /// (the joint frame itself where its axis is z). Of a joint on the base, the matrix is `R(base, axis frame)`. Of any
+    /// other it is the constant `C` of
     ///
     /// ```text
-    ///     R(axis frame i, axis frame i+1) = Rot_z(θ_i) · C_i
+    ///     R(axis frame of the parent, axis frame) = Rot_z(θ) · C
     /// ```
     ///
-    /// with `θ_i` the coordinate of joint i (zero for a prismatic joint). For standard Denavit-Hartenberg rows without a
-    /// fixed part of θ, element 0 is the identity and `C_i = Rot_x(α_i)`, as in the paper's eq. (1). What is beyond the
-    /// last axis does not appear.
+    /// with `θ` the coordinate of the parent's joint (zero for a prismatic joint). For standard Denavit-Hartenberg rows
+    /// without a fixed part of θ, the first is the identity and that of joint i + 1 is `Rot_x(α_i)`, as in the paper's eq.
+    /// (1). What is beyond a last axis does not appear.
     pub fn axis_rotations(&self) -> Vec<[[f64; 3]; 3]> {
-        let mut before = Matrix3::identity();
-        self.axis_frames
-            .iter()
-            .map(|frame| {
-                let rotation = before * frame.from_parent.rotation();
-                before = *frame.to_link.rotation();
-                rows(&rotation)
-            })
-            .collect()
+        let rotation = |(frame, parent): (&AxisFrame, &Option<usize>)| {
+            let before = parent.map_or_else(Matrix3::identity, |parent| *self.axis_frames[parent].to_link.rotation());
+            rows(&(before * frame.from_parent.rotation()))
+        };
+        self.axis_frames.iter().zip(&self.topology.parents).map(rotation).collect()
     }
 }
 
@@ -57,17 +54,17 @@ mod tests {
         /// The axes in base coordinates, once from the rotations and once from the link poses.
         #[test]
         fn axis_rotations_agree_with_forward(pose in pose()) {
-            let (chain, coordinates) = (&pose.chain, &pose.coordinates);
-            let poses = chain.forward(coordinates);
-            let mut axis_frame = Matrix3::identity();
-            for (i, rotation) in chain.axis_rotations().into_iter().enumerate() {
-                axis_frame *= Transform::from_rotation(rotation, [0.0; 3]).unwrap().rotation;
-                let joint = &chain.joints()[i];
-                let expected = (poses[i] * joint.after.inverse()).rotation * Vector3::from(joint.axis);
+            let chain = &pose.chain;
+            let poses = chain.forward(&pose.coordinates);
+            let mut moved: Vec<Matrix3<f64>> = Vec::new();
+            for (k, rotation) in chain.axis_rotations().into_iter().enumerate() {
+                let parent = chain.parent(k).map_or_else(Matrix3::identity, |parent| moved[parent]);
+                let axis_frame = parent * Transform::from_rotation(rotation, [0.0; 3]).unwrap().rotation;
+                let joint = &chain.movers()[k];
+                let expected = (poses[k] * joint.after.inverse()).rotation * Vector3::from(joint.axis);
                 prop_assert!((axis_frame.column(2) - expected).norm() < 1e-13);
-                if joint.kind == JointKind::Revolute {
-                    axis_frame *= Transform::about_z(coordinates[i]).rotation;
-                }
+                let turn = if joint.kind == JointKind::Revolute { pose.of_link(k) } else { 0.0 };
+                moved.push(axis_frame * Transform::about_z(turn).rotation);
             }
         }
     }

@@ -46,18 +46,19 @@ pub struct DhRow {
     pub link: Link,
 }
 
-/// The chain of a Denavit-Hartenberg table.
+/// The serial chain of a Denavit-Hartenberg table.
 ///
 /// # Errors
 ///
 /// See [`Chain::new`].
 pub fn chain_from_dh(base: &str, convention: DhConvention, rows: &[DhRow]) -> Result<Chain, ChainError> {
-    let joints = rows.iter().map(|row| joint_of(convention, row)).collect();
+    let joints = rows.iter().map(|row| joint_from_dh(convention, row)).collect();
     let links = rows.iter().map(|row| row.link.clone()).collect();
     Chain::new(base, joints, links)
 }
 
-fn joint_of(convention: DhConvention, row: &DhRow) -> Joint {
+/// The joint of one row, as it hangs on the link of the row before.
+pub fn joint_from_dh(convention: DhConvention, row: &DhRow) -> Joint {
     let x_screw = Transform::along([row.a, 0.0, 0.0]) * Transform::about_x(row.alpha);
     let turn = Transform::about_z(row.theta);
     let shift = Transform::along([0.0, 0.0, row.d]);

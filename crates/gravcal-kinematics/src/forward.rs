@@ -1,10 +1,11 @@
 //! Forward kinematics: where every link is.
 
 use crate::chain::Chain;
+use crate::joint::Joint;
 use crate::transform::Transform;
 
 impl Chain {
-    /// Pose of every link's frame in base coordinates, proximal first.
+    /// Pose of every link's frame in base coordinates.
     ///
     /// `coordinates`: the true coordinate of every joint, rad or m.
     ///
@@ -12,16 +13,20 @@ impl Chain {
     ///
     /// When `coordinates` has not `joint_count()` entries.
     pub fn forward(&self, coordinates: &[f64]) -> Vec<Transform> {
-        assert_eq!(coordinates.len(), self.joint_count(), "one coordinate for each joint");
-        let mut pose = Transform::identity();
-        self.axis_frames
-            .iter()
-            .zip(coordinates)
-            .map(|(frame, &coordinate)| {
-                pose = frame.link_pose(&frame.at_rest(&pose), frame.motion(coordinate));
-                pose
-            })
-            .collect()
+        let coordinates = self.axis_coordinates(coordinates);
+        let mut poses: Vec<Transform> = Vec::with_capacity(self.link_count());
+        for ((frame, parent), &coordinate) in self.axis_frames.iter().zip(&self.topology.parents).zip(&*coordinates) {
+            let parent = parent.map_or_else(Transform::identity, |parent| poses[parent]);
+            poses.push(frame.link_pose(&frame.at_rest(&parent), frame.motion(coordinate)));
+        }
+        poses
+    }
+
+    /// Direction of the axis of every link's mover in base coordinates; `coordinates` as for [`Chain::forward`].
+    pub fn axes(&self, coordinates: &[f64]) -> Vec<[f64; 3]> {
+        let axis =
+            |(link, mover): (Transform, &Joint)| link.rotate_vector(mover.after.inverse().rotate_vector(mover.axis));
+        self.forward(coordinates).into_iter().zip(self.movers()).map(axis).collect()
     }
 }
 
@@ -30,7 +35,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::joint::{Joint, JointKind};
+    use crate::joint::JointKind;
     use crate::random_chain::pose;
 
     /// The motion of a joint in its own frame, by Rodrigues' formula written out per entry.
@@ -55,12 +60,15 @@ mod tests {
     proptest! {
         #[test]
         fn poses_are_the_product_of_the_joints_parts(pose in pose()) {
-            let mut expected = Transform::identity();
             let poses = pose.chain.forward(&pose.coordinates);
-            for (k, joint) in pose.chain.joints().iter().enumerate() {
-                expected = expected * joint.before * motion(joint, pose.coordinates[k]) * joint.after;
+            let axes = pose.chain.axes(&pose.coordinates);
+            for (k, joint) in pose.chain.movers().iter().enumerate() {
+                let parent = pose.chain.parent(k).map_or_else(Transform::identity, |parent| poses[parent]);
+                let expected = parent * joint.before * motion(joint, pose.of_link(k)) * joint.after;
                 prop_assert!((poses[k].rotation - expected.rotation).norm() < 1e-13);
                 prop_assert!((poses[k].translation - expected.translation).norm() < 1e-13);
+                let axis = (parent * joint.before).rotate_vector(joint.axis);
+                prop_assert!(axis.iter().zip(axes[k]).all(|(a, b)| (a - b).abs() < 1e-13));
             }
         }
     }

@@ -1,8 +1,9 @@
 //! Robots as chains of joints: forward kinematics and gravity torque with analytic derivatives.
 //!
-//! A [`Chain`] is a row of joints, each with a fixed transform before and after it, and one body ("link") beyond
-//! each joint. It is built from Denavit-Hartenberg rows ([`chain_from_dh`]), from a URDF ([`Chain::from_urdf`]) or
-//! by hand ([`Chain::new`]), and answers three questions about a static pose:
+//! A [`Chain`] is made of joints, each with a fixed transform before and after it, and one body ("link") beyond
+//! each joint; it is serial, or branches, and joints may mimic others. It is built from Denavit-Hartenberg rows
+//! ([`chain_from_dh`]), from a URDF ([`Chain::from_urdf`]) or by hand ([`Chain::new`], [`Chain::branched`]), and answers
+//! three questions about a static pose:
 //!
 //! - where is every link? [`Chain::forward`]
 //! - which torque does every joint exert to hold the arm against gravity? [`Chain::gravity_torque`]
@@ -40,7 +41,7 @@
 //!
 //! # What this crate does not do
 //!
-//! No trees (a URDF's side branches are refused by name), no loops, no dynamics beyond gravity, no sensors.
+//! No closed loops, no dynamics beyond gravity, no sensors.
 
 mod axis_frame;
 mod axis_rotations;
@@ -59,8 +60,8 @@ mod without_lengths;
 #[cfg(test)]
 mod random_chain;
 
-pub use chain::{Chain, ChainError};
-pub use dh::{DhConvention, DhRow, chain_from_dh};
+pub use chain::{Attachment, Chain, ChainError, Mimic};
+pub use dh::{DhConvention, DhRow, chain_from_dh, joint_from_dh};
 pub use gravity::GravityTorque;
 pub use joint::{Joint, JointKind};
 pub use link::{Link, LinkInertia};

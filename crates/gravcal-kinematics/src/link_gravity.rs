@@ -2,10 +2,10 @@
 //!
 //! ```text
 //!     v = R_kᵀ g
-//!     ∂v/∂g = R_kᵀ,    ∂v/∂q_j = R_kᵀ (g × z_j)   revolute j ≤ k,   0   otherwise
+//!     ∂v/∂g = R_kᵀ,    ∂v/∂q_j = R_kᵀ (g × z_j)   revolute j that moves link k,   0   otherwise
 //! ```
 //!
-//! with `R_k` the rotation of link k's frame and `z_j` the direction of axis j in base coordinates (a turn by δ about z_j
+//! (summed, times its multiplier, over the axes that follow a joint) with `R_k` the rotation of link k's frame and `z_j` the direction of axis j in base coordinates (a turn by δ about z_j
 //! takes `R_kᵀ` to `R_kᵀ (1 − δ [z_j])`).
 
 use nalgebra::Vector3;
@@ -21,24 +21,28 @@ pub struct LinkGravity {
     pub value: [f64; 3],
     /// By gravity in base coordinates, row-major.
     pub by_gravity: [[f64; 3]; 3],
-    /// By the coordinate of each joint up to the link, m/s² a rad (or a m).
+    /// By the coordinate of each joint, m/s² a rad (or a m); zero for those that do not move the link.
     pub by_coordinate: Vec<[f64; 3]>,
 }
 
 impl Chain {
-    /// Gravity in the frame of link `coordinates.len() − 1`, whose joint is the last of those that stand at `coordinates`
-    /// (rad or m). `gravity`: m/s² in base coordinates. Without coordinates the frame is the base's.
-    pub fn link_gravity(&self, coordinates: &[f64], gravity: [f64; 3]) -> LinkGravity {
+    /// Gravity in the frame of a link. `coordinates`: of all joints, rad or m; `gravity`: m/s² in base coordinates.
+    ///
+    /// # Panics
+    ///
+    /// When `coordinates` has not `joint_count()` entries, or there is no such link.
+    pub fn link_gravity(&self, link: usize, coordinates: &[f64], gravity: [f64; 3]) -> LinkGravity {
         let gravity = Vector3::from(gravity);
+        let coordinates = self.axis_coordinates(coordinates);
         let mut pose = Transform::identity();
-        let mut turned = Vec::with_capacity(coordinates.len());
-        for ((joint, frame), &coordinate) in self.joints().iter().zip(&self.axis_frames).zip(coordinates) {
+        let mut turned = vec![Vector3::zeros(); self.joint_count()];
+        for axis in self.topology.path(link) {
+            let (frame, drive) = (&self.axis_frames[axis], self.drive(axis));
             let at_rest = frame.at_rest(&pose);
-            turned.push(match joint.kind {
-                JointKind::Revolute => gravity.cross(&at_rest.rotation.column(2)),
-                JointKind::Prismatic => Vector3::zeros(),
-            });
-            pose = frame.link_pose(&at_rest, frame.motion(coordinate));
+            if self.movers()[axis].kind == JointKind::Revolute {
+                turned[drive.joint] += gravity.cross(&at_rest.rotation.column(2)) * drive.multiplier;
+            }
+            pose = frame.link_pose(&at_rest, frame.motion(coordinates[axis]));
         }
         let seen = |vector: &Vector3<f64>| pose.rotation.tr_mul(vector).into();
         let row = |axis: usize| pose.rotation.column(axis).into_owned().into();
@@ -62,7 +66,7 @@ mod tests {
     const DIFFERENCE: f64 = 1e-8;
 
     fn seen(pose: &Pose) -> Vector3<f64> {
-        pose.chain.link_gravity(&pose.coordinates, pose.gravity).value.into()
+        pose.chain.link_gravity(pose.chain.link_count() - 1, &pose.coordinates, pose.gravity).value.into()
     }
 
     fn difference(pose: &Pose, change: impl Fn(&mut Pose, f64)) -> Vector3<f64> {
@@ -84,7 +88,8 @@ mod tests {
 
         #[test]
         fn derivatives_are_slopes(pose in pose()) {
-            let linearized = pose.chain.link_gravity(&pose.coordinates, pose.gravity);
+            let last = pose.chain.link_count() - 1;
+            let linearized = pose.chain.link_gravity(last, &pose.coordinates, pose.gravity);
             for (j, by) in linearized.by_coordinate.iter().enumerate() {
                 let slope = difference(&pose, |pose, step| pose.coordinates[j] += step);
                 prop_assert!((slope - Vector3::from(*by)).norm() < DIFFERENCE, "{j}: {slope} {by:?}");

@@ -12,12 +12,7 @@ impl Chain {
     /// can be that of the body: lengths only add moments that stand still with it (paper, eqs. (4), (19)–(21)).
     pub fn without_lengths(&self) -> Chain {
         let turned = |transform: &Transform| Transform::turned(transform.rotation);
-        let joints: Vec<Joint> = self
-            .joints()
-            .iter()
-            .map(|joint| Joint { before: turned(&joint.before), after: turned(&joint.after), ..joint.clone() })
-            .collect();
-        self.with_joints(joints)
+        self.with_joints(|joint| Joint { before: turned(&joint.before), after: turned(&joint.after), ..joint.clone() })
     }
 }
 
@@ -34,7 +29,7 @@ mod tests {
         fn directions_stay_and_lengths_vanish(pose in pose()) {
             let bare = pose.chain.without_lengths();
             prop_assert_eq!(bare.axis_rotations(), pose.chain.axis_rotations());
-            let turning = bare.joints().iter().all(|joint| joint.kind == JointKind::Revolute);
+            let turning = bare.movers().iter().all(|joint| joint.kind == JointKind::Revolute);
             for (link, original) in bare.forward(&pose.coordinates).iter().zip(pose.chain.forward(&pose.coordinates)) {
                 prop_assert!((link.rotation - original.rotation).abs().max() < 1e-13);
                 prop_assert!(!turning || link.translation == Vector3::zeros());

@@ -1,4 +1,4 @@
-//! Gravity torques and tip poses against Pinocchio's, for ten URDFs from seven sources.
+//! Gravity torques and tip poses against Pinocchio's, for eleven robots of ten URDFs from seven sources.
 //!
 //! `pinocchio_facts.toml` holds Pinocchio's numbers; `pinocchio_facts.py` wrote it and says how. The URDFs are read where
 //! they are, in `GRAVCAL_SHARED_DATA` or `../shared/data` beside the project; without them there is nothing to compare,
@@ -25,7 +25,7 @@ struct Facts {
 struct Robot {
     file: String,
     base: String,
-    tip: String,
+    tips: Vec<String>,
     joints: Vec<String>,
     pose: Vec<Pose>,
 }
@@ -76,7 +76,7 @@ fn compare_pose(chain: &Chain, facts: &Facts, pose: &Pose, worst: &mut Worst) {
     chain.gravity_torque(&pose.coordinates, facts.gravity_upright, &inertia, &mut torque);
     worst.torque = worst.torque.max(largest_difference(&torque, &pose.torque_upright));
 
-    let mut tilted = GravityTorque::new(chain.joint_count());
+    let mut tilted = GravityTorque::new(chain.joint_count(), chain.link_count());
     chain.linearize_gravity_torque(&pose.coordinates, facts.gravity_tilted, &inertia, &mut tilted);
     worst.torque = worst.torque.max(largest_difference(&tilted.torque, &pose.torque_tilted));
     if let Some(rows) = &pose.by_coordinate_tilted {
@@ -93,7 +93,8 @@ fn compare_pose(chain: &Chain, facts: &Facts, pose: &Pose, worst: &mut Worst) {
 
 fn compare_robot(folder: &Path, facts: &Facts, robot: &Robot) -> Worst {
     let text = std::fs::read_to_string(folder.join(&robot.file)).unwrap();
-    let chain = Chain::from_urdf(&text, &robot.base, &robot.tip).unwrap();
+    let tips: Vec<&str> = robot.tips.iter().map(String::as_str).collect();
+    let chain = Chain::from_urdf(&text, &robot.base, &tips).unwrap();
     let names: Vec<_> = chain.joints().iter().map(|joint| joint.name.clone()).collect();
     assert_eq!(names, robot.joints, "{}", robot.file);
     let mut worst = Worst::default();
@@ -104,14 +105,14 @@ fn compare_robot(folder: &Path, facts: &Facts, robot: &Robot) -> Worst {
 }
 
 #[test]
-fn agrees_with_pinocchio_on_ten_urdfs() {
+fn agrees_with_pinocchio() {
     let folder = shared_data();
     if !folder.is_dir() {
         eprintln!("SKIPPED: no URDFs at {}; set GRAVCAL_SHARED_DATA to the folder that holds them", folder.display());
         return;
     }
     let facts = facts();
-    assert_eq!(facts.robot.len(), 10);
+    assert_eq!(facts.robot.len(), 11);
     for robot in &facts.robot {
         let worst = compare_robot(&folder, &facts, robot);
         println!("{}: {worst:?}", robot.file);
@@ -128,13 +129,15 @@ fn the_hand_of_the_panda_ends_the_chain() {
         eprintln!("SKIPPED: {} is not there; set GRAVCAL_SHARED_DATA to the folder that holds urdf/", file.display());
         return;
     };
-    let chain = Chain::from_urdf(&text, "panda_link0", "panda_hand").unwrap();
+    let chain = Chain::from_urdf(&text, "panda_link0", &["panda_hand"]).unwrap();
     assert_eq!(chain.cut_joints(), ["panda_finger_joint1", "panda_finger_joint2"]);
     // Link 7 and the hand, without the fingers' 15 g each.
     assert!((chain.links()[6].inertia.unwrap().mass - (0.735522 + 0.73)).abs() < 1e-12);
 
-    let mimicking = Chain::from_urdf(&text, "panda_link0", "panda_rightfinger").unwrap_err().to_string();
-    assert!(mimicking.contains("panda_finger_joint2"), "{mimicking}");
-    let branching = Chain::from_urdf(&text, "panda_link0", "panda_leftfinger").unwrap_err().to_string();
-    assert!(branching.contains("panda_finger_joint2"), "{branching}");
+    for finger in ["panda_rightfinger", "panda_leftfinger"] {
+        let one = Chain::from_urdf(&text, "panda_link0", &[finger]).unwrap_err().to_string();
+        assert!(one.contains("name a tip beyond it as well"), "{one}");
+    }
+    let both = Chain::from_urdf(&text, "panda_link0", &["panda_leftfinger", "panda_rightfinger"]).unwrap();
+    assert_eq!((both.joint_count(), both.link_count(), both.cut_joints().len()), (8, 9, 0));
 }

@@ -4,7 +4,7 @@ use gravcal_estimation::BlockId;
 
 use super::CheckedParameter;
 use super::sign;
-use crate::joint::{EstimateError, Readings, Solved, Unknowns, judge_at_start, last_frame_choice, unknown_sign};
+use crate::joint::{EstimateError, Readings, Solved, Unknowns, judge_at_start, last_frame_choices, unknown_sign};
 use crate::result::Undetermined;
 use crate::session::Session;
 
@@ -70,7 +70,7 @@ pub(super) fn judge_at(
     let situation = judged.situation(session);
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
     undetermined.extend((!sign_known).then(unknown_sign));
-    undetermined.extend(last_frame_choice(session));
+    undetermined.extend(last_frame_choices(session));
     Ok(NominalVerdict { parameters, undetermined })
 }
 

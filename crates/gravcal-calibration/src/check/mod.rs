@@ -40,7 +40,8 @@ pub struct CheckReport {
     pub sweep_rule: String,
     /// Sweeps found.
     pub sweeps: Vec<SweepReport>,
-    /// What each step of the sequential procedure will read, or why it cannot work.
+    /// What each step of the sequential procedure will read, or why it cannot work; empty of a robot that is no serial
+    /// chain, along which the steps go.
     pub steps: Vec<StepReport>,
     /// Every sensor parameter and gravity, as the joint estimator can know them.
     pub parameters: Vec<CheckedParameter>,

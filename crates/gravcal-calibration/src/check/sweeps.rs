@@ -22,7 +22,7 @@ pub(super) fn tell_sweep(session: &Session, plan: &Plan, index: usize) -> SweepR
     let gain = session.joints[sweep.swept].of(Quantity::PositionGain).nominal;
     let coordinate = |pose: usize| (gain * session.poses[pose].position[sweep.swept]).to_degrees();
     let mut steps = Vec::new();
-    if plan.bias[sweep.swept].contains(&index) {
+    if plan.bias.get(sweep.swept).is_some_and(|bias| bias.contains(&index)) {
         steps.push(1);
     }
     if plan.gravity.contains(&index) {
@@ -43,7 +43,11 @@ pub(super) fn tell_sweep(session: &Session, plan: &Plan, index: usize) -> SweepR
     }
 }
 
+/// What each step reads; nothing of a robot that is no serial chain.
 pub(super) fn tell_steps(session: &Session, plan: &Plan) -> Vec<StepReport> {
+    if !session.robot.chain.is_serial() {
+        return Vec::new();
+    }
     let names: Vec<&str> = session.robot.chain.joints().iter().map(|j| j.name.as_str()).collect();
     let mut steps = Vec::new();
     for (joint, sweeps) in plan.bias.iter().enumerate() {

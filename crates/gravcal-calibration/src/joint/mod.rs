@@ -42,7 +42,7 @@ pub(crate) use solve::{fit_with_held_out, solve_posed};
 pub(crate) use start::start_around;
 use sweep_moments::SweepMoments;
 use tell::tell;
-pub(crate) use tell::{last_frame_choice, session_notes, unknown_sign};
+pub(crate) use tell::{last_frame_choices, session_notes, unknown_sign};
 pub(crate) use twins::DECISIVE;
 pub use unknowns::{Layout, Unknowns};
 

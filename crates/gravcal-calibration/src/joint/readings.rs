@@ -46,6 +46,12 @@ impl Readings {
         self.used.iter().flatten().any(|channel| *channel < session.joints.len())
     }
 
+    /// Whether the torque of any joint enters with which this one moves something.
+    fn any_torque_met(&self, session: &Session, joint: usize) -> bool {
+        let mut torques = self.used.iter().flatten().filter(|channel| **channel < session.joints.len());
+        torques.any(|channel| session.robot.chain.meet(*channel, joint))
+    }
+
     /// Free parameters on which no reading that enters depends.
     pub(super) fn unread(&self, session: &Session) -> Vec<ParameterId> {
         let free = |id: &ParameterId| session.parameter(*id).held.is_none() && !self.reads(session, *id);
@@ -59,9 +65,13 @@ impl Readings {
     }
 
     fn reads(&self, session: &Session, id: ParameterId) -> bool {
-        // The torque of a joint depends on all positions, and a factor of torques has the parameters of all joints.
-        let of_joint = self.any_torque(session) && !matches!(id, ParameterId::Further(i) if i >= session.terms.len());
-        of_joint
+        let of_torque = match id {
+            // What gives way under the torque of one joint turns all beyond it, and with them what others carry.
+            ParameterId::Sensor(joint, _) if session.compliances().is_empty() => self.any_torque_met(session, joint),
+            ParameterId::Further(index) if index >= session.terms.len() => false,
+            _ => self.any_torque(session),
+        };
+        of_torque
             || self
                 .used_axes(session)
                 .iter()
@@ -95,7 +105,7 @@ impl Instrument {
         match id {
             ParameterId::Sensor(joint, quantity) => {
                 let position = matches!(quantity, Quantity::PositionGain | Quantity::PositionOffset);
-                joint <= self.link && position
+                session.robot.chain.moves(joint, self.link) && position
             }
             ParameterId::Further(place) => {
                 let gain =
@@ -216,10 +226,10 @@ fn instrument_model(
     )
 }
 
-/// Blocks on which the coordinates of the joints up to a link depend: position gain and offset of each, then the terms of
-/// their position sensors.
+/// Blocks on which the coordinates of the joints that move a link depend: position gain and offset of each, then the terms
+/// of their position sensors.
 fn coordinate_blocks(session: &Session, layout: &Layout, link: usize) -> Vec<BlockId> {
-    let affine = layout.sensors[..=link].iter().flat_map(|[_, _, gain, offset]| [*gain, *offset]);
+    let affine = joints_moving(session, link).flat_map(|joint| [layout.sensors[joint][2], layout.sensors[joint][3]]);
     let terms = position_terms(session, link).map(|(place, ..)| layout.further[place]);
     affine.chain(terms).collect()
 }
@@ -227,13 +237,17 @@ fn coordinate_blocks(session: &Session, layout: &Layout, link: usize) -> Vec<Blo
 /// `θ_j = Σ coefficient · block` in one pose: joint, place among those blocks, coefficient.
 fn coordinates(session: &Session, pose: usize, link: usize) -> Vec<(usize, usize, f64)> {
     let position = &session.poses[pose].position;
-    let affine = (0..=link).flat_map(|joint| [(joint, 2 * joint, position[joint]), (joint, 2 * joint + 1, 1.0)]);
-    let terms = position_terms(session, link).enumerate();
-    let terms = terms.map(|(k, (_, joint, function))| (joint, 2 * (link + 1) + k, function.value(position[joint])));
-    affine.chain(terms).collect()
+    let affine = joints_moving(session, link).flat_map(|joint| [(joint, position[joint]), (joint, 1.0)]);
+    let terms = position_terms(session, link);
+    let terms = terms.map(|(_, joint, function)| (joint, function.value(position[joint])));
+    affine.chain(terms).enumerate().map(|(place, (joint, coefficient))| (joint, place, coefficient)).collect()
 }
 
-/// Terms of the position sensors of the joints up to a link: place of the parameter, joint, function.
+fn joints_moving(session: &Session, link: usize) -> impl Iterator<Item = usize> {
+    (0..session.joints.len()).filter(move |joint| session.robot.chain.moves(*joint, link))
+}
+
+/// Terms of the position sensors of the joints that move a link: place of the parameter, joint, function.
 fn position_terms(session: &Session, link: usize) -> impl Iterator<Item = (usize, usize, &dyn PositionFunction)> {
-    session.terms.of_positions().filter(move |(_, joint, _)| *joint <= link)
+    session.terms.of_positions().filter(move |(_, joint, _)| session.robot.chain.moves(*joint, link))
 }

@@ -65,15 +65,18 @@ impl SweepMoments {
 
     /// The moment of `joint` in a sweep, a new one where none is alike.
     fn place(&mut self, session: &Session, sweep: &Sweep, joint: usize) -> usize {
+        let chain = &session.robot.chain;
         let wanted = Moment {
             joint,
-            swept: Some(sweep.swept).filter(|swept| *swept > joint),
+            swept: Some(sweep.swept).filter(|swept| beyond(chain, joint).any(|other| other == *swept)),
             held: sweep.held.clone(),
-            load: sweep.load.filter(|load| session.loads[*load].link >= joint).map(|load| first_alike(session, load)),
+            load: sweep
+                .load
+                .filter(|load| chain.moves(joint, session.loads[*load].link))
+                .map(|load| first_alike(session, load)),
             pose: sweep.poses[0],
         };
-        let kind = session.robot.chain.joints()[joint].kind;
-        self.moments.iter().position(|moment| moment.is_like(&wanted, kind)).unwrap_or_else(|| {
+        self.moments.iter().position(|moment| moment.is_like(&wanted, chain)).unwrap_or_else(|| {
             self.moments.push(wanted);
             self.moments.len() - 1
         })
@@ -142,14 +145,13 @@ impl SweepMoments {
 }
 
 impl Moment {
-    fn is_like(&self, other: &Moment, kind: JointKind) -> bool {
-        if self.joint != other.joint || kind == JointKind::Prismatic {
+    fn is_like(&self, other: &Moment, chain: &Chain) -> bool {
+        if self.joint != other.joint || chain.joints()[self.joint].kind == JointKind::Prismatic {
             return self.joint == other.joint;
         }
-        let beyond = self.joint + 1..self.held.len();
         let stands =
             |joint: usize| Some(joint) == self.swept || (self.held[joint] - other.held[joint]).abs() <= HOLD_TOLERANCE;
-        self.swept == other.swept && self.load == other.load && beyond.into_iter().all(stands)
+        self.swept == other.swept && self.load == other.load && beyond(chain, self.joint).all(stands)
     }
 
     fn block(&self, session: &Session) -> Block {
@@ -162,7 +164,8 @@ impl Moment {
 
     /// Where the joints beyond stand and what hangs there, in words.
     fn posture(&self, session: &Session) -> String {
-        let joints = session.robot.chain.joints().iter().enumerate().skip(self.joint + 1);
+        let chain = &session.robot.chain;
+        let joints = beyond(chain, self.joint).map(|index| (index, &chain.joints()[index]));
         let place = |(index, joint): (usize, &gravcal_kinematics::Joint)| match (joint.kind, self.held[index]) {
             _ if self.swept == Some(index) => format!("{} sweeps", joint.name),
             (JointKind::Revolute, angle) => format!("{} at {:.1}°", joint.name, angle.to_degrees()),
@@ -171,6 +174,11 @@ impl Moment {
         let load = self.load.map_or_else(|| "bare".to_owned(), |load| session.loads[load].name.clone());
         joints.map(place).chain([load]).collect::<Vec<_>>().join(", ")
     }
+}
+
+/// The joints that a joint moves. Where moments are described by sweep none mimics another, and joint k moves link k.
+fn beyond(chain: &Chain, joint: usize) -> impl Iterator<Item = usize> {
+    (joint + 1..chain.joint_count()).filter(move |other| chain.moves(joint, *other))
 }
 
 /// `∂τ/∂g` of all joints in a pose, its load included.
@@ -187,7 +195,7 @@ fn by_gravity(
         inertia[link][0] += mass;
         (0..3).for_each(|axis| inertia[link][1 + axis] += mass * placements[load][axis]);
     }
-    let mut torque = GravityTorque::new(chain.joint_count());
+    let mut torque = GravityTorque::new(chain.joint_count(), chain.link_count());
     chain.linearize_gravity_torque(coordinates, [0.0; 3], inertia.as_flattened(), &mut torque);
     torque.by_gravity
 }
@@ -212,19 +220,20 @@ fn across_the_axis(chain: &Chain, joint: usize, coordinates: &[f64], by_gravity:
 mod tests {
     use std::collections::BTreeMap;
 
-    use gravcal_kinematics::Transform;
+    use gravcal_kinematics::{Attachment, Transform};
 
     use super::*;
     use crate::joint::{self, Signals, pose};
     use crate::testing::sarcos_shoulder;
 
-    /// With links of known masses both descriptions predict the same readings, at any lengths and beside a joint that slides.
+    /// With links of known masses both descriptions predict the same readings, at any lengths, beside a joint that slides, and
+    /// on two branches.
     #[test]
     fn lumped_links_predict_the_readings_of_the_links() {
         let simulation = sarcos_shoulder();
-        for sliding in [None, Some(1)] {
+        for (sliding, branched) in [(None, false), (Some(1), false), (None, true), (Some(1), true)] {
             let mut session = simulation.session(0);
-            session.robot.chain = other_chain(&session.robot.chain, sliding);
+            session.robot.chain = other_chain(&session.robot.chain, sliding, branched);
             let posed = |session: &Session| {
                 let readings = joint::select(session, Signals::All);
                 let posed = pose(session, &readings, &simulation.truth).unwrap();
@@ -242,11 +251,28 @@ mod tests {
         }
     }
 
-    /// The chain with lengths, and maybe a joint that slides.
-    fn other_chain(chain: &Chain, sliding: Option<usize>) -> Chain {
+    /// What hangs beyond a joint of one branch does not depend on where the other branch stands.
+    #[test]
+    fn a_branch_has_one_moment_for_all_postures_of_the_other() {
+        let mut session = sarcos_shoulder().session(0);
+        let count = |session: &Session, joint: usize| {
+            SweepMoments::of(session).moments.iter().filter(|moment| moment.joint == joint).count()
+        };
+        let serial = [count(&session, 0), count(&session, 1), count(&session, 2)];
+        session.robot.chain = other_chain(&session.robot.chain, None, true);
+        let branched = [count(&session, 0), count(&session, 1), count(&session, 2)];
+        // Joint 2 carries neither joint 3 nor the load any more; joint 3 has it at one of the placements, or not.
+        assert_eq!((serial[0], serial[2], branched[1]), (branched[0], branched[2], 1), "{serial:?} {branched:?}");
+        assert!(serial[1] > 1);
+    }
+
+    /// The chain with lengths, maybe a joint that slides, and maybe the last two joints both on the first link.
+    fn other_chain(chain: &Chain, sliding: Option<usize>, branched: bool) -> Chain {
         let mut joints: Vec<_> = chain.joints().to_vec();
         joints.iter_mut().for_each(|joint| joint.after = joint.after * Transform::along([0.3, -0.2, 0.1]));
         sliding.into_iter().for_each(|joint| joints[joint].kind = JointKind::Prismatic);
-        Chain::new("base", joints, chain.links().to_vec()).unwrap()
+        let parents = [None, Some(0), Some(if branched { 0 } else { 1 })];
+        let attachments = parents.map(|parent| Attachment { parent, mimic: None });
+        Chain::branched("base", joints, chain.links().to_vec(), &attachments).unwrap()
     }
 }

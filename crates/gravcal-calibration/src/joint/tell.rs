@@ -39,7 +39,7 @@ pub(super) fn tell(
     );
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
     undetermined.extend((!solved.sign_known).then(unknown_sign));
-    undetermined.extend(last_frame_choice(session));
+    undetermined.extend(last_frame_choices(session));
     let converged = solved.estimate.termination.converged();
     let complete =
         parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));
@@ -150,16 +150,22 @@ fn tell_covariance(
     CovarianceResult { matrix: stored.chunks(order.len().max(1)).map(<[f64]>::to_vec).collect(), order }
 }
 
-/// The choice of the last link's frame, told as something undetermined.
-pub(crate) fn last_frame_choice(session: &Session) -> Option<Undetermined> {
-    let last = session.joints.len() - 1;
-    let name = Quantity::PositionOffset.name(&session.robot.chain.joints()[last].name);
-    (session.held_reason(last, Quantity::PositionOffset) == Some(LAST_FRAME_CHOICE)).then(|| Undetermined {
-        combination: name.clone(),
-        parameters: vec![name],
-        why: "a choice of the last link's frame: turning it turns the unknown moments and placements along".into(),
-        cure: "state a load's position in the last link (position_m)".into(),
-    })
+/// The choices of the last links' frames, told as something undetermined.
+pub(crate) fn last_frame_choices(session: &Session) -> Vec<Undetermined> {
+    let chain = &session.robot.chain;
+    let chosen = |joint: &usize| session.held_reason(*joint, Quantity::PositionOffset) == Some(LAST_FRAME_CHOICE);
+    let tell = |joint: usize| {
+        let name = Quantity::PositionOffset.name(&chain.joints()[joint].name);
+        let of_branch = chain.links_of(joint).map(|link| format!("link {}", chain.links()[link].name));
+        let link = if chain.is_serial() { "the last link".into() } else { of_branch.collect::<Vec<_>>().join(" or ") };
+        Undetermined {
+            combination: name.clone(),
+            parameters: vec![name],
+            why: "a choice of the last link's frame: turning it turns the unknown moments and placements along".into(),
+            cure: format!("state a load's position in {link} (position_m)"),
+        }
+    };
+    (0..session.joints.len()).filter(chosen).map(tell).collect()
 }
 
 /// That the readings do not tell gravity from its opposite.
@@ -192,11 +198,8 @@ fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
 
 /// What every estimator's reader should know of frames, positions and loads.
 pub(crate) fn session_notes(session: &Session) -> Vec<String> {
-    let name = Quantity::PositionOffset.name(&session.robot.chain.joints()[0].name);
-    let mut notes = vec![match session.joints[0].of(Quantity::PositionOffset).nominal {
-        0.0 => format!("{name} is zero by definition of the base frame."),
-        given => format!("{name} is held at {given:.6}, which defines the base frame."),
-    }];
+    let mut notes: Vec<String> = base_frame_note(session).into_iter().collect();
+    notes.extend(mimic_notes(session));
     for (index, joint) in session.robot.chain.joints().iter().enumerate() {
         let gain = session.joints[index].of(Quantity::PositionGain).nominal;
         let turns = session.poses.iter().map(|pose| (gain * pose.position[index]).abs()).fold(0.0, f64::max);
@@ -214,7 +217,9 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
     notes.extend(session.selection_note());
     let cut = session.robot.chain.cut_joints();
     if !cut.is_empty() {
-        notes.push(format!("The chain ends at its tip: what hangs on it by {} is left out.", cut.join(", ")));
+        let end =
+            if session.robot.chain.is_serial() { "The chain ends at its tip" } else { "Branches end at their tips" };
+        notes.push(format!("{end}: what hangs there by {} is left out.", cut.join(", ")));
     }
     for (index, load) in session.loads.iter().enumerate() {
         if session.poses.iter().all(|pose| pose.load != Some(index)) {
@@ -222,6 +227,33 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
         }
     }
     notes
+}
+
+/// What the frame of the base is, where a joint defines it.
+fn base_frame_note(session: &Session) -> Option<String> {
+    let root = session.robot.chain.root_joint()?;
+    let name = Quantity::PositionOffset.name(&session.robot.chain.joints()[root].name);
+    Some(match session.joints[root].of(Quantity::PositionOffset).nominal {
+        0.0 => format!("{name} is zero by definition of the base frame."),
+        given => format!("{name} is held at {given:.6}, which defines the base frame."),
+    })
+}
+
+/// Whose torque holds the joints that have no sensor of their own because they mimic another.
+fn mimic_notes(session: &Session) -> Vec<String> {
+    let chain = &session.robot.chain;
+    let followers = |joint: usize| {
+        let name = &chain.joints()[joint].name;
+        let movers = chain.links_of(joint).map(|link| chain.movers()[link].name.clone());
+        movers.filter(|mover| mover != name).collect::<Vec<_>>().join(", ")
+    };
+    let note = |joint: usize| {
+        let (leader, followers) = (&chain.joints()[joint].name, followers(joint));
+        (!followers.is_empty()).then(|| {
+            format!("The torque of {leader} is also that of {followers}, which mimics it, times the multiplier.")
+        })
+    };
+    (0..session.joints.len()).filter_map(note).collect()
 }
 
 /// No joint of an arm turns this far, rad: two turns.

@@ -80,7 +80,7 @@ fn nearby(
 /// there is no such pair.
 fn mirrored_placements(session: &Session, values: &Unknowns) -> Option<Unknowns> {
     let [a, b] = session.pair_of_free_placements()?.between;
-    let joint = &session.robot.chain.joints()[session.loads[a].link];
+    let joint = &session.robot.chain.movers()[session.loads[a].link];
     let axis = nalgebra::Vector3::from(joint.after.inverse().rotate_vector(joint.axis));
     let [p, q] = [a, b].map(|load| nalgebra::Vector3::from(values.loads[load]));
     let along = axis * axis.dot(&(q - p));

@@ -49,11 +49,15 @@ impl Situation<'_> {
         let only_sensors =
             !combination.parameters.is_empty() && sensors.clone().count() == combination.parameters.len();
         if self.is_common_scale(combination) {
-            return (
-                "common scale of all torque gains".into(),
-                "all masses and moments are unknown, so readings in any unit of torque explain the data".into(),
-                self.scale_cure(),
-            );
+            // Where the trunk carries no gravity, each branch has a scale of its own.
+            let all = (0..self.session.joints.len()).filter(|joint| self.weighs(*joint)).count();
+            let words = if self.weighing_with(combination).len() == all {
+                "common scale of all torque gains".into()
+            } else {
+                format!("common scale of the torque gains from {} on", self.joint(self.weighing_with(combination)[0]))
+            };
+            let why = "all masses and moments are unknown, so readings in any unit of torque explain the data";
+            return (words, why.into(), self.scale_cure(combination));
         }
         if combination.parameters.iter().any(|(id, _)| self.unread.contains(id)) {
             let cure = "record the torque of a joint or an instrument that depends on it";
@@ -66,8 +70,9 @@ impl Situation<'_> {
             let joint = self.joint(unread);
             return (list, format!("no torque reading of {joint} is used"), format!("record the torque of {joint}"));
         }
-        if only_sensors && sensors.clone().all(|(joint, _)| joint == 0) && self.is_upright() {
-            let first = self.joint(0);
+        let upright = sensors.clone().next().map(|(joint, _)| joint).filter(|joint| self.is_upright(*joint));
+        if let Some(first) = upright.filter(|joint| only_sensors && sensors.clone().all(|(other, _)| other == *joint)) {
+            let first = self.joint(first);
             return (
                 list,
                 format!("gravity is parallel to the axis of {first}, which therefore carries none of it"),
@@ -87,7 +92,7 @@ impl Situation<'_> {
             } else {
                 "only their combination acts on the readings"
             };
-            return (list, why.into(), self.scale_cure());
+            return (list, why.into(), self.scale_cure(combination));
         }
         if !only_sensors {
             let why = "what it depends on varies too little over the poses, or only together with other things";
@@ -114,22 +119,49 @@ impl Situation<'_> {
             return false;
         };
         let equal = gains.iter().all(|(_, c)| (c / gains[0].1 - 1.0).abs() < 0.01);
-        let with_sensor = (0..self.session.joints.len()).filter(|j| self.read[*j] && !self.idle[*j]).count();
+        let with_sensor = self.weighing_with(combination).len();
         !combination.gravity
             && with_sensor > 1
             && gains.iter().filter(|(j, _)| !self.idle[*j]).count() == with_sensor
             && equal
     }
 
-    fn scale_cure(&self) -> String {
-        let loaded = self.session.poses.iter().any(|p| p.load.is_some());
-        let bare = self.session.poses.iter().any(|p| p.load.is_none());
-        let placed = !self.session.load_distances.is_empty();
+    /// Whether a joint's readings tell of gravity.
+    fn weighs(&self, joint: usize) -> bool {
+        self.read[joint] && !self.idle[joint]
+    }
+
+    /// The joints that weigh, and weigh something that a joint with a torque gain in the combination weighs too.
+    fn weighing_with(&self, combination: &Combination) -> Vec<usize> {
+        let gain = |(id, _): &(ParameterId, f64)| match id {
+            ParameterId::Sensor(joint, Quantity::TorqueGain) if !self.idle[*joint] => Some(*joint),
+            _ => None,
+        };
+        let gains: Vec<usize> = combination.parameters.iter().filter_map(gain).collect();
+        let meets = |joint: &usize| gains.iter().any(|gain| self.session.robot.chain.meet(*joint, *gain));
+        (0..self.session.joints.len()).filter(|joint| self.weighs(*joint) && meets(joint)).collect()
+    }
+
+    fn scale_cure(&self, combination: &Combination) -> String {
+        let weighing = self.weighing_with(combination);
+        let chain = &self.session.robot.chain;
+        let moved = |link: usize| weighing.iter().any(|joint| chain.moves(*joint, link));
+        let weighed = |load: usize| moved(self.session.loads[load].link);
+        let loaded = self.session.poses.iter().any(|p| p.load.is_some_and(weighed));
+        let bare = self.session.poses.iter().any(|p| !p.load.is_some_and(weighed));
+        let placed = self.session.load_distances.iter().any(|known| weighed(known.between[0]));
         match (loaded, bare, placed, &self.session.inertia) {
             (false, ..) => {
-                "attach a load of known mass to the last link and record loaded poses besides the bare ones; \
-                            two placements a known distance apart are best"
-                    .into()
+                let names =
+                    chain.last_links().filter(|link| moved(*link)).map(|link| chain.links()[link].name.as_str());
+                let last = match chain.is_serial() {
+                    true => "the last link".to_owned(),
+                    false => format!("link {}", names.collect::<Vec<_>>().join(" or ")),
+                };
+                format!(
+                    "attach a load of known mass to {last} and record loaded poses besides the bare ones; two placements \
+                     a known distance apart are best"
+                )
             }
             (true, false, ..) => "record bare poses besides the loaded ones".into(),
             (true, true, false, _) => {
@@ -148,11 +180,15 @@ impl Situation<'_> {
         }
     }
 
-    fn is_upright(&self) -> bool {
-        let axis = self.session.robot.chain.axis_rotations()[0].map(|row| row[2]);
+    /// Whether a joint hangs on the base, and its axis is parallel to gravity.
+    fn is_upright(&self, joint: usize) -> bool {
+        let chain = &self.session.robot.chain;
+        let mut links = chain.links_of(joint);
+        let (Some(link), None) = (links.next(), links.next()) else { return false };
+        let axis = chain.axis_rotations()[link].map(|row| row[2]);
         let norm = self.gravity.iter().map(|c| c * c).sum::<f64>().sqrt();
         let along: f64 = axis.iter().zip(self.gravity).map(|(a, g)| a * g).sum();
-        (1.0 - (along / norm).powi(2)).max(0.0).sqrt() < UPRIGHT
+        chain.parent(link).is_none() && (1.0 - (along / norm).powi(2)).max(0.0).sqrt() < UPRIGHT
     }
 
     fn joint(&self, index: usize) -> &str {

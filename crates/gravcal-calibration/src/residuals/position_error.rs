@@ -130,7 +130,7 @@ mod tests {
         let starts: Vec<usize> = residual.starts.iter().copied().chain([width + 2]).collect();
         let (mut with, mut without) = ([0.0; 3], [0.0; 3]);
         residual.evaluate(LocalValues::new(&x, &starts), &mut with, None).unwrap();
-        (x[6], x[14]) = (x[6] + x[width], x[14] + x[width + 1]); // 3 of gravity, then k, b, s, o of each joint
+        (x[12], x[14]) = (x[12] + x[width], x[14] + x[width + 1]); // 3 of gravity, then all k, b, s, o
         let inner = LocalValues::new(&x[..width], &residual.starts);
         residual.inner.evaluate(inner, &mut without, None).unwrap();
         assert_eq!(with, without);

@@ -67,7 +67,7 @@ impl SweepTorqueModel {
             let length = pose.stored_length(block);
             match inertia.clone().position(|other| other == block) {
                 None => columns.extend((start..start + length).map(|column| vec![(column, 1.0)])),
-                Some(link) => columns.extend(lumped_directions(&pose.chain.joints()[link]).iter().map(|direction| {
+                Some(link) => columns.extend(lumped_directions(&pose.chain.movers()[link]).iter().map(|direction| {
                     let terms = direction.iter().enumerate().filter(|(_, share)| **share != 0.0);
                     terms.map(|(component, share)| (start + component, *share)).collect()
                 })),
@@ -178,9 +178,9 @@ mod tests {
         let (residual, lengths) = loaded();
         let width: usize = lengths.iter().sum();
         assert_eq!(width, 26);
-        assert_eq!(residual.row_pattern(0).unwrap(), [0..7, 9..11, 13..26]);
-        assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 5..11, 13..15, 17..26]);
-        assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..7, 9..15, 18..26]);
+        assert_eq!(residual.row_pattern(0).unwrap(), [0..4, 6..7, 9..26]);
+        assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 4..5, 7..8, 9..15, 17..26]);
+        assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..6, 8..15, 18..26]);
         let offsets: Vec<usize> = (0..=lengths.len()).map(|blocks| lengths[..blocks].iter().sum()).collect();
         let x: Vec<f64> = (0..width).map(|k| 1.0 + (k as f64).sin()).collect();
         let (mut values, mut jacobian) = ([0.0; 3], vec![0.0; 3 * width]);

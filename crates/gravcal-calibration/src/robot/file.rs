@@ -11,6 +11,9 @@
 //! alpha_deg = 90.0                           # or alpha_rad
 //! d_m = 0.3
 //! theta_deg = 0.0                            # optional fixed part, or theta_rad
+//! parent = "torso"                           # optional: the link it hangs on (or base), where that is not the row before's
+//! mounting = { position_m = [0, 0.2, 0.4], rpy_deg = [-90, 0, 0] }   # optional: where the row begins in the parent's frame
+//! mimic = { joint = "elbow", multiplier = -1, offset_deg = 90 }      # optional: it follows another joint
 //! limits_deg = [-90.0, 90.0]                 # optional; or limits_rad; limits_m of a prismatic joint
 //! link = "upper-arm"                         # optional, "link<i>" by default
 //! mass_kg = 2.0                              # optional, with center_of_mass_m in the link's frame
@@ -24,9 +27,10 @@
 
 use std::path::Path;
 
-use gravcal_kinematics::{Chain, DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
+use gravcal_kinematics::{Attachment, Chain, DhConvention, DhRow, Joint, JointKind, Link, LinkInertia, joint_from_dh};
 use serde::Deserialize;
 
+use super::branches_file::{Branches, MimicTable, MountingTable};
 use super::sensors_file::{PositionSensorTable, SensorTables, TorqueSensorTable};
 use super::{NominalSensors, Robot};
 use crate::document::{Document, Field, FileError, read_text};
@@ -61,6 +65,10 @@ struct JointTable {
     d_m: f64,
     theta_deg: Option<f64>,
     theta_rad: Option<f64>,
+    parent: Option<String>,
+    #[serde(default)]
+    mounting: MountingTable,
+    mimic: Option<MimicTable>,
     limits_deg: Option<[f64; 2]>,
     limits_rad: Option<[f64; 2]>,
     limits_m: Option<[f64; 2]>,
@@ -87,15 +95,15 @@ pub(super) fn read(path: &Path) -> Result<Robot, FileError> {
     let document = Document::read(path)?;
     let table: RobotTable = document.parse()?;
     let chain = chain(&document, &table)?;
-    let joints = table.joint.iter().enumerate();
+    let joints = table.joint.iter().enumerate().filter(|(_, joint)| joint.mimic.is_none());
     let sensors = joints.map(|(i, joint)| joint.sensors(&document, &joint_field(i))).collect::<Result<_, _>>()?;
     Ok(Robot { name: table.name, chain, sensors })
 }
 
 /// Reads a URDF; the robot is named after the file.
-pub(super) fn read_urdf(path: &Path, base: &str, tip: &str) -> Result<Robot, FileError> {
+pub(super) fn read_urdf(path: &Path, base: &str, tips: &[&str]) -> Result<Robot, FileError> {
     let text = read_text(path)?;
-    let chain = Chain::from_urdf(&text, base, tip).map_err(|error| FileError::new(path, error))?;
+    let chain = Chain::from_urdf(&text, base, tips).map_err(|error| FileError::new(path, error))?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let sensors = vec![Default::default(); chain.joint_count()];
     Ok(Robot { name, chain, sensors })
@@ -115,8 +123,34 @@ fn chain(document: &Document, table: &RobotTable) -> Result<Chain, FileError> {
     let rows: Vec<DhRow> =
         table.joint.iter().enumerate().map(|(i, joint)| row(document, i, joint)).collect::<Result<_, _>>()?;
     document.check_names(rows.iter().map(|row| row.link.name.as_str()), |i| joint_field(i).key("link"))?;
-    // What is left: no joints at all, a link that bears the base's name.
-    chain_from_dh(base, convention, &rows).map_err(|error| document.error(&Field::new("joint"), error))
+    let branches = Branches { document, base, names: rows.iter().map(|row| row.name.as_str()).collect(), rows: &rows };
+    let attached = table.joint.iter().enumerate();
+    let attached = attached.map(|(i, joint)| attachment(&branches, i, joint)).collect::<Result<Vec<_>, _>>()?;
+    let joint = |(row, table): (&DhRow, &JointTable)| {
+        let joint = joint_from_dh(convention, row);
+        Joint { before: table.mounting.transform() * joint.before, ..joint }
+    };
+    let joints = rows.iter().zip(&table.joint).map(joint).collect();
+    let links = rows.iter().map(|row| row.link.clone()).collect();
+    // What is left: no joints at all, a link that bears the base's name, branches in pieces, joints that mimic each other.
+    Chain::branched(base, joints, links, &attached).map_err(|error| document.error(&Field::new("joint"), error))
+}
+
+/// Where a row hangs, and whom it follows.
+fn attachment(branches: &Branches<'_>, index: usize, joint: &JointTable) -> Result<Attachment, FileError> {
+    let field = joint_field(index);
+    let parent = branches.parent(&field, index, joint.parent.as_deref())?;
+    let Some(mimic) = &joint.mimic else { return Ok(Attachment { parent, mimic: None }) };
+    let sensors =
+        [("torque_sensor", joint.torque_sensor.is_some()), ("position_sensor", joint.position_sensor.is_some())];
+    if let Some((key, _)) = sensors.into_iter().find(|(_, there)| *there) {
+        let message = format!(
+            "a joint that mimics has no sensor of its own: what it carries is in the torque of `{}`; drop this, or mimic",
+            mimic.joint
+        );
+        return Err(branches.document.error(&field.key(key), message));
+    }
+    Ok(Attachment { parent, mimic: Some(branches.mimic(&field.key("mimic"), joint.kind(), mimic)?) })
 }
 
 fn row(document: &Document, index: usize, joint: &JointTable) -> Result<DhRow, FileError> {

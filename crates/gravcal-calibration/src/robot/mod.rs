@@ -1,5 +1,6 @@
 //! A robot: its chain of joints, and what is nominally known of its sensors.
 
+mod branches_file;
 mod file;
 mod sensors_file;
 mod source;
@@ -12,17 +13,18 @@ use gravcal_kinematics::Chain;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
 pub use crate::document::FileError;
+pub(crate) use branches_file::MountingTable;
 pub(crate) use sensors_file::{PositionSensorTable, SensorTables, TorqueSensorTable, ValueTable};
 pub(crate) use source::{RobotSource, resolve_robot};
 
-/// A serial robot with the nominal values of its sensors.
+/// A robot with the nominal values of its sensors.
 #[derive(Clone, Debug)]
 pub struct Robot {
     /// Name, for output.
     pub name: String,
     /// Joints, links, and the links' assumed masses.
     pub chain: Chain,
-    /// One for each joint.
+    /// One for each joint that has a coordinate of its own.
     pub sensors: Vec<NominalSensors>,
 }
 
@@ -35,13 +37,13 @@ impl Robot {
         file::read(path)
     }
 
-    /// Reads the chain from link `base` to link `tip` of a URDF. It is named after the file, and nothing is nominally
+    /// Reads the chain from link `base` to the links `tips` of a URDF. It is named after the file, and nothing is nominally
     /// known of its sensors.
     ///
     /// # Errors
     /// Names the file, and what in it does not make a chain (see [`Chain::from_urdf`]).
-    pub fn from_urdf_file(path: &Path, base: &str, tip: &str) -> Result<Robot, FileError> {
-        file::read_urdf(path, base, tip)
+    pub fn from_urdf_file(path: &Path, base: &str, tips: &[&str]) -> Result<Robot, FileError> {
+        file::read_urdf(path, base, tips)
     }
 }
 

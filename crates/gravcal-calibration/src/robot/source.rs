@@ -8,10 +8,11 @@ use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
 use super::Robot;
-use crate::document::{Document, Field, FileError};
+use crate::document::{Document, Field, FileError, OneOrMany};
 
-/// `robot = "robot.toml"`, or `robot = { urdf = "robot.urdf", base = "base_link", tip = "tool0" }`.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// `robot = "robot.toml"`, or `robot = { urdf = "robot.urdf", base = "base_link", tip = "tool0" }`; of a robot that
+/// branches `tip = ["left_hand", "right_hand"]`.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) enum RobotSource {
     /// Path of a `robot.toml`.
     Toml(String),
@@ -20,15 +21,15 @@ pub(crate) enum RobotSource {
 }
 
 /// A chain within a URDF.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct UrdfSource {
     /// Path of the file.
     urdf: String,
     /// The link whose frame gravity is given in.
     base: String,
-    /// The last link.
-    tip: String,
+    /// The last link, or that of each branch.
+    tip: OneOrMany<String>,
 }
 
 /// Reads the robot that a field names. Gives the path of its file as well.
@@ -50,7 +51,11 @@ pub(crate) fn resolve_robot(
         )),
         RobotSource::Toml(written) => read_named(document, field, written, Robot::read),
         RobotSource::Urdf(UrdfSource { urdf, base, tip }) => {
-            read_named(document, &field.key("urdf"), urdf, |path| Robot::from_urdf_file(path, base, tip))
+            let tips: Vec<&str> = match tip {
+                OneOrMany::One(tip) => vec![tip],
+                OneOrMany::Many(tips) => tips.iter().map(String::as_str).collect(),
+            };
+            read_named(document, &field.key("urdf"), urdf, |path| Robot::from_urdf_file(path, base, &tips))
         }
     }
 }

@@ -142,6 +142,75 @@ fn keys_and_names_are_known() {
     assert!(no_joint.starts_with("robot.toml:3: joint: the chain from `base` has no joint"), "{no_joint}");
 }
 
+/// Rows behind the crane's: a second boom on the tower, and one on the floor that mimics it.
+const BRANCHES: &str = r#"
+[[joint]]
+name = "jib"
+parent = "tower"
+mounting = { position_m = [0, 0.2, 1], rpy_deg = [90, 0, 0] }
+a_m = 0.3
+alpha_deg = 0
+d_m = 0
+[[joint]]
+name = "mast"
+parent = "base"
+mimic = { joint = "jib", multiplier = -2, offset_deg = 90 }
+a_m = 0.3
+alpha_deg = 0
+d_m = 0
+"#;
+
+fn branched() -> String {
+    format!("{ROBOT}{BRANCHES}")
+}
+
+#[test]
+fn a_robot_may_branch_and_joints_may_mimic() {
+    let robot = read(&branched()).unwrap();
+    let chain = &robot.chain;
+    assert_eq!((0..4).map(|link| chain.parent(link)).collect::<Vec<_>>(), [None, Some(0), Some(0), None]);
+    assert_eq!((chain.joint_count(), robot.sensors.len()), (3, 3));
+    assert_eq!(chain.links_of(2).collect::<Vec<_>>(), [2, 3]);
+    // In the tower's frame, whose y points up: 0.3 m along the mounted x, which a quarter turn leads to its z.
+    let jib = chain.forward(&[-0.25, 0.0, FRAC_PI_2])[2];
+    assert!(jib.translation().iter().zip([0.0, -1.3, 0.7]).all(|(a, b)| (a - b).abs() < 1e-15), "{jib:?}");
+    // 90° − 2 · 90°
+    let mast = chain.forward(&[0.0, 0.0, FRAC_PI_2])[3].translation();
+    assert!(mast.iter().zip([0.0, -0.3, 0.0]).all(|(a, b)| (a - b).abs() < 1e-15), "{mast:?}");
+}
+
+#[test]
+fn what_hangs_wrong_is_told() {
+    let refused = |old: &str, new: &str| {
+        let text = branched();
+        assert_eq!(text.matches(old).count(), 1, "`{old}` must stand once in the example");
+        read(&text.replace(old, new)).unwrap_err()
+    };
+    assert_eq!(
+        refused("parent = \"tower\"", "parent = \"towr\""),
+        "robot.toml:28: joint[2].parent: there is no link in the rows before `towr` (did you mean `tower`?); known: \
+         `tower`, `link2`, `base`"
+    );
+    let later = refused("parent = \"tower\"", "parent = \"link4\"");
+    assert!(later.contains("there is no link in the rows before `link4`"), "{later}");
+    let broken = refused("parent = \"base\"", "parent = \"link2\"");
+    assert!(broken.contains("joint `mast` hangs on link `link2`, whose branch has ended; give the joints"), "{broken}");
+    let missing = refused("joint = \"jib\"", "joint = \"jab\"");
+    assert!(missing.starts_with("robot.toml:36: joint[3].mimic.joint: there is no joint `jab`"), "{missing}");
+    let itself = refused("joint = \"jib\"", "joint = \"mast\"");
+    assert!(itself.contains("joint `mast` mimics itself by way of others"), "{itself}");
+    let twice = refused("offset_deg = 90", "offset_deg = 90, offset_rad = 1");
+    assert!(twice.contains("joint[3].mimic.offset_rad: the offset is given twice: keep one"), "{twice}");
+    let metres = refused("offset_deg = 90", "offset_m = 1");
+    assert!(metres.contains("the offset of a revolute joint is offset_deg or offset_rad"), "{metres}");
+    let sensor =
+        refused("parent = \"base\"", "parent = \"base\"\ntorque_sensor = { gain = { value = 2, unit = \"V/(N·m)\" } }");
+    assert!(
+        sensor.starts_with("robot.toml:36: joint[3].torque_sensor: a joint that mimics has no sensor of its own"),
+        "{sensor}"
+    );
+}
+
 #[test]
 fn numbers_are_finite() {
     assert_eq!(refused("a_m = 0.0", "a_m = nan"), "robot.toml:6: joint[0].a_m: expected a finite number, found nan");
@@ -225,7 +294,7 @@ fn gains_are_positive() {
 fn a_urdf_is_named_after_its_file() {
     let (_folder, path) = folder_with("arm.urdf", &LOOP.replacen("parent link=\"b\"", "parent link=\"a\"", 1));
     // Without the loop: a → c → b.
-    let robot = Robot::from_urdf_file(&path, "a", "b").unwrap();
+    let robot = Robot::from_urdf_file(&path, "a", &["b"]).unwrap();
     assert_eq!((robot.name.as_str(), robot.chain.joint_count()), ("arm", 2));
     assert_eq!(robot.sensors, [NominalSensors::default(), NominalSensors::default()]);
 }
@@ -234,7 +303,7 @@ fn a_urdf_is_named_after_its_file() {
 fn what_is_no_chain_is_told_with_its_file() {
     let refused = |text: &str, tip: &str| {
         let (folder, path) = folder_with("arm.urdf", text);
-        without_folder(&folder, &Robot::from_urdf_file(&path, "b", tip).unwrap_err())
+        without_folder(&folder, &Robot::from_urdf_file(&path, "b", &[tip]).unwrap_err())
     };
     let no_xml = refused("name = \"arm\"\n", "c");
     assert!(no_xml.starts_with("arm.urdf: not a readable URDF: "), "{no_xml}");
@@ -267,6 +336,11 @@ fn a_robot_is_named_by_path_or_by_urdf_with_both_ends() {
     fs::write(folder.path().join("arm.urdf"), LOOP.replacen("parent link=\"b\"", "parent link=\"a\"", 1)).unwrap();
     assert_eq!(resolved(&folder, "'crane.toml'").unwrap().name, "crane");
     assert_eq!(resolved(&folder, "{ urdf = 'arm.urdf', base = 'a', tip = 'c' }").unwrap().name, "arm");
+    assert_eq!(resolved(&folder, "{ urdf = 'arm.urdf', base = 'a', tip = ['c'] }").unwrap().name, "arm");
+    let two = resolved(&folder, "{ urdf = 'arm.urdf', base = 'a', tip = ['c', 'b'] }").unwrap_err();
+    assert!(two.starts_with("arm.urdf: tip `c` is on the way to tip `b`"), "{two}");
+    let none = resolved(&folder, "{ urdf = 'arm.urdf', base = 'a', tip = [] }").unwrap_err();
+    assert!(none.starts_with("arm.urdf: no tip is named"), "{none}");
 }
 
 #[test]

@@ -70,14 +70,33 @@ pub struct SequentialValues {
     pub iterations: usize,
     /// The readings with the noise that was stated or found.
     pub readings: Readings,
-    /// Whether the session has any sweep.
-    pub any_sweep: bool,
+    /// Why there is nothing that the steps could do.
+    pub impossible: Option<Missing>,
+}
+
+/// Why the steps have nothing to do, if they have not.
+fn impossible(session: &Session, plan: &Plan) -> Option<Missing> {
+    if !session.robot.chain.is_serial() {
+        return Some(Missing::new(
+            "the steps go from joint to joint along one serial chain, and this robot branches or has joints that mimic others",
+            "rely on the joint estimator (--estimator joint)",
+        ));
+    }
+    plan.sweeps.is_empty().then(|| {
+        Missing::new(
+            "the session has no sweeps, which the steps are made of",
+            "rely on the joint estimator; or sweep one joint while the others stand (`gravcal check` tells the rule)",
+        )
+    })
 }
 
 /// Runs the paper's procedure.
 pub fn run_steps(session: &Session, plan: &Plan, workbench: &Workbench<'_>) -> SequentialValues {
     let joints = 0..session.joints.len();
     let mut readings = joint::select(session, Signals::All);
+    if !session.robot.chain.is_serial() {
+        return SequentialValues::without_steps(session, plan, readings);
+    }
 
     workbench.tell("step 1: torque biases and position gains");
     let biases: Vec<Bias> =
@@ -87,7 +106,7 @@ pub fn run_steps(session: &Session, plan: &Plan, workbench: &Workbench<'_>) -> S
             readings.noise[joint] = std; // read only where no reading states its own
         }
     }
-    let mut known = SequentialValues::after_step_1(&biases, readings, !plan.sweeps.is_empty());
+    let mut known = SequentialValues::after_step_1(&biases, readings, impossible(session, plan));
 
     workbench.tell("step 2: gravity");
     known.gravity = gravity::find_gravity(session, plan, &known, workbench);
@@ -106,7 +125,7 @@ pub fn run_steps(session: &Session, plan: &Plan, workbench: &Workbench<'_>) -> S
 }
 
 impl SequentialValues {
-    fn after_step_1(biases: &[Bias], readings: Readings, any_sweep: bool) -> SequentialValues {
+    fn after_step_1(biases: &[Bias], readings: Readings, impossible: Option<Missing>) -> SequentialValues {
         let not_yet = || Err(Missing::new("not reached", ""));
         SequentialValues {
             sensors: biases
@@ -122,8 +141,28 @@ impl SequentialValues {
             largest_residuals: biases.iter().map(|b| b.largest_residual).collect(),
             iterations: biases.iter().map(|b| b.iterations).sum(),
             readings,
-            any_sweep,
+            impossible,
         }
+    }
+
+    fn without_steps(session: &Session, plan: &Plan, readings: Readings) -> SequentialValues {
+        let not_done = || Err(Missing::new("not reached", ""));
+        let sensors = session.joints.iter().map(|_| SensorValues {
+            torque_gain: not_done(),
+            torque_bias: not_done(),
+            position_gain: not_done(),
+            position_offset: not_done(),
+        });
+        let mut known = SequentialValues {
+            sensors: sensors.collect(),
+            gravity: Err(Missing::new("not reached", "")),
+            largest_residuals: vec![None; session.joints.len()],
+            iterations: 0,
+            readings,
+            impossible: impossible(session, plan),
+        };
+        known.respect_exact_knowledge(session);
+        known
     }
 
     /// What the session gives as exact is no result of a step.
@@ -181,7 +220,10 @@ pub fn tell_steps(
             (true, true) => Verdict::Determined,
             (true, false) => Verdict::PartlyDetermined,
         },
-        termination: "three steps, each with the results of the steps before frozen".into(),
+        termination: match known.impossible {
+            None => "three steps, each with the results of the steps before frozen".into(),
+            Some(_) => "no step was taken".into(),
+        },
         iterations: known.iterations,
         trace: Vec::new(),
         gravity: gravity
@@ -288,12 +330,11 @@ fn tell_parameters(session: &Session, known: &SequentialValues) -> Vec<Parameter
 
 /// What was not found, parameters with one and the same reason together.
 fn tell_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined> {
-    if !known.any_sweep {
-        let missing = Missing::new(
-            "the session has no sweeps, which the steps are made of",
-            "rely on the joint estimator; or sweep one joint while the others stand (`gravcal check` tells the rule)",
-        );
-        return vec![Undetermined { combination: "everything".into(), ..missing.tell(vec!["everything".into()]) }];
+    if let Some(missing) = &known.impossible {
+        return vec![Undetermined {
+            combination: "everything".into(),
+            ..missing.clone().tell(vec!["everything".into()])
+        }];
     }
     let mut reasons: Vec<(Missing, Vec<String>)> = Vec::new();
     let mut add = |missing: &Missing, name: String| match reasons.iter_mut().find(|(m, _)| m == missing) {
@@ -317,7 +358,7 @@ fn tell_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined
         }
     }
     let mut told: Vec<Undetermined> = reasons.into_iter().map(|(missing, names)| missing.tell(names)).collect();
-    told.extend(joint::last_frame_choice(session));
+    told.extend(joint::last_frame_choices(session));
     told
 }
 
@@ -325,6 +366,9 @@ const ONLY_AFFINE: &str = "the sequential procedure knows only gains, biases and
 
 fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
     let mut notes = joint::session_notes(session);
+    if known.impossible.is_some() {
+        return notes;
+    }
     notes.push(
         "Standard deviations are those of each step given the frozen results of the steps before it; the errors of \
          those results are not in them, and no covariance between steps is known."

@@ -28,10 +28,13 @@ pub struct LoadPair {
 }
 
 impl Plan {
-    /// Sorts the sweeps of a session.
+    /// Sorts the sweeps of a session. No step reads any of a robot that is no serial chain.
     pub fn new(session: &Session) -> Plan {
         let sweeps = find_sweeps(session);
         let joints = session.joints.len();
+        if !session.robot.chain.is_serial() {
+            return Plan { sweeps, bias: Vec::new(), gravity: Vec::new(), gain: Vec::new() };
+        }
         let bias = (0..joints).map(|joint| eligible(session, &sweeps, joint, 1)).collect();
         let gain = (0..joints).map(|joint| load_pairs(session, &sweeps, joint)).collect();
         let gravity = gravity_sweeps(session, &sweeps);

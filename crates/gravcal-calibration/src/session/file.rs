@@ -1,7 +1,7 @@
 //! Sessions from `session.toml`.
 //!
 //! ```toml
-//! robot = "robot.toml"                       # or { urdf = "arm.urdf", base = "link_0", tip = "link_7" }
+//! robot = "robot.toml"                       # or { urdf = "arm.urdf", base = "link_0", tip = "link_7" }; tip = [...] for branches
 //! estimators = ["sequential", "joint"]       # optional
 //! solver = "levenberg-marquardt"             # optional; or [solver] with name and options, such as max_iterations
 //!
@@ -44,8 +44,9 @@
 //!     { kind = "torque-bias-with-temperature", reference_degC = 25 },
 //! ]
 //!
-//! [[force_torque_sensor]]                    # optional: six axes on the last link; see `residuals::Wrench` for its signs
+//! [[force_torque_sensor]]                    # optional: six axes on a last link; see `residuals::Wrench` for its signs
 //! name = "wrist"
+//! link = "forearm"                           # which one, where the robot branches
 //! mounting = { position_m = [0, 0, 0.05], rpy_deg = [0, 0, 30] }  # optional: its frame in that link's
 //! readings = { columns = ["fx", "fy", "fz", "nx", "ny", "nz"], unit = "count", std = 0.5 }   # as readings.torque
 //! gains = "axis"                             # optional: one an axis (the default), or a "matrix"
@@ -302,14 +303,15 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     Ok(session)
 }
 
-/// The first joint's offset defines the base frame: it has a value, but it cannot be uncertain.
+/// The offset of the joint on which all others hang defines the base frame: it has a value, but it cannot be uncertain.
 fn refuse_prior_on_base_frame(
     context: &Context<'_>,
     joints: &[JointKnowledge],
     written: &[joints::JointTable],
 ) -> Result<(), FileError> {
-    let KnowledgeKind::Prior { .. } = joints[0].of(Quantity::PositionOffset).kind else { return Ok(()) };
-    let index = written.iter().position(|joint| joint.name == context.joint_names[0]).unwrap_or(0);
+    let Some(root) = context.robot.chain.root_joint() else { return Ok(()) };
+    let KnowledgeKind::Prior { .. } = joints[root].of(Quantity::PositionOffset).kind else { return Ok(()) };
+    let index = written.iter().position(|joint| joint.name == context.joint_names[root]).unwrap_or(0);
     let field = Field::new("joint").at(index).key("position_offset").key("std");
     let message = "the first joint's offset defines the base frame, so it cannot be uncertain: leave std away";
     Err(context.document.error(&field, message))

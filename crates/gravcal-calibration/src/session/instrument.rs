@@ -7,7 +7,7 @@ use gravcal_kinematics::Transform;
 /// What an instrument is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum InstrumentKind {
-    /// Six-axis sensor of the force and the moment that carry what hangs beyond it; on the last link.
+    /// Six-axis sensor of the force and the moment that carry what hangs beyond it; on a last link.
     ForceTorque,
     /// Three-axis accelerometer.
     Accelerometer,

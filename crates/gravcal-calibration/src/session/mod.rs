@@ -340,7 +340,7 @@ pub struct Ask {
 }
 
 const NO_TORQUE_SENSOR: &str = "the joint has no torque sensor";
-/// Why the first joint's offset is held.
+/// Why the offset of the joint on which all others hang is held.
 pub const BASE_FRAME_CHOICE: &str = "it defines the base frame";
-/// Why the last joint's offset is held.
+/// Why the offset of a last joint is held.
 pub const LAST_FRAME_CHOICE: &str = "a choice of the last link's frame";

@@ -126,14 +126,16 @@ impl Session {
     /// Why a joint's sensor parameter is held and not estimated, if it is.
     pub fn held_reason(&self, joint: usize, quantity: Quantity) -> Option<&'static str> {
         let knowledge = self.joints[joint].of(quantity);
-        let last = joint + 1 == self.joints.len();
+        let chain = &self.robot.chain;
         match quantity {
             _ if knowledge.kind == KnowledgeKind::Fixed => Some(GIVEN),
             Quantity::TorqueGain | Quantity::TorqueBias if self.joints[joint].torque_unit.is_none() => {
                 Some(NO_TORQUE_SENSOR)
             }
-            Quantity::PositionOffset if joint == 0 => Some(BASE_FRAME_CHOICE),
-            Quantity::PositionOffset if last && !self.last_frame_is_fixed() => Some(LAST_FRAME_CHOICE),
+            Quantity::PositionOffset if chain.root_joint() == Some(joint) => Some(BASE_FRAME_CHOICE),
+            Quantity::PositionOffset if chain.is_last(joint) && !self.last_frame_is_fixed(joint) => {
+                Some(LAST_FRAME_CHOICE)
+            }
             _ => None,
         }
     }
@@ -178,11 +180,17 @@ impl Session {
         }
     }
 
-    /// Whether something known in the last link's frame fixes that frame: a load's placement, an instrument's mounting, or
-    /// the offset itself.
-    fn last_frame_is_fixed(&self) -> bool {
-        let last = self.joints.len() - 1;
-        let known = |load: &&Load| load.link == last && load.position.is_some();
+    /// Whether something known in the frame of a last link fixes that frame, or that of another one that the same joint moves:
+    /// a load's placement, an instrument's mounting, the link's masses, or the joint's offset itself.
+    fn last_frame_is_fixed(&self, joint: usize) -> bool {
+        let prior = matches!(self.joints[joint].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
+        let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[joint].name);
+        let earlier = self.earlier.as_ref().is_some_and(|earlier| earlier.knows(&name));
+        prior || earlier || self.robot.chain.links_of(joint).any(|link| self.is_known_in_its_frame(link))
+    }
+
+    fn is_known_in_its_frame(&self, link: usize) -> bool {
+        let known = |load: &&Load| load.link == link && load.position.is_some();
         let placed = match self.inertia {
             // Without lengths only the difference of two placements of one mass has a direction in the link.
             InertiaKnowledge::Sweep => self.loads.iter().enumerate().any(|(i, load)| {
@@ -191,12 +199,8 @@ impl Session {
             }),
             _ => self.loads.iter().any(|load| known(&load)),
         };
-        let prior = matches!(self.joints[last].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
-        let model = matches!(&self.inertia, InertiaKnowledge::Model { relative_std } if relative_std[last].is_some());
-        let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[last].name);
-        let earlier = self.earlier.as_ref().is_some_and(|earlier| earlier.knows(&name));
-        let seen = self.instruments.iter().any(|instrument| instrument.link == last);
-        placed || prior || model || earlier || seen
+        let model = matches!(&self.inertia, InertiaKnowledge::Model { relative_std } if relative_std[link].is_some());
+        placed || model || self.instruments.iter().any(|instrument| instrument.link == link)
     }
 }
 

@@ -12,7 +12,7 @@ use gravcal_kinematics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
 use super::{Disturbance, Simulation};
-use crate::document::{Document, Field, FileError};
+use crate::document::{Document, Field, FileError, OneOrMany};
 use crate::robot::{Robot, resolve_robot};
 use crate::sensors::{DeclaredModels, ModelTable};
 use crate::session::{GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, Session, units};
@@ -133,11 +133,26 @@ impl Reader<'_> {
 
     /// What the session will say of the joints: the robot's nominal sensors.
     fn joints(&self) -> Result<Vec<JointKnowledge>, FileError> {
-        let fitting = |key: &str, error: units::UnitError| self.document.error(&Field::new(key).key("unit"), error);
-        let torque_unit = units::torque_reading(self.table.torque.unit.as_deref()).map_err(|e| fitting("torque", e))?;
-        let position_unit =
-            units::position_reading(self.table.position.unit.as_deref()).map_err(|e| fitting("position", e))?;
-        (0..self.robot.sensors.len()).map(|joint| self.joint(joint, torque_unit, position_unit)).collect()
+        let torque_units = self.units("torque", self.table.torque.unit.as_ref(), units::torque_reading)?;
+        let position_units = self.units("position", self.table.position.unit.as_ref(), units::position_reading)?;
+        let units = torque_units.into_iter().zip(position_units);
+        units.enumerate().map(|(joint, (torque, position))| self.joint(joint, torque, position)).collect()
+    }
+
+    /// The unit in which each joint's sensor reads.
+    fn units<U>(
+        &self,
+        key: &str,
+        written: Option<&OneOrMany<String>>,
+        read: impl Fn(Option<&str>) -> Result<U, units::UnitError>,
+    ) -> Result<Vec<U>, FileError> {
+        let (field, names) = (Field::new(key).key("unit"), self.names());
+        let written = written.map(|units| self.document.for_each(&field, units, &names)).transpose()?;
+        let unit = |joint: usize| {
+            let unit = read(written.as_ref().map(|units| units[joint].as_str()));
+            unit.map_err(|error| self.document.error(&field, error))
+        };
+        (0..names.len()).map(unit).collect()
     }
 
     fn joint(
@@ -171,7 +186,7 @@ impl Reader<'_> {
         };
         let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
         // The first joint's offset is zero by definition of the base frame.
-        let offset = if joint == 0 { 0.0 } else { position[1] };
+        let offset = if self.robot.chain.root_joint() == Some(joint) { 0.0 } else { position[1] };
         Ok(JointKnowledge {
             torque_unit: Some(torque_unit),
             torque_sign_declared: false,

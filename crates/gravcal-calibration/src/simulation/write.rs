@@ -96,7 +96,15 @@ struct SessionTable {
 #[serde(untagged)]
 enum RobotTable {
     Toml(String),
-    Urdf { urdf: String, base: String, tip: String },
+    Urdf { urdf: String, base: String, tip: Tip },
+}
+
+/// The last link, or that of each branch.
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Tip {
+    One(String),
+    Each(Vec<String>),
 }
 
 #[derive(Serialize)]
@@ -240,7 +248,8 @@ fn robot_table(session: &Session, folder: &Path) -> RobotTable {
     let written = relative_path(folder, path);
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf")) {
         let chain = &session.robot.chain;
-        let tip = chain.links().last().map_or_else(String::new, |link| link.name.clone());
+        let mut tips: Vec<String> = chain.last_links().map(|link| chain.links()[link].name.clone()).collect();
+        let tip = if tips.len() == 1 { Tip::One(tips.remove(0)) } else { Tip::Each(tips) };
         RobotTable::Urdf { urdf: written, base: chain.base().to_owned(), tip }
     } else {
         RobotTable::Toml(written)

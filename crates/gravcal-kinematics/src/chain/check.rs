@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use nalgebra::Vector3;
 
+use super::attachment::Attachment;
 use super::error::ChainError;
 use crate::joint::Joint;
 use crate::link::Link;
@@ -11,12 +12,20 @@ use crate::link::Link;
 /// How far from 1 the length of an axis may be (what six printed digits leave); it is then made exactly 1.
 const AXIS_LENGTH: f64 = 1e-5;
 
-pub(super) fn counts(base: &str, joints: &[Joint], links: &[Link]) -> Result<(), ChainError> {
+pub(super) fn counts(
+    base: &str,
+    joints: &[Joint],
+    links: &[Link],
+    attachments: &[Attachment],
+) -> Result<(), ChainError> {
     if joints.is_empty() {
         return Err(ChainError::NoJoints { base: base.to_owned() });
     }
     if joints.len() != links.len() {
         return Err(ChainError::LinkCount { joints: joints.len(), links: links.len() });
+    }
+    if joints.len() != attachments.len() {
+        return Err(ChainError::AttachmentCount { joints: joints.len(), attachments: attachments.len() });
     }
     Ok(())
 }
@@ -84,7 +93,7 @@ pub(super) fn unit_axis(joint: &Joint) -> Result<[f64; 3], ChainError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chain::Chain;
+    use crate::chain::{Chain, Mimic};
     use crate::joint::JointKind;
     use crate::link::LinkInertia;
     use crate::transform::Transform;
@@ -124,6 +133,45 @@ mod tests {
         assert_eq!(refused(&["a", "a"], &["x", "y"]), ChainError::RepeatedJoint("a".into()));
         assert_eq!(refused(&["a", "b"], &["x", "x"]), ChainError::RepeatedLink("x".into()));
         assert_eq!(refused(&["a"], &["base"]), ChainError::RepeatedLink("base".into()));
+    }
+
+    fn attached(parents: &[Option<usize>], mimics: &[(usize, Mimic)]) -> Result<Chain, ChainError> {
+        let joints = (0..parents.len()).map(|k| joint(&format!("joint{k}"))).collect();
+        let links = (0..parents.len()).map(|k| link(&format!("link{k}"), None)).collect();
+        let mut attachments: Vec<_> =
+            parents.iter().map(|parent| Attachment { parent: *parent, mimic: None }).collect();
+        mimics.iter().for_each(|(k, mimic)| attachments[*k].mimic = Some(*mimic));
+        Chain::branched("base", joints, links, &attachments)
+    }
+
+    #[test]
+    fn parents_and_branches() {
+        assert!(attached(&[None, Some(0), Some(1), Some(0), None], &[]).is_ok());
+        let message = |parents: &[Option<usize>]| attached(parents, &[]).unwrap_err().to_string();
+        let own = "joint `joint1` hangs on a link that does not come before its own";
+        assert!(message(&[None, Some(1)]).starts_with(own), "{}", message(&[None, Some(1)]));
+        assert!(message(&[None, Some(7)]).starts_with(own));
+        let broken = message(&[None, Some(0), Some(0), Some(1)]);
+        assert!(broken.starts_with("joint `joint3` hangs on link `link1`, whose branch has ended"), "{broken}");
+        let error = Chain::branched("base", vec![joint("a")], vec![link("arm", None)], &[]).unwrap_err();
+        assert_eq!(error, ChainError::AttachmentCount { joints: 1, attachments: 0 });
+    }
+
+    #[test]
+    fn leaders() {
+        let serial = [None, Some(0), Some(1)];
+        let mimic = |leader, multiplier| Mimic { leader, multiplier, offset: 0.5 };
+        let chain = attached(&serial, &[(0, mimic(1, 2.0)), (1, mimic(2, -3.0))]).unwrap();
+        assert_eq!((chain.joint_count(), chain.link_count(), chain.joints()[0].name.as_str()), (1, 3, "joint2"));
+        // −6 x + 2 · 0.5 + 0.5, −3 x + 0.5, x
+        assert_eq!(chain.axis_coordinates(&[1.0])[..], [-4.5, -2.5, 1.0]);
+
+        let circle = attached(&serial, &[(0, mimic(1, 2.0)), (1, mimic(0, 1.0))]).unwrap_err();
+        assert_eq!(circle, ChainError::MimicCircle { joint: "joint0".into() });
+        let missing = attached(&serial, &[(1, mimic(3, 1.0))]).unwrap_err();
+        assert_eq!(missing, ChainError::UnknownLeader { joint: "joint1".into() });
+        let broken = attached(&serial, &[(1, mimic(0, f64::NAN))]).unwrap_err();
+        assert!(broken.to_string().starts_with("multiplier or offset by which joint `joint1` mimics"), "{broken}");
     }
 
     #[test]

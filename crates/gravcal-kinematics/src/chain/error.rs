@@ -18,6 +18,45 @@ pub enum ChainError {
         /// Number of links.
         links: usize,
     },
+    /// Every joint hangs somewhere.
+    #[error("{joints} joints but {attachments} attachments; say of each joint where it hangs, in the same order")]
+    AttachmentCount {
+        /// Number of joints.
+        joints: usize,
+        /// Number of attachments.
+        attachments: usize,
+    },
+    /// A parent at or behind its child.
+    #[error("joint `{joint}` hangs on a link that does not come before its own; give parents first")]
+    ParentNotBefore {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// A branch that goes on after another one began.
+    #[error(
+        "joint `{joint}` hangs on link `{parent}`, whose branch has ended; give the joints of a branch one right after the \
+         other, then those of the next"
+    )]
+    BrokenBranch {
+        /// Name of the joint.
+        joint: String,
+        /// Name of the link.
+        parent: String,
+    },
+    /// A joint that mimics none of the chain.
+    #[error("joint `{joint}` mimics a joint that is not there; expected the index of one of the chain's joints")]
+    UnknownLeader {
+        /// Name of the joint.
+        joint: String,
+    },
+    /// Joints that mimic each other.
+    #[error(
+        "joint `{joint}` mimics itself by way of others; one joint of the circle must have a coordinate of its own"
+    )]
+    MimicCircle {
+        /// Name of the joint.
+        joint: String,
+    },
     /// Two joints share a name.
     #[error("two joints are named `{0}`; results are told by joint name, so give each its own")]
     RepeatedJoint(String),

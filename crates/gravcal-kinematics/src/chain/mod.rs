@@ -1,27 +1,43 @@
-//! A serial chain of joints and the links they move.
+//! An open chain of joints and the links they move: serial, or branched.
 
+mod attachment;
+mod branches;
 mod check;
 mod error;
+mod topology;
 
+pub(crate) use attachment::Drive;
+pub use attachment::{Attachment, Mimic};
 pub use error::ChainError;
+pub(crate) use topology::{Run, Topology};
 
 use crate::axis_frame::AxisFrame;
 use crate::joint::Joint;
 use crate::link::Link;
 
-/// A serial robot: `links[k]` is the body moved by `joints[k]`, in proximal to distal order.
+/// A robot without closed loops: every link is moved by one joint, and hangs on the base or on another link.
+///
+/// `movers()[k]` moves `links()[k]`. Links are numbered by branches, a parent before its child and what hangs on a link
+/// right behind it. `joints()` are those of the movers that have a coordinate of their own, in the same order: all of them,
+/// unless some mimic others. Whatever is computed goes by these coordinates, and by links.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chain {
     base: String,
+    /// With a coordinate of their own.
     joints: Vec<Joint>,
+    /// One for each link.
+    movers: Vec<Joint>,
     links: Vec<Link>,
+    pub(crate) topology: Topology,
+    /// What moves each link, where joints mimic others.
+    pub(crate) drives: Option<Vec<Drive>>,
     pub(crate) cut_joints: Vec<String>,
-    /// The joints, re-cut for computing.
+    /// The movers, re-cut for computing.
     pub(crate) axis_frames: Vec<AxisFrame>,
 }
 
 impl Chain {
-    /// A chain from its parts.
+    /// A serial chain from its parts: `joints[k]` moves `links[k]` and hangs on link k − 1, the first on the base.
     ///
     /// Axes are made exactly unit vectors.
     ///
@@ -30,25 +46,49 @@ impl Chain {
     /// [`ChainError`] when there is no joint, when there are not as many links as joints, when a name occurs twice, an
     /// axis is not a unit vector (within 1e-5), limits are the wrong way round, a number is not finite, or a mass is
     /// negative.
-    pub fn new(base: impl Into<String>, mut joints: Vec<Joint>, links: Vec<Link>) -> Result<Chain, ChainError> {
+    pub fn new(base: impl Into<String>, joints: Vec<Joint>, links: Vec<Link>) -> Result<Chain, ChainError> {
+        let attachments: Vec<Attachment> =
+            (0..joints.len()).map(|k| Attachment { parent: k.checked_sub(1), mimic: None }).collect();
+        Chain::branched(base, joints, links, &attachments)
+    }
+
+    /// A chain that may branch, and whose joints may mimic others: `movers[k]` moves `links[k]` and hangs where
+    /// `attachments[k]` says.
+    ///
+    /// # Errors
+    ///
+    /// As [`Chain::new`]; and when a link does not come behind the one it hangs on, when a branch goes on after another
+    /// has begun, when a joint mimics one that is not there, or joints mimic each other in a circle.
+    pub fn branched(
+        base: impl Into<String>,
+        mut movers: Vec<Joint>,
+        links: Vec<Link>,
+        attachments: &[Attachment],
+    ) -> Result<Chain, ChainError> {
         let base = base.into();
-        check::counts(&base, &joints, &links)?;
-        check::names(&base, &joints, &links)?;
+        check::counts(&base, &movers, &links, attachments)?;
+        check::names(&base, &movers, &links)?;
         links.iter().try_for_each(check::link)?;
-        for joint in &mut joints {
+        for joint in &mut movers {
             check::finite(joint)?;
             check::limits(joint)?;
             joint.axis = check::unit_axis(joint)?;
         }
-        let axis_frames = joints.iter().map(AxisFrame::of).collect();
-        Ok(Chain { base, joints, links, cut_joints: Vec::new(), axis_frames })
+        let topology = Topology::new(&movers, &links, attachments)?;
+        let drives = attachment::drives(&movers, attachments)?;
+        let own = movers.iter().zip(attachments).filter(|(_, attachment)| attachment.mimic.is_none());
+        let joints: Vec<Joint> = own.map(|(joint, _)| joint.clone()).collect();
+        let drives = (joints.len() < movers.len()).then_some(drives);
+        let axis_frames = movers.iter().map(AxisFrame::of).collect();
+        Ok(Chain { base, joints, movers, links, topology, drives, cut_joints: Vec::new(), axis_frames })
     }
 
-    /// The same links moved by other joints: as many, with the same names.
-    pub(crate) fn with_joints(&self, joints: Vec<Joint>) -> Chain {
+    /// The same chain with every joint changed alike, but for name and kind; nothing is known of its links' masses.
+    pub(crate) fn with_joints(&self, changed: impl Fn(&Joint) -> Joint) -> Chain {
         let links = self.links.iter().map(|link| Link { inertia: None, ..link.clone() }).collect();
-        let axis_frames = joints.iter().map(AxisFrame::of).collect();
-        Chain { joints, links, axis_frames, base: self.base.clone(), cut_joints: self.cut_joints.clone() }
+        let movers: Vec<Joint> = self.movers.iter().map(&changed).collect();
+        let axis_frames = movers.iter().map(AxisFrame::of).collect();
+        Chain { joints: self.joints.iter().map(changed).collect(), movers, links, axis_frames, ..self.clone() }
     }
 
     /// Name of the base link, whose frame gravity is given in.
@@ -56,19 +96,29 @@ impl Chain {
         &self.base
     }
 
-    /// The joints, proximal first.
+    /// The joints that have a coordinate of their own, by branches, proximal first.
     pub fn joints(&self) -> &[Joint] {
         &self.joints
     }
 
-    /// The links, proximal first; `links()[k]` is moved by `joints()[k]`.
+    /// The joint that moves each link on the one it hangs on; those that mimic others among them.
+    pub fn movers(&self) -> &[Joint] {
+        &self.movers
+    }
+
+    /// The links, by branches, proximal first.
     pub fn links(&self) -> &[Link] {
         &self.links
     }
 
-    /// Number of joints, and of links.
+    /// Number of joints that have a coordinate of their own.
     pub fn joint_count(&self) -> usize {
         self.joints.len()
+    }
+
+    /// Number of links.
+    pub fn link_count(&self) -> usize {
+        self.links.len()
     }
 
     /// Index of the joint of that name.
@@ -81,7 +131,7 @@ impl Chain {
         self.links.iter().position(|link| link.name == name)
     }
 
-    /// Movable joints of the source file that hang on the last link and were cut off, with all they carry.
+    /// Movable joints of the source file that hang on a last link and were cut off, with all they carry.
     ///
     /// Their masses are **not** part of the model (a gripper's fingers, say): a caller should tell the user. Empty
     /// unless the chain came from [`Chain::from_urdf`].

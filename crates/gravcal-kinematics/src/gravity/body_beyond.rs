@@ -4,7 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::INERTIA;
 use crate::axis_frame::Motion;
-use crate::chain::Chain;
+use crate::chain::{Chain, Run};
 use crate::transform::Transform;
 
 /// What hangs beyond one joint, in base coordinates.
@@ -23,7 +23,7 @@ pub(super) struct BodyBeyond {
     pub mass: f64,
     /// M_i, kg·m.
     pub moment: Vector3<f64>,
-    /// v_i = ∂M/∂q_i of this joint and of every one before it, kg·m over rad or m.
+    /// v_i = ∂M/∂q_i of this joint and of every one that carries it, kg·m over rad or m.
     pub moment_rate: Vector3<f64>,
 }
 
@@ -59,6 +59,10 @@ impl BodyBeyond {
         }
     }
 
+    fn link_pose(&self) -> Transform {
+        Transform { rotation: self.link_rotation, translation: self.link_origin }
+    }
+
     pub fn torque(&self, sensitivity: &Sensitivity) -> f64 {
         sensitivity.to_mass * self.mass + sensitivity.to_moment.dot(&self.moment)
     }
@@ -71,12 +75,11 @@ impl BodyBeyond {
     }
 }
 
-/// Fills `bodies`: frames outward, then masses and moments inward.
+/// Fills `bodies`, one for each link: frames outward, then masses and moments inward. `coordinates`: of each link's mover.
 pub(super) fn sweep(chain: &Chain, coordinates: &[f64], inertia: &[f64], bodies: &mut [BodyBeyond]) {
-    assert_eq!(coordinates.len(), chain.joint_count(), "one coordinate for each joint");
-    assert_eq!(inertia.len(), INERTIA * chain.joint_count(), "four numbers for each link");
+    assert_eq!(inertia.len(), INERTIA * chain.link_count(), "four numbers for each link");
     place(chain, coordinates, bodies);
-    gather(inertia, bodies);
+    gather(chain, inertia, bodies);
 }
 
 /// Axes and link frames in base coordinates.
@@ -85,33 +88,45 @@ fn place(chain: &Chain, coordinates: &[f64], bodies: &mut [BodyBeyond]) {
     for ((frame, &coordinate), body) in chain.axis_frames.iter().zip(coordinates).zip(&mut *bodies) {
         body.motion = frame.motion(coordinate);
     }
-    let mut link = Transform::identity();
-    for (frame, body) in chain.axis_frames.iter().zip(bodies) {
-        let at_rest = frame.at_rest(&link);
-        link = frame.link_pose(&at_rest, body.motion);
-        body.axis = at_rest.rotation.column(2).into_owned();
-        body.point = at_rest.translation;
-        body.link_rotation = link.rotation;
-        body.link_origin = link.translation;
+    for Run { links, parent } in &chain.topology.runs {
+        let mut link = parent.map_or_else(Transform::identity, |parent| bodies[parent].link_pose());
+        for (frame, body) in chain.axis_frames[links.clone()].iter().zip(&mut bodies[links.clone()]) {
+            let at_rest = frame.at_rest(&link);
+            link = frame.link_pose(&at_rest, body.motion);
+            body.axis = at_rest.rotation.column(2).into_owned();
+            body.point = at_rest.translation;
+            body.link_rotation = link.rotation;
+            body.link_origin = link.translation;
+        }
     }
 }
 
-/// Masses and first moments, each about its own axis point, from the tip to the base.
-fn gather(inertia: &[f64], bodies: &mut [BodyBeyond]) {
-    let mut mass = 0.0;
-    let mut moment = Vector3::zeros();
-    let mut about = Vector3::zeros();
-    for (body, own) in bodies.iter_mut().zip(inertia.chunks_exact(INERTIA)).rev() {
-        moment += (about - body.point) * mass;
-        about = body.point;
-        mass += own[0];
-        moment += (body.link_origin - body.point) * own[0];
-        moment += body.link_rotation * Vector3::new(own[1], own[2], own[3]);
-        body.mass = mass;
-        body.moment = moment;
-        body.moment_rate = match body.motion {
-            Motion::Turn { .. } => body.axis.cross(&moment),
-            Motion::Slide(_) => body.axis * mass,
-        };
+/// Masses and first moments, each about its own axis point, from the tips to the base.
+fn gather(chain: &Chain, inertia: &[f64], bodies: &mut [BodyBeyond]) {
+    let runs = &chain.topology.runs;
+    for (index, Run { links, .. }) in runs.iter().enumerate().rev() {
+        let last = links.end - 1;
+        let mut about = bodies[last].point;
+        let mut mass = 0.0;
+        let mut moment = Vector3::zeros();
+        for branch in runs[index + 1..].iter().filter(|run| run.parent == Some(last)) {
+            let first = &bodies[branch.links.start];
+            mass += first.mass;
+            moment += first.moment + (first.point - about) * first.mass;
+        }
+        let own = inertia[INERTIA * links.start..INERTIA * links.end].chunks_exact(INERTIA);
+        for (body, own) in bodies[links.clone()].iter_mut().zip(own).rev() {
+            moment += (about - body.point) * mass;
+            about = body.point;
+            mass += own[0];
+            moment += (body.link_origin - body.point) * own[0];
+            moment += body.link_rotation * Vector3::new(own[1], own[2], own[3]);
+            body.mass = mass;
+            body.moment = moment;
+            body.moment_rate = match body.motion {
+                Motion::Turn { .. } => body.axis.cross(&moment),
+                Motion::Slide(_) => body.axis * mass,
+            };
+        }
     }
 }

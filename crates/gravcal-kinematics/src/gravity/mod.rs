@@ -1,13 +1,13 @@
 //! Holding torque against gravity, and all its first derivatives.
 //!
 //! With link k at `p_k` with rotation `R_k` in base coordinates, mass `m_k` and first moment `h_k` in its own frame, a
-//! point `o_i` and the direction `z_i` of axis i, what hangs beyond joint i has the mass and the first moment about `o_i`
+//! point `o_i` and the direction `z_i` of axis i, what hangs beyond axis i has the mass and the first moment about `o_i`
 //!
 //! ```text
 //!     m_i⁺ = Σ_{k ≥ i} m_k,      M_i = Σ_{k ≥ i} [ m_k (p_k − o_i) + R_k h_k ]
 //! ```
 //!
-//! and the joint holds it with
+//! where `k ≥ i` means: axis i moves link k, which in a branched chain are the links of its branch from there on. And the joint holds it with
 //!
 //! ```text
 //!     τ_i = z_i · (g × M_i) = (z_i × g) · M_i     revolute, N·m
@@ -24,9 +24,11 @@
 //!     ∂τ_i/∂m_k = u_i + w_i · (p_k − o_i),  ∂τ_i/∂h_k = R_kᵀ w_i,  k ≥ i
 //! ```
 //!
-//! One sweep outward for the frames and one inward for the sums, then n² / 2 products.
+//! and all of it is zero for axes and links on different branches. One sweep outward for the frames and one inward for the
+//! sums, then n² / 2 products. Where joints mimic others, see `coupled.rs`.
 
 mod body_beyond;
+mod coupled;
 
 use body_beyond::{BodyBeyond, Sensitivity, sweep};
 use nalgebra::Vector3;
@@ -38,7 +40,7 @@ const INERTIA: usize = 4;
 
 /// The holding torques of one pose with their derivatives, all row-major; a workspace to be reused.
 ///
-/// n is the number of joints. `torque`, and every derivative, is in N·m (N for a prismatic joint) over the unit of what
+/// n is the number of joints that have a coordinate of their own, l that of links. `torque`, and every derivative, is in N·m (N for a prismatic joint) over the unit of what
 /// it is derived by.
 #[derive(Clone, Debug)]
 pub struct GravityTorque {
@@ -48,30 +50,41 @@ pub struct GravityTorque {
     pub by_coordinate: Vec<f64>,
     /// By gravity in base coordinates (m/s²), n × 3.
     pub by_gravity: Vec<f64>,
-    /// By the links' `[mass, h_x, h_y, h_z]` (kg, kg·m in link coordinates), n × 4n: the gravity regressor. Zero for
-    /// links before the joint.
+    /// By the links' `[mass, h_x, h_y, h_z]` (kg, kg·m in link coordinates), n × 4l: the gravity regressor. Zero for
+    /// links that the joint does not move.
     pub by_inertia: Vec<f64>,
     bodies: Vec<BodyBeyond>,
+    /// The same by axes, where some joints mimic others.
+    axes: Option<Box<Axes>>,
+}
+
+/// What is computed by axes before it is by joints.
+#[derive(Clone, Debug)]
+struct Axes {
+    coordinates: Vec<f64>,
+    torque: GravityTorque,
 }
 
 impl GravityTorque {
-    /// A workspace for a chain of that many joints, all zero.
-    pub fn new(joint_count: usize) -> Self {
+    /// A workspace for a chain of that many joints and links ([`Chain::joint_count`], [`Chain::link_count`]), all zero.
+    pub fn new(joint_count: usize, link_count: usize) -> Self {
+        let axes = || Axes { coordinates: vec![0.0; link_count], torque: GravityTorque::new(link_count, link_count) };
         GravityTorque {
             torque: vec![0.0; joint_count],
             by_coordinate: vec![0.0; joint_count * joint_count],
             by_gravity: vec![0.0; joint_count * 3],
-            by_inertia: vec![0.0; joint_count * joint_count * INERTIA],
-            bodies: vec![BodyBeyond::default(); joint_count],
+            by_inertia: vec![0.0; joint_count * link_count * INERTIA],
+            bodies: vec![BodyBeyond::default(); link_count],
+            axes: (link_count > joint_count).then(|| Box::new(axes())),
         }
     }
 
-    fn assert_size(&self, n: usize) {
+    fn assert_size(&self, n: usize, links: usize) {
         assert_eq!(self.torque.len(), n, "one torque for each joint");
         assert_eq!(self.by_coordinate.len(), n * n, "n × n derivatives by coordinates");
         assert_eq!(self.by_gravity.len(), n * 3, "n × 3 derivatives by gravity");
-        assert_eq!(self.by_inertia.len(), n * n * INERTIA, "n × 4n derivatives by inertia");
-        assert_eq!(self.bodies.len(), n, "a workspace for as many joints as the chain has");
+        assert_eq!(self.by_inertia.len(), n * links * INERTIA, "n × 4l derivatives by inertia");
+        assert_eq!(self.bodies.len(), links, "a workspace for as many links as the chain has");
     }
 }
 
@@ -86,9 +99,16 @@ impl Chain {
     /// When a slice has another length.
     pub fn gravity_torque(&self, coordinates: &[f64], gravity: [f64; 3], inertia: &[f64], torque: &mut [f64]) {
         assert_eq!(torque.len(), self.joint_count(), "one torque for each joint");
-        let mut bodies = vec![BodyBeyond::default(); self.joint_count()];
-        sweep(self, coordinates, inertia, &mut bodies);
-        torques(&bodies, gravity, torque);
+        let mut bodies = vec![BodyBeyond::default(); self.link_count()];
+        sweep(self, &self.axis_coordinates(coordinates), inertia, &mut bodies);
+        match &self.drives {
+            None => torques(&bodies, gravity, torque),
+            Some(drives) => {
+                let mut by_axis = vec![0.0; bodies.len()];
+                torques(&bodies, gravity, &mut by_axis);
+                coupled::gather(drives, &by_axis, torque);
+            }
+        }
     }
 
     /// Holding torques into `out.torque`; the derivatives there stay as they are. For the rest see
@@ -104,9 +124,17 @@ impl Chain {
         inertia: &[f64],
         out: &mut GravityTorque,
     ) {
-        out.assert_size(self.joint_count());
-        sweep(self, coordinates, inertia, &mut out.bodies);
-        torques(&out.bodies, gravity, &mut out.torque);
+        assert_eq!(coordinates.len(), self.joint_count(), "one coordinate for each joint");
+        out.assert_size(self.joint_count(), self.link_count());
+        if let (Some(drives), Some(axes)) = (&self.drives, &mut out.axes) {
+            axes.spread(drives, coordinates);
+            sweep(self, &axes.coordinates, inertia, &mut axes.torque.bodies);
+            torques(&axes.torque.bodies, gravity, &mut axes.torque.torque);
+            coupled::gather(drives, &axes.torque.torque, &mut out.torque);
+        } else {
+            sweep(self, coordinates, inertia, &mut out.bodies);
+            torques(&out.bodies, gravity, &mut out.torque);
+        }
     }
 
     /// Holding torques and their derivatives; see [`GravityTorque`] for shapes, [`Chain::gravity_torque`] for the rest.
@@ -123,12 +151,24 @@ impl Chain {
         inertia: &[f64],
         out: &mut GravityTorque,
     ) {
-        let n = self.joint_count();
-        out.assert_size(n);
-        sweep(self, coordinates, inertia, &mut out.bodies);
+        assert_eq!(coordinates.len(), self.joint_count(), "one coordinate for each joint");
+        out.assert_size(self.joint_count(), self.link_count());
         let gravity = Vector3::from(gravity);
-        for i in 0..n {
-            out.fill_row(i, &gravity);
+        if let (Some(drives), Some(mut axes)) = (&self.drives, out.axes.take()) {
+            axes.spread(drives, coordinates);
+            self.linearize_axes(&axes.coordinates, &gravity, inertia, &mut axes.torque);
+            out.gather(drives, &axes.torque);
+            out.axes = Some(axes);
+        } else {
+            self.linearize_axes(coordinates, &gravity, inertia, out);
+        }
+    }
+
+    /// As if every axis had a coordinate of its own.
+    fn linearize_axes(&self, coordinates: &[f64], gravity: &Vector3<f64>, inertia: &[f64], out: &mut GravityTorque) {
+        sweep(self, coordinates, inertia, &mut out.bodies);
+        for (i, end) in self.topology.ends.iter().enumerate() {
+            out.fill_row(i, *end, gravity);
         }
     }
 }
@@ -141,34 +181,40 @@ fn torques(bodies: &[BodyBeyond], gravity: [f64; 3], torque: &mut [f64]) {
 }
 
 impl GravityTorque {
-    /// Joint i: its torque, and its row of every derivative.
-    fn fill_row(&mut self, i: usize, gravity: &Vector3<f64>) {
+    /// Axis i, which moves the links from i to before `end`: its torque, and its row of every derivative.
+    fn fill_row(&mut self, i: usize, end: usize, gravity: &Vector3<f64>) {
         let body = &self.bodies[i];
         let sensitivity = body.sensitivity(gravity);
         self.torque[i] = body.torque(&sensitivity);
         self.by_gravity[3 * i..3 * i + 3].copy_from_slice(body.torque_by_gravity().as_slice());
-        self.fill_by_coordinate(i, &sensitivity);
-        self.fill_by_inertia(i, &sensitivity);
+        self.fill_by_coordinate(i, end, &sensitivity);
+        self.fill_by_inertia(i, end, &sensitivity);
     }
 
-    /// `w_i · v_j` for j ≥ i, and its mirror image.
-    fn fill_by_coordinate(&mut self, i: usize, sensitivity: &Sensitivity) {
+    /// `w_i · v_j` for j from i to before `end`, zero for those after, and its mirror image.
+    fn fill_by_coordinate(&mut self, i: usize, end: usize, sensitivity: &Sensitivity) {
         let n = self.bodies.len();
-        for (j, body) in self.bodies.iter().enumerate().skip(i) {
+        for (j, body) in self.bodies[..end].iter().enumerate().skip(i) {
             let second = sensitivity.to_moment.dot(&body.moment_rate);
             self.by_coordinate[n * i + j] = second;
             self.by_coordinate[n * j + i] = second;
         }
+        for j in end..n {
+            self.by_coordinate[n * i + j] = 0.0;
+            self.by_coordinate[n * j + i] = 0.0;
+        }
     }
 
-    /// Zero before link i, then `[∂τ_i/∂m_k, ∂τ_i/∂h_k]`.
-    fn fill_by_inertia(&mut self, i: usize, sensitivity: &Sensitivity) {
+    /// Zero before link i, then `[∂τ_i/∂m_k, ∂τ_i/∂h_k]`, zero again from `end` on.
+    fn fill_by_inertia(&mut self, i: usize, end: usize, sensitivity: &Sensitivity) {
         let width = INERTIA * self.bodies.len();
         let row = &mut self.by_inertia[width * i..width * (i + 1)];
         let (before, beyond) = row.as_chunks_mut::<INERTIA>().0.split_at_mut(i);
+        let (beyond, elsewhere) = beyond.split_at_mut(end - i);
         before.fill([0.0; INERTIA]);
+        elsewhere.fill([0.0; INERTIA]);
         let (point, to_moment) = (self.bodies[i].point, sensitivity.to_moment);
-        for (entry, link) in beyond.iter_mut().zip(&self.bodies[i..]) {
+        for (entry, link) in beyond.iter_mut().zip(&self.bodies[i..end]) {
             let by_moment = link.link_rotation.tr_mul(&to_moment);
             let by_mass = sensitivity.to_mass + to_moment.dot(&(link.link_origin - point));
             *entry = [by_mass, by_moment.x, by_moment.y, by_moment.z];

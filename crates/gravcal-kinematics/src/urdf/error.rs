@@ -2,7 +2,7 @@
 
 use crate::chain::ChainError;
 
-/// Why a URDF does not give the chain from base to tip.
+/// Why a URDF does not give the chain from base to tips.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum UrdfError {
@@ -87,7 +87,7 @@ pub enum UrdfError {
     /// A joint of a type that a chain cannot hold.
     #[error(
         "joint `{joint}` between base and tip is {kind}; supported are revolute, continuous, prismatic and fixed: \
-         choose base and tip so that it is not between them, or replace it"
+         choose base and tips so that it is not between them, or replace it"
     )]
     UnsupportedJoint {
         /// Name of the joint.
@@ -95,12 +95,26 @@ pub enum UrdfError {
         /// Its type.
         kind: &'static str,
     },
-    /// A joint that follows another.
+    /// No tip at all.
+    #[error("no tip is named: name the last link, or the last link of each branch")]
+    NoTip,
+    /// A tip that another one makes superfluous.
     #[error(
-        "joint `{joint}` between base and tip mimics `{leader}`; coupled joints are not supported: choose base and tip so \
-         that it is not between them, or make it fixed"
+        "tip `{tip}` is on the way to tip `{other}`, or on one rigid body with it: leave one of the two out (joints on the \
+         way to a tip are part of the robot anyway)"
     )]
-    Mimic {
+    TipOnTheWay {
+        /// The tip.
+        tip: String,
+        /// The other one.
+        other: String,
+    },
+    /// A joint that follows one that is not part of the robot.
+    #[error(
+        "joint `{joint}` mimics `{leader}`, which is no moving joint between base and tips: name a tip beyond `{leader}` as \
+         well, choose tips so that `{joint}` is not on the way, or make it fixed"
+    )]
+    Leader {
         /// Name of the joint.
         joint: String,
         /// The joint it follows.
@@ -108,9 +122,9 @@ pub enum UrdfError {
     },
     /// A movable side branch.
     #[error(
-        "joint `{joint}` hangs on link `{link}`, is not on the path from `{base}` to `{tip}`, and can move, so what it \
-         carries loads the joints before it by an unknown amount; make it fixed in the URDF, or choose a tip so that \
-         it is on the path"
+        "joint `{joint}` hangs on link `{link}`, is not on the way from `{base}` to {tips}, and can move, so what it \
+         carries loads the joints before it by an unknown amount; name a tip beyond it as well (tip = [\"…\", \"…\"]), or \
+         make it fixed in the URDF"
     )]
     Branch {
         /// Name of the joint.
@@ -119,8 +133,8 @@ pub enum UrdfError {
         link: String,
         /// The base asked for.
         base: String,
-        /// The tip asked for.
-        tip: String,
+        /// The tips asked for.
+        tips: String,
     },
     /// An axis without direction.
     #[error("axis of joint `{joint}` is zero; expected a direction such as xyz=\"0 0 1\"")]
@@ -142,7 +156,7 @@ pub enum UrdfError {
         /// The mass, kg.
         mass: f64,
     },
-    /// The joints and links between base and tip do not make a chain.
+    /// The joints and links between base and tips do not make a chain.
     #[error(transparent)]
     Chain(#[from] ChainError),
 }

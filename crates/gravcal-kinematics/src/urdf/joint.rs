@@ -6,31 +6,27 @@ use super::error::UrdfError;
 use crate::joint::JointKind;
 use crate::transform::Transform;
 
-/// What a joint on the path does.
+/// What a joint on the way to a tip does.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Motion {
     Fixed,
     Moving(JointKind),
 }
 
-/// The motion of a joint on the path.
+/// The motion of a joint on the way to a tip.
 ///
 /// # Errors
 ///
-/// Mimic, floating, planar and spherical joints, by name.
+/// Floating, planar and spherical joints, by name.
 pub(super) fn motion(joint: &urdf_rs::Joint) -> Result<Motion, UrdfError> {
     let unsupported = |kind| Err(UrdfError::UnsupportedJoint { joint: joint.name.clone(), kind });
-    let kind = match joint.joint_type {
-        JointType::Fixed => return Ok(Motion::Fixed),
-        JointType::Revolute | JointType::Continuous => JointKind::Revolute,
-        JointType::Prismatic => JointKind::Prismatic,
-        JointType::Floating => return unsupported("floating"),
-        JointType::Planar => return unsupported("planar"),
-        JointType::Spherical => return unsupported("spherical"),
-    };
-    match &joint.mimic {
-        None => Ok(Motion::Moving(kind)),
-        Some(mimic) => Err(UrdfError::Mimic { joint: joint.name.clone(), leader: mimic.joint.clone() }),
+    match joint.joint_type {
+        JointType::Fixed => Ok(Motion::Fixed),
+        JointType::Revolute | JointType::Continuous => Ok(Motion::Moving(JointKind::Revolute)),
+        JointType::Prismatic => Ok(Motion::Moving(JointKind::Prismatic)),
+        JointType::Floating => unsupported("floating"),
+        JointType::Planar => unsupported("planar"),
+        JointType::Spherical => unsupported("spherical"),
     }
 }
 

@@ -1,16 +1,17 @@
 //! Chains from URDF text.
 //!
-//! The path from base to tip becomes the chain. Of what is off the path,
+//! The ways from the base to the tips become the chain, which branches where they part. Of what is off these ways,
 //!
 //! - bodies that fixed joints attach to a moving link are merged into it (mass and first moment);
 //! - what hangs on the base, fixed or movable, loads no joint and is left out;
-//! - what hangs by a movable joint on the **last** rigid body (a gripper's fingers) is cut off with all it carries; its
+//! - what hangs by a movable joint on a rigid body with a **tip** (a gripper's fingers) is cut off with all it carries; its
 //!   mass is not part of the model, and [`Chain::cut_joints`] names what was cut;
 //! - a movable joint on any other moving body is refused by name: what it carries would load the chain by an amount
 //!   that depends on a coordinate nobody gives.
 //!
-//! Link k is named after, and expressed in the frame of, the child link of joint k; the last link is named after the
-//! tip and expressed in the tip's frame, also where fixed joints lie between.
+//! Link k is named after, and expressed in the frame of, the child link of its joint; a last link is named after its
+//! tip and expressed in the tip's frame, also where fixed joints lie between. A joint that mimics another of the chain has no
+//! coordinate of its own.
 
 mod body;
 mod error;
@@ -25,34 +26,42 @@ use joint::Motion;
 use tree::Tree;
 use urdf_rs::Robot;
 
-use crate::chain::Chain;
+use crate::chain::{Attachment, Chain, Mimic};
 use crate::joint::{Joint, JointKind};
 use crate::link::Link;
 use crate::transform::Transform;
 
 impl Chain {
-    /// The chain from link `base` to link `tip` of a URDF.
+    /// The chain from link `base` to the links `tips` of a URDF: one tip for a serial robot, one for each branch otherwise.
     ///
     /// Fixed joints are folded, a continuous joint is a revolute one without limits, and bodies that fixed joints attach
-    /// to a moving link are merged into it. What hangs on the tip's rigid body by a movable joint is cut off, masses
-    /// included, and named by [`Chain::cut_joints`]. The last link bears the tip's name and frame. Everything before
+    /// to a moving link are merged into it. A joint that mimics another follows it, and has no coordinate of its own. What
+    /// hangs on a tip's rigid body by a movable joint is cut off, masses included, and named by [`Chain::cut_joints`]. The
+    /// last link of a branch bears its tip's name and frame; branches come in the order of their tips. Everything before
     /// `base` is taken to stand still. A moving body without any stated mass has no inertia.
     ///
     /// # Errors
     ///
-    /// [`UrdfError`] for text that is no URDF (or still xacro), links that do not exist, no path or nothing movable
-    /// between base and tip, loops, joints that a chain cannot hold (mimic, floating, planar, spherical), movable side
-    /// branches before the last body, zero axes, limits the wrong way round, and numbers that are not finite or masses
-    /// below zero.
-    pub fn from_urdf(text: &str, base: &str, tip: &str) -> Result<Chain, UrdfError> {
+    /// [`UrdfError`] for text that is no URDF (or still xacro), links that do not exist, no way or nothing movable
+    /// between base and a tip, a tip on the way to another, loops, joints that a chain cannot hold (floating, planar,
+    /// spherical, mimicking one that is not between base and tips), movable side branches before a last body, zero axes,
+    /// limits the wrong way round, and numbers that are not finite or masses below zero.
+    pub fn from_urdf(text: &str, base: &str, tips: &[&str]) -> Result<Chain, UrdfError> {
         let robot = read(text)?;
         let tree = Tree::new(&robot)?;
-        let ends = Ends { base: tree.find("base", base)?, tip: tree.find("tip", tip)? };
-        let path = tree.path(ends.base, ends.tip)?;
-        let segments = fold(&tree, &path, &ends)?;
+        let tips = tips.iter().map(|tip| tree.find("tip", tip)).collect::<Result<_, _>>()?;
+        let ends = Ends { base: tree.find("base", base)?, tips };
+        let segments = fold(&tree, &ends)?;
         let (links, cut) = carried(&tree, &segments, &ends)?;
         let joints = segments.iter().map(|segment| segment.joint(&tree)).collect::<Result<_, _>>()?;
-        let mut chain = Chain::new(base, joints, links)?;
+        let attachment = |segment: &Segment| {
+            Ok(Attachment {
+                parent: segment.parent,
+                mimic: mimic(&tree, &segments, &tree.robot.joints[segment.joint])?,
+            })
+        };
+        let attachments = segments.iter().map(attachment).collect::<Result<Vec<_>, UrdfError>>()?;
+        let mut chain = Chain::branched(base, joints, links, &attachments)?;
         chain.cut_joints = cut;
         Ok(chain)
     }
@@ -63,21 +72,25 @@ fn read(text: &str) -> Result<Robot, UrdfError> {
     urdf_rs::read_from_string(&essentials).map_err(|error| UrdfError::Parse(error.to_string()))
 }
 
-/// Base and tip, as link indices.
+/// Base and tips, as link indices.
 struct Ends {
     base: usize,
-    tip: usize,
+    tips: Vec<usize>,
 }
 
-/// One movable joint of the path with the fixed ones around it.
+/// One movable joint with the fixed ones around it.
 struct Segment {
     /// Index of the movable joint.
     joint: usize,
     kind: JointKind,
+    /// The segment that it hangs on; `None`: the base.
+    parent: Option<usize>,
     /// From the link before (the child of the movable joint before, or the base) to the joint frame.
     before: Transform,
-    /// From the child link's frame to the segment's link frame: identity but for the last, which ends at the tip.
+    /// From the child link's frame to the segment's link frame: identity but for those that end at a tip.
     after: Transform,
+    /// The tip at which it ends.
+    tip: Option<usize>,
 }
 
 impl Segment {
@@ -94,43 +107,90 @@ impl Segment {
     }
 }
 
-/// The movable joints of the path, the fixed ones folded into the transforms around them.
-fn fold(tree: &Tree, path: &[usize], ends: &Ends) -> Result<Vec<Segment>, UrdfError> {
+/// A link on the way to a tip, seen from the segment that moves it.
+#[derive(Clone)]
+struct Place {
+    /// `None`: the base, which nothing moves.
+    segment: Option<usize>,
+    /// Its frame in that of the segment's child link.
+    pose: Transform,
+}
+
+/// The movable joints on the ways to the tips, by branches in the order of the tips, the fixed ones folded into the
+/// transforms around them.
+fn fold(tree: &Tree, ends: &Ends) -> Result<Vec<Segment>, UrdfError> {
     let mut segments: Vec<Segment> = Vec::new();
-    let mut fixed = Transform::identity();
-    for &index in path {
+    let mut places: Vec<Option<Place>> = vec![None; tree.robot.links.len()];
+    places[ends.base] = Some(Place { segment: None, pose: Transform::identity() });
+    for index in tree.ways(ends.base, &ends.tips)? {
         let source = &tree.robot.joints[index];
-        fixed = fixed * joint::origin(source)?;
-        if let Motion::Moving(kind) = joint::motion(source)? {
-            segments.push(Segment { joint: index, kind, before: fixed, after: Transform::identity() });
-            fixed = Transform::identity();
-        }
+        let Some(Place { segment: parent, pose }) = places[tree.parent_link(index)].clone() else { continue };
+        let before = pose * joint::origin(source)?;
+        places[tree.child(index)] = Some(match joint::motion(source)? {
+            Motion::Fixed => Place { segment: parent, pose: before },
+            Motion::Moving(kind) => {
+                segments.push(Segment { joint: index, kind, parent, before, after: Transform::identity(), tip: None });
+                Place { segment: Some(segments.len() - 1), pose: Transform::identity() }
+            }
+        });
     }
-    match segments.last_mut() {
-        Some(last) => last.after = fixed,
-        None => {
-            let [base, tip] = [ends.base, ends.tip].map(|link| tree.link_name(link));
-            return Err(UrdfError::NothingMoves { base, tip });
-        }
+    for &tip in &ends.tips {
+        end_at(tree, ends, &mut segments, &places, tip)?;
     }
     Ok(segments)
 }
 
-/// The links of the chain, and the names of the joints that were cut off behind the last one.
+/// Lets the segment that moves a tip end there.
+fn end_at(
+    tree: &Tree,
+    ends: &Ends,
+    segments: &mut [Segment],
+    places: &[Option<Place>],
+    tip: usize,
+) -> Result<(), UrdfError> {
+    let Some(Place { segment: Some(own), pose }) = &places[tip] else {
+        return Err(UrdfError::NothingMoves { base: tree.link_name(ends.base), tip: tree.link_name(tip) });
+    };
+    let on_the_way = |other: &usize| {
+        let Some(Place { segment: Some(segment), .. }) = places[*other] else { return false };
+        *other != tip && std::iter::successors(Some(segment), |segment| segments[*segment].parent).any(|s| s == *own)
+    };
+    let repeated = ends.tips.iter().filter(|other| **other == tip).count() > 1;
+    let other = if repeated { Some(&tip) } else { ends.tips.iter().find(|other| on_the_way(other)) };
+    if let Some(&other) = other {
+        return Err(UrdfError::TipOnTheWay { tip: tree.link_name(tip), other: tree.link_name(other) });
+    }
+    (segments[*own].after, segments[*own].tip) = (*pose, Some(tip));
+    Ok(())
+}
+
+/// Whom a joint follows, among the segments.
+fn mimic(tree: &Tree, segments: &[Segment], source: &urdf_rs::Joint) -> Result<Option<Mimic>, UrdfError> {
+    let Some(mimic) = &source.mimic else { return Ok(None) };
+    let leader = segments.iter().position(|segment| tree.robot.joints[segment.joint].name == mimic.joint);
+    let missing = || UrdfError::Leader { joint: source.name.clone(), leader: mimic.joint.clone() };
+    Ok(Some(Mimic {
+        leader: leader.ok_or_else(missing)?,
+        multiplier: mimic.multiplier.unwrap_or(1.0),
+        offset: mimic.offset.unwrap_or(0.0),
+    }))
+}
+
+/// The links of the chain, and the names of the joints that were cut off behind the last ones.
 fn carried(tree: &Tree, segments: &[Segment], ends: &Ends) -> Result<(Vec<Link>, Vec<String>), UrdfError> {
     let mut links = Vec::new();
     let mut cut = Vec::new();
-    for (k, segment) in segments.iter().enumerate() {
+    for segment in segments {
         let child = tree.child(segment.joint);
         let body = RigidBody::gather(tree, child)?;
-        let name = match segments.get(k + 1) {
-            Some(next) => {
-                refuse_branches(tree, &body, next.joint, ends)?;
+        let name = match segment.tip {
+            None => {
+                refuse_branches(tree, &body, segments, ends)?;
                 tree.link_name(child)
             }
-            None => {
-                cut = body.movable_joints.iter().map(|&joint| tree.joint_name(joint)).collect();
-                tree.link_name(ends.tip)
+            Some(tip) => {
+                cut.extend(body.movable_joints.iter().map(|&joint| tree.joint_name(joint)));
+                tree.link_name(tip)
             }
         };
         links.push(Link { name, inertia: body.inertia_in(&segment.after) });
@@ -138,15 +198,16 @@ fn carried(tree: &Tree, segments: &[Segment], ends: &Ends) -> Result<(Vec<Link>,
     Ok((links, cut))
 }
 
-/// Only the path's next joint may move what hangs on a body before the last.
-fn refuse_branches(tree: &Tree, body: &RigidBody, next: usize, ends: &Ends) -> Result<(), UrdfError> {
-    match body.movable_joints.iter().find(|&&joint| joint != next) {
+/// Only joints on the way to a tip may move what hangs on a body before the last.
+fn refuse_branches(tree: &Tree, body: &RigidBody, segments: &[Segment], ends: &Ends) -> Result<(), UrdfError> {
+    let known = |joint: usize| segments.iter().any(|segment| segment.joint == joint);
+    match body.movable_joints.iter().find(|&&joint| !known(joint)) {
         None => Ok(()),
         Some(&joint) => Err(UrdfError::Branch {
             joint: tree.joint_name(joint),
             link: tree.link_name(tree.parent_link(joint)),
             base: tree.link_name(ends.base),
-            tip: tree.link_name(ends.tip),
+            tips: ends.tips.iter().map(|tip| format!("`{}`", tree.link_name(*tip))).collect::<Vec<_>>().join(", "),
         }),
     }
 }

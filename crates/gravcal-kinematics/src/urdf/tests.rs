@@ -37,7 +37,7 @@ const ARM: &str = r#"
 
 fn arm_with(from: &str, to: &str) -> Result<Chain, UrdfError> {
     assert!(ARM.contains(from), "nothing to replace: {from}");
-    Chain::from_urdf(&ARM.replacen(from, to, 1), "base", "hand")
+    Chain::from_urdf(&ARM.replacen(from, to, 1), "base", &["hand"])
 }
 
 fn refused(from: &str, to: &str) -> UrdfError {
@@ -45,7 +45,7 @@ fn refused(from: &str, to: &str) -> UrdfError {
 }
 
 fn refused_between(base: &str, tip: &str) -> UrdfError {
-    Chain::from_urdf(ARM, base, tip).unwrap_err()
+    Chain::from_urdf(ARM, base, &[tip]).unwrap_err()
 }
 
 fn assert_close(left: [f64; 3], right: [f64; 3]) {
@@ -54,7 +54,7 @@ fn assert_close(left: [f64; 3], right: [f64; 3]) {
 
 #[test]
 fn joints_of_the_path() {
-    let chain = Chain::from_urdf(ARM, "base", "hand").unwrap();
+    let chain = Chain::from_urdf(ARM, "base", &["hand"]).unwrap();
     let joints = chain.joints();
     assert_eq!(joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>(), ["pan", "lift"]);
     assert_eq!((joints[0].axis, joints[0].limits), ([0.0, 0.0, 1.0], None));
@@ -66,7 +66,7 @@ fn joints_of_the_path() {
 
 #[test]
 fn fixed_bodies_are_merged_and_the_last_link_is_the_tip() {
-    let chain = Chain::from_urdf(ARM, "base", "hand").unwrap();
+    let chain = Chain::from_urdf(ARM, "base", &["hand"]).unwrap();
     let names: Vec<_> = chain.links().iter().map(|link| link.name.as_str()).collect();
     assert_eq!(names, ["column", "hand"]);
 
@@ -82,19 +82,19 @@ fn fixed_bodies_are_merged_and_the_last_link_is_the_tip() {
 
 #[test]
 fn what_moves_beyond_the_tip_is_cut_and_named() {
-    let to_hand = Chain::from_urdf(ARM, "base", "hand").unwrap();
+    let to_hand = Chain::from_urdf(ARM, "base", &["hand"]).unwrap();
     assert_eq!(to_hand.cut_joints(), ["grip"]);
-    let to_column = Chain::from_urdf(ARM, "base", "column").unwrap();
+    let to_column = Chain::from_urdf(ARM, "base", &["column"]).unwrap();
     assert_eq!(to_column.cut_joints(), ["lift"]);
     assert_eq!(to_column.links()[0].inertia.unwrap().mass, 5.0);
-    let to_finger = Chain::from_urdf(ARM, "base", "finger").unwrap();
+    let to_finger = Chain::from_urdf(ARM, "base", &["finger"]).unwrap();
     assert!(to_finger.cut_joints().is_empty());
     assert_eq!(to_finger.joints()[2].kind, JointKind::Prismatic);
 }
 
 #[test]
 fn a_tip_before_the_end_of_its_body_still_carries_all_of_it() {
-    let chain = Chain::from_urdf(ARM, "base", "arm").unwrap();
+    let chain = Chain::from_urdf(ARM, "base", &["arm"]).unwrap();
     let arm = chain.links()[1].inertia.unwrap();
     assert_eq!((arm.mass, chain.cut_joints()), (1.0, ["grip".to_owned()].as_slice()));
     assert_close(arm.first_moment, [0.6, 0.0, 0.0]);
@@ -102,7 +102,7 @@ fn a_tip_before_the_end_of_its_body_still_carries_all_of_it() {
 
 #[test]
 fn the_base_may_be_any_link() {
-    let chain = Chain::from_urdf(ARM, "bracket", "hand").unwrap();
+    let chain = Chain::from_urdf(ARM, "bracket", &["hand"]).unwrap();
     assert_eq!((chain.base(), chain.joint_count()), ("bracket", 1));
     assert_close(chain.joints()[0].before.translation(), [0.2, 0.0, 0.0]);
 }
@@ -111,13 +111,13 @@ fn the_base_may_be_any_link() {
 fn what_is_not_stated_is_not_known() {
     let no_limits = arm_with(r#"lower="-1" upper="2""#, "").unwrap();
     assert_eq!(no_limits.joints()[1].limits, None);
-    let no_mass = Chain::from_urdf(&ARM.replace(r#"<mass value="1"/>"#, r#"<mass value="0"/>"#), "base", "hand");
+    let no_mass = Chain::from_urdf(&ARM.replace(r#"<mass value="1"/>"#, r#"<mass value="0"/>"#), "base", &["hand"]);
     assert_eq!(no_mass.unwrap().links()[1].inertia, None);
 }
 
 #[test]
 fn not_xml() {
-    let message = Chain::from_urdf("joints: [pan]", "base", "hand").unwrap_err().to_string();
+    let message = Chain::from_urdf("joints: [pan]", "base", &["hand"]).unwrap_err().to_string();
     assert!(message.starts_with("not a readable URDF: "), "{message}");
     let message = refused("</robot>", "").to_string();
     assert!(message.starts_with("not a readable URDF: "), "{message}");
@@ -137,7 +137,7 @@ fn missing_links() {
     assert!(message.ends_with("links there: base, column, bracket, arm, hand, finger"), "{message}");
     let message = refused_between("base", "tool0").to_string();
     assert!(message.contains("tip link `tool0` is not in the URDF; links there: base"), "{message}");
-    let message = Chain::from_urdf("<robot name=\"r\"/>", "base", "hand").unwrap_err().to_string();
+    let message = Chain::from_urdf("<robot name=\"r\"/>", "base", &["hand"]).unwrap_err().to_string();
     assert!(message.ends_with("links there: none"), "{message}");
 }
 
@@ -160,10 +160,10 @@ fn no_path() {
     assert!(hint(refused_between("hand", "base")).contains("exchange"));
     let branch = r#"<link name="camera"/><joint name="c" type="fixed"><parent link="column"/><child link="camera"/></joint></robot>"#;
     let branched = ARM.replace("</robot>", branch);
-    let error = Chain::from_urdf(&branched, "camera", "hand").unwrap_err();
+    let error = Chain::from_urdf(&branched, "camera", &["hand"]).unwrap_err();
     assert!(hint(error).contains("branch apart at link `column`"));
     let apart = ARM.replace("</robot>", r#"<link name="table"/></robot>"#);
-    let error = Chain::from_urdf(&apart, "table", "hand").unwrap_err();
+    let error = Chain::from_urdf(&apart, "table", &["hand"]).unwrap_err();
     assert!(hint(error).contains("more than one tree"));
 }
 
@@ -210,20 +210,98 @@ fn joints_that_a_chain_cannot_hold() {
         let error = refused(r#"type="revolute""#, &format!(r#"type="{kind}""#));
         assert_eq!(error, UrdfError::UnsupportedJoint { joint: "lift".into(), kind });
     }
-    let error = refused(r#"<axis xyz="0 -1 0"/>"#, r#"<axis xyz="0 -1 0"/><mimic joint="pan"/>"#);
-    assert_eq!(error, UrdfError::Mimic { joint: "lift".into(), leader: "pan".into() });
+}
+
+/// Two fingers on a hand, the second mimicking the first, as text for the end of a URDF.
+const FINGERS: &str = r#"
+  <link name="left"><inertial><origin xyz="0 0.02 0"/><mass value="0.1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <link name="right"><inertial><origin xyz="0 0.02 0"/><mass value="0.1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <joint name="follow" type="prismatic"><parent link="hand"/><child link="right"/><axis xyz="0 -1 0"/>
+    <limit lower="0" upper="0.04" effort="1" velocity="1"/><mimic joint="lead" multiplier="0.5" offset="0.01"/></joint>
+  <joint name="lead" type="prismatic"><parent link="hand"/><child link="left"/><axis xyz="0 1 0"/>
+    <limit lower="0" upper="0.04" effort="1" velocity="1"/></joint>
+</robot>"#;
+
+/// The arm with two fingers in place of one.
+fn hand_with_fingers(tips: &[&str]) -> Result<Chain, UrdfError> {
+    let (before, rest) = ARM.split_once(r#"  <link name="finger">"#).unwrap();
+    let (_, rest) = rest.split_once("</link>").unwrap();
+    let (middle, _) = rest.split_once(r#"  <joint name="grip""#).unwrap();
+    Chain::from_urdf(&format!("{before}{middle}{FINGERS}"), "base", tips)
 }
 
 #[test]
-fn movable_branches_before_the_last_body() {
-    let branch = r#"<link name="camera"/><joint name="tilt" type="continuous"><parent link="bracket"/><child link="camera"/></joint></robot>"#;
-    let error = refused("</robot>", branch);
+fn a_joint_that_mimics_follows_its_leader() {
+    let chain = hand_with_fingers(&["right", "left"]).unwrap();
+    let names = |joints: &[Joint]| joints.iter().map(|joint| joint.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(chain.movers()), ["pan", "lift", "follow", "lead"]);
+    assert_eq!(names(chain.joints()), ["pan", "lift", "lead"]);
+    assert_eq!(chain.axis_coordinates(&[1.0, 2.0, 0.02])[..], [1.0, 2.0, 0.02, 0.02]);
+    let [mut force, inertia] =
+        [vec![0.0; 3], [[0.0; 4], [0.0; 4], [0.1, 0.0, 0.0, 0.0], [0.3, 0.0, 0.0, 0.0]].concat()];
+    let [.., lead] = chain.axes(&[0.0; 3])[..] else { panic!("four axes") };
+    chain.gravity_torque(&[0.0; 3], lead.map(|c| -10.0 * c), &inertia, &mut force);
+    // 0.3 kg are lifted by the leader, half as fast 0.1 kg are let down.
+    assert!((force[2] - 10.0 * (0.3 - 0.5 * 0.1)).abs() < 1e-12, "{force:?}");
+}
+
+#[test]
+fn a_leader_must_be_part_of_the_robot() {
+    let alone = refused(r#"<axis xyz="0 -1 0"/>"#, r#"<axis xyz="0 -1 0"/><mimic joint="grip"/>"#);
+    assert_eq!(alone, UrdfError::Leader { joint: "lift".into(), leader: "grip".into() });
+    assert!(alone.to_string().contains("name a tip beyond `grip` as well"), "{alone}");
+    let unknown = refused(r#"<axis xyz="0 -1 0"/>"#, r#"<axis xyz="0 -1 0"/><mimic joint="tilt"/>"#);
+    assert_eq!(unknown, UrdfError::Leader { joint: "lift".into(), leader: "tilt".into() });
+    let itself = refused(r#"<axis xyz="0 -1 0"/>"#, r#"<axis xyz="0 -1 0"/><mimic joint="lift"/>"#);
+    assert_eq!(itself, UrdfError::Chain(ChainError::MimicCircle { joint: "lift".into() }));
+    let one_finger = hand_with_fingers(&["left"]).unwrap_err().to_string();
+    assert!(one_finger.starts_with("joint `follow` hangs on link `hand`"), "{one_finger}");
+}
+
+/// A camera that tilts on the bracket, beside the arm.
+const CAMERA: &str = r#"<link name="camera"/><joint name="tilt" type="continuous"><parent link="bracket"/><child link="camera"/></joint></robot>"#;
+
+#[test]
+fn movable_branches_that_no_tip_names() {
+    let error = refused("</robot>", CAMERA);
     let expected =
-        UrdfError::Branch { joint: "tilt".into(), link: "bracket".into(), base: "base".into(), tip: "hand".into() };
+        UrdfError::Branch { joint: "tilt".into(), link: "bracket".into(), base: "base".into(), tips: "`hand`".into() };
     assert_eq!(error, expected);
     // On the base it loads nothing: only the hand's own joint is cut.
-    let second_arm = branch.replace("bracket", "base");
+    let second_arm = CAMERA.replace("bracket", "base");
     assert_eq!(arm_with("</robot>", &second_arm).unwrap().cut_joints(), ["grip"]);
+}
+
+#[test]
+fn a_tip_for_each_branch() {
+    let text = ARM.replace("</robot>", CAMERA);
+    for (tips, names, parents) in [
+        (["hand", "camera"], ["column", "hand", "camera"], [None, Some(0), Some(0)]),
+        (["camera", "hand"], ["column", "camera", "hand"], [None, Some(0), Some(0)]),
+    ] {
+        let chain = Chain::from_urdf(&text, "base", &tips).unwrap();
+        assert_eq!(chain.links().iter().map(|link| link.name.as_str()).collect::<Vec<_>>(), names);
+        assert_eq!((0..3).map(|link| chain.parent(link)).collect::<Vec<_>>(), parents);
+        assert_eq!(chain.cut_joints(), ["grip"]);
+    }
+    let finger = Chain::from_urdf(&text, "base", &["finger", "camera"]).unwrap();
+    assert_eq!((finger.joint_count(), finger.parent(3), finger.cut_joints().len()), (4, Some(0), 0));
+    let serial = Chain::from_urdf(ARM, "base", &["hand"]).unwrap();
+    let branch = Chain::from_urdf(&text, "base", &["hand", "camera"]).unwrap();
+    assert_eq!(branch.joints()[..2], serial.joints()[..]);
+    assert_eq!(branch.links()[..2], serial.links()[..]);
+}
+
+#[test]
+fn tips_that_say_nothing() {
+    let text = ARM.replace("</robot>", CAMERA);
+    let refused = |tips: &[&str]| Chain::from_urdf(&text, "base", tips).unwrap_err();
+    assert_eq!(refused(&[]), UrdfError::NoTip);
+    let on_the_way = |tip: &str, other: &str| UrdfError::TipOnTheWay { tip: tip.into(), other: other.into() };
+    assert_eq!(refused(&["camera", "column", "hand"]), on_the_way("column", "camera"));
+    assert_eq!(refused(&["camera", "hand", "arm"]), on_the_way("hand", "arm"));
+    assert_eq!(refused(&["camera", "hand", "hand"]), on_the_way("hand", "hand"));
+    assert_eq!(refused(&["camera", "base"]), UrdfError::NothingMoves { base: "base".into(), tip: "base".into() });
 }
 
 #[test]
@@ -266,11 +344,11 @@ proptest! {
     fn damaged_text_does_not_panic(start in 0..ARM.len(), length in 0..200_usize, filler in "[<>/\" a-z0-9.-]{0,20}") {
         let end = (start + length).min(ARM.len());
         let damaged = format!("{}{filler}{}", &ARM[..start], &ARM[end..]);
-        let _ = Chain::from_urdf(&damaged, "base", "hand");
+        let _ = Chain::from_urdf(&damaged, "base", &["hand"]);
     }
 
     #[test]
     fn text_that_is_no_urdf_does_not_panic(text in any::<String>()) {
-        prop_assert!(Chain::from_urdf(&text, "base", "hand").is_err());
+        prop_assert!(Chain::from_urdf(&text, "base", &["hand"]).is_err());
     }
 }

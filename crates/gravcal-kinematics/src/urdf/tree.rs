@@ -103,8 +103,35 @@ impl<'a> Tree<'a> {
         })
     }
 
+    /// The joints on the ways from base to tips, outward, each once: a branch to its end before the next, in the order of
+    /// the tips.
+    ///
+    /// # Errors
+    ///
+    /// No tip, or no way to one.
+    pub fn ways(&self, base: usize, tips: &[usize]) -> Result<Vec<usize>, UrdfError> {
+        if tips.is_empty() {
+            return Err(UrdfError::NoTip);
+        }
+        let ways = tips.iter().map(|tip| self.path(base, *tip)).collect::<Result<Vec<_>, _>>()?;
+        let mut first_tip: HashMap<usize, usize> = HashMap::new();
+        for (tip, way) in ways.iter().enumerate() {
+            way.iter().for_each(|joint| _ = first_tip.entry(*joint).or_insert(tip));
+        }
+        let mut joints = Vec::new();
+        let mut open = vec![base];
+        while let Some(link) = open.pop() {
+            let mut onward: Vec<usize> = self.child_joints(link).to_vec();
+            onward.retain(|joint| first_tip.contains_key(joint));
+            onward.sort_by_key(|joint| std::cmp::Reverse(first_tip[joint]));
+            joints.extend(self.parent_joint[link].filter(|_| link != base));
+            open.extend(onward.into_iter().map(|joint| self.child(joint)));
+        }
+        Ok(joints)
+    }
+
     /// The joints from base to tip, outward.
-    pub fn path(&self, base: usize, tip: usize) -> Result<Vec<usize>, UrdfError> {
+    fn path(&self, base: usize, tip: usize) -> Result<Vec<usize>, UrdfError> {
         let mut joints = Vec::new();
         let mut link = tip;
         while link != base {

@@ -6,11 +6,14 @@ use crate::text::wrapped;
 
 pub(super) fn tell(report: &CheckReport) -> String {
     if report.steps.is_empty() {
-        return String::new();
+        return format!("Sequential procedure\n{}", wrapped("  ", "    ", NO_SERIAL_CHAIN));
     }
     let told: String = report.steps.iter().map(|step| wrapped("  ", "    ", &in_words(step))).collect();
     format!("Sequential procedure\n{told}")
 }
+
+const NO_SERIAL_CHAIN: &str = "none: its steps go along one serial chain, and this robot branches or has joints that mimic \
+                               others; use the joint estimator";
 
 fn in_words(step: &StepReport) -> String {
     let StepReport { step, finds, sweeps, problem } = step;

@@ -1,4 +1,4 @@
-//! Attaching a load of known mass to the last link.
+//! Attaching a load of known mass to a last link.
 
 use super::Addition;
 use super::poses::{poses, spread};
@@ -17,9 +17,9 @@ const POSITION_KNOWN: f64 = 1e-3;
 
 /// A first load, anywhere.
 pub fn attached(now: &Supposed) -> Vec<Addition> {
-    let words = format!("record {} with a load of known mass ({MASS} kg) on the last link besides", poses(now, ""));
-    unloaded(now, words, |supposed| {
-        let load = hung(supposed, None, POSITION);
+    let words = |on: &str| format!("record {} with a load of known mass ({MASS} kg) on {on} besides", poses(now, ""));
+    on_unloaded(now, words, |supposed, link| {
+        let load = hung(supposed, (MASS, link), POSITION);
         supposed.record(Some(load), spread(supposed));
     })
 }
@@ -41,14 +41,15 @@ pub fn second_placement(now: &Supposed) -> Vec<Addition> {
 
 /// A first load, at a known place.
 pub fn at_known_position(now: &Supposed) -> Vec<Addition> {
-    let words = format!(
-        "record {} with a load of known mass ({MASS} kg) besides, at a position in the last link known within \
-         {} mm (position_m)",
-        poses(now, ""),
-        1e3 * POSITION_KNOWN
-    );
-    unloaded(now, words, |supposed| {
-        let load = hung(supposed, None, POSITION);
+    let words = |on: &str| {
+        format!(
+            "record {} with a load of known mass ({MASS} kg) besides, at a position in {on} known within {} mm (position_m)",
+            poses(now, ""),
+            1e3 * POSITION_KNOWN
+        )
+    };
+    on_unloaded(now, words, |supposed, link| {
+        let load = hung(supposed, (MASS, link), POSITION);
         supposed.session.loads[load].position = Some(POSITION);
         supposed.session.loads[load].position_std = Some(POSITION_KNOWN);
         supposed.record(Some(load), spread(supposed));
@@ -57,28 +58,43 @@ pub fn at_known_position(now: &Supposed) -> Vec<Addition> {
 
 /// A first load at two places.
 pub fn two_placements(now: &Supposed) -> Vec<Addition> {
-    let words = format!(
-        "record {} each with a load of known mass ({MASS} kg) at two placements a known distance ({DISTANCE} m) apart \
-         on the last link (load_distance)",
-        poses(now, "")
-    );
-    unloaded(now, words, |supposed| {
-        let load = hung(supposed, None, POSITION);
+    let words = |on: &str| {
+        format!(
+            "record {} each with a load of known mass ({MASS} kg) at two placements a known distance ({DISTANCE} m) apart \
+             on {on} (load_distance)",
+            poses(now, "")
+        )
+    };
+    on_unloaded(now, words, |supposed, link| {
+        let load = hung(supposed, (MASS, link), POSITION);
         supposed.record(Some(load), spread(supposed));
         put_beside(supposed, load);
     })
 }
 
-fn unloaded(now: &Supposed, words: String, make: impl Fn(&mut Supposed) + 'static) -> Vec<Addition> {
-    let loaded = now.session.poses.iter().any(|pose| pose.load.is_some());
-    if loaded { Vec::new() } else { vec![Addition::new(words, make)] }
+/// An addition for each branch that carries no load yet: `words` for its last link, and what to make of it.
+fn on_unloaded(
+    now: &Supposed,
+    words: impl Fn(&str) -> String,
+    make: impl Fn(&mut Supposed, usize) + Copy + 'static,
+) -> Vec<Addition> {
+    let (session, chain) = (&now.session, &now.session.robot.chain);
+    let name = |link: usize| match chain.is_serial() {
+        true => "the last link".to_owned(),
+        false => format!("link {}", chain.links()[link].name),
+    };
+    let on_the_way = |last: usize, link: usize| {
+        std::iter::successors(Some(last), |link| chain.parent(*link)).any(|before| before == link)
+    };
+    let loads = || session.poses.iter().filter_map(|pose| pose.load);
+    let loaded = |last: usize| loads().any(|load| on_the_way(last, session.loads[load].link));
+    let addition = |link: usize| Addition::new(words(&name(link)), move |supposed| make(supposed, link));
+    chain.last_links().filter(|link| !loaded(*link)).map(addition).collect()
 }
 
-/// Hangs a load on the robot, `like` another one or the last link's; gives its index.
-fn hung(supposed: &mut Supposed, like: Option<usize>, position: [f64; 3]) -> usize {
+/// Hangs a load on a link of the robot; gives its index.
+fn hung(supposed: &mut Supposed, (mass, link): (f64, usize), position: [f64; 3]) -> usize {
     let loads = &mut supposed.session.loads;
-    let (mass, link) =
-        like.map_or((MASS, supposed.session.joints.len() - 1), |load| (loads[load].mass, loads[load].link));
     loads.push(Load { name: format!("supposed {}", loads.len()), mass, link, position: None, position_std: None });
     supposed.values.loads.push(position);
     supposed.session.loads.len() - 1
@@ -88,7 +104,8 @@ fn hung(supposed: &mut Supposed, like: Option<usize>, position: [f64; 3]) -> usi
 fn put_beside(supposed: &mut Supposed, first: usize) {
     let from = supposed.values.loads[first];
     let position = [0, 1, 2].map(|axis| from[axis] + DISTANCE * DIRECTION[axis]);
-    let second = hung(supposed, Some(first), position);
+    let like = &supposed.session.loads[first];
+    let second = hung(supposed, (like.mass, like.link), position);
     supposed.session.load_distances.push(LoadDistance { between: [first, second], distance: DISTANCE, std: None });
     supposed.record(Some(second), spread(supposed));
 }

@@ -75,8 +75,8 @@ pub struct InstrumentModel {
 impl InstrumentModel {
     /// An instrument on link number `link`, `mounting` (row-major) the rotation of its frame in the link's.
     ///
-    /// `coordinates`: blocks of one number each on which the coordinates of the joints up to the link depend; `biases`: one
-    /// an axis.
+    /// `coordinates`: blocks of one number each on which the coordinates of the joints that move the link depend; `biases`:
+    /// one an axis.
     pub fn new(
         (chain, link): (Arc<Chain>, usize),
         mounting: [[f64; 3]; 3],
@@ -138,11 +138,11 @@ impl InstrumentReading {
 
     fn linearized(&self, x: &[f64]) -> Linearized {
         let model = &self.model;
-        let mut coordinates = vec![0.0; model.link + 1];
+        let mut coordinates = vec![0.0; model.chain.joint_count()];
         for (joint, place, coefficient) in &self.coordinates {
             coordinates[*joint] += coefficient * x[GRAVITY + place];
         }
-        let on_link = model.chain.link_gravity(&coordinates, [x[0], x[1], x[2]]);
+        let on_link = model.chain.link_gravity(model.link, &coordinates, [x[0], x[1], x[2]]);
         let mounted = |v: [f64; 3]| model.mounting.tr_mul(&Vector3::from(v));
         let by_axis = |axis: usize| mounted([0, 1, 2].map(|row| on_link.by_gravity[row][axis]));
         Linearized {

@@ -18,7 +18,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
-use gravcal_kinematics::GravityTorque;
+use gravcal_kinematics::{Chain, GravityTorque};
 use gravcal_recording::Conditions;
 
 pub(crate) use model::joined;
@@ -51,18 +51,22 @@ struct Workspace {
 }
 
 impl Workspace {
-    fn new(joints: usize) -> Self {
+    fn new(joints: usize, links: usize) -> Self {
         Workspace {
             coordinates: vec![0.0; joints],
-            inertia: vec![0.0; INERTIA * joints],
-            torque: GravityTorque::new(joints),
+            inertia: vec![0.0; INERTIA * links],
+            torque: GravityTorque::new(joints, links),
             row: Vec::new(),
         }
+    }
+
+    fn is_for(&self, chain: &Chain) -> bool {
+        (self.coordinates.len(), self.inertia.len()) == (chain.joint_count(), INERTIA * chain.link_count())
     }
 }
 
 thread_local! {
-    static WORKSPACE: RefCell<Workspace> = RefCell::new(Workspace::new(0));
+    static WORKSPACE: RefCell<Workspace> = RefCell::new(Workspace::new(0, 0));
 }
 
 impl PoseTorque {
@@ -115,12 +119,12 @@ impl PoseTorque {
     }
 
     fn fill_row(&self, gain: f64, joint: usize, torque: &GravityTorque, row: &mut [f64]) {
-        let n = self.position.len();
+        let (n, links) = (self.position.len(), self.model.chain.link_count());
         let (by_gravity, rest) = row.split_at_mut(GRAVITY);
         let (by_torque_sensors, rest) = rest.split_at_mut(2 * n);
         let (by_position_gains, rest) = rest.split_at_mut(n);
         let (by_offsets, rest) = rest.split_at_mut(n);
-        let (by_links, by_load) = rest.split_at_mut(INERTIA * n);
+        let (by_links, by_load) = rest.split_at_mut(INERTIA * links);
         let (by_links, _) = by_links.as_chunks_mut::<INERTIA>();
         for (entry, by) in by_gravity.iter_mut().zip(&torque.by_gravity[3 * joint..]) {
             *entry = gain * by;
@@ -132,10 +136,10 @@ impl PoseTorque {
         for ((by_gain, q), by_offset) in by_position_gains.iter_mut().zip(&self.position).zip(&*by_offsets) {
             *by_gain = q * by_offset;
         }
-        let (by_inertia, _) = torque.by_inertia[INERTIA * n * joint..].as_chunks::<INERTIA>();
+        let (by_inertia, _) = torque.by_inertia[INERTIA * links * joint..].as_chunks::<INERTIA>();
         // Links before the joint do not load it: their entries stay zero, unless they make a joint give way.
-        let first = if self.model.compliance.is_some() { 0 } else { joint };
-        for (entries, by) in by_links[first..].iter_mut().zip(&by_inertia[first..]) {
+        let felt = self.model.links[joint].clone();
+        for (entries, by) in by_links[felt.clone()].iter_mut().zip(&by_inertia[felt]) {
             *entries = by.map(|by| gain * by);
         }
         if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
@@ -227,8 +231,9 @@ impl Residual for PoseTorque {
         jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError> {
         WORKSPACE.with_borrow_mut(|workspace| {
-            if workspace.coordinates.len() != self.position.len() {
-                *workspace = Workspace::new(self.position.len());
+            let chain = &self.model.chain;
+            if !workspace.is_for(chain) {
+                *workspace = Workspace::new(chain.joint_count(), chain.link_count());
             }
             self.evaluate_in(workspace, x.as_slice(), residual, jacobian)
         })
@@ -237,7 +242,9 @@ impl Residual for PoseTorque {
 
 #[cfg(test)]
 pub(crate) mod tests {
-    use gravcal_kinematics::{Chain, DhConvention, DhRow, JointKind, Link, chain_from_dh};
+    use gravcal_kinematics::{
+        Attachment, DhConvention, DhRow, Joint, JointKind, Link, Mimic, Transform, chain_from_dh,
+    };
 
     use rand::{RngExt, SeedableRng};
 
@@ -267,6 +274,59 @@ pub(crate) mod tests {
             row(3, JointKind::Revolute, -0.3, 0.4, 0.2),
         ];
         chain_from_dh("base", DhConvention::Standard, &rows).unwrap()
+    }
+
+    /// A trunk with two branches of two joints; the last joint mimics the first of the other branch.
+    fn branched_chain() -> Chain {
+        let joint = |i: usize, kind| Joint {
+            name: format!("joint{i}"),
+            kind,
+            before: Transform::from_xyz_rpy([0.1, 0.3 - 0.1 * i as f64, 0.2], [0.3, 0.2 * i as f64, -0.4]),
+            axis: [0.0, 0.6, 0.8],
+            after: Transform::about_x(0.5),
+            limits: None,
+        };
+        let mut kinds = [JointKind::Revolute; 5];
+        kinds[2] = JointKind::Prismatic;
+        let joints = kinds.into_iter().enumerate().map(|(i, kind)| joint(i, kind)).collect();
+        let links = (0..5).map(|i| Link { name: format!("link{i}"), inertia: None }).collect();
+        let mut attachments =
+            [None, Some(0), Some(1), Some(0), Some(3)].map(|parent| Attachment { parent, mimic: None });
+        attachments[4].mimic = Some(Mimic { leader: 1, multiplier: -0.5, offset: 0.2 });
+        Chain::branched("base", joints, links, &attachments).unwrap()
+    }
+
+    /// Readings of three of its four joints with a load on the last link, and so many compliances; lengths of the blocks.
+    fn on_branches(compliances: usize) -> (PoseTorque, Vec<usize>) {
+        let lengths = [vec![3], vec![1; 16], vec![4; 5], vec![3], vec![1; compliances]].concat();
+        let ids = ids(&lengths);
+        let blocks = PoseTorqueBlocks {
+            gravity: ids[0],
+            sensors: (0..4).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
+            inertia: ids[17..22].to_vec(),
+            terms: Vec::new(),
+            compliance: ids[23..].to_vec(),
+        };
+        let load = CarriedLoad { position: vec![ids[22]], mass: 1.7, link: 4 };
+        let model = PoseTorqueModel::new(Arc::new(branched_chain()), &blocks, &SensorTerms::default(), Some(load));
+        let readings = vec![(0, 2.0), (1, 1.0), (2, -1.0)];
+        (PoseTorque::new(Arc::new(model), vec![0.3, 0.2, -0.8, 0.5], readings), lengths)
+    }
+
+    #[test]
+    fn derivatives_on_branches() {
+        let (residual, lengths) = on_branches(0);
+        check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+        assert_rows_within_their_patterns(&residual, &lengths);
+        // The sliding joint of one branch: its own sensors, positions of trunk and branch, its link, the load's columns.
+        assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..6, 9..10, 11..14, 15..18, 27..31, 39..42]);
+
+        let (compliant, lengths) = on_branches(4);
+        assert_rows_within_their_patterns(&compliant, &lengths);
+        let width: usize = lengths.iter().sum();
+        let mut x: Vec<f64> = (0..width).map(|k| 0.5 + (k as f64).sin()).collect();
+        x[width - 4..].iter_mut().for_each(|c| *c *= 0.01);
+        gravcal_estimation::check_derivatives(&compliant, &lengths, &x, 1e-5).unwrap();
     }
 
     /// Lengths of the blocks of a chain of three joints with a load, and so many of one number beyond.
@@ -328,7 +388,7 @@ pub(crate) mod tests {
         let chain = some_chain();
         let (unloaded, inertia) = ([0.3, 0.2, -0.8], [1.0, 0.1, 0.2, 0.3].repeat(3));
         let (gravity, compliance) = ([1.0, -2.0, -9.0], [0.02, 0.0, 0.03]);
-        let (mut coordinates, mut torque) = (unloaded, GravityTorque::new(3));
+        let (mut coordinates, mut torque) = (unloaded, GravityTorque::new(3, 3));
         compliance::settle(&chain, &mut coordinates, gravity, &inertia, &compliance, &mut torque).unwrap();
         let mut expected = [0.0; 3];
         chain.gravity_torque(&coordinates, gravity, &inertia, &mut expected);
@@ -381,18 +441,19 @@ pub(crate) mod tests {
     #[test]
     fn rows_touch_only_the_columns_of_their_pattern() {
         let (residual, _) = compliant();
-        assert_eq!(residual.row_pattern(0).unwrap(), [0..7, 9..11, 13..36]);
+        assert_eq!(residual.row_pattern(0).unwrap(), [0..4, 6..7, 9..36]);
         let (residual, lengths) = loaded(&[0, 1, 2]);
-        assert_eq!(residual.row_pattern(0).unwrap(), [0..7, 9..11, 13..33]);
-        assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 5..11, 13..15, 19..33]);
-        assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..7, 9..15, 23..33]);
+        assert_eq!(residual.row_pattern(0).unwrap(), [0..4, 6..7, 9..33]);
+        assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 4..5, 7..8, 9..15, 19..33]);
+        assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..6, 8..15, 23..33]);
         assert_rows_within_their_patterns(&residual, &lengths);
     }
 
     fn assert_rows_within_their_patterns(residual: &PoseTorque, lengths: &[usize]) {
         let offsets: Vec<usize> = (0..=lengths.len()).map(|blocks| lengths[..blocks].iter().sum()).collect();
         let width: usize = lengths.iter().sum();
-        let x: Vec<f64> = (0..width).map(|k| 1.0 + (k as f64).sin()).collect();
+        // Small, so that joints that give way find a rest.
+        let x: Vec<f64> = (0..width).map(|k| 0.2 + 0.1 * (k as f64).sin()).collect();
         let (mut values, mut jacobian) = ([0.0; 3], vec![0.0; 3 * width]);
         let rows = RowsMut::new(&mut jacobian, width);
         residual.evaluate(LocalValues::new(&x, &offsets), &mut values, Some(rows)).unwrap();

@@ -1,8 +1,9 @@
 //! What all poses with the same load share: chain, unknowns, and which of them each torque depends on.
 //!
-//! Stored columns, for n joints: gravity 3, all n of `k`, of `b`, of `s`, of `o`, then `(m, h)` of each link, 3 for each part of
-//! the load's position, one for each term of sensors that are not affine, and `c` of each joint where joints give way. A torque
-//! depends on the own gain and bias, but on all position sensors: by quantity, what it touches lies together.
+//! Stored columns, for n joints with a coordinate of their own: gravity 3, all n of `k`, of `b`, of `s`, of `o`, then `(m, h)` of each
+//! link, 3 for each part of the load's position, one for each term of sensors that are not affine, and `c` of each joint where
+//! joints give way. A torque depends on its own gain and bias, but on many position sensors: by quantity, what it touches lies
+//! together.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -60,6 +61,8 @@ pub struct PoseTorqueModel {
     pub(super) compliance: Option<usize>,
     /// Stored columns that each joint's torque can touch.
     pub(crate) patterns: Vec<Vec<Range<usize>>>,
+    /// From the first to the last of the links that each joint's torque can feel.
+    pub(super) links: Vec<Range<usize>>,
 }
 
 impl PoseTorqueModel {
@@ -77,12 +80,10 @@ impl PoseTorqueModel {
         order.extend(&blocks.terms);
         order.extend(&blocks.compliance);
         let joints = chain.joint_count();
-        let end = inertia_column(joints, joints) + 3 * load.as_ref().map_or(0, |l| l.position.len());
+        let end = inertia_column(joints, chain.link_count()) + 3 * load.as_ref().map_or(0, |l| l.position.len());
         let terms = (!functions.is_empty()).then(|| Terms::new(functions.clone(), joints, end));
         let compliance = (!blocks.compliance.is_empty()).then_some(end + functions.len());
-        // A joint that gives way under what hangs beyond it moves what hangs beyond all others.
-        let first_link = |joint| if compliance.is_some() { 0 } else { joint };
-        let affine = |joint| pattern(joint, first_link(joint), joints, end);
+        let affine = |joint| pattern(&chain, compliance.is_some(), joint, end);
         let of_joint = |joint| match &terms {
             None => affine(joint),
             Some(terms) => pattern_with_terms(joint, terms, end + functions.len(), affine),
@@ -90,14 +91,14 @@ impl PoseTorqueModel {
         let compliances = compliance.map(|column| column..column + joints);
         let patterns =
             (0..joints).map(|joint| joined(of_joint(joint).into_iter().chain(compliances.clone()))).collect();
-        PoseTorqueModel { chain, blocks: order, load, patterns, terms, affine_columns: end, compliance }
+        let links = (0..joints).map(|joint| links_beyond(&chain, compliance.is_some(), joint)).collect();
+        PoseTorqueModel { chain, blocks: order, load, patterns, links, terms, affine_columns: end, compliance }
     }
 
     /// Indices of the links' blocks.
     pub(crate) fn inertia_blocks(&self) -> Range<usize> {
-        let joints = self.chain.joint_count();
-        let first = 1 + SENSORS * joints;
-        first..first + joints
+        let first = 1 + SENSORS * self.chain.joint_count();
+        first..first + self.chain.link_count()
     }
 
     /// How many numbers store a block.
@@ -117,21 +118,38 @@ pub(super) fn sensor_column(joints: usize, quantity: Quantity, joint: usize) -> 
     GRAVITY + joints * quantity as usize + joint
 }
 
-/// First stored column of a link's mass and moment; with `link == joints`, of the load's position.
+/// First stored column of a link's mass and moment; with `link` the number of links, of the load's position.
 pub(super) fn inertia_column(joints: usize, link: usize) -> usize {
     GRAVITY + SENSORS * joints + INERTIA * link
 }
 
-/// Columns up to `end` that a joint's torque can touch: its own gain and bias but not the others', and nothing of the
-/// links before the first that it feels.
-fn pattern(joint: usize, first_link: usize, joints: usize, end: usize) -> Vec<Range<usize>> {
-    let own = [Quantity::TorqueGain, Quantity::TorqueBias].map(|quantity| {
+/// Columns up to `end` that a joint's torque can touch: its own gain and bias but not the others', positions of joints with
+/// which it moves something, links that it moves. A joint that gives way under what hangs beyond it moves what hangs beyond
+/// all others.
+fn pattern(chain: &Chain, gives_way: bool, joint: usize, end: usize) -> Vec<Range<usize>> {
+    let joints = chain.joint_count();
+    let column = |quantity, joint| {
         let column = sensor_column(joints, quantity, joint);
         column..column + 1
-    });
-    let positions = sensor_column(joints, Quantity::PositionGain, 0)..inertia_column(joints, 0);
-    let beyond = inertia_column(joints, first_link)..end;
-    joined(std::iter::once(0..GRAVITY).chain(own).chain([positions, beyond]))
+    };
+    let own = [Quantity::TorqueGain, Quantity::TorqueBias].map(|quantity| column(quantity, joint));
+    let meeting = |quantity| {
+        let others = (0..joints).filter(|other| gives_way || chain.meet(joint, *other));
+        others.map(move |other| column(quantity, other))
+    };
+    let positions = meeting(Quantity::PositionGain).chain(meeting(Quantity::PositionOffset));
+    let links = (0..chain.link_count()).filter(|link| gives_way || chain.moves(joint, *link));
+    let links = links.map(|link| inertia_column(joints, link)..inertia_column(joints, link + 1));
+    let load = inertia_column(joints, chain.link_count())..end;
+    joined(std::iter::once(0..GRAVITY).chain(own).chain(positions).chain(links).chain(std::iter::once(load)))
+}
+
+/// The same links as a range.
+fn links_beyond(chain: &Chain, gives_way: bool, joint: usize) -> Range<usize> {
+    let felt = |link: &usize| gives_way || chain.moves(joint, *link);
+    let first = (0..chain.link_count()).find(felt).unwrap_or(0);
+    let last = (0..chain.link_count()).rfind(felt).unwrap_or(0);
+    first..last + 1
 }
 
 /// Ranges in order, those that meet as one.

@@ -80,6 +80,12 @@ pub(super) fn check_sweeps(document: &Document, session: &Session) -> Result<(),
         return Ok(());
     }
     let description = Field::new("inertia").key("description");
+    let chain = &session.robot.chain;
+    if chain.joint_count() < chain.link_count() {
+        let message = "some joints mimic others, so that no joint sweeps alone, and what hangs beyond one is no rigid body: \
+                       write \"link\"";
+        return Err(document.error(&description, message));
+    }
     if find_sweeps(session).is_empty() {
         let message = "no pose belongs to a sweep, and no moment to any other pose: write \"link\", or sweep one joint while \
                        the others stand (`gravcal check` tells the rule)";

@@ -2,7 +2,6 @@
 //!
 //! Gains and biases that are written once hold for three axes, each of which is a parameter of its own.
 
-use gravcal_kinematics::Transform;
 use gravcal_recording::ReadingColumn;
 use serde::Deserialize;
 
@@ -11,6 +10,7 @@ use super::knowledge::{KnowledgeTable, start};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable};
 use crate::document::{Field, FileError};
 use crate::parameter::{Limit, Parameter};
+use crate::robot::MountingTable;
 use crate::session::parameters::GIVEN;
 use crate::session::units;
 use crate::session::{Instrument, InstrumentKind, Knowledge, KnowledgeKind};
@@ -34,11 +34,12 @@ const ATTACH_LOAD: &str = "record poses with a load of known mass beyond the sen
 const STATE_MOUNTING: &str = "state how the instrument is mounted (mounting, with a smaller mounting_std_deg or none), and \
                               turn the joints before it further";
 
-/// `[[force_torque_sensor]]`, on the last link.
+/// `[[force_torque_sensor]]`, on a last link.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct ForceTorqueTable {
     name: String,
+    link: Option<String>,
     #[serde(default)]
     mounting: MountingTable,
     readings: ReadingColumnsTable,
@@ -68,14 +69,6 @@ pub(crate) struct AccelerometerTable {
     gains: Gains,
     gain: Option<KnowledgeTable>,
     bias: Option<KnowledgeTable>,
-}
-
-/// Where an instrument's frame is in its link's.
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields, default, expecting = "a table")]
-pub(super) struct MountingTable {
-    position_m: [f64; 3],
-    rpy_deg: [f64; 3],
 }
 
 /// One gain an axis, or a full matrix.
@@ -116,7 +109,7 @@ pub(super) fn resolve(
     let mut all = Instruments::default();
     for (index, table) in force_torque.iter().enumerate() {
         let field = Field::new("force_torque_sensor").at(index);
-        let link = context.link_names.len() - 1;
+        let link = wrist_link(context, &field, table.link.as_deref())?;
         let groups = [(&table.force_gain, &table.force_bias), (&table.moment_gain, &table.moment_bias)];
         let section = Section { context, field, kind: InstrumentKind::ForceTorque, name: &table.name };
         section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, &groups))?;
@@ -132,6 +125,20 @@ pub(super) fn resolve(
         section.add_rotation(&mut all, table.mounting_std_deg)?;
     }
     Ok(all)
+}
+
+/// The last link that a wrist sensor is on: it need not be said where there is but one.
+fn wrist_link(context: &Context<'_>, sensor: &Field, written: Option<&str>) -> Result<usize, FileError> {
+    let last: Vec<usize> = context.robot.chain.last_links().collect();
+    let names: Vec<&str> = last.iter().map(|link| context.link_names[*link]).collect();
+    match (written, last.as_slice()) {
+        (None, [only]) => Ok(*only),
+        (None, _) => {
+            let message = format!("on which link is it? add link = \"…\", one of {}", names.join(", "));
+            Err(context.document.error(sensor, message))
+        }
+        (Some(link), _) => Ok(last[context.document.lookup(&sensor.key("link"), "last link", link, &names)?]),
+    }
 }
 
 /// Results are told by name, so an instrument may not be called like a joint or another instrument.
@@ -212,7 +219,7 @@ impl Section<'_> {
             name: self.name.to_owned(),
             kind: self.kind,
             link,
-            mounting: Transform::from_xyz_rpy(mounting.position_m, mounting.rpy_deg.map(f64::to_radians)),
+            mounting: mounting.transform(),
             first_reading: all.columns.len() - axes.len(),
             units,
             gains: entries,

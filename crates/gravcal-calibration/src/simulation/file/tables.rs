@@ -52,7 +52,7 @@ pub struct GravityTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TorqueTable {
-    pub unit: Option<String>,
+    pub unit: Option<OneOrMany<String>>,
     pub std: OneOrMany<f64>,
     pub converter: Option<ConverterTable>,
 }
@@ -67,7 +67,7 @@ pub struct ConverterTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PositionTable {
-    pub unit: Option<String>,
+    pub unit: Option<OneOrMany<String>>,
     pub std: Option<OneOrMany<f64>>,
 }
 

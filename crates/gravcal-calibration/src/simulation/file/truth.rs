@@ -52,7 +52,8 @@ impl Reader<'_> {
                 true_values[Quantity::PositionOffset as usize] = position.offset;
             }
         }
-        if truth.sensors[0][Quantity::PositionOffset as usize] != 0.0 {
+        let root = self.robot.chain.root_joint();
+        if root.is_some_and(|root| truth.sensors[root][Quantity::PositionOffset as usize] != 0.0) {
             let message = "the first joint's offset is zero by definition of the base frame: turn gravity instead";
             return Err(self.document.error(&Field::new("joint"), message));
         }

@@ -1,0 +1,103 @@
+//! What of a chain moves with what.
+
+use std::borrow::Cow;
+
+use super::{Chain, Drive};
+
+impl Chain {
+    /// Whether every joint has a coordinate of its own and hangs on the link of the one before: joint k moves the links
+    /// from k on.
+    pub fn is_serial(&self) -> bool {
+        self.topology.is_serial() && self.drives.is_none()
+    }
+
+    /// The link that a link hangs on; `None`: the base.
+    pub fn parent(&self, link: usize) -> Option<usize> {
+        self.topology.parents[link]
+    }
+
+    /// The links on which nothing hangs: the ends of all branches.
+    pub fn last_links(&self) -> impl Iterator<Item = usize> {
+        (0..self.link_count()).filter(|link| self.topology.ends[*link] == link + 1)
+    }
+
+    /// The links that a joint moves on the ones they hang on: its own, and those of the joints that mimic it.
+    pub fn links_of(&self, joint: usize) -> impl Iterator<Item = usize> {
+        (0..self.link_count()).filter(move |link| self.drive(*link).joint == joint)
+    }
+
+    /// Whether a joint moves a link, itself or by what mimics it.
+    pub fn moves(&self, joint: usize, link: usize) -> bool {
+        self.links_of(joint).any(|own| (own..self.topology.ends[own]).contains(&link))
+    }
+
+    /// Whether some link is moved by both joints: the torque of one then depends on the coordinate of the other.
+    pub fn meet(&self, joint: usize, other: usize) -> bool {
+        self.last_links().any(|link| self.moves(joint, link) && self.moves(other, link))
+    }
+
+    /// The joint, if there is one, on which all others hang: where its coordinate counts from is a choice of the base's
+    /// frame.
+    pub fn root_joint(&self) -> Option<usize> {
+        let joint = self.drive(0).joint;
+        (self.topology.ends[0] == self.link_count() && self.links_of(joint).eq([0])).then_some(joint)
+    }
+
+    /// Whether nothing hangs on what a joint moves but by its own motion: where its coordinate counts from is a choice of
+    /// these links' frames.
+    pub fn is_last(&self, joint: usize) -> bool {
+        self.links_of(joint).all(|link| self.topology.ends[link] == link + 1)
+    }
+
+    /// What moves a link.
+    pub(crate) fn drive(&self, link: usize) -> Drive {
+        self.drives.as_ref().map_or_else(|| Drive::own(link), |drives| drives[link])
+    }
+
+    /// The coordinate of each link's mover, from those of the joints.
+    pub(crate) fn axis_coordinates<'a>(&self, coordinates: &'a [f64]) -> Cow<'a, [f64]> {
+        assert_eq!(coordinates.len(), self.joint_count(), "one coordinate for each joint");
+        match &self.drives {
+            None => Cow::Borrowed(coordinates),
+            Some(drives) => drives.iter().map(|drive| drive.coordinate(coordinates)).collect(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::chain::{Attachment, Chain, Mimic};
+    use crate::random_chain::{branched, turning};
+
+    /// A torso with two arms of two joints; the last joint of the second arm mimics its first.
+    fn torso() -> Chain {
+        let mut attachments =
+            [None, Some(0), Some(1), Some(0), Some(3)].map(|parent| Attachment { parent, mimic: None });
+        attachments[4].mimic = Some(Mimic { leader: 3, multiplier: -1.0, offset: 0.0 });
+        branched(vec![turning(); 5], &attachments)
+    }
+
+    #[test]
+    fn what_moves_what() {
+        let chain = torso();
+        assert!(!chain.is_serial());
+        assert_eq!((chain.joint_count(), chain.link_count()), (4, 5));
+        assert_eq!(chain.last_links().collect::<Vec<_>>(), [2, 4]);
+        assert_eq!(chain.links_of(3).collect::<Vec<_>>(), [3, 4]);
+        assert!((0..5).all(|link| chain.moves(0, link)));
+        assert_eq!((0..5).filter(|link| chain.moves(1, *link)).collect::<Vec<_>>(), [1, 2]);
+        assert!(chain.meet(1, 2) && chain.meet(0, 3) && !chain.meet(1, 3));
+        assert_eq!((0..4).filter(|joint| chain.is_last(*joint)).collect::<Vec<_>>(), [2]);
+        assert_eq!((chain.root_joint(), chain.parent(3), chain.parent(0)), (Some(0), Some(0), None));
+    }
+
+    #[test]
+    fn without_a_common_trunk_no_joint_is_the_root() {
+        let apart = [None, Some(0), None].map(|parent| Attachment { parent, mimic: None });
+        assert_eq!(branched(vec![turning(); 3], &apart).root_joint(), None);
+        let mut followed = [None, Some(0), Some(1)].map(|parent| Attachment { parent, mimic: None });
+        followed[2].mimic = Some(Mimic { leader: 0, multiplier: 1.0, offset: 0.0 });
+        let followed = branched(vec![turning(); 3], &followed);
+        assert_eq!((followed.root_joint(), followed.is_last(0), followed.is_last(1)), (None, false, false));
+    }
+}
