@@ -69,7 +69,7 @@ pub use earlier::{EarlierError, EarlierEstimate, EarlierParameter, EarlierQuanti
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use pose::{Reading, Recording, StaticPose, read_poses};
-pub use rows::{Row, Rows};
+pub use rows::{Heading, Row, RowWriter, Rows, create};
 pub use selection::{MotionLimits, Selection};
 pub use suggest::nearest_name;
 pub use table::Table;

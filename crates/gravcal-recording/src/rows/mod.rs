@@ -7,7 +7,14 @@
 //! CSV, MCAP, Parquet ── Rows ──(PoseMapping, standstill)──► Vec<StaticPose>
 //! ```
 
+mod joint_state;
+mod write;
+
+use std::collections::BTreeMap;
+
 use crate::error::ReadError;
+
+pub use write::{Heading, RowWriter, create};
 
 /// What a recording says at one instant.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -35,6 +42,10 @@ pub trait Rows {
 
     /// What was lost or looks wrong so far, in words: cut files, damaged chunks, cells that are no finite numbers.
     fn remarks(&self) -> Vec<String>;
+
+    /// What is said of the whole recording, such as `load = plate-a`, as far as it is read: the metadata record `gravcal` of an
+    /// MCAP file, comments `# load = plate-a` before the header of a CSV file, the key-value metadata of a Parquet file.
+    fn metadata(&self) -> BTreeMap<String, String>;
 
     /// Which share of the file is read, from 0 to 1.
     fn progress(&self) -> f64;
