@@ -13,6 +13,9 @@ mod mcap;
 mod parquet;
 mod write;
 
+#[cfg(test)]
+mod tests;
+
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
