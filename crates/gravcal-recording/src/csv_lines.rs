@@ -29,6 +29,13 @@ impl Default for CsvFormat {
 }
 
 impl CsvFormat {
+    /// A number as a cell says it.
+    pub(crate) fn text(self, number: f64) -> String {
+        // `{}` of an f64 is the shortest decimal number that is read back as the same f64.
+        let text = number.to_string();
+        if self.decimal_comma { text.replace('.', ",") } else { text }
+    }
+
     /// The number in a cell, if it is a finite one.
     pub(crate) fn number(self, text: &str) -> Option<f64> {
         let number = match self.decimal_comma && text.contains(',') {
@@ -45,10 +52,8 @@ pub(crate) struct Lines<R> {
     input: R,
     line: Vec<u8>,
     number: u64,
-    /// Comments before the first line with cells, without their sign.
-    comments: Vec<String>,
-    /// Whether that line has come.
-    begun: bool,
+    /// The lines that were passed over before the last one with cells.
+    skipped: Vec<Vec<u8>>,
 }
 
 /// A line with its number in the file, counted from 1.
@@ -62,12 +67,12 @@ pub(crate) struct Line<'a> {
 impl<R: BufRead> Lines<R> {
     /// `path` is the file's name in errors.
     pub(crate) fn new(path: &Path, input: R) -> Lines<R> {
-        Lines { path: path.to_owned(), input, line: Vec::new(), number: 0, comments: Vec::new(), begun: false }
+        Lines { path: path.to_owned(), input, line: Vec::new(), number: 0, skipped: Vec::new() }
     }
 
-    /// The comments at the beginning of the file, as far as it is read.
-    pub(crate) fn comments(&self) -> &[String] {
-        &self.comments
+    /// The comments and blank lines between the last two lines with cells, or before the first.
+    pub(crate) fn skipped(&self) -> &[Vec<u8>] {
+        &self.skipped
     }
 
     /// What the lines are read from.
@@ -77,6 +82,7 @@ impl<R: BufRead> Lines<R> {
 
     /// The next line with cells in it; `None` at the end.
     pub(crate) fn read(&mut self) -> Result<Option<Line<'_>>, ReadError> {
+        self.skipped.clear();
         loop {
             let first = self.number == 0;
             if !self.read_line()? {
@@ -85,20 +91,17 @@ impl<R: BufRead> Lines<R> {
             if first && self.line.starts_with("\u{feff}".as_bytes()) {
                 self.line.drain(..3);
             }
-            match self.line.first() {
-                None => {}
-                Some(b'#') => {
-                    if !self.begun
-                        && let Ok(comment) = std::str::from_utf8(&self.line[1..])
-                    {
-                        self.comments.push(comment.trim().to_owned());
-                    }
-                }
-                Some(_) => break,
+            if !matches!(self.line.first(), None | Some(b'#')) {
+                break;
             }
+            self.skipped.push(self.line.clone());
         }
-        self.begun = true;
-        Ok(Some(Line { number: self.number, text: std::str::from_utf8(&self.line).ok() }))
+        Ok(self.present())
+    }
+
+    /// The line that was read last; `None` before the first.
+    pub(crate) fn present(&self) -> Option<Line<'_>> {
+        (self.number > 0).then(|| Line { number: self.number, text: std::str::from_utf8(&self.line).ok() })
     }
 
     /// Reads up to the next line break, which may be `\n`, `\r\n` or `\r`; false at the end of the file.

@@ -71,7 +71,7 @@ pub use earlier::{EarlierError, EarlierEstimate, EarlierParameter, EarlierQuanti
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use pose::{Reading, Recording, StaticPose, read_poses};
-pub use rows::{Heading, Row, RowWriter, Rows, create, open, open_csv};
+pub use rows::{Change, Heading, RewriteError, Row, RowWriter, Rows, Watch, create, open, open_csv, rewrite};
 pub use selection::{MotionLimits, Selection};
 pub use suggest::nearest_name;
 pub use table::Table;

@@ -35,7 +35,10 @@ fn python() -> Option<Command> {
     let program = std::env::var_os("GRAVCAL_PYTHON").unwrap_or_else(|| "python3".into());
     let found = Command::new(&program).args(["-c", "import mcap_ros2, rosbags"]).output();
     if !found.is_ok_and(|output| output.status.success()) {
-        eprintln!("SKIPPED: {} has no mcap-ros2-support and rosbags; GRAVCAL_PYTHON names one that has", program.display());
+        eprintln!(
+            "SKIPPED: {} has no mcap-ros2-support and rosbags; GRAVCAL_PYTHON names one that has",
+            program.display()
+        );
         return None;
     }
     Some(Command::new(program))

@@ -4,9 +4,10 @@
 //! most of; numbers have a decimal comma where cells with one in the first rows are numbers, and none has a point; there is no
 //! header where every cell of the first line is a number.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufRead, BufReader};
+use std::io::{self, BufRead, BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
@@ -26,8 +27,13 @@ pub(crate) struct CsvRows {
     lines: Lines<Counted>,
     length: u64,
     columns: Vec<String>,
+    /// Texts of the present line, and what stood before it.
     cells: StringRecord,
-    /// The first row, where there is no header.
+    skipped: Vec<Vec<u8>>,
+    /// The header, and what stands before it.
+    header: StringRecord,
+    comments: Vec<Vec<u8>>,
+    /// The first row, which is read ahead.
     first: Option<Row>,
     /// Of each column, how many cells are neither empty nor finite numbers, and the line with the first.
     not_numbers: Vec<(u64, u64)>,
@@ -75,9 +81,22 @@ impl CsvRows {
             false => (1..=header.len()).map(|column| format!("column{column}")).collect(),
         };
         let not_numbers = vec![(0, 0); columns.len()];
-        let (path, left_out) = (path.to_owned(), BTreeMap::new());
-        let mut rows =
-            CsvRows { path, format, lines, length, columns, cells: header, first: None, not_numbers, left_out };
+        let (comments, skipped) = (lines.skipped().to_vec(), Vec::new());
+        let (path, left_out, cells) = (path.to_owned(), BTreeMap::new(), header.clone());
+        let mut rows = CsvRows {
+            path,
+            format,
+            lines,
+            length,
+            columns,
+            cells,
+            skipped,
+            header,
+            comments,
+            first: None,
+            not_numbers,
+            left_out,
+        };
         let mut row = Row { number: line, cells: Vec::new() };
         if !format.header {
             rows.take_cells(&mut row);
@@ -88,25 +107,40 @@ impl CsvRows {
         Ok(rows)
     }
 
-    /// How it is written.
-    pub(crate) fn format(&self) -> CsvFormat {
-        self.format
+    /// Writes what stands before the first row.
+    pub(crate) fn write_heading(&self, new: &mut impl Write) -> io::Result<()> {
+        write_lines(new, &self.comments)?;
+        if self.format.header {
+            self.write_cells(new, self.header.iter())?;
+        }
+        Ok(())
     }
 
-    /// Comments before the header.
-    pub(crate) fn comments(&self) -> &[String] {
-        self.lines.comments()
+    /// Writes the row that was read last, and what stands before it; some of its cells are changed, and empty where they become NaN.
+    pub(crate) fn write_row(&self, new: &mut impl Write, changed: &[Option<f64>]) -> io::Result<()> {
+        write_lines(new, &self.skipped)?;
+        let texts = self.cells.iter().zip(changed).map(|(text, changed)| match changed {
+            None => Cow::Borrowed(text),
+            Some(number) if number.is_nan() => Cow::Borrowed(""),
+            Some(number) => Cow::Owned(self.format.text(*number)),
+        });
+        self.write_cells(new, texts)
     }
 
-    /// Text of the cells of the last row that was read.
-    pub(crate) fn texts(&self) -> &StringRecord {
-        &self.cells
+    fn write_cells(&self, new: &mut impl Write, cells: impl Iterator<Item = impl AsRef<str>>) -> io::Result<()> {
+        let mut line = csv::WriterBuilder::new();
+        let mut line = line.delimiter(self.format.delimiter).comment(Some(b'#')).from_writer(Vec::new());
+        line.write_record(cells.map(|cell| cell.as_ref().as_bytes().to_vec()))?;
+        new.write_all(&line.into_inner().map_err(|error| error.into_error())?)
     }
 
     /// The next row, which is not one that was kept.
     fn next(&mut self, row: &mut Row) -> Result<bool, ReadError> {
+        self.skipped.clear();
         loop {
-            let Some(Line { number, text }) = self.lines.read()? else { return Ok(false) };
+            let found = self.lines.read()?.is_some();
+            self.skipped.extend_from_slice(self.lines.skipped());
+            let Some(Line { number, text }) = self.lines.present().filter(|_| found) else { return Ok(false) };
             let why = match text {
                 None => "no UTF-8 text",
                 Some(text) if !cells(text, self.format.delimiter, &mut self.cells) => "a quote is not closed",
@@ -162,13 +196,21 @@ impl Rows for CsvRows {
     }
 
     fn metadata(&self) -> BTreeMap<String, String> {
-        let pairs = self.lines.comments().iter().filter_map(|comment| comment.split_once(" = "));
+        let comments = self.comments.iter().filter_map(|line| std::str::from_utf8(line).ok()?.strip_prefix('#'));
+        let pairs = comments.filter_map(|comment| comment.split_once(" = "));
         pairs.map(|(key, value)| (key.trim().to_owned(), value.trim().to_owned())).collect()
     }
 
     fn progress(&self) -> f64 {
         self.lines.input().read as f64 / self.length.max(1) as f64
     }
+}
+
+fn write_lines(new: &mut impl Write, lines: &[Vec<u8>]) -> io::Result<()> {
+    lines.iter().try_for_each(|line| {
+        new.write_all(line)?;
+        new.write_all(b"\n")
+    })
 }
 
 fn open_lines(path: &Path) -> Result<(Lines<Counted>, u64), ReadError> {

@@ -11,6 +11,7 @@ mod csv;
 mod joint_state;
 mod mcap;
 mod parquet;
+mod rewrite;
 mod write;
 
 #[cfg(test)]
@@ -25,6 +26,7 @@ use std::collections::BTreeMap;
 use crate::csv_lines::CsvFormat;
 use crate::error::ReadError;
 
+pub use rewrite::{Change, RewriteError, Watch, rewrite};
 pub use write::{Heading, RowWriter, create};
 
 /// What a recording says at one instant.

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
+use std::sync::Arc;
 
 use mcap::parse_record;
 use mcap::read::Summary;
@@ -150,10 +151,19 @@ impl Channels {
         Some((channel.topic, encoding))
     }
 
+    /// Topic and encoding of a channel of joint states that can be read.
+    pub(crate) fn joint_states(&self, id: u16) -> Option<(usize, Encoding)> {
+        let channel = self.channels.get(&id)?;
+        Some((channel.topic, channel.encoding?))
+    }
+
+    /// What the summary says of a channel.
+    pub(crate) fn in_summary(&self, id: u16) -> Option<Arc<mcap::Channel<'static>>> {
+        self.summary.as_ref()?.channels.get(&id).cloned()
+    }
+
     fn add_from_summary(&mut self, id: u16) -> bool {
-        let Some(channel) = self.summary.as_ref().and_then(|summary| summary.channels.get(&id)).cloned() else {
-            return false;
-        };
+        let Some(channel) = self.in_summary(id) else { return false };
         let kind = channel.schema.as_ref().map_or_else(String::new, |schema| schema.name.clone());
         self.add(id, &channel.topic, kind, &channel.message_encoding);
         true

@@ -70,6 +70,17 @@ impl Columns {
         Ok(())
     }
 
+    /// Forgets the orders of joints and the counts of what is no number, to read the same messages again.
+    pub(crate) fn forget_layouts(&mut self) {
+        self.layouts.clear();
+        self.columns.iter_mut().for_each(|column| column.not_finite = 0);
+    }
+
+    /// The column of a joint of the topic's last message.
+    pub(crate) fn place(&self, topic: usize, quantity: Quantity, joint: usize) -> Option<usize> {
+        self.layouts.get(topic)?.places[quantity as usize].get(joint).map(|place| 1 + place)
+    }
+
     /// Begins a row.
     pub(crate) fn begin(&self, cells: &mut Vec<f64>, time: f64) {
         cells.clear();

@@ -8,15 +8,21 @@
 
 mod channels;
 mod columns;
-mod read;
+mod edit;
+pub(crate) mod read;
 pub(crate) mod records;
 
 use std::collections::{BTreeMap, VecDeque};
+use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use mcap::Channel;
 
 use self::channels::{Channels, Encoding};
 use self::columns::Columns;
 use self::records::{Next, Records};
+use super::joint_state::Quantity;
 use super::{Row, Rows};
 use crate::error::ReadError;
 
@@ -77,6 +83,55 @@ impl McapRows {
         Ok(rows)
     }
 
+    /// The same file from its beginning, with the names of the columns known.
+    pub(crate) fn again(mut self) -> Result<McapRows, ReadError> {
+        self.records = Records::open(&self.path)?;
+        self.channels = Channels::of(&self.path);
+        self.columns.forget_layouts();
+        self.ahead.clear();
+        (self.messages, self.before) = (0, 0);
+        Ok(self)
+    }
+
+    /// The next record; [`body`](Self::body) and [`unread`](Self::unread) are of that.
+    pub(crate) fn next_record(&mut self) -> Result<Next, ReadError> {
+        self.records.next()
+    }
+
+    pub(crate) fn body(&self) -> &[u8] {
+        self.records.body()
+    }
+
+    pub(crate) fn unread(&mut self, length: u64) -> impl Read + '_ {
+        self.records.unread(length)
+    }
+
+    /// Whether the messages of a channel are joint states that can be read.
+    pub(crate) fn is_joint_states(&self, channel: u16) -> bool {
+        self.channels.joint_states(channel).is_some()
+    }
+
+    /// What the summary of the file says of a channel.
+    pub(crate) fn channel_in_summary(&self, channel: u16) -> Option<Arc<Channel<'static>>> {
+        self.channels.in_summary(channel)
+    }
+
+    /// Names the columns that came last.
+    pub(crate) fn name_columns(&mut self) {
+        self.columns.name(self.channels.topics());
+    }
+
+    /// Changes the numbers of the message that was read last, where `changed` gives another for their column.
+    pub(crate) fn edit(&self, channel: u16, data: &mut Vec<u8>, changed: &dyn Fn(usize) -> Option<f64>) {
+        let Some((topic, encoding)) = self.channels.joint_states(channel) else { return };
+        let column = |quantity: Quantity, joint: usize| self.columns.place(topic, quantity, joint);
+        let changed = |quantity, joint| column(quantity, joint).and_then(changed);
+        match encoding {
+            Encoding::Cdr => edit::cdr(data, &changed),
+            Encoding::Json => edit::json(data, &changed),
+        }
+    }
+
     fn read_ahead(&mut self) -> Result<(), ReadError> {
         let mut row = Row::default();
         while self.ahead.len() < AHEAD && self.next_message(&mut row)? {
@@ -119,7 +174,7 @@ impl McapRows {
     }
 
     /// Takes what a record says; true if that is a row.
-    fn take(&mut self, opcode: u8, row: &mut Row) -> bool {
+    pub(crate) fn take(&mut self, opcode: u8, row: &mut Row) -> bool {
         use mcap::records::op;
         let body = self.records.body();
         match opcode {
