@@ -278,6 +278,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         instruments,
         terms,
         further,
+        readings: mapping,
         tables,
         poses,
         deflection,
