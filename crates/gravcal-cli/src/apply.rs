@@ -116,7 +116,7 @@ fn session_path(arguments: &Arguments) -> Result<PathBuf, Failure> {
     let said = said.ok_or_else(absent)?;
     // Results lie in a folder beside the session, or where the session lies.
     let folder = calibration.parent().unwrap_or(Path::new(""));
-    let above = folder.join("..");
+    let above = folder.parent().map_or_else(|| PathBuf::from(".."), Path::to_owned);
     let found = [above.as_path(), folder].map(|folder| folder.join(&said.path)).into_iter().find(|path| path.is_file());
     let Some(found) = found else {
         let message = format!("{}: its session {} is not beside it", calibration.display(), said.path);
