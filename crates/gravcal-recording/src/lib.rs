@@ -49,6 +49,7 @@
 
 mod columns;
 mod conditions;
+mod csv_lines;
 mod earlier;
 mod error;
 mod mapping;
@@ -65,11 +66,17 @@ mod write_table;
 
 pub use columns::is_saturated;
 pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions, MotionSource, Slope};
-pub use earlier::{EarlierError, EarlierEstimate, EarlierParameter, EarlierQuantity, read_earlier};
+pub use csv_lines::CsvFormat;
+pub use earlier::{
+    EarlierError, EarlierEstimate, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier, read_earlier_session,
+};
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use pose::{Reading, Recording, StaticPose, read_poses};
-pub use rows::{Row, Rows};
+pub use rows::{
+    Change, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, Meaning, RewriteError, Row, RowWriter, Rows, Source,
+    Stuck, TimeFound, Topic, Watch, create, inspect, open, open_csv, rewrite,
+};
 pub use selection::{MotionLimits, Selection};
 pub use suggest::nearest_name;
 pub use table::Table;

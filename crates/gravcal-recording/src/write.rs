@@ -1,8 +1,10 @@
 //! Files that are there in full or not at all.
 
 use std::fs::{self, Permissions};
-use std::io::{self, Write};
+use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
 
 use crate::error::missing_folder;
 
@@ -22,6 +24,46 @@ pub enum WriteError {
     IsFolder {
         /// The folder.
         path: PathBuf,
+    },
+    /// There is such a file already.
+    #[error("{}: there is such a file already, and it is not overwritten unless told", path.display())]
+    Exists {
+        /// The file.
+        path: PathBuf,
+    },
+    /// It is a device, a pipe or the like, which a recording cannot take the place of.
+    #[error("{}: this is no file; name one", path.display())]
+    NotAFile {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The end of the name says of no kind of recording.
+    #[error("{}: a recording is written as .mcap, .csv or .parquet, and its name must end so", path.display())]
+    UnknownKind {
+        /// The file.
+        path: PathBuf,
+    },
+    /// A column has no place in the kind of file.
+    #[error(
+        "{}: column `{column}` has no place in a message of joint states, which has `time_s` and `.position`, `.velocity` \
+         and `.effort` of each joint; write CSV or Parquet",
+        path.display()
+    )]
+    NoPlace {
+        /// The file.
+        path: PathBuf,
+        /// Name of the column.
+        column: String,
+    },
+    /// A message of joint states has its time as whole seconds in 32 bits.
+    #[error("{}: row {row}: the time must be a number from 0 to 2147483647 s, found {found}", path.display())]
+    Time {
+        /// The file.
+        path: PathBuf,
+        /// The row, counted from 1.
+        row: usize,
+        /// The time, s.
+        found: f64,
     },
     /// The operating system refuses.
     #[error("{}: cannot be written: {cause}", path.display())]
@@ -108,8 +150,7 @@ fn write(path: &Path, contents: &[u8]) -> io::Result<()> {
 
 /// Writes a new file beside `path` and renames it. On the way out by error the new file is deleted.
 fn replace(path: &Path, contents: &[u8], permissions: Option<Permissions>) -> io::Result<()> {
-    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = new_file().tempfile_in(folder)?;
+    let mut file = new_file().tempfile_in(folder_of(path))?;
     file.write_all(contents)?;
     if let Some(permissions) = permissions {
         file.as_file().set_permissions(permissions)?;
@@ -118,6 +159,80 @@ fn replace(path: &Path, contents: &[u8], permissions: Option<Permissions>) -> io
     file.as_file().sync_all()?;
     file.persist(path)?;
     Ok(())
+}
+
+/// The folder that `path` stands in.
+pub(crate) fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A file that is written bit by bit under a temporary name beside its own, which it has in full or not at all.
+#[derive(Debug)]
+pub(crate) struct NewFile {
+    path: PathBuf,
+    file: BufWriter<NamedTempFile>,
+    overwrite: bool,
+}
+
+impl NewFile {
+    /// Begins a file. One that is there is replaced at the end if `overwrite`, else it is an error.
+    pub(crate) fn create(path: &Path, overwrite: bool) -> Result<NewFile, WriteError> {
+        check_target(path, overwrite)?;
+        let file = new_file().tempfile_in(folder_of(path)).map_err(|cause| io_error(path, cause))?;
+        Ok(NewFile { path: path.to_owned(), file: BufWriter::with_capacity(1 << 18, file), overwrite })
+    }
+
+    /// Gives it its name.
+    pub(crate) fn finish(self) -> Result<(), WriteError> {
+        let NewFile { path, file, overwrite } = self;
+        let file = file.into_inner().map_err(|error| io_error(&path, error.into_error()))?;
+        file.as_file().sync_all().map_err(|cause| io_error(&path, cause))?;
+        let (renamed, path) = match overwrite {
+            // A link stays a link.
+            true => (file.persist(fs::canonicalize(&path).unwrap_or(path.clone())), path),
+            false => (file.persist_noclobber(&path), path),
+        };
+        match renamed {
+            Ok(_) => Ok(()),
+            Err(error) if error.error.kind() == io::ErrorKind::AlreadyExists => Err(WriteError::Exists { path }),
+            Err(error) => Err(WriteError::Io { path, cause: error.error }),
+        }
+    }
+}
+
+impl Write for NewFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Seek for NewFile {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.file.seek(to)
+    }
+}
+
+/// Whether a recording may take this name.
+pub(crate) fn check_target(path: &Path, overwrite: bool) -> Result<(), WriteError> {
+    let path_owned = || path.to_owned();
+    if let Some(folder) = missing_folder(path) {
+        return Err(WriteError::NoFolder { path: path_owned(), folder });
+    }
+    match fs::metadata(path) {
+        Err(_) => Ok(()),
+        Ok(old) if old.is_dir() => Err(WriteError::IsFolder { path: path_owned() }),
+        Ok(old) if !old.is_file() => Err(WriteError::NotAFile { path: path_owned() }),
+        Ok(_) if overwrite => Ok(()),
+        Ok(_) => Err(WriteError::Exists { path: path_owned() }),
+    }
+}
+
+fn io_error(path: &Path, cause: io::Error) -> WriteError {
+    WriteError::Io { path: path.to_owned(), cause }
 }
 
 fn new_file() -> tempfile::Builder<'static, 'static> {

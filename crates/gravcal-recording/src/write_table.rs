@@ -74,7 +74,7 @@ pub fn table_contents(
     Ok(contents)
 }
 
-fn check_columns(path: &Path, columns: &[String]) -> Result<(), WriteError> {
+pub(crate) fn check_columns(path: &Path, columns: &[String]) -> Result<(), WriteError> {
     if columns.is_empty() {
         return Err(WriteError::NoColumns { path: path.to_owned() });
     }
@@ -108,7 +108,7 @@ fn check_row(path: &Path, columns: &[String], number: usize, row: &[Cell]) -> Re
     Ok(())
 }
 
-fn check_text(path: &Path, text: &str) -> Result<(), WriteError> {
+pub(crate) fn check_text(path: &Path, text: &str) -> Result<(), WriteError> {
     if text.contains(['\n', '\r']) {
         return Err(WriteError::LineBreak { path: path.to_owned(), text: text.to_owned() });
     }

@@ -1,0 +1,139 @@
+//! Recordings out, row by row: the writers of each kind of file, chosen by the end of its name.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::write::WriteError;
+
+mod csv;
+pub(crate) mod mcap;
+mod parquet;
+
+/// Takes a recording row by row. The file has its name once [`finish`](Self::finish) has been called; until then, and if that
+/// never happens, nothing stands under it.
+pub trait RowWriter {
+    /// Takes one row: one cell for each column that the writer was made with. NaN is an empty cell.
+    ///
+    /// # Errors
+    ///
+    /// There are more or fewer cells than columns, one is infinite, the file's kind cannot hold the time, or the file cannot be
+    /// written.
+    fn write(&mut self, cells: &[f64]) -> Result<(), WriteError>;
+
+    /// Writes what is left and gives the file its name.
+    ///
+    /// # Errors
+    ///
+    /// The file cannot be written, or one has appeared that is not to be overwritten.
+    fn finish(self: Box<Self>) -> Result<(), WriteError>;
+}
+
+/// What a new recording is made with.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Heading {
+    /// Names of its columns. `time_s` is the time in seconds, `<joint>.position`, `<joint>.velocity` and `<joint>.effort` are those
+    /// of a joint, with `<topic>:` before them where there are several topics. Files of messages hold no others.
+    pub columns: Vec<String>,
+    /// What is said of the whole recording, such as `load = plate-a`; [`Rows::metadata`](crate::Rows::metadata) gives it back.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// Begins a recording; the end of its name says which kind: `.mcap` (messages `sensor_msgs/JointState`), `.csv` or
+/// `.parquet`.
+///
+/// # Errors
+///
+/// The name ends otherwise, there is such a file already and not `overwrite`, its folder does not exist, a column has no name,
+/// that of another, or no place in the kind of file, or the file cannot be written.
+pub fn create(path: &Path, heading: &Heading, overwrite: bool) -> Result<Box<dyn RowWriter>, WriteError> {
+    crate::write_table::check_columns(path, &heading.columns)?;
+    match path.extension().and_then(|ending| ending.to_str()) {
+        Some("mcap") => Ok(Box::new(mcap::McapWriter::create(path, heading, overwrite)?)),
+        Some("csv") => Ok(Box::new(csv::CsvWriter::create(path, heading, overwrite)?)),
+        Some("parquet") => Ok(Box::new(parquet::ParquetWriter::create(path, heading, overwrite)?)),
+        _ => Err(WriteError::UnknownKind { path: path.to_owned() }),
+    }
+}
+
+/// Whether a row fits: one cell a column, none infinite. `row` is counted from 1.
+fn check_cells(path: &Path, columns: &[String], row: usize, cells: &[f64]) -> Result<(), WriteError> {
+    let (expected, found) = (columns.len(), cells.len());
+    if found != expected {
+        return Err(WriteError::Ragged { path: path.to_owned(), row, expected, found });
+    }
+    match cells.iter().zip(columns).find(|(cell, _)| cell.is_infinite()) {
+        None => Ok(()),
+        Some((found, column)) => {
+            Err(WriteError::NotFinite { path: path.to_owned(), row, column: column.clone(), found: *found })
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn heading(columns: &[&str]) -> Heading {
+        let metadata = BTreeMap::from([("load".to_owned(), "plate-a".to_owned())]);
+        Heading { columns: columns.iter().map(|column| column.to_string()).collect(), metadata }
+    }
+
+    #[test]
+    fn the_name_says_the_kind() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.txt", "a", "a.csv.gz"] {
+            let path = folder.path().join(name);
+            let error = create(&path, &heading(&["time_s"]), false).err().unwrap().to_string();
+            assert!(error.ends_with("a recording is written as .mcap, .csv or .parquet, and its name must end so"));
+        }
+    }
+
+    #[test]
+    fn a_file_has_its_name_at_the_end_or_never() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.mcap", "a.csv", "a.parquet"] {
+            let path = folder.path().join(name);
+            let begin = |overwrite| create(&path, &heading(&["time_s", "a.position"]), overwrite);
+            let mut killed = begin(false).unwrap();
+            killed.write(&[0.5, 1.0]).unwrap();
+            drop(killed);
+            assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0, "{name}");
+
+            let mut writer = begin(false).unwrap();
+            writer.write(&[0.5, 1.0]).unwrap();
+            assert!(!path.exists());
+            let late = begin(false).unwrap();
+            writer.finish().unwrap();
+            let old = fs::read(&path).unwrap();
+            for error in [begin(false).err(), late.finish().err()] {
+                assert!(matches!(error, Some(WriteError::Exists { .. })), "{error:?}");
+            }
+            assert_eq!(fs::read(&path).unwrap(), old);
+            begin(true).unwrap().finish().unwrap();
+            assert_ne!(fs::read(&path).unwrap(), old);
+            fs::remove_file(&path).unwrap();
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let columns = ["time_s", "a.position"];
+        for name in ["a.mcap", "a.csv", "a.parquet"] {
+            let mut writer = create(&folder.path().join(name), &heading(&columns), false).unwrap();
+            let short = writer.write(&[1.0]).unwrap_err();
+            assert!(matches!(short, WriteError::Ragged { row: 1, expected: 2, found: 1, .. }), "{short}");
+            let infinite = writer.write(&[1.0, f64::INFINITY]).unwrap_err();
+            assert!(matches!(infinite, WriteError::NotFinite { row: 2, .. }), "{infinite}");
+        }
+        let path = folder.path().join("b.mcap");
+        let error = create(&path, &heading(&["time_s", "temperature"]), false).err().unwrap();
+        assert!(error.to_string().contains("column `temperature` has no place in a message of joint states"));
+        let mut writer = create(&path, &heading(&columns), false).unwrap();
+        for time in [-1.0, f64::NAN, 3e9] {
+            assert!(matches!(writer.write(&[time, 0.0]), Err(WriteError::Time { .. })));
+        }
+    }
+}
