@@ -181,6 +181,12 @@ pub enum ReadError {
         /// Those that are left.
         left: usize,
     },
+    /// There are no samples.
+    #[error("{}: no row tells a time and a reading, so there is nothing to find standstills in", path.display())]
+    NothingRecorded {
+        /// The file.
+        path: PathBuf,
+    },
     /// A position reading is missing.
     #[error("{place}: the position is missing, and every torque depends on every position; delete the row")]
     NoPosition {

@@ -1,0 +1,245 @@
+//! Samples become blocks: the mean and the scatter of every channel over a hundredth of a second or so.
+//!
+//! Before a sample counts, it is compared with the median of the five samples around it. In steady noise and in any monotonous
+//! motion the two are alike; a sample that is further off than the noise explains is an outlier, and left out.
+//!
+//! This is the one part that sees every sample, so it is written in groups of channels that the processor takes at once.
+
+use super::channels::Channels;
+
+/// Channels that are treated together.
+const WIDTH: usize = 4;
+
+type Group = [f64; WIDTH];
+
+/// What one channel said during a block.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Sum {
+    /// Samples that count.
+    pub count: f64,
+    /// Their mean; nothing where there are none.
+    pub mean: f64,
+    /// Sum of the squares of their distances from it.
+    pub squares: f64,
+    /// How many were at an end of the sensor's range.
+    pub ends: f64,
+}
+
+impl Sum {
+    /// Two sums in one.
+    pub fn join(self, other: Sum) -> Sum {
+        if self.count == 0.0 || other.count == 0.0 {
+            return if self.count == 0.0 { other } else { self };
+        }
+        let count = self.count + other.count;
+        let step = other.mean - self.mean;
+        Sum {
+            count,
+            mean: self.mean + step * other.count / count,
+            squares: self.squares + other.squares + step * step * self.count * other.count / count,
+            ends: self.ends + other.ends,
+        }
+    }
+}
+
+/// Some successive samples.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Block {
+    /// Time of the first sample, s.
+    pub from: f64,
+    /// Time of the last sample, s.
+    pub until: f64,
+    /// Where the first one stands in its file.
+    pub row: u64,
+    /// By channel.
+    pub sums: Vec<Sum>,
+}
+
+impl Block {
+    /// Two successive blocks as one.
+    pub fn join(&mut self, next: &Block) {
+        self.until = next.until;
+        for (sum, other) in self.sums.iter_mut().zip(&next.sums) {
+            *sum = sum.join(*other);
+        }
+    }
+}
+
+/// What the steps from sample to sample say of a channel's noise during a block.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Steps {
+    /// Root mean square of the steps, over √2: the noise of a sample if noise is white and nothing moves.
+    pub noise: f64,
+    /// The least step that is none of zero; infinite where there is none.
+    pub least: f64,
+}
+
+/// Channels in groups of [`WIDTH`]; those that fill up the last group say nothing.
+#[derive(Clone, Debug)]
+struct Lanes {
+    /// The last five samples, the newest at the end.
+    last: [Group; 5],
+    limit: Group,
+    lowest: Group,
+    highest: Group,
+    reference: Group,
+    count: Group,
+    sum: Group,
+    squares: Group,
+    ends: Group,
+    samples: Group,
+    steps: Group,
+    least: Group,
+}
+
+impl Lanes {
+    fn new() -> Lanes {
+        let zero = [0.0; WIDTH];
+        Lanes {
+            last: [[f64::NAN; WIDTH]; 5],
+            limit: [f64::INFINITY; WIDTH],
+            lowest: [f64::NEG_INFINITY; WIDTH],
+            highest: [f64::INFINITY; WIDTH],
+            reference: zero,
+            count: zero,
+            sum: zero,
+            squares: zero,
+            ends: zero,
+            samples: zero,
+            steps: zero,
+            least: [f64::INFINITY; WIDTH],
+        }
+    }
+
+    #[inline(always)]
+    fn take(&mut self, values: &Group) {
+        for i in 0..WIDTH {
+            let new = values[i];
+            let newest = self.last[4][i];
+            let says = !new.is_nan();
+            let first = says && newest.is_nan();
+            let step = if first { 0.0 } else { new - newest };
+            let shifted = |older: f64, newer: f64| {
+                if says { if first { new } else { newer } } else { older }
+            };
+            let a = shifted(self.last[0][i], self.last[1][i]);
+            let b = shifted(self.last[1][i], self.last[2][i]);
+            let c = shifted(self.last[2][i], self.last[3][i]);
+            let d = shifted(self.last[3][i], newest);
+            let e = if says { new } else { newest };
+            self.last[0][i] = a;
+            self.last[1][i] = b;
+            self.last[2][i] = c;
+            self.last[3][i] = d;
+            self.last[4][i] = e;
+            let low = max(min(a, b), min(d, e));
+            let high = min(max(a, b), max(d, e));
+            let median = max(min(low, high), min(max(low, high), c));
+            let counts = says && (c - median).abs() <= self.limit[i];
+            let weight = f64::from(u8::from(counts));
+            let distance = if counts { c - self.reference[i] } else { 0.0 };
+            self.count[i] += weight;
+            self.sum[i] += distance;
+            self.squares[i] += distance * distance;
+            let at_end = counts && (c <= self.lowest[i] || c >= self.highest[i]);
+            self.ends[i] += f64::from(u8::from(at_end));
+            let size = step.abs();
+            self.samples[i] += f64::from(u8::from(says));
+            self.steps[i] += if says { step * step } else { 0.0 };
+            self.least[i] = min(self.least[i], if says && size > 0.0 { size } else { f64::INFINITY });
+        }
+    }
+
+    /// What channel `i` said since the last time, and begins anew.
+    fn finish(&mut self, i: usize) -> (Sum, Steps) {
+        let count = self.count[i];
+        let offset = if count > 0.0 { self.sum[i] / count } else { 0.0 };
+        let mean = self.reference[i] + offset;
+        let squares = (self.squares[i] - count * offset * offset).max(0.0);
+        let sum = Sum { count, mean, squares, ends: self.ends[i] };
+        let steps = Steps { noise: (self.steps[i] / (2.0 * self.samples[i])).sqrt(), least: self.least[i] };
+        self.reference[i] = if count > 0.0 { mean } else { self.reference[i] };
+        for total in
+            [&mut self.count, &mut self.sum, &mut self.squares, &mut self.ends, &mut self.samples, &mut self.steps]
+        {
+            total[i] = 0.0;
+        }
+        self.least[i] = f64::INFINITY;
+        (sum, steps)
+    }
+}
+
+/// Unlike `f64::min` and `max` these are one instruction; what they make of NaN does not matter here.
+#[inline(always)]
+fn min(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+#[inline(always)]
+fn max(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// Samples in, blocks out.
+#[derive(Clone, Debug)]
+pub(super) struct Blocks {
+    lanes: Vec<Lanes>,
+    values: Vec<f64>,
+    channels: usize,
+    /// Of a block, s.
+    length: f64,
+    /// Time of the first and of the last sample, s, and where the first one stands.
+    begun: Option<(f64, f64, u64)>,
+}
+
+impl Blocks {
+    pub fn new(channels: &Channels, length: f64) -> Blocks {
+        let count = channels.list.len();
+        let mut lanes = vec![Lanes::new(); count.div_ceil(WIDTH)];
+        for (index, channel) in channels.list.iter().enumerate() {
+            lanes[index / WIDTH].lowest[index % WIDTH] = channel.range[0];
+            lanes[index / WIDTH].highest[index % WIDTH] = channel.range[1];
+        }
+        Blocks { values: vec![f64::NAN; lanes.len() * WIDTH], lanes, channels: count, length, begun: None }
+    }
+
+    /// How far a sample may be from the median of its neighbours, by channel.
+    pub fn limit(&mut self, limits: impl Iterator<Item = f64>) {
+        for (index, limit) in limits.enumerate() {
+            self.lanes[index / WIDTH].limit[index % WIDTH] = limit;
+        }
+    }
+
+    /// Whether a row is the last one once more.
+    pub fn repeats(&self, values: &[f64]) -> bool {
+        let newest = |index: usize| self.lanes[index / WIDTH].last[4][index % WIDTH];
+        values.iter().enumerate().all(|(index, value)| value.is_nan() || *value == newest(index))
+    }
+
+    /// Whether the block that has begun ends before a sample at this time.
+    pub fn ends_before(&self, time: f64) -> bool {
+        self.begun.is_some_and(|(from, _, _)| time - from >= self.length)
+    }
+
+    /// Takes a sample into the block that has begun, or begins one.
+    pub fn take(&mut self, time: f64, row: u64, values: &[f64]) {
+        self.begun = Some(self.begun.map_or((time, time, row), |(from, _, row)| (from, time, row)));
+        self.values[..self.channels].copy_from_slice(values);
+        for (lanes, values) in self.lanes.iter_mut().zip(self.values.as_chunks::<WIDTH>().0) {
+            lanes.take(values);
+        }
+    }
+
+    /// Ends the block that has begun, if any.
+    pub fn finish(&mut self, steps: &mut Vec<Steps>) -> Option<Block> {
+        let (from, until, row) = self.begun.take()?;
+        steps.clear();
+        let mut sums = Vec::with_capacity(self.channels);
+        for index in 0..self.channels {
+            let (sum, step) = self.lanes[index / WIDTH].finish(index % WIDTH);
+            sums.push(sum);
+            steps.push(step);
+        }
+        Some(Block { from, until, row, sums })
+    }
+}
