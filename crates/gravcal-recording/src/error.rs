@@ -236,6 +236,35 @@ pub enum ReadError {
         /// How many rows were merged into the pose.
         rows: u32,
     },
+    /// The file is no recording of a kind that can be read.
+    #[error("{}: {what}", path.display())]
+    NotRecording {
+        /// The file.
+        path: PathBuf,
+        /// What it is instead, and what to do.
+        what: String,
+    },
+    /// No message in the file is one of joint states.
+    #[error(
+        "{}: it has no messages of joint states (sensor_msgs/JointState) that can be read; {}",
+        path.display(), topics(found)
+    )]
+    NoJointStates {
+        /// The file.
+        path: PathBuf,
+        /// Topics that it has, each with its type.
+        found: Vec<String>,
+    },
+    /// A line of a CSV file is longer than any row can be.
+    #[error("{}:{line}: the line is longer than {most} bytes; is this a CSV file?", path.display())]
+    LongLine {
+        /// The file.
+        path: PathBuf,
+        /// The line.
+        line: u64,
+        /// The longest that is read, bytes.
+        most: usize,
+    },
     /// The mapping contradicts itself, whatever the file holds.
     #[error(transparent)]
     Mapping(#[from] MappingError),
@@ -288,6 +317,16 @@ fn no_header(columns: &[impl AsRef<str>]) -> &'static str {
         " (if this row holds readings, add a header line before it, one that does not begin with #)"
     } else {
         ""
+    }
+}
+
+/// The topics of a file in words; of many only the first.
+fn topics(found: &[String]) -> String {
+    const MOST: usize = 8;
+    match found.len() {
+        0 => "it has no messages at all".to_owned(),
+        count if count > MOST => format!("its topics are {} and {} more", found[..MOST].join(", "), count - MOST),
+        _ => format!("its topics are {}", found.join(", ")),
     }
 }
 

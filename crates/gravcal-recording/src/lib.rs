@@ -49,6 +49,7 @@
 
 mod columns;
 mod conditions;
+mod csv_lines;
 mod earlier;
 mod error;
 mod mapping;
@@ -66,11 +67,12 @@ mod write_table;
 
 pub use columns::is_saturated;
 pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions, MotionSource, Slope};
+pub use csv_lines::CsvFormat;
 pub use earlier::{EarlierError, EarlierEstimate, EarlierParameter, EarlierQuantity, read_earlier};
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use pose::{Reading, Recording, StaticPose, read_poses};
-pub use rows::{Heading, Row, RowWriter, Rows, create};
+pub use rows::{Change, Heading, RewriteError, Row, RowWriter, Rows, Watch, create, open, open_csv, rewrite};
 pub use selection::{MotionLimits, Selection};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};
 pub use suggest::nearest_name;

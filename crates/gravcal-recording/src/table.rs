@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 
+use crate::csv_lines::{Line, Lines, cells};
 use crate::error::{Place, ReadError};
 
 /// A table of text cells with named columns, as read from a CSV file.
@@ -40,10 +41,9 @@ impl Table {
 
     /// Reads what a file holds; `path` is its name in errors.
     pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Table, ReadError> {
-        let text = utf8(path, bytes)?;
-        let mut records = records(path, text)?.into_iter();
+        let mut records = records(path, bytes)?.into_iter();
         let header = records.next().ok_or_else(|| ReadError::NoHeader { path: path.to_owned() })?;
-        let columns = column_names(path, &header)?;
+        let columns = column_names(path, header.line, &header.cells)?;
         let rows: Vec<Row> = records.collect();
         check_rows(path, columns.len(), &rows)?;
         Ok(Table { path: path.to_owned(), columns, rows })
@@ -130,87 +130,33 @@ impl Table {
     }
 }
 
-/// The bytes as text, without the byte order mark that spreadsheets put before it.
-fn utf8<'a>(path: &Path, bytes: &'a [u8]) -> Result<&'a str, ReadError> {
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let before = &bytes[..error.valid_up_to()];
-        ReadError::NotUtf8 { path: path.to_owned(), line: 1 + line_breaks(before) }
-    })?;
-    Ok(text.strip_prefix('\u{feff}').unwrap_or(text))
-}
-
-/// All records, the header among them, of any number of cells.
-fn records(path: &Path, text: &str) -> Result<Vec<Row>, ReadError> {
-    let mut reader =
-        csv::ReaderBuilder::new().has_headers(false).flexible(true).comment(Some(b'#')).from_reader(text.as_bytes());
-    let mut lines = LineCounter { text: text.as_bytes(), byte: 0, line: 1 };
+/// All lines with cells in them, the header among them, of any number of cells.
+fn records(path: &Path, bytes: &[u8]) -> Result<Vec<Row>, ReadError> {
+    let mut lines = Lines::new(path, bytes);
     let mut rows = Vec::new();
-    let mut start = 0;
-    let mut cells = StringRecord::new();
-    while reader
-        .read_record(&mut cells)
-        .map_err(|error| ReadError::Io { path: path.to_owned(), cause: error.into() })?
-    {
-        let line = lines.line_of_record(start);
-        if cells.iter().any(|cell| cell.contains(['\n', '\r'])) {
+    while let Some(Line { number: line, text }) = lines.read()? {
+        let text = text.ok_or_else(|| ReadError::NotUtf8 { path: path.to_owned(), line })?;
+        let mut found = StringRecord::new();
+        if !cells(text, b',', &mut found) {
             return Err(ReadError::LineBreak { path: path.to_owned(), line });
         }
-        rows.push(Row { line, cells: cells.clone() });
-        start = usize::try_from(reader.position().byte()).unwrap_or(text.len());
+        rows.push(Row { line, cells: found });
     }
     Ok(rows)
 }
 
-/// Finds the lines of records.
-///
-/// The csv reader knows where it began to look for a record, which is before the blank lines and comments that it
-/// skipped on the way; a message must name the line of the record itself.
-struct LineCounter<'a> {
-    text: &'a [u8],
-    byte: usize,
-    line: u64,
-}
-
-impl LineCounter<'_> {
-    /// Line of the first record at or after byte `from`; `from` must not decrease from call to call.
-    fn line_of_record(&mut self, from: usize) -> u64 {
-        let start = self.skip_blank_lines_and_comments(from);
-        self.line += line_breaks(&self.text[self.byte..start]);
-        self.byte = start;
-        self.line
-    }
-
-    fn skip_blank_lines_and_comments(&self, from: usize) -> usize {
-        let mut at = from;
-        loop {
-            match self.text.get(at) {
-                Some(b'\n' | b'\r') => at += 1,
-                Some(b'#') => at += length_of_line(&self.text[at..]),
-                _ => return at,
-            }
-        }
-    }
-}
-
-fn length_of_line(text: &[u8]) -> usize {
-    text.iter().position(|byte| *byte == b'\n').unwrap_or(text.len())
-}
-
-fn line_breaks(text: &[u8]) -> u64 {
-    text.iter().map(|byte| u64::from(*byte == b'\n')).sum()
-}
-
-fn column_names(path: &Path, header: &Row) -> Result<Vec<String>, ReadError> {
-    let mut names: Vec<String> = Vec::with_capacity(header.cells.len());
-    for cell in &header.cells {
+/// The names in a header.
+pub(crate) fn column_names(path: &Path, line: u64, header: &StringRecord) -> Result<Vec<String>, ReadError> {
+    let mut names: Vec<String> = Vec::with_capacity(header.len());
+    for cell in header {
         let name = cell.trim();
         if name.is_empty() {
             let position = names.len() + 1;
-            return Err(ReadError::NoColumnName { path: path.to_owned(), line: header.line, position });
+            return Err(ReadError::NoColumnName { path: path.to_owned(), line, position });
         }
         if names.iter().any(|earlier| earlier == name) {
             let column = name.to_owned();
-            return Err(ReadError::DuplicateColumn { path: path.to_owned(), line: header.line, column });
+            return Err(ReadError::DuplicateColumn { path: path.to_owned(), line, column });
         }
         names.push(name.to_owned());
     }

@@ -7,13 +7,26 @@
 //! CSV, MCAP, Parquet ── Rows ──(PoseMapping, standstill)──► Vec<StaticPose>
 //! ```
 
+mod csv;
 mod joint_state;
+mod mcap;
+mod parquet;
+mod rewrite;
 mod write;
+
+#[cfg(test)]
+mod tests;
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
 
 use std::collections::BTreeMap;
 
+use crate::csv_lines::CsvFormat;
 use crate::error::ReadError;
 
+pub use rewrite::{Change, RewriteError, Watch, rewrite};
 pub use write::{Heading, RowWriter, create};
 
 /// What a recording says at one instant.
@@ -49,4 +62,62 @@ pub trait Rows {
 
     /// Which share of the file is read, from 0 to 1.
     fn progress(&self) -> f64;
+}
+
+/// Opens a recording: a CSV file, an MCAP file, a folder of MCAP files such as rosbag2 writes, or a Parquet file. What it is, is told by
+/// its first bytes; how a CSV file is written, by its first lines.
+///
+/// # Errors
+///
+/// It cannot be opened, is none of these, has no readings, or names its columns badly.
+pub fn open(path: &Path) -> Result<Box<dyn Rows>, ReadError> {
+    Ok(match kind(path)? {
+        Kind::Mcap => Box::new(mcap::McapRows::open(path)?),
+        Kind::Folder => Box::new(mcap::McapRows::open_folder(path)?),
+        Kind::Parquet => Box::new(parquet::ParquetRows::open(path)?),
+        Kind::Csv => Box::new(csv::CsvRows::open(path, None)?),
+    })
+}
+
+/// Opens a CSV file that is written as `format` says.
+///
+/// # Errors
+///
+/// It cannot be opened, has no rows, or names its columns badly.
+pub fn open_csv(path: &Path, format: CsvFormat) -> Result<Box<dyn Rows>, ReadError> {
+    Ok(Box::new(csv::CsvRows::open(path, Some(format))?))
+}
+
+/// Kinds of recordings.
+pub(crate) enum Kind {
+    Csv,
+    Mcap,
+    Folder,
+    Parquet,
+}
+
+/// What stands at the beginning of other files that hold recordings, and what to do with them.
+const OTHERS: [(&[u8], &str); 3] = [
+    (b"SQLite format 3", "it is a database of sqlite3, as rosbag2 wrote them: `ros2 bag convert` makes MCAP of it"),
+    (b"#ROSBAG V2.0", "it is a bag of ROS 1: `rosbags-convert` makes MCAP of it"),
+    (&[0x1F, 0x8B], "it is compressed: unpack it (gunzip) first"),
+];
+
+/// What a file is, by its first bytes.
+pub(crate) fn kind(path: &Path) -> Result<Kind, ReadError> {
+    if path.is_dir() {
+        return Ok(Kind::Folder);
+    }
+    let mut first = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(16).read_to_end(&mut first));
+    read.map_err(|cause| ReadError::opening(path, cause))?;
+    if let Some((_, what)) = OTHERS.iter().find(|(magic, _)| first.starts_with(magic)) {
+        return Err(ReadError::NotRecording { path: path.to_owned(), what: (*what).to_owned() });
+    }
+    // Of the magic bytes, only the first that no text begins with: so a damaged file is told to be one.
+    Ok(match first.as_slice() {
+        [0x89, b'M', b'C', b'A', b'P', ..] => Kind::Mcap,
+        [b'P', b'A', b'R', b'1', ..] => Kind::Parquet,
+        _ => Kind::Csv,
+    })
 }

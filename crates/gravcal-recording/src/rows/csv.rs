@@ -1,0 +1,273 @@
+//! A CSV file as rows, read line by line.
+//!
+//! How it is written is stated, or found: what stands between cells is the sign (comma, semicolon or tab) that the first line has
+//! most of; numbers have a decimal comma where cells with one in the first rows are numbers, and none has a point; there is no
+//! header where every cell of the first line is a number.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Write};
+use std::path::{Path, PathBuf};
+
+use csv::StringRecord;
+
+use super::{Row, Rows};
+use crate::csv_lines::{CsvFormat, Line, Lines, cells};
+use crate::error::ReadError;
+use crate::table::column_names;
+
+/// Lines that tell how a file is written.
+const SAMPLE: usize = 20;
+
+/// Rows of a CSV file.
+pub(crate) struct CsvRows {
+    path: PathBuf,
+    format: CsvFormat,
+    lines: Lines<Counted>,
+    length: u64,
+    columns: Vec<String>,
+    /// Texts of the present line, and what stood before it.
+    cells: StringRecord,
+    skipped: Vec<Vec<u8>>,
+    /// The header, and what stands before it.
+    header: StringRecord,
+    comments: Vec<Vec<u8>>,
+    /// The first row, which is read ahead.
+    first: Option<Row>,
+    /// Of each column, how many cells are neither empty nor finite numbers, and the line with the first.
+    not_numbers: Vec<(u64, u64)>,
+    /// Lines that are left out by reason, and the first of each.
+    left_out: BTreeMap<&'static str, (u64, u64)>,
+}
+
+/// Counts the bytes that are read.
+pub(crate) struct Counted {
+    input: BufReader<File>,
+    read: u64,
+}
+
+impl std::io::Read for Counted {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let read = self.input.read(buffer)?;
+        self.read += read as u64;
+        Ok(read)
+    }
+}
+
+impl BufRead for Counted {
+    fn fill_buf(&mut self) -> std::io::Result<&[u8]> {
+        self.input.fill_buf()
+    }
+
+    fn consume(&mut self, bytes: usize) {
+        self.read += bytes as u64;
+        self.input.consume(bytes);
+    }
+}
+
+impl CsvRows {
+    /// Opens a file; how it is written is found where it is not stated.
+    pub(crate) fn open(path: &Path, stated: Option<CsvFormat>) -> Result<CsvRows, ReadError> {
+        let format = match stated {
+            Some(format) => format,
+            None => found_format(path)?,
+        };
+        let (mut lines, length) = open_lines(path)?;
+        let mut header = StringRecord::new();
+        let line = read_header(path, &mut lines, format.delimiter, &mut header)?;
+        let columns = match format.header {
+            true => column_names(path, line, &header)?,
+            false => (1..=header.len()).map(|column| format!("column{column}")).collect(),
+        };
+        let not_numbers = vec![(0, 0); columns.len()];
+        let (comments, skipped) = (lines.skipped().to_vec(), Vec::new());
+        let (path, left_out, cells) = (path.to_owned(), BTreeMap::new(), header.clone());
+        let mut rows = CsvRows {
+            path,
+            format,
+            lines,
+            length,
+            columns,
+            cells,
+            skipped,
+            header,
+            comments,
+            first: None,
+            not_numbers,
+            left_out,
+        };
+        let mut row = Row { number: line, cells: Vec::new() };
+        if !format.header {
+            rows.take_cells(&mut row);
+        } else if !rows.next(&mut row)? {
+            return Err(ReadError::NoRows { path: rows.path });
+        }
+        rows.first = Some(row);
+        Ok(rows)
+    }
+
+    /// Writes what stands before the first row.
+    pub(crate) fn write_heading(&self, new: &mut impl Write) -> io::Result<()> {
+        write_lines(new, &self.comments)?;
+        if self.format.header {
+            self.write_cells(new, self.header.iter())?;
+        }
+        Ok(())
+    }
+
+    /// Writes the row that was read last, and what stands before it; some of its cells are changed, and empty where they become NaN.
+    pub(crate) fn write_row(&self, new: &mut impl Write, changed: &[Option<f64>]) -> io::Result<()> {
+        write_lines(new, &self.skipped)?;
+        let texts = self.cells.iter().zip(changed).map(|(text, changed)| match changed {
+            None => Cow::Borrowed(text),
+            Some(number) if number.is_nan() => Cow::Borrowed(""),
+            Some(number) => Cow::Owned(self.format.text(*number)),
+        });
+        self.write_cells(new, texts)
+    }
+
+    fn write_cells(&self, new: &mut impl Write, cells: impl Iterator<Item = impl AsRef<str>>) -> io::Result<()> {
+        let mut line = csv::WriterBuilder::new();
+        let mut line = line.delimiter(self.format.delimiter).comment(Some(b'#')).from_writer(Vec::new());
+        line.write_record(cells.map(|cell| cell.as_ref().as_bytes().to_vec()))?;
+        new.write_all(&line.into_inner().map_err(|error| error.into_error())?)
+    }
+
+    /// The next row, which is not one that was kept.
+    fn next(&mut self, row: &mut Row) -> Result<bool, ReadError> {
+        self.skipped.clear();
+        loop {
+            let found = self.lines.read()?.is_some();
+            self.skipped.extend_from_slice(self.lines.skipped());
+            let Some(Line { number, text }) = self.lines.present().filter(|_| found) else { return Ok(false) };
+            let why = match text {
+                None => "no UTF-8 text",
+                Some(text) if !cells(text, self.format.delimiter, &mut self.cells) => "a quote is not closed",
+                Some(_) if self.cells.len() != self.columns.len() => "more or fewer cells than columns",
+                Some(_) => {
+                    row.number = number;
+                    self.take_cells(row);
+                    return Ok(true);
+                }
+            };
+            self.left_out.entry(why).or_insert((0, number)).0 += 1;
+        }
+    }
+
+    /// The cells of the present line as numbers.
+    fn take_cells(&mut self, row: &mut Row) {
+        row.cells.clear();
+        for (text, bad) in self.cells.iter().zip(&mut self.not_numbers) {
+            let text = text.trim();
+            let number = self.format.number(text);
+            if number.is_none() && !text.is_empty() {
+                *bad = (bad.0 + 1, if bad.0 == 0 { row.number } else { bad.1 });
+            }
+            row.cells.push(number.unwrap_or(f64::NAN));
+        }
+    }
+}
+
+impl Rows for CsvRows {
+    fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    fn read(&mut self, row: &mut Row) -> Result<bool, ReadError> {
+        match self.first.take() {
+            Some(first) => {
+                *row = first;
+                Ok(true)
+            }
+            None => self.next(row),
+        }
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let left_out = self.left_out.iter().map(|(why, (count, first))| {
+            format!("{}: {count} lines are left out ({why}), the first is line {first}", self.path.display())
+        });
+        let bad = self.columns.iter().zip(&self.not_numbers).filter(|(_, (count, _))| *count > 0);
+        let bad = bad.map(|(column, (count, first))| {
+            format!("column `{column}`: {count} cells are no finite numbers, and count as missing; the first is on line {first}")
+        });
+        left_out.chain(bad).collect()
+    }
+
+    fn metadata(&self) -> BTreeMap<String, String> {
+        let comments = self.comments.iter().filter_map(|line| std::str::from_utf8(line).ok()?.strip_prefix('#'));
+        let pairs = comments.filter_map(|comment| comment.split_once(" = "));
+        pairs.map(|(key, value)| (key.trim().to_owned(), value.trim().to_owned())).collect()
+    }
+
+    fn progress(&self) -> f64 {
+        self.lines.input().read as f64 / self.length.max(1) as f64
+    }
+}
+
+fn write_lines(new: &mut impl Write, lines: &[Vec<u8>]) -> io::Result<()> {
+    lines.iter().try_for_each(|line| {
+        new.write_all(line)?;
+        new.write_all(b"\n")
+    })
+}
+
+fn open_lines(path: &Path) -> Result<(Lines<Counted>, u64), ReadError> {
+    let file = File::open(path).map_err(|cause| ReadError::opening(path, cause))?;
+    let length = file.metadata().map_err(|cause| ReadError::opening(path, cause))?.len();
+    let input = BufReader::with_capacity(1 << 16, file);
+    Ok((Lines::new(path, Counted { input, read: 0 }), length))
+}
+
+/// The cells of the first line, and its number.
+fn read_header(
+    path: &Path,
+    lines: &mut Lines<Counted>,
+    delimiter: u8,
+    header: &mut StringRecord,
+) -> Result<u64, ReadError> {
+    let first = lines.read()?.ok_or_else(|| ReadError::NoHeader { path: path.to_owned() })?;
+    let line = first.number;
+    let text = first.text.ok_or_else(|| ReadError::NotUtf8 { path: path.to_owned(), line })?;
+    match cells(text, delimiter, header) {
+        true => Ok(line),
+        false => Err(ReadError::LineBreak { path: path.to_owned(), line }),
+    }
+}
+
+/// How a file is written, by its first lines.
+fn found_format(path: &Path) -> Result<CsvFormat, ReadError> {
+    let (mut lines, _) = open_lines(path)?;
+    let mut sample = Vec::new();
+    while sample.len() < SAMPLE
+        && let Some(line) = lines.read()?
+    {
+        sample.extend(line.text.map(str::to_owned));
+    }
+    Ok(format_of(&sample))
+}
+
+fn format_of(sample: &[String]) -> CsvFormat {
+    let Some((header, rows)) = sample.split_first() else { return CsvFormat::default() };
+    let count = |sign: u8| header.bytes().filter(|byte| *byte == sign).count();
+    // Decimal commas may outnumber semicolons, but nothing else has semicolons or tabs.
+    let delimiter = [b';', b'\t'].into_iter().find(|sign| count(*sign) > 0).unwrap_or(b',');
+    let cells_of = |line: &String| -> Vec<String> {
+        let mut found = StringRecord::new();
+        cells(line, delimiter, &mut found);
+        found.iter().map(|cell| cell.trim().to_owned()).filter(|cell| !cell.is_empty()).collect()
+    };
+    let comma = CsvFormat { delimiter, decimal_comma: true, header: true };
+    let numbers: Vec<String> = sample.iter().flat_map(cells_of).filter(|cell| comma.number(cell).is_some()).collect();
+    let decimal_comma = delimiter != b','
+        && numbers.iter().any(|cell| cell.contains(','))
+        && !numbers.iter().any(|cell| cell.contains('.'));
+    let format = CsvFormat { decimal_comma, ..comma };
+    let is_numbers = |line: &String| {
+        let cells = cells_of(line);
+        !cells.is_empty() && cells.iter().all(|cell| format.number(cell).is_some())
+    };
+    // A single line of numbers may be the names of columns that nothing follows.
+    CsvFormat { header: !(is_numbers(header) && rows.iter().all(is_numbers)), ..format }
+}

@@ -1,0 +1,284 @@
+//! Messages `sensor_msgs/JointState` of MCAP files as rows.
+//!
+//! One message is one row. Its columns are `time_s` (`header.stamp`, or the time at which it was logged where that is zero) and
+//! `<joint>.position`, `<joint>.velocity`, `<joint>.effort`, whatever the order of the joints in the message. Where several topics
+//! speak of one joint, the names of its columns begin with the topic: `/arm/joint_states:shoulder.position`. So that the names are
+//! known, the first messages are read ahead; a topic that speaks of a known joint only later has its own columns with its name,
+//! and a remark.
+
+mod channels;
+mod columns;
+mod edit;
+pub(crate) mod read;
+pub(crate) mod records;
+
+use std::collections::{BTreeMap, VecDeque};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use mcap::Channel;
+
+use self::channels::{Channels, Encoding};
+use self::columns::Columns;
+use self::records::{Next, Records};
+use super::joint_state::Quantity;
+use super::{Row, Rows};
+use crate::error::ReadError;
+
+/// Messages that are read ahead to know the names of the columns.
+const AHEAD: usize = 10_000;
+
+/// Rows of one or more MCAP files, one after another.
+pub(crate) struct McapRows {
+    /// As it was named by whoever asked to read it.
+    path: PathBuf,
+    files: VecDeque<PathBuf>,
+    records: Records,
+    channels: Channels,
+    columns: Columns,
+    ahead: VecDeque<Row>,
+    metadata: BTreeMap<String, String>,
+    /// Messages of joint states so far.
+    messages: u64,
+    /// Bytes of the files before the present one, and of all.
+    before: u64,
+    total: u64,
+    remarks: Vec<String>,
+}
+
+impl McapRows {
+    /// Opens a file.
+    pub(crate) fn open(path: &Path) -> Result<McapRows, ReadError> {
+        McapRows::of_files(path, vec![path.to_owned()], Vec::new())
+    }
+
+    /// Opens the MCAP files of a folder.
+    pub(crate) fn open_folder(path: &Path) -> Result<McapRows, ReadError> {
+        let (files, remarks) = files_of(path)?;
+        McapRows::of_files(path, files, remarks)
+    }
+
+    /// Opens files in the given order, one at least; `path` is their name in errors.
+    fn of_files(path: &Path, files: Vec<PathBuf>, remarks: Vec<String>) -> Result<McapRows, ReadError> {
+        let length = |file: &PathBuf| std::fs::metadata(file).map_or(0, |found| found.len());
+        let total = files.iter().map(length).sum();
+        let mut files = VecDeque::from(files);
+        let first = files.pop_front().ok_or_else(|| ReadError::NoFile { path: path.to_owned() })?;
+        let mut rows = McapRows {
+            path: path.to_owned(),
+            files,
+            records: Records::open(&first)?,
+            channels: Channels::of(&first),
+            columns: Columns::default(),
+            ahead: VecDeque::new(),
+            metadata: BTreeMap::new(),
+            messages: 0,
+            before: 0,
+            total,
+            remarks,
+        };
+        rows.metadata = rows.channels.metadata(&first);
+        rows.read_ahead()?;
+        Ok(rows)
+    }
+
+    /// The same file from its beginning, with the names of the columns known.
+    pub(crate) fn again(mut self) -> Result<McapRows, ReadError> {
+        self.records = Records::open(&self.path)?;
+        self.channels = Channels::of(&self.path);
+        self.columns.forget_layouts();
+        self.ahead.clear();
+        (self.messages, self.before) = (0, 0);
+        Ok(self)
+    }
+
+    /// The next record; [`body`](Self::body) and [`unread`](Self::unread) are of that.
+    pub(crate) fn next_record(&mut self) -> Result<Next, ReadError> {
+        self.records.next()
+    }
+
+    pub(crate) fn body(&self) -> &[u8] {
+        self.records.body()
+    }
+
+    pub(crate) fn unread(&mut self, length: u64) -> impl Read + '_ {
+        self.records.unread(length)
+    }
+
+    /// Whether the messages of a channel are joint states that can be read.
+    pub(crate) fn is_joint_states(&self, channel: u16) -> bool {
+        self.channels.joint_states(channel).is_some()
+    }
+
+    /// What the summary of the file says of a channel.
+    pub(crate) fn channel_in_summary(&self, channel: u16) -> Option<Arc<Channel<'static>>> {
+        self.channels.in_summary(channel)
+    }
+
+    /// Names the columns that came last.
+    pub(crate) fn name_columns(&mut self) {
+        self.columns.name(self.channels.topics());
+    }
+
+    /// Changes the numbers of the message that was read last, where `changed` gives another for their column.
+    pub(crate) fn edit(&self, channel: u16, data: &mut Vec<u8>, changed: &dyn Fn(usize) -> Option<f64>) {
+        let Some((topic, encoding)) = self.channels.joint_states(channel) else { return };
+        let column = |quantity: Quantity, joint: usize| self.columns.place(topic, quantity, joint);
+        let changed = |quantity, joint| column(quantity, joint).and_then(changed);
+        match encoding {
+            Encoding::Cdr => edit::cdr(data, &changed),
+            Encoding::Json => edit::json(data, &changed),
+        }
+    }
+
+    fn read_ahead(&mut self) -> Result<(), ReadError> {
+        let mut row = Row::default();
+        while self.ahead.len() < AHEAD && self.next_message(&mut row)? {
+            self.ahead.push_back(row.clone());
+        }
+        self.columns.name(self.channels.topics());
+        match self.ahead.is_empty() {
+            true => Err(ReadError::NoJointStates { path: self.path.clone(), found: self.channels.described() }),
+            false => Ok(()),
+        }
+    }
+
+    /// The next message that is one of joint states.
+    fn next_message(&mut self, row: &mut Row) -> Result<bool, ReadError> {
+        loop {
+            match self.records.next()? {
+                Next::Record(opcode) => {
+                    if self.take(opcode, row) {
+                        return Ok(true);
+                    }
+                }
+                Next::Attachment(_) => {}
+                Next::End => {
+                    if !self.next_file()? {
+                        return Ok(false);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Goes to the next file.
+    fn next_file(&mut self) -> Result<bool, ReadError> {
+        let Some(file) = self.files.pop_front() else { return Ok(false) };
+        self.remarks.extend(self.records.losses().iter().map(ToString::to_string));
+        self.before += self.records.progress().1;
+        self.records = Records::open(&file)?;
+        self.channels.next_file(&file);
+        Ok(true)
+    }
+
+    /// Takes what a record says; true if that is a row.
+    pub(crate) fn take(&mut self, opcode: u8, row: &mut Row) -> bool {
+        use mcap::records::op;
+        let body = self.records.body();
+        match opcode {
+            op::MESSAGE => {}
+            op::METADATA => {
+                self.metadata.extend(channels::said_in(body));
+                return false;
+            }
+            _ => {
+                self.channels.take(opcode, body);
+                return false;
+            }
+        }
+        let Some((header, data)) = read::message(body) else { return false };
+        let Some((topic, encoding)) = self.channels.count(header.channel) else { return false };
+        self.messages += 1;
+        row.number = self.messages;
+        let read = match encoding {
+            Encoding::Cdr => read::cdr(&header, data, topic, &mut self.columns, &mut row.cells),
+            Encoding::Json => read::json(&header, data, topic, &mut self.columns, &mut row.cells),
+        };
+        match read {
+            Ok(()) => true,
+            Err(what) => {
+                self.channels.malformed(topic, what, self.messages);
+                false
+            }
+        }
+    }
+}
+
+impl Rows for McapRows {
+    fn columns(&self) -> &[String] {
+        self.columns.names()
+    }
+
+    fn read(&mut self, row: &mut Row) -> Result<bool, ReadError> {
+        if let Some(mut first) = self.ahead.pop_front() {
+            first.cells.resize(self.columns.names().len(), f64::NAN);
+            *row = first;
+            return Ok(true);
+        }
+        let found = self.next_message(row)?;
+        self.columns.name(self.channels.topics());
+        Ok(found)
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let losses = self.records.losses().iter().map(ToString::to_string);
+        let all = self.remarks.iter().cloned().chain(losses);
+        all.chain(self.channels.remarks()).chain(self.columns.remarks()).collect()
+    }
+
+    fn metadata(&self) -> BTreeMap<String, String> {
+        self.metadata.clone()
+    }
+
+    fn progress(&self) -> f64 {
+        let (read, _) = self.records.progress();
+        (self.before + read) as f64 / (self.total.max(1)) as f64
+    }
+}
+
+/// The MCAP files of a folder in the order of their first messages, and what is wrong with the folder.
+fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, Vec<String>), ReadError> {
+    let io = |cause| ReadError::Io { path: folder.to_owned(), cause };
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(io)? {
+        let path = entry.map_err(io)?.path();
+        if path.extension().is_some_and(|ending| ending == "mcap") {
+            files.push((first_time(&path)?, path));
+        }
+    }
+    files.sort();
+    let files: Vec<PathBuf> = files.into_iter().map(|(_, path)| path).collect();
+    if files.is_empty() {
+        let what = "the folder has no .mcap file; compressed ones (.zstd) and those of sqlite3 (.db3) are not read: \
+                    `ros2 bag convert` makes others of them";
+        return Err(ReadError::NotRecording { path: folder.to_owned(), what: what.to_owned() });
+    }
+    let missing = named_in_metadata(folder).into_iter().filter(|name| !folder.join(name).exists());
+    let remarks = missing.map(|name| format!("metadata.yaml names {name}, which is not there")).collect();
+    Ok((files, remarks))
+}
+
+/// When the first message of a file was logged, ns; the end of time where there is none.
+fn first_time(path: &Path) -> Result<u64, ReadError> {
+    let mut records = Records::open(path)?;
+    loop {
+        match records.next()? {
+            Next::Record(mcap::records::op::MESSAGE) => {
+                if let Some((header, _)) = read::message(records.body()) {
+                    return Ok(header.log_time);
+                }
+            }
+            Next::Record(_) | Next::Attachment(_) => {}
+            Next::End => return Ok(u64::MAX),
+        }
+    }
+}
+
+/// The files that rosbag2 says it wrote: `metadata.yaml` lists them as `- name.mcap`.
+fn named_in_metadata(folder: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(folder.join("metadata.yaml")).unwrap_or_default();
+    let items = text.lines().filter_map(|line| line.trim().strip_prefix("- "));
+    items.map(|item| item.trim_matches(['"', '\''])).filter(|item| item.ends_with(".mcap")).map(str::to_owned).collect()
+}

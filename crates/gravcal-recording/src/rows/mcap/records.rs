@@ -1,0 +1,374 @@
+//! The records of an MCAP file one after another, as far as they are whole.
+//!
+//! ```text
+//! magic, (opcode: 1 byte, length: 8 bytes, body)*, magic          a chunk's body holds records, perhaps compressed
+//! ```
+//!
+//! Source: the MCAP specification, mcap.dev/spec. The frames outside of chunks are walked here, because a damaged chunk must not end
+//! the reading; what is in a chunk is the `mcap` crate's. A chunk's check sum is tested before any of its records is given. Of a
+//! file that ends early, every record is given that is there in full, those of its last chunk unchecked.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read, Seek, SeekFrom};
+use std::path::{Path, PathBuf};
+
+use mcap::records::op;
+use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::{MAGIC, McapError};
+
+use crate::error::ReadError;
+
+/// Opcode and length.
+const FRAME: u64 = 9;
+/// What stands in a chunk before the name of its compression: start and end of its messages, size, check sum.
+const CHUNK_HEAD: usize = 8 + 8 + 8 + 4;
+/// A larger chunk is checked without keeping it in memory, and then read again.
+const LARGE_CHUNK: u64 = 1 << 25;
+/// Records are kept in memory up to this size.
+const LARGEST_RECORD: usize = 1 << 26;
+/// Bytes that are read at a time.
+const BUFFER: usize = 1 << 16;
+
+/// A file that is read record by record.
+pub(crate) struct Records {
+    path: PathBuf,
+    file: BufReader<File>,
+    /// Length of the file, and where in it the next frame begins.
+    length: u64,
+    next: u64,
+    chunk: Option<Chunk>,
+    /// Body of the last record.
+    body: Vec<u8>,
+    state: State,
+    losses: Vec<Loss>,
+}
+
+/// A chunk that is being read.
+struct Chunk {
+    reader: LinearReader,
+    /// Bytes of it that the reader has not got yet.
+    left: u64,
+    offset: u64,
+    times: [u64; 2],
+    cut: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    Reading,
+    Ended,
+}
+
+/// What of a file could not be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Loss {
+    /// The file ends early.
+    Cut {
+        /// Its length.
+        length: u64,
+    },
+    /// A chunk is damaged.
+    Chunk {
+        /// Where it begins.
+        offset: u64,
+        /// Of its first and last message, ns, as it says.
+        times: [u64; 2],
+        /// What is wrong.
+        cause: String,
+    },
+    /// A record is too large to be one.
+    Record {
+        /// Where it begins.
+        offset: u64,
+        /// Its length.
+        length: u64,
+    },
+}
+
+impl std::fmt::Display for Loss {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Loss::Cut { length } => write!(
+                f,
+                "the file is cut: it ends after {length} bytes without the end that every MCAP file has; all whole messages \
+                 before that are read"
+            ),
+            Loss::Chunk { offset, times: [first, last], cause } => {
+                let seconds = |time: u64| time as f64 * 1e-9;
+                write!(
+                    f,
+                    "the chunk at byte {offset} with the messages from {:.3} s to {:.3} s is damaged and left out: {cause}",
+                    seconds(*first),
+                    seconds(*last)
+                )
+            }
+            Loss::Record { offset, length } => {
+                write!(f, "the record at byte {offset} is left out: it is {length} bytes long, which no message is")
+            }
+        }
+    }
+}
+
+/// What comes next in a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Next {
+    /// A record with this opcode; [`Records::body`] has its body.
+    Record(u8),
+    /// An attachment of this length; [`Records::unread`] reads its body.
+    Attachment(u64),
+    /// Nothing.
+    End,
+}
+
+/// What a step in a chunk comes to.
+enum Step {
+    Record(u8),
+    End,
+    Failed(McapError),
+}
+
+impl Records {
+    /// Opens a file.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be opened, or does not begin as an MCAP file does.
+    pub(crate) fn open(path: &Path) -> Result<Records, ReadError> {
+        let file = File::open(path).map_err(|cause| ReadError::opening(path, cause))?;
+        let length = file.metadata().map_err(|cause| ReadError::opening(path, cause))?.len();
+        let mut file = BufReader::with_capacity(BUFFER, file);
+        let mut magic = Vec::new();
+        let read = (&mut file).take(MAGIC.len() as u64).read_to_end(&mut magic);
+        read.map_err(|cause| ReadError::opening(path, cause))?;
+        if magic != MAGIC {
+            let what = "it does not begin as an MCAP file does".to_owned();
+            return Err(ReadError::NotRecording { path: path.to_owned(), what });
+        }
+        let (next, chunk, body) = (MAGIC.len() as u64, None, Vec::new());
+        let (state, losses) = (State::Reading, Vec::new());
+        Ok(Records { path: path.to_owned(), file, length, next, chunk, body, state, losses })
+    }
+
+    /// Body of the record that [`next`](Self::next) came to.
+    pub(crate) fn body(&self) -> &[u8] {
+        &self.body
+    }
+
+    /// What could not be read so far.
+    pub(crate) fn losses(&self) -> &[Loss] {
+        &self.losses
+    }
+
+    /// Bytes that are read, and all of them.
+    pub(crate) fn progress(&self) -> (u64, u64) {
+        (self.next - self.chunk.as_ref().map_or(0, |chunk| chunk.left), self.length)
+    }
+
+    /// The body of the attachment that [`next`](Self::next) came to.
+    pub(crate) fn unread(&mut self, length: u64) -> impl Read + '_ {
+        (&mut self.file).take(length)
+    }
+
+    /// Goes on to the next record.
+    ///
+    /// # Errors
+    ///
+    /// The operating system refuses to read.
+    pub(crate) fn next(&mut self) -> Result<Next, ReadError> {
+        let next = self.step();
+        next.map_err(|cause| ReadError::Io { path: self.path.clone(), cause })
+    }
+
+    fn step(&mut self) -> io::Result<Next> {
+        while self.state == State::Reading {
+            let found = match self.chunk.take() {
+                Some(chunk) => self.in_chunk(chunk)?,
+                None => self.frame()?,
+            };
+            if let Some(found) = found {
+                return Ok(found);
+            }
+        }
+        Ok(Next::End)
+    }
+
+    /// The next frame outside of chunks; `None` where it is to be passed over, or is a chunk.
+    fn frame(&mut self) -> io::Result<Option<Next>> {
+        let offset = self.next;
+        let left = self.length - offset;
+        self.seek(offset)?;
+        let mut frame = [0; FRAME as usize];
+        if left < FRAME || read_full(&mut self.file, &mut frame)? < frame.len() {
+            self.cut();
+            return Ok(None);
+        }
+        let [opcode, length @ ..] = frame;
+        let length = u64::from_le_bytes(length);
+        let left = left - FRAME;
+        match opcode {
+            op::DATA_END | op::FOOTER => {
+                self.state = State::Ended;
+                self.next = self.length;
+                return Ok(None);
+            }
+            op::CHUNK => return self.enter(offset, length, left).map(|()| None),
+            _ if length > left => {
+                self.cut();
+                return Ok(None);
+            }
+            _ => self.next = offset + FRAME + length,
+        }
+        match opcode {
+            op::ATTACHMENT => Ok(Some(Next::Attachment(length))),
+            op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | 0x80.. => {
+                if length > LARGEST_RECORD as u64 {
+                    self.losses.push(Loss::Record { offset, length });
+                    return Ok(None);
+                }
+                self.body.resize(length as usize, 0);
+                if read_full(&mut self.file, &mut self.body)? < self.body.len() {
+                    self.cut();
+                    return Ok(None);
+                }
+                Ok(Some(Next::Record(opcode)))
+            }
+            _ => Ok(None),
+        }
+    }
+
+    /// Begins a chunk whose frame is at `offset`; `left` bytes of the file are after the frame.
+    fn enter(&mut self, offset: u64, length: u64, left: u64) -> io::Result<()> {
+        let cut = length > left;
+        self.next = offset + FRAME + length.min(left);
+        let mut head = [0; CHUNK_HEAD];
+        if length.min(left) < head.len() as u64 || read_full(&mut self.file, &mut head)? < head.len() {
+            match cut {
+                true => self.cut(),
+                false => self.lose(offset, [0, 0], &McapError::UnexpectedEoc),
+            };
+            return Ok(());
+        }
+        let number = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| head[at + byte]));
+        let times = [number(0), number(8)];
+        let large = length.max(number(16)) > LARGE_CHUNK;
+        let chunk = |check: Check| Chunk { reader: reader(check), left: FRAME + length.min(left), offset, times, cut };
+        if large && !cut {
+            let mut chunk = chunk(Check::Meanwhile);
+            self.seek(offset)?;
+            loop {
+                match self.advance(&mut chunk)? {
+                    Step::Record(_) => {}
+                    Step::End => break,
+                    Step::Failed(cause) => {
+                        self.lose(offset, times, &cause);
+                        return Ok(());
+                    }
+                }
+            }
+        }
+        self.seek(offset)?;
+        self.chunk = Some(chunk(if large || cut { Check::No } else { Check::Before }));
+        Ok(())
+    }
+
+    /// The next record of a chunk; `None` at its end.
+    fn in_chunk(&mut self, mut chunk: Chunk) -> io::Result<Option<Next>> {
+        match self.advance(&mut chunk)? {
+            Step::Record(opcode) => {
+                self.chunk = Some(chunk);
+                Ok(Some(Next::Record(opcode)))
+            }
+            Step::End => Ok(None),
+            Step::Failed(_) if chunk.cut => {
+                self.cut();
+                Ok(None)
+            }
+            Step::Failed(cause) => {
+                self.lose(chunk.offset, chunk.times, &cause);
+                Ok(None)
+            }
+        }
+    }
+
+    fn advance(&mut self, chunk: &mut Chunk) -> io::Result<Step> {
+        loop {
+            match chunk.reader.next_event() {
+                None => return Ok(Step::End),
+                Some(Err(error)) => return Ok(Step::Failed(error)),
+                Some(Ok(LinearReadEvent::Record { data, opcode })) => {
+                    self.body.clear();
+                    self.body.extend_from_slice(data);
+                    return Ok(Step::Record(opcode));
+                }
+                Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
+                    let wanted = wanted.max(BUFFER).min(usize::try_from(chunk.left).unwrap_or(usize::MAX));
+                    // Not all at once: a length that is no more than said costs no memory.
+                    let wanted = wanted.min(1 << 22);
+                    let read = match wanted {
+                        0 => 0,
+                        _ => self.file.read(chunk.reader.insert(wanted))?,
+                    };
+                    chunk.left -= read as u64;
+                    chunk.reader.notify_read(read);
+                }
+            }
+        }
+    }
+
+    /// The file ends before its end.
+    fn cut(&mut self) {
+        self.state = State::Ended;
+        self.next = self.length;
+        self.losses.push(Loss::Cut { length: self.length });
+    }
+
+    fn lose(&mut self, offset: u64, times: [u64; 2], cause: &McapError) {
+        self.losses.push(Loss::Chunk { offset, times, cause: cause.to_string() });
+    }
+
+    /// Goes to a place in the file, within what is buffered if possible.
+    fn seek(&mut self, to: u64) -> io::Result<()> {
+        let at = self.file.stream_position()?;
+        match i64::try_from(i128::from(to) - i128::from(at)) {
+            Ok(0) => Ok(()),
+            Ok(by) => self.file.seek_relative(by),
+            Err(_) => self.file.seek(SeekFrom::Start(to)).map(|_| ()),
+        }
+    }
+}
+
+/// When a chunk's check sum is tested.
+#[derive(Clone, Copy)]
+enum Check {
+    /// Before its first record is given; the chunk is kept in memory.
+    Before,
+    /// After its last record.
+    Meanwhile,
+    /// Never.
+    No,
+}
+
+/// A reader of one chunk in its frame.
+fn reader(check: Check) -> LinearReader {
+    let options = LinearReaderOptions::default().with_skip_start_magic(true).with_skip_end_magic(true);
+    let options = options.with_record_length_limit(LARGEST_RECORD);
+    LinearReader::new_with_options(match check {
+        Check::Before => options.with_prevalidate_chunk_crcs(true),
+        Check::Meanwhile => options.with_validate_chunk_crcs(true),
+        Check::No => options,
+    })
+}
+
+/// Reads until the buffer is full or the file ends; how much that is.
+fn read_full(file: &mut impl Read, buffer: &mut [u8]) -> io::Result<usize> {
+    let mut at = 0;
+    while at < buffer.len() {
+        match file.read(&mut buffer[at..]) {
+            Ok(0) => break,
+            Ok(read) => at += read,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(at)
+}

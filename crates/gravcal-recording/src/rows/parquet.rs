@@ -1,0 +1,164 @@
+//! A Parquet file as rows, read batch by batch.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use arrow_array::{Array, Float64Array, RecordBatch, cast::AsArray, types::Float64Type};
+use arrow_cast::cast;
+use arrow_schema::{DataType, TimeUnit};
+use parquet::arrow::ProjectionMask;
+use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+
+use super::{Row, Rows};
+use crate::error::ReadError;
+
+/// Rows that are decoded together.
+const BATCH: usize = 4096;
+
+/// Rows of a Parquet file.
+pub(crate) struct ParquetRows {
+    path: PathBuf,
+    columns: Vec<String>,
+    batches: ParquetRecordBatchReader,
+    batch: Vec<Float64Array>,
+    /// Place in the batch of the next row.
+    next: usize,
+    read: u64,
+    total: u64,
+    not_finite: Vec<u64>,
+    remarks: Vec<String>,
+    metadata: BTreeMap<String, String>,
+}
+
+impl ParquetRows {
+    /// Opens a file.
+    pub(crate) fn open(path: &Path) -> Result<ParquetRows, ReadError> {
+        let file = File::open(path).map_err(|cause| ReadError::opening(path, cause))?;
+        let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| failed(path, &error))?;
+        let fields = builder.schema().fields();
+        let numbers: Vec<usize> = (0..fields.len()).filter(|field| is_number(fields[*field].data_type())).collect();
+        let columns: Vec<String> = numbers.iter().map(|field| fields[*field].name().clone()).collect();
+        let others = fields.iter().filter(|field| !is_number(field.data_type()));
+        let remarks =
+            others.map(|field| format!("column `{}` is left out: it holds no numbers", field.name())).collect();
+        let metadata = metadata(builder.metadata().file_metadata().key_value_metadata());
+        let total = u64::try_from(builder.metadata().file_metadata().num_rows()).unwrap_or(0);
+        if columns.is_empty() {
+            let what = "it has no column of numbers".to_owned();
+            return Err(ReadError::NotRecording { path: path.to_owned(), what });
+        }
+        if total == 0 {
+            return Err(ReadError::NoRows { path: path.to_owned() });
+        }
+        let mask = ProjectionMask::roots(builder.parquet_schema(), numbers);
+        let batches = builder.with_projection(mask).with_batch_size(BATCH).build();
+        let batches = batches.map_err(|error| failed(path, &error))?;
+        let (path, not_finite) = (path.to_owned(), vec![0; columns.len()]);
+        Ok(ParquetRows {
+            path,
+            columns,
+            batches,
+            batch: Vec::new(),
+            next: 0,
+            read: 0,
+            total,
+            not_finite,
+            remarks,
+            metadata,
+        })
+    }
+
+    /// Goes on to the next batch; false at the end.
+    fn next_batch(&mut self) -> Result<bool, ReadError> {
+        let Some(batch) = self.batches.next() else { return Ok(false) };
+        let batch = batch.map_err(|error| failed(&self.path, &error))?;
+        self.batch = numbers(&batch).map_err(|error| failed(&self.path, &error))?;
+        self.next = 0;
+        Ok(true)
+    }
+}
+
+impl Rows for ParquetRows {
+    fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    fn read(&mut self, row: &mut Row) -> Result<bool, ReadError> {
+        while self.batch.first().is_none_or(|column| self.next == column.len()) {
+            if !self.next_batch()? {
+                return Ok(false);
+            }
+        }
+        self.read += 1;
+        row.number = self.read;
+        row.cells.clear();
+        for (column, not_finite) in self.batch.iter().zip(&mut self.not_finite) {
+            let cell = match column.is_null(self.next) {
+                true => f64::NAN,
+                false => column.value(self.next),
+            };
+            let is_bad = !column.is_null(self.next) && !cell.is_finite();
+            *not_finite += u64::from(is_bad);
+            row.cells.push(if is_bad { f64::NAN } else { cell });
+        }
+        self.next += 1;
+        Ok(true)
+    }
+
+    fn remarks(&self) -> Vec<String> {
+        let bad = self.columns.iter().zip(&self.not_finite).filter(|(_, count)| **count > 0);
+        let bad = bad.map(|(column, count)| {
+            format!("column `{column}`: {count} cells are no finite numbers, and count as missing")
+        });
+        self.remarks.iter().cloned().chain(bad).collect()
+    }
+
+    fn metadata(&self) -> BTreeMap<String, String> {
+        self.metadata.clone()
+    }
+
+    fn progress(&self) -> f64 {
+        self.read as f64 / self.total.max(1) as f64
+    }
+}
+
+/// Whether a column holds what can be a number; times are, in seconds.
+fn is_number(kind: &DataType) -> bool {
+    kind.is_numeric() || matches!(kind, DataType::Boolean | DataType::Timestamp(..) | DataType::Duration(_))
+}
+
+/// The columns of a batch as `f64`.
+fn numbers(batch: &RecordBatch) -> Result<Vec<Float64Array>, arrow_schema::ArrowError> {
+    let number = |column: &arrow_array::ArrayRef| {
+        let (whole, ticks) = match column.data_type() {
+            DataType::Timestamp(unit, _) | DataType::Duration(unit) => (cast(column, &DataType::Int64)?, ticks(*unit)),
+            _ => (column.clone(), 1.0),
+        };
+        let numbers = cast(&whole, &DataType::Float64)?;
+        let numbers = numbers.as_primitive::<Float64Type>();
+        Ok(if ticks == 1.0 { numbers.clone() } else { numbers.unary(|number| number / ticks) })
+    };
+    batch.columns().iter().map(number).collect()
+}
+
+/// How many of a unit are a second.
+fn ticks(unit: TimeUnit) -> f64 {
+    match unit {
+        TimeUnit::Second => 1.0,
+        TimeUnit::Millisecond => 1e3,
+        TimeUnit::Microsecond => 1e6,
+        TimeUnit::Nanosecond => 1e9,
+    }
+}
+
+/// What is said of the file; the Arrow schema that its writer puts there too says nothing of the recording.
+fn metadata(pairs: Option<&Vec<parquet::file::metadata::KeyValue>>) -> BTreeMap<String, String> {
+    let pairs = pairs.into_iter().flatten().filter(|pair| pair.key != "ARROW:schema");
+    pairs.filter_map(|pair| Some((pair.key.clone(), pair.value.clone()?))).collect()
+}
+
+fn failed(path: &Path, error: &dyn std::fmt::Display) -> ReadError {
+    let what = format!("this Parquet file cannot be read: {error}");
+    ReadError::NotRecording { path: path.to_owned(), what }
+}

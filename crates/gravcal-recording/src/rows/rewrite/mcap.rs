@@ -1,0 +1,218 @@
+//! MCAP: numbers are changed where they stand in their messages; every other record is copied.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::io::{self, Read};
+use std::path::Path;
+
+use mcap::records::{AttachmentHeader, MessageHeader, Metadata, Record, op};
+use mcap::write::PrivateRecordOptions;
+use mcap::{McapError, Writer, parse_record};
+
+use super::{Change, Paced, RewriteError, Watch, same};
+use crate::rows::mcap::records::Next;
+use crate::rows::mcap::{McapRows, read};
+use crate::rows::write::mcap::{METADATA, failed, options};
+use crate::rows::{Row, Rows};
+use crate::write::NewFile;
+
+/// Bytes of an attachment that are copied at a time.
+const PIECE: usize = 1 << 16;
+/// No name or type of an attachment is longer, bytes.
+const LONGEST_NAME: u64 = 1 << 16;
+
+pub(super) fn rewrite(
+    input: &Path,
+    output: &Path,
+    overwrite: bool,
+    notes: &BTreeMap<String, String>,
+    change: &mut Change<'_>,
+    watch: &mut Watch<'_>,
+) -> Result<Vec<String>, RewriteError> {
+    let mut rows = McapRows::open(input)?.again()?;
+    let mut paced = Paced { watch, rows: 0 };
+    let mut copy = Copy::begin(output, overwrite, rows.next_record()?, &rows)?;
+    copy.note(notes)?;
+    let mut row = Row::default();
+    loop {
+        match rows.next_record()? {
+            Next::End => break,
+            Next::Attachment(length) => copy.attachment(rows.unread(length), length)?,
+            Next::Record(op::MESSAGE) => {
+                let found = rows.take(op::MESSAGE, &mut row);
+                rows.name_columns();
+                let Some((header, data)) = message(rows.body()) else { continue };
+                if !found && rows.is_joint_states(header.channel_id) {
+                    continue; // damaged, as the remarks say
+                }
+                let mut data = data.to_vec();
+                if found {
+                    let before = row.cells.clone();
+                    change(rows.columns(), &mut row.cells);
+                    let changed = |column: usize| {
+                        let (after, before) = (row.cells[column], before[column]);
+                        (!same(after, before)).then_some(after)
+                    };
+                    rows.edit(header.channel_id, &mut data, &changed);
+                    paced.row(|| rows.progress())?;
+                }
+                copy.message(&rows, &header, &data)?;
+            }
+            Next::Record(opcode) => {
+                rows.take(opcode, &mut row);
+                copy.record(opcode, rows.body())?;
+            }
+        }
+    }
+    copy.finish()?;
+    Ok(rows.remarks())
+}
+
+/// A message record as its header and data.
+fn message(body: &[u8]) -> Option<(MessageHeader, &[u8])> {
+    match parse_record(op::MESSAGE, body) {
+        Ok(Record::Message { header, .. }) => Some((header, body.get(read::HEADER..)?)),
+        _ => None,
+    }
+}
+
+/// The new file.
+struct Copy<'a> {
+    output: &'a Path,
+    file: Writer<NewFile>,
+    channels: BTreeSet<u16>,
+}
+
+impl<'a> Copy<'a> {
+    /// Begins the file with the profile of the old one, which its first record says.
+    fn begin(output: &'a Path, overwrite: bool, first: Next, rows: &McapRows) -> Result<Copy<'a>, RewriteError> {
+        let mut options = options();
+        if first == Next::Record(op::HEADER)
+            && let Ok(Record::Header(header)) = parse_record(op::HEADER, rows.body())
+        {
+            options = options.profile(header.profile);
+        }
+        let file = NewFile::create(output, overwrite)?;
+        let file = options.create(file).map_err(|error| failed(output, error))?;
+        Ok(Copy { output, file, channels: BTreeSet::new() })
+    }
+
+    fn done<T>(&self, result: Result<T, McapError>) -> Result<T, RewriteError> {
+        result.map_err(|error| failed(self.output, error).into())
+    }
+
+    fn note(&mut self, notes: &BTreeMap<String, String>) -> Result<(), RewriteError> {
+        if notes.is_empty() {
+            return Ok(());
+        }
+        let written = self.file.write_metadata(&Metadata { name: METADATA.to_owned(), metadata: notes.clone() });
+        self.done(written)
+    }
+
+    /// Copies a record that is neither message nor attachment; damaged ones are left out.
+    fn record(&mut self, opcode: u8, body: &[u8]) -> Result<(), RewriteError> {
+        if opcode >= 0x80 {
+            let written = self.file.write_private_record(opcode, body, PrivateRecordOptions::IncludeInChunks.into());
+            return self.done(written);
+        }
+        match parse_record(opcode, body) {
+            Ok(Record::Schema { header, data }) => {
+                let written = self.file.add_schema_with_id(header.id, &header.name, &header.encoding, &data);
+                self.done(written).map(|_| ())
+            }
+            Ok(Record::Channel(channel)) => {
+                let id = (channel.id, channel.schema_id);
+                let written = self.file.add_channel_with_id(
+                    id.0,
+                    id.1,
+                    &channel.topic,
+                    &channel.message_encoding,
+                    &channel.metadata,
+                );
+                self.channels.insert(channel.id);
+                self.done(written).map(|_| ())
+            }
+            Ok(Record::Metadata(metadata)) => {
+                let written = self.file.write_metadata(&metadata);
+                self.done(written)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes a message. Where the record of its channel is lost, the summary of the old file may have it; where nothing describes
+    /// the channel, nobody can read the message, and the remarks count it.
+    fn message(&mut self, rows: &McapRows, header: &MessageHeader, data: &[u8]) -> Result<(), RewriteError> {
+        if !self.channels.contains(&header.channel_id) {
+            let Some(channel) = rows.channel_in_summary(header.channel_id) else { return Ok(()) };
+            if let Some(schema) = &channel.schema {
+                let written = self.file.add_schema_with_id(schema.id, &schema.name, &schema.encoding, &schema.data);
+                self.done(written)?;
+            }
+            let schema = channel.schema.as_ref().map_or(0, |schema| schema.id);
+            let written = self.file.add_channel_with_id(
+                channel.id,
+                schema,
+                &channel.topic,
+                &channel.message_encoding,
+                &channel.metadata,
+            );
+            self.done(written)?;
+            self.channels.insert(channel.id);
+        }
+        let written = self.file.write_to_known_channel(header, data);
+        self.done(written)
+    }
+
+    /// Copies an attachment piece by piece: two times, name, type, and the bytes with their length before and a check sum after.
+    fn attachment(&mut self, mut body: impl Read, length: u64) -> Result<(), RewriteError> {
+        let Ok((header, data)) = attachment_header(&mut body, length) else { return Ok(()) };
+        let begun = self.file.start_attachment(data, header);
+        self.done(begun)?;
+        let mut piece = [0; PIECE];
+        let mut left = data;
+        while left > 0 {
+            let most = PIECE.min(usize::try_from(left).unwrap_or(PIECE));
+            let read = match body.read(&mut piece[..most]) {
+                Ok(0) => return Err(failed(self.output, McapError::UnexpectedEof).into()),
+                Ok(read) => read,
+                Err(cause) => return Err(failed(self.output, McapError::Io(cause)).into()),
+            };
+            let written = self.file.put_attachment_bytes(&piece[..read]);
+            self.done(written)?;
+            left -= read as u64;
+        }
+        let finished = self.file.finish_attachment();
+        self.done(finished)
+    }
+
+    fn finish(mut self) -> Result<(), RewriteError> {
+        let finished = self.file.finish();
+        self.done(finished)?;
+        Ok(self.file.into_inner().finish()?)
+    }
+}
+
+/// What stands before the bytes of an attachment, and how many these are.
+fn attachment_header(body: &mut impl Read, length: u64) -> io::Result<(AttachmentHeader, u64)> {
+    let number = |body: &mut dyn Read| -> io::Result<u64> {
+        let mut bytes = [0; 8];
+        body.read_exact(&mut bytes)?;
+        Ok(u64::from_le_bytes(bytes))
+    };
+    let text = |body: &mut dyn Read| -> io::Result<String> {
+        let mut bytes = [0; 4];
+        body.read_exact(&mut bytes)?;
+        let length = u64::from(u32::from_le_bytes(bytes));
+        let mut text = String::new();
+        body.take(length.min(LONGEST_NAME)).read_to_string(&mut text)?;
+        if text.len() as u64 == length { Ok(text) } else { Err(io::ErrorKind::InvalidData.into()) }
+    };
+    let (log_time, create_time) = (number(body)?, number(body)?);
+    let (name, media_type) = (text(body)?, text(body)?);
+    let data = number(body)?;
+    let before = (8 + 8 + 4 + name.len() + 4 + media_type.len() + 8) as u64;
+    if before.checked_add(data).is_none_or(|end| end > length) {
+        return Err(io::ErrorKind::InvalidData.into());
+    }
+    Ok((AttachmentHeader { log_time, create_time, name, media_type }, data))
+}

@@ -1,0 +1,426 @@
+//! Recordings written and read back, spread over topics, dirty and damaged.
+
+use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+
+use ::mcap::records::MessageHeader;
+use ::mcap::{Compression, WriteOptions, Writer};
+use proptest::prelude::*;
+
+use super::joint_state::cdr;
+use super::*;
+
+/// A message to be written: topic, time of logging in s, joints, and positions; efforts are ten times as much.
+type Sent<'a> = (&'a str, f64, &'a [&'a str], &'a [f64]);
+
+/// What a test writes.
+struct Bag {
+    folder: tempfile::TempDir,
+}
+
+impl Bag {
+    fn new() -> Bag {
+        Bag { folder: tempfile::tempdir().unwrap() }
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    fn text(&self, name: &str, text: impl AsRef<[u8]>) -> PathBuf {
+        fs::write(self.path(name), text).unwrap();
+        self.path(name)
+    }
+
+    /// Chunks of three messages each.
+    fn messages(&self, name: &str, compression: Option<Compression>, sent: &[Sent<'_>]) -> PathBuf {
+        let options = WriteOptions::new().compression(compression).compression_threads(0).chunk_size(None);
+        let mut writer = options.create(File::create(self.path(name)).unwrap()).unwrap();
+        for (index, (topic, time, names, positions)) in sent.iter().enumerate() {
+            let efforts: Vec<f64> = positions.iter().map(|position| 10.0 * position).collect();
+            let nanoseconds = (time * 1e9) as u64;
+            let stamp = ((nanoseconds / 1_000_000_000) as i32, (nanoseconds % 1_000_000_000) as u32);
+            let mut data = Vec::new();
+            cdr::write(&mut data, stamp, names, [positions, &[], &efforts]);
+            send(&mut writer, topic, "sensor_msgs/msg/JointState", "cdr", nanoseconds, &data);
+            if index % 3 == 2 {
+                writer.flush().unwrap();
+            }
+        }
+        writer.finish().unwrap();
+        self.path(name)
+    }
+}
+
+fn send(writer: &mut Writer<File>, topic: &str, kind: &str, encoding: &str, log_time: u64, data: &[u8]) {
+    let schema = writer.add_schema(kind, "ros2msg", b"...").unwrap();
+    let channel_id = writer.add_channel(schema, topic, encoding, &BTreeMap::new()).unwrap();
+    let header = MessageHeader { channel_id, sequence: 0, log_time, publish_time: log_time };
+    writer.write_to_known_channel(&header, data).unwrap();
+}
+
+/// What a file says.
+#[derive(Debug)]
+struct Said {
+    columns: Vec<String>,
+    rows: Vec<Row>,
+    remarks: Vec<String>,
+    metadata: BTreeMap<String, String>,
+}
+
+fn read(path: &Path) -> Result<Said, ReadError> {
+    said(open(path)?)
+}
+
+fn said(mut rows: Box<dyn Rows>) -> Result<Said, ReadError> {
+    let mut said = Vec::new();
+    let mut row = Row::default();
+    let mut before = 0.0;
+    while rows.read(&mut row)? {
+        assert_eq!(row.cells.len(), rows.columns().len());
+        assert!((before..=1.0).contains(&rows.progress()));
+        before = rows.progress();
+        said.push(row.clone());
+    }
+    Ok(Said { columns: rows.columns().to_vec(), rows: said, remarks: rows.remarks(), metadata: rows.metadata() })
+}
+
+impl Said {
+    fn column(&self, name: &str) -> Vec<f64> {
+        let index = self.columns.iter().position(|column| column == name).unwrap();
+        self.rows.iter().map(|row| row.cells.get(index).copied().unwrap_or(f64::NAN)).collect()
+    }
+}
+
+/// Numbers with NaN as `None`, so that they can be compared.
+fn some(numbers: &[f64]) -> Vec<Option<f64>> {
+    numbers.iter().map(|number| (!number.is_nan()).then_some(*number)).collect()
+}
+
+#[test]
+fn what_is_written_is_read_back_to_the_bit() {
+    let bag = Bag::new();
+    let metadata = BTreeMap::from([("load".to_owned(), "plate-a".to_owned())]);
+    let columns = ["time_s", "a.position", "/wrist:b.position", "a.effort"].map(str::to_owned).to_vec();
+    let heading = Heading { columns: columns.clone(), metadata: metadata.clone() };
+    let sent: Vec<[f64; 4]> = (0..20_000)
+        .map(|row| {
+            let row = f64::from(row);
+            [row * 0.25, row.sin(), if row > 9.0 { row.cos() } else { f64::NAN }, row / 3.0]
+        })
+        .collect();
+    for name in ["a.csv", "a.parquet", "a.mcap"] {
+        let path = bag.path(name);
+        let mut writer = create(&path, &heading, false).unwrap();
+        sent.iter().for_each(|cells| writer.write(cells).unwrap());
+        writer.finish().unwrap();
+        let said = read(&path).unwrap();
+        assert_eq!((&said.metadata, said.remarks.len()), (&metadata, 0), "{name}");
+        // A row of two topics is two messages.
+        let rows = if name == "a.mcap" { 40_000 - 10 } else { 20_000 };
+        assert_eq!(said.rows.len(), rows, "{name}");
+        for (index, column) in columns.iter().enumerate() {
+            let name_read = if name == "a.mcap" { column.strip_prefix("/wrist:").unwrap_or(column) } else { column };
+            let found: Vec<u64> =
+                said.column(name_read).into_iter().filter(|cell| !cell.is_nan()).map(f64::to_bits).collect();
+            let expected = sent.iter().flat_map(|cells| {
+                let twice = index == 0 && name == "a.mcap" && !cells[2].is_nan();
+                std::iter::repeat_n(cells[index], if twice { 2 } else { 1 })
+            });
+            let expected: Vec<u64> = expected.filter(|cell| !cell.is_nan()).map(f64::to_bits).collect();
+            assert_eq!(found, expected, "{name}: {column}");
+        }
+    }
+}
+
+#[test]
+fn joints_may_be_reordered_and_spread_over_topics() {
+    let bag = Bag::new();
+    let sent: [Sent<'_>; 4] = [
+        ("/arm", 1.0, &["a", "b"], &[1.0, 2.0]),
+        ("/hand", 1.5, &["c"], &[3.0]),
+        ("/arm", 2.0, &["b", "a"], &[4.0, 5.0]),
+        ("/arm", 3.0, &["b"], &[6.0]),
+    ];
+    for compression in [None, Some(Compression::Lz4), Some(Compression::Zstd)] {
+        let said = read(&bag.messages("a.mcap", compression, &sent)).unwrap();
+        let expected = ["time_s", "a.position", "b.position", "a.effort", "b.effort", "c.position", "c.effort"];
+        assert_eq!(said.columns, expected);
+        assert_eq!(said.column("time_s"), [1.0, 1.5, 2.0, 3.0]);
+        assert_eq!(some(&said.column("a.position")), [Some(1.0), None, Some(5.0), None]);
+        assert_eq!(some(&said.column("b.effort")), [Some(20.0), None, Some(40.0), Some(60.0)]);
+        assert_eq!(some(&said.column("c.position")), [None, Some(3.0), None, None]);
+        assert_eq!(said.rows.iter().map(|row| row.number).collect::<Vec<_>>(), [1, 2, 3, 4]);
+    }
+}
+
+#[test]
+fn a_joint_of_two_topics_has_columns_of_both() {
+    let bag = Bag::new();
+    let sent: [Sent<'_>; 2] = [("/a", 1.0, &["j", "k"], &[1.0, 2.0]), ("/b", 2.0, &["j"], &[3.0])];
+    let said = read(&bag.messages("a.mcap", None, &sent)).unwrap();
+    assert_eq!(said.columns[1..4], ["/a:j.position", "k.position", "/a:j.effort"]);
+    assert_eq!(some(&said.column("/b:j.position")), [None, Some(3.0)]);
+}
+
+#[test]
+fn joints_may_appear_midway() {
+    let bag = Bag::new();
+    let mut sent: Vec<Sent<'_>> = (0..10_500).map(|row| ("/a", f64::from(row), &["j"][..], &[1.0][..])).collect();
+    sent.push(("/a", 20_000.0, &["j", "late"], &[2.0, 3.0]));
+    sent.push(("/b", 20_001.0, &["j"], &[4.0]));
+    let path = bag.messages("a.mcap", Some(Compression::Zstd), &sent);
+    let rows = open(&path).unwrap();
+    assert_eq!(rows.columns(), ["time_s", "j.position", "j.effort"]);
+    let said = said(rows).unwrap();
+    assert_eq!(said.columns[3..], ["late.position", "late.effort", "/b:j.position", "/b:j.effort"]);
+    assert_eq!(said.rows[10_500].cells[..5], [20_000.0, 2.0, 20.0, 3.0, 30.0]);
+    assert_eq!(said.rows[10_501].cells[5..], [4.0, 40.0]);
+    assert_eq!(said.remarks.len(), 2, "{:?}", said.remarks);
+    assert!(said.remarks[0].starts_with("/b speaks of joint `j` too, long after /a: its column is `/b:j.position`"));
+}
+
+#[test]
+fn json_is_read_like_cdr() {
+    let bag = Bag::new();
+    let path = bag.path("a.mcap");
+    let mut writer = Writer::new(File::create(&path).unwrap()).unwrap();
+    let good = br#"{"header":{"stamp":{"sec":7,"nanosec":500000000},"frame_id":"x"},"name":["a","b"],
+                    "position":[1.5,null],"velocity":[],"effort":[3,4]}"#;
+    for data in [&good[..], b"{", br#"{"name":["a"],"position":[1.0,2.0]}"#, br#"{"name":["a"],"position":[2.0]}"#] {
+        send(&mut writer, "/js", "sensor_msgs/msg/JointState", "json", 9_000_000_000, data);
+    }
+    send(&mut writer, "/other", "std_msgs/msg/String", "cdr", 9, b"");
+    writer.finish().unwrap();
+    let said = read(&path).unwrap();
+    assert_eq!(said.columns, ["time_s", "a.position", "b.position", "a.effort", "b.effort"]);
+    assert_eq!(some(&said.rows[0].cells), [Some(7.5), Some(1.5), None, Some(3.0), Some(4.0)]);
+    assert_eq!(some(&said.rows[1].cells), [Some(9.0), Some(2.0), None, None, None]);
+    let expected = [
+        "/js: 1 messages are damaged and left out (no such message in JSON), the first is message 2",
+        "/js: 1 messages are damaged and left out (not as many numbers of position as names), the first is message 3",
+        "column `b.position`: 1 of its readings are no finite numbers, and count as missing",
+    ];
+    assert_eq!(said.remarks, expected);
+}
+
+#[test]
+fn a_bag_without_joint_states_tells_its_topics() {
+    let bag = Bag::new();
+    let path = bag.path("a.mcap");
+    let mut writer = Writer::new(File::create(&path).unwrap()).unwrap();
+    send(&mut writer, "/scan", "sensor_msgs/msg/LaserScan", "cdr", 1, b"abc");
+    send(&mut writer, "/js", "sensor_msgs/msg/JointState", "ros1", 2, b"abc");
+    writer.finish().unwrap();
+    let error = read(&path).unwrap_err().to_string();
+    assert!(
+        error.ends_with(
+            "it has no messages of joint states (sensor_msgs/JointState) that can be read; its topics are /scan \
+             (sensor_msgs/msg/LaserScan in cdr), /js (sensor_msgs/msg/JointState in ros1)"
+        ),
+        "{error}"
+    );
+}
+
+#[test]
+fn the_files_of_a_folder_are_read_in_the_order_of_their_times() {
+    let bag = Bag::new();
+    let folder = bag.path("bag");
+    fs::create_dir(&folder).unwrap();
+    let later = bag.messages("bag/a_0.mcap", None, &[("/js", 5.0, &["a"], &[2.0])]);
+    bag.messages("bag/a_1.mcap", Some(Compression::Zstd), &[("/js", 1.0, &["a"], &[1.0])]);
+    let said = read(&folder).unwrap();
+    assert_eq!((said.column("time_s"), said.column("a.position")), (vec![1.0, 5.0], vec![1.0, 2.0]));
+    fs::write(folder.join("metadata.yaml"), "files:\n  relative_file_paths:\n    - a_0.mcap\n    - \"a_2.mcap\"\n")
+        .unwrap();
+    assert_eq!(read(&folder).unwrap().remarks, ["metadata.yaml names a_2.mcap, which is not there"]);
+    for file in [later, folder.join("a_1.mcap")] {
+        fs::remove_file(file).unwrap();
+    }
+    assert!(read(&folder).unwrap_err().to_string().contains("the folder has no .mcap file"));
+}
+
+#[test]
+fn readings_that_are_no_finite_numbers_are_missing_and_counted() {
+    let bag = Bag::new();
+    let sent: [Sent<'_>; 3] =
+        [("/a", 1.0, &["j"], &[f64::NAN]), ("/a", 2.0, &["j"], &[f64::INFINITY]), ("/a", 2.0, &["j"], &[1.0])];
+    let said = read(&bag.messages("a.mcap", None, &sent)).unwrap();
+    assert_eq!(some(&said.column("j.position")), [None, None, Some(1.0)]);
+    assert_eq!(said.remarks[0], "column `j.position`: 2 of its readings are no finite numbers, and count as missing");
+    let said = read(&bag.text("a.csv", "q,tau\n1,2\n-inf,nan\n3,x\n")).unwrap();
+    assert_eq!(some(&said.column("q")), [Some(1.0), None, Some(3.0)]);
+    assert_eq!(said.remarks.len(), 2);
+    assert_eq!(
+        said.remarks[1],
+        "column `tau`: 2 cells are no finite numbers, and count as missing; the first is on line 3"
+    );
+}
+
+/// Nine messages in three chunks, of a file with a summary.
+fn nine(bag: &Bag, compression: Option<Compression>) -> PathBuf {
+    let positions: Vec<[f64; 1]> = (0..9).map(|row| [f64::from(row)]).collect();
+    let sent: Vec<Sent<'_>> =
+        positions.iter().enumerate().map(|(row, position)| ("/js", row as f64, &["j"][..], &position[..])).collect();
+    bag.messages("nine.mcap", compression, &sent)
+}
+
+#[test]
+fn of_a_file_that_is_cut_all_whole_messages_are_read_and_the_loss_is_said() {
+    let bag = Bag::new();
+    for compression in [None, Some(Compression::Lz4), Some(Compression::Zstd)] {
+        let whole = fs::read(nine(&bag, compression)).unwrap();
+        let mut most = 0;
+        for cut in 8..whole.len() {
+            let path = bag.text("cut.mcap", &whole[..cut]);
+            let said = match read(&path) {
+                Ok(said) => said,
+                Err(ReadError::NoJointStates { .. }) if most == 0 => continue,
+                Err(error) => panic!("cut at {cut}: {error}"),
+            };
+            let positions: Vec<f64> = (0..said.rows.len()).map(|row| row as f64).collect();
+            assert_eq!(said.column("j.position"), positions, "cut at {cut}");
+            assert!(said.rows.len() >= most, "cut at {cut}");
+            most = said.rows.len();
+            // Once the data section has ended, nothing that is read is missing.
+            let lost = said.remarks.iter().any(|remark| remark.starts_with("the file is cut"));
+            assert!(lost || said.rows.len() == 9, "cut at {cut}: {:?}", said.remarks);
+        }
+        assert_eq!(most, 9);
+    }
+}
+
+#[test]
+fn the_messages_of_an_uncompressed_chunk_are_read_one_by_one_up_to_the_cut() {
+    let bag = Bag::new();
+    let whole = fs::read(nine(&bag, None)).unwrap();
+    let mut counts: Vec<usize> = (8..whole.len())
+        .filter_map(|cut| read(&bag.text("cut.mcap", &whole[..cut])).ok())
+        .map(|said| said.rows.len())
+        .collect();
+    counts.dedup();
+    assert_eq!(counts, [1, 2, 3, 4, 5, 6, 7, 8, 9]);
+}
+
+#[test]
+fn a_damaged_chunk_is_lost_and_said_and_the_others_are_read() {
+    let bag = Bag::new();
+    for compression in [None, Some(Compression::Lz4), Some(Compression::Zstd)] {
+        let whole = fs::read(nine(&bag, compression)).unwrap();
+        let summary = ::mcap::Summary::read(&whole).unwrap().unwrap();
+        let mut losses = 0;
+        for (lost, chunk) in summary.chunk_indexes.iter().enumerate() {
+            let start = chunk.compressed_data_offset().unwrap() as usize;
+            for at in start..start + chunk.compressed_size as usize {
+                let mut bytes = whole.clone();
+                bytes[at] ^= 0x40;
+                let said = read(&bag.text("bad.mcap", &bytes)).unwrap();
+                let is_lost = said.rows.len() < 9;
+                let expected: Vec<f64> =
+                    (0..9).filter(|row| !is_lost || row / 3 != lost).map(|row| row as f64).collect();
+                assert_eq!(said.column("j.position"), expected);
+                let times = format!("with the messages from {}.000 s to {}.000 s is damaged", 3 * lost, 3 * lost + 2);
+                assert_eq!(said.remarks.iter().filter(|remark| remark.contains(&times)).count(), usize::from(is_lost));
+                losses += usize::from(is_lost);
+                // A compressor has bits that say nothing.
+                assert!(is_lost || compression.is_some(), "at {at}");
+            }
+        }
+        assert!(losses > 100);
+    }
+}
+
+#[test]
+fn any_damaged_byte_ends_in_rows_or_an_error() {
+    let bag = Bag::new();
+    for compression in [None, Some(Compression::Lz4), Some(Compression::Zstd)] {
+        let whole = fs::read(nine(&bag, compression)).unwrap();
+        for at in 8..whole.len() {
+            let mut bytes = whole.clone();
+            bytes[at] = !bytes[at];
+            if let Ok(said) = read(&bag.text("bad.mcap", &bytes)) {
+                assert!(said.rows.len() <= 9, "at {at}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_file_without_summary_is_read_in_full() {
+    let bag = Bag::new();
+    let path = bag.path("bare.mcap");
+    let options = WriteOptions::new().use_chunks(false).emit_summary_records(false).emit_summary_offsets(false);
+    let mut writer = options.create(File::create(&path).unwrap()).unwrap();
+    let mut data = Vec::new();
+    cdr::write(&mut data, (0, 0), &["j"], [&[1.0], &[], &[]]);
+    (1..4).for_each(|time| send(&mut writer, "/js", "sensor_msgs/JointState", "cdr", time * 1_000_000_000, &data));
+    writer.finish().unwrap();
+    let said = read(&path).unwrap();
+    assert_eq!((said.column("time_s"), said.remarks.len()), (vec![1.0, 2.0, 3.0], 0));
+    assert_eq!(said.columns, ["time_s", "j.position"]);
+}
+
+#[test]
+fn a_csv_file_tells_how_it_is_written() {
+    let bag = Bag::new();
+    let expected = [vec![0.5, -1.25], vec![1e-3, 7.0]];
+    for (text, columns) in [
+        ("q,tau\n0.5,-1.25\n0.001,7\n", ["q", "tau"]),
+        ("\u{feff}# load = plate-a\r\n\r\nq;tau\r\n0,5;-1,25\r\n1e-3;7\r\n", ["q", "tau"]),
+        ("q\ttau\n0.5\t-1.25\n\"1e-3\"\t7", ["q", "tau"]),
+        ("0,5\t-1,25\n0,001\t7", ["column1", "column2"]),
+        ("0.5,-1.25\n# why not\n0.001,7", ["column1", "column2"]),
+        ("\"q\";\"tau\"\n0.5;-1.25\n0.001;7\n", ["q", "tau"]),
+    ] {
+        let said = read(&bag.text("a.csv", text)).unwrap();
+        assert_eq!(said.columns, columns, "{text}");
+        assert_eq!(said.rows.iter().map(|row| row.cells.clone()).collect::<Vec<_>>(), expected, "{text}");
+        assert_eq!(said.metadata.get("load").map(String::as_str), text.contains("load").then_some("plate-a"));
+    }
+    let stated = CsvFormat { delimiter: b'|', decimal_comma: true, header: false };
+    let said = said(open_csv(&bag.text("a.csv", "0,5|1\n"), stated).unwrap()).unwrap();
+    assert_eq!((said.columns.len(), &said.rows[0].cells[..]), (2, &[0.5, 1.0][..]));
+}
+
+#[test]
+fn lines_that_are_no_rows_are_left_out_and_said() {
+    let bag = Bag::new();
+    let said = read(&bag.text("a.csv", b"q,tau\n1,2\n1\n3,\xe4\n3,\"4\n5,6\n7,8,9\n5,")).unwrap();
+    assert_eq!(said.rows.iter().map(|row| row.number).collect::<Vec<_>>(), [2, 6, 8]);
+    let path = bag.path("a.csv");
+    let expected = [
+        "1 lines are left out (a quote is not closed), the first is line 5",
+        "2 lines are left out (more or fewer cells than columns), the first is line 3",
+        "1 lines are left out (no UTF-8 text), the first is line 4",
+    ];
+    assert_eq!(said.remarks, expected.map(|remark| format!("{}: {remark}", path.display())));
+}
+
+#[test]
+fn what_is_no_recording_is_told_apart() {
+    let bag = Bag::new();
+    for (bytes, expected) in [
+        (&b"SQLite format 3\0..."[..], "database of sqlite3"),
+        (b"#ROSBAG V2.0\n", "a bag of ROS 1"),
+        (b"\x1f\x8b\x08", "compressed"),
+        (b"\x89MCAP1\r\n", "it does not begin as an MCAP file does"),
+        (b"PAR1....", "this Parquet file cannot be read"),
+        (b"", "the file is empty"),
+        (b"q,tau\n", "the file has a header but no rows"),
+    ] {
+        let error = read(&bag.text("a", bytes)).unwrap_err().to_string();
+        assert!(error.contains(expected), "{error}");
+    }
+    let long = vec![b'1'; 2_000_000];
+    assert!(matches!(read(&bag.text("a", long)), Err(ReadError::LongLine { line: 1, .. })));
+    assert!(matches!(read(&bag.path("absent")), Err(ReadError::NoFile { .. })));
+}
+
+proptest! {
+    #[test]
+    fn arbitrary_text_does_not_panic(text in "[q1,;\t\"#\n\r \u{feff}é.e-]{0,80}") {
+        let bag = Bag::new();
+        let _ = read(&bag.text("a.csv", text));
+    }
+}
