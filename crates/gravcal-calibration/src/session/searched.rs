@@ -48,7 +48,7 @@ impl Searched {
         let mut durations: Vec<f64> = found.iter().map(|found| found.interval[1] - found.interval[0]).collect();
         let spreads = found.iter().flat_map(|found| found.torque.iter().chain(&found.instruments).flatten());
         let (mut samples, mut effective): (Vec<f64>, Vec<f64>) = spreads.map(|s| (s.samples, s.effective)).unzip();
-        let mut middle = |values: &mut Vec<f64>| {
+        let middle = |values: &mut Vec<f64>| {
             values.sort_by(f64::total_cmp);
             values.get(values.len() / 2).copied()
         };
