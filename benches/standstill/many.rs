@@ -107,7 +107,6 @@ impl Tally {
         let mut seen = vec![false; truths.len()];
         for standstill in found {
             let [from, until] = standstill.interval;
-            // What settles belongs to the standstill where it cannot be seen any more.
             let shared = |truth: &TrueStandstill| {
                 until.min(truth.interval[1]) - from.max(truth.interval[0]) > 0.5 * (until - from)
             };

@@ -19,9 +19,9 @@ pub(crate) fn motion() -> Motion {
         rate: 1000.0,
         samples: SAMPLES,
         moving: 0.4,
-        settling: 0.3,
+        settling: 0.2,
         vibration: 20.0,
-        settling_time: 0.04,
+        settling_time: 0.03,
         correlation: 0.0,
         dirt: Dirt::default(),
     }

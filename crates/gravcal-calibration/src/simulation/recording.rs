@@ -64,7 +64,7 @@ pub struct Dirt {
 pub struct TrueStandstill {
     /// Index of the table.
     pub table: usize,
-    /// First and last time after settling, s.
+    /// From the end of the move to the beginning of the next, s; it settles first.
     pub interval: [f64; 2],
     /// Whether something touches the arm.
     pub touched: bool,
@@ -204,6 +204,7 @@ impl<'a> Recorder<'a> {
     ) -> Result<(), E> {
         let (joints, samples) = (self.direction.len(), self.motion.samples);
         let from = self.time();
+        let arrival = from - (if index == 0 { self.motion.moving } else { 0.0 }) - self.motion.settling;
         let mut mean = vec![0.0; 2 * joints];
         let touched = self.touched.contains(&self.session.poses.len());
         let length = samples as f64 / self.motion.rate;
@@ -214,13 +215,13 @@ impl<'a> Recorder<'a> {
             let clean = self.row(table, &Still { readings: readings.clone(), since }, touch, sink)?;
             mean.iter_mut().zip(clean).for_each(|(mean, reading)| *mean += reading / samples as f64);
         }
-        let interval = [from, self.time() - 1.0 / self.motion.rate];
+        let interval = [arrival, self.time() - 1.0 / self.motion.rate];
         let stated = |joint: usize| self.simulation.stated_std_of_recording(joint, self.motion);
         let reading = |joint: usize| {
             self.simulation.template.joints[joint].torque_unit?;
             Some(Reading { value: mean[joints + joint], std: Some(stated(joint)) })
         };
-        let conditions = self.conditions(0.5 * (interval[0] + interval[1]));
+        let conditions = self.conditions(0.5 * (from + interval[1]));
         let pose = Pose {
             table,
             line: index as u64 + 2,

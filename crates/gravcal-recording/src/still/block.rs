@@ -74,11 +74,13 @@ pub(super) struct Steps {
     pub least: f64,
 }
 
-/// Channels in groups of [`WIDTH`]; those that fill up the last group say nothing.
+/// Channels in groups of [`WIDTH`]; those that fill up the last group are always 0.
 #[derive(Clone, Debug)]
 struct Lanes {
     /// The last five samples, the newest at the end.
     last: [Group; 5],
+    /// Whether every channel has said something.
+    is_full: bool,
     limit: Group,
     lowest: Group,
     highest: Group,
@@ -97,6 +99,7 @@ impl Lanes {
         let zero = [0.0; WIDTH];
         Lanes {
             last: [[f64::NAN; WIDTH]; 5],
+            is_full: false,
             limit: [f64::INFINITY; WIDTH],
             lowest: [f64::NEG_INFINITY; WIDTH],
             highest: [f64::INFINITY; WIDTH],
@@ -111,43 +114,54 @@ impl Lanes {
         }
     }
 
-    #[inline(always)]
     fn take(&mut self, values: &Group) {
-        for i in 0..WIDTH {
-            let new = values[i];
-            let newest = self.last[4][i];
-            let says = !new.is_nan();
-            let first = says && newest.is_nan();
-            let step = if first { 0.0 } else { new - newest };
-            let shifted = |older: f64, newer: f64| {
-                if says { if first { new } else { newer } } else { older }
-            };
-            let a = shifted(self.last[0][i], self.last[1][i]);
-            let b = shifted(self.last[1][i], self.last[2][i]);
-            let c = shifted(self.last[2][i], self.last[3][i]);
-            let d = shifted(self.last[3][i], newest);
-            let e = if says { new } else { newest };
-            self.last[0][i] = a;
-            self.last[1][i] = b;
-            self.last[2][i] = c;
-            self.last[3][i] = d;
-            self.last[4][i] = e;
-            let low = max(min(a, b), min(d, e));
-            let high = min(max(a, b), max(d, e));
-            let median = max(min(low, high), min(max(low, high), c));
-            let counts = says && (c - median).abs() <= self.limit[i];
-            let weight = f64::from(u8::from(counts));
-            let distance = if counts { c - self.reference[i] } else { 0.0 };
-            self.count[i] += weight;
-            self.sum[i] += distance;
-            self.squares[i] += distance * distance;
-            let at_end = counts && (c <= self.lowest[i] || c >= self.highest[i]);
-            self.ends[i] += f64::from(u8::from(at_end));
-            let size = step.abs();
-            self.samples[i] += f64::from(u8::from(says));
-            self.steps[i] += if says { step * step } else { 0.0 };
-            self.least[i] = min(self.least[i], if says && size > 0.0 { size } else { f64::INFINITY });
+        if self.is_full && values.iter().all(|value| !value.is_nan()) {
+            self.take_all(values);
+        } else {
+            (0..WIDTH).filter(|i| !values[*i].is_nan()).for_each(|i| self.take_one(i, values[i]));
+            self.is_full = self.last[4].iter().all(|newest| !newest.is_nan());
         }
+    }
+
+    /// All channels say something, and have done so before: nothing to decide, so that the processor takes them at once.
+    #[inline(always)]
+    fn take_all(&mut self, values: &Group) {
+        let [_, a, b, c, d] = self.last;
+        self.last = [a, b, c, d, *values];
+        for i in 0..WIDTH {
+            self.count(i, [a[i], b[i], c[i], d[i], values[i]], values[i] - d[i]);
+        }
+    }
+
+    fn take_one(&mut self, i: usize, new: f64) {
+        let newest = self.last[4][i];
+        let is_first = newest.is_nan();
+        for (older, newer) in (0..4).zip(1..5) {
+            self.last[older][i] = if is_first { new } else { self.last[newer][i] };
+        }
+        self.last[4][i] = new;
+        let step = if is_first { 0.0 } else { new - newest };
+        self.count(i, [0, 1, 2, 3, 4].map(|place: usize| self.last[place][i]), step);
+    }
+
+    /// Counts the middle one of five successive samples of channel `i`, and the step to the last.
+    #[inline(always)]
+    fn count(&mut self, i: usize, [a, b, c, d, e]: [f64; 5], step: f64) {
+        let low = max(min(a, b), min(d, e));
+        let high = min(max(a, b), max(d, e));
+        let median = max(min(low, high), min(max(low, high), c));
+        let weight = if (c - median).abs() <= self.limit[i] { 1.0 } else { 0.0 };
+        let distance = weight * (c - self.reference[i]);
+        self.count[i] += weight;
+        self.sum[i] += distance;
+        self.squares[i] += distance * distance;
+        let below = if c <= self.lowest[i] { weight } else { 0.0 };
+        let above = if c >= self.highest[i] { weight } else { 0.0 };
+        self.ends[i] += below + above;
+        let size = step.abs();
+        self.samples[i] += 1.0;
+        self.steps[i] += step * step;
+        self.least[i] = min(self.least[i], if size > 0.0 { size } else { f64::INFINITY });
     }
 
     /// What channel `i` said since the last time, and begins anew.
@@ -200,7 +214,7 @@ impl Blocks {
             lanes[index / WIDTH].lowest[index % WIDTH] = channel.range[0];
             lanes[index / WIDTH].highest[index % WIDTH] = channel.range[1];
         }
-        Blocks { values: vec![f64::NAN; lanes.len() * WIDTH], lanes, channels: count, length, begun: None }
+        Blocks { values: vec![0.0; lanes.len() * WIDTH], lanes, channels: count, length, begun: None }
     }
 
     /// How far a sample may be from the median of its neighbours, by channel.

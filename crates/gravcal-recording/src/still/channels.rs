@@ -7,6 +7,9 @@ use crate::rows::Row;
 /// Column with the time in seconds, where the mapping names none: what recordings of messages call it.
 const TIME: &str = "time_s";
 
+/// Place of a column that has not come yet: beyond every row.
+const NOWHERE: usize = usize::MAX;
+
 /// One number of each row.
 #[derive(Clone, Debug)]
 pub(super) struct Channel {
@@ -30,8 +33,10 @@ pub(super) struct Channels {
     /// Where a velocity is only known as a slope: that of a standstill is zero.
     pub velocity_is_slope: bool,
     time: Channel,
-    places: Vec<Option<usize>>,
-    time_place: Option<usize>,
+    /// Scale and zero of each.
+    units: Vec<[f64; 2]>,
+    places: Vec<usize>,
+    time_place: usize,
     known: usize,
 }
 
@@ -72,14 +77,15 @@ impl Channels {
         let none = [f64::NEG_INFINITY, f64::INFINITY];
         Channels {
             joints: mapping.positions.len(),
-            places: vec![None; list.len()],
+            units: list.iter().map(|channel| [channel.scale, channel.zero]).collect(),
+            places: vec![NOWHERE; list.len()],
             torques,
             instruments,
             temperature,
             velocity,
             velocity_is_slope: matches!(mapping.conditions.velocity, MotionSource::Slope(_)),
             time: mapping.conditions.time.as_ref().map_or_else(|| channel(TIME, 1.0, 0.0, none), condition),
-            time_place: None,
+            time_place: NOWHERE,
             known: 0,
             list,
         }
@@ -96,11 +102,11 @@ impl Channels {
         for (place, name) in new {
             for (channel, found) in self.list.iter().zip(&mut self.places) {
                 if channel.column == *name {
-                    *found = Some(place);
+                    *found = place;
                 }
             }
             if self.time.column == *name {
-                self.time_place = Some(place);
+                self.time_place = place;
             }
         }
         self.known = columns.len();
@@ -113,18 +119,18 @@ impl Channels {
 
     /// A column that was not found, the time before all others.
     pub fn missing(&self) -> Option<&str> {
-        if self.time_place.is_none() {
+        if self.time_place == NOWHERE {
             return Some(&self.time.column);
         }
-        let found = self.list.iter().zip(&self.places).find(|(_, place)| place.is_none());
+        let found = self.list.iter().zip(&self.places).find(|(_, place)| **place == NOWHERE);
         found.map(|(channel, _)| channel.column.as_str())
     }
 
     /// The time of a row, s, and the numbers in it; NaN where it says nothing.
     pub fn read(&self, row: &Row, values: &mut [f64]) -> f64 {
-        let cell = |place: Option<usize>| place.and_then(|place| row.cells.get(place)).copied().unwrap_or(f64::NAN);
-        for ((value, channel), place) in values.iter_mut().zip(&self.list).zip(&self.places) {
-            *value = cell(*place) * channel.scale + channel.zero;
+        let cell = |place: usize| row.cells.get(place).copied().unwrap_or(f64::NAN);
+        for ((value, [scale, zero]), place) in values.iter_mut().zip(&self.units).zip(&self.places) {
+            *value = cell(*place) * scale + zero;
         }
         cell(self.time_place) * self.time.scale + self.time.zero
     }

@@ -258,6 +258,11 @@ impl Judge<'_> {
             }
             end -= 1;
         }
+        // Where no joint moves, a long part that departs is no beginning of a motion.
+        let moves = |series: &Series<'_>| series.departure((end, last), (begin, end)) > UNSETTLED;
+        if last - end > (last - begin) / 6 && !run.interrupted[1] && !series[..self.joints].iter().any(moves) {
+            return last;
+        }
         let guard = if run.interrupted[1] || run.doublings > 0 { 0 } else { GUARD };
         end.saturating_sub(guard).max(begin)
     }
