@@ -156,6 +156,11 @@ impl Judge<'_> {
         let end = self.steady_until(run, &series, begin, last);
         let begin = self.calm_from(&series, begin, end);
         if !self.is_long(run, begin, end) {
+            let touched = |channel: &usize| Some((*channel, series[*channel].comes_back(first, last)?));
+            if let Some((channel, block)) = (self.joints..series.len()).find_map(|channel| touched(&channel)) {
+                let (column, at) = (self.columns[channel].to_owned(), run.blocks[block].from);
+                return Err(rejected(Reason::Touched { column, at }));
+            }
             // What changes over its later half is what keeps it from being one.
             let (half, quarter) = (first + (last - first) / 2, first + 3 * (last - first) / 4);
             let channel = self.departing(&series, half, quarter, last).or(self.departing(&series, first, half, last));
@@ -422,6 +427,17 @@ impl Series<'_> {
         let variance = self.std(here.0, here.2).powi(2) + self.std(there.0, there.2).powi(2);
         let difference = (here.1 / here.0 - there.1 / there.0).abs() - self.tolerance;
         if difference <= 0.0 { 0.0 } else { difference / variance.sqrt() }
+    }
+
+    /// The block at which the channel leaves the place where its later half is, having been there before.
+    fn comes_back(&self, first: usize, last: usize) -> Option<usize> {
+        let is_near = |index: usize| self.core[index + 1].0 > self.core[index].0;
+        let all = |from: usize, count: usize, near: bool| {
+            (from..from + count).all(|index| index < last && !self.outlier[index] && is_near(index) == near)
+        };
+        let there = (first..last).find(|index| all(*index, 3, true))?;
+        let leaves = (there + 3..last).find(|index| all(*index, 2, false))?;
+        (leaves + 2..last).any(|index| all(index, 2, true)).then_some(leaves)
     }
 
     /// A window that departs from the rest by more than [`DISTURBED`].
