@@ -10,6 +10,10 @@ use super::channels::Channels;
 /// Channels that are treated together.
 const WIDTH: usize = 4;
 
+/// Blocks in which every step is looked at, and then one of so many.
+const WATCHED: u64 = 1024;
+const OF_BLOCKS: u64 = 8;
+
 type Group = [f64; WIDTH];
 
 /// What one channel said during a block.
@@ -114,9 +118,12 @@ impl Lanes {
         }
     }
 
-    fn take(&mut self, values: &Group) {
+    fn take(&mut self, values: &Group, watched: bool) {
         if self.is_full && values.iter().all(|value| !value.is_nan()) {
             self.take_all(values);
+            if watched {
+                (0..WIDTH).for_each(|i| self.count_step(i, values[i] - self.last[3][i]));
+            }
         } else {
             (0..WIDTH).filter(|i| !values[*i].is_nan()).for_each(|i| self.take_one(i, values[i]));
             self.is_full = self.last[4].iter().all(|newest| !newest.is_nan());
@@ -129,7 +136,7 @@ impl Lanes {
         let [_, a, b, c, d] = self.last;
         self.last = [a, b, c, d, *values];
         for i in 0..WIDTH {
-            self.count(i, [a[i], b[i], c[i], d[i], values[i]], values[i] - d[i]);
+            self.count(i, [a[i], b[i], c[i], d[i], values[i]]);
         }
     }
 
@@ -141,12 +148,13 @@ impl Lanes {
         }
         self.last[4][i] = new;
         let step = if is_first { 0.0 } else { new - newest };
-        self.count(i, [0, 1, 2, 3, 4].map(|place: usize| self.last[place][i]), step);
+        self.count(i, [0, 1, 2, 3, 4].map(|place: usize| self.last[place][i]));
+        self.count_step(i, step);
     }
 
-    /// Counts the middle one of five successive samples of channel `i`, and the step to the last.
+    /// Counts the middle one of five successive samples of channel `i`.
     #[inline(always)]
-    fn count(&mut self, i: usize, [a, b, c, d, e]: [f64; 5], step: f64) {
+    fn count(&mut self, i: usize, [a, b, c, d, e]: [f64; 5]) {
         let low = max(min(a, b), min(d, e));
         let high = min(max(a, b), max(d, e));
         let median = max(min(low, high), min(max(low, high), c));
@@ -158,6 +166,11 @@ impl Lanes {
         let below = if c <= self.lowest[i] { weight } else { 0.0 };
         let above = if c >= self.highest[i] { weight } else { 0.0 };
         self.ends[i] += below + above;
+    }
+
+    /// Counts the step between the last two samples of channel `i`.
+    #[inline(always)]
+    fn count_step(&mut self, i: usize, step: f64) {
         let size = step.abs();
         self.samples[i] += 1.0;
         self.steps[i] += step * step;
@@ -202,6 +215,8 @@ pub(super) struct Blocks {
     channels: usize,
     /// Of a block, s.
     length: f64,
+    /// Blocks so far.
+    finished: u64,
     /// Time of the first and of the last sample, s, and where the first one stands.
     begun: Option<(f64, f64, u64)>,
 }
@@ -214,7 +229,7 @@ impl Blocks {
             lanes[index / WIDTH].lowest[index % WIDTH] = channel.range[0];
             lanes[index / WIDTH].highest[index % WIDTH] = channel.range[1];
         }
-        Blocks { values: vec![0.0; lanes.len() * WIDTH], lanes, channels: count, length, begun: None }
+        Blocks { values: vec![0.0; lanes.len() * WIDTH], lanes, channels: count, length, finished: 0, begun: None }
     }
 
     /// How far a sample may be from the median of its neighbours, by channel.
@@ -238,9 +253,10 @@ impl Blocks {
     /// Takes a sample into the block that has begun, or begins one.
     pub fn take(&mut self, time: f64, row: u64, values: &[f64]) {
         self.begun = Some(self.begun.map_or((time, time, row), |(from, _, row)| (from, time, row)));
+        let watched = self.finished < WATCHED || self.finished.is_multiple_of(OF_BLOCKS);
         self.values[..self.channels].copy_from_slice(values);
         for (lanes, values) in self.lanes.iter_mut().zip(self.values.as_chunks::<WIDTH>().0) {
-            lanes.take(values);
+            lanes.take(values, watched);
         }
     }
 
@@ -248,6 +264,7 @@ impl Blocks {
     pub fn finish(&mut self, steps: &mut Vec<Steps>) -> Option<Block> {
         let (from, until, row) = self.begun.take()?;
         steps.clear();
+        self.finished += 1;
         let mut sums = Vec::with_capacity(self.channels);
         for index in 0..self.channels {
             let (sum, step) = self.lanes[index / WIDTH].finish(index % WIDTH);

@@ -155,6 +155,8 @@ impl Judge<'_> {
         let begin = self.settled_from(&series, first, last);
         let end = self.steady_until(run, &series, begin, last);
         let begin = self.calm_from(&series, begin, end);
+        // What has just become too little to be seen is given as much time again: over many poses it would add up.
+        let begin = begin + (begin - first).min((end - begin) / 3);
         if !self.is_long(run, begin, end) {
             let touched = |channel: &usize| Some((*channel, series[*channel].comes_back(first, last)?));
             if let Some((channel, block)) = (self.joints..series.len()).find_map(|channel| touched(&channel)) {
@@ -233,9 +235,7 @@ impl Judge<'_> {
             }
             begin += 1;
         }
-        // What has just become too little to be seen is given some more time.
-        let more = (begin - first).div_ceil(3).min((last - begin) / 4);
-        begin + more
+        begin
     }
 
     /// A reading that swings while it settles may have the right mean over the beginning: where a window near the beginning
