@@ -181,6 +181,24 @@ pub enum ReadError {
         /// Those that are left.
         left: usize,
     },
+    /// There are no samples.
+    #[error("{}: no row tells a time and a reading, so there is nothing to find standstills in", path.display())]
+    NothingRecorded {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The arm never stands.
+    #[error(
+        "{}: no standstill is found in it{}; let the arm stand for half a second or more in each pose",
+        path.display(),
+        told(rejected)
+    )]
+    NoStandstill {
+        /// The file.
+        path: PathBuf,
+        /// What seemed to be one, and why it is none.
+        rejected: Vec<String>,
+    },
     /// A position reading is missing.
     #[error("{place}: the position is missing, and every torque depends on every position; delete the row")]
     NoPosition {
@@ -328,6 +346,14 @@ fn topics(found: &[String]) -> String {
 fn listed(names: &[String]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     quoted.join(", ")
+}
+
+/// The first of some messages, in brackets.
+fn told(messages: &[String]) -> String {
+    match messages {
+        [] => String::new(),
+        [first, ..] => format!(" (of {} that seem to be one, the first: {first})", messages.len()),
+    }
 }
 
 /// Says that a pose is the only one because rows were merged.

@@ -44,6 +44,8 @@
 //!
 //! What an earlier `calibration.json` says is read here too, as names, numbers and their covariance ([`read_earlier`]).
 //!
+//! A recording of an arm in motion is read row by row ([`open`]), and [`static_poses`] finds where the arm stands.
+//!
 //! The crate knows no robot: a joint is a place in a list. It filters nothing and weighs nothing; only when the mapping asks
 //! for it, it takes means of repeated rows and slopes over time, and leaves out readings by the motion of the arm.
 
@@ -58,6 +60,7 @@ mod pose;
 mod rows;
 mod selection;
 mod slope;
+mod still;
 mod suggest;
 mod table;
 mod unit;
@@ -78,6 +81,7 @@ pub use rows::{
     Stuck, TimeFound, Topic, Watch, create, inspect, open, open_csv, rewrite,
 };
 pub use selection::{MotionLimits, Selection};
+pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};
 pub use suggest::nearest_name;
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};

@@ -1,7 +1,7 @@
 //! Where a result comes from: program, input files, options.
 
 use std::fs;
-use std::io;
+use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
 use serde::Serialize;
@@ -62,9 +62,39 @@ impl Input {
     /// # Errors
     /// Where the file cannot be read.
     pub fn read(path: &Path, base: &Path) -> Result<Input, InputError> {
-        let contents = fs::read(path).map_err(|cause| InputError { path: path.to_owned(), cause })?;
-        let sha256 = Sha256::digest(&contents).iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Input { path: with_slashes(&relative(path, base)), sha256, bytes: contents.len() as u64 })
+        let (mut hash, mut bytes) = (Sha256::new(), 0);
+        let files = files_of(path).map_err(|cause| InputError { path: path.to_owned(), cause })?;
+        for file in files {
+            bytes += hash_file(&file, &mut hash).map_err(|cause| InputError { path: file.clone(), cause })?;
+        }
+        let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Input { path: with_slashes(&relative(path, base)), sha256, bytes })
+    }
+}
+
+/// A file itself, and of a folder (a recording in several files) every file in the order of their names.
+fn files_of(path: &Path) -> io::Result<Vec<PathBuf>> {
+    if !path.is_dir() {
+        return Ok(vec![path.to_owned()]);
+    }
+    let entries: Vec<PathBuf> = fs::read_dir(path)?.map(|entry| Ok(entry?.path())).collect::<io::Result<_>>()?;
+    let mut files: Vec<PathBuf> = entries.into_iter().filter(|entry| entry.is_file()).collect();
+    files.sort();
+    Ok(files)
+}
+
+/// Hashes a file piece by piece, as it may be longer than memory. Gives its length.
+fn hash_file(path: &Path, hash: &mut Sha256) -> io::Result<u64> {
+    let mut file = fs::File::open(path)?;
+    let (mut piece, mut bytes) = (vec![0; 1 << 16], 0);
+    loop {
+        match file.read(&mut piece)? {
+            0 => return Ok(bytes),
+            length => {
+                hash.update(&piece[..length]);
+                bytes += length as u64;
+            }
+        }
     }
 }
 

@@ -212,10 +212,10 @@ impl Linear<'_> {
     /// Whether every torque that is read is determined in the session's poses.
     fn check(&self, span: &Span, values: &Unknowns) -> Result<(), ApplicationError> {
         let session = self.session;
-        let joints = session.joints.len();
+        let (joints, links) = (session.joints.len(), session.robot.chain.link_count());
         let mut open = vec![false; joints];
-        let mut work = GravityTorque::new(joints);
-        let inertia = vec![0.0; INERTIA * joints];
+        let mut work = GravityTorque::new(joints, links);
+        let inertia = vec![0.0; INERTIA * links];
         let step = session.poses.len().div_ceil(POSES).max(1);
         for pose in session.poses.iter().step_by(step) {
             let coordinates = session.terms.coordinates(&pose.position, values);
@@ -223,7 +223,7 @@ impl Linear<'_> {
             for (joint, open) in
                 open.iter_mut().enumerate().filter(|(joint, _)| session.readings.torques[*joint].is_some())
             {
-                let by_inertia = &work.by_inertia[INERTIA * joints * joint..INERTIA * joints * (joint + 1)];
+                let by_inertia = &work.by_inertia[INERTIA * links * joint..INERTIA * links * (joint + 1)];
                 *open |= !span.holds(&self.row(by_inertia));
             }
         }
@@ -246,7 +246,7 @@ impl Linear<'_> {
 
     /// Masses and moments of the links with the load.
     fn inertia(&self, solution: &[f64]) -> Vec<f64> {
-        let mut inertia = solution[..INERTIA * self.session.joints.len()].to_vec();
+        let mut inertia = solution[..INERTIA * self.session.robot.chain.link_count()].to_vec();
         if let Some(load) = self.load {
             let given = load.position.filter(|_| load.position_std.is_none());
             let numbers = &mut inertia[INERTIA * load.link..INERTIA * (load.link + 1)];

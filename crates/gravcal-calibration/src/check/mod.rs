@@ -18,6 +18,7 @@ use serde::Serialize;
 use crate::joint::{EstimateError, Readings, Signals, select};
 use crate::result::Undetermined;
 use crate::sequential::Plan;
+use crate::session::Searched;
 use crate::session::Session;
 
 use cures::cures;
@@ -34,6 +35,8 @@ pub struct CheckReport {
     pub poses: Vec<(String, usize)>,
     /// By joint: name and usable torque readings.
     pub torque_readings: Vec<(String, usize)>,
+    /// What was found in recordings in motion, in words.
+    pub standstills: Vec<String>,
     /// How many torque readings of each joint the limits of motion leave, in words; absent where they leave all.
     pub selection: Option<String>,
     /// Rule by which sweeps are detected, in words.
@@ -169,6 +172,7 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
         judged_at: judged_at(session),
         poses: count_poses(session),
         torque_readings: count_readings(session, &select(session, Signals::All)),
+        standstills: session.searched.iter().flat_map(Searched::notes).collect(),
         selection: session.selection_note(),
         sweep_rule: sweep_rule(),
         sweeps: plan.sweeps.iter().enumerate().map(|(i, _)| tell_sweep(session, &plan, i)).collect(),

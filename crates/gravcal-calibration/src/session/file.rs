@@ -33,6 +33,9 @@
 //! # a joint's torque reading counts where the joint itself keeps to this; below a least speed no friction has a sign
 //! joint = { speed_above = { value = 1, unit = "deg/s" } }
 //!
+//! [readings.still]                           # optional: the tables are recordings in motion, poses the standstills found in them
+//! least_duration_s = 0.1                     # optional: shorter ones are left out; see `gravcal_recording::static_poses`
+//!
 //! [[joint]]                                  # optional: what is known of a joint's sensors
 //! name = "shoulder"
 //! torque_sign = "reversed"                   # "normal" by default; position_sign likewise
@@ -78,6 +81,8 @@
 //! load = "plate-a"                           # optional: nothing attached without it
 //! swept = "shoulder"                         # optional: found by movement without it
 //! step = 2                                   # optional: the step of the sequential procedure that reads it
+//! from_s = 10                                # optional, of a recording in motion: the part that counts, after its first row
+//! until_s = 95
 //!
 //! [deflection]                               # optional: joints are not where their position sensors say
 //! hold_std_deg = 0.5                         # those that stand while another sweeps: one unknown each in a sweep
@@ -137,7 +142,9 @@ mod poses;
 mod prior;
 mod reading_columns;
 mod readings;
+mod recordings;
 mod select;
+mod still;
 #[cfg(test)]
 mod tests;
 mod uncertainty;
@@ -148,6 +155,7 @@ use gravcal_recording::ReadError;
 use serde::Deserialize;
 
 use self::poses::ReadPoses;
+use self::recordings::Recordings;
 use super::solver::Written;
 use super::{JointKnowledge, KnowledgeKind, Session, SolverChoice};
 use crate::document::{Document, Field, FileError};
@@ -249,7 +257,9 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let instruments = instruments::resolve(&context, &written.force_torque_sensor, &written.accelerometer)?;
     let mapping = readings::mapping(&context, &written.readings, instruments.columns.clone())?;
     let joints = joints::resolve(&context, &mapping, &written.joint)?;
-    let (terms, mut further) = models::resolve(&context, &mapping, &joints, &written.joint)?;
+    let still = written.readings.still.as_ref();
+    let still = still.map(|still| still::resolve(&context, still, &mapping)).transpose()?;
+    let (terms, mut further) = models::resolve(&context, &mapping, still.is_some(), &joints, &written.joint)?;
     let instruments = instruments.behind(&mut further);
     refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
@@ -258,8 +268,14 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let loss = loss::resolve(&context, written.loss.as_ref())?;
     let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, &further, written.ask)?;
-    let tables = poses::tables(&context, &loads, &written.poses)?;
-    let ReadPoses { poses, saturated, in_motion } = poses::read_all(&document, &written.poses, &tables, &mapping)?;
+    let mut tables = poses::tables(&context, &loads, &written.poses, still.is_some())?;
+    let ReadPoses { poses, saturated, in_motion, searched } = match still {
+        None => poses::read_all(&document, &written.poses, &tables, &mapping)?,
+        Some(still) => {
+            let recordings = Recordings { document: &document, written: &written.poses, loads: &loads };
+            recordings.read(&mut tables, &mapping, &still)?
+        }
+    };
 
     if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
         let message = "no table has a usable torque reading: every torque cell is empty, marked unusable or saturated";
@@ -285,6 +301,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         deflection,
         saturated,
         in_motion,
+        searched,
         loss,
         uncertainty,
         constraints,

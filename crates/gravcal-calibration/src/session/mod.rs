@@ -6,6 +6,7 @@ mod earlier;
 mod file;
 mod instrument;
 pub(crate) mod parameters;
+mod searched;
 mod solver;
 pub(crate) mod units;
 
@@ -22,6 +23,7 @@ pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
 pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};
 pub use instrument::{Instrument, InstrumentKind};
+pub use searched::Searched;
 pub use solver::SolverChoice;
 
 /// One calibration: the robot, what is known beforehand, and the static poses.
@@ -58,6 +60,8 @@ pub struct Session {
     /// How many torque readings of each joint were left out because the arm or the joint moved otherwise than
     /// `[readings.select]` demands.
     pub in_motion: Vec<usize>,
+    /// What was found in recordings in motion, where poses come from such.
+    pub searched: Vec<Searched>,
     /// How the joint estimator counts torque readings far beyond their noise.
     pub loss: Loss,
     /// Where the joint estimator's standard deviations come from.
@@ -87,6 +91,7 @@ impl Session {
             load_distances: Vec::new(),
             saturated: vec![0; joints.len()],
             in_motion: vec![0; joints.len()],
+            searched: Vec::new(),
             joints,
             instruments: Vec::new(),
             terms: SensorTerms::default(),

@@ -32,13 +32,13 @@ pub(super) fn session(simulation: &Simulation, trial: u64) -> Session {
 }
 
 /// Where the joints stand: position readings without noise, and the deflection drawn for each joint.
-struct Stand {
-    position: Vec<f64>,
-    deflection: Vec<f64>,
-    swept: Option<usize>,
+pub(super) struct Stand {
+    pub position: Vec<f64>,
+    pub deflection: Vec<f64>,
+    pub swept: Option<usize>,
 }
 
-fn stands(simulation: &Simulation, run: &Run, random: &mut Pcg64) -> Vec<Stand> {
+pub(super) fn stands(simulation: &Simulation, run: &Run, random: &mut Pcg64) -> Vec<Stand> {
     let joints = simulation.template.joints.len();
     let hold = |random: &mut Pcg64| -> Vec<f64> {
         (0..joints).map(|_| simulation.disturbance.deflection.hold_std * normal(random)).collect()
@@ -88,13 +88,9 @@ fn read_sensors(
 ) -> Pose {
     let load = simulation.template.tables[table].load;
     let (coordinates, torque) = statics(simulation, stand, load);
-    let sent = simulation.template.terms.coordinates(&stand.position, &simulation.truth);
     let disturbance = &simulation.disturbance;
-    let seen = |joint: usize| if disturbance.deflection.seen { coordinates[joint] - sent[joint] } else { 0.0 };
-    let read = |(joint, (q, std)): (usize, (&f64, &f64))| {
-        q + seen(joint) / simulation.truth.sensors[joint][Quantity::PositionGain as usize] + std * normal(random)
-    };
-    let position = stand.position.iter().zip(&disturbance.position_std).enumerate().map(read).collect();
+    let seen = simulation.seen_positions(stand, &coordinates);
+    let position = seen.iter().zip(&disturbance.position_std).map(|(q, std)| q + std * normal(random)).collect();
     let read = simulation.template.terms.torque_readings(&torque, &conditions, &simulation.truth);
     let torque = read
         .iter()
@@ -112,8 +108,20 @@ fn read_sensors(
     Pose { table, line: index as u64 + 2, sweep_label: None, load, position, torque, instruments, conditions }
 }
 
+impl Simulation {
+    /// Position readings without noise, the joints at their true coordinates.
+    pub(super) fn seen_positions(&self, stand: &Stand, coordinates: &[f64]) -> Vec<f64> {
+        let sent = self.template.terms.coordinates(&stand.position, &self.truth);
+        let deflected = |joint: usize| match self.disturbance.deflection.seen {
+            true => (coordinates[joint] - sent[joint]) / self.truth.sensors[joint][Quantity::PositionGain as usize],
+            false => 0.0,
+        };
+        stand.position.iter().enumerate().map(|(joint, q)| q + deflected(joint)).collect()
+    }
+}
+
 /// True coordinates and torques, stationary joints deflected.
-fn statics(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> (Vec<f64>, Vec<f64>) {
+pub(super) fn statics(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> (Vec<f64>, Vec<f64>) {
     let truth = &simulation.truth;
     let mut inertia: Vec<f64> = truth.inertia.iter().flatten().copied().collect();
     if let Some(load) = load {

@@ -2,6 +2,7 @@
 
 mod disturbance;
 mod instruments;
+mod recording;
 mod runs;
 mod tables;
 mod truth;
@@ -56,9 +57,13 @@ impl Reader<'_> {
         template.instruments = read.instruments.behind(&mut template.further);
         truth.further.extend(read.truth);
         let disturbance = Disturbance { instrument_std: read.std, ..self.disturbance()? };
-        let (conditions, seed) = (self.conditions()?, self.table.seed);
+        let (conditions, motion, seed) = (self.conditions()?, self.motion()?, self.table.seed);
+        if motion.is_some() && !template.instruments.is_empty() {
+            let message = "instruments are not recorded in motion: delete them, or this";
+            return Err(self.document.error(&Field::new("recording"), message));
+        }
         let (models, instruments) = (DeclaredModels::new(models), read.simulated);
-        Ok(Simulation { template, truth, runs, disturbance, conditions, models, instruments, seed })
+        Ok(Simulation { template, truth, runs, disturbance, conditions, motion, models, instruments, seed })
     }
 
     fn names(&self) -> Vec<&str> {

@@ -13,8 +13,10 @@ mod conditions;
 mod draw;
 mod file;
 mod instruments;
+mod recording;
 mod write;
 mod write_conditions;
+mod write_recording;
 
 use std::path::Path;
 
@@ -26,6 +28,7 @@ use crate::sensors::DeclaredModels;
 use crate::session::Session;
 
 pub use conditions::SimulatedConditions;
+pub use recording::{Dirt, Motion, Recorded, TrueStandstill, record};
 pub use write::{SimulateError, write_session};
 
 /// A simulated experiment.
@@ -41,6 +44,8 @@ pub struct Simulation {
     pub disturbance: Disturbance,
     /// Under which conditions they are read.
     pub conditions: SimulatedConditions,
+    /// How the arm moves where its tables are recordings; `None` where they are tables of static poses.
+    pub motion: Option<Motion>,
     /// What its sensors do beyond gain and bias, as its sessions declare it.
     pub models: DeclaredModels,
     /// Its instruments, as the session declares them.
@@ -159,7 +164,7 @@ impl Simulation {
     pub fn new(template: Session, truth: Unknowns, runs: Vec<Run>, disturbance: Disturbance, seed: u64) -> Simulation {
         let (conditions, models) = (SimulatedConditions::default(), DeclaredModels::default());
         let instruments = SimulatedInstruments::default();
-        Simulation { template, truth, runs, disturbance, conditions, models, instruments, seed }
+        Simulation { template, truth, runs, disturbance, conditions, motion: None, models, instruments, seed }
     }
 
     /// Reads `simulation.toml` and the robot that it names.

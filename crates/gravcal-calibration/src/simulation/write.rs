@@ -7,7 +7,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::write_conditions::{self, ConditionTables};
-use super::{Simulation, draw};
+use super::{Simulation, draw, write_recording};
 use crate::sensors::ModelTable;
 use crate::session::Session;
 use crate::session::compliance::compliance_parameters;
@@ -38,10 +38,12 @@ pub fn write_session(
     folder: &Path,
     overwrite: bool,
 ) -> Result<Vec<PathBuf>, SimulateError> {
-    let session = draw::session(simulation, trial);
     let is_new = !folder.exists();
     std::fs::create_dir_all(folder).map_err(|cause| WriteError::Io { path: folder.to_owned(), cause })?;
-    let written = write_files(simulation, &session, folder, overwrite);
+    let written = match &simulation.motion {
+        None => write_files(simulation, &draw::session(simulation, trial), folder, overwrite),
+        Some(motion) => write_recording::write(simulation, motion, trial, folder, overwrite),
+    };
     if is_new && written.is_err() {
         // Only an empty folder can be removed: a refusal leaves nothing behind.
         std::fs::remove_dir(folder).ok();
@@ -61,18 +63,42 @@ fn write_files(
         files.push((table.path.clone(), table_bytes(simulation, session, index)?));
     }
     files.push(("truth.toml".into(), truth_toml(simulation)?.into()));
-    let differs = |name: &Path, bytes: &[u8]| std::fs::read(folder.join(name)).is_ok_and(|existing| existing != bytes);
-    if let Some((name, _)) = files.iter().find(|(name, bytes)| !overwrite && differs(name, bytes)) {
-        return Err(SimulateError::Exists(folder.join(name)));
-    }
-    for (name, bytes) in &files {
+    write_all(&files, folder, overwrite)
+}
+
+/// `session.toml` and `truth.toml` of a simulation whose tables are recordings.
+pub(super) fn texts_of_recording(
+    simulation: &Simulation,
+    folder: &Path,
+) -> Result<Vec<(PathBuf, Vec<u8>)>, SimulateError> {
+    let session = session_toml(simulation, &simulation.template, folder)?;
+    Ok(vec![("session.toml".into(), session.into()), ("truth.toml".into(), truth_toml(simulation)?.into())])
+}
+
+/// Writes files that do not stand there with the same bytes.
+pub(super) fn write_all(
+    files: &[(PathBuf, Vec<u8>)],
+    folder: &Path,
+    overwrite: bool,
+) -> Result<Vec<PathBuf>, SimulateError> {
+    refuse_others(files, folder, overwrite)?;
+    for (name, bytes) in files {
         let path = folder.join(name);
         if std::fs::read(&path).is_ok_and(|existing| existing == *bytes) {
             continue;
         }
         write_atomically(&path, bytes)?;
     }
-    Ok(files.into_iter().map(|(name, _)| folder.join(name)).collect())
+    Ok(files.iter().map(|(name, _)| folder.join(name)).collect())
+}
+
+/// Refuses to replace a file that holds other bytes, unless told.
+pub(super) fn refuse_others(files: &[(PathBuf, Vec<u8>)], folder: &Path, overwrite: bool) -> Result<(), SimulateError> {
+    let differs = |name: &Path, bytes: &[u8]| std::fs::read(folder.join(name)).is_ok_and(|existing| existing != bytes);
+    match files.iter().find(|(name, bytes)| !overwrite && differs(name, bytes)) {
+        Some((name, _)) => Err(SimulateError::Exists(folder.join(name))),
+        None => Ok(()),
+    }
 }
 
 /// `session.toml` as its reader expects it.
@@ -120,7 +146,13 @@ struct ReadingsTable {
     torque: TorqueTable,
     #[serde(flatten)]
     conditions: ConditionTables,
+    /// Of recordings in motion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    still: Option<StillTable>,
 }
+
+#[derive(Serialize)]
+struct StillTable {}
 
 #[derive(Serialize)]
 struct JointTable {
@@ -140,7 +172,8 @@ struct PositionTable {
 struct TorqueTable {
     columns: Vec<String>,
     unit: Vec<String>,
-    std: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    std: Option<Vec<f64>>,
     #[serde(skip_serializing_if = "Option::is_none")]
     lowest: Option<f64>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -174,6 +207,9 @@ struct PosesTable {
 /// The ends of the converter's range, where a reading is there: otherwise nothing need be said of them.
 fn range(simulation: &Simulation, session: &Session) -> Option<[f64; 2]> {
     let [lowest, highest] = simulation.disturbance.converter?.ends();
+    if simulation.motion.is_some() {
+        return Some([lowest, highest]);
+    }
     let mut values = session.poses.iter().flat_map(|pose| pose.torque.iter().flatten()).map(|reading| reading.value);
     values.any(|value| is_saturated(value, Some(lowest), Some(highest))).then_some([lowest, highest])
 }
@@ -181,25 +217,27 @@ fn range(simulation: &Simulation, session: &Session) -> Option<[f64; 2]> {
 fn session_toml(simulation: &Simulation, session: &Session, folder: &Path) -> Result<String, SimulateError> {
     let range = range(simulation, session);
     let joints = 0..session.joints.len();
+    let still = simulation.motion.as_ref().map(|_| StillTable {});
     let load_name = |load: usize| session.loads[load].name.clone();
     let table = SessionTable {
         robot: robot_table(session, folder),
         gravity: GravityTable { magnitude_m_per_s2: session.gravity.magnitude, hemisphere: session.gravity.hemisphere },
         readings: ReadingsTable {
             position: PositionTable {
-                columns: joints.clone().map(|joint| position_column(session, joint)).collect(),
+                columns: joints.clone().map(|joint| position_column(simulation, joint)).collect(),
                 unit: session.joints.iter().map(|joint| joint.position_unit.to_string()).collect(),
                 std: (simulation.disturbance.position_std.iter().any(|std| *std > 0.0))
                     .then(|| simulation.disturbance.position_std.clone()),
             },
             torque: TorqueTable {
-                columns: joints.clone().map(|joint| torque_column(session, joint)).collect(),
+                columns: joints.clone().map(|joint| torque_column(simulation, joint)).collect(),
                 unit: session.joints.iter().map(|joint| torque_unit(joint.torque_unit).to_owned()).collect(),
-                std: joints.map(|joint| simulation.stated_std(joint)).collect(),
+                std: still.is_none().then(|| joints.map(|joint| simulation.stated_std(joint)).collect()),
                 lowest: range.map(|[lowest, _]| lowest),
                 highest: range.map(|[_, highest]| highest),
             },
             conditions: write_conditions::tables(session, &simulation.conditions),
+            still,
         },
         joint: simulation
             .models
@@ -267,11 +305,20 @@ fn relative_path(folder: &Path, path: &Path) -> String {
     up.chain(down).collect::<Vec<_>>().join("/")
 }
 
-fn position_column(session: &Session, joint: usize) -> String {
+/// Columns of recordings are those that messages of joint states have.
+pub(super) fn position_column(simulation: &Simulation, joint: usize) -> String {
+    let session = &simulation.template;
+    if simulation.motion.is_some() {
+        return format!("{}.position", session.robot.chain.joints()[joint].name);
+    }
     format!("{}_position_{}", session.robot.chain.joints()[joint].name, session.joints[joint].position_unit)
 }
 
-fn torque_column(session: &Session, joint: usize) -> String {
+pub(super) fn torque_column(simulation: &Simulation, joint: usize) -> String {
+    let session = &simulation.template;
+    if simulation.motion.is_some() {
+        return format!("{}.effort", session.robot.chain.joints()[joint].name);
+    }
     let unit = torque_unit(session.joints[joint].torque_unit).replace('·', "");
     format!("{}_torque_{unit}", session.robot.chain.joints()[joint].name)
 }
@@ -282,8 +329,8 @@ fn torque_unit(unit: Option<TorqueUnit>) -> &'static str {
 
 fn table_bytes(simulation: &Simulation, session: &Session, table: usize) -> Result<Vec<u8>, WriteError> {
     let joints = 0..session.joints.len();
-    let positions = joints.clone().map(|joint| position_column(session, joint));
-    let torques = joints.map(|joint| torque_column(session, joint));
+    let positions = joints.clone().map(|joint| position_column(simulation, joint));
+    let torques = joints.map(|joint| torque_column(simulation, joint));
     let conditions = write_conditions::columns(session, &simulation.conditions);
     let instruments = simulation.instruments.columns.iter().flatten().cloned();
     let columns: Vec<String> = positions.chain(torques).chain(conditions).chain(instruments).collect();

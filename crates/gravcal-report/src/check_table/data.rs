@@ -7,8 +7,9 @@ use crate::text::wrapped;
 
 pub(super) fn tell(report: &CheckReport) -> String {
     let poses = listed("Poses by load", &report.poses);
+    let standstills = report.standstills.iter().map(|told| wrapped("", "  ", told)).collect::<String>();
     let selection = report.selection.as_ref().map_or_else(String::new, |told| wrapped("", "  ", told));
-    poses + &listed("Torque readings by joint", &report.torque_readings) + &selection
+    poses + &listed("Torque readings by joint", &report.torque_readings) + &standstills + &selection
 }
 
 fn listed(heading: &str, counts: &[(String, usize)]) -> String {

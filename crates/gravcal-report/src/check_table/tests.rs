@@ -21,6 +21,7 @@ fn report() -> CheckReport {
         judged_at: "Judged at nominal values, gravity along the declared hemisphere.".into(),
         poses: vec![("none".into(), 111), ("plate-a".into(), 37)],
         torque_readings: vec![("joint1".into(), 148), ("joint2".into(), 147)],
+        standstills: Vec::new(),
         selection: Some("Torque readings left by the limits of motion: joint1 148 of 150, joint2 147 of 150.".into()),
         sweep_rule: "A sweep is five or more rows in which one joint moves.".into(),
         sweeps: vec![SweepReport {

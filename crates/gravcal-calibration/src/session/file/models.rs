@@ -16,6 +16,7 @@ use crate::session::{JointKnowledge, KnowledgeKind};
 pub(super) fn resolve(
     context: &Context<'_>,
     mapping: &PoseMapping,
+    still: bool,
     joints: &[JointKnowledge],
     tables: &[JointTable],
 ) -> Result<(SensorTerms, Vec<Parameter>), FileError> {
@@ -25,7 +26,8 @@ pub(super) fn resolve(
         let Some(joint) = context.joint_names.iter().position(|name| *name == table.name) else { continue };
         let site = Site::new(joint, &context.joint_names, &kinds, &joints[joint]);
         let field = Field::new("joint").at(index);
-        for found in declare(context.document, &field, &site, &table.sensor_models, |need| knows(mapping, need))? {
+        for found in declare(context.document, &field, &site, &table.sensor_models, |need| knows(mapping, still, need))?
+        {
             parameters.push(with_knowledge(context, &found)?);
             terms.push(found.term);
         }
@@ -33,13 +35,14 @@ pub(super) fn resolve(
     Ok((SensorTerms::new(terms), parameters))
 }
 
-fn knows(mapping: &PoseMapping, need: Need) -> bool {
+/// `still`: whether poses are standstills found in recordings, which have a time and a direction.
+fn knows(mapping: &PoseMapping, still: bool, need: Need) -> bool {
     let conditions = &mapping.conditions;
     match need {
-        Need::Time => conditions.time.is_some(),
+        Need::Time => still || conditions.time.is_some(),
         Need::Temperature => !conditions.temperature.is_empty(),
         Need::Velocity => conditions.velocity.is_known(),
-        Need::Direction => !conditions.direction.is_empty() || conditions.velocity.is_known(),
+        Need::Direction => still || !conditions.direction.is_empty() || conditions.velocity.is_known(),
     }
 }
 

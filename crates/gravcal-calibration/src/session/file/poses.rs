@@ -4,43 +4,68 @@ use std::fs;
 use std::path::PathBuf;
 
 use gravcal_kinematics::JointKind;
-use gravcal_recording::{PoseMapping, StaticPose, read_poses};
+use gravcal_recording::{PoseMapping, ReadError, StaticPose, read_poses};
 use serde::Deserialize;
 
 use super::{Context, SessionError};
 use crate::document::{Document, Field, FileError, OneOrMany};
-use crate::session::{Load, Pose, PoseTable};
+use crate::session::{Load, Pose, PoseTable, Searched};
 
 /// `[[poses]]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct PosesTable {
-    file: String,
+    pub(super) file: String,
     load: Option<OneOrMany<String>>,
     swept: Option<String>,
     step: Option<u8>,
+    pub(super) from_s: Option<f64>,
+    pub(super) until_s: Option<f64>,
 }
 
-fn field(table: usize) -> Field {
+impl PosesTable {
+    /// The part of the recording that counts, s.
+    fn part(&self) -> [f64; 2] {
+        [self.from_s.unwrap_or(f64::NEG_INFINITY), self.until_s.unwrap_or(f64::INFINITY)]
+    }
+}
+
+/// A part is one of a recording in motion, and not empty.
+fn check_part(document: &Document, field: &Field, written: &PosesTable, still: bool) -> Result<(), FileError> {
+    let parts = [("from_s", written.from_s), ("until_s", written.until_s)];
+    if let Some((key, _)) = parts.iter().find(|(_, part)| part.is_some() && !still) {
+        let message = "a part is one of a recording in motion: add [readings.still], or delete this";
+        return Err(document.error(&field.key(key), message));
+    }
+    let [from, until] = written.part();
+    if from < until { Ok(()) } else { Err(document.error(&field.key("until_s"), "expected a time after from_s")) }
+}
+
+pub(super) fn field(table: usize) -> Field {
     Field::new("poses").at(table)
 }
 
-/// What the `[[poses]]` come to, without opening the files.
+/// What the `[[poses]]` come to, without opening the files; `still`: whether they are recordings in motion.
 pub(super) fn tables(
     context: &Context<'_>,
     loads: &[Load],
     tables: &[PosesTable],
+    still: bool,
 ) -> Result<Vec<PoseTable>, FileError> {
     if tables.is_empty() {
         let message = "there are no poses: add [[poses]] with file = \"<a table>.csv\"";
         return Err(context.document.error(&Field::new("poses"), message));
     }
+    for (index, written) in tables.iter().enumerate() {
+        check_part(context.document, &field(index), written, still)?;
+    }
+    let parts: Vec<[f64; 2]> = tables.iter().map(PosesTable::part).collect();
     let tables: Vec<PoseTable> = tables
         .iter()
         .enumerate()
         .map(|(i, written)| table(context, loads, &field(i), written))
         .collect::<Result<_, _>>()?;
-    check_read_once(context.document, &tables)?;
+    check_read_once(context.document, &tables, &parts)?;
     Ok(tables)
 }
 
@@ -84,12 +109,14 @@ fn swept(context: &Context<'_>, field: &Field, name: &str) -> Result<usize, File
 }
 
 /// The same readings twice would be twice as certain as they are.
-fn check_read_once(document: &Document, tables: &[PoseTable]) -> Result<(), FileError> {
+fn check_read_once(document: &Document, tables: &[PoseTable], parts: &[[f64; 2]]) -> Result<(), FileError> {
     let mut seen: Vec<PathBuf> = Vec::new();
     for (place, table) in tables.iter().enumerate() {
         // A file that is not there is told of when it is read.
         let path = fs::canonicalize(&table.path).unwrap_or_else(|_| table.path.clone());
-        if let Some(first) = seen.iter().position(|other| *other == path) {
+        let [from, until] = parts[place];
+        let same = |other: &(&PathBuf, &[f64; 2])| *other.0 == path && from < other.1[1] && other.1[0] < until;
+        if let Some(first) = seen.iter().zip(parts).position(|other| same(&other)) {
             let message = format!("this table is already {}: every reading may enter once only", field(first));
             return Err(document.error(&field(place).key("file"), message));
         }
@@ -103,6 +130,28 @@ pub(super) struct ReadPoses {
     pub poses: Vec<Pose>,
     pub saturated: Vec<usize>,
     pub in_motion: Vec<usize>,
+    /// What was found in recordings in motion.
+    pub searched: Vec<Searched>,
+}
+
+impl ReadPoses {
+    pub fn none(joints: usize) -> ReadPoses {
+        let (poses, searched) = (Vec::new(), Vec::new());
+        ReadPoses { poses, saturated: vec![0; joints], in_motion: vec![0; joints], searched }
+    }
+
+    /// Poses of the table with this index.
+    pub fn take(&mut self, table: usize, load: Option<usize>, poses: impl IntoIterator<Item = StaticPose>) {
+        for pose in poses {
+            pose.saturated.iter().for_each(|joint| self.saturated[*joint] += 1);
+            self.poses.push(of_table(table, load, pose));
+        }
+    }
+}
+
+/// What is wrong with a table, and where the session names it.
+pub(super) fn in_table(document: &Document, index: usize, written: &PosesTable, error: ReadError) -> SessionError {
+    SessionError::Table { error, named_by: document.named_by(&field(index).key("file"), &written.file) }
 }
 
 /// Reads all tables.
@@ -112,23 +161,18 @@ pub(super) fn read_all(
     tables: &[PoseTable],
     mapping: &PoseMapping,
 ) -> Result<ReadPoses, SessionError> {
-    let none = vec![0; mapping.torques.len()];
-    let mut all = ReadPoses { poses: Vec::new(), saturated: none.clone(), in_motion: none };
+    let mut all = ReadPoses::none(mapping.torques.len());
     for (index, (written, table)) in written.iter().zip(tables).enumerate() {
-        let read = read_poses(&table.path, mapping).map_err(|error| {
-            let named_by = document.named_by(&field(index).key("file"), &written.file);
-            SessionError::Table { error, named_by }
-        })?;
-        read.poses.iter().flat_map(|pose| &pose.saturated).for_each(|joint| all.saturated[*joint] += 1);
+        let read = read_poses(&table.path, mapping).map_err(|error| in_table(document, index, written, error))?;
         all.in_motion.iter_mut().zip(&read.in_motion).for_each(|(all, here)| *all += here);
-        all.poses.extend(read.poses.into_iter().map(|pose| of_table(index, table.load, pose)));
+        all.take(index, table.load, read.poses);
     }
     count_time_from_first(&mut all.poses);
     Ok(all)
 }
 
 /// The clock of a recording may count from any year, of which a drift times the time would leave no digit.
-fn count_time_from_first(poses: &mut [Pose]) {
+pub(super) fn count_time_from_first(poses: &mut [Pose]) {
     let first = poses.iter().filter_map(|pose| pose.conditions.time).reduce(f64::min).unwrap_or(0.0);
     poses.iter_mut().filter_map(|pose| pose.conditions.time.as_mut()).for_each(|time| *time -= first);
 }

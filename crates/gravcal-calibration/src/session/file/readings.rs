@@ -7,6 +7,7 @@ use super::Context;
 use super::conditions::{self, ConditionTable, DirectionTable, MotionTable, TimeTable};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable, Units};
 use super::select::{self, SelectTable};
+use super::still::StillTable;
 use crate::document::{Field, FileError, OneOrMany};
 use crate::session::units;
 
@@ -23,6 +24,7 @@ pub(super) struct ReadingsTable {
     direction: Option<DirectionTable>,
     #[serde(default)]
     select: SelectTable,
+    pub(super) still: Option<StillTable>,
     sweep_column: Option<String>,
     #[serde(default)]
     merge_repeated_rows: bool,

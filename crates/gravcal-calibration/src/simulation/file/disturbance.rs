@@ -8,7 +8,8 @@ use crate::simulation::{Converter, Deflection, Disturbance, SimulatedConditions}
 
 impl Reader<'_> {
     pub fn conditions(&self) -> Result<SimulatedConditions, FileError> {
-        let (field, table) = (Field::new("conditions"), &self.table.conditions);
+        let Some(table) = &self.table.conditions else { return Ok(SimulatedConditions::default()) };
+        let field = Field::new("conditions");
         let positive = |key: &str, value: Option<f64>, what: &str, unit: &str| {
             value.map(|value| self.document.positive(&field.key(key), value, what, unit)).transpose()
         };
@@ -71,7 +72,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn not_negative(&self, field: &Field, values: &[f64]) -> Result<(), FileError> {
+    pub fn not_negative(&self, field: &Field, values: &[f64]) -> Result<(), FileError> {
         match values.iter().find(|value| **value < 0.0) {
             Some(value) => Err(self.document.error(field, format!("{value} is negative: expected zero or more"))),
             None => Ok(()),

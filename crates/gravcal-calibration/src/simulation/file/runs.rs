@@ -54,10 +54,16 @@ impl Reader<'_> {
         load: Option<&str>,
         loads: &[Load],
     ) -> Result<PoseTable, FileError> {
-        let is_csv = file.extension().is_some_and(|extension| extension == "csv");
-        if file.components().count() != 1 || !is_csv {
-            let message = "expected the name of a CSV file in the session's own folder, such as \"poses.csv\"";
-            return Err(self.document.error(&field.key("file"), message));
+        let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+        let (known, what) = match self.table.recording {
+            None => (&["csv"][..], "a CSV file in the session's own folder, such as \"poses.csv\""),
+            Some(_) => (
+                &["mcap", "csv", "parquet"][..],
+                "a recording in the session's own folder, such as \"poses.mcap\" (or .csv, .parquet)",
+            ),
+        };
+        if file.components().count() != 1 || !known.contains(&ending) {
+            return Err(self.document.error(&field.key("file"), format!("expected the name of {what}")));
         }
         let load = load.map(|name| self.load(&field.key("load"), name, loads)).transpose()?;
         Ok(PoseTable { path: file.to_owned(), load, swept: None, step: None })

@@ -20,8 +20,8 @@ pub struct SimulationTable {
     pub position: PositionTable,
     #[serde(default)]
     pub deflection: DeflectionTable,
-    #[serde(default)]
-    pub conditions: ConditionsTable,
+    pub conditions: Option<ConditionsTable>,
+    pub recording: Option<RecordingTable>,
     #[serde(default)]
     pub joint: Vec<JointTable>,
     // The next three are read by `instruments`; here they are only known to be there.
@@ -79,6 +79,22 @@ pub struct DeflectionTable {
     #[serde(default)]
     pub seen: bool,
     pub compliance_rad_per_newton_metre: Option<OneOrMany<f64>>,
+}
+
+/// See [`Motion`](crate::simulation::Motion).
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RecordingTable {
+    pub rate_hz: f64,
+    pub samples: usize,
+    pub move_s: f64,
+    pub settling_s: Option<f64>,
+    pub vibration: Option<f64>,
+    pub settling_time_constant_s: Option<f64>,
+    pub noise_correlation_s: Option<f64>,
+    pub outliers: Option<f64>,
+    pub dropped: Option<f64>,
+    pub touched: Option<usize>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -3,7 +3,7 @@
 use gravcal_recording::TorqueUnit;
 
 use super::Reader;
-use super::tables::JointTable;
+use super::tables::{ConditionsTable, JointTable};
 use crate::document::{Field, FileError};
 use crate::joint::Unknowns;
 use crate::parameter::Quantity;
@@ -71,13 +71,13 @@ impl Reader<'_> {
     ) -> Result<(), FileError> {
         let (names, kinds) = (self.names(), self.robot.chain.joints().iter().map(|j| j.kind).collect::<Vec<_>>());
         let site = Site::new(joint, &names, &kinds, &template.joints[joint]);
+        let (conditions, moves) = (self.table.conditions.as_ref(), self.table.recording.is_some());
+        let said = |says: &dyn Fn(&ConditionsTable) -> bool| conditions.is_some_and(says);
         let knows = |need| match need {
-            Need::Time => self.table.conditions.pose_interval_s.is_some(),
-            Need::Temperature => self.table.conditions.temperature_degc.is_some(),
-            Need::Velocity => self.table.conditions.largest_speed_rad_or_m_per_s.is_some(),
-            Need::Direction => {
-                self.table.conditions.direction || self.table.conditions.largest_speed_rad_or_m_per_s.is_some()
-            }
+            Need::Time => moves || said(&|table| table.pose_interval_s.is_some()),
+            Need::Temperature => said(&|table| table.temperature_degc.is_some()),
+            Need::Velocity => said(&|table| table.largest_speed_rad_or_m_per_s.is_some()),
+            Need::Direction => moves || said(&|table| table.direction || table.largest_speed_rad_or_m_per_s.is_some()),
         };
         let mut terms = Vec::new();
         for found in declare(self.document, field, &site, &table.sensor_models, knows)? {

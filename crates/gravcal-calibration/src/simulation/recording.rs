@@ -1,0 +1,328 @@
+//! Recordings in motion: the arm moves from pose to pose, settles, stands, and every sample is recorded.
+//!
+//! ```text
+//!   position      ╭────────  standstill of `samples`  ───╮        a move of least jerk, then A σ exp(−t/T) cos(2π f t)
+//!   ╭─ move ─╮ settling                                  ╰─ move   of vibration in every reading, and noise
+//! ```
+//!
+//! Noise of a sample is that of the averaged reading times the root of the number of samples; with a correlation time it is of first
+//! order from sample to sample. What makes a recording dirty (outliers, lost messages, touches) is drawn apart from the noise: a dirty
+//! recording has the noise of the clean one.
+
+use gravcal_recording::{Conditions, Reading};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use super::Simulation;
+use super::draw::{Stand, normal, stands, statics};
+use crate::session::{Pose, Session};
+
+/// Frequency of what vibrates after a move, Hz.
+const VIBRATION: f64 = 12.0;
+/// Largest outlier and touch, in standard deviations of a sample.
+const OUTLIER: f64 = 50.0;
+const TOUCH: f64 = 20.0;
+/// How long a touch lasts, s.
+const TOUCHED: f64 = 0.06;
+/// Time between the recordings of two tables, s.
+const BETWEEN: f64 = 10.0;
+
+/// How the arm is moved and recorded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Motion {
+    /// Samples a second.
+    pub rate: f64,
+    /// Samples of each standstill, after settling.
+    pub samples: usize,
+    /// Time of a move, s.
+    pub moving: f64,
+    /// Time between the end of a move and the standstill, s.
+    pub settling: f64,
+    /// First size of what settles, in standard deviations of a sample.
+    pub vibration: f64,
+    /// Time constant of what settles, s.
+    pub settling_time: f64,
+    /// Correlation time of the noise, s; 0 for white noise.
+    pub correlation: f64,
+    /// What makes it dirty.
+    pub dirt: Dirt,
+}
+
+/// What makes a recording dirty.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Dirt {
+    /// Share of the readings that are anything.
+    pub outliers: f64,
+    /// Share of the messages that are lost.
+    pub dropped: f64,
+    /// How many standstills are touched.
+    pub touched: usize,
+}
+
+/// Where a pose truly stands still.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrueStandstill {
+    /// Index of the table.
+    pub table: usize,
+    /// From the end of the move to the beginning of the next, s; it settles first.
+    pub interval: [f64; 2],
+    /// Whether something touches the arm.
+    pub touched: bool,
+}
+
+/// What a recording should lead to.
+#[derive(Clone, Debug)]
+pub struct Recorded {
+    /// The session whose poses are the means over the true standstills, before anything makes the recording dirty.
+    pub session: Session,
+    /// One for each of its poses.
+    pub standstills: Vec<TrueStandstill>,
+}
+
+/// Records one trial: `sink` takes each row of each table, its time, then the position and the torque reading of every joint.
+/// Instruments are not recorded.
+///
+/// # Errors
+/// Those of `sink`.
+pub fn record<E>(
+    simulation: &Simulation,
+    motion: &Motion,
+    trial: u64,
+    sink: &mut dyn FnMut(usize, &[f64]) -> Result<(), E>,
+) -> Result<Recorded, E> {
+    let mut random = Pcg64::new(u128::from(simulation.seed), u128::from(trial));
+    let runs: Vec<Vec<Stand>> = simulation.runs.iter().map(|run| stands(simulation, run, &mut random)).collect();
+    let poses = runs.iter().map(Vec::len).sum();
+    let mut recorder = Recorder::new(simulation, motion, random, trial, poses);
+    for (table, run) in runs.iter().enumerate() {
+        recorder.record_table(table, run, sink)?;
+    }
+    Ok(Recorded { session: recorder.session, standstills: recorder.standstills })
+}
+
+struct Recorder<'a> {
+    simulation: &'a Simulation,
+    motion: &'a Motion,
+    random: Pcg64,
+    /// Of dirt.
+    dirty: Pcg64,
+    touched: Vec<usize>,
+    /// Noise of each position and torque reading, in standard deviations.
+    noise: Vec<f64>,
+    /// Time of the next sample, s, is this and so many samples.
+    begun: f64,
+    sample: u64,
+    direction: Vec<f64>,
+    session: Session,
+    standstills: Vec<TrueStandstill>,
+}
+
+/// Readings without noise, and in which phase.
+struct Still {
+    readings: Vec<f64>,
+    /// Since the end of the move, s; negative during it.
+    since: f64,
+}
+
+impl<'a> Recorder<'a> {
+    fn new(simulation: &'a Simulation, motion: &'a Motion, random: Pcg64, trial: u64, poses: usize) -> Recorder<'a> {
+        let joints = simulation.template.joints.len();
+        let mut dirty = Pcg64::seed_from_u64(simulation.seed ^ trial.rotate_left(32) ^ 0x6469_7274);
+        let touched = rand::seq::index::sample(&mut dirty, poses, motion.dirt.touched.min(poses)).into_vec();
+        let session = simulation.template.clone();
+        let noise = vec![0.0; 2 * joints];
+        let direction = vec![0.0; joints];
+        let standstills = Vec::new();
+        Recorder {
+            simulation,
+            motion,
+            random,
+            dirty,
+            touched,
+            noise,
+            begun: 0.0,
+            sample: 0,
+            direction,
+            session,
+            standstills,
+        }
+    }
+
+    fn time(&self) -> f64 {
+        self.begun + self.sample as f64 / self.motion.rate
+    }
+
+    fn record_table<E>(
+        &mut self,
+        table: usize,
+        stands: &[Stand],
+        sink: &mut dyn FnMut(usize, &[f64]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let count = |seconds: f64| (seconds * self.motion.rate).round() as u64;
+        let (moving, settling) = (count(self.motion.moving).max(1), count(self.motion.settling));
+        let mut before = &stands[0];
+        for (index, stand) in stands.iter().enumerate() {
+            for step in 1..=moving {
+                // The arm stands at the first pose from the beginning.
+                let share = step as f64 / moving as f64;
+                let at = between(before, stand, if index == 0 { 1.0 } else { share });
+                self.turn(before, stand);
+                let readings = self.readings(table, &at);
+                let since = if index == 0 { f64::INFINITY } else { (step as f64 - moving as f64) / self.motion.rate };
+                self.row(table, &Still { readings, since: since.min(f64::MAX) }, None, sink)?;
+            }
+            let readings = self.readings(table, stand);
+            for step in 1..=settling {
+                let since = if index == 0 { f64::MAX } else { step as f64 / self.motion.rate };
+                self.row(table, &Still { readings: readings.clone(), since }, None, sink)?;
+            }
+            self.stand(table, index, stand, readings, sink)?;
+            before = stand;
+        }
+        self.begun = self.time() + BETWEEN;
+        self.sample = 0;
+        Ok(())
+    }
+
+    /// From which side each joint comes.
+    fn turn(&mut self, before: &Stand, stand: &Stand) {
+        for ((direction, from), to) in self.direction.iter_mut().zip(&before.position).zip(&stand.position) {
+            if from != to {
+                *direction = (to - from).signum();
+            }
+        }
+    }
+
+    /// The samples of a standstill, and their mean as a pose.
+    fn stand<E>(
+        &mut self,
+        table: usize,
+        index: usize,
+        stand: &Stand,
+        readings: Vec<f64>,
+        sink: &mut dyn FnMut(usize, &[f64]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let (joints, samples) = (self.direction.len(), self.motion.samples);
+        let from = self.time();
+        let arrival = from - (if index == 0 { self.motion.moving } else { 0.0 }) - self.motion.settling;
+        let mut mean = vec![0.0; 2 * joints];
+        let touched = self.touched.contains(&self.session.poses.len());
+        let length = samples as f64 / self.motion.rate;
+        let touch = touched.then(|| [from + 0.5 * length, from + 0.5 * length + TOUCHED.min(0.25 * length)]);
+        for step in 0..samples {
+            let since = self.motion.settling + step as f64 / self.motion.rate;
+            let since = if index == 0 { f64::MAX } else { since };
+            let clean = self.row(table, &Still { readings: readings.clone(), since }, touch, sink)?;
+            mean.iter_mut().zip(clean).for_each(|(mean, reading)| *mean += reading / samples as f64);
+        }
+        let interval = [arrival, self.time() - 1.0 / self.motion.rate];
+        let stated = |joint: usize| self.simulation.stated_std_of_recording(joint, self.motion);
+        let reading = |joint: usize| {
+            self.simulation.template.joints[joint].torque_unit?;
+            Some(Reading { value: mean[joints + joint], std: Some(stated(joint)) })
+        };
+        let conditions = self.conditions(0.5 * (from + interval[1]));
+        let pose = Pose {
+            table,
+            line: index as u64 + 2,
+            sweep_label: None,
+            load: self.simulation.template.tables[table].load,
+            position: mean[..stand.position.len()].to_vec(),
+            torque: (0..joints).map(reading).collect(),
+            instruments: Vec::new(),
+            conditions,
+        };
+        self.session.poses.push(pose);
+        self.standstills.push(TrueStandstill { table, interval, touched });
+        Ok(())
+    }
+
+    fn conditions(&self, time: f64) -> Conditions {
+        Conditions { time: Some(time), direction: self.direction.clone(), ..Conditions::default() }
+    }
+
+    /// What all sensors would read without noise: positions, then torques.
+    fn readings(&self, table: usize, stand: &Stand) -> Vec<f64> {
+        let simulation = self.simulation;
+        let (coordinates, torque) = statics(simulation, stand, simulation.template.tables[table].load);
+        let torques =
+            simulation.template.terms.torque_readings(&torque, &self.conditions(self.time()), &simulation.truth);
+        simulation.seen_positions(stand, &coordinates).into_iter().chain(torques).collect()
+    }
+
+    /// Records one row, unless its message is lost. Gives the readings before anything makes them dirty.
+    fn row<E>(
+        &mut self,
+        table: usize,
+        still: &Still,
+        touch: Option<[f64; 2]>,
+        sink: &mut dyn FnMut(usize, &[f64]) -> Result<(), E>,
+    ) -> Result<Vec<f64>, E> {
+        let time = self.time();
+        self.sample += 1;
+        let (motion, dirt) = (self.motion, self.motion.dirt);
+        let vibration = if still.since > 0.0 {
+            let phase = std::f64::consts::TAU * VIBRATION * still.since.min(1e3);
+            motion.vibration * (-still.since / motion.settling_time).exp() * phase.cos()
+        } else {
+            0.0
+        };
+        let mut cells = vec![time];
+        let mut clean = Vec::with_capacity(still.readings.len());
+        for (channel, reading) in still.readings.iter().enumerate() {
+            let white = normal(&mut self.random);
+            let keeps = if motion.correlation > 0.0 { (-1.0 / (motion.rate * motion.correlation)).exp() } else { 0.0 };
+            self.noise[channel] = keeps * self.noise[channel] + (1.0 - keeps * keeps).sqrt() * white;
+            let joints = self.direction.len();
+            let std = self.simulation.sample_std(channel, motion);
+            let convert = |value: f64| match self.simulation.disturbance.converter {
+                Some(converter) if channel >= joints => converter.convert(value),
+                _ => value,
+            };
+            let value = reading + std * (self.noise[channel] + vibration);
+            clean.push(convert(value));
+            let is_touched = touch.is_some_and(|[from, until]| (from..until).contains(&time));
+            let touched = if is_touched && channel >= joints { TOUCH * std } else { 0.0 };
+            let is_outlier = dirt.outliers > 0.0 && self.dirty.random_range(0.0..1.0) < dirt.outliers;
+            let outlier = if is_outlier { self.dirty.random_range(-OUTLIER..OUTLIER) * std } else { 0.0 };
+            let has_sensor =
+                channel < joints || self.simulation.template.joints[channel - joints].torque_unit.is_some();
+            cells.push(if has_sensor { convert(value + touched + outlier) } else { f64::NAN });
+        }
+        let is_lost = dirt.dropped > 0.0 && self.dirty.random_range(0.0..1.0) < dirt.dropped;
+        if !is_lost {
+            sink(table, &cells)?;
+        }
+        Ok(clean)
+    }
+}
+
+/// A move of least jerk (Flash and Hogan, 1985).
+fn between(from: &Stand, to: &Stand, share: f64) -> Stand {
+    let smooth = share.powi(3) * (10.0 - 15.0 * share + 6.0 * share * share);
+    let mix = |from: &[f64], to: &[f64]| from.iter().zip(to).map(|(from, to)| from + smooth * (to - from)).collect();
+    Stand {
+        position: mix(&from.position, &to.position),
+        deflection: mix(&from.deflection, &to.deflection),
+        swept: to.swept,
+    }
+}
+
+impl Simulation {
+    /// Standard deviation of one sample of a position (channels of joints) or a torque (those behind).
+    fn sample_std(&self, channel: usize, motion: &Motion) -> f64 {
+        let joints = self.template.joints.len();
+        let disturbance = &self.disturbance;
+        let of_mean = match channel.checked_sub(joints) {
+            None => disturbance.position_std[channel],
+            Some(joint) => disturbance.torque_std[joint],
+        };
+        of_mean * (motion.samples as f64).sqrt()
+    }
+
+    /// Standard deviation of the mean of a joint's torque over a standstill, each sample rounded by the converter.
+    fn stated_std_of_recording(&self, joint: usize, motion: &Motion) -> f64 {
+        let step = self.disturbance.converter.map_or(0.0, |converter| converter.step());
+        (self.disturbance.torque_std[joint].powi(2) + step * step / 12.0 / motion.samples as f64).sqrt()
+    }
+}

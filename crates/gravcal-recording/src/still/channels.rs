@@ -1,0 +1,146 @@
+//! The numbers of a row that matter, in SI units: positions first, then torques, instruments, temperatures, velocities.
+
+use crate::conditions::{ConditionColumn, MotionSource};
+use crate::mapping::{PoseMapping, ReadingColumn};
+use crate::rows::Row;
+
+/// Column with the time in seconds, where the mapping names none: what recordings of messages call it.
+const TIME: &str = "time_s";
+
+/// Place of a column that has not come yet: beyond every row.
+const NOWHERE: usize = usize::MAX;
+
+/// One number of each row.
+#[derive(Clone, Debug)]
+pub(super) struct Channel {
+    pub column: String,
+    scale: f64,
+    zero: f64,
+    /// Ends of the sensor's range.
+    pub range: [f64; 2],
+}
+
+/// All of them, and which is which.
+#[derive(Clone, Debug)]
+pub(super) struct Channels {
+    pub list: Vec<Channel>,
+    /// The first so many are the positions of the joints.
+    pub joints: usize,
+    pub torques: Vec<Option<usize>>,
+    pub instruments: Vec<Option<usize>>,
+    pub temperature: Vec<usize>,
+    pub velocity: Vec<usize>,
+    /// Where a velocity is only known as a slope: that of a standstill is zero.
+    pub velocity_is_slope: bool,
+    time: Channel,
+    /// Scale and zero of each.
+    units: Vec<[f64; 2]>,
+    places: Vec<usize>,
+    time_place: usize,
+    known: usize,
+}
+
+impl Channels {
+    /// `mapping` has been checked.
+    pub fn new(mapping: &PoseMapping) -> Channels {
+        let mut list: Vec<Channel> = mapping
+            .positions
+            .iter()
+            .map(|position| channel(&position.column, position.unit.to_si(), 0.0, [f64::NEG_INFINITY, f64::INFINITY]))
+            .collect();
+        let mut add = |channel: Channel| {
+            list.push(channel);
+            list.len() - 1
+        };
+        let reading = |column: &ReadingColumn, scale: f64| {
+            let ends = [column.lowest.unwrap_or(f64::NEG_INFINITY), column.highest.unwrap_or(f64::INFINITY)];
+            channel(&column.column, scale, 0.0, ends.map(|end| end * scale))
+        };
+        let torque = |torque: &Option<(ReadingColumn, _)>| torque.clone();
+        let torques = mapping
+            .torques
+            .iter()
+            .map(torque)
+            .map(|torque| {
+                torque.map(|(column, unit): (_, crate::unit::TorqueUnit)| add(reading(&column, unit.to_si())))
+            })
+            .collect();
+        let instruments =
+            mapping.instruments.iter().map(|column| column.as_ref().map(|column| add(reading(column, 1.0)))).collect();
+        let mut conditions =
+            |columns: &[ConditionColumn]| columns.iter().map(|column| add(condition(column))).collect();
+        let temperature = conditions(&mapping.conditions.temperature);
+        let velocity = match &mapping.conditions.velocity {
+            MotionSource::Columns(columns) => conditions(columns),
+            MotionSource::Unknown | MotionSource::Slope(_) => Vec::new(),
+        };
+        let none = [f64::NEG_INFINITY, f64::INFINITY];
+        Channels {
+            joints: mapping.positions.len(),
+            units: list.iter().map(|channel| [channel.scale, channel.zero]).collect(),
+            places: vec![NOWHERE; list.len()],
+            torques,
+            instruments,
+            temperature,
+            velocity,
+            velocity_is_slope: matches!(mapping.conditions.velocity, MotionSource::Slope(_)),
+            time: mapping.conditions.time.as_ref().map_or_else(|| channel(TIME, 1.0, 0.0, none), condition),
+            time_place: NOWHERE,
+            known: 0,
+            list,
+        }
+    }
+
+    /// How many must stand still, the first so many: positions and what reads gravity.
+    pub fn tested(&self) -> usize {
+        self.joints + self.torques.iter().chain(&self.instruments).flatten().count()
+    }
+
+    /// Looks for the columns among those that have come since the last look.
+    pub fn look(&mut self, columns: &[String]) {
+        let new = columns.iter().enumerate().skip(self.known);
+        for (place, name) in new {
+            for (channel, found) in self.list.iter().zip(&mut self.places) {
+                if channel.column == *name {
+                    *found = place;
+                }
+            }
+            if self.time.column == *name {
+                self.time_place = place;
+            }
+        }
+        self.known = columns.len();
+    }
+
+    /// Whether the columns are more than at the last look.
+    pub fn is_behind(&self, columns: &[String]) -> bool {
+        columns.len() > self.known
+    }
+
+    /// A column that was not found, the time before all others.
+    pub fn missing(&self) -> Option<&str> {
+        if self.time_place == NOWHERE {
+            return Some(&self.time.column);
+        }
+        let found = self.list.iter().zip(&self.places).find(|(_, place)| **place == NOWHERE);
+        found.map(|(channel, _)| channel.column.as_str())
+    }
+
+    /// The time of a row, s, and the numbers in it; NaN where it says nothing.
+    pub fn read(&self, row: &Row, values: &mut [f64]) -> f64 {
+        let cell = |place: usize| row.cells.get(place).copied().unwrap_or(f64::NAN);
+        for ((value, [scale, zero]), place) in values.iter_mut().zip(&self.units).zip(&self.places) {
+            *value = cell(*place) * scale + zero;
+        }
+        cell(self.time_place) * self.time.scale + self.time.zero
+    }
+}
+
+fn channel(column: &str, scale: f64, zero: f64, range: [f64; 2]) -> Channel {
+    Channel { column: column.to_owned(), scale, zero, range }
+}
+
+fn condition(column: &ConditionColumn) -> Channel {
+    let zero = column.unit.to_inside(0.0);
+    channel(&column.column, column.unit.to_inside(1.0) - zero, zero, [f64::NEG_INFINITY, f64::INFINITY])
+}

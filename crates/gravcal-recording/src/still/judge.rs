@@ -1,0 +1,455 @@
+//! Which part of a run is a standstill, or why none is.
+//!
+//! Means over windows of blocks are compared with the rest of the run, in units of the noise of such means
+//! ([`super::mean_noise`]): the beginning is cut off while it departs from the rest (it settles), so is the end (the next motion
+//! begins). Within what is left no window may depart (something touched the arm), no position may have a slope (it moves
+//! slowly), and a torque's slope must come to less than the noise of one sample (it still creeps).
+
+use std::fmt;
+
+use super::block::Sum;
+use super::converter::roughness;
+use super::mean_noise::{Curve, median, variance_within};
+use super::rough_noise::Scales;
+use super::run::Run;
+
+/// Standard deviations by which a beginning or an end departs.
+const UNSETTLED: f64 = 4.0;
+/// Standard deviations by which a part in the middle departs. There are many of them, so it takes more.
+const DISTURBED: f64 = 6.0;
+/// Standard deviations of a slope that is one.
+const SLOPE: f64 = 5.0;
+/// Standard deviations from which on a slope widens the standard error.
+const PERHAPS_A_SLOPE: f64 = 3.0;
+/// A run this many times as noisy as others is no standstill.
+const RESTLESS: f64 = 3.0;
+/// Part of the blocks of a channel that may be outliers.
+const OUTLIERS: f64 = 0.1;
+/// Blocks before the first that is seen to move, in which it began to.
+const GUARD: usize = 2;
+/// Fewest blocks of a standstill.
+pub(super) const LEAST_BLOCKS: usize = 6;
+
+/// A part of a recording in which the arm seemed to stand, and that is no pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rejected {
+    /// Its first and last time, s, on the recording's clock.
+    pub interval: [f64; 2],
+    /// Why.
+    pub reason: Reason,
+}
+
+/// Why an interval in which the arm seemed to stand is no pose. Each names a column.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Reason {
+    /// It still settles when it ends.
+    Settling {
+        /// The column that does.
+        column: String,
+    },
+    /// A joint moves, slowly or a little.
+    Moving {
+        /// Of the joint.
+        column: String,
+    },
+    /// A reading drifts by more than its noise.
+    Drifting {
+        /// The column that does.
+        column: String,
+        /// Slope, its inside unit a second.
+        per_second: f64,
+    },
+    /// A reading departs and comes back: something touched the arm.
+    Touched {
+        /// The column that does.
+        column: String,
+        /// When, s.
+        at: f64,
+    },
+    /// A reading is much noisier than in other standstills.
+    Restless {
+        /// The column.
+        column: String,
+    },
+    /// The position of a joint is not recorded.
+    NoPosition {
+        /// Its column.
+        column: String,
+    },
+}
+
+impl fmt::Display for Rejected {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.2} to {:.2} s, {}", self.interval[0], self.interval[1], self.reason)
+    }
+}
+
+impl fmt::Display for Reason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Reason::Settling { column } => write!(f, "`{column}` still settles when it ends"),
+            Reason::Moving { column } => write!(f, "`{column}` moves"),
+            Reason::Drifting { column, per_second } => {
+                write!(f, "`{column}` drifts by more than its noise, {per_second:.3e} a second")
+            }
+            Reason::Touched { column, at } => {
+                write!(f, "`{column}` departs and comes back at {at:.2} s, as if the arm were touched")
+            }
+            Reason::Restless { column } => write!(f, "`{column}` is much noisier than in other standstills"),
+            Reason::NoPosition { column } => write!(f, "`{column}` is not recorded"),
+        }
+    }
+}
+
+/// What a run is judged by.
+pub(super) struct Judge<'a> {
+    /// Names of the channels that must stand: positions, then readings.
+    pub columns: Vec<&'a str>,
+    pub joints: usize,
+    pub curves: Vec<Curve>,
+    pub scales: &'a Scales,
+    /// Shortest standstill, s.
+    pub least_duration: f64,
+}
+
+/// A standstill within a run.
+pub(super) struct Dwell {
+    /// First and last but one of its blocks.
+    pub blocks: std::ops::Range<usize>,
+    /// By channel that must stand.
+    pub channels: Vec<Standing>,
+}
+
+/// One channel in a standstill.
+pub(super) struct Standing {
+    /// Of the blocks that count.
+    pub sum: Sum,
+    /// The blocks that count.
+    pub windows: Vec<Sum>,
+    /// Change from beginning to end along the straight line, and whether it may be one.
+    pub drift: f64,
+    pub drifts: bool,
+}
+
+impl Standing {
+    /// Without what is only needed while runs are judged.
+    pub fn without_windows(self) -> Standing {
+        Standing { windows: Vec::new(), ..self }
+    }
+}
+
+impl Judge<'_> {
+    /// The standstill; nothing where the run is too short for one.
+    pub fn judge(&self, run: &Run) -> Result<Option<Dwell>, Rejected> {
+        let count = run.blocks.len();
+        let (first, last) = (1, count.saturating_sub(1));
+        if last <= first || !self.is_long(run, first, last) {
+            return Ok(None);
+        }
+        let rejected = |reason| Rejected { interval: [run.blocks[first].from, run.blocks[last - 1].until], reason };
+        let series: Vec<Series<'_>> =
+            (0..self.columns.len()).map(|channel| self.series(run, channel, first, last)).collect();
+        if let Some(joint) = (0..self.joints).find(|joint| series[*joint].count(first, last) == 0.0) {
+            return Err(rejected(Reason::NoPosition { column: self.columns[joint].to_owned() }));
+        }
+        let begin = self.settled_from(&series, first, last);
+        let end = self.steady_until(run, &series, begin, last);
+        let begin = self.calm_from(&series, begin, end);
+        // What has just become too little to be seen is given as much time again: over many poses it would add up.
+        let begin = begin + (begin - first).min((end - begin) / 3);
+        if !self.is_long(run, begin, end) {
+            let touched = |channel: &usize| Some((*channel, series[*channel].comes_back(first, last)?));
+            if let Some((channel, block)) = (self.joints..series.len()).find_map(|channel| touched(&channel)) {
+                let (column, at) = (self.columns[channel].to_owned(), run.blocks[block].from);
+                return Err(rejected(Reason::Touched { column, at }));
+            }
+            // What changes over its later half is what keeps it from being one.
+            let (half, quarter) = (first + (last - first) / 2, first + 3 * (last - first) / 4);
+            let channel = self.departing(&series, half, quarter, last).or(self.departing(&series, first, half, last));
+            let channel = channel.unwrap_or(0);
+            let column = self.columns[channel].to_owned();
+            let moves = channel < self.joints;
+            return Err(rejected(if moves { Reason::Moving { column } } else { Reason::Settling { column } }));
+        }
+        let interval = [run.blocks[begin].from, run.blocks[end - 1].until];
+        let mut channels = Vec::with_capacity(series.len());
+        for (channel, series) in series.iter().enumerate() {
+            let standing = self.standing(run, channel, series, begin, end);
+            channels.push(standing.map_err(|reason| Rejected { interval, reason })?);
+        }
+        Ok(Some(Dwell { blocks: begin..end, channels }))
+    }
+
+    fn is_long(&self, run: &Run, begin: usize, end: usize) -> bool {
+        end >= begin + LEAST_BLOCKS && run.blocks[end - 1].until - run.blocks[begin].from >= 0.95 * self.least_duration
+    }
+
+    fn series<'b>(&'b self, run: &Run, channel: usize, first: usize, last: usize) -> Series<'b> {
+        let windows: Vec<Sum> = run.blocks.iter().map(|block| block.sums[channel]).collect();
+        let curve = &self.curves[channel];
+        let later = &run.blocks[first + (last - first) / 2..last];
+        // Readings between two steps of a converter may flicker, whatever the noise.
+        let flicker = 0.25 * self.scales.quantum[channel].powi(2);
+        let noisier = match (curve.sample, variance_within(later, channel)) {
+            (Some(usual), Some(here)) if usual + flicker > 0.0 => (here / (usual + flicker)).max(1.0),
+            _ => 1.0,
+        };
+        let mut series = Series {
+            total: Vec::new(),
+            core: Vec::new(),
+            outlier: vec![false; windows.len()],
+            windows,
+            curve,
+            noisier,
+            blocks: f64::from(1 << run.doublings.min(30)),
+            tolerance: self.tolerance(channel),
+        };
+        series.leave_out_outliers(first, last);
+        series.sum_up(first, last);
+        series
+    }
+
+    /// Differences of a channel that do not matter: those that do not matter for gravity, and the step of a converter that no
+    /// noise smooths.
+    fn tolerance(&self, channel: usize) -> f64 {
+        let (quantum, variance) = (self.scales.quantum[channel], self.curves[channel].sample.unwrap_or(0.0));
+        // The variance that is seen holds that of rounding.
+        let noise = (variance - quantum * quantum / 12.0).max(0.0);
+        let step = if quantum > 0.0 { 1.1 * quantum * roughness(quantum, noise) } else { 0.0 };
+        self.scales.immaterial[channel] + step
+    }
+
+    /// The channel whose part `begin..middle` departs most from `middle..end`, by more than [`UNSETTLED`].
+    fn departing(&self, series: &[Series<'_>], begin: usize, middle: usize, end: usize) -> Option<usize> {
+        let departures = series.iter().map(|series| series.departure((begin, middle), (middle, end)));
+        let largest = departures.enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (largest.1 > UNSETTLED).then_some(largest.0)
+    }
+
+    fn settled_from(&self, series: &[Series<'_>], first: usize, last: usize) -> usize {
+        let mut begin = first;
+        while last - begin > LEAST_BLOCKS {
+            let departs = |length: usize| self.departing(series, begin, begin + length, last).is_some();
+            if !powers_of_two((last - begin) / 2).any(departs) {
+                break;
+            }
+            begin += 1;
+        }
+        begin
+    }
+
+    /// A reading that swings while it settles may have the right mean over the beginning: where a window near the beginning
+    /// departs, it still settles there.
+    fn calm_from(&self, series: &[Series<'_>], mut begin: usize, end: usize) -> usize {
+        while end > begin + LEAST_BLOCKS {
+            let swings = |series: &Series<'_>| series.disturbed(begin, end).map(|(_, to)| to);
+            let soon = |to: &usize| to - begin <= (end - begin) / 3;
+            let Some(to) = series.iter().filter_map(swings).find(soon) else { break };
+            begin = to;
+        }
+        begin
+    }
+
+    fn steady_until(&self, run: &Run, series: &[Series<'_>], begin: usize, last: usize) -> usize {
+        let mut end = last;
+        while end - begin > LEAST_BLOCKS {
+            let departs = |length: usize| {
+                let departs =
+                    |series: &Series<'_>| series.departure((end - length, end), (begin, end - length)) > UNSETTLED;
+                series.iter().any(departs)
+            };
+            if !powers_of_two(((end - begin) / 4).max(1)).any(departs) {
+                break;
+            }
+            end -= 1;
+        }
+        // Where no joint moves, a long part that departs is no beginning of a motion.
+        let moves = |series: &Series<'_>| series.departure((end, last), (begin, end)) > UNSETTLED;
+        if last - end > (last - begin) / 6 && !run.interrupted[1] && !series[..self.joints].iter().any(moves) {
+            return last;
+        }
+        let guard = if run.interrupted[1] || run.doublings > 0 { 0 } else { GUARD };
+        end.saturating_sub(guard).max(begin)
+    }
+
+    fn standing(
+        &self,
+        run: &Run,
+        channel: usize,
+        series: &Series<'_>,
+        begin: usize,
+        end: usize,
+    ) -> Result<Standing, Reason> {
+        let column = || self.columns[channel].to_owned();
+        let is_position = channel < self.joints;
+        let outliers = series.outlier[begin..end].iter().filter(|outlier| **outlier).count();
+        let blocks = end - begin;
+        if series.noisier > RESTLESS * RESTLESS || outliers as f64 > (OUTLIERS * blocks as f64).max(1.0) {
+            return Err(Reason::Restless { column: column() });
+        }
+        if let Some((window, _)) = series.disturbed(begin, end) {
+            let at = run.blocks[window].from;
+            return Err(if is_position {
+                Reason::Moving { column: column() }
+            } else {
+                Reason::Touched { column: column(), at }
+            });
+        }
+        let counted: Vec<(f64, Sum)> = (begin..end)
+            .filter(|index| !series.outlier[*index] && series.windows[*index].count > 0.0)
+            .map(|index| (0.5 * (run.blocks[index].from + run.blocks[index].until), series.windows[index]))
+            .collect();
+        let windows: Vec<Sum> = counted.iter().map(|(_, sum)| *sum).collect();
+        let sum = windows.iter().fold(Sum::default(), |all, sum| all.join(*sum));
+        let duration = run.blocks[end - 1].until - run.blocks[begin].from;
+        let (drift, error) = drift(&counted, duration, |count| series.std(count, blocks as f64));
+        let sample = if sum.count > 1.0 { (sum.squares / (sum.count - 1.0)).sqrt() } else { 0.0 };
+        let size = drift.abs() - series.tolerance;
+        if is_position && size > SLOPE * error {
+            return Err(Reason::Moving { column: column() });
+        }
+        if !is_position && size > SLOPE * error && size > sample {
+            return Err(Reason::Drifting { column: column(), per_second: drift / duration });
+        }
+        Ok(Standing { sum, windows, drift, drifts: size > PERHAPS_A_SLOPE * error })
+    }
+}
+
+/// Change over a time along the least-squares line through blocks, and its standard deviation; `std`: of a mean of so many
+/// samples.
+fn drift(blocks: &[(f64, Sum)], duration: f64, std: impl Fn(f64) -> f64) -> (f64, f64) {
+    let total: f64 = blocks.iter().map(|(_, sum)| sum.count).sum();
+    let mean = |value: &dyn Fn(&(f64, Sum)) -> f64| {
+        blocks.iter().map(|block| block.1.count * value(block)).sum::<f64>() / total
+    };
+    let (time, level) = (mean(&|block| block.0), mean(&|block| block.1.mean));
+    let spread = mean(&|block| (block.0 - time).powi(2));
+    if blocks.len() < 3 || spread <= 0.0 {
+        return (0.0, 0.0);
+    }
+    let slope = mean(&|block| (block.0 - time) * (block.1.mean - level)) / spread;
+    (slope * duration, std(total) / spread.sqrt() * duration)
+}
+
+/// 1, 2, 4, … up to the given number.
+fn powers_of_two(most: usize) -> impl Iterator<Item = usize> {
+    std::iter::successors(Some(1), |length| Some(2 * length)).take_while(move |length| *length <= most)
+}
+
+/// The blocks of one channel in a run.
+struct Series<'a> {
+    windows: Vec<Sum>,
+    /// Samples before each block, and the sum of them less the first mean.
+    total: Vec<(f64, f64)>,
+    /// The same without blocks that are far from where the later half is.
+    core: Vec<(f64, f64)>,
+    outlier: Vec<bool>,
+    curve: &'a Curve,
+    /// How many times the variance is that of other runs; 1 at least.
+    noisier: f64,
+    /// Of the recording in one block of the run.
+    blocks: f64,
+    tolerance: f64,
+}
+
+impl Series<'_> {
+    /// Standard deviation of the mean of so many samples in so many blocks.
+    fn std(&self, count: f64, blocks: f64) -> f64 {
+        (self.noisier * self.curve.of(blocks * self.blocks) / count).sqrt()
+    }
+
+    /// Single blocks far from the others count no more.
+    fn leave_out_outliers(&mut self, first: usize, last: usize) {
+        let means: Vec<f64> =
+            self.windows[first..last].iter().filter(|sum| sum.count > 0.0).map(|sum| sum.mean).collect();
+        if means.len() < 3 {
+            return;
+        }
+        let middle = median(means);
+        let departs = |sum: &Sum, by: f64| {
+            sum.count > 0.0 && (sum.mean - middle).abs() - self.tolerance > by * self.std(sum.count, 1.0)
+        };
+        let alone = |index: usize| {
+            let beside =
+                [index.checked_sub(1), Some(index + 1)].into_iter().flatten().filter(|at| (first..last).contains(at));
+            beside.into_iter().all(|at| !departs(&self.windows[at], UNSETTLED))
+        };
+        let found: Vec<usize> =
+            (first..last).filter(|index| departs(&self.windows[*index], UNSETTLED + 1.0) && alone(*index)).collect();
+        found.into_iter().for_each(|index| self.outlier[index] = true);
+    }
+
+    fn sum_up(&mut self, first: usize, last: usize) {
+        let says = |index: &usize| !self.outlier[*index] && self.windows[*index].count > 0.0;
+        let later: Vec<f64> =
+            (first + (last - first) / 2..last).filter(says).map(|index| self.windows[index].mean).collect();
+        let middle = if later.is_empty() { 0.0 } else { median(later) };
+        let sums = |counts: &dyn Fn(&usize) -> bool| {
+            let mut total = (0.0, 0.0);
+            let sum = |index: usize| {
+                if counts(&index) {
+                    let Sum { count, mean, .. } = self.windows[index];
+                    total = (total.0 + count, total.1 + count * (mean - middle));
+                }
+                total
+            };
+            std::iter::once((0.0, 0.0)).chain((0..self.windows.len()).map(sum)).collect()
+        };
+        let near = |index: &usize| {
+            let Sum { count, mean, .. } = self.windows[*index];
+            says(index) && (mean - middle).abs() - self.tolerance <= UNSETTLED * self.std(count, 1.0)
+        };
+        (self.total, self.core) = (sums(&says), sums(&near));
+    }
+
+    /// Samples that count in a part.
+    fn count(&self, begin: usize, end: usize) -> f64 {
+        self.total[end].0 - self.total[begin].0
+    }
+
+    /// By how many standard deviations the mean of a part differs from that of the rest, as far as that is near where the later
+    /// half is; 0 where one of them says nothing.
+    fn departure(&self, part: (usize, usize), rest: (usize, usize)) -> f64 {
+        self.distance(self.sum(&self.total, &[part]), self.sum(&self.core, &[rest]))
+    }
+
+    /// Samples, their sum, and blocks of some parts.
+    fn sum(&self, of: &[(f64, f64)], parts: &[(usize, usize)]) -> (f64, f64, f64) {
+        parts.iter().fold((0.0, 0.0, 0.0), |(count, sum, blocks), (begin, end)| {
+            (count + of[*end].0 - of[*begin].0, sum + of[*end].1 - of[*begin].1, blocks + (end - begin) as f64)
+        })
+    }
+
+    fn distance(&self, here: (f64, f64, f64), there: (f64, f64, f64)) -> f64 {
+        if here.0 == 0.0 || there.0 == 0.0 {
+            return 0.0;
+        }
+        let variance = self.std(here.0, here.2).powi(2) + self.std(there.0, there.2).powi(2);
+        let difference = (here.1 / here.0 - there.1 / there.0).abs() - self.tolerance;
+        if difference <= 0.0 { 0.0 } else { difference / variance.sqrt() }
+    }
+
+    /// The block at which the channel leaves the place where its later half is, having been there before.
+    fn comes_back(&self, first: usize, last: usize) -> Option<usize> {
+        let is_near = |index: usize| self.core[index + 1].0 > self.core[index].0;
+        let all = |from: usize, count: usize, near: bool| {
+            (from..from + count).all(|index| index < last && !self.outlier[index] && is_near(index) == near)
+        };
+        let there = (first..last).find(|index| all(*index, 3, true))?;
+        let leaves = (there + 3..last).find(|index| all(*index, 2, false))?;
+        (leaves + 2..last).any(|index| all(index, 2, true)).then_some(leaves)
+    }
+
+    /// A window that departs from the rest by more than [`DISTURBED`].
+    fn disturbed(&self, begin: usize, end: usize) -> Option<(usize, usize)> {
+        let lengths = powers_of_two(((end - begin) / 4).max(2)).filter(|length| *length >= 2);
+        let mut windows = lengths.flat_map(|length| {
+            (begin..=end - length).step_by((length / 2).max(1)).map(move |from| (from, from + length))
+        });
+        let all = &self.total;
+        windows.find(|(from, to)| {
+            let (window, rest) = (self.sum(all, &[(*from, *to)]), self.sum(all, &[(begin, *from), (*to, end)]));
+            self.distance(window, rest) > DISTURBED
+        })
+    }
+}

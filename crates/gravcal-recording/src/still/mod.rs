@@ -1,0 +1,182 @@
+//! Static poses in a recording in motion: where the arm stands, and what its sensors say there.
+//!
+//! Nobody need say how noisy a sensor is, how fast it is sampled or how long the arm stands: the recording says it. It is read
+//! once, from its beginning to its end, in memory that does not grow with its length:
+//!
+//! 1. Samples become blocks of a hundredth of a second, outliers left out ([`block`]).
+//! 2. Low quantiles over the blocks say how noisy each channel is when nothing moves ([`rough_noise`]).
+//! 3. Blocks in which every joint stays are a run ([`run`]); the side from which each joint came is known ([`approach`]).
+//! 4. Many runs together say how noisy means are, by how long they are ([`mean_noise`]).
+//! 5. Each run is judged ([`judge`]): its beginning is cut off while it settles, its end where the next motion begins; it is
+//!    rejected, with the reason, where it moves, creeps or was touched.
+//! 6. All standstills together say how many independent samples each mean is worth ([`autocorrelation`], [`converter`]).
+//!
+//! Standard errors hold noise with its autocorrelation, what a converter's step leaves of its error where noise does not smooth
+//! it, and a drift that may be one. They do not hold what is the same during a standstill: friction, deflection, hysteresis. Noise
+//! whose correlation lasts as long as a standstill cannot be told from a constant.
+
+mod approach;
+mod autocorrelation;
+mod block;
+mod channels;
+mod converter;
+mod judge;
+mod mean_noise;
+mod rough_noise;
+mod run;
+mod segments;
+mod standstill;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+
+use crate::error::ReadError;
+use crate::mapping::PoseMapping;
+use crate::rows::{Row, Rows};
+use channels::Channels;
+use segments::{FIRST, Samples, Segments};
+use standstill::Assessment;
+
+pub use judge::{Reason, Rejected};
+pub use standstill::{Spread, Standstill};
+
+/// What a standstill is, beyond what the recording says itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Stillness {
+    /// Shortest standstill, s; a tenth of a second without it, and never less than a few dozen samples.
+    pub least_duration: Option<f64>,
+    /// Only what comes so long after the recording's first row, s.
+    pub from: Option<f64>,
+    /// Only what comes before so long after its first row, s.
+    pub until: Option<f64>,
+}
+
+/// Shortest standstill, s, where nothing is said.
+const LEAST_DURATION: f64 = 0.1;
+
+/// The standstills of a recording.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Standstills {
+    /// In the order of the recording.
+    pub found: Vec<Standstill>,
+    /// What seemed to be standstills and is none.
+    pub rejected: Vec<Rejected>,
+    /// Rows with a time, from first to last, without those left out by [`Stillness`].
+    pub rows: u64,
+    /// Rows that say the same as the row before at the same time, and were left out.
+    pub repeated: u64,
+    /// Rows without a time, left out.
+    pub without_time: u64,
+    /// How often the clock jumped, or nothing was recorded for long; no standstill goes over that.
+    pub interruptions: u64,
+    /// Median time between two samples of the slowest column, s.
+    pub interval: f64,
+}
+
+/// Finds the standstills in a recording. `path`: its name in errors; `mapping` as for a table of poses, its time the column
+/// `time_s` where it names none. It says neither deviations nor counts of samples: these are found.
+///
+/// # Errors
+///
+/// The recording cannot be read, a column of the mapping is not in it, the mapping contradicts itself, or no row has a time.
+pub fn static_poses(
+    path: &Path,
+    rows: &mut dyn Rows,
+    mapping: &PoseMapping,
+    stillness: &Stillness,
+) -> Result<Standstills, ReadError> {
+    mapping.check()?;
+    let mut source = Source::new(path, rows, Channels::new(mapping), stillness);
+    let mut first = Samples::default();
+    while first.len() < FIRST
+        && let Some((time, row)) = source.next()?
+    {
+        first.push(time, row, &source.values);
+    }
+    let tested = source.channels.tested();
+    let Some(interval) = first.interval(&source.channels, tested) else {
+        source.check_columns()?;
+        return Err(ReadError::NothingRecorded { path: path.to_owned() });
+    };
+    let mut segments = Segments::new(&source.channels, &first, interval);
+    let least = stillness.least_duration.unwrap_or(LEAST_DURATION);
+    let mut assessment = Assessment::new(&source.channels, least);
+    let mut runs = Vec::new();
+    segments.take_first(&first, source.values.len(), &mut runs);
+    drop(first);
+    while let Some((time, row)) = source.next()? {
+        segments.take(time, row, &source.values, &mut runs);
+        if !runs.is_empty() {
+            assessment.take(&mut runs, &source.channels, &segments);
+        }
+    }
+    source.check_columns()?;
+    segments.finish(&mut runs);
+    assessment.take(&mut runs, &source.channels, &segments);
+    let (found, rejected) = assessment.finish(&source.channels, &segments);
+    Ok(Standstills {
+        found,
+        rejected,
+        rows: segments.usage.samples + segments.usage.repeated,
+        repeated: segments.usage.repeated,
+        without_time: source.without_time,
+        interruptions: segments.usage.interruptions,
+        interval,
+    })
+}
+
+/// Rows as times and values in SI units.
+struct Source<'a> {
+    path: &'a Path,
+    rows: &'a mut dyn Rows,
+    row: Row,
+    channels: Channels,
+    stillness: &'a Stillness,
+    /// Of the last row.
+    values: Vec<f64>,
+    /// Time of the first row, s.
+    begun: Option<f64>,
+    without_time: u64,
+}
+
+impl<'a> Source<'a> {
+    fn new(path: &'a Path, rows: &'a mut dyn Rows, mut channels: Channels, stillness: &'a Stillness) -> Source<'a> {
+        channels.look(rows.columns());
+        let values = vec![f64::NAN; channels.list.len()];
+        Source { path, rows, row: Row::default(), channels, stillness, values, begun: None, without_time: 0 }
+    }
+
+    /// Time and number of the next row that is asked for; its values stand in `values`.
+    fn next(&mut self) -> Result<Option<(f64, u64)>, ReadError> {
+        while self.rows.read(&mut self.row)? {
+            if self.channels.is_behind(self.rows.columns()) {
+                self.channels.look(self.rows.columns());
+            }
+            let time = self.channels.read(&self.row, &mut self.values);
+            if !time.is_finite() {
+                self.without_time += 1;
+                continue;
+            }
+            let since = time - *self.begun.get_or_insert(time);
+            let left_out = self.stillness.from.is_some_and(|from| since < from)
+                || self.stillness.until.is_some_and(|until| since > until);
+            if !left_out {
+                return Ok(Some((time, self.row.number)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Whether every column was there, at the end at least.
+    fn check_columns(&self) -> Result<(), ReadError> {
+        match self.channels.missing() {
+            None => Ok(()),
+            Some(column) => Err(ReadError::UnknownColumn {
+                path: self.path.to_owned(),
+                column: column.to_owned(),
+                columns: self.rows.columns().to_vec(),
+            }),
+        }
+    }
+}
