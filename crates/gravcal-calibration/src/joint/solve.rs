@@ -9,8 +9,8 @@ use super::constraints;
 use super::hold::{Holds, SetAside};
 use super::problem::{JointProblem, pose};
 use super::readings::Readings;
-use super::start::best_start;
-use super::twins::settled;
+use super::start::{best_start, further_starts};
+use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
 use crate::judgement::{fit, held_out};
 use crate::parameter::{ParameterId, Quantity};
@@ -62,7 +62,31 @@ pub fn solve(
 ) -> Result<Solved, EstimateError> {
     workbench.tell("starting values");
     let start = best_start(session, readings, known, workbench)?;
-    settled(session, solve_from(session, readings, start, workbench)?, workbench)
+    let solved = settled(session, solve_from(session, readings, start, workbench)?, workbench)?;
+    if solved.contradicts_its_noise(session)? && solved.estimate.termination != Termination::Stopped {
+        return lowest_elsewhere(session, readings, solved, known, workbench);
+    }
+    Ok(solved)
+}
+
+/// The solution, or a lower one from another start: a minimum that the stated noise rules out may be a local one.
+fn lowest_elsewhere(
+    session: &Session,
+    readings: &Readings,
+    mut solved: Solved,
+    known: Option<&Unknowns>,
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
+    workbench.tell("other starting values");
+    let mut lower = false;
+    for start in further_starts(session, readings, known)? {
+        // A start that leads nowhere says nothing of the others.
+        let Ok(other) = solve_from(session, readings, start, workbench) else { continue };
+        if other.estimate.cost < solved.estimate.cost - DECISIVE {
+            (solved, lower) = (other, true);
+        }
+    }
+    if lower { settled(session, solved, workbench) } else { Ok(solved) }
 }
 
 /// The same from where it is said to start.
@@ -115,6 +139,12 @@ pub(super) fn first_noise(session: &Session) -> Vec<f64> {
 }
 
 impl Solved {
+    /// Whether stated noise explains the residuals with p < 0.001 only.
+    fn contradicts_its_noise(&self, session: &Session) -> Result<bool, EvaluateError> {
+        let whitened = self.posed.problem.residuals(&self.estimate.values)?;
+        Ok(fit(session, self, &whitened)?.misfit().is_some())
+    }
+
     /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up.
     fn residual_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
         let rows = self.posed.problem.augmented_jacobian(&self.estimate.values)?;

@@ -24,6 +24,8 @@ const EXPLAINED: f64 = 1.0;
 const CONTENDERS: usize = 4;
 const APART: f64 = 0.3;
 const BRIEF: usize = 30;
+/// Candidates that are followed to their end where the first one ended at what the noise does not explain.
+const FURTHER: usize = 12;
 /// Angle by which the declared direction is left, rad: exactly along an axis, the moments that the axis would carry
 /// have no effect, and nothing could be said of them.
 const OFF_AXIS: f64 = 0.02;
@@ -40,22 +42,43 @@ pub(super) fn best_start(
     workbench: &Workbench<'_>,
 ) -> Result<Unknowns, PosingError> {
     let sample = thinned(readings);
-    let nominal = Unknowns::nominal(session);
-    let directed =
-        |direction: [f64; 3]| Unknowns { gravity: direction.map(|c| session.gravity.magnitude * c), ..nominal.clone() };
-    let candidates = known.cloned().into_iter().chain(directions(session.gravity.hemisphere).map(directed));
-    let part = LinearPart::new(session, &sample, &nominal)?;
     let explained = EXPLAINED * sample.used.iter().map(Vec::len).sum::<usize>() as f64;
     let mut solved: Vec<(f64, Unknowns)> = Vec::new();
-    for candidate in candidates {
-        let (cost, mut start) = part.solve_to_scale(&candidate);
-        respect_distances(session, &mut start);
+    for (cost, start) in candidates(session, &sample, known)? {
         if cost < explained {
             return Ok(start);
         }
         solved.push((cost, start));
     }
-    lowest_nearby(session, &sample, contenders(solved), workbench).map(|start| start.unwrap_or(nominal))
+    let best = lowest_nearby(session, &sample, contenders(solved, CONTENDERS), workbench)?;
+    Ok(best.unwrap_or_else(|| Unknowns::nominal(session)))
+}
+
+/// Where else an estimate may start whose end cannot be the right one, the most promising first.
+pub(super) fn further_starts(
+    session: &Session,
+    readings: &Readings,
+    known: Option<&Unknowns>,
+) -> Result<Vec<Unknowns>, PosingError> {
+    Ok(contenders(candidates(session, &thinned(readings), known)?.collect(), FURTHER))
+}
+
+/// Each direction of gravity (and `known`) with what suits it best, and the cost of that.
+fn candidates(
+    session: &Session,
+    sample: &Readings,
+    known: Option<&Unknowns>,
+) -> Result<impl Iterator<Item = (f64, Unknowns)>, PosingError> {
+    let nominal = Unknowns::nominal(session);
+    let part = LinearPart::new(session, sample, &nominal)?;
+    let magnitude = session.gravity.magnitude;
+    let directed = move |direction: [f64; 3]| Unknowns { gravity: direction.map(|c| magnitude * c), ..nominal.clone() };
+    let places = known.cloned().into_iter().chain(directions(session.gravity.hemisphere).map(directed));
+    Ok(places.map(move |place| {
+        let (cost, mut start) = part.solve_to_scale(&place);
+        respect_distances(session, &mut start);
+        (cost, start)
+    }))
 }
 
 /// The start from which a few iterations lead lowest.
@@ -76,13 +99,11 @@ fn lowest_nearby(
 }
 
 /// The best few candidates that are apart from each other.
-fn contenders(mut candidates: Vec<(f64, Unknowns)>) -> Vec<Unknowns> {
+fn contenders(mut candidates: Vec<(f64, Unknowns)>, most: usize) -> Vec<Unknowns> {
     candidates.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     let mut contenders: Vec<Unknowns> = Vec::new();
     for (_, candidate) in candidates {
-        if contenders.len() < CONTENDERS
-            && contenders.iter().all(|other| angle(&other.gravity, &candidate.gravity) > APART)
-        {
+        if contenders.len() < most && contenders.iter().all(|other| angle(&other.gravity, &candidate.gravity) > APART) {
             contenders.push(candidate);
         }
     }
