@@ -13,6 +13,7 @@ mod instruments;
 mod invariants;
 mod program;
 mod real_arm_in_motion;
+mod recordings;
 mod reproducible;
 mod sensor_models;
 mod seven_joints;

@@ -21,6 +21,7 @@ mod document;
 mod judgement;
 mod workbench;
 
+pub mod application;
 pub mod check;
 pub mod joint;
 pub mod parameter;

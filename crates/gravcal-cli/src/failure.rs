@@ -26,6 +26,11 @@ impl Failure {
         Failure::new(Exit::NoConvergence, error)
     }
 
+    /// Bad input that no library tells.
+    pub fn said(message: impl Into<String>) -> Failure {
+        Failure { exit: Exit::BadInput, message: message.into(), causes: Vec::new(), hint: None }
+    }
+
     fn new(exit: Exit, error: &dyn Error) -> Failure {
         Failure { exit, message: error.to_string(), causes: causes(error), hint: None }
     }

@@ -21,10 +21,15 @@ impl Interrupt {
         let seen = Arc::clone(&asked);
         let handler = move || match is_second(&seen) {
             true => exit(ENDED_BY_INTERRUPT),
-            false => terminal::complain("stopping after this iteration; Ctrl-C once more ends the program at once"),
+            false => terminal::complain("stopping; Ctrl-C once more ends the program at once"),
         };
         ctrlc::set_handler(handler).map_err(|error| Failure::bad_input(&error).about("Ctrl-C"))?;
         Ok(Interrupt(asked))
+    }
+
+    /// Whether someone asked to stop.
+    pub fn is_asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
     }
 
     /// Set once someone asked to stop.

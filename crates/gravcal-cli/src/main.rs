@@ -2,10 +2,12 @@
 //!
 //! Only here is anything printed, and the clock read.
 
+mod apply;
 mod calibrate;
 mod check;
 mod exit;
 mod failure;
+mod inspect;
 mod interrupt;
 mod names;
 mod progress;
@@ -33,6 +35,8 @@ enum Command {
     Calibrate(calibrate::Arguments),
     Check(check::Arguments),
     Simulate(simulate::Arguments),
+    Inspect(inspect::Arguments),
+    Apply(apply::Arguments),
 }
 
 const AFTER_HELP: &str = "\
@@ -54,6 +58,8 @@ From a robot to its calibration:
   3. Record the rest.
   4. gravcal calibrate session.toml
      finds gains, offsets and gravity, with their uncertainty.
+  5. gravcal apply calibration.json recording.mcap calibrated.mcap
+     gives the same recording with true torques and angles.
 
 Conventions of what comes out:
   reading = torque_gain * torque + torque_bias
@@ -82,6 +88,8 @@ fn run(command: &Command) -> Result<Exit, Failure> {
         Command::Calibrate(arguments) => calibrate::run(arguments),
         Command::Check(arguments) => check::run(arguments),
         Command::Simulate(arguments) => simulate::run(arguments),
+        Command::Inspect(arguments) => inspect::run(arguments),
+        Command::Apply(arguments) => apply::run(arguments),
     }
 }
 

@@ -109,10 +109,25 @@ pub enum EarlierError {
     },
 }
 
+/// A file from which a calibration was made.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+pub struct EarlierInput {
+    /// Relative to the session's folder, or absolute.
+    pub path: String,
+    /// Hash of its contents, hexadecimal.
+    pub sha256: String,
+}
+
 #[derive(Deserialize)]
 struct File {
     format: String,
     estimators: Vec<Estimator>,
+    provenance: Option<Provenance>,
+}
+
+#[derive(Deserialize)]
+struct Provenance {
+    inputs: Vec<EarlierInput>,
 }
 
 #[derive(Deserialize)]
@@ -142,12 +157,7 @@ struct Matrix {
 /// # Errors
 /// There is no such file or estimator, the estimator has failed, or its covariance is absent or of other quantities.
 pub fn read_earlier(path: &Path, estimator: &str) -> Result<EarlierEstimate, EarlierError> {
-    let bytes = fs::read(path).map_err(|cause| EarlierError::Io { path: path.to_owned(), cause })?;
-    let not_ours = |cause| EarlierError::NotCalibration { path: path.to_owned(), cause };
-    let file: File = serde_json::from_slice(&bytes).map_err(not_ours)?;
-    if file.format != FORMAT {
-        return Err(EarlierError::OtherFormat { path: path.to_owned(), found: file.format });
-    }
+    let file = read_file(path)?;
     let known: Vec<String> = file.estimators.iter().map(|e| format!("`{}`", e.name)).collect();
     let found = file.estimators.into_iter().find(|e| e.name == estimator).ok_or_else(|| EarlierError::NoEstimator {
         path: path.to_owned(),
@@ -159,6 +169,25 @@ pub fn read_earlier(path: &Path, estimator: &str) -> Result<EarlierEstimate, Ear
     }
     let name = found.name.clone();
     found.estimate().map_err(|what| EarlierError::Covariance { path: path.to_owned(), name, what })
+}
+
+/// The session that a `calibration.json` was made from; `None` where it does not say.
+///
+/// # Errors
+/// There is no such file.
+pub fn read_earlier_session(path: &Path) -> Result<Option<EarlierInput>, EarlierError> {
+    let provenance = read_file(path)?.provenance;
+    Ok(provenance.and_then(|provenance| provenance.inputs.into_iter().next()))
+}
+
+fn read_file(path: &Path) -> Result<File, EarlierError> {
+    let bytes = fs::read(path).map_err(|cause| EarlierError::Io { path: path.to_owned(), cause })?;
+    let not_ours = |cause| EarlierError::NotCalibration { path: path.to_owned(), cause };
+    let file: File = serde_json::from_slice(&bytes).map_err(not_ours)?;
+    match file.format == FORMAT {
+        true => Ok(file),
+        false => Err(EarlierError::OtherFormat { path: path.to_owned(), found: file.format }),
+    }
 }
 
 impl Estimator {

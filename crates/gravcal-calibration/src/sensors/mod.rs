@@ -118,6 +118,12 @@ impl SensorTerms {
         self.terms.len()
     }
 
+    /// The joint of a term's sensor, and whether that is one of torque.
+    pub(crate) fn site(&self, place: usize) -> (usize, bool) {
+        let term = &self.terms[place];
+        (term.joint, matches!(term.function, Function::Torque(_)))
+    }
+
     /// The terms of one joint's torque sensor, each with the place of its parameter.
     pub(crate) fn of_torque(&self, joint: usize) -> impl Iterator<Item = (usize, &dyn TorqueFunction)> {
         self.terms.iter().enumerate().filter_map(move |(place, term)| match &term.function {

@@ -294,6 +294,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         instruments,
         terms,
         further,
+        readings: mapping,
         tables,
         poses,
         deflection,

@@ -13,7 +13,7 @@ pub(crate) mod units;
 use std::path::{Path, PathBuf};
 
 use gravcal_estimation::Loss;
-use gravcal_recording::{Conditions, PositionUnit, Reading, TorqueUnit};
+use gravcal_recording::{Conditions, PoseMapping, PositionUnit, Reading, TorqueUnit};
 
 use crate::parameter::{Parameter, Quantity};
 use crate::robot::Robot;
@@ -47,6 +47,8 @@ pub struct Session {
     pub terms: SensorTerms,
     /// Parameters beyond the four of each joint, those of `terms` first.
     pub further: Vec<Parameter>,
+    /// Which columns of tables and recordings are which readings.
+    pub readings: PoseMapping,
     /// One for each `[[poses]]`.
     pub tables: Vec<PoseTable>,
     /// All static poses of all tables, in order.
@@ -94,6 +96,7 @@ impl Session {
             instruments: Vec::new(),
             terms: SensorTerms::default(),
             further: Vec::new(),
+            readings: PoseMapping::default(),
             tables: Vec::new(),
             poses: Vec::new(),
             deflection: Deflection::default(),

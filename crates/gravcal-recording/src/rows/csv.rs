@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 
-use super::{Row, Rows};
+use super::{Row, Rows, Source};
 use crate::csv_lines::{CsvFormat, Line, Lines, cells};
 use crate::error::ReadError;
 use crate::table::column_names;
@@ -182,6 +182,18 @@ impl Rows for CsvRows {
             }
             None => self.next(row),
         }
+    }
+
+    fn source(&self) -> Source {
+        let delimiter = match self.format.delimiter {
+            b',' => "commas",
+            b';' => "semicolons",
+            b'\t' => "tabs",
+            _ => "other signs",
+        };
+        let decimal = if self.format.decimal_comma { ", decimal commas" } else { "" };
+        let header = if self.format.header { "" } else { ", no header" };
+        Source { kind: format!("CSV file ({delimiter} between cells{decimal}{header})"), topics: Vec::new() }
     }
 
     fn remarks(&self) -> Vec<String> {

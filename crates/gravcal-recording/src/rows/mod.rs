@@ -8,6 +8,7 @@
 //! ```
 
 mod csv;
+mod inspect;
 mod joint_state;
 mod mcap;
 mod parquet;
@@ -23,9 +24,12 @@ use std::path::Path;
 
 use std::collections::BTreeMap;
 
+use serde::Serialize;
+
 use crate::csv_lines::CsvFormat;
 use crate::error::ReadError;
 
+pub use inspect::{Clipped, ColumnFound, Gap, Guess, Inspection, Meaning, Stuck, TimeFound, inspect};
 pub use rewrite::{Change, RewriteError, Watch, rewrite};
 pub use write::{Heading, RowWriter, create};
 
@@ -53,6 +57,9 @@ pub trait Rows {
     /// error.
     fn read(&mut self, row: &mut Row) -> Result<bool, ReadError>;
 
+    /// Kind of file, and what it holds as far as it is read.
+    fn source(&self) -> Source;
+
     /// What was lost or looks wrong so far, in words: cut files, damaged chunks, cells that are no finite numbers.
     fn remarks(&self) -> Vec<String>;
 
@@ -62,6 +69,28 @@ pub trait Rows {
 
     /// Which share of the file is read, from 0 to 1.
     fn progress(&self) -> f64;
+}
+
+/// Kind of file, and what it holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct Source {
+    /// In words.
+    pub kind: String,
+    /// Topics of an MCAP file; none of others.
+    pub topics: Vec<Topic>,
+}
+
+/// A topic of an MCAP file.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Topic {
+    /// Its name.
+    pub name: String,
+    /// Type of its messages.
+    pub kind: String,
+    /// How they are written.
+    pub encoding: String,
+    /// How many there are.
+    pub messages: u64,
 }
 
 /// Opens a recording: a CSV file, an MCAP file, a folder of MCAP files such as rosbag2 writes, or a Parquet file. What it is, is told by

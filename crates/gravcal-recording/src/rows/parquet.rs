@@ -10,7 +10,7 @@ use arrow_schema::{DataType, TimeUnit};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
-use super::{Row, Rows};
+use super::{Row, Rows, Source};
 use crate::error::ReadError;
 
 /// Rows that are decoded together.
@@ -104,6 +104,10 @@ impl Rows for ParquetRows {
         }
         self.next += 1;
         Ok(true)
+    }
+
+    fn source(&self) -> Source {
+        Source { kind: "Parquet file".to_owned(), topics: Vec::new() }
     }
 
     fn remarks(&self) -> Vec<String> {

@@ -11,6 +11,7 @@ use mcap::read::Summary;
 use mcap::records::{Metadata, Record, op};
 use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 
+use crate::rows;
 use crate::rows::write::mcap::METADATA;
 
 /// A record of the summary is kept in memory up to this size.
@@ -172,6 +173,17 @@ impl Channels {
     /// Notes a message that could not be read.
     pub(crate) fn malformed(&mut self, topic: usize, what: String, message: u64) {
         self.topics[topic].malformed.entry(what).or_insert((0, message)).0 += 1;
+    }
+
+    /// The topics in the order of their first appearance.
+    pub(crate) fn found(&self) -> Vec<rows::Topic> {
+        let found = self.names.iter().zip(&self.topics).map(|(name, topic)| rows::Topic {
+            name: name.clone(),
+            kind: topic.kind.clone(),
+            encoding: topic.encoding.clone(),
+            messages: topic.messages,
+        });
+        found.collect()
     }
 
     /// The topics with their types.

@@ -23,7 +23,7 @@ use self::channels::{Channels, Encoding};
 use self::columns::Columns;
 use self::records::{Next, Records};
 use super::joint_state::Quantity;
-use super::{Row, Rows};
+use super::{Row, Rows, Source};
 use crate::error::ReadError;
 
 /// Messages that are read ahead to know the names of the columns.
@@ -33,6 +33,8 @@ const AHEAD: usize = 10_000;
 pub(crate) struct McapRows {
     /// As it was named by whoever asked to read it.
     path: PathBuf,
+    /// How many files there are, and those to come.
+    count: usize,
     files: VecDeque<PathBuf>,
     records: Records,
     channels: Channels,
@@ -63,10 +65,11 @@ impl McapRows {
     fn of_files(path: &Path, files: Vec<PathBuf>, remarks: Vec<String>) -> Result<McapRows, ReadError> {
         let length = |file: &PathBuf| std::fs::metadata(file).map_or(0, |found| found.len());
         let total = files.iter().map(length).sum();
-        let mut files = VecDeque::from(files);
+        let (count, mut files) = (files.len(), VecDeque::from(files));
         let first = files.pop_front().ok_or_else(|| ReadError::NoFile { path: path.to_owned() })?;
         let mut rows = McapRows {
             path: path.to_owned(),
+            count,
             files,
             records: Records::open(&first)?,
             channels: Channels::of(&first),
@@ -220,6 +223,14 @@ impl Rows for McapRows {
         let found = self.next_message(row)?;
         self.columns.name(self.channels.topics());
         Ok(found)
+    }
+
+    fn source(&self) -> Source {
+        let kind = match self.count {
+            1 => "MCAP file".to_owned(),
+            count => format!("{count} MCAP files"),
+        };
+        Source { kind, topics: self.channels.found() }
     }
 
     fn remarks(&self) -> Vec<String> {

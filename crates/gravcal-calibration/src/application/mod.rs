@@ -1,0 +1,358 @@
+//! A calibration applied to a recording: what its readings truly say.
+//!
+//! ```text
+//!     coordinate   θ = s q + o + Σ a ψ(q)
+//!     velocity     θ̇ = (s + Σ a ψ′(q)) q̇
+//!     torque       τ, from y = k τ + b + Σ a φ(τ, conditions) by Newton's method
+//!     residual     τ − τ_g(θ), the torque that does not carry gravity
+//! ```
+//!
+//! Rows may say only some of the readings at a time, as where joints are spread over topics: what a row does not say is taken as it was
+//! said last. A reading at an end of its sensor's range has no torque, and becomes an empty cell.
+
+mod columns;
+mod gravity;
+#[cfg(test)]
+mod tests;
+
+use gravcal_recording::{Conditions, EarlierEstimate, MotionSource, is_saturated};
+
+use self::columns::Columns;
+use self::gravity::GravityModel;
+use crate::joint::Unknowns;
+use crate::parameter::{ParameterId, Quantity};
+use crate::sensors::Need;
+use crate::session::Session;
+
+/// Step of numerical differentiation of a position sensor's terms, rad or m: their periods are far longer.
+const STEP: f64 = 1e-5;
+
+/// Why a calibration cannot be applied.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ApplicationError {
+    /// It is of another session.
+    #[error("the calibration knows no parameter {name} of the session: it is of another session")]
+    OtherSession {
+        /// The parameter.
+        name: String,
+    },
+    /// Parameters without a value.
+    #[error("the calibration does not determine {}", names.join(", "))]
+    Undetermined {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// A drift goes on with a clock that began with the calibration's recordings.
+    #[error(
+        "the bias of joint {joint}'s torque sensor drifts with the time since the session's first pose, which is no guide to \
+         another recording: calibrate without torque-bias-in-time"
+    )]
+    Drift {
+        /// The joint.
+        joint: String,
+    },
+    /// A sensor's model needs velocities that no column says.
+    #[error(
+        "the friction of joint {joint} depends on its velocity, and readings.velocity is a slope over whole tables: name \
+         columns of velocities"
+    )]
+    Slope {
+        /// The joint.
+        joint: String,
+    },
+    /// A column of the session is not in the recording.
+    #[error("the recording has no column `{column}`, which the session's [readings] name; its columns are {known}")]
+    NoColumn {
+        /// The column.
+        column: String,
+        /// Those that there are.
+        known: String,
+    },
+    /// Moments by sweep say nothing of other poses.
+    #[error(
+        "the session describes moments by sweep, which says nothing of gravity's torque in other poses: calibrate with \
+         description = \"link\""
+    )]
+    BySweep,
+    /// Gravity has no value.
+    #[error("the calibration does not determine gravity")]
+    NoGravity,
+    /// Masses and moments are not determined as far as a torque depends on them.
+    #[error("the calibration does not determine the masses and moments that gravity's torque depends on at {}", joints.join(", "))]
+    NoMoments {
+        /// The joints.
+        joints: Vec<String>,
+    },
+    /// There is no such load.
+    #[error("the session has no load `{name}`; it has {known}")]
+    NoLoad {
+        /// The name.
+        name: String,
+        /// Those that there are.
+        known: String,
+    },
+}
+
+/// What efforts become.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Effort {
+    /// Torques.
+    Torque,
+    /// Torques without that which carries gravity.
+    Residual {
+        /// Name of the load that is attached.
+        load: Option<String>,
+    },
+}
+
+/// A calibration that changes the rows of a recording. Angles are then in the unit of their column (rad, where that is the sensor's
+/// own), torques in N·m (N where a joint slides).
+#[derive(Debug)]
+pub struct Application<'a> {
+    session: &'a Session,
+    values: Unknowns,
+    gravity: Option<GravityModel<'a>>,
+    columns: Columns,
+    /// Last readings of all joints, in inside units; NaN before the first.
+    positions: Vec<f64>,
+    torques: Vec<f64>,
+    conditions: Conditions,
+    /// By joint, readings at an end of the range.
+    saturated: Vec<u64>,
+    /// Torque readings whose torque is not known.
+    without_torque: u64,
+}
+
+impl<'a> Application<'a> {
+    /// Applies `calibration`, which is of `session`. Where it has no value, nominal ones are taken if `nominal`.
+    ///
+    /// # Errors
+    /// See [`ApplicationError`].
+    pub fn new(
+        session: &'a Session,
+        calibration: &EarlierEstimate,
+        effort: &Effort,
+        nominal: bool,
+    ) -> Result<Application<'a>, ApplicationError> {
+        check_conditions(session)?;
+        let values = values(session, calibration, nominal)?;
+        let gravity = match effort {
+            Effort::Torque => None,
+            Effort::Residual { load } => {
+                Some(GravityModel::new(session, calibration, &values, load.as_deref(), nominal)?)
+            }
+        };
+        let joints = session.joints.len();
+        Ok(Application {
+            session,
+            values,
+            gravity,
+            columns: Columns::default(),
+            positions: vec![f64::NAN; joints],
+            torques: vec![f64::NAN; joints],
+            conditions: Conditions {
+                time: None,
+                temperature: vec![f64::NAN; session.readings.conditions.temperature.len()],
+                velocity: vec![f64::NAN; joints],
+                acceleration: Vec::new(),
+                direction: vec![f64::NAN; session.readings.conditions.direction.len()],
+            },
+            saturated: vec![0; joints],
+            without_torque: 0,
+        })
+    }
+
+    /// Looks for the session's columns among those of a recording, as far as they are known.
+    ///
+    /// # Errors
+    /// One is missing.
+    pub fn find(&mut self, columns: &[String]) -> Result<(), ApplicationError> {
+        self.columns = Columns::find(&self.session.readings, columns);
+        match self.columns.missing(&self.session.readings) {
+            None => Ok(()),
+            Some(column) => {
+                let known: Vec<String> = columns.iter().map(|column| format!("`{column}`")).collect();
+                Err(ApplicationError::NoColumn { column: column.to_owned(), known: known.join(", ") })
+            }
+        }
+    }
+
+    /// Changes the cells of a row, whose columns have these names.
+    pub fn apply(&mut self, columns: &[String], cells: &mut [f64]) {
+        if self.columns.count != columns.len() {
+            self.columns = Columns::find(&self.session.readings, columns);
+        }
+        self.hear(cells);
+        let coordinates = self.session.terms.coordinates(&self.positions, &self.values);
+        self.tell_motion(cells, &coordinates);
+        if self.columns.torques.iter().flatten().any(|column| !cells[*column].is_nan()) {
+            self.tell_torques(cells, &coordinates);
+        }
+    }
+
+    /// What a reader of the new recording should know.
+    pub fn remarks(&self) -> Vec<String> {
+        let names = self.session.robot.chain.joints().iter().map(|joint| &joint.name);
+        let saturated = names.zip(&self.saturated).filter(|(_, count)| **count > 0).map(|(name, count)| {
+            format!("joint {name}: {count} torque readings are at an end of the sensor's range, and became empty")
+        });
+        let without = (self.without_torque > 0).then(|| {
+            format!(
+                "{} torque readings became empty: no torque explains them, or not everything that theirs depends on was \
+                 said before",
+                self.without_torque
+            )
+        });
+        saturated.chain(without).collect()
+    }
+
+    /// Takes what a row says of the readings and conditions.
+    fn hear(&mut self, cells: &[f64]) {
+        let mapping = &self.session.readings;
+        let hear = |last: &mut f64, column: Option<usize>, inside: &dyn Fn(f64) -> f64| {
+            let cell = column.map_or(f64::NAN, |column| cells[column]);
+            if !cell.is_nan() {
+                *last = inside(cell);
+            }
+        };
+        for (joint, last) in self.positions.iter_mut().enumerate() {
+            hear(last, self.columns.positions[joint], &|cell| cell * mapping.positions[joint].unit.to_si());
+        }
+        for (joint, last) in self.torques.iter_mut().enumerate() {
+            let unit = mapping.torques[joint].as_ref().map_or(1.0, |(_, unit)| unit.to_si());
+            hear(last, self.columns.torques[joint], &|cell| cell * unit);
+        }
+        let conditions = &mut self.conditions;
+        for ((last, column), mapped) in
+            conditions.temperature.iter_mut().zip(&self.columns.temperature).zip(&mapping.conditions.temperature)
+        {
+            hear(last, *column, &|cell| mapped.unit.to_inside(cell));
+        }
+        if let MotionSource::Columns(mapped) = &mapping.conditions.velocity {
+            for ((last, column), mapped) in conditions.velocity.iter_mut().zip(&self.columns.velocities).zip(mapped) {
+                hear(last, *column, &|cell| mapped.unit.to_inside(cell));
+            }
+        }
+        for (last, column) in conditions.direction.iter_mut().zip(&self.columns.direction) {
+            hear(last, *column, &|cell| cell);
+        }
+    }
+
+    /// Coordinates and velocities in the units of their columns.
+    fn tell_motion(&self, cells: &mut [f64], coordinates: &[f64]) {
+        let say = |cells: &mut [f64], column: Option<usize>, number: &dyn Fn(f64) -> f64| {
+            if let Some(column) = column.filter(|column| !cells[*column].is_nan()) {
+                cells[column] = number(cells[column]);
+            }
+        };
+        for (joint, coordinate) in coordinates.iter().enumerate() {
+            let unit = self.session.readings.positions[joint].unit;
+            say(cells, self.columns.positions[joint], &|_| coordinate / unit.to_si());
+            // A velocity beside counts or volts is in a unit of its own, and says itself what it is.
+            if !unit.is_sensors_own() {
+                say(cells, self.columns.velocities[joint], &|cell| cell * self.position_gain(joint));
+            }
+        }
+    }
+
+    /// `dθ/dq` at the last reading.
+    fn position_gain(&self, joint: usize) -> f64 {
+        let gain = self.values.sensors[joint][Quantity::PositionGain as usize];
+        let reading = self.positions[joint];
+        let own = self.session.terms.of_positions().filter(|(_, owner, _)| *owner == joint);
+        let slopes = own.map(|(place, _, function)| {
+            let rise = function.value(reading + STEP) - function.value(reading - STEP);
+            self.values.further[place] * rise / (2.0 * STEP)
+        });
+        gain + slopes.sum::<f64>()
+    }
+
+    /// Torques, or residuals.
+    fn tell_torques(&mut self, cells: &mut [f64], coordinates: &[f64]) {
+        let torques = self.true_torques();
+        let gravity = self.gravity.as_mut().map(|model| model.torques(coordinates));
+        for (joint, column) in self.columns.torques.iter().enumerate() {
+            let Some(column) = column.filter(|column| !cells[*column].is_nan()) else { continue };
+            let [lowest, highest] =
+                self.session.readings.torques[joint].as_ref().map_or([None; 2], |(mapped, unit)| {
+                    [mapped.lowest, mapped.highest].map(|end| end.map(|e| e * unit.to_si()))
+                });
+            if is_saturated(self.torques[joint], lowest, highest) {
+                self.saturated[joint] += 1;
+                cells[column] = f64::NAN;
+                continue;
+            }
+            cells[column] = torques[joint] - gravity.map_or(0.0, |gravity| gravity[joint]);
+            self.without_torque += u64::from(!cells[column].is_finite());
+            if !cells[column].is_finite() {
+                cells[column] = f64::NAN;
+            }
+        }
+    }
+
+    /// Torques behind the last readings; NaN where they are not known.
+    fn true_torques(&self) -> Vec<f64> {
+        let terms = &self.session.terms;
+        if (0..self.torques.len()).all(|joint| terms.of_torque(joint).next().is_none()) {
+            let affine = self.torques.iter().zip(&self.values.sensors);
+            return affine.map(|(reading, [gain, bias, ..])| (reading - bias) / gain).collect();
+        }
+        let found = terms.torques(&self.torques, &self.conditions, &self.values);
+        found.unwrap_or_else(|| vec![f64::NAN; self.torques.len()])
+    }
+}
+
+/// Whether a recording says all that the sensors' models need.
+fn check_conditions(session: &Session) -> Result<(), ApplicationError> {
+    let slope = matches!(session.readings.conditions.velocity, MotionSource::Slope(_));
+    for (joint, model, _) in session.terms.models() {
+        let joint = session.robot.chain.joints()[joint].name.clone();
+        match model.need() {
+            Some(Need::Time) => return Err(ApplicationError::Drift { joint }),
+            Some(Need::Velocity) if slope => return Err(ApplicationError::Slope { joint }),
+            Some(Need::Direction) if slope && session.readings.conditions.direction.is_empty() => {
+                return Err(ApplicationError::Slope { joint });
+            }
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// A value for every parameter that readings depend on.
+fn values(session: &Session, calibration: &EarlierEstimate, nominal: bool) -> Result<Unknowns, ApplicationError> {
+    let mut values = Unknowns::nominal(session);
+    let mut undetermined = Vec::new();
+    for id in session.parameters() {
+        let (joint, is_torque) = match id {
+            ParameterId::Sensor(joint, quantity) => {
+                (joint, matches!(quantity, Quantity::TorqueGain | Quantity::TorqueBias))
+            }
+            // Behind the terms are the parameters of instruments and the like, which no joint's reading depends on.
+            ParameterId::Further(index) if index < session.terms.len() => session.terms.site(index),
+            ParameterId::Further(_) => continue,
+        };
+        if is_torque && session.readings.torques[joint].is_none() {
+            continue;
+        }
+        let name = session.parameter_name(id);
+        let found = calibration.parameters.iter().find(|found| found.name == name);
+        let found = found.ok_or_else(|| ApplicationError::OtherSession { name: name.clone() })?;
+        // What is held by a choice of frame has the value that was chosen.
+        match found.value.or(found.held.as_ref().map(|_| found.nominal)) {
+            Some(value) => *values.value_mut(id) = value,
+            None if nominal => {}
+            None => undetermined.push(name),
+        }
+    }
+    // A joint without a torque sensor: any that reads nothing will do.
+    for (sensor, torque) in values.sensors.iter_mut().zip(&session.readings.torques) {
+        if torque.is_none() {
+            sensor[Quantity::TorqueGain as usize] = 1.0;
+        }
+    }
+    match undetermined.is_empty() {
+        true => Ok(values),
+        false => Err(ApplicationError::Undetermined { names: undetermined }),
+    }
+}

@@ -1,0 +1,195 @@
+//! `gravcal apply`: a recording with what its readings truly say.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use gravcal_calibration::application::{Application, ApplicationError, Effort};
+use gravcal_calibration::{EstimatorName, Session};
+use gravcal_recording::{EarlierEstimate, RewriteError, WriteError, open, read_earlier, read_earlier_session, rewrite};
+use gravcal_report::Input;
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::names::estimator_parser;
+use crate::progress::Progress;
+use crate::terminal;
+
+/// What is said of a recording that a calibration has been applied to.
+const CALIBRATED: &str = "calibrated";
+
+/// Write a recording again with calibrated torques and angles
+///
+/// Everything else in it is kept: other columns, topics, schemas, metadata, attachments. An MCAP file becomes an MCAP file, a CSV file
+/// a CSV file. Which column is which joint says the session that the calibration was made from. Angles stay in the unit of their
+/// column (rad, where that is the sensor's own), torques are N·m (N where a joint slides).
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// What `gravcal calibrate` found: its calibration.json
+    #[arg(value_name = "CALIBRATION")]
+    calibration: PathBuf,
+
+    /// The recording; it stays as it is
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+
+    /// The new recording
+    #[arg(value_name = "OUT")]
+    output: PathBuf,
+
+    /// The session [default: the one that the calibration was made from, if it has not changed]
+    #[arg(long, value_name = "SESSION")]
+    session: Option<PathBuf>,
+
+    /// Estimator whose answer is applied
+    #[arg(long, value_name = "NAME", value_parser = estimator_parser(), default_value = "joint")]
+    estimator: EstimatorName,
+
+    /// Make efforts what is left of the torques without that which carries gravity
+    #[arg(long)]
+    residual: bool,
+
+    /// Load of the session that is attached [default: what the recording says of itself as `load`]
+    #[arg(long, value_name = "NAME", requires = "residual")]
+    load: Option<String>,
+
+    /// Take nominal values for what the calibration does not determine
+    #[arg(long)]
+    nominal: bool,
+
+    /// Replace OUT if it exists
+    #[arg(long)]
+    overwrite: bool,
+
+    /// Show no progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  gravcal apply calibration/calibration.json day1.mcap day1-calibrated.mcap
+  gravcal apply calibration/calibration.json day1.csv contact.csv --residual
+
+Exit codes:
+  0  the new recording is written
+  2  bad input or usage; nothing is written
+  4  stopped by Ctrl-C; nothing is written";
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
+    let bad = |error: &dyn std::error::Error| Failure::bad_input(error);
+    let calibration =
+        read_earlier(&arguments.calibration, arguments.estimator.as_str()).map_err(|error| bad(&error))?;
+    let session = Session::read(&session_path(arguments)?).map_err(|error| bad(&error))?;
+    let recording = open(&arguments.input).map_err(|error| bad(&error))?;
+    let said = recording.metadata();
+    if let Some(by) = said.get(CALIBRATED) {
+        let subject = arguments.input.display();
+        let hint = "apply calibrations to the recording as it was read from the sensors";
+        return Err(Failure::said(format!("{subject}: it is calibrated already, by {by}")).hint(hint));
+    }
+    let effort = effort(arguments, &said);
+    let mut application = application(arguments, &session, &calibration, &effort)?;
+    application.find(recording.columns()).map_err(|error| bad(&error).about(arguments.input.display()))?;
+    drop(recording);
+
+    let remarks = write(arguments, &mut application, &notes(arguments, &effort)?)?;
+    let remarks = remarks.into_iter().chain(application.remarks());
+    let told: String = remarks.map(|remark| format!("note: {remark}\n")).collect();
+    terminal::print(&format!("{told}{}\n", arguments.output.display()))?;
+    Ok(Exit::Determined)
+}
+
+/// Where the session is, which must be the one of the calibration if it is not named.
+fn session_path(arguments: &Arguments) -> Result<PathBuf, Failure> {
+    if let Some(session) = &arguments.session {
+        return Ok(session.clone());
+    }
+    let calibration = &arguments.calibration;
+    let hint = "--session SESSION names it";
+    let said = read_earlier_session(calibration).map_err(|error| Failure::bad_input(&error))?;
+    let absent =
+        || Failure::said(format!("{}: it does not say of which session it is", calibration.display())).hint(hint);
+    let said = said.ok_or_else(absent)?;
+    // Results lie in a folder beside the session, or where the session lies.
+    let folder = calibration.parent().unwrap_or(Path::new(""));
+    let above = folder.parent().map_or_else(|| PathBuf::from(".."), Path::to_owned);
+    let found = [above.as_path(), folder].map(|folder| folder.join(&said.path)).into_iter().find(|path| path.is_file());
+    let Some(found) = found else {
+        let message = format!("{}: its session {} is not beside it", calibration.display(), said.path);
+        return Err(Failure::said(message).hint(hint));
+    };
+    let now = Input::read(&found, folder).map_err(|error| Failure::bad_input(&error))?;
+    match now.sha256 == said.sha256 {
+        true => Ok(found),
+        false => {
+            let message =
+                format!("{}: the session has changed since the calibration was made from it", found.display());
+            Err(Failure::said(message).hint("calibrate again; --session SESSION takes it as it is"))
+        }
+    }
+}
+
+fn effort(arguments: &Arguments, said: &BTreeMap<String, String>) -> Effort {
+    match arguments.residual {
+        true => Effort::Residual { load: arguments.load.clone().or_else(|| said.get("load").cloned()) },
+        false => Effort::Torque,
+    }
+}
+
+fn application<'a>(
+    arguments: &Arguments,
+    session: &'a Session,
+    calibration: &EarlierEstimate,
+    effort: &Effort,
+) -> Result<Application<'a>, Failure> {
+    Application::new(session, calibration, effort, arguments.nominal).map_err(|error| {
+        let failure = Failure::bad_input(&error).about(arguments.calibration.display());
+        match error {
+            ApplicationError::Undetermined { .. }
+            | ApplicationError::NoGravity
+            | ApplicationError::NoMoments { .. } => {
+                failure.hint("`gravcal check` tells what would; --nominal takes nominal values instead")
+            }
+            _ => failure,
+        }
+    })
+}
+
+/// What is said of the new recording.
+fn notes(arguments: &Arguments, effort: &Effort) -> Result<BTreeMap<String, String>, Failure> {
+    let input = Input::read(&arguments.calibration, Path::new("")).map_err(|error| Failure::bad_input(&error))?;
+    let name = arguments.calibration.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    let effort = match effort {
+        Effort::Torque => "torque, N·m or N",
+        Effort::Residual { .. } => "torque without that which carries gravity, N·m or N",
+    };
+    let by = format!("{name} ({}, sha256 {})", arguments.estimator, input.sha256);
+    Ok(BTreeMap::from([(CALIBRATED.to_owned(), by), ("effort".to_owned(), effort.to_owned())]))
+}
+
+fn write(
+    arguments: &Arguments,
+    application: &mut Application<'_>,
+    notes: &BTreeMap<String, String>,
+) -> Result<Vec<String>, Failure> {
+    let interrupt = Interrupt::listen()?;
+    let progress = Progress::new(arguments.quiet);
+    let mut watch = |share: f64| {
+        progress.stage(&format!("writing {}: {:.0} %", arguments.output.display(), 100.0 * share));
+        !interrupt.is_asked()
+    };
+    let mut change = |columns: &[String], cells: &mut [f64]| application.apply(columns, cells);
+    rewrite(&arguments.input, &arguments.output, arguments.overwrite, notes, &mut change, &mut watch).map_err(|error| {
+        match &error {
+            RewriteError::Write(WriteError::Exists { .. }) => {
+                Failure::bad_input(&error).hint("--overwrite replaces it")
+            }
+            RewriteError::Stopped => Failure::no_convergence(&error),
+            _ => Failure::bad_input(&error),
+        }
+    })
+}

@@ -1,0 +1,96 @@
+//! What is in a recording, before anybody says what it means.
+//!
+//! It is read once, in memory that does not grow with its length. What columns mean is guessed from their names and ranges; a guess is
+//! told as one.
+
+mod column;
+mod names;
+#[cfg(test)]
+mod tests;
+mod text;
+mod time;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Serialize;
+
+use self::column::ColumnWatch;
+pub use self::column::{Clipped, ColumnFound, Stuck};
+pub use self::names::{Guess, Meaning};
+use self::time::TimeWatch;
+pub use self::time::{Gap, TimeFound};
+use super::{Row, Rows, Source};
+use crate::error::ReadError;
+
+/// What is in a recording.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Inspection {
+    /// Kind of file and what it holds.
+    pub source: Source,
+    /// What it says of itself, such as the load.
+    pub metadata: BTreeMap<String, String>,
+    /// How many rows there are.
+    pub rows: u64,
+    /// Rows that say the same as the one before at the same time.
+    pub repeated: u64,
+    /// Its clock; absent where no column is one.
+    pub time: Option<TimeFound>,
+    /// Its columns but for the time, in their order.
+    pub columns: Vec<ColumnFound>,
+    /// What was lost or looks wrong.
+    pub remarks: Vec<String>,
+}
+
+/// Reads a recording to its end. `watch` is told which share is read, from 0 to 1.
+///
+/// # Errors
+///
+/// It cannot be read.
+pub fn inspect(path: &Path, watch: &mut dyn FnMut(f64)) -> Result<Inspection, ReadError> {
+    let mut rows = super::open(path)?;
+    inspect_rows(rows.as_mut(), watch)
+}
+
+/// Rows between two calls of the watch.
+const PACE: u64 = 10_000;
+
+fn inspect_rows(rows: &mut dyn Rows, watch: &mut dyn FnMut(f64)) -> Result<Inspection, ReadError> {
+    let clock = names::clock(rows.columns());
+    let mut time = TimeWatch::default();
+    let mut columns: Vec<ColumnWatch> = Vec::new();
+    let (mut row, mut last) = (Row::default(), Row::default());
+    let (mut count, mut repeated) = (0, 0);
+    while rows.read(&mut row)? {
+        count += 1;
+        columns.resize_with(row.cells.len(), ColumnWatch::default);
+        let same = row.cells.len() == last.cells.len()
+            && row.cells.iter().zip(&last.cells).all(|(a, b)| a.to_bits() == b.to_bits());
+        repeated += u64::from(same && clock.is_some());
+        let now = clock.map_or(count as f64, |clock| row.cells[clock]);
+        if clock.is_some() {
+            time.take(now, row.number);
+        }
+        if !(same && clock.is_some()) {
+            columns.iter_mut().zip(&row.cells).for_each(|(column, cell)| column.take(now, *cell));
+        }
+        std::mem::swap(&mut row, &mut last);
+        if count % PACE == 0 {
+            watch(rows.progress());
+        }
+    }
+    let names = rows.columns();
+    let unit = clock.map(|clock| names::time_unit(&names[clock], time.interval()));
+    let per_second = unit.map_or(1.0, |unit| unit.per_second);
+    let found = names.iter().zip(columns).enumerate().filter(|(index, _)| Some(*index) != clock);
+    let columns = found.map(|(_, (name, column))| column.found(name, per_second)).collect();
+    Ok(Inspection {
+        source: rows.source(),
+        metadata: rows.metadata(),
+        rows: count,
+        repeated,
+        time: clock.zip(unit).and_then(|(clock, unit)| time.found(&names[clock], unit)),
+        columns,
+        remarks: rows.remarks(),
+    })
+}

@@ -1,0 +1,111 @@
+use std::fs;
+
+use super::*;
+use crate::rows::{Heading, create};
+
+fn inspected(text: &str) -> Inspection {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.csv");
+    fs::write(&path, text).unwrap();
+    inspect(&path, &mut |_| {}).unwrap()
+}
+
+/// A thousand rows at 1 kHz with a reading that is given by its row.
+fn thousand(name: &str, reading: impl Fn(u32) -> f64) -> Inspection {
+    let rows = (0..1000).map(|row| format!("{},{}\n", f64::from(row) * 1e-3, reading(row)));
+    inspected(&format!("time_s,{name}\n{}", rows.collect::<String>()))
+}
+
+#[test]
+fn rate_duration_gaps_and_jumps_are_told() {
+    let found = inspected("t_ms,q\n0,1\n10,2\n20,3\n20,3\n30,4\n1030,5\n1020,6\n1030,7\n,8\n");
+    let time = found.time.as_ref().unwrap();
+    assert_eq!((time.unit, time.from_s, time.to_s, time.interval_s), ("ms", 0.0, 1.03, 0.01));
+    assert_eq!((time.gaps, time.first_gaps[0]), (1, Gap { at_s: 0.03, lasts_s: 1.0 }));
+    assert_eq!((time.backwards, time.first_backwards, time.missing, found.repeated), (1, Some(8), 1, 1));
+    let text = found.to_string();
+    for line in [
+        "CSV file (commas between cells), 9 rows",
+        "1.030 s from 0.000 s on, 100.0 Hz (`t_ms` in ms)",
+        "1 gaps of more than five intervals: 1.000 s at 0.030 s.",
+        "Time goes backwards 1 times, first at row 8.",
+        "1 rows repeat the row before them.",
+    ] {
+        assert!(text.contains(line), "{text}");
+    }
+}
+
+#[test]
+fn stuck_and_saturated_sensors_are_told() {
+    let noisy = |row: u32| f64::from(row * 7919 % 1000);
+    let found = |reading: &dyn Fn(u32) -> f64| thousand("tau1", reading).columns.remove(0);
+    let good = found(&noisy);
+    assert_eq!((good.stuck, good.clipped.len(), good.whole), (None, 0, true));
+    let stuck = found(&|row| if (300..500).contains(&row) { 5.0 } else { noisy(row) }).stuck.unwrap();
+    assert_eq!((stuck.at, stuck.from_s, stuck.readings), (5.0, 0.3, 200));
+    assert_eq!(found(&|_| 7.0).stuck.unwrap().readings, 1000);
+    let clipped = found(&|row| noisy(row).min(950.0)).clipped;
+    assert_eq!(clipped, [Clipped { at: 950.0, readings: 50 }]);
+    // A sensor with coarse steps rests often, and says nothing by it.
+    assert_eq!(found(&|row| f64::from(row / 250)).stuck, None);
+}
+
+#[test]
+fn meanings_are_guessed_from_names_and_ranges() {
+    let guess = |name: &str, range: [f64; 2], whole| {
+        let Guess { meaning, joint, unit } = names::guess(name, range[0], range[1], whole);
+        (meaning, joint.unwrap_or_default(), unit.unwrap_or("-"))
+    };
+    let near = [-1.0, 2.0];
+    let named = |meaning, joint: &str, unit| (Some(meaning), joint.to_owned(), unit);
+    for (name, range, whole, expected) in [
+        ("shoulder.position", near, false, named(Meaning::Position, "shoulder", "rad")),
+        ("shoulder.position", [-90.0, 90.0], false, named(Meaning::Position, "shoulder", "deg")),
+        ("/a:b.effort", near, false, named(Meaning::Torque, "b", "N·m")),
+        ("q1_deg", near, false, named(Meaning::Position, "1", "deg")),
+        ("joint1_position_rad", near, false, named(Meaning::Position, "joint1", "rad")),
+        ("joint2_torque_count", near, false, named(Meaning::Torque, "joint2", "count")),
+        ("qd3_rad_per_s", near, false, named(Meaning::Velocity, "3", "rad/s")),
+        ("tau1_Nm", near, false, named(Meaning::Torque, "1", "N·m")),
+        ("tau1", [0.0, 4095.0], true, named(Meaning::Torque, "1", "count")),
+        ("temperature2", [20.0, 30.0], false, named(Meaning::Temperature, "2", "degC")),
+    ] {
+        assert_eq!(guess(name, range, whole), expected, "{name}");
+    }
+    assert_eq!(guess("voltage", near, false).0, None);
+}
+
+#[test]
+fn the_clock_is_found_by_its_name() {
+    let clock = |names: [&str; 2]| names::clock(&names.map(str::to_owned));
+    assert_eq!((clock(["q", "time_s"]), clock(["timestamp", "q"]), clock(["a", "tau"])), (Some(1), Some(0), None));
+    for (name, step, unit) in
+        [("time_s", 0.001, "s"), ("t", 0.001, "s"), ("t", 1.0, "ms"), ("stamp", 1e6, "ns"), ("t_us", 1e3, "µs")]
+    {
+        assert_eq!(names::time_unit(name, step).name, unit, "{name} {step}");
+    }
+    let text = inspected("q\n1\n2\n").to_string();
+    assert!(text.contains("No column is a clock"), "{text}");
+}
+
+#[test]
+fn the_text_has_eighty_columns_and_tells_topics_and_losses() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mcap");
+    let long = format!("{}.position", "a_joint_with_a_very_long_name_".repeat(2));
+    let heading = Heading {
+        columns: ["time_s", "a.position", "/hand:b.effort", &long].map(str::to_owned).to_vec(),
+        metadata: BTreeMap::from([("load".to_owned(), "plate-a, ".repeat(20))]),
+    };
+    let mut writer = create(&path, &heading, false).unwrap();
+    (0..50).for_each(|row| writer.write(&[f64::from(row), 1e-9, 1e9, 0.5]).unwrap());
+    writer.finish().unwrap();
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() - 20]).unwrap();
+    let found = inspect(&path, &mut |_| {}).unwrap();
+    let text = found.to_string();
+    let wide: Vec<&str> = text.lines().filter(|line| line.chars().count() > 80).collect();
+    assert_eq!(wide, [""; 0], "{text}");
+    assert!(text.contains("/hand: 50 messages, sensor_msgs/msg/JointState in cdr"), "{text}");
+    assert_eq!(found.columns.iter().map(|column| column.readings).collect::<Vec<_>>(), [50, 50, 50]);
+}

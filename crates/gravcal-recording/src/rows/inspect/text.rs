@@ -1,0 +1,127 @@
+//! An inspection as text of 80 columns.
+
+use std::fmt;
+
+use super::{ColumnFound, Inspection, TimeFound};
+
+/// Longest name of a column that is told in full.
+const NAME: usize = 29;
+
+impl fmt::Display for Inspection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}, {} rows", self.source.kind, self.rows)?;
+        for (key, value) in &self.metadata {
+            wrapped(f, "  ", &format!("{key} = {value}"))?;
+        }
+        for topic in &self.source.topics {
+            let encoding = if topic.encoding.is_empty() { String::new() } else { format!(" in {}", topic.encoding) };
+            wrapped(f, "  ", &format!("{}: {} messages, {}{encoding}", topic.name, topic.messages, topic.kind))?;
+        }
+        match &self.time {
+            Some(time) => time_text(f, time)?,
+            None => writeln!(f, "No column is a clock: rows are taken to be equally far apart.")?,
+        }
+        if self.repeated > 0 {
+            writeln!(f, "{} rows repeat the row before them.", self.repeated)?;
+        }
+        columns_text(f, &self.columns, self.time.is_some())?;
+        if !self.remarks.is_empty() {
+            writeln!(f, "\nLost or left out")?;
+        }
+        self.remarks.iter().try_for_each(|remark| wrapped(f, "  - ", remark))
+    }
+}
+
+fn time_text(f: &mut fmt::Formatter<'_>, time: &TimeFound) -> fmt::Result {
+    let TimeFound { column, unit, from_s, to_s, interval_s, .. } = time;
+    writeln!(f, "{:.3} s from {from_s:.3} s on, {} Hz (`{column}` in {unit})", to_s - from_s, rate(*interval_s))?;
+    if time.gaps > 0 {
+        let gaps: Vec<String> =
+            time.first_gaps.iter().map(|gap| format!("{:.3} s at {:.3} s", gap.lasts_s, gap.at_s)).collect();
+        let more = if time.gaps > gaps.len() as u64 { ", …" } else { "" };
+        wrapped(f, "", &format!("{} gaps of more than five intervals: {}{more}.", time.gaps, gaps.join(", ")))?;
+    }
+    if let Some(row) = time.first_backwards {
+        writeln!(f, "Time goes backwards {} times, first at row {row}.", time.backwards)?;
+    }
+    if time.missing > 0 {
+        writeln!(f, "{} rows have no time.", time.missing)?;
+    }
+    Ok(())
+}
+
+/// Rate of an interval, with four digits.
+fn rate(interval_s: f64) -> String {
+    let rate = 1.0 / interval_s;
+    match rate {
+        _ if !rate.is_finite() => "-".to_owned(),
+        1000.0.. => format!("{rate:.0}"),
+        100.0.. => format!("{rate:.1}"),
+        _ => format!("{rate:.2}"),
+    }
+}
+
+fn columns_text(f: &mut fmt::Formatter<'_>, columns: &[ColumnFound], clock: bool) -> fmt::Result {
+    let width = columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0).clamp(6, NAME);
+    let heading = if clock { "Hz" } else { "" };
+    writeln!(f, "\n{:width$} {:>9} {heading:>7} {:>11} {:>11}  perhaps", "column", "readings", "lowest", "highest")?;
+    for column in columns {
+        let mut name = column.name.as_str();
+        if name.chars().count() > width {
+            writeln!(f, "{name}")?;
+            name = "";
+        }
+        let rate = if clock { rate(column.interval_s) } else { String::new() };
+        let [lowest, highest] = [column.lowest, column.highest].map(number);
+        let unit = column.guess.unit.unwrap_or("-");
+        writeln!(f, "{name:width$} {:>9} {rate:>7} {lowest:>11} {highest:>11}  {unit}", column.readings)?;
+        if column.readings == 0 {
+            continue;
+        }
+        match &column.stuck {
+            Some(_) if column.lowest == column.highest => wrapped(f, "  ! ", "it never changes")?,
+            Some(stuck) => {
+                let text =
+                    format!("stuck at {} for {} readings from {:.3} s on", stuck.at, stuck.readings, stuck.from_s);
+                wrapped(f, "  ! ", &text)?;
+            }
+            None => {}
+        }
+        for end in &column.clipped {
+            let text = format!("{} readings are {}, which may be an end of the sensor's range", end.readings, end.at);
+            wrapped(f, "  ! ", &text)?;
+        }
+    }
+    Ok(())
+}
+
+/// A number in eleven letters at most.
+fn number(number: f64) -> String {
+    match number.abs() {
+        _ if number.is_nan() => "-".to_owned(),
+        0.0 => "0".to_owned(),
+        1e-3..1e5 => format!("{number:.4}"),
+        _ => format!("{number:.3e}"),
+    }
+}
+
+/// Lines of 80 columns, the first after `start`, the others as far in; words longer than that stand alone.
+fn wrapped(f: &mut fmt::Formatter<'_>, start: &str, text: &str) -> fmt::Result {
+    let indent = start.chars().count();
+    let mut line = start.to_owned();
+    let mut length = indent;
+    for word in text.split(' ') {
+        let letters = word.chars().count();
+        if length > indent && length + 1 + letters > 80 {
+            writeln!(f, "{}", line.trim_end())?;
+            (line, length) = (" ".repeat(indent), indent);
+        }
+        if length > indent {
+            line.push(' ');
+            length += 1;
+        }
+        line.push_str(word);
+        length += letters;
+    }
+    writeln!(f, "{}", line.trim_end())
+}
