@@ -27,6 +27,10 @@ impl Rows for Given {
         Ok(true)
     }
 
+    fn source(&self) -> crate::rows::Source {
+        crate::rows::Source::default()
+    }
+
     fn remarks(&self) -> Vec<String> {
         Vec::new()
     }
