@@ -93,7 +93,7 @@ fn file_of(encoding: &str, message: &[u8]) -> Vec<u8> {
 /// A URDF, read as text and as a file.
 pub fn urdf(bytes: &[u8]) {
     if let Ok(text) = std::str::from_utf8(bytes) {
-        let _ = Chain::from_urdf(text, "base", "tip").map_err(|error| error.to_string());
+        let _ = Chain::from_urdf(text, "base", &["tip"]).map_err(|error| error.to_string());
     }
 }
 

@@ -28,7 +28,7 @@ use crate::sensors::DeclaredModels;
 use crate::session::Session;
 
 pub use conditions::SimulatedConditions;
-pub use recording::{Dirt, Motion, Recorded, TrueStandstill, record};
+pub use recording::{Dirt, Motion, Recorded, Sink, TrueStandstill, record};
 pub use write::{SimulateError, write_session};
 
 /// A simulated experiment.

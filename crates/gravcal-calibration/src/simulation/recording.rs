@@ -70,6 +70,9 @@ pub struct TrueStandstill {
     pub touched: bool,
 }
 
+/// Takes the index of a table, and the cells of its next row.
+pub type Sink<'a, E> = dyn FnMut(usize, &[f64]) -> Result<(), E> + 'a;
+
 /// What a recording should lead to.
 #[derive(Clone, Debug)]
 pub struct Recorded {
@@ -84,12 +87,7 @@ pub struct Recorded {
 ///
 /// # Errors
 /// Those of `sink`.
-pub fn record<E>(
-    simulation: &Simulation,
-    motion: &Motion,
-    trial: u64,
-    sink: &mut dyn FnMut(usize, &[f64]) -> Result<(), E>,
-) -> Result<Recorded, E> {
+pub fn record<E>(simulation: &Simulation, motion: &Motion, trial: u64, sink: &mut Sink<'_, E>) -> Result<Recorded, E> {
     let mut random = Pcg64::new(u128::from(simulation.seed), u128::from(trial));
     let runs: Vec<Vec<Stand>> = simulation.runs.iter().map(|run| stands(simulation, run, &mut random)).collect();
     let poses = runs.iter().map(Vec::len).sum();
@@ -152,12 +150,7 @@ impl<'a> Recorder<'a> {
         self.begun + self.sample as f64 / self.motion.rate
     }
 
-    fn record_table<E>(
-        &mut self,
-        table: usize,
-        stands: &[Stand],
-        sink: &mut dyn FnMut(usize, &[f64]) -> Result<(), E>,
-    ) -> Result<(), E> {
+    fn record_table<E>(&mut self, table: usize, stands: &[Stand], sink: &mut Sink<'_, E>) -> Result<(), E> {
         let count = |seconds: f64| (seconds * self.motion.rate).round() as u64;
         let (moving, settling) = (count(self.motion.moving).max(1), count(self.motion.settling));
         let mut before = &stands[0];
@@ -200,7 +193,7 @@ impl<'a> Recorder<'a> {
         index: usize,
         stand: &Stand,
         readings: Vec<f64>,
-        sink: &mut dyn FnMut(usize, &[f64]) -> Result<(), E>,
+        sink: &mut Sink<'_, E>,
     ) -> Result<(), E> {
         let (joints, samples) = (self.direction.len(), self.motion.samples);
         let from = self.time();
@@ -256,7 +249,7 @@ impl<'a> Recorder<'a> {
         table: usize,
         still: &Still,
         touch: Option<[f64; 2]>,
-        sink: &mut dyn FnMut(usize, &[f64]) -> Result<(), E>,
+        sink: &mut Sink<'_, E>,
     ) -> Result<Vec<f64>, E> {
         let time = self.time();
         self.sample += 1;

@@ -155,8 +155,7 @@ impl Judge<'_> {
         let begin = self.settled_from(&series, first, last);
         let end = self.steady_until(run, &series, begin, last);
         let begin = self.calm_from(&series, begin, end);
-        // What has just become too little to be seen is given as much time again: over many poses it would add up.
-        let begin = begin + (begin - first).min((end - begin) / 3);
+        let begin = if begin > first { settled_for_sure(run, begin, end) } else { begin };
         if !self.is_long(run, begin, end) {
             let touched = |channel: &usize| Some((*channel, series[*channel].comes_back(first, last)?));
             if let Some((channel, block)) = (self.joints..series.len()).find_map(|channel| touched(&channel)) {
@@ -313,6 +312,13 @@ impl Judge<'_> {
         }
         Ok(Standing { sum, windows, drift, drifts: size > PERHAPS_A_SLOPE * error })
     }
+}
+
+/// What has just become too little to be seen is given as much time again since the arm moved: over many poses it would add up.
+fn settled_for_sure(run: &Run, begin: usize, end: usize) -> usize {
+    let from = run.blocks[begin].from;
+    let latest = begin + (end - begin) / 3;
+    (begin..latest).find(|block| run.blocks[*block].from - from >= from - run.moved_until).unwrap_or(latest)
 }
 
 /// Change over a time along the least-squares line through blocks, and its standard deviation; `std`: of a mean of so many

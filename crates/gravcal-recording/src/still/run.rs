@@ -4,6 +4,8 @@
 //! interrupts nothing, two in succession end the run. The run still holds the end of the motion before it, what settles, and the
 //! beginning of the next motion; [`super::judge`] looks closer.
 
+use std::collections::VecDeque;
+
 use super::approach::Approach;
 use super::block::Block;
 use super::rough_noise::Scales;
@@ -12,6 +14,9 @@ use super::rough_noise::Scales;
 const MOST_BLOCKS: usize = 256;
 /// How far from its mean a joint that stays may be, in units of the noise of a block's mean, which is known roughly.
 const GATE: f64 = 8.0;
+/// Gates by which a joint is plainly elsewhere, and blocks that are remembered for that.
+const AWAY: f64 = 5.0;
+const PAST: usize = 64;
 /// Blocks over which the place where a joint stays is a mean.
 const MEMORY: f64 = 50.0;
 
@@ -26,6 +31,8 @@ pub(super) struct Run {
     pub direction: Vec<f64>,
     /// Whether the recording is interrupted before it, and after it; and whether it begins or ends there.
     pub interrupted: [bool; 2],
+    /// When the last block before it ended in which a joint was plainly elsewhere, s.
+    pub moved_until: f64,
     /// The joint whose leaving ended it.
     pub left_by: Option<usize>,
 }
@@ -38,6 +45,8 @@ pub(super) struct Runs {
     current: Option<Standing>,
     /// The last block, if it was elsewhere.
     elsewhere: Option<Block>,
+    /// Where the joints were in the last blocks, each with its end.
+    past: VecDeque<(f64, Vec<f64>)>,
 }
 
 #[derive(Clone, Debug)]
@@ -51,7 +60,7 @@ struct Standing {
 
 impl Runs {
     pub fn new(joints: usize) -> Runs {
-        Runs { joints, approach: Approach::new(joints), current: None, elsewhere: None }
+        Runs { joints, approach: Approach::new(joints), current: None, elsewhere: None, past: VecDeque::new() }
     }
 
     /// How far each joint may be from where it stays.
@@ -63,8 +72,14 @@ impl Runs {
     /// Takes the next block, which follows the one before without a gap. Gives the run that it ends.
     pub fn take(&mut self, block: Block, gates: &[f64]) -> Option<Run> {
         self.approach.take(&block, gates);
+        if self.past.len() == PAST {
+            self.past.pop_front();
+        }
+        let places = block.sums[..self.joints].iter();
+        let places = places.map(|sum| if sum.count > 0.0 { sum.mean } else { f64::NAN }).collect();
+        self.past.push_back((block.until, places));
         let Some(standing) = &mut self.current else {
-            self.begin(block, true);
+            self.begin(block, gates, true);
             return None;
         };
         let leaves = standing.leaves(&block, gates);
@@ -83,12 +98,12 @@ impl Runs {
             return None;
         };
         let ended = self.end(false);
-        self.begin(before, false);
+        self.begin(before, gates, false);
         if let Some(standing) = self.current.as_mut().filter(|standing| standing.leaves(&block, gates).is_none()) {
             standing.settle_level(&block);
             standing.push(block);
         } else {
-            self.begin(block, false);
+            self.begin(block, gates, false);
         }
         ended
     }
@@ -96,16 +111,18 @@ impl Runs {
     /// Ends what is going on, because the recording is interrupted or at its end.
     pub fn interrupt(&mut self) -> Option<Run> {
         self.elsewhere = None;
+        self.past.clear();
         self.end(true)
     }
 
-    fn begin(&mut self, block: Block, interrupted: bool) {
+    fn begin(&mut self, block: Block, gates: &[f64], interrupted: bool) {
         let mut standing = Standing {
             run: Run {
                 blocks: Vec::new(),
                 doublings: 0,
                 direction: self.approach.direction().to_vec(),
                 interrupted: [interrupted, false],
+                moved_until: self.moved_until(&block, gates),
                 left_by: None,
             },
             level: vec![(0.0, 0.0); self.joints],
@@ -114,6 +131,16 @@ impl Runs {
         standing.settle_level(&block);
         standing.push(block);
         self.current = Some(standing);
+    }
+
+    /// When some joint was last plainly away from where it is in this block, as far as is remembered.
+    fn moved_until(&self, block: &Block, gates: &[f64]) -> f64 {
+        let away = |(_, places): &&(f64, Vec<f64>)| {
+            let mut places = places.iter().zip(&block.sums).zip(gates);
+            places.any(|((place, sum), gate)| sum.count > 0.0 && (sum.mean - place).abs() > AWAY * gate)
+        };
+        let last = self.past.iter().rev().find(away).or(self.past.front());
+        last.map_or(block.from, |(until, _)| until.min(block.from))
     }
 
     fn end(&mut self, interrupted: bool) -> Option<Run> {

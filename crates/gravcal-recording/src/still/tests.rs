@@ -6,7 +6,6 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::mapping::{PositionColumn, ReadingColumn};
-use crate::rows::Source;
 use crate::unit::{PositionUnit, TorqueUnit};
 
 /// Rows that stand in memory.
@@ -28,8 +27,8 @@ impl Rows for Given {
         Ok(true)
     }
 
-    fn source(&self) -> Source {
-        Source { kind: "memory".to_owned(), topics: Vec::new() }
+    fn source(&self) -> crate::rows::Source {
+        crate::rows::Source::default()
     }
 
     fn remarks(&self) -> Vec<String> {
@@ -202,8 +201,8 @@ fn varied(seed: u64) -> Recording {
     let rate = between(100.0, 2000.0);
     let stand = between(0.4, 1.5) * (1000.0 / rate).max(1.0).sqrt();
     let motion = between(0.2, 2.0);
-    let correlation = if seed % 3 == 0 { (-1.0 / (rate * between(0.0005, 0.004))).exp() } else { 0.0 };
-    let step = if seed % 2 == 0 { [between(1e-6, 1e-3), between(0.01, 1.0)] } else { [0.0; 2] };
+    let correlation = if seed.is_multiple_of(3) { (-1.0 / (rate * between(0.0005, 0.004))).exp() } else { 0.0 };
+    let step = if seed.is_multiple_of(2) { [between(1e-6, 1e-3), between(0.01, 1.0)] } else { [0.0; 2] };
     let settling = (between(0.1, 20.0), between(0.01, 0.05));
     let stands = (0..12).map(|_| ([random.random_range(-1.5..1.5), random.random_range(-1.5..1.5)], stand)).collect();
     Recording { rate, stands, motion, noise, correlation, step, settling, seed }
