@@ -331,6 +331,24 @@ fn a_damaged_chunk_is_lost_and_said_and_the_others_are_read() {
     }
 }
 
+/// Found by fuzzing: the reader of the `mcap` crate counts on records not going on over the end of theirs.
+#[test]
+fn a_chunk_that_is_longer_than_its_records_is_lost() {
+    let bag = Bag::new();
+    let mut bytes = fs::read(nine(&bag, None)).unwrap();
+    let first = &::mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes[0];
+    let at = first.chunk_start_offset as usize + 9 + 32;
+    assert_eq!(bytes[at..at + 8], first.compressed_size.to_le_bytes());
+    bytes[at..at + 8].copy_from_slice(&(first.compressed_size - 1).to_le_bytes());
+    let said = read(&bag.text("bad.mcap", &bytes)).unwrap();
+    assert_eq!(said.column("j.position"), [3.0, 4.0, 5.0, 6.0, 7.0, 8.0]);
+    assert!(
+        said.remarks[0].ends_with("is damaged and left out: Chunk ended in the middle of a record"),
+        "{:?}",
+        said.remarks
+    );
+}
+
 #[test]
 fn any_damaged_byte_ends_in_rows_or_an_error() {
     let bag = Bag::new();

@@ -20,8 +20,9 @@ use crate::error::ReadError;
 
 /// Opcode and length.
 const FRAME: u64 = 9;
-/// What stands in a chunk before the name of its compression: start and end of its messages, size, check sum.
-const CHUNK_HEAD: usize = 8 + 8 + 8 + 4;
+/// What stands in a chunk before its records, where they are not compressed: start and end of its messages, size, check sum, length of the
+/// name of the compression (0), length of the records.
+const CHUNK_HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
 /// A larger chunk is checked without keeping it in memory, and then read again.
 const LARGE_CHUNK: u64 = 1 << 25;
 /// Records are kept in memory up to this size.
@@ -250,6 +251,12 @@ impl Records {
         }
         let number = |at: usize| u64::from_le_bytes(std::array::from_fn(|byte| head[at + byte]));
         let times = [number(0), number(8)];
+        // Records may not go on over the end of theirs: the reader of chunks does not look.
+        let uncompressed = head[28..32] == [0; 4];
+        if uncompressed && number(32) != length - CHUNK_HEAD as u64 {
+            self.lose(offset, times, &McapError::UnexpectedEoc);
+            return Ok(());
+        }
         let large = length.max(number(16)) > LARGE_CHUNK;
         let chunk = |check: Check| Chunk { reader: reader(check), left: FRAME + length.min(left), offset, times, cut };
         if large && !cut {
