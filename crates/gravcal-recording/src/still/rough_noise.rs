@@ -20,6 +20,9 @@ const GRID: f64 = 0.2;
 const LEAST: f64 = 0.01;
 /// Differences less than this part of a channel's range over the recording do not matter for gravity.
 const IMMATERIAL: f64 = 2e-5;
+/// So do differences less than this part of the readings' size, though nothing else may be seen of a channel: means of equal numbers
+/// differ by rounding errors.
+const ROUNDING: f64 = 1e-12;
 
 /// By channel.
 #[derive(Clone, Debug, Default)]
@@ -105,10 +108,16 @@ impl RoughNoise {
             scales.mean.push(of(&seen.scatter));
             scales.quantum.push(quantum);
             scales.least_step.push(seen.least.quantile(LEAST, false));
-            scales.immaterial.push(IMMATERIAL * (seen.range[1] - seen.range[0]).max(0.0));
+            scales.immaterial.push(immaterial(seen.range));
         }
         scales
     }
+}
+
+/// Differences that do not matter in a channel of this range; 0 where nothing was seen of it.
+fn immaterial([lowest, highest]: [f64; 2]) -> f64 {
+    let size = lowest.abs().max(highest.abs());
+    if lowest <= highest { (IMMATERIAL * (highest - lowest)).max(ROUNDING * size) } else { 0.0 }
 }
 
 /// Standard deviation of numbers about their straight line, `n − 2` degrees of freedom.

@@ -183,6 +183,20 @@ fn every_standstill_is_found_without_options() {
     assert_eq!(directions[..4], [[0.0, 0.0], [1.0, 0.0], [1.0, -1.0], [1.0, 1.0]]);
 }
 
+/// Means of equal numbers differ by rounding errors, of which no noise tells the size.
+#[test]
+fn a_joint_that_says_one_number_stands() {
+    let held = -std::f64::consts::FRAC_PI_2;
+    let stands: Vec<([f64; 2], f64)> = (0..19).map(|k| ([0.1 * f64::from(k), held], 0.377)).collect();
+    for seed in 0..10 {
+        let recording = Recording { stands: stands.clone(), noise: [0.0, 0.5], seed, ..Recording::default() };
+        let (found, truths) = recording.found();
+        assert_eq!(found.rejected, []);
+        assert_eq!(found.found.len(), truths.len());
+        assert!(found.found.iter().all(|found| (found.pose.position[1] - held).abs() < 1e-14));
+    }
+}
+
 /// What many recordings of varied noise and speed come to.
 #[derive(Debug, Default)]
 struct Tally {
