@@ -1,4 +1,4 @@
-//! The reference protocol of the Sarcos shoulder, for the tests of this crate.
+//! The reference protocol of the Sarcos shoulder, and a small robot, for the tests of this crate.
 
 use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, LinkInertia, Transform, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
@@ -11,6 +11,28 @@ use crate::session::{
     PoseTable, Session,
 };
 use crate::simulation::{Disturbance, Run, Simulation};
+
+/// A `robot.toml` of two joints that carry gravity.
+pub const TWO_JOINTS: &str = r#"
+name = "two-joints"
+convention = "standard-dh"
+[[joint]]
+name = "shoulder"
+a_m = 0.0
+alpha_deg = 90
+d_m = 0.0
+link = "upper-arm"
+mass_kg = 2
+center_of_mass_m = [0, 0, 0.1]
+[[joint]]
+name = "elbow"
+a_m = 0.3
+alpha_deg = 90
+d_m = 0.0
+link = "forearm"
+mass_kg = 1
+center_of_mass_m = [0.1, 0, 0.1]
+"#;
 
 /// Three axes through the shoulder, twists 90°, −90°, 90°.
 pub fn sarcos_robot() -> Robot {

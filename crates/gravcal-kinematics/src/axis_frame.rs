@@ -83,7 +83,7 @@ impl AxisFrame {
     pub fn motion(&self, coordinate: f64) -> Motion {
         match self.kind {
             JointKind::Revolute => {
-                // Not the system's: the same bits on every system, and faster than glibc's.
+                // Not the system's: a pose has the same bits on every system.
                 let (sin, cos) = libm::sincos(coordinate);
                 Motion::Turn { sin, cos }
             }

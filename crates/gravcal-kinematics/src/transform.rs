@@ -59,19 +59,19 @@ impl Transform {
 
     /// A pure rotation by `angle` (rad) about x.
     pub fn about_x(angle: f64) -> Self {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         Self::turned(Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos))
     }
 
     /// A pure rotation by `angle` (rad) about y.
     pub fn about_y(angle: f64) -> Self {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         Self::turned(Matrix3::new(cos, 0.0, sin, 0.0, 1.0, 0.0, -sin, 0.0, cos))
     }
 
     /// A pure rotation by `angle` (rad) about z.
     pub fn about_z(angle: f64) -> Self {
-        let (sin, cos) = angle.sin_cos();
+        let (sin, cos) = libm::sincos(angle);
         Self::turned(Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0))
     }
 

@@ -12,7 +12,7 @@ const LONGEST_LINE: usize = 1 << 20;
 
 /// How a CSV file is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CsvFormat {
+pub(crate) struct CsvFormat {
     /// What stands between cells.
     pub delimiter: u8,
     /// Whether numbers have a comma before their decimals, and not a point.

@@ -69,7 +69,6 @@ mod write_table;
 
 pub use columns::is_saturated;
 pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions, MotionSource, Slope};
-pub use csv_lines::CsvFormat;
 pub use earlier::{
     EarlierError, EarlierEstimate, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier, read_earlier_session,
 };
@@ -78,7 +77,7 @@ pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use pose::{Reading, Recording, StaticPose, read_poses};
 pub use rows::{
     Change, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, Meaning, RewriteError, Row, RowWriter, Rows, Source,
-    Stuck, TimeFound, Topic, Watch, create, inspect, open, open_csv, rewrite,
+    Stuck, TimeFound, Topic, Watch, create, inspect, open, rewrite,
 };
 pub use selection::{MotionLimits, Selection};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};

@@ -94,27 +94,7 @@ mod tests {
 
     use crate::session::Session;
     use crate::simulation::{Simulation, write_session};
-
-    const ROBOT: &str = r#"
-name = "two-joints"
-convention = "standard-dh"
-[[joint]]
-name = "shoulder"
-a_m = 0.0
-alpha_deg = 90
-d_m = 0.0
-link = "upper-arm"
-mass_kg = 2
-center_of_mass_m = [0, 0, 0.1]
-[[joint]]
-name = "elbow"
-a_m = 0.3
-alpha_deg = 90
-d_m = 0.0
-link = "forearm"
-mass_kg = 1
-center_of_mass_m = [0.1, 0, 0.1]
-"#;
+    use crate::testing::TWO_JOINTS;
 
     const SIMULATION: &str = r#"
 robot = "robot.toml"
@@ -157,7 +137,7 @@ poses = 60
     #[test]
     fn a_session_with_every_model_is_written_and_read() {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("robot.toml"), ROBOT).unwrap();
+        fs::write(folder.path().join("robot.toml"), TWO_JOINTS).unwrap();
         fs::write(folder.path().join("simulation.toml"), SIMULATION).unwrap();
         let simulation = Simulation::read(&folder.path().join("simulation.toml")).unwrap();
         let drawn = simulation.session(0);
@@ -175,7 +155,7 @@ poses = 60
     fn refused(from: &str, to: &str) -> String {
         assert!(SIMULATION.contains(from), "{from}");
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("robot.toml"), ROBOT).unwrap();
+        fs::write(folder.path().join("robot.toml"), TWO_JOINTS).unwrap();
         fs::write(folder.path().join("simulation.toml"), SIMULATION.replace(from, to)).unwrap();
         Simulation::read(&folder.path().join("simulation.toml")).unwrap_err().to_string()
     }

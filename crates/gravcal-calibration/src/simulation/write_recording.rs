@@ -53,27 +53,7 @@ mod tests {
 
     use crate::session::Session;
     use crate::simulation::{Motion, Simulation, record, write_session};
-
-    const ROBOT: &str = r#"
-name = "two-joints"
-convention = "standard-dh"
-[[joint]]
-name = "shoulder"
-a_m = 0.0
-alpha_deg = 90
-d_m = 0.0
-link = "upper-arm"
-mass_kg = 2
-center_of_mass_m = [0, 0, 0.1]
-[[joint]]
-name = "elbow"
-a_m = 0.3
-alpha_deg = 90
-d_m = 0.0
-link = "forearm"
-mass_kg = 1
-center_of_mass_m = [0.1, 0, 0.1]
-"#;
+    use crate::testing::TWO_JOINTS;
 
     const SIMULATION: &str = r#"
 robot = "robot.toml"
@@ -113,7 +93,7 @@ load = "plate"
 "#;
 
     fn simulation(folder: &Path) -> Simulation {
-        fs::write(folder.join("robot.toml"), ROBOT).unwrap();
+        fs::write(folder.join("robot.toml"), TWO_JOINTS).unwrap();
         fs::write(folder.join("simulation.toml"), SIMULATION).unwrap();
         Simulation::read(&folder.join("simulation.toml")).unwrap()
     }

@@ -3,7 +3,7 @@
 /// Tells an x86 processor that nobody needs the upper halves of its vector registers any more.
 ///
 /// faer's kernels leave numbers there. Until they are given up, all code for any x86 processor, such as residuals are compiled to,
-/// has to carry them along: on processors with AVX-512 evaluating seven torques then takes half as long again.
+/// has to carry them along, and is slower for it.
 #[inline]
 pub(super) fn give_up_upper_halves() {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]

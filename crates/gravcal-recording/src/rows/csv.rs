@@ -1,6 +1,6 @@
 //! A CSV file as rows, read line by line.
 //!
-//! How it is written is stated, or found: what stands between cells is the sign (comma, semicolon or tab) that the first line has
+//! How it is written is found: what stands between cells is the sign (comma, semicolon or tab) that the first line has
 //! most of; numbers have a decimal comma where cells with one in the first rows are numbers, and none has a point; there is no
 //! header where every cell of the first line is a number.
 
@@ -67,12 +67,9 @@ impl BufRead for Counted {
 }
 
 impl CsvRows {
-    /// Opens a file; how it is written is found where it is not stated.
-    pub(crate) fn open(path: &Path, stated: Option<CsvFormat>) -> Result<CsvRows, ReadError> {
-        let format = match stated {
-            Some(format) => format,
-            None => found_format(path)?,
-        };
+    /// Opens a file.
+    pub(crate) fn open(path: &Path) -> Result<CsvRows, ReadError> {
+        let format = found_format(path)?;
         let (mut lines, length) = open_lines(path)?;
         let mut header = StringRecord::new();
         let line = read_header(path, &mut lines, format.delimiter, &mut header)?;
@@ -188,8 +185,7 @@ impl Rows for CsvRows {
         let delimiter = match self.format.delimiter {
             b',' => "commas",
             b';' => "semicolons",
-            b'\t' => "tabs",
-            _ => "other signs",
+            _ => "tabs",
         };
         let decimal = if self.format.decimal_comma { ", decimal commas" } else { "" };
         let header = if self.format.header { "" } else { ", no header" };

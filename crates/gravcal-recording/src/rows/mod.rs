@@ -18,15 +18,13 @@ mod write;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use std::collections::BTreeMap;
-
 use serde::Serialize;
 
-use crate::csv_lines::CsvFormat;
 use crate::error::ReadError;
 
 pub use inspect::{Clipped, ColumnFound, Gap, Guess, Inspection, Meaning, Stuck, TimeFound, inspect};
@@ -104,17 +102,8 @@ pub fn open(path: &Path) -> Result<Box<dyn Rows>, ReadError> {
         Kind::Mcap => Box::new(mcap::McapRows::open(path)?),
         Kind::Folder => Box::new(mcap::McapRows::open_folder(path)?),
         Kind::Parquet => Box::new(parquet::ParquetRows::open(path)?),
-        Kind::Csv => Box::new(csv::CsvRows::open(path, None)?),
+        Kind::Csv => Box::new(csv::CsvRows::open(path)?),
     })
-}
-
-/// Opens a CSV file that is written as `format` says.
-///
-/// # Errors
-///
-/// It cannot be opened, has no rows, or names its columns badly.
-pub fn open_csv(path: &Path, format: CsvFormat) -> Result<Box<dyn Rows>, ReadError> {
-    Ok(Box::new(csv::CsvRows::open(path, Some(format))?))
 }
 
 /// Kinds of recordings.

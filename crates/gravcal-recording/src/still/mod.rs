@@ -87,47 +87,46 @@ pub fn static_poses(
     stillness: &Stillness,
 ) -> Result<Standstills, ReadError> {
     mapping.check()?;
-    let mut source = Source::new(path, rows, Channels::new(mapping), stillness);
+    let mut reader = Reader::new(path, rows, Channels::new(mapping), stillness);
     let mut first = Samples::default();
     while first.len() < FIRST
-        && let Some((time, row)) = source.next()?
+        && let Some((time, row)) = reader.next()?
     {
-        first.push(time, row, &source.values);
+        first.push(time, row, &reader.values);
     }
-    let tested = source.channels.tested();
-    let Some(interval) = first.interval(&source.channels, tested) else {
-        source.check_columns()?;
+    let Some(interval) = first.interval(&reader.channels) else {
+        reader.check_columns()?;
         return Err(ReadError::NothingRecorded { path: path.to_owned() });
     };
-    let mut segments = Segments::new(&source.channels, &first, interval);
+    let mut segments = Segments::new(&reader.channels, &first, interval);
     let least = stillness.least_duration.unwrap_or(LEAST_DURATION);
-    let mut assessment = Assessment::new(&source.channels, least);
+    let mut assessment = Assessment::new(&reader.channels, least);
     let mut runs = Vec::new();
-    segments.take_first(&first, source.values.len(), &mut runs);
+    segments.take_first(&first, reader.values.len(), &mut runs);
     drop(first);
-    while let Some((time, row)) = source.next()? {
-        segments.take(time, row, &source.values, &mut runs);
+    while let Some((time, row)) = reader.next()? {
+        segments.take(time, row, &reader.values, &mut runs);
         if !runs.is_empty() {
-            assessment.take(&mut runs, &source.channels, &segments);
+            assessment.take(&mut runs, &reader.channels, &segments);
         }
     }
-    source.check_columns()?;
+    reader.check_columns()?;
     segments.finish(&mut runs);
-    assessment.take(&mut runs, &source.channels, &segments);
-    let (found, rejected) = assessment.finish(&source.channels, &segments);
+    assessment.take(&mut runs, &reader.channels, &segments);
+    let (found, rejected) = assessment.finish(&reader.channels, &segments);
     Ok(Standstills {
         found,
         rejected,
         rows: segments.usage.samples + segments.usage.repeated,
         repeated: segments.usage.repeated,
-        without_time: source.without_time,
+        without_time: reader.without_time,
         interruptions: segments.usage.interruptions,
         interval,
     })
 }
 
 /// Rows as times and values in SI units.
-struct Source<'a> {
+struct Reader<'a> {
     path: &'a Path,
     rows: &'a mut dyn Rows,
     row: Row,
@@ -140,11 +139,11 @@ struct Source<'a> {
     without_time: u64,
 }
 
-impl<'a> Source<'a> {
-    fn new(path: &'a Path, rows: &'a mut dyn Rows, mut channels: Channels, stillness: &'a Stillness) -> Source<'a> {
+impl<'a> Reader<'a> {
+    fn new(path: &'a Path, rows: &'a mut dyn Rows, mut channels: Channels, stillness: &'a Stillness) -> Reader<'a> {
         channels.look(rows.columns());
         let values = vec![f64::NAN; channels.list.len()];
-        Source { path, rows, row: Row::default(), channels, stillness, values, begun: None, without_time: 0 }
+        Reader { path, rows, row: Row::default(), channels, stillness, values, begun: None, without_time: 0 }
     }
 
     /// Time and number of the next row that is asked for; its values stand in `values`.

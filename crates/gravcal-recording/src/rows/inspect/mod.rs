@@ -46,10 +46,15 @@ pub struct Inspection {
 ///
 /// # Errors
 ///
-/// It cannot be read.
+/// It cannot be read, or has no number in any column but the clock's.
 pub fn inspect(path: &Path, watch: &mut dyn FnMut(f64)) -> Result<Inspection, ReadError> {
     let mut rows = super::open(path)?;
-    inspect_rows(rows.as_mut(), watch)
+    let found = inspect_rows(rows.as_mut(), watch)?;
+    if found.columns.iter().all(|column| column.readings == 0) {
+        let what = format!("no column has a number, so it is no recording; it was read as: {}", found.source.kind);
+        return Err(ReadError::NotRecording { path: path.to_owned(), what });
+    }
+    Ok(found)
 }
 
 /// Rows between two calls of the watch.

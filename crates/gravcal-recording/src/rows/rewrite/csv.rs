@@ -17,7 +17,7 @@ pub(super) fn rewrite(
     change: &mut Change<'_>,
     watch: &mut Watch<'_>,
 ) -> Result<Vec<String>, RewriteError> {
-    let mut rows = CsvRows::open(input, None)?;
+    let mut rows = CsvRows::open(input)?;
     let mut new = NewFile::create(output, overwrite)?;
     let mut paced = Paced { watch, rows: 0 };
     let io = |cause: io::Error| WriteError::Io { path: output.to_owned(), cause };
