@@ -6,9 +6,9 @@ use std::str::FromStr;
 use gravcal_estimation::{Solver, Unsupported};
 use thiserror::Error;
 
-use crate::joint::{EstimateError, Signals, estimate_jointly, pose_at_nominal};
-use crate::result::{CovarianceResult, EstimatorResult, ParameterResult, Verdict};
-use crate::sequential::{Plan, run_steps, tell_steps};
+use crate::joint::{EstimateError, Signals, estimate_briefly, estimate_jointly, pose_at_nominal};
+use crate::result::{Brief, CovarianceResult, EstimatorResult, ParameterResult, Verdict};
+use crate::sequential::{Plan, run_steps, tell_steps, tell_steps_briefly};
 use crate::session::Session;
 use crate::workbench::Workbench;
 
@@ -141,6 +141,26 @@ pub fn calibrate(session: &Session, estimators: &[EstimatorName], workbench: &Wo
             result.unwrap_or_else(|error| failed(session, *estimator, &error))
         })
         .collect()
+}
+
+/// The same of sensors and gravity alone: what batches need.
+///
+/// # Errors
+/// One for each estimator that has no answer at all.
+pub fn calibrate_briefly(
+    session: &Session,
+    estimators: &[EstimatorName],
+    workbench: &Workbench<'_>,
+) -> Vec<Result<Brief, EstimateError>> {
+    let steps = run_steps(session, &Plan::new(session), workbench);
+    let known = steps.as_start(session);
+    let jointly = |signals| estimate_briefly(session, signals, known.as_ref(), workbench);
+    let brief = |estimator: &EstimatorName| match estimator {
+        EstimatorName::Sequential => Ok(tell_steps_briefly(session, &steps)),
+        EstimatorName::Joint => jointly(Signals::All),
+        EstimatorName::JointPaperSignals => jointly(Signals::PaperSteps),
+    };
+    estimators.iter().map(brief).collect()
 }
 
 /// An answer without any value.

@@ -22,15 +22,15 @@ use serde::de::{DeserializeOwned, DeserializeSeed};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
 
-pub(crate) use field::Field;
+pub use field::Field;
 pub use file_error::FileError;
-pub(crate) use one_or_many::OneOrMany;
-pub(crate) use one_or_named::OneOrNamed;
+pub use one_or_many::OneOrMany;
+pub use one_or_named::OneOrNamed;
 pub(crate) use text::read_text;
 
 /// A TOML file: syntactically right, every number finite.
 #[derive(Clone, Debug)]
-pub(crate) struct Document {
+pub struct Document {
     path: PathBuf,
     text: String,
 }
@@ -44,11 +44,19 @@ impl Document {
         Document::of(path, read_text(path)?)
     }
 
-    /// The document of that text; `path` is where it stands.
-    fn of(path: &Path, text: String) -> Result<Document, FileError> {
+    /// The document of that text; `path` is where it stands, or would.
+    ///
+    /// # Errors
+    /// As for [`Document::read`], but for reading.
+    pub fn of(path: &Path, text: String) -> Result<Document, FileError> {
         let document = Document { path: path.to_owned(), text };
         document.check_finite()?;
         Ok(document)
+    }
+
+    /// Where it stands.
+    pub fn path(&self) -> &Path {
+        &self.path
     }
 
     /// What the document says, as a `T`.

@@ -17,12 +17,12 @@
 mod axis_frames;
 mod calibrate;
 mod closed_form;
-mod document;
 mod judgement;
 mod workbench;
 
 pub mod application;
 pub mod check;
+pub mod document;
 pub mod joint;
 pub mod parameter;
 pub mod residuals;
@@ -49,7 +49,7 @@ mod robustness;
 #[cfg(test)]
 mod testing;
 
-pub use calibrate::{EstimatorName, UnknownEstimator, UnsuitableChoice, calibrate, check_choice};
+pub use calibrate::{EstimatorName, UnknownEstimator, UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
 pub use robot::Robot;
 pub use session::Session;
 pub use workbench::Workbench;

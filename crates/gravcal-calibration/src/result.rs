@@ -66,6 +66,21 @@ impl EstimatorResult {
     }
 }
 
+/// What an estimator says of sensors and gravity alone: for batches.
+#[derive(Clone, Debug)]
+pub struct Brief {
+    /// Whether everything asked for is determined.
+    pub verdict: Verdict,
+    /// Why the solver stopped, or what is wrong, in words.
+    pub termination: String,
+    /// Iterations of the solver (of all steps, for the sequential estimator).
+    pub iterations: usize,
+    /// Gravity in base coordinates; absent where it is undetermined.
+    pub gravity: Option<GravityResult>,
+    /// Every sensor parameter.
+    pub parameters: Vec<ParameterResult>,
+}
+
 /// One iteration of a solve.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Iteration {

@@ -91,7 +91,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     Ok(Exit::of_calibration(&results))
 }
 
-fn limit_threads(threads: Option<u16>) -> Result<(), Failure> {
+pub fn limit_threads(threads: Option<u16>) -> Result<(), Failure> {
     let Some(threads) = threads else { return Ok(()) };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
     pool.build_global().map_err(|error| Failure::bad_input(&error).about(format!("--threads {threads}")))

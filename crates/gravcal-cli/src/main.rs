@@ -13,6 +13,7 @@ mod names;
 mod progress;
 mod simulate;
 mod stopwatch;
+mod study;
 mod terminal;
 
 use std::process::ExitCode;
@@ -37,6 +38,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Inspect(inspect::Arguments),
     Apply(apply::Arguments),
+    Study(study::Arguments),
 }
 
 const AFTER_HELP: &str = "\
@@ -90,6 +92,7 @@ fn run(command: &Command) -> Result<Exit, Failure> {
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Apply(arguments) => apply::run(arguments),
+        Command::Study(arguments) => study::run(arguments),
     }
 }
 

@@ -84,5 +84,5 @@ pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, st
 pub use suggest::nearest_name;
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
-pub use write::{WriteError, write_atomically};
+pub use write::{NewFile, WriteError, write_atomically};
 pub use write_table::{Cell, table_contents, write_table};

@@ -168,7 +168,7 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
 
 /// A file that is written bit by bit under a temporary name beside its own, which it has in full or not at all.
 #[derive(Debug)]
-pub(crate) struct NewFile {
+pub struct NewFile {
     path: PathBuf,
     file: BufWriter<NamedTempFile>,
     overwrite: bool,
@@ -176,14 +176,22 @@ pub(crate) struct NewFile {
 
 impl NewFile {
     /// Begins a file. One that is there is replaced at the end if `overwrite`, else it is an error.
-    pub(crate) fn create(path: &Path, overwrite: bool) -> Result<NewFile, WriteError> {
+    ///
+    /// # Errors
+    ///
+    /// There is such a file and it is not to be replaced, or the operating system refuses.
+    pub fn create(path: &Path, overwrite: bool) -> Result<NewFile, WriteError> {
         check_target(path, overwrite)?;
         let file = new_file().tempfile_in(folder_of(path)).map_err(|cause| io_error(path, cause))?;
         Ok(NewFile { path: path.to_owned(), file: BufWriter::with_capacity(1 << 18, file), overwrite })
     }
 
     /// Gives it its name.
-    pub(crate) fn finish(self) -> Result<(), WriteError> {
+    ///
+    /// # Errors
+    ///
+    /// Another file has got the name meanwhile and is not to be replaced, or the operating system refuses.
+    pub fn finish(self) -> Result<(), WriteError> {
         let NewFile { path, file, overwrite } = self;
         let file = file.into_inner().map_err(|error| io_error(&path, error.into_error()))?;
         file.as_file().sync_all().map_err(|cause| io_error(&path, cause))?;

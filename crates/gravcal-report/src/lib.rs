@@ -27,6 +27,7 @@ mod number;
 mod output;
 mod provenance;
 mod sensor_row;
+pub mod study;
 mod table;
 mod text;
 mod timing;

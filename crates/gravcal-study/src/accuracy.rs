@@ -1,13 +1,14 @@
 //! Root-mean-square errors of the estimators over many simulated sessions, beside the Cramér-Rao bound.
 
-use gravcal_calibration::joint::{self, EstimateError, Signals, Solved};
+use gravcal_calibration::Workbench;
+use gravcal_calibration::joint::{self, EstimateError, Signals};
 use gravcal_calibration::sequential::{Plan, run_steps};
 use gravcal_calibration::simulation::Simulation;
-use gravcal_calibration::{Session, Workbench};
 use gravcal_estimation::Solver;
 use rayon::prelude::*;
 use thiserror::Error;
 
+use crate::bounds::bound;
 use crate::quantities::{Measured, measured_quantities};
 
 /// What is compared.
@@ -81,7 +82,8 @@ pub fn accuracy(
 ) -> Result<Accuracy, StudyError> {
     let session = simulation.session(0);
     let quantities = measured_quantities(&session);
-    let bounds = [Signals::PaperSteps, Signals::All].map(|signals| bound(simulation, &session, signals, &quantities));
+    let bounds =
+        [Signals::PaperSteps, Signals::All].map(|signals| bound(&session, &simulation.truth, signals, &quantities));
     let [paper, all] = bounds;
     let (paper, all) = (paper?, all?);
     let outcomes: Vec<Trial> = (0..trials)
@@ -144,28 +146,6 @@ fn run_trial(simulation: &Simulation, trial: u64, solver: &dyn Solver, quantitie
         ],
         largest_sinusoid_residual: steps.largest_residuals.iter().flatten().copied().reduce(f64::max),
     }
-}
-
-/// Standard deviations at the true values; `None` for a quantity that the readings do not determine.
-pub(crate) fn bound(
-    simulation: &Simulation,
-    session: &Session,
-    signals: Signals,
-    quantities: &[Measured],
-) -> Result<Vec<Option<f64>>, EstimateError> {
-    let readings = joint::select(session, signals);
-    let posed = joint::pose(session, &readings, &simulation.truth)?;
-    let judged = Solved::at_start(readings, posed)?;
-    let open = |quantity: &Measured| {
-        let layout = &judged.posed.layout;
-        let id = match quantity {
-            Measured::Gravity(_) => layout.gravity,
-            Measured::Sensor(joint, q) => layout.sensors[*joint][*q as usize],
-        };
-        let columns: Vec<usize> = judged.posed.problem.columns_of(id).collect();
-        !judged.spectrum.null_space_within(&columns).is_empty()
-    };
-    Ok(quantities.iter().map(|q| (!open(q)).then(|| q.std(&judged))).collect())
 }
 
 fn summarize(outcomes: &[Trial], column: usize, quantity: usize, bound: Option<f64>) -> ColumnAccuracy {

@@ -17,7 +17,7 @@ use gravcal_estimation::statistics::Quantile;
 use rayon::prelude::*;
 
 use crate::StudyError;
-use crate::accuracy::bound;
+use crate::bounds::bound;
 use crate::quantities::{Measured, measured_quantities};
 
 /// How deflection is met.
@@ -98,7 +98,7 @@ pub fn deflection_study(
     let mut session = simulation.session(0);
     let quantities = measured_quantities(&session);
     model(&mut session);
-    let bounds = bound(&with_true_compliance(simulation, &session), &session, Signals::All, &quantities)?;
+    let bounds = bound(&session, &with_true_compliance(simulation, &session).truth, Signals::All, &quantities)?;
     let study = Study { simulation, model, solver, quantities: &quantities };
     let outcomes: Vec<[Vec<Option<Outcome>>; 5]> = (0..trials)
         .into_par_iter()

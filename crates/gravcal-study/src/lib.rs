@@ -5,9 +5,13 @@
 //! summed in the order of their numbers, so that a table has the same bits on any number of threads.
 
 mod accuracy;
+pub mod batch;
+mod bounds;
 mod deflection;
 mod drawn;
 pub mod last_joint;
+pub mod measures;
+pub mod plan;
 mod quantities;
 pub mod random_arms;
 

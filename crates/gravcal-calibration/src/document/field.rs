@@ -7,7 +7,7 @@ use toml::de::DeValue;
 
 /// The way to a field from the top of its file: `load[1].mass_kg`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Field(Vec<Step>);
+pub struct Field(Vec<Step>);
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Step {

@@ -35,7 +35,7 @@ impl FileError {
     }
 
     /// The same, with lines to follow the message.
-    pub(crate) fn with_note(self, note: String) -> FileError {
+    pub fn with_note(self, note: String) -> FileError {
         FileError { note: Some(note), ..self }
     }
 

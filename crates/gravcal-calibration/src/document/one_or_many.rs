@@ -10,7 +10,7 @@ use serde::de::{Deserialize, Deserializer, Error, IntoDeserializer, SeqAccess, V
 ///
 /// Read by hand and not by an untagged enum, whose errors neither say what was found nor where.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum OneOrMany<T> {
+pub enum OneOrMany<T> {
     /// One for all.
     One(T),
     /// One for each.

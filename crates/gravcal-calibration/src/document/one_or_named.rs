@@ -8,7 +8,7 @@ use serde::de::{Deserialize, Deserializer, Error, MapAccess, Visitor};
 
 /// Written as one number or as a table by name.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum OneOrNamed {
+pub enum OneOrNamed {
     /// One for all.
     One(f64),
     /// One for each that is named.

@@ -26,7 +26,7 @@ use gravcal_estimation::{EvaluateError, SolveError, Termination};
 use thiserror::Error;
 
 use crate::judgement::{Combination, Judgement, Situation, gravity_result, judge};
-use crate::result::{CovarianceResult, EstimatorResult, GravityResult, UncertaintyResult, Verdict};
+use crate::result::{Brief, CovarianceResult, EstimatorResult, GravityResult, UncertaintyResult, Verdict};
 use crate::sequential::Plan;
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -113,6 +113,23 @@ pub fn estimate_jointly(
     Ok(result)
 }
 
+/// The same answer without what only a reader needs: no prediction of poses that were held out, no moments, no tests of sensor
+/// models, no search for reversed sensors. For batches.
+///
+/// # Errors
+/// Where there is no answer at all; not converging is a verdict.
+pub fn estimate_briefly(
+    session: &Session,
+    signals: Signals,
+    known: Option<&Unknowns>,
+    workbench: &Workbench<'_>,
+) -> Result<Brief, EstimateError> {
+    let solved = solve(session, &select(session, signals), known, workbench)?;
+    let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
+    let (uncertainty, _) = solved.chosen_uncertainty(session, misfit, workbench)?;
+    Ok(tell::tell_briefly(session, &Solved { uncertainty, ..solved }, misfit))
+}
+
 /// Takes the values of a failed estimate back: only what was held has one.
 fn withdraw(result: &mut EstimatorResult) {
     result.gravity = None;
@@ -131,6 +148,14 @@ fn withdraw(result: &mut EstimatorResult) {
 /// Readings explained this many times worse than their stated noise contradict the model: no number can be relied on.
 const CONTRADICTION: f64 = 3.0;
 
+fn contradicts(misfit: f64) -> bool {
+    misfit > CONTRADICTION
+}
+
+fn contradiction_in_words(misfit: f64) -> String {
+    format!("the model contradicts the readings: residuals {misfit:.0} times the stated noise")
+}
+
 /// Says that the stated noise does not explain the residuals; beyond [`CONTRADICTION`] the estimate has failed.
 fn tell_misfit(misfit: f64, result: &mut EstimatorResult) {
     let consequence = match result.uncertainty {
@@ -142,10 +167,9 @@ fn tell_misfit(misfit: f64, result: &mut EstimatorResult) {
     result.notes.push(format!(
         "The readings are explained {misfit:.1} times worse than their stated noise (p < 0.001). {consequence}"
     ));
-    if misfit > CONTRADICTION {
+    if contradicts(misfit) {
         result.verdict = Verdict::Failed;
-        result.termination =
-            format!("the model contradicts the readings: residuals {misfit:.0} times the stated noise");
+        result.termination = contradiction_in_words(misfit);
         result.notes.push(
             "What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
              hemisphere of gravity, the loads' masses and distances, values given as fixed, poses that are not static, \

@@ -63,7 +63,7 @@ pub fn solve(
     workbench.tell("starting values");
     let start = best_start(session, readings, known, workbench)?;
     let solved = settled(session, solve_from(session, readings, start, workbench)?, workbench)?;
-    if solved.contradicts_its_noise(session)? && solved.estimate.termination != Termination::Stopped {
+    if solved.misfit(session)?.is_some() && solved.estimate.termination != Termination::Stopped {
         return lowest_elsewhere(session, readings, solved, known, workbench);
     }
     Ok(solved)
@@ -139,10 +139,10 @@ pub(super) fn first_noise(session: &Session) -> Vec<f64> {
 }
 
 impl Solved {
-    /// Whether stated noise explains the residuals with p < 0.001 only.
-    fn contradicts_its_noise(&self, session: &Session) -> Result<bool, EvaluateError> {
+    /// How many times worse than their stated noise the readings are explained, where that is no accident.
+    pub(super) fn misfit(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
         let whitened = self.posed.problem.residuals(&self.estimate.values)?;
-        Ok(fit(session, self, &whitened)?.misfit().is_some())
+        Ok(fit(session, self, &whitened)?.misfit())
     }
 
     /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up.

@@ -5,14 +5,14 @@ use gravcal_kinematics::JointKind;
 
 use super::hold::SetAside;
 use super::model_tests::ModelTests;
-use super::{EstimateError, Solved, constraints, sweep_moments};
+use super::{EstimateError, Solved, constraints, contradiction_in_words, contradicts, sweep_moments};
 use crate::judgement::{
     DeterminedMoment, Judgement, deflections, determined_moments, held, loss, outlier_note, outliers, position_errors,
     weak_combinations, weak_note,
 };
 use crate::parameter::Quantity;
 use crate::result::{
-    CovarianceResult, EstimatorResult, Fit, Iteration, ParameterResult, UncertaintyResult, Undetermined, Verdict,
+    Brief, CovarianceResult, EstimatorResult, Fit, Iteration, ParameterResult, UncertaintyResult, Undetermined, Verdict,
 };
 use crate::session::Searched;
 use crate::session::{EarlierCalibration, LAST_FRAME_CHOICE, Session};
@@ -41,10 +41,7 @@ pub(super) fn tell(
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
     undetermined.extend((!solved.sign_known).then(unknown_sign));
     undetermined.extend(last_frame_choices(session));
-    let converged = solved.estimate.termination.converged();
-    let complete =
-        parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));
-    let mirrored = if converged { mirrored_gains(session, solved, &parameters) } else { Vec::new() };
+    let mirrored = mirrored_gains(session, solved, &parameters);
     let mut notes = session_notes(session);
     notes.extend(session.earlier.as_ref().map(EarlierCalibration::note));
     notes.extend(set_aside_notes(session, solved));
@@ -59,11 +56,7 @@ pub(super) fn tell(
     notes.extend(weak.iter().map(weak_note));
     Ok(EstimatorResult {
         name: name.to_owned(),
-        verdict: match (converged && mirrored.is_empty(), complete) {
-            (false, _) => Verdict::Failed,
-            (true, true) => Verdict::Determined,
-            (true, false) => Verdict::PartlyDetermined,
-        },
+        verdict: verdict(session, solved, &parameters, gravity.is_some(), &mirrored),
         termination: solved.estimate.termination.to_string(),
         iterations: solved.estimate.iterations.len().saturating_sub(1),
         trace: solved.estimate.iterations.iter().map(Iteration::from).collect(),
@@ -84,6 +77,43 @@ pub(super) fn tell(
         fit: Some(fit),
         notes,
     })
+}
+
+/// What is said of sensors and gravity alone: see [`Brief`].
+pub(super) fn tell_briefly(session: &Session, solved: &Solved, misfit: Option<f64>) -> Brief {
+    let judgement = solved.judge(session);
+    let gravity = judgement.gravity.then(|| solved.gravity(session));
+    let parameters = tell_parameters(session, solved, &judgement);
+    let mirrored = mirrored_gains(session, solved, &parameters);
+    let contradiction = misfit.filter(|misfit| contradicts(*misfit));
+    Brief {
+        verdict: match contradiction {
+            None => verdict(session, solved, &parameters, gravity.is_some(), &mirrored),
+            Some(_) => Verdict::Failed,
+        },
+        termination: contradiction
+            .map(contradiction_in_words)
+            .or_else(|| mirrored.first().cloned())
+            .unwrap_or_else(|| solved.estimate.termination.to_string()),
+        iterations: solved.estimate.iterations.len().saturating_sub(1),
+        gravity,
+        parameters,
+    }
+}
+
+fn verdict(
+    session: &Session,
+    solved: &Solved,
+    parameters: &[ParameterResult],
+    gravity: bool,
+    mirrored: &[String],
+) -> Verdict {
+    let complete = parameters.iter().all(|p| p.determined || !p.asked) && (gravity || !session.asks("gravity"));
+    match (solved.estimate.termination.converged() && mirrored.is_empty(), complete) {
+        (false, _) => Verdict::Failed,
+        (true, true) => Verdict::Determined,
+        (true, false) => Verdict::PartlyDetermined,
+    }
 }
 
 fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
@@ -107,9 +137,13 @@ fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) ->
 const ALONG_CONSTRAINTS: &str = "Standard deviations hold along the active constraints: what these hold is taken as \
                                  known exactly.";
 
-/// A gain of the other sign than declared is the mirror image of a solution, not an answer.
+/// A gain of the other sign than declared is the mirror image of a solution, not an answer. Nothing is said of what did not
+/// converge.
 fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
     let mut mirrored = Vec::new();
+    if !solved.estimate.termination.converged() {
+        return mirrored;
+    }
     for (joint, ids) in solved.posed.layout.sensors.iter().enumerate() {
         for quantity in [Quantity::TorqueGain, Quantity::PositionGain] {
             let name = quantity.name(&session.robot.chain.joints()[joint].name);

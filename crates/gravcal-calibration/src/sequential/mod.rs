@@ -20,7 +20,7 @@ use crate::joint::{self, EstimateError, Readings, Signals, Unknowns, solve_posed
 use crate::judgement::{determined_moments, gravity_result};
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::{
-    CovarianceResult, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined, Verdict,
+    Brief, CovarianceResult, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined, Verdict,
 };
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -207,27 +207,16 @@ pub fn tell_steps(
     known: &SequentialValues,
     workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
-    let parameters = tell_parameters(session, known);
+    let Brief { verdict, termination, iterations, gravity, parameters } = tell_steps_briefly(session, known);
     let undetermined = tell_missing(session, known);
-    let gravity = known.gravity.as_ref().ok();
-    let asked = |name: &str| session.asks(name);
-    let complete = parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !asked("gravity"));
-    let any = parameters.iter().any(|p| p.determined && p.held.is_none()) || gravity.is_some();
+    let any = verdict != Verdict::Failed;
     let mut result = EstimatorResult {
         name: "sequential".into(),
-        verdict: match (any, complete) {
-            (false, _) => Verdict::Failed,
-            (true, true) => Verdict::Determined,
-            (true, false) => Verdict::PartlyDetermined,
-        },
-        termination: match known.impossible {
-            None => "three steps, each with the results of the steps before frozen".into(),
-            Some(_) => "no step was taken".into(),
-        },
-        iterations: known.iterations,
+        verdict,
+        termination,
+        iterations,
         trace: Vec::new(),
-        gravity: gravity
-            .map(|g| gravity_result(g.vector, &g.covariance, asked("gravity"), |std, _| Quantile::normal().cone(std))),
+        gravity,
         covariance: tell_covariance(session, known),
         moments: Vec::new(),
         deflections: Vec::new(),
@@ -265,6 +254,29 @@ pub fn tell_steps(
         result.fit = Some(joint::fit_with_held_out(session, &solved, workbench)?);
     }
     Ok(result)
+}
+
+/// The same of sensors and gravity alone, without judging it.
+pub fn tell_steps_briefly(session: &Session, known: &SequentialValues) -> Brief {
+    let parameters = tell_parameters(session, known);
+    let asked = session.asks("gravity");
+    let gravity = known.gravity.as_ref().ok();
+    let complete = parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !asked);
+    let any = parameters.iter().any(|p| p.determined && p.held.is_none()) || gravity.is_some();
+    Brief {
+        verdict: match (any, complete) {
+            (false, _) => Verdict::Failed,
+            (true, true) => Verdict::Determined,
+            (true, false) => Verdict::PartlyDetermined,
+        },
+        termination: match known.impossible {
+            None => "three steps, each with the results of the steps before frozen".into(),
+            Some(_) => "no step was taken".into(),
+        },
+        iterations: known.iterations,
+        gravity: gravity.map(|g| gravity_result(g.vector, &g.covariance, asked, |std, _| Quantile::normal().cone(std))),
+        parameters,
+    }
 }
 
 fn tell_uncertainty(session: &Session) -> UncertaintyResult {

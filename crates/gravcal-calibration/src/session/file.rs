@@ -246,13 +246,12 @@ impl<'a> Context<'a> {
 }
 
 /// Reads a session and everything it names. What `session.toml` says is checked before any table is opened.
-pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
-    let document = Document::read(path)?;
+pub(super) fn read(document: &Document) -> Result<Session, SessionError> {
     let written: SessionTable = document.parse()?;
-    let (robot, robot_path) = resolve_robot(&document, &Field::new("robot"), &written.robot)?;
-    let context = Context::new(&document, &robot, &robot_path);
+    let (robot, robot_path) = resolve_robot(document, &Field::new("robot"), &written.robot)?;
+    let context = Context::new(document, &robot, &robot_path);
 
-    let gravity = gravity::resolve(&document, &written.gravity)?;
+    let gravity = gravity::resolve(document, &written.gravity)?;
     let inertia = inertia::resolve(&context, &written.inertia)?;
     let instruments = instruments::resolve(&context, &written.force_torque_sensor, &written.accelerometer)?;
     let mapping = readings::mapping(&context, &written.readings, instruments.columns.clone())?;
@@ -263,16 +262,16 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let instruments = instruments.behind(&mut further);
     refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
-    let load_distances = loads::resolve_distances(&document, &loads, &written.load_distance)?;
+    let load_distances = loads::resolve_distances(document, &loads, &written.load_distance)?;
     let deflection = deflection::resolve(&context, &written.deflection, &written.readings, &mut further)?;
     let loss = loss::resolve(&context, written.loss.as_ref())?;
     let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, &further, written.ask)?;
     let mut tables = poses::tables(&context, &loads, &written.poses, still.is_some())?;
     let ReadPoses { poses, saturated, in_motion, searched } = match still {
-        None => poses::read_all(&document, &written.poses, &tables, &mapping)?,
+        None => poses::read_all(document, &written.poses, &tables, &mapping)?,
         Some(still) => {
-            let recordings = Recordings { document: &document, written: &written.poses, loads: &loads };
+            let recordings = Recordings { document, written: &written.poses, loads: &loads };
             recordings.read(&mut tables, &mapping, &still)?
         }
     };
@@ -283,8 +282,8 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     }
     let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
 
-    let inputs = inputs(path, &robot_path, tables.iter().map(|table| table.path.clone()));
-    let solver = written.solver.map(|solver| SolverChoice::new(solver, &document));
+    let inputs = inputs(document.path(), &robot_path, tables.iter().map(|table| table.path.clone()));
+    let solver = written.solver.map(|solver| SolverChoice::new(solver, document));
     let session = Session {
         robot: robot.clone(),
         gravity,
@@ -315,9 +314,9 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
         None => session,
         Some(prior) => prior::resolve(&context, prior, session)?,
     };
-    inertia::check_sweeps(&document, &session)?;
-    deflection::check_single_poses(&document, &session)?;
-    deflection::check_instruments(&document, &session)?;
+    inertia::check_sweeps(document, &session)?;
+    deflection::check_single_poses(document, &session)?;
+    deflection::check_instruments(document, &session)?;
     Ok(session)
 }
 

@@ -15,6 +15,7 @@ use std::path::{Path, PathBuf};
 use gravcal_estimation::Loss;
 use gravcal_recording::{Conditions, PoseMapping, PositionUnit, Reading, TorqueUnit};
 
+use crate::document::Document;
 use crate::parameter::{Parameter, Quantity};
 use crate::robot::Robot;
 use crate::sensors::SensorTerms;
@@ -116,7 +117,15 @@ impl Session {
     /// # Errors
     /// Names the file, the line and the field.
     pub fn read(path: &Path) -> Result<Session, SessionError> {
-        file::read(path)
+        file::read(&Document::read(path)?)
+    }
+
+    /// The same from a document, which may be another text than that of the file.
+    ///
+    /// # Errors
+    /// As for [`Session::read`].
+    pub fn of(document: &Document) -> Result<Session, SessionError> {
+        file::read(document)
     }
 
     /// Two placements a known distance apart, neither of which is known by itself.

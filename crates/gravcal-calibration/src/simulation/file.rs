@@ -20,11 +20,10 @@ use crate::session::{GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind,
 use tables::SimulationTable;
 
 /// Reads a simulation and the robot that it names.
-pub(super) fn read(path: &Path) -> Result<Simulation, FileError> {
-    let document = Document::read(path)?;
+pub(super) fn read(document: &Document) -> Result<Simulation, FileError> {
     let table: SimulationTable = document.parse()?;
-    let (robot, robot_path) = resolve_robot(&document, &Field::new("robot"), &table.robot)?;
-    Reader { document: &document, table: &table, robot: &robot }.simulation(path, robot_path)
+    let (robot, robot_path) = resolve_robot(document, &Field::new("robot"), &table.robot)?;
+    Reader { document, table: &table, robot: &robot }.simulation(document.path(), robot_path)
 }
 
 /// The file being read, and the robot whose names it uses.

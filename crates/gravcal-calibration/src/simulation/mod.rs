@@ -22,7 +22,7 @@ use std::path::Path;
 
 use gravcal_recording::is_saturated;
 
-use crate::document::FileError;
+use crate::document::{Document, FileError};
 use crate::joint::Unknowns;
 use crate::sensors::DeclaredModels;
 use crate::session::Session;
@@ -172,7 +172,15 @@ impl Simulation {
     /// # Errors
     /// Names the file, the line and the field.
     pub fn read(path: &Path) -> Result<Simulation, FileError> {
-        file::read(path)
+        file::read(&Document::read(path)?)
+    }
+
+    /// The same from a document, which may be another text than that of the file.
+    ///
+    /// # Errors
+    /// As for [`Simulation::read`].
+    pub fn of(document: &Document) -> Result<Simulation, FileError> {
+        file::read(document)
     }
 
     /// The session of one trial.

@@ -26,7 +26,7 @@ const DECLARED_WITHIN: f64 = 60.0 / 180.0 * PI;
 ///
 /// # Errors
 /// Where its rows make no chain.
-pub(super) fn arm(seed: u64, index: u64, knowing: Knowing) -> Result<Simulation, ChainError> {
+pub(crate) fn arm(seed: u64, index: u64, knowing: Knowing) -> Result<Simulation, ChainError> {
     let mut random = Pcg64::new(u128::from(seed), u128::from(index));
     let joints = random.random_range(2..=10);
     let rows: Vec<DhRow> = (0..joints).map(|joint| row(joint, &mut random)).collect();

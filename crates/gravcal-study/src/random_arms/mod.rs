@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 use gravcal_estimation::Solver;
 use rayon::prelude::*;
 
+pub(crate) use arm::arm;
 pub use trial::{Ending, Trial};
 
 /// What the session says beforehand.

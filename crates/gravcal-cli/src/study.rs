@@ -1,0 +1,242 @@
+//! `gravcal study`: batches of simulated calibrations, and what they come to.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::{Args, Subcommand};
+use gravcal_estimation::Solver;
+use gravcal_report::study::{StudyReport, report_files};
+use gravcal_solvers::SolverName;
+use gravcal_study::batch::{self, BatchError, Ended, Helpers, Manifest, Shard, StudyFolder};
+use gravcal_study::measures::measure;
+use gravcal_study::plan::Study;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::terminal;
+
+/// Compare estimators over many simulated sessions with known truth
+///
+/// A study file says what is simulated, what is varied, how many trials there are and which estimators are compared.
+#[derive(Debug, Args)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Run(RunArguments),
+    Merge(MergeArguments),
+    Report(ReportArguments),
+}
+
+/// Run the trials that are missing, and report
+///
+/// Results go to the output folder as they come, so that a run which was interrupted or killed goes on where it was.
+#[derive(Debug, Args)]
+#[command(after_help = RUN_EXAMPLES)]
+struct RunArguments {
+    /// The study, such as experiments/joint-against-sequential/study.toml
+    #[arg(value_name = "STUDY")]
+    study: PathBuf,
+
+    /// Folder for the results [default: `results` beside study.toml, `NAME-results` beside NAME.toml]
+    #[arg(long, value_name = "DIR")]
+    output: Option<PathBuf>,
+
+    /// Run only the K-th of N shares, such as 1/4; `gravcal study merge` puts them together
+    #[arg(long, value_name = "K/N", value_parser = shard)]
+    shard: Option<Shard>,
+
+    /// Number of threads; results do not depend on it [default: one for each processor]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Option<u16>,
+
+    /// Show no progress
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+const RUN_EXAMPLES: &str = "\
+Examples:
+  gravcal study run experiments/joint-against-sequential/study.toml
+  gravcal study run study.toml --shard 1/2 --output a      on one machine
+  gravcal study run study.toml --shard 2/2 --output b      on another
+  gravcal study merge a b
+
+Exit codes:
+  0  all trials (of the shard) are done; one that fails is a row with its reason
+  2  bad input or usage; earlier results are untouched
+  4  stopped by Ctrl-C: run the same command again to go on";
+
+/// Put the shares of a study together
+///
+/// The table is the same to the byte as that of a run without shares.
+#[derive(Debug, Args)]
+struct MergeArguments {
+    /// Folder that gets the whole table
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+
+    /// Folders with other shares, which stay as they are
+    #[arg(value_name = "DIR")]
+    others: Vec<PathBuf>,
+}
+
+/// Write tables and figures of a study that is complete
+///
+/// report.txt, report.md, measures.csv and figures (SVG) go into the study's folder; the text is printed, too.
+#[derive(Debug, Args)]
+struct ReportArguments {
+    /// Folder with the results, such as experiments/joint-against-sequential/results
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
+    match &arguments.command {
+        Command::Run(arguments) => run_study(arguments),
+        Command::Merge(arguments) => merge(arguments),
+        Command::Report(arguments) => report(&open(&arguments.folder)?),
+    }
+}
+
+fn run_study(arguments: &RunArguments) -> Result<Exit, Failure> {
+    crate::calibrate::limit_threads(arguments.threads)?;
+    let study = Study::read(&arguments.study).map_err(|error| Failure::bad_input(&error))?;
+    let solvers = solvers(&study)?;
+    let names: Vec<String> = solvers.iter().map(|(name, _)| name.clone()).collect();
+    let path = arguments.output.clone().unwrap_or_else(|| folder_beside(&arguments.study));
+    let folder = StudyFolder::begin(&path, Manifest::new(&study, &names)).map_err(|error| refused(&error))?;
+
+    let interrupt = Interrupt::listen()?;
+    let bar = progress_bar(arguments.quiet);
+    let began = Instant::now();
+    let helpers = Helpers {
+        solvers: &solvers,
+        clock: &|| began.elapsed(),
+        progress: &|done, total| {
+            bar.set_length(total);
+            bar.set_position(done);
+        },
+        stop: interrupt.flag(),
+    };
+    let shard = arguments.shard.unwrap_or(Shard { number: 1, of: 1 });
+    let ended = batch::run(&study, &folder, shard, &helpers).map_err(|error| refused(&error))?;
+    bar.finish_and_clear();
+    let Ended::Done { trials } = ended else {
+        terminal::complain("stopped; what is done is kept: run the same command again to go on");
+        return Ok(Exit::NoConvergence);
+    };
+    let seconds = began.elapsed().as_secs_f64();
+    let rate = if trials > 0 { format!(" ({:.0} a second)", trials as f64 / seconds) } else { String::new() };
+    if shard.of > 1 {
+        terminal::print(&format!(
+            "{trials} trials in {seconds:.1} s{rate}: share {}/{} in {}\n",
+            shard.number,
+            shard.of,
+            path.display()
+        ))?;
+        return Ok(Exit::Determined);
+    }
+    batch::merge(&folder, &[]).map_err(|error| refused(&error))?;
+    report(&folder)?;
+    terminal::print(&format!("{trials} trials in {seconds:.1} s{rate}\n"))?;
+    Ok(Exit::Determined)
+}
+
+fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
+    let folder = open(&arguments.folder)?;
+    let others = arguments.others.iter().map(|other| open(other)).collect::<Result<Vec<_>, _>>()?;
+    batch::merge(&folder, &others).map_err(|error| refused(&error))?;
+    report(&folder)
+}
+
+fn report(folder: &StudyFolder) -> Result<Exit, Failure> {
+    let series = measure(folder).map_err(|error| refused(&error))?;
+    let report = StudyReport { manifest: &folder.manifest, series: &series };
+    let files = report_files(&report).map_err(|error| Failure::bad_input(&error))?;
+    for (name, contents) in &files {
+        let path = folder.path().join(name);
+        gravcal_recording::write_atomically(&path, contents.as_bytes()).map_err(|error| Failure::bad_input(&error))?;
+    }
+    terminal::print(&report.to_string())?;
+    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    terminal::print(&format!(
+        "\nResults in {} (trials.parquet, times.csv, {})\n",
+        folder.path().display(),
+        names.join(", ")
+    ))?;
+    Ok(Exit::Determined)
+}
+
+fn open(path: &Path) -> Result<StudyFolder, Failure> {
+    StudyFolder::open(path).map_err(|error| refused(&error))
+}
+
+fn refused(error: &BatchError) -> Failure {
+    let failure = Failure::bad_input(error);
+    match error {
+        BatchError::Another { .. } => failure.hint("--output DIR writes elsewhere"),
+        _ => failure,
+    }
+}
+
+/// The methods that the study names, or the default one.
+fn solvers(study: &Study) -> Result<Vec<(String, Box<dyn Solver>)>, Failure> {
+    let named = study.solvers.iter().map(|name| name.parse::<SolverName>());
+    let parsed: Result<Vec<SolverName>, _> = named.collect();
+    let names = parsed.map_err(|error| match study.solver_error(&error) {
+        Ok(told) | Err(told) => Failure::bad_input(&told),
+    })?;
+    let names = if names.is_empty() { vec![SolverName::LevenbergMarquardt] } else { names };
+    Ok(names.into_iter().map(|name| (name.to_string(), name.build())).collect())
+}
+
+/// `results` beside `study.toml`, `name-results` beside `name.toml`.
+fn folder_beside(study: &Path) -> PathBuf {
+    let name = match study.file_stem() {
+        Some(stem) if stem != "study" => format!("{}-results", stem.to_string_lossy()),
+        _ => "results".to_owned(),
+    };
+    study.with_file_name(name)
+}
+
+fn shard(text: &str) -> Result<Shard, String> {
+    let numbers = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
+    match numbers {
+        Some((number, of)) if (1..=of).contains(&number) => Ok(Shard { number, of }),
+        _ => Err("expected K/N with K from 1 to N, such as 1/4".to_owned()),
+    }
+}
+
+fn progress_bar(quiet: bool) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:30} {pos}/{len} trials, {per_sec}, {eta} left");
+    match style {
+        Ok(style) if !quiet => ProgressBar::new(0).with_style(style),
+        _ => ProgressBar::hidden(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_lie_beside_the_study() {
+        assert_eq!(folder_beside(Path::new("a/study.toml")), Path::new("a/results"));
+        assert_eq!(folder_beside(Path::new("noise.toml")), Path::new("noise-results"));
+    }
+
+    #[test]
+    fn shares_are_counted_from_one() {
+        assert_eq!(shard("2/4"), Ok(Shard { number: 2, of: 4 }));
+        for wrong in ["0/4", "5/4", "1", "a/b", "1/0"] {
+            assert!(shard(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,62 @@
+//! A study for people and papers: text, Markdown, CSV, figures.
+
+mod comparison;
+mod csv;
+mod figure;
+mod markdown;
+mod panels;
+mod text;
+
+use std::fmt;
+
+use gravcal_study::batch::Manifest;
+use gravcal_study::measures::Series;
+
+pub use figure::FigureError;
+
+/// A study and what it came to.
+#[derive(Clone, Copy, Debug)]
+pub struct StudyReport<'a> {
+    /// What was studied.
+    pub manifest: &'a Manifest,
+    /// What it came to, in the order of points, estimators, solvers.
+    pub series: &'a [Series],
+}
+
+impl StudyReport<'_> {
+    /// The estimator of a series, with the solver where several are compared.
+    fn name(&self, series: &Series) -> String {
+        let estimator = &self.manifest.estimators[series.estimator];
+        match self.manifest.solvers.len() {
+            0 | 1 => estimator.clone(),
+            _ => format!("{estimator}, {}", self.manifest.solvers[series.solver]),
+        }
+    }
+
+    /// Series of one point.
+    fn at(&self, point: usize) -> impl Iterator<Item = &Series> {
+        self.series.iter().filter(move |series| series.point == point)
+    }
+}
+
+impl fmt::Display for StudyReport<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&text::text(self))
+    }
+}
+
+/// The files of a report by their names: `report.txt`, `report.md`, `measures.csv`, and figures as SVG.
+///
+/// # Errors
+/// A figure cannot be drawn.
+pub fn report_files(report: &StudyReport<'_>) -> Result<Vec<(String, String)>, FigureError> {
+    let mut files = vec![
+        ("report.txt".to_owned(), report.to_string()),
+        ("report.md".to_owned(), markdown::markdown(report)),
+        ("measures.csv".to_owned(), csv::csv(report)),
+    ];
+    for (name, figure) in panels::figures(report) {
+        files.push((format!("{name}.svg"), figure.svg()?));
+    }
+    Ok(files)
+}

@@ -1,0 +1,212 @@
+//! The folder in which a study's results are.
+//!
+//! `study.json` says which study they are of; `parts/` holds what is done, until `trials.parquet` holds all of it; `times.csv` says
+//! how long it took, which differs from run to run and is in no other file.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use gravcal_recording::write_atomically;
+use serde::{Deserialize, Serialize};
+
+use super::BatchError;
+use super::part::{Part, parts};
+use super::row::Row;
+use super::table::Columns;
+use super::trial::Took;
+use crate::plan::{Axis, Study};
+
+/// What stands in `study.json`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// Version of the program.
+    pub gravcal: String,
+    /// SHA-256 of all that the results depend on.
+    pub fingerprint: String,
+    /// Trials at each point.
+    pub trials: u64,
+    /// Names of the estimators.
+    pub estimators: Vec<String>,
+    /// Names of the solvers.
+    pub solvers: Vec<String>,
+    /// What is varied.
+    pub axes: Vec<Axis>,
+    /// The grid.
+    pub points: Vec<ManifestPoint>,
+    /// Name and unit of each quantity.
+    pub quantities: Vec<(String, String)>,
+}
+
+/// One point of the grid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ManifestPoint {
+    /// Place on each axis.
+    pub places: Vec<usize>,
+}
+
+impl Manifest {
+    /// That of a study with these solvers.
+    pub fn new(study: &Study, solvers: &[String]) -> Manifest {
+        Manifest {
+            gravcal: env!("CARGO_PKG_VERSION").to_owned(),
+            fingerprint: study.fingerprint.clone(),
+            trials: study.trials,
+            estimators: study.estimators.iter().map(ToString::to_string).collect(),
+            solvers: solvers.to_vec(),
+            axes: study.axes.clone(),
+            points: study.points.iter().map(|point| ManifestPoint { places: point.places.clone() }).collect(),
+            quantities: study.quantities.clone(),
+        }
+    }
+
+    /// The columns of its tables.
+    pub fn columns(&self) -> Columns {
+        Columns {
+            estimators: self.estimators.clone(),
+            solvers: self.solvers.clone(),
+            quantities: self.quantities.iter().map(|(name, _)| name.clone()).collect(),
+        }
+    }
+
+    pub(super) fn parts(&self) -> Vec<Part> {
+        parts(self.points.len(), self.trials)
+    }
+
+    /// `noise = 0.3 count, range = 90 deg`; nothing where nothing is varied.
+    pub fn told(&self, point: usize) -> String {
+        let each = self.axes.iter().zip(&self.points[point].places).map(|(axis, place)| {
+            let unit = axis.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+            format!("{} = {}{unit}", axis.name, axis.labels[*place])
+        });
+        each.collect::<Vec<_>>().join(", ")
+    }
+}
+
+const MANIFEST: &str = "study.json";
+const PARTS: &str = "parts";
+const TRIALS: &str = "trials.parquet";
+const TIMES: &str = "times.csv";
+
+/// A folder with the results of a study, or a part of them.
+#[derive(Clone, Debug)]
+pub struct StudyFolder {
+    path: PathBuf,
+    /// Of which study.
+    pub manifest: Manifest,
+}
+
+impl StudyFolder {
+    /// Opens the folder of a study, which is made if it is missing.
+    ///
+    /// # Errors
+    /// The results of another study are there, or the operating system refuses.
+    pub fn begin(path: &Path, manifest: Manifest) -> Result<StudyFolder, BatchError> {
+        let folder = StudyFolder { path: path.to_owned(), manifest };
+        match fs::read_to_string(path.join(MANIFEST)) {
+            Ok(_) => {
+                let there = StudyFolder::open(path)?;
+                if there.manifest != folder.manifest {
+                    return Err(BatchError::Another { folder: path.to_owned() });
+                }
+            }
+            Err(_) => {
+                let io = |cause| BatchError::Io { path: path.to_owned(), cause };
+                fs::create_dir_all(path.join(PARTS)).map_err(io)?;
+                let text = serde_json::to_string_pretty(&folder.manifest);
+                let text =
+                    text.map_err(|error| BatchError::NoStudy { folder: path.to_owned(), why: error.to_string() })?;
+                write_atomically(&path.join(MANIFEST), format!("{text}\n").as_bytes())?;
+            }
+        }
+        Ok(folder)
+    }
+
+    /// Opens a folder that has results.
+    ///
+    /// # Errors
+    /// There are none.
+    pub fn open(path: &Path) -> Result<StudyFolder, BatchError> {
+        let refuse = |why: String| BatchError::NoStudy { folder: path.to_owned(), why };
+        let text = fs::read_to_string(path.join(MANIFEST)).map_err(|error| refuse(error.to_string()))?;
+        let manifest = serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))?;
+        Ok(StudyFolder { path: path.to_owned(), manifest })
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The table of all trials.
+    pub fn trials(&self) -> PathBuf {
+        self.path.join(TRIALS)
+    }
+
+    pub(super) fn times(&self) -> PathBuf {
+        self.path.join(TIMES)
+    }
+
+    /// Whether all trials are there.
+    pub fn is_complete(&self) -> bool {
+        self.trials().is_file()
+    }
+
+    /// Sees to it that all trials are there.
+    ///
+    /// # Errors
+    /// Parts are missing, or were not put together.
+    pub fn check_complete(&self) -> Result<(), BatchError> {
+        if self.is_complete() {
+            return Ok(());
+        }
+        let (parts, done) = (self.manifest.parts().len(), self.done()?.len());
+        let folders = vec![self.path.clone()];
+        match parts.saturating_sub(done) {
+            0 => Err(BatchError::NotMerged { folder: self.path.clone() }),
+            missing => Err(BatchError::Incomplete { missing, parts, folders }),
+        }
+    }
+
+    pub(super) fn part(&self, number: usize) -> PathBuf {
+        self.path.join(PARTS).join(format!("{number:08}.parquet"))
+    }
+
+    pub(super) fn part_times(&self, number: usize) -> PathBuf {
+        self.path.join(PARTS).join(format!("{number:08}.times.csv"))
+    }
+
+    /// Numbers of the parts that are done.
+    pub(super) fn done(&self) -> Result<BTreeSet<usize>, BatchError> {
+        let folder = self.path.join(PARTS);
+        let entries = match fs::read_dir(&folder) {
+            Ok(entries) => entries,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(BTreeSet::new()),
+            Err(cause) => return Err(BatchError::Io { path: folder, cause }),
+        };
+        let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+        Ok(names.filter_map(|name| name.strip_suffix(".parquet")?.parse().ok()).collect())
+    }
+
+    /// Puts a part in place, with how long it took.
+    pub(super) fn write(&self, part: &Part, rows: &[Row], took: Took) -> Result<(), BatchError> {
+        let path = self.part(part.number);
+        let failed =
+            |error: parquet::errors::ParquetError| BatchError::Table { path: path.clone(), why: error.to_string() };
+        let bytes = self.manifest.columns().file(rows).map_err(failed)?;
+        let trials = part.trials.end - part.trials.start;
+        let (simulating, calibrating) = (took.simulating.as_secs_f64(), took.calibrating.as_secs_f64());
+        let times = format!("{},{trials},{simulating},{calibrating}\n", part.point);
+        write_atomically(&self.part_times(part.number), times.as_bytes())?;
+        Ok(write_atomically(&path, &bytes)?)
+    }
+
+    /// Takes the parts away.
+    pub(super) fn forget_parts(&self) -> Result<(), BatchError> {
+        let folder = self.path.join(PARTS);
+        match fs::remove_dir_all(&folder) {
+            Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => Err(BatchError::Io { path: folder, cause }),
+            _ => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! Running a study: trials in parallel, in parts that are complete or not there.
+//!
+//! The trials of all points are cut into parts, of a size that the study alone decides. A part is computed by one thread and
+//! written when it is done, so that memory does not grow with the number of trials, a run that was killed goes on where it was,
+//! and several machines may share the parts. At the end the parts are put together in their order: one table, the same to the
+//! byte however it came about.
+
+mod folder;
+mod merge;
+mod part;
+mod row;
+mod run;
+mod table;
+mod trial;
+
+use std::path::PathBuf;
+
+use gravcal_calibration::UnsuitableChoice;
+use gravcal_recording::WriteError;
+use thiserror::Error;
+
+pub use folder::{Manifest, ManifestPoint, StudyFolder};
+pub use merge::merge;
+pub use row::{Cell, Outcome, Row};
+pub use run::{Ended, Helpers, Shard, run};
+pub use table::{Columns, TableReader};
+
+/// A study cannot be run, or its results not be put in place. What was there before still is.
+#[derive(Debug, Error)]
+pub enum BatchError {
+    /// The folder holds the results of another study.
+    #[error(
+        "{}: here are results of another study, or of this one as it was before a change; they stay. Choose another folder, or \
+         move them away",
+        folder.display()
+    )]
+    Another {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// The folder holds no results of a study.
+    #[error("{}: here are no results of a study: no study.json that can be read ({why})", folder.display())]
+    NoStudy {
+        /// The folder.
+        folder: PathBuf,
+        /// What is wrong.
+        why: String,
+    },
+    /// Parts are missing.
+    #[error(
+        "{missing} of {parts} parts are missing in {}: run what is missing (`gravcal study run` does only that), or name the \
+         folders of the other shards, too",
+        folders.iter().map(|folder| folder.display().to_string()).collect::<Vec<_>>().join(", ")
+    )]
+    Incomplete {
+        /// How many are missing.
+        missing: usize,
+        /// Of how many.
+        parts: usize,
+        /// Where they were looked for.
+        folders: Vec<PathBuf>,
+    },
+    /// All parts are there, but not in one table.
+    #[error("{}: all parts are there, but not yet put together: `gravcal study merge {}`", folder.display(), folder.display())]
+    NotMerged {
+        /// The folder.
+        folder: PathBuf,
+    },
+    /// A table cannot be read.
+    #[error("{}: this is no table of trials: {why}", path.display())]
+    Table {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        why: String,
+    },
+    /// An estimator has nothing to do at one of the points.
+    #[error("{point}estimator `{estimator}`: {why}")]
+    Unsuitable {
+        /// The estimator.
+        estimator: String,
+        /// With which changes.
+        point: String,
+        /// Why.
+        why: String,
+    },
+    /// An estimator or a solver does not go with what a session says.
+    #[error("{point}{error}")]
+    Choice {
+        /// With which changes.
+        point: String,
+        /// Why.
+        error: UnsuitableChoice,
+    },
+    /// A file cannot be written.
+    #[error(transparent)]
+    Write(#[from] WriteError),
+    /// The operating system refuses.
+    #[error("{}: {cause}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// What it says.
+        cause: std::io::Error,
+    },
+}

@@ -1,0 +1,124 @@
+//! Runs what is missing of a study.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use gravcal_calibration::check_choice;
+use gravcal_estimation::Solver;
+use rayon::prelude::*;
+
+use super::BatchError;
+use super::folder::StudyFolder;
+use super::part::Part;
+use super::trial::{self, Took, Which, bounds_of, nothing_to_do};
+use crate::bounds::Bounds;
+use crate::plan::Study;
+
+/// What a run is handed.
+pub struct Helpers<'a> {
+    /// The methods by their names.
+    pub solvers: &'a [(String, Box<dyn Solver>)],
+    /// A clock; nothing but the table of times depends on it.
+    pub clock: &'a (dyn Fn() -> Duration + Sync),
+    /// Told how many trials are done, and how many there are.
+    pub progress: &'a (dyn Fn(u64, u64) + Sync),
+    /// Set by whoever wants the run to stop: parts that are not done are then given up.
+    pub stop: &'a AtomicBool,
+}
+
+/// A share of the parts: every `of`-th, from `number` (counted from 1) on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Which one.
+    pub number: usize,
+    /// Of how many.
+    pub of: usize,
+}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// All parts of the shard are done.
+    Done {
+        /// Trials that this run did.
+        trials: u64,
+    },
+    /// Stopped before; what is done stays.
+    Stopped,
+}
+
+/// Runs the parts of a shard that the folder does not have yet, in parallel.
+///
+/// # Errors
+/// An estimator or solver cannot take a session, or a part cannot be written. A trial that fails is a row.
+pub fn run(study: &Study, folder: &StudyFolder, shard: Shard, helpers: &Helpers<'_>) -> Result<Ended, BatchError> {
+    if folder.is_complete() {
+        return Ok(Ended::Done { trials: 0 });
+    }
+    check(study, folder, helpers)?;
+    let done = folder.done()?;
+    let parts: Vec<Part> = folder.manifest.parts();
+    let own = parts.into_iter().filter(|part| part.number % shard.of == shard.number - 1);
+    let missing: Vec<Part> = own.filter(|part| !done.contains(&part.number)).collect();
+    let total: u64 = missing.iter().map(|part| part.trials.end - part.trials.start).sum();
+    let bounds: Vec<Option<Bounds>> = (0..study.points.len()).map(|point| bounds_of_point(study, point)).collect();
+    let counted = std::sync::atomic::AtomicU64::new(0);
+    let tell = || (helpers.progress)(counted.fetch_add(1, Ordering::Relaxed) + 1, total);
+    (helpers.progress)(0, total);
+    missing
+        .par_iter()
+        .try_for_each(|part| run_part(study, folder, part, bounds[part.point].as_ref(), helpers, &tell))?;
+    Ok(if helpers.stop.load(Ordering::Relaxed) { Ended::Stopped } else { Ended::Done { trials: total } })
+}
+
+fn run_part(
+    study: &Study,
+    folder: &StudyFolder,
+    part: &Part,
+    bounds: Option<&Bounds>,
+    helpers: &Helpers<'_>,
+    tell: &dyn Fn(),
+) -> Result<(), BatchError> {
+    let mut rows = Vec::new();
+    let mut all = Took::default();
+    for trial in part.trials.clone() {
+        if helpers.stop.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let (of_trial, took) = trial::run(Which { study, point: part.point, trial, bounds }, helpers);
+        rows.extend(of_trial);
+        all.simulating += took.simulating;
+        all.calibrating += took.calibrating;
+        tell();
+    }
+    folder.write(part, &rows, all)
+}
+
+/// The bounds of a point whose trials differ in their noise only. Where there are none, trials say why.
+fn bounds_of_point(study: &Study, point: usize) -> Option<Bounds> {
+    let point = &study.points[point];
+    if point.bound_varies() {
+        return None;
+    }
+    let instance = point.instance(0, &study.quantities).ok()?;
+    bounds_of(study, point, &instance).ok()
+}
+
+/// Whether each estimator and solver can take a first trial of each point.
+fn check(study: &Study, folder: &StudyFolder, helpers: &Helpers<'_>) -> Result<(), BatchError> {
+    for (index, point) in study.points.iter().enumerate() {
+        let Ok(instance) = point.instance(0, &study.quantities) else { continue };
+        let told = folder.manifest.told(index);
+        let at = || if told.is_empty() { String::new() } else { format!("at {told}: ") };
+        for (_, solver) in helpers.solvers {
+            check_choice(&instance.session, &study.estimators, solver.as_ref())
+                .map_err(|error| BatchError::Choice { point: at(), error })?;
+        }
+        for estimator in &study.estimators {
+            if let Some(why) = nothing_to_do(*estimator, &instance.session) {
+                return Err(BatchError::Unsuitable { estimator: estimator.to_string(), point: at(), why });
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,167 @@
+//! One trial: every estimator with every solver on the same readings.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
+
+use gravcal_calibration::joint::Signals;
+use gravcal_calibration::result::Brief;
+use gravcal_calibration::{EstimatorName, Session, Workbench, calibrate_briefly};
+
+use super::row::{Cell, Outcome, Row};
+use super::run::Helpers;
+use crate::bounds::Bounds;
+use crate::plan::{Instance, Point, Study};
+use crate::quantities::Measured;
+
+/// Half-width of a 95 % interval of a component of gravity, in its standard deviations.
+const NORMAL_95: f64 = 1.959_963_984_540_054;
+
+/// How long a trial took.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Took {
+    pub simulating: Duration,
+    pub calibrating: Duration,
+}
+
+/// Which trial.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Which<'a> {
+    pub study: &'a Study,
+    pub point: usize,
+    pub trial: u64,
+    /// The bounds of the point, where they are the same for all its trials.
+    pub bounds: Option<&'a Bounds>,
+}
+
+/// Runs it. A failure of whatever kind, a panic included, is a row with its reason.
+pub(super) fn run(which: Which<'_>, helpers: &Helpers<'_>) -> (Vec<Row>, Took) {
+    let began = (helpers.clock)();
+    let failed = |reason: String| which.rows(helpers.solvers.len()).map(|row| row.failed(reason.clone())).collect();
+    let point = &which.study.points[which.point];
+    let instance = match guarded(|| point.instance(which.trial, &which.study.quantities)) {
+        Ok(instance) => instance,
+        Err(reason) => return (failed(reason), Took::default()),
+    };
+    let own;
+    let bounds = match which.bounds {
+        Some(bounds) => bounds,
+        None => {
+            own = guarded(|| bounds_of(which.study, point, &instance)).unwrap_or_default();
+            &own
+        }
+    };
+    let simulated = (helpers.clock)();
+    let mut rows: Vec<Row> = which.rows(helpers.solvers.len()).collect();
+    for (solver, (_, method)) in helpers.solvers.iter().enumerate() {
+        let quiet = |_: &str| {};
+        let workbench = Workbench::new(method.as_ref(), &quiet);
+        let answers = guarded(|| Ok(calibrate_briefly(&instance.session, &which.study.estimators, &workbench)));
+        for row in rows.iter_mut().filter(|row| row.solver == solver) {
+            let estimator = which.study.estimators[row.estimator];
+            let answer = match &answers {
+                Ok(answers) => answers[row.estimator].as_ref().map_err(ToString::to_string),
+                Err(reason) => Err(reason.clone()),
+            };
+            row.fill(answer, &instance, bounds.of(signals_of(estimator)));
+        }
+    }
+    let took =
+        Took { simulating: simulated.saturating_sub(began), calibrating: (helpers.clock)().saturating_sub(simulated) };
+    (rows, took)
+}
+
+/// The bounds of the readings that a study's estimators use.
+pub(super) fn bounds_of(study: &Study, point: &Point, instance: &Instance) -> Result<Bounds, String> {
+    let used = |signals| study.estimators.iter().any(|estimator| signals_of(*estimator) == signals);
+    let wanted = [used(Signals::PaperSteps), used(Signals::All)];
+    point.bounds(instance, &wanted).map_err(|error| error.to_string())
+}
+
+/// The readings that an estimator uses.
+fn signals_of(estimator: EstimatorName) -> Signals {
+    match estimator {
+        EstimatorName::Sequential | EstimatorName::JointPaperSignals => Signals::PaperSteps,
+        EstimatorName::Joint => Signals::All,
+    }
+}
+
+/// Whatever happens inside ends as a reason.
+fn guarded<T>(what: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(what)).unwrap_or_else(|panic| {
+        let said = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let said = said.or_else(|| panic.downcast_ref::<String>().cloned());
+        Err(format!("panicked: {}", said.unwrap_or_else(|| "nothing said".to_owned())))
+    })
+}
+
+impl Which<'_> {
+    /// Rows without an answer.
+    fn rows(&self, solvers: usize) -> impl Iterator<Item = Row> {
+        let (point, trial, estimators) = (self.point, self.trial, self.study.estimators.len());
+        let cells = vec![Cell::EMPTY; self.study.quantities.len()];
+        (0..estimators).flat_map(move |estimator| (0..solvers).map(move |solver| (estimator, solver))).map(
+            move |(estimator, solver)| Row {
+                point,
+                trial,
+                estimator,
+                solver,
+                outcome: Outcome::Failed,
+                reason: None,
+                iterations: 0,
+                cells: cells.clone(),
+            },
+        )
+    }
+}
+
+impl Row {
+    fn failed(self, reason: String) -> Row {
+        Row { reason: Some(reason), ..self }
+    }
+
+    fn fill(&mut self, answer: Result<&Brief, String>, instance: &Instance, bounds: &[Option<f64>]) {
+        for ((place, _), bound) in instance.measured.iter().zip(bounds) {
+            self.cells[*place].bound = bound.unwrap_or(f64::NAN);
+        }
+        let brief = match answer {
+            Ok(brief) => brief,
+            Err(reason) => return self.reason = Some(reason),
+        };
+        self.outcome = brief.verdict.into();
+        self.iterations = brief.iterations as u64;
+        if self.outcome == Outcome::Failed {
+            return self.reason = Some(brief.termination.clone());
+        }
+        for (place, measured) in &instance.measured {
+            let cell = &mut self.cells[*place];
+            if let Some((error, std, inside)) = compare(*measured, brief, instance) {
+                *cell = Cell { error, std, inside: Some(inside), ..*cell };
+            }
+        }
+    }
+}
+
+/// Error, standard deviation, and whether the interval holds the truth, of a quantity that is determined.
+fn compare(measured: Measured, brief: &Brief, instance: &Instance) -> Option<(f64, f64, bool)> {
+    let truth = measured.of(&instance.truth);
+    match measured {
+        Measured::Gravity(axis) => {
+            let gravity = brief.gravity.as_ref()?;
+            let (error, std) = (gravity.vector_m_per_s2[axis] - truth, gravity.std_m_per_s2[axis]);
+            Some((error, std, error.abs() <= NORMAL_95 * std))
+        }
+        Measured::Sensor(..) => {
+            let name = measured.name(&instance.session);
+            let told = brief.parameters.iter().find(|told| told.name == name).filter(|told| told.determined)?;
+            let [low, high] = told.ci95?;
+            Some((told.value? - truth, told.std?, (low..=high).contains(&truth)))
+        }
+    }
+}
+
+/// Why an estimator could do nothing with such a session, if it could not.
+pub(super) fn nothing_to_do(estimator: EstimatorName, session: &Session) -> Option<String> {
+    let along_steps = estimator != EstimatorName::Joint;
+    let no_sweeps = along_steps && gravcal_calibration::sequential::Plan::new(session).sweeps.is_empty();
+    no_sweeps.then(|| "the poses have no sweeps, which the paper's steps are made of".to_owned())
+}

@@ -1,0 +1,97 @@
+//! What a study compares: `study.toml`, read and checked.
+//!
+//! ```toml
+//! simulation = "../sarcos-shoulder/simulation.toml"   # robot, poses, truth, disturbances
+//! # or random_arms = { know = "nominal" }    # a family of robots, one a trial; know = "nothing": see `gravcal_study::random_arms`
+//! trials = 1000                              # at each point
+//! seed = 1                                   # optional: that of the simulation without it
+//! estimators = ["sequential", "joint"]
+//! solvers = ["levenberg-marquardt"]          # optional
+//!
+//! [[change]]                                 # optional: what is other than in the simulation's file, at every point
+//! field = "torque.converter"                 # keys with dots between; 0, 1, … or * (every one) for the elements of a list
+//! drop = true                                # or value = …
+//!
+//! [[change]]
+//! field = "session.loss"                     # fields of `session` are those of session.toml: what the estimators are told
+//! value = { kind = "huber" }
+//!
+//! [[vary]]                                   # optional: the points are the grid of all of these
+//! name = "noise"
+//! unit = "count"                             # optional
+//! field = "torque.std"                       # or a list of fields, which all get the value
+//! values = [0.1, 0.3, 1.0]
+//!
+//! [[vary]]
+//! name = "range of motion"
+//! unit = "deg"
+//! cases = [                                  # several changes at once, with a name: a text or a number
+//!     { name = 180, change = [{ field = "sweep.*.range_deg", value = [-90, 90] }] },
+//!     { name = 60, change = [{ field = "sweep.*.range_deg", value = [-30, 30] }] },
+//! ]
+//!
+//! [draw]                                     # optional: each trial has its own truth, within ± of the simulation's
+//! torque_gain_relative = 0.3
+//! torque_bias = 100                          # unit of the torque reading
+//! position_gain_relative = 0.03
+//! position_offset_deg = 20                   # but for the offsets that are choices of frames
+//! gravity_deg = 10                           # angle by which gravity's direction is off
+//! ```
+//!
+//! Paths are relative to the study, and in `session` too.
+
+mod change;
+mod draw;
+mod file;
+mod point;
+mod read;
+mod source;
+
+use std::path::{Path, PathBuf};
+
+use gravcal_calibration::EstimatorName;
+use gravcal_calibration::document::FileError;
+
+pub(crate) use point::Instance;
+pub use point::{Axis, Point};
+pub use read::StudyError;
+
+/// A study, with everything that its results depend on.
+#[derive(Debug)]
+pub struct Study {
+    /// The file that says it.
+    pub path: PathBuf,
+    /// Trials at each point.
+    pub trials: u64,
+    /// What is compared.
+    pub estimators: Vec<EstimatorName>,
+    /// Names of the solvers that each estimator runs with.
+    pub solvers: Vec<String>,
+    /// What is varied.
+    pub axes: Vec<Axis>,
+    /// The grid, the last axis running fastest; one point where nothing is varied.
+    pub points: Vec<Point>,
+    /// Name and unit of each quantity whose errors are measured.
+    pub quantities: Vec<(String, String)>,
+    /// SHA-256 of all that the results depend on: the version of the program, what is said, the contents of the files that
+    /// are named.
+    pub fingerprint: String,
+}
+
+impl Study {
+    /// Reads `study.toml` and everything it names.
+    ///
+    /// # Errors
+    /// Names the file, the line and the field, and the point where a varied value does not fit.
+    pub fn read(path: &Path) -> Result<Study, StudyError> {
+        read::read(path)
+    }
+
+    /// An error in the field that names the solvers, for who knows which there are.
+    ///
+    /// # Errors
+    /// The study's file can no longer be read.
+    pub fn solver_error(&self, message: impl std::fmt::Display) -> Result<FileError, FileError> {
+        read::solver_error(&self.path, message)
+    }
+}

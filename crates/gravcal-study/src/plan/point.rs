@@ -1,0 +1,92 @@
+//! One point of a study's grid: how its trials are made.
+
+use gravcal_calibration::Session;
+use gravcal_calibration::joint::{EstimateError, Unknowns};
+use gravcal_calibration::parameter::ParameterId;
+use serde::{Deserialize, Serialize};
+
+use super::source::{Drawn, Source};
+use crate::bounds::Bounds;
+use crate::quantities::Measured;
+
+/// What is varied, and the values it takes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Axis {
+    /// In words.
+    pub name: String,
+    /// Unit of the values.
+    pub unit: Option<String>,
+    /// The values in words.
+    pub labels: Vec<String>,
+    /// The values, where all of them are numbers.
+    pub numbers: Option<Vec<f64>>,
+}
+
+/// One point.
+#[derive(Debug)]
+pub struct Point {
+    /// Place on each axis.
+    pub places: Vec<usize>,
+    pub(super) source: Source,
+    pub(super) seed: u64,
+}
+
+/// One trial: what is to be calibrated, and the truth.
+pub(crate) struct Instance {
+    pub session: Session,
+    /// In the session's own terms.
+    pub truth: Unknowns,
+    /// What is measured of it, with the place among the study's quantities.
+    pub measured: Vec<(usize, Measured)>,
+}
+
+impl Point {
+    /// The trial of this number, which with the seed alone decides everything random.
+    pub(crate) fn instance(&self, trial: u64, names: &[(String, String)]) -> Result<Instance, String> {
+        let Drawn { simulation, mut session } = self.source.draw(self.seed, trial)?;
+        let drawn = simulation.session(trial);
+        let stated: Vec<_> = std::mem::take(&mut session.poses);
+        session.poses = drawn.poses;
+        session.saturated = drawn.saturated;
+        // A session may keep the noise of the readings to itself.
+        for (pose, stated) in session.poses.iter_mut().zip(&stated) {
+            for (reading, stated) in pose.torque.iter_mut().zip(&stated.torque) {
+                if let (Some(reading), Some(stated)) = (reading, stated) {
+                    reading.std = stated.std;
+                }
+            }
+        }
+        let truth = in_terms_of(&session, &simulation.template, &simulation.truth);
+        let place = |measured: &Measured| {
+            let name = measured.name(&session);
+            names.iter().position(|(known, _)| *known == name)
+        };
+        let all = crate::quantities::measured_quantities(&session);
+        let measured = all.into_iter().filter_map(|m| Some((place(&m)?, m))).collect();
+        Ok(Instance { session, truth, measured })
+    }
+
+    /// Whether the Cramér-Rao bound differs from trial to trial.
+    pub(crate) fn bound_varies(&self) -> bool {
+        self.source.varies()
+    }
+
+    /// The bounds of one trial's readings.
+    pub(crate) fn bounds(&self, instance: &Instance, readings: &[bool; 2]) -> Result<Bounds, EstimateError> {
+        Bounds::new(&instance.session, &instance.truth, &instance.measured, readings)
+    }
+}
+
+/// The truth in the terms of a session that may declare more, or less, than the simulation has: what the simulation does not
+/// have is at its nominal value, which is that of a sensor without it.
+fn in_terms_of(session: &Session, template: &Session, truth: &Unknowns) -> Unknowns {
+    let mut own = Unknowns { further: Unknowns::nominal(session).further, ..truth.clone() };
+    for (index, parameter) in session.further.iter().enumerate() {
+        let name = parameter.name();
+        let same = template.further.iter().position(|other| other.name() == name);
+        if let Some(same) = same {
+            *own.value_mut(ParameterId::Further(index)) = truth.value(ParameterId::Further(same));
+        }
+    }
+    own
+}

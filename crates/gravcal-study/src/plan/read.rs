@@ -1,0 +1,437 @@
+//! Reads `study.toml`.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use gravcal_calibration::EstimatorName;
+use gravcal_calibration::document::{Document, Field, FileError};
+use gravcal_calibration::session::{Session, SessionError};
+use gravcal_calibration::simulation::{SimulateError, Simulation, write_session};
+use sha2::{Digest, Sha256};
+use thiserror::Error;
+use toml::{Table, Value};
+
+use super::change::Change;
+use super::draw::Draw;
+use super::file::{ChangeTable, DrawTable, StudyTable, VaryTable};
+use super::source::Source;
+use super::{Axis, Point, Study};
+use crate::quantities::measured_quantities;
+use crate::random_arms::Knowing;
+
+/// A study cannot be read.
+#[derive(Debug, Error)]
+pub enum StudyError {
+    /// Something is wrong in its file.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// One of its points makes no simulation.
+    #[error("{error}\n  {point}")]
+    Simulation {
+        /// What is wrong with the simulation.
+        error: FileError,
+        /// With which changes.
+        point: String,
+    },
+    /// One of its points makes no session.
+    #[error("{error}\n  {point}")]
+    Session {
+        /// What is wrong with the session.
+        error: SessionError,
+        /// With which changes.
+        point: String,
+    },
+    /// A session could not be tried out.
+    #[error(transparent)]
+    Trial(#[from] SimulateError),
+    /// There is no place for temporary files.
+    #[error("a session cannot be tried out: {0}")]
+    Temporary(#[from] std::io::Error),
+}
+
+/// Fields that begin so are those of the session.
+const SESSION: &str = "session.";
+/// Points beyond which a grid is a mistake.
+const MOST_POINTS: usize = 10_000;
+/// Arms that are looked at for the names of their joints.
+const ARMS: u64 = 100;
+
+pub(super) fn solver_error(path: &Path, message: impl std::fmt::Display) -> Result<FileError, FileError> {
+    Ok(Document::read(path)?.error(&Field::new("solvers"), message))
+}
+
+pub(super) fn read(path: &Path) -> Result<Study, StudyError> {
+    let document = Document::read(path)?;
+    let table: StudyTable = document.parse()?;
+    Reader { document: &document, table: &table }.study()
+}
+
+/// The file being read.
+struct Reader<'a> {
+    document: &'a Document,
+    table: &'a StudyTable,
+}
+
+/// A named case on an axis, and what it changes.
+struct Case {
+    label: String,
+    number: Option<f64>,
+    changes: Vec<Change>,
+}
+
+impl Reader<'_> {
+    fn study(&self) -> Result<Study, StudyError> {
+        let trials = self.trials()?;
+        let estimators = self.estimators()?;
+        let common = self.changes(&self.table.change, &Field::new("change"))?;
+        let cases = self.cases()?;
+        let axes: Vec<Axis> = self.table.vary.iter().zip(&cases).map(|(vary, cases)| axis(vary, cases)).collect();
+        let mut hash = Sha256::new();
+        self.hash_what_is_said(&mut hash);
+        let points = match (&self.table.simulation, &self.table.random_arms) {
+            (Some(written), None) => self.grid(written, &common, &axes, &cases, &mut hash)?,
+            (None, Some(family)) => {
+                let point = self.random_arms(&family.know, &common, &cases)?;
+                vec![point]
+            }
+            (Some(_), Some(_)) => {
+                return Err(self.error("random_arms", "a study has a simulation or random arms").into());
+            }
+            (None, None) => {
+                return Err(self
+                    .error("simulation", "what is simulated? name a simulation.toml, or say random_arms")
+                    .into());
+            }
+        };
+        let quantities = quantities(&points);
+        Ok(Study {
+            path: self.document.path().to_owned(),
+            trials,
+            estimators,
+            solvers: self.table.solvers.clone(),
+            axes,
+            points,
+            quantities,
+            fingerprint: hex(&hash.finalize()),
+        })
+    }
+
+    fn error(&self, key: &str, message: impl std::fmt::Display) -> FileError {
+        self.document.error(&Field::new(key), message)
+    }
+
+    fn trials(&self) -> Result<u64, FileError> {
+        match self.table.trials {
+            0 => Err(self.error("trials", "no trial is no study: expected 1 or more")),
+            trials => Ok(trials),
+        }
+    }
+
+    fn estimators(&self) -> Result<Vec<EstimatorName>, FileError> {
+        let field = Field::new("estimators");
+        if self.table.estimators.is_empty() {
+            let known = EstimatorName::ALL.map(EstimatorName::as_str).join(", ");
+            return Err(self.document.error(&field, format!("which estimators are compared? there is: {known}")));
+        }
+        self.document.check_names(self.table.estimators.iter().map(String::as_str), |index| field.at(index))?;
+        let solvers = Field::new("solvers");
+        self.document.check_names(self.table.solvers.iter().map(String::as_str), |index| solvers.at(index))?;
+        let named = self.table.estimators.iter().enumerate();
+        named.map(|(i, name)| name.parse().map_err(|error| self.document.error(&field.at(i), error))).collect()
+    }
+
+    fn changes(&self, tables: &[ChangeTable], field: &Field) -> Result<Vec<Change>, FileError> {
+        let mut changes = Vec::new();
+        for (index, table) in tables.iter().enumerate() {
+            let value = match (&table.value, table.drop) {
+                (Some(value), false) => Some(value.clone()),
+                (None, true) => None,
+                (Some(_), true) => return Err(self.document.error(&field.at(index), "either a value, or drop = true")),
+                (None, false) => {
+                    return Err(self.document.error(&field.at(index), "to what? say value = …, or drop = true"));
+                }
+            };
+            changes.extend(table.field.list().iter().map(|name| Change { field: name.clone(), value: value.clone() }));
+        }
+        Ok(changes)
+    }
+
+    /// What is varied, axis by axis.
+    fn cases(&self) -> Result<Vec<Vec<Case>>, FileError> {
+        let field = |index: usize| Field::new("vary").at(index);
+        let names = self.table.vary.iter().map(|vary| vary.name.as_str());
+        self.document.check_names(names, |index| field(index).key("name"))?;
+        let axes = self.table.vary.iter().enumerate();
+        let axes = axes.map(|(index, vary)| self.cases_of(vary, &field(index))).collect::<Result<Vec<_>, _>>()?;
+        let points = axes.iter().map(Vec::len).try_fold(1usize, usize::checked_mul);
+        match points {
+            Some(points) if points <= MOST_POINTS => Ok(axes),
+            _ => Err(self.error("vary", format!("the grid has more than {MOST_POINTS} points: vary less at once"))),
+        }
+    }
+
+    fn cases_of(&self, vary: &VaryTable, field: &Field) -> Result<Vec<Case>, FileError> {
+        let empty = |key: &str| self.document.error(&field.key(key), "the list is empty: nothing to vary");
+        match (&vary.field, &vary.values, &vary.cases) {
+            (Some(names), Some(values), None) => {
+                if values.is_empty() {
+                    return Err(empty("values"));
+                }
+                let change = |value: &Value| {
+                    let value = Some(value.clone());
+                    names.list().iter().map(|name| Change { field: name.clone(), value: value.clone() }).collect()
+                };
+                Ok(values.iter().map(|value| case(value, change(value))).collect())
+            }
+            (None, None, Some(cases)) => {
+                if cases.is_empty() {
+                    return Err(empty("cases"));
+                }
+                let numbered = cases.iter().enumerate();
+                numbered
+                    .map(|(index, table)| {
+                        let changes = field.key("cases").at(index).key("change");
+                        Ok(case(&table.name, self.changes(&table.change, &changes)?))
+                    })
+                    .collect()
+            }
+            _ => Err(self.document.error(field, "expected `field` and `values`, or `cases`")),
+        }
+    }
+
+    fn random_arms(&self, know: &str, common: &[Change], cases: &[Vec<Case>]) -> Result<Point, FileError> {
+        if !common.is_empty() || !cases.is_empty() || self.table.draw.is_some() {
+            return Err(self.error(
+                "random_arms",
+                "change, vary and draw go with a simulation: random arms are drawn as they are",
+            ));
+        }
+        let field = Field::new("random_arms").key("know");
+        let known = ["nominal", "nothing"];
+        let knowing = [Knowing::Nominal, Knowing::Nothing][self.document.lookup(&field, "knowledge", know, &known)?];
+        Ok(Point { places: Vec::new(), source: Source::RandomArms(knowing), seed: self.table.seed.unwrap_or(0) })
+    }
+
+    fn grid(
+        &self,
+        written: &str,
+        common: &[Change],
+        axes: &[Axis],
+        cases: &[Vec<Case>],
+        hash: &mut Sha256,
+    ) -> Result<Vec<Point>, StudyError> {
+        let field = Field::new("simulation");
+        let path = self.document.resolve_path(&field, written)?;
+        let named_by = |error: FileError| error.with_note(self.document.named_by(&field, written));
+        let base: Table = Document::read(&path).map_err(named_by)?.parse()?;
+        let draw = self.table.draw.map(|table| self.draw(&table)).transpose()?;
+        let count: usize = cases.iter().map(Vec::len).product();
+        (0..count)
+            .map(|index| {
+                let places = places(index, cases);
+                let chosen = cases.iter().zip(&places).flat_map(|(cases, place)| &cases[*place].changes);
+                let changes: Vec<&Change> = common.iter().chain(chosen).collect();
+                let told = told(axes, &places);
+                let at = PointFiles { reader: self, path: &path, base: &base, changes: &changes, told: &told };
+                let (simulation, session) = at.make(hash)?;
+                let seed = self.table.seed.unwrap_or(simulation.seed);
+                let source = Source::Simulation { simulation: Box::new(simulation), session: Box::new(session), draw };
+                Ok(Point { places, source, seed })
+            })
+            .collect()
+    }
+
+    fn draw(&self, table: &DrawTable) -> Result<Draw, FileError> {
+        let field = |key: &str| Field::new("draw").key(key);
+        let not_negative = |key: &str, value: f64, most: f64| match value {
+            value if (0.0..=most).contains(&value) => Ok(value),
+            value => Err(self.document.error(&field(key), format!("{value}: expected 0 to {most}"))),
+        };
+        Ok(Draw {
+            torque_gain: not_negative("torque_gain_relative", table.torque_gain_relative, 0.99)?,
+            torque_bias: not_negative("torque_bias", table.torque_bias, f64::MAX)?,
+            position_gain: not_negative("position_gain_relative", table.position_gain_relative, 0.99)?,
+            position_offset: not_negative("position_offset_deg", table.position_offset_deg, 180.0)?.to_radians(),
+            gravity: not_negative("gravity_deg", table.gravity_deg, 180.0)?.to_radians(),
+        })
+    }
+
+    fn hash_what_is_said(&self, hash: &mut Sha256) {
+        let StudyTable { trials, seed, estimators, solvers, draw, random_arms, .. } = self.table;
+        let version = env!("CARGO_PKG_VERSION");
+        hash.update(format!("{version} {trials} {seed:?} {estimators:?} {solvers:?} {draw:?} {random_arms:?}"));
+    }
+}
+
+/// Makes simulation and session of one point.
+struct PointFiles<'a> {
+    reader: &'a Reader<'a>,
+    path: &'a Path,
+    base: &'a Table,
+    changes: &'a [&'a Change],
+    told: &'a str,
+}
+
+impl PointFiles<'_> {
+    fn make(&self, hash: &mut Sha256) -> Result<(Simulation, Session), StudyError> {
+        let mut table = self.base.clone();
+        self.change(&mut table, false)?;
+        let text = toml::to_string(&table).map_err(|error| self.refused(error))?;
+        let simulation = Document::of(self.path, text.clone()).and_then(|document| Simulation::of(&document));
+        let simulation = simulation.map_err(|error| StudyError::Simulation { error, point: self.told.to_owned() })?;
+        if simulation.motion.is_some() {
+            let error = self.refused("a study draws static poses, and this simulation makes recordings: add [[change]] field = \"recording\", drop = true");
+            return Err(error.into());
+        }
+        hash.update(&text);
+        let session = self.session(&simulation, hash)?;
+        for input in simulation.template.inputs.iter().chain(&session.inputs) {
+            hash.update(fs::read(input).unwrap_or_default());
+        }
+        Ok((simulation, session))
+    }
+
+    fn refused(&self, message: impl std::fmt::Display) -> FileError {
+        let error = self.reader.document.error(&Field::new("simulation"), message);
+        if self.told.is_empty() { error } else { error.with_note(self.told.to_owned()) }
+    }
+
+    fn change(&self, table: &mut Table, of_session: bool) -> Result<(), FileError> {
+        for change in self.changes {
+            let own = change.field.strip_prefix(SESSION);
+            let applies = match own {
+                Some(own) => of_session.then(|| Change { field: own.to_owned(), value: change.value.clone() }),
+                None => (!of_session).then(|| (*change).clone()),
+            };
+            if let Some(change) = applies {
+                change.make(table).map_err(|why| {
+                    self.refused(format!("{why} in its {}", if of_session { "session" } else { "file" }))
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The session as a user would have it: written for a first trial, changed, and read.
+    fn session(&self, simulation: &Simulation, hash: &mut Sha256) -> Result<Session, StudyError> {
+        let folder = tempfile::tempdir()?;
+        let files = write_session(simulation, 0, folder.path(), false)?;
+        let mut table: Table = Document::read(&files[0])?.parse()?;
+        let robot = table.get("robot").cloned();
+        self.change(&mut table, true)?;
+        let mut said = table.clone();
+        if table.get("robot") == robot.as_ref() {
+            // What it holds counts, and not where this folder lies.
+            said.remove("robot");
+            table.get_mut("robot").into_iter().for_each(|robot| seen_from_anywhere(robot, folder.path()));
+        }
+        hash.update(toml::to_string(&said).map_err(|error| self.refused(error))?);
+        if let Some(Value::Array(poses)) = table.get_mut("poses") {
+            let files = poses.iter_mut().filter_map(|poses| poses.get_mut("file"));
+            files.for_each(|file| seen_from_anywhere(file, folder.path()));
+        }
+        let absolute = toml::to_string(&table).map_err(|error| self.refused(error))?;
+        let place = self.reader.document.path().with_file_name("session.toml");
+        let session =
+            Document::of(&place, absolute).map_err(SessionError::from).and_then(|document| Session::of(&document));
+        let mut session = session.map_err(|error| StudyError::Session { error, point: self.told.to_owned() })?;
+        let expected: usize = simulation.runs.iter().map(|run| run.poses()).sum();
+        if session.poses.len() != expected {
+            let found = session.poses.len();
+            return Err(self
+                .refused(format!("the session leaves out poses ({found} of {expected}): a study uses all"))
+                .into());
+        }
+        session.inputs.retain(|input| !input.starts_with(folder.path()));
+        Ok(session)
+    }
+}
+
+/// A path relative to `folder`, as text or as the `urdf` of a table, becomes absolute.
+fn seen_from_anywhere(written: &mut Value, folder: &Path) {
+    match written {
+        Value::String(path) => *path = absolute(folder.join(&path)),
+        Value::Table(table) => {
+            if let Some(Value::String(path)) = table.get_mut("urdf") {
+                *path = absolute(folder.join(&path));
+            }
+        }
+        _ => {}
+    }
+}
+
+fn absolute(path: PathBuf) -> String {
+    path.canonicalize().unwrap_or(path).to_string_lossy().into_owned()
+}
+
+fn case(name: &Value, changes: Vec<Change>) -> Case {
+    let number = name.as_float().or_else(|| name.as_integer().map(|integer| integer as f64));
+    let label = match name {
+        Value::String(text) => text.clone(),
+        _ => number.map_or_else(|| name.to_string(), |number| number.to_string()),
+    };
+    Case { label, number, changes }
+}
+
+fn axis(vary: &VaryTable, cases: &[Case]) -> Axis {
+    Axis {
+        name: vary.name.clone(),
+        unit: vary.unit.clone(),
+        labels: cases.iter().map(|case| case.label.clone()).collect(),
+        numbers: cases.iter().map(|case| case.number).collect(),
+    }
+}
+
+/// Place on each axis of a point of the grid; the last axis runs fastest.
+fn places(mut index: usize, cases: &[Vec<Case>]) -> Vec<usize> {
+    let mut places: Vec<usize> = cases
+        .iter()
+        .rev()
+        .map(|cases| {
+            let place = index % cases.len();
+            index /= cases.len();
+            place
+        })
+        .collect();
+    places.reverse();
+    places
+}
+
+/// `at noise = 0.3 count, range = 90 deg`; nothing where nothing is varied.
+fn told(axes: &[Axis], places: &[usize]) -> String {
+    let each = axes.iter().zip(places).map(|(axis, place)| {
+        let unit = axis.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+        format!("{} = {}{unit}", axis.name, axis.labels[*place])
+    });
+    let all = each.collect::<Vec<_>>().join(", ");
+    if all.is_empty() { all } else { format!("at {all}") }
+}
+
+/// Name and unit of everything that any trial measures.
+fn quantities(points: &[Point]) -> Vec<(String, String)> {
+    let mut quantities: Vec<(String, String)> = Vec::new();
+    let mut add = |session: &Session| {
+        for measured in measured_quantities(session) {
+            let name = measured.name(session);
+            if quantities.iter().all(|(known, _)| *known != name) {
+                quantities.push((name, measured.unit(session)));
+            }
+        }
+    };
+    for point in points {
+        match &point.source {
+            Source::Simulation { session, .. } => add(session),
+            Source::RandomArms(_) => {
+                let drawn = (0..ARMS).filter_map(|trial| point.source.draw(point.seed, trial).ok());
+                let mut sessions: Vec<Session> = drawn.map(|drawn| drawn.session).collect();
+                sessions.sort_by_key(|session| std::cmp::Reverse(session.joints.len()));
+                sessions.iter().for_each(&mut add);
+            }
+        }
+    }
+    quantities
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
