@@ -20,6 +20,7 @@ mod sensor_models;
 mod seven_joints;
 mod small_session;
 mod solvers;
+mod studies;
 mod tree;
 mod wrong_input;
 mod wrong_simulation;

@@ -109,6 +109,7 @@ fn run_study(arguments: &RunArguments) -> Result<Exit, Failure> {
     crate::calibrate::limit_threads(arguments.threads)?;
     let study = Study::read(&arguments.study).map_err(|error| Failure::bad_input(&error))?;
     let solvers = solvers(&study)?;
+    batch::check(&study, &solvers).map_err(|error| refused(&error))?;
     let names: Vec<String> = solvers.iter().map(|(name, _)| name.clone()).collect();
     let path = arguments.output.clone().unwrap_or_else(|| folder_beside(&arguments.study));
     let folder = StudyFolder::begin(&path, Manifest::new(&study, &names)).map_err(|error| refused(&error))?;

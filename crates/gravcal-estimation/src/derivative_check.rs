@@ -89,6 +89,14 @@ fn compare(residual: &dyn Residual, lengths: &[usize], x: &[f64], tolerance: f64
         Ok(r)
     };
     let mut jacobian = vec![0.0; rows * columns];
+    // What an author forgets to write in a pattern holds anything.
+    for (row, entries) in jacobian.chunks_exact_mut(columns.max(1)).enumerate() {
+        residual
+            .row_pattern(row)
+            .iter()
+            .flat_map(|ranges| ranges.iter())
+            .for_each(|range| entries[range.clone()].fill(f64::NAN));
+    }
     let mut r = vec![0.0; rows];
     residual.evaluate(LocalValues::new(x, &offsets), &mut r, Some(RowsMut::new(&mut jacobian, columns)))?;
 
@@ -135,6 +143,8 @@ pub(crate) fn panic_message(panic: &(dyn Any + Send)) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::Range;
+
     use super::*;
     use crate::testing::Line;
     use crate::{Block, BlockId, ProblemBuilder};
@@ -174,5 +184,44 @@ mod tests {
         }
         let told = check_derivatives(&Third(id), &[2], &[1.0, 2.0], 1e-9).unwrap_err().to_string();
         assert!(told.starts_with("the residual panicked: index out of bounds"), "{told}");
+    }
+
+    /// `x₀ + x₁`, with a pattern of both, of which one entry is left as it was.
+    #[derive(Debug)]
+    struct Forgetful(BlockId, Range<usize>);
+
+    impl Residual for Forgetful {
+        fn blocks(&self) -> &[BlockId] {
+            std::slice::from_ref(&self.0)
+        }
+
+        fn len(&self) -> usize {
+            1
+        }
+
+        fn row_pattern(&self, _row: usize) -> Option<&[Range<usize>]> {
+            Some(std::slice::from_ref(&self.1))
+        }
+
+        fn evaluate(
+            &self,
+            x: LocalValues<'_>,
+            residual: &mut [f64],
+            jacobian: Option<RowsMut<'_>>,
+        ) -> Result<(), EvaluateError> {
+            residual[0] = x.block(0)[0] + 0.0 * x.block(0)[1];
+            if let Some(mut rows) = jacobian {
+                rows.row(0)[0] = 1.0;
+            }
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn an_entry_of_a_pattern_that_is_not_written_is_found() {
+        let id = ProblemBuilder::new().add_block(Block::vector("x", "", &["a", "b"]), &[1.0, 2.0]);
+        let check = |pattern| check_derivatives(&Forgetful(id, pattern), &[2], &[1.0, 2.0], 1e-9);
+        assert_eq!(check(0..1), Ok(()));
+        assert!(matches!(check(0..2), Err(DerivativeMismatch::Entry { row: 0, column: 1, .. })));
     }
 }

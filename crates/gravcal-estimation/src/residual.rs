@@ -23,12 +23,14 @@ pub trait Residual: Debug + Send + Sync {
     }
 
     /// Local columns that one row can touch, as ascending ranges that do not meet; `None`: all. Constant, and an
-    /// entry outside of it is not read. Saves work where rows touch few of the columns.
+    /// entry outside of it is not read. Saves work where rows touch few of the columns; who gives patterns for all rows writes
+    /// every entry in them, zeros too.
     fn row_pattern(&self, _row: usize) -> Option<&[Range<usize>]> {
         None
     }
 
-    /// Writes `r(x)` and, where asked, `∂r/∂x` by the stored coordinates. The Jacobian comes in zeroed.
+    /// Writes `r(x)` and, where asked, `∂r/∂x` by the stored coordinates. The Jacobian comes in zeroed, but for
+    /// the entries in the rows' [patterns](Residual::row_pattern).
     ///
     /// # Errors
     /// Where the model is not defined at `x`; a solver shortens its step then.

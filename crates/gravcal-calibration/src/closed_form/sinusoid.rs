@@ -1,7 +1,7 @@
 //! One sweep: for a fixed position gain `s`, `y = a sin(s q) + c cos(s q) + e` is linear in `(a, c, e)`.
 //! A search over `s` alone (variable projection) gives the rest.
 
-use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector, Dyn, Matrix3, OMatrix, U4, Vector3};
 
 /// `(a, c, e)` of one sweep at a fixed position gain.
 #[derive(Clone, Debug)]
@@ -10,8 +10,6 @@ pub(crate) struct LinearSinusoid {
     pub coefficients: Vector3<f64>,
     /// Covariance of the coefficients for readings of unit variance.
     pub unit_covariance: Matrix3<f64>,
-    /// Sum of squared residuals.
-    pub sum_of_squares: f64,
 }
 
 /// Fits `(a, c, e)` to `(q, y)` pairs, `e` held at `bias` where that is known. `None` where the pairs do not
@@ -26,7 +24,7 @@ pub(crate) fn fit_sinusoid(readings: &[(f64, f64)], position_gain: f64, bias: Op
         [angle.sin(), angle.cos(), 1.0][column]
     });
     let measured = DVector::from_iterator(readings.len(), readings.iter().map(|r| r.1 - bias.unwrap_or(0.0)));
-    let factored = design.clone().qr();
+    let factored = design.qr();
     let triangle = factored.r();
     let diagonal = triangle.diagonal().abs();
     if diagonal.min() <= 1e-12 * diagonal.max() {
@@ -34,13 +32,11 @@ pub(crate) fn fit_sinusoid(readings: &[(f64, f64)], position_gain: f64, bias: Op
     }
     let inverse = triangle.try_inverse()?;
     let found = &inverse * factored.q().tr_mul(&measured);
-    let residual = &measured - &design * &found;
     let covariance = &inverse * inverse.transpose();
     let at = |i: usize, j: usize| if i.max(j) < unknowns { covariance[(i, j)] } else { 0.0 };
     Some(LinearSinusoid {
         coefficients: Vector3::new(found[0], found[1], bias.unwrap_or_else(|| found[2])),
         unit_covariance: Matrix3::from_fn(at),
-        sum_of_squares: residual.norm_squared(),
     })
 }
 
@@ -49,22 +45,46 @@ pub(crate) fn fit_sinusoid(readings: &[(f64, f64)], position_gain: f64, bias: Op
 /// Gains of the other sign are never tried: that is the twin `(−s, π − φ)`.
 pub(crate) fn search_position_gain(sweeps: &[Vec<(f64, f64)>], nominal: f64) -> Option<f64> {
     const STEPS: i32 = 60;
-    let misfit = |gain: f64| -> f64 {
-        sweeps.iter().map(|sweep| fit_sinusoid(sweep, gain, None).map_or(f64::INFINITY, |fit| fit.sum_of_squares)).sum()
-    };
+    let misfit = |gain: f64| -> f64 { sweeps.iter().map(|sweep| sum_of_squares(sweep, gain)).sum() };
     let candidate = |step: i32| nominal * 3f64.powf(f64::from(step) / f64::from(STEPS));
-    let best = (-STEPS..=STEPS).min_by(|a, b| misfit(candidate(*a)).total_cmp(&misfit(candidate(*b))))?;
+    let tried = (-STEPS..=STEPS).map(|step| (step, misfit(candidate(step))));
+    let (best, _) = tried.min_by(|(_, a), (_, b)| a.total_cmp(b))?;
     let found = golden_section(misfit, candidate(best - 1), candidate(best + 1));
     misfit(found).is_finite().then_some(found)
+}
+
+/// What [`fit_sinusoid`] leaves of a sweep, without a known bias: the last pivot of `[sin, cos, 1, y]`. Infinite where the
+/// readings do not determine the fit.
+fn sum_of_squares(readings: &[(f64, f64)], position_gain: f64) -> f64 {
+    if readings.len() < 4 {
+        return f64::INFINITY;
+    }
+    let columns = OMatrix::<f64, Dyn, U4>::from_fn(readings.len(), |row, column| match column {
+        0 => (position_gain * readings[row].0).sin(),
+        1 => (position_gain * readings[row].0).cos(),
+        2 => 1.0,
+        _ => readings[row].1,
+    });
+    let triangle = columns.qr().r();
+    let pivots = [0, 1, 2].map(|place| triangle[(place, place)].abs());
+    let [least, most] = [f64::min, f64::max].map(|of| pivots.into_iter().fold(pivots[0], of));
+    if least <= 1e-12 * most { f64::INFINITY } else { triangle[(3, 3)].powi(2) }
 }
 
 /// Minimum of a function that falls and rises once between two points, to about 1e-8 of their distance.
 fn golden_section(f: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
     let ratio = (5f64.sqrt() - 1.0) / 2.0;
     let (mut low, mut high) = (from, to);
+    let at = |x: f64| (x, f(x));
+    let (mut left, mut right) = (at(high - ratio * (high - low)), at(low + ratio * (high - low)));
     for _ in 0..40 {
-        let (left, right) = (high - ratio * (high - low), low + ratio * (high - low));
-        if f(left) <= f(right) { high = right } else { low = left }
+        if left.1 <= right.1 {
+            (high, right) = (right.0, left);
+            left = at(high - ratio * (high - low));
+        } else {
+            (low, left) = (left.0, right);
+            right = at(low + ratio * (high - low));
+        }
     }
     0.5 * (low + high)
 }
@@ -86,7 +106,7 @@ mod tests {
         assert!((found - s).abs() < 1e-6, "{found}");
         let fit = fit_sinusoid(&sweep, s, None).unwrap();
         assert!((fit.coefficients - Vector3::new(a, c, e)).amax() < 1e-9);
-        assert!(fit.sum_of_squares < 1e-15);
+        assert!(sum_of_squares(&sweep, s) < 1e-15);
         let about_bias = fit_sinusoid(&sweep, s, Some(e)).unwrap();
         assert!((about_bias.coefficients - fit.coefficients).amax() < 1e-9);
     }

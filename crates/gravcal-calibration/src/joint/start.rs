@@ -33,8 +33,9 @@ const OFF_AXIS: f64 = 0.02;
 /// The best of `known` (if any) and the nominal values under directions spread over the declared hemisphere, or over the
 /// sphere where none is declared.
 ///
-/// One that explains the readings is it. Else the candidates that are left the lowest cost, and differ in direction, are
-/// solved for briefly with a part of the poses, and the best of them then is where the estimate starts.
+/// One that explains the readings is it, and so is what a few iterations from `known` lead to, with a part of the poses, if
+/// that does. Else the candidates that are left the lowest cost, and differ in direction, are solved for briefly so, and the
+/// best of them then is where the estimate starts.
 pub(super) fn best_start(
     session: &Session,
     readings: &Readings,
@@ -44,9 +45,15 @@ pub(super) fn best_start(
     let sample = thinned(readings);
     let explained = EXPLAINED * sample.used.iter().map(Vec::len).sum::<usize>() as f64;
     let mut solved: Vec<(f64, Unknowns)> = Vec::new();
-    for (cost, start) in candidates(session, &sample, known)? {
+    for (index, (cost, start)) in candidates(session, &sample, known)?.enumerate() {
         if cost < explained {
             return Ok(start);
+        }
+        if index == 0 && known.is_some() {
+            let (cost, near) = solve_nearby(session, &sample, &start, workbench)?;
+            if cost < explained {
+                return Ok(near);
+            }
         }
         solved.push((cost, start));
     }
@@ -124,8 +131,21 @@ pub(super) fn cost_nearby(
     start: &Unknowns,
     workbench: &Workbench<'_>,
 ) -> Result<f64, PosingError> {
+    Ok(solve_nearby(session, sample, start, workbench)?.0)
+}
+
+/// The same with where they lead to.
+fn solve_nearby(
+    session: &Session,
+    sample: &Readings,
+    start: &Unknowns,
+    workbench: &Workbench<'_>,
+) -> Result<(f64, Unknowns), PosingError> {
     let posed = pose(session, sample, start)?;
-    Ok(workbench.solve_briefly(&posed.problem, &posed.initial, BRIEF).map_or(f64::INFINITY, |estimate| estimate.cost))
+    Ok(match workbench.solve_briefly(&posed.problem, &posed.initial, BRIEF) {
+        Ok(estimate) => (estimate.cost, Unknowns::of(&estimate.values, &posed.layout, start)),
+        Err(_) => (f64::INFINITY, start.clone()),
+    })
 }
 
 /// What the best of the nominal values under some directions of gravity costs, for comparing sessions that differ in signs.

@@ -90,8 +90,27 @@ fn impossible(session: &Session, plan: &Plan) -> Option<Missing> {
     })
 }
 
+/// Results that steps are handed instead of those of the steps before: to learn which step's errors reach what.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Handed<'a> {
+    /// Torque biases and position gains instead of those of step 1.
+    pub step_1: Option<&'a Unknowns>,
+    /// Gravity in base coordinates, m/s², instead of that of step 2.
+    pub gravity: Option<[f64; 3]>,
+}
+
 /// Runs the paper's procedure.
 pub fn run_steps(session: &Session, plan: &Plan, workbench: &Workbench<'_>) -> SequentialValues {
+    run_steps_handed(session, plan, Handed::default(), workbench)
+}
+
+/// The same with some results handed in.
+pub fn run_steps_handed(
+    session: &Session,
+    plan: &Plan,
+    handed: Handed<'_>,
+    workbench: &Workbench<'_>,
+) -> SequentialValues {
     let joints = 0..session.joints.len();
     let mut readings = joint::select(session, Signals::All);
     if !session.robot.chain.is_serial() {
@@ -107,10 +126,16 @@ pub fn run_steps(session: &Session, plan: &Plan, workbench: &Workbench<'_>) -> S
         }
     }
     let mut known = SequentialValues::after_step_1(&biases, readings, impossible(session, plan));
+    if let Some(values) = handed.step_1 {
+        known.take_step_1(values);
+    }
 
     workbench.tell("step 2: gravity");
     known.gravity = gravity::find_gravity(session, plan, &known, workbench);
     known.iterations += known.gravity.as_ref().map_or(0, |g| g.iterations);
+    if let Some(vector) = handed.gravity {
+        known.gravity = Ok(Gravity { vector, covariance: vec![0.0; 9], assumed: None, iterations: 0 });
+    }
 
     workbench.tell("step 3: torque gains and position offsets");
     for joint in joints {
@@ -163,6 +188,15 @@ impl SequentialValues {
         };
         known.respect_exact_knowledge(session);
         known
+    }
+
+    fn take_step_1(&mut self, values: &Unknowns) {
+        let exact =
+            |joint: usize, quantity: Quantity| Ok(Frozen { value: values.sensors[joint][quantity as usize], std: 0.0 });
+        for (joint, sensor) in self.sensors.iter_mut().enumerate() {
+            sensor.torque_bias = exact(joint, Quantity::TorqueBias);
+            sensor.position_gain = exact(joint, Quantity::PositionGain);
+        }
     }
 
     /// What the session gives as exact is no result of a step.

@@ -7,10 +7,12 @@ use rand_pcg::Pcg64;
 
 use super::conditions::Course;
 use super::instruments;
-use super::{Run, Simulation};
+use super::{Outliers, Run, Simulation};
 use crate::parameter::Quantity;
 use crate::session::{Pose, Session};
 
+/// Keeps the stream of outliers apart from that of the noise.
+const OUTLIERS: u128 = 1 << 100;
 /// Rounds in which a compliant joint and its torque come to agree; each shrinks the error by (compliance · stiffness
 /// of gravity), a few per cent.
 const COMPLIANCE_ROUNDS: usize = 20;
@@ -18,13 +20,16 @@ const COMPLIANCE_ROUNDS: usize = 20;
 /// The session of trial number `trial`.
 pub(super) fn session(simulation: &Simulation, trial: u64) -> Session {
     let mut random = Pcg64::new(u128::from(simulation.seed), u128::from(trial));
+    // Their own, so that they do not shift the noise of the other readings.
+    let mut of_outliers = Pcg64::new(u128::from(simulation.seed) ^ OUTLIERS, u128::from(trial));
     let mut session = simulation.template.clone();
     let poses = simulation.runs.iter().map(Run::poses).sum();
     let mut course = Course::new(&simulation.conditions, poses, simulation.seed, trial);
     for (table, run) in simulation.runs.iter().enumerate() {
         for (index, stand) in stands(simulation, run, &mut random).into_iter().enumerate() {
             let conditions = course.next(&stand.position);
-            let pose = read_sensors(simulation, (table, index), &stand, conditions, &mut random);
+            let generators = [&mut random, &mut of_outliers];
+            let pose = read_sensors(simulation, (table, index), &stand, conditions, generators);
             session.poses.push(pose);
         }
     }
@@ -84,7 +89,7 @@ fn read_sensors(
     (table, index): (usize, usize),
     stand: &Stand,
     conditions: Conditions,
-    random: &mut Pcg64,
+    [random, of_outliers]: [&mut Pcg64; 2],
 ) -> Pose {
     let load = simulation.template.tables[table].load;
     let (coordinates, torque) = statics(simulation, stand, load);
@@ -97,7 +102,8 @@ fn read_sensors(
         .enumerate()
         .map(|(joint, read)| {
             // Drawn for every joint, so that a joint without a sensor does not shift the others' noise.
-            let value = read + disturbance.torque_std[joint] * normal(random);
+            let outlier = disturbance.outliers.map_or(0.0, |outliers| outliers.draw(of_outliers));
+            let value = read + disturbance.torque_std[joint] * normal(random) + outlier;
             simulation.template.joints[joint].torque_unit?;
             let value = disturbance.converter.map_or(value, |converter| converter.convert(value));
             Some(Reading { value, std: Some(simulation.stated_std(joint)) })
@@ -147,6 +153,14 @@ pub(super) fn statics(simulation: &Simulation, stand: &Stand, load: Option<usize
         simulation.template.robot.chain.gravity_torque(&coordinates, truth.gravity, &inertia, &mut torque);
     }
     (coordinates, torque)
+}
+
+impl Outliers {
+    /// The error of one reading, zero for most.
+    fn draw(self, random: &mut Pcg64) -> f64 {
+        let error = self.std * normal(random);
+        if random.random_range(0.0..1.0) < self.share { error } else { 0.0 }
+    }
 }
 
 pub(super) fn normal(random: &mut impl Rng) -> f64 {

@@ -106,8 +106,19 @@ pub struct Disturbance {
     pub instrument_std: Vec<f64>,
     /// Converter of the torque readings, if they pass through one.
     pub converter: Option<Converter>,
+    /// Torque readings that are far off, if there are some.
+    pub outliers: Option<Outliers>,
     /// Deflection of stationary joints.
     pub deflection: Deflection,
+}
+
+/// Torque readings that are far off: each with the same probability, by a normal error of its own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outliers {
+    /// Probability of one, 0 to 1.
+    pub share: f64,
+    /// Standard deviation of its error, unit of the reading.
+    pub std: f64,
 }
 
 impl Disturbance {
@@ -115,7 +126,14 @@ impl Disturbance {
     pub fn noise(torque_std: Vec<f64>) -> Disturbance {
         let none = vec![0.0; torque_std.len()];
         let deflection = Deflection { hold_std: 0.0, pose_std: 0.0, compliance: none.clone(), seen: false };
-        Disturbance { torque_std, instrument_std: Vec::new(), position_std: none, converter: None, deflection }
+        Disturbance {
+            torque_std,
+            instrument_std: Vec::new(),
+            position_std: none,
+            converter: None,
+            outliers: None,
+            deflection,
+        }
     }
 }
 

@@ -229,7 +229,8 @@ pub(super) fn check_factors(blocks: &[Block], factors: &[Factor]) -> Result<(), 
     if factors.is_empty() {
         return Err(ProblemError::NoFactors);
     }
-    let mut read = vec![false; blocks.len()];
+    // By block, the last factor so far that reads it.
+    let mut read: Vec<Option<usize>> = vec![None; blocks.len()];
     for (index, factor) in factors.iter().enumerate() {
         let (rows, noise) = (factor.residual.len(), factor.noise.rows());
         if rows == 0 {
@@ -239,18 +240,16 @@ pub(super) fn check_factors(blocks: &[Block], factors: &[Factor]) -> Result<(), 
             return Err(ProblemError::NoiseRows { factor: index, rows, noise });
         }
         factor.loss.checked().map_err(|source| ProblemError::Loss { factor: index, source })?;
-        let mut own = HashSet::new();
         for id in factor.residual.blocks() {
             if id.index() >= blocks.len() {
                 return Err(ProblemError::Foreign { factor: index, block: id.index(), blocks: blocks.len() });
             }
-            if !own.insert(id) {
+            if read[id.index()].replace(index) == Some(index) {
                 return Err(ProblemError::ReadTwice { factor: index, block: blocks[id.index()].name.clone() });
             }
-            read[id.index()] = true;
         }
     }
-    match blocks.iter().zip(&read).find(|(block, read)| block.held.is_none() && !**read) {
+    match blocks.iter().zip(&read).find(|(block, read)| block.held.is_none() && read.is_none()) {
         Some((block, _)) => Err(ProblemError::Unread(block.name.clone())),
         None => Ok(()),
     }

@@ -122,6 +122,8 @@ pub(crate) struct Rows<'a> {
     loaded: Option<usize>,
     /// Rows by local stored columns, row-major.
     jacobian: Vec<f64>,
+    /// The shape for which `jacobian` is zero outside of its patterns.
+    cleared: Option<usize>,
     /// Whitened residuals.
     residual: Vec<f64>,
     /// Factors that are still to be applied to each row of the Jacobian and to its residual.
@@ -140,6 +142,7 @@ impl<'a> Rows<'a> {
             local: buffer(),
             loaded: None,
             jacobian: buffer(),
+            cleared: None,
             residual: buffer(),
             scales: Vec::new(),
             bases: bases.collect(),
@@ -176,8 +179,12 @@ impl<'a> Rows<'a> {
         let Factor { residual: model, noise, .. } = &self.problem.factors[factor];
         let offsets = &self.problem.shape_of(factor).local_offsets;
         let width = offsets[offsets.len() - 1];
-        self.jacobian.clear();
-        self.jacobian.resize(model.len() * width, 0.0);
+        let shape = self.problem.structure.shape_of[factor];
+        if self.cleared != Some(shape) {
+            self.jacobian.clear();
+            self.jacobian.resize(model.len() * width, 0.0);
+            self.cleared = self.problem.structure.shapes[shape].patterned.then_some(shape);
+        }
         let rows = RowsMut::new(&mut self.jacobian, width);
         model.evaluate(LocalValues::new(&self.local, offsets), &mut self.residual, Some(rows))?;
         self.check_residual(factor)?;

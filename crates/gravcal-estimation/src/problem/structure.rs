@@ -55,6 +55,8 @@ pub(crate) struct Shape {
     pub local_offsets: Vec<usize>,
     /// Whether there are local blocks among those read, which differ from factor to factor.
     pub local: bool,
+    /// Whether each row has a pattern, all of whose entries are written.
+    pub patterned: bool,
     /// One a row.
     pub rows: Vec<RowPlan>,
 }
@@ -208,7 +210,9 @@ impl Layout<'_> {
             })
             .collect();
         let local = residual.blocks().iter().any(|id| self.is_local(*id));
-        Shape { local_offsets, local, rows }
+        let correlated = is_correlated(&self.factors[factor]);
+        let patterned = !correlated && (0..residual.len()).all(|row| residual.row_pattern(row).is_some());
+        Shape { local_offsets, local, patterned, rows }
     }
 
     fn row_plan(&self, ids: &[BlockId], offsets: &[usize], pattern: &[Range<usize>], places: &[Place]) -> RowPlan {

@@ -59,7 +59,7 @@ pub(super) struct Dot {
 
 /// Of one panel of several, and of a single one, pixels.
 const SMALL: (u32, u32) = (300, 210);
-const LARGE: (u32, u32) = (900, 460);
+const LARGE: (u32, u32) = (900, 520);
 /// Panels beside each other.
 const ACROSS: usize = 4;
 /// Height of the title with the legend, pixels.
@@ -73,6 +73,8 @@ const COLOURS: [RGBColor; 6] = [
     RGBColor(0xe6, 0x9f, 0x00),
     RGBColor(0x56, 0xb4, 0xe9),
 ];
+/// Half-width of a 95 % interval in standard errors.
+const NORMAL_95: f64 = 1.96;
 /// Numbers that differ by more than this factor stand on a scale of decades.
 const WIDE: f64 = 8.0;
 
@@ -173,11 +175,11 @@ impl Panel {
             Horizontal::Numbers(numbers) => range(numbers.iter().map(|number| across.place(*number)), 0.06),
             Horizontal::Names(names) => -0.6..names.len() as f64 - 0.4,
         };
-        let ends = |dot: &Dot| [dot.y - dot.error, dot.y + dot.error].map(|y| self.vertical.place(y));
+        let ends = |dot: &Dot| [-NORMAL_95, NORMAL_95].map(|factor| self.vertical.place(dot.y + factor * dot.error));
         let dots = self.curves.iter().flat_map(|curve| curve.dots.iter().flat_map(ends));
         let y = range(dots.chain(self.reference.map(|y| self.vertical.place(y))), 0.1);
         let names = matches!(&self.horizontal, Horizontal::Names(_));
-        let below = if names { 90 } else { 26 };
+        let below = if names { 150 } else { 26 };
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, ("sans-serif", 14))
             .margin(8)
@@ -216,7 +218,7 @@ impl Panel {
                 chart.draw_series(LineSeries::new(line, style)).map_err(failed)?;
             }
             for (x, dot) in &dots {
-                let [low, high] = [-1.96, 1.96].map(|factor| self.vertical.place(dot.y + factor * dot.error));
+                let [low, high] = ends(dot);
                 if low.is_finite() && high.is_finite() {
                     chart.draw_series(LineSeries::new([(*x, low), (*x, high)], style)).map_err(failed)?;
                 }
@@ -253,6 +255,6 @@ fn write_names(area: &Area<'_>, names: &[String], chart: &Chart<'_, '_>) -> Resu
 fn shown(number: f64) -> String {
     match number {
         number if number != 0.0 && (number.abs() < 1e-3 || number.abs() >= 1e5) => format!("{number:.0e}"),
-        number => shortest(format!("{number:.2}").parse().unwrap_or(number)).to_string(),
+        number => shortest(format!("{number:.1e}").parse().unwrap_or(number)),
     }
 }

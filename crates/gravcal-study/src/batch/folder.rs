@@ -15,7 +15,7 @@ use super::part::{Part, parts};
 use super::row::Row;
 use super::table::Columns;
 use super::trial::Took;
-use crate::plan::{Axis, Study};
+use crate::plan::{Axis, Study, told};
 
 /// What stands in `study.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -75,11 +75,7 @@ impl Manifest {
 
     /// `noise = 0.3 count, range = 90 deg`; nothing where nothing is varied.
     pub fn told(&self, point: usize) -> String {
-        let each = self.axes.iter().zip(&self.points[point].places).map(|(axis, place)| {
-            let unit = axis.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
-            format!("{} = {}{unit}", axis.name, axis.labels[*place])
-        });
-        each.collect::<Vec<_>>().join(", ")
+        told(&self.axes, &self.points[point].places)
     }
 }
 
@@ -103,22 +99,18 @@ impl StudyFolder {
     /// The results of another study are there, or the operating system refuses.
     pub fn begin(path: &Path, manifest: Manifest) -> Result<StudyFolder, BatchError> {
         let folder = StudyFolder { path: path.to_owned(), manifest };
-        match fs::read_to_string(path.join(MANIFEST)) {
-            Ok(_) => {
-                let there = StudyFolder::open(path)?;
-                if there.manifest != folder.manifest {
-                    return Err(BatchError::Another { folder: path.to_owned() });
-                }
+        if let Ok(there) = StudyFolder::open(path) {
+            if there.manifest == folder.manifest {
+                return Ok(folder);
             }
-            Err(_) => {
-                let io = |cause| BatchError::Io { path: path.to_owned(), cause };
-                fs::create_dir_all(path.join(PARTS)).map_err(io)?;
-                let text = serde_json::to_string_pretty(&folder.manifest);
-                let text =
-                    text.map_err(|error| BatchError::NoStudy { folder: path.to_owned(), why: error.to_string() })?;
-                write_atomically(&path.join(MANIFEST), format!("{text}\n").as_bytes())?;
+            if there.is_complete() || !there.done()?.is_empty() {
+                return Err(BatchError::Another { folder: path.to_owned() });
             }
         }
+        fs::create_dir_all(path.join(PARTS)).map_err(|cause| BatchError::Io { path: path.to_owned(), cause })?;
+        let text = serde_json::to_string_pretty(&folder.manifest);
+        let text = text.map_err(|error| BatchError::NoStudy { folder: path.to_owned(), why: error.to_string() })?;
+        write_atomically(&path.join(MANIFEST), format!("{text}\n").as_bytes())?;
         Ok(folder)
     }
 

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use gravcal_calibration::check_choice;
+use gravcal_calibration::{EstimatorName, check_choice};
 use gravcal_estimation::Solver;
 use rayon::prelude::*;
 
@@ -12,7 +12,7 @@ use super::folder::StudyFolder;
 use super::part::Part;
 use super::trial::{self, Took, Which, bounds_of, nothing_to_do};
 use crate::bounds::Bounds;
-use crate::plan::Study;
+use crate::plan::{Study, told};
 
 /// What a run is handed.
 pub struct Helpers<'a> {
@@ -50,12 +50,11 @@ pub enum Ended {
 /// Runs the parts of a shard that the folder does not have yet, in parallel.
 ///
 /// # Errors
-/// An estimator or solver cannot take a session, or a part cannot be written. A trial that fails is a row.
+/// A part cannot be written. A trial that fails is a row.
 pub fn run(study: &Study, folder: &StudyFolder, shard: Shard, helpers: &Helpers<'_>) -> Result<Ended, BatchError> {
     if folder.is_complete() {
         return Ok(Ended::Done { trials: 0 });
     }
-    check(study, folder, helpers)?;
     let done = folder.done()?;
     let parts: Vec<Part> = folder.manifest.parts();
     let own = parts.into_iter().filter(|part| part.number % shard.of == shard.number - 1);
@@ -104,18 +103,22 @@ fn bounds_of_point(study: &Study, point: usize) -> Option<Bounds> {
     bounds_of(study, point, &instance).ok()
 }
 
-/// Whether each estimator and solver can take a first trial of each point.
-fn check(study: &Study, folder: &StudyFolder, helpers: &Helpers<'_>) -> Result<(), BatchError> {
-    for (index, point) in study.points.iter().enumerate() {
+/// Sees to it that each estimator and solver can take a first trial of each point.
+///
+/// # Errors
+/// Names the point, and what cannot be.
+pub fn check(study: &Study, solvers: &[(String, Box<dyn Solver>)]) -> Result<(), BatchError> {
+    for point in &study.points {
         let Ok(instance) = point.instance(0, &study.quantities) else { continue };
-        let told = folder.manifest.told(index);
+        let told = told(&study.axes, &point.places);
         let at = || if told.is_empty() { String::new() } else { format!("at {told}: ") };
-        for (_, solver) in helpers.solvers {
-            check_choice(&instance.session, &study.estimators, solver.as_ref())
+        let estimators: Vec<EstimatorName> = study.estimators.iter().map(|compared| compared.estimator()).collect();
+        for (_, solver) in solvers {
+            check_choice(&instance.session, &estimators, solver.as_ref())
                 .map_err(|error| BatchError::Choice { point: at(), error })?;
         }
         for estimator in &study.estimators {
-            if let Some(why) = nothing_to_do(*estimator, &instance.session) {
+            if let Some(why) = nothing_to_do(estimator.estimator(), &instance.session) {
                 return Err(BatchError::Unsuitable { estimator: estimator.to_string(), point: at(), why });
             }
         }

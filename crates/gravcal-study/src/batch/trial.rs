@@ -3,14 +3,15 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::time::Duration;
 
-use gravcal_calibration::joint::Signals;
+use gravcal_calibration::joint::{EstimateError, Signals};
 use gravcal_calibration::result::Brief;
+use gravcal_calibration::sequential::{Handed, Plan, run_steps_handed, tell_steps_briefly};
 use gravcal_calibration::{EstimatorName, Session, Workbench, calibrate_briefly};
 
 use super::row::{Cell, Outcome, Row};
 use super::run::Helpers;
 use crate::bounds::Bounds;
-use crate::plan::{Instance, Point, Study};
+use crate::plan::{Compared, Instance, Point, Study};
 use crate::quantities::Measured;
 
 /// Half-width of a 95 % interval of a component of gravity, in its standard deviations.
@@ -55,14 +56,13 @@ pub(super) fn run(which: Which<'_>, helpers: &Helpers<'_>) -> (Vec<Row>, Took) {
     for (solver, (_, method)) in helpers.solvers.iter().enumerate() {
         let quiet = |_: &str| {};
         let workbench = Workbench::new(method.as_ref(), &quiet);
-        let answers = guarded(|| Ok(calibrate_briefly(&instance.session, &which.study.estimators, &workbench)));
+        let answers = guarded(|| Ok(answers(&which.study.estimators, &instance, &workbench)));
         for row in rows.iter_mut().filter(|row| row.solver == solver) {
-            let estimator = which.study.estimators[row.estimator];
             let answer = match &answers {
                 Ok(answers) => answers[row.estimator].as_ref().map_err(ToString::to_string),
                 Err(reason) => Err(reason.clone()),
             };
-            row.fill(answer, &instance, bounds.of(signals_of(estimator)));
+            row.fill(answer, &instance, bounds.of(which.study.estimators[row.estimator].signals()));
         }
     }
     let took =
@@ -72,17 +72,31 @@ pub(super) fn run(which: Which<'_>, helpers: &Helpers<'_>) -> (Vec<Row>, Took) {
 
 /// The bounds of the readings that a study's estimators use.
 pub(super) fn bounds_of(study: &Study, point: &Point, instance: &Instance) -> Result<Bounds, String> {
-    let used = |signals| study.estimators.iter().any(|estimator| signals_of(*estimator) == signals);
+    let used = |signals| study.estimators.iter().any(|estimator| estimator.signals() == signals);
     let wanted = [used(Signals::PaperSteps), used(Signals::All)];
     point.bounds(instance, &wanted).map_err(|error| error.to_string())
 }
 
-/// The readings that an estimator uses.
-fn signals_of(estimator: EstimatorName) -> Signals {
-    match estimator {
-        EstimatorName::Sequential | EstimatorName::JointPaperSignals => Signals::PaperSteps,
-        EstimatorName::Joint => Signals::All,
-    }
+/// What each of them answers, in their order.
+fn answers(compared: &[Compared], instance: &Instance, workbench: &Workbench<'_>) -> Vec<Result<Brief, EstimateError>> {
+    let (session, truth) = (&instance.session, &instance.truth);
+    let own = |compared: &Compared| match compared {
+        Compared::Estimator(name) => Some(*name),
+        Compared::SequentialTrueStep1 | Compared::SequentialTrueSteps1And2 => None,
+    };
+    let estimators: Vec<EstimatorName> = compared.iter().filter_map(own).collect();
+    let mut of_estimators = calibrate_briefly(session, &estimators, workbench).into_iter();
+    let handed = |handed: Handed<'_>| {
+        let steps = run_steps_handed(session, &Plan::new(session), handed, workbench);
+        Some(Ok(tell_steps_briefly(session, &steps)))
+    };
+    let step_1 = Some(truth);
+    let each = compared.iter().filter_map(|compared| match compared {
+        Compared::Estimator(_) => of_estimators.next(),
+        Compared::SequentialTrueStep1 => handed(Handed { step_1, gravity: None }),
+        Compared::SequentialTrueSteps1And2 => handed(Handed { step_1, gravity: Some(truth.gravity) }),
+    });
+    each.collect()
 }
 
 /// Whatever happens inside ends as a reason.
@@ -162,6 +176,6 @@ fn compare(measured: Measured, brief: &Brief, instance: &Instance) -> Option<(f6
 /// Why an estimator could do nothing with such a session, if it could not.
 pub(super) fn nothing_to_do(estimator: EstimatorName, session: &Session) -> Option<String> {
     let along_steps = estimator != EstimatorName::Joint;
-    let no_sweeps = along_steps && gravcal_calibration::sequential::Plan::new(session).sweeps.is_empty();
+    let no_sweeps = along_steps && Plan::new(session).sweeps.is_empty();
     no_sweeps.then(|| "the poses have no sweeps, which the paper's steps are made of".to_owned())
 }

@@ -6,6 +6,7 @@
 //! trials = 1000                              # at each point
 //! seed = 1                                   # optional: that of the simulation without it
 //! estimators = ["sequential", "joint"]
+//! # besides those of a session: "sequential-true-step-1" and "sequential-true-steps-1-and-2", which are handed true results
 //! solvers = ["levenberg-marquardt"]          # optional
 //!
 //! [[change]]                                 # optional: what is other than in the simulation's file, at every point
@@ -41,6 +42,7 @@
 //! Paths are relative to the study, and in `session` too.
 
 mod change;
+mod compared;
 mod draw;
 mod file;
 mod point;
@@ -49,11 +51,11 @@ mod source;
 
 use std::path::{Path, PathBuf};
 
-use gravcal_calibration::EstimatorName;
 use gravcal_calibration::document::FileError;
 
-pub(crate) use point::Instance;
+pub use compared::Compared;
 pub use point::{Axis, Point};
+pub(crate) use point::{Instance, told};
 pub use read::StudyError;
 
 /// A study, with everything that its results depend on.
@@ -64,7 +66,7 @@ pub struct Study {
     /// Trials at each point.
     pub trials: u64,
     /// What is compared.
-    pub estimators: Vec<EstimatorName>,
+    pub estimators: Vec<Compared>,
     /// Names of the solvers that each estimator runs with.
     pub solvers: Vec<String>,
     /// What is varied.

@@ -22,6 +22,15 @@ pub struct Axis {
     pub numbers: Option<Vec<f64>>,
 }
 
+/// `noise = 0.3 count, range = 90 deg`; nothing where nothing is varied.
+pub(crate) fn told(axes: &[Axis], places: &[usize]) -> String {
+    let each = axes.iter().zip(places).map(|(axis, place)| {
+        let unit = axis.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
+        format!("{} = {}{unit}", axis.name, axis.labels[*place])
+    });
+    each.collect::<Vec<_>>().join(", ")
+}
+
 /// One point.
 #[derive(Debug)]
 pub struct Point {

@@ -3,7 +3,6 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use gravcal_calibration::EstimatorName;
 use gravcal_calibration::document::{Document, Field, FileError};
 use gravcal_calibration::session::{Session, SessionError};
 use gravcal_calibration::simulation::{SimulateError, Simulation, write_session};
@@ -15,7 +14,7 @@ use super::change::Change;
 use super::draw::Draw;
 use super::file::{ChangeTable, DrawTable, StudyTable, VaryTable};
 use super::source::Source;
-use super::{Axis, Point, Study};
+use super::{Axis, Compared, Point, Study, told};
 use crate::quantities::measured_quantities;
 use crate::random_arms::Knowing;
 
@@ -127,11 +126,12 @@ impl Reader<'_> {
         }
     }
 
-    fn estimators(&self) -> Result<Vec<EstimatorName>, FileError> {
+    fn estimators(&self) -> Result<Vec<Compared>, FileError> {
         let field = Field::new("estimators");
         if self.table.estimators.is_empty() {
-            let known = EstimatorName::ALL.map(EstimatorName::as_str).join(", ");
-            return Err(self.document.error(&field, format!("which estimators are compared? there is: {known}")));
+            let known: Vec<String> = Compared::all().map(|compared| compared.to_string()).collect();
+            let message = format!("which estimators are compared? there is: {}", known.join(", "));
+            return Err(self.document.error(&field, message));
         }
         self.document.check_names(self.table.estimators.iter().map(String::as_str), |index| field.at(index))?;
         let solvers = Field::new("solvers");
@@ -231,7 +231,7 @@ impl Reader<'_> {
                 let places = places(index, cases);
                 let chosen = cases.iter().zip(&places).flat_map(|(cases, place)| &cases[*place].changes);
                 let changes: Vec<&Change> = common.iter().chain(chosen).collect();
-                let told = told(axes, &places);
+                let told = at(axes, &places);
                 let at = PointFiles { reader: self, path: &path, base: &base, changes: &changes, told: &told };
                 let (simulation, session) = at.make(hash)?;
                 let seed = self.table.seed.unwrap_or(simulation.seed);
@@ -382,6 +382,12 @@ fn axis(vary: &VaryTable, cases: &[Case]) -> Axis {
     }
 }
 
+/// What is chosen at a point, as a note for errors; nothing where nothing is varied.
+fn at(axes: &[Axis], places: &[usize]) -> String {
+    let told = told(axes, places);
+    if told.is_empty() { told } else { format!("at {told}") }
+}
+
 /// Place on each axis of a point of the grid; the last axis runs fastest.
 fn places(mut index: usize, cases: &[Vec<Case>]) -> Vec<usize> {
     let mut places: Vec<usize> = cases
@@ -395,16 +401,6 @@ fn places(mut index: usize, cases: &[Vec<Case>]) -> Vec<usize> {
         .collect();
     places.reverse();
     places
-}
-
-/// `at noise = 0.3 count, range = 90 deg`; nothing where nothing is varied.
-fn told(axes: &[Axis], places: &[usize]) -> String {
-    let each = axes.iter().zip(places).map(|(axis, place)| {
-        let unit = axis.unit.as_ref().map_or_else(String::new, |unit| format!(" {unit}"));
-        format!("{} = {}{unit}", axis.name, axis.labels[*place])
-    });
-    let all = each.collect::<Vec<_>>().join(", ");
-    if all.is_empty() { all } else { format!("at {all}") }
 }
 
 /// Name and unit of everything that any trial measures.

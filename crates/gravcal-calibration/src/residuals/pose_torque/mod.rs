@@ -205,8 +205,9 @@ impl PoseTorque {
     /// A compliance enters like its joint's offset, times the torque.
     fn fill_compliances(&self, column: usize, torque: &GravityTorque, row: &mut [f64]) {
         let joints = self.position.len();
-        for (joint, torque) in torque.torque.iter().enumerate().filter(|(joint, _)| self.sweeping != Some(*joint)) {
-            row[column + joint] = row[sensor_column(joints, Quantity::PositionOffset, joint)] * torque;
+        for (joint, torque) in torque.torque.iter().enumerate() {
+            let by_offset = row[sensor_column(joints, Quantity::PositionOffset, joint)];
+            row[column + joint] = if self.sweeping == Some(joint) { 0.0 } else { by_offset * torque };
         }
     }
 }

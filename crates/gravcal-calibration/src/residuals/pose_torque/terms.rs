@@ -84,6 +84,7 @@ impl PoseTorque {
         let sensor = |quantity, joint| sensor_column(terms.joints, quantity, joint);
         let slopes = || terms.slopes(joint, &torque.torque, x);
         let own: f64 = slopes().filter(|(source, _)| *source == joint).map(|(_, slope)| slope).sum();
+        row.fill(0.0);
         let (base, by_terms) = row.split_at_mut(terms.column);
         self.fill_row(x[sensor(Quantity::TorqueGain, joint)] + own, joint, torque, base);
         for (source, slope) in slopes().filter(|(source, _)| *source != joint) {

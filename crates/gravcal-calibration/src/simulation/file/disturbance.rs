@@ -1,10 +1,10 @@
 //! What disturbs the readings, and under which conditions they are read.
 
 use super::Reader;
-use super::tables::ConverterTable;
+use super::tables::{ConverterTable, OutliersTable};
 use crate::document::{Field, FileError, OneOrMany};
 use crate::session::Session;
-use crate::simulation::{Converter, Deflection, Disturbance, SimulatedConditions};
+use crate::simulation::{Converter, Deflection, Disturbance, Outliers, SimulatedConditions};
 
 impl Reader<'_> {
     pub fn conditions(&self) -> Result<SimulatedConditions, FileError> {
@@ -42,6 +42,7 @@ impl Reader<'_> {
             instrument_std: Vec::new(),
             position_std,
             converter: table.torque.converter.map(|c| self.converter(c)).transpose()?,
+            outliers: table.torque.outliers.map(|o| self.outliers(o)).transpose()?,
             deflection: self.deflection()?,
         })
     }
@@ -77,6 +78,17 @@ impl Reader<'_> {
             Some(value) => Err(self.document.error(field, format!("{value} is negative: expected zero or more"))),
             None => Ok(()),
         }
+    }
+
+    fn outliers(&self, OutliersTable { share, std }: OutliersTable) -> Result<Outliers, FileError> {
+        let field = Field::new("torque").key("outliers");
+        if !(0.0..=1.0).contains(&share) {
+            return Err(self
+                .document
+                .error(&field.key("share"), format!("{share} is no probability: expected 0 to 1")));
+        }
+        let std = self.document.positive(&field.key("std"), std, "a standard deviation", "the reading's unit")?;
+        Ok(Outliers { share, std })
     }
 
     fn converter(&self, ConverterTable { bits, range }: ConverterTable) -> Result<Converter, FileError> {

@@ -55,6 +55,14 @@ pub struct TorqueTable {
     pub unit: Option<OneOrMany<String>>,
     pub std: OneOrMany<f64>,
     pub converter: Option<ConverterTable>,
+    pub outliers: Option<OutliersTable>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct OutliersTable {
+    pub share: f64,
+    pub std: f64,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
