@@ -62,16 +62,19 @@ const SMALL: (u32, u32) = (300, 210);
 const LARGE: (u32, u32) = (900, 520);
 /// Panels beside each other.
 const ACROSS: usize = 4;
-/// Height of the title with the legend, pixels.
-const HEAD: u32 = 60;
-/// Okabe and Ito's colours, which everyone can tell apart.
-const COLOURS: [RGBColor; 6] = [
+/// Where the legend begins, and the height of its lines, pixels.
+const LEGEND_TOP: i32 = 36;
+const LEGEND_LINE: i32 = 24;
+/// Okabe and Ito's colours, which everyone can tell apart, and grey.
+const COLOURS: [RGBColor; 8] = [
     RGBColor(0xd5, 0x5e, 0x00),
     RGBColor(0x00, 0x72, 0xb2),
     RGBColor(0x00, 0x9e, 0x73),
     RGBColor(0xcc, 0x79, 0xa7),
     RGBColor(0xe6, 0x9f, 0x00),
     RGBColor(0x56, 0xb4, 0xe9),
+    RGBColor(0x00, 0x00, 0x00),
+    RGBColor(0x99, 0x99, 0x99),
 ];
 /// Half-width of a 95 % interval in standard errors.
 const NORMAL_95: f64 = 1.96;
@@ -94,13 +97,20 @@ impl Figure {
         let across = self.panels.len().clamp(1, ACROSS);
         let down = self.panels.len().div_ceil(across).max(1);
         let (width, height) = if self.panels.len() == 1 { LARGE } else { SMALL };
+        let width = width * across as u32;
+        let legend = self.legend(width as i32);
+        let head = legend.last().map_or(LEGEND_TOP, |(_, (_, top))| *top) as u32 + LEGEND_LINE as u32;
         let mut svg = String::new();
         {
-            let size = (width * across as u32, height * down as u32 + HEAD);
-            let area = SVGBackend::with_string(&mut svg, size).into_drawing_area();
+            let area = SVGBackend::with_string(&mut svg, (width, height * down as u32 + head)).into_drawing_area();
             area.fill(&WHITE).map_err(failed)?;
-            let (head, body) = area.split_vertically(HEAD);
-            self.draw_head(&head)?;
+            let text = |size: i32| ("sans-serif", size).into_font();
+            area.draw(&Text::new(self.title.clone(), (10, 8), text(18))).map_err(failed)?;
+            for (index, (name, (left, top))) in legend.into_iter().enumerate() {
+                area.draw(&Circle::new((left, top + 7), 4, colour(index).filled())).map_err(failed)?;
+                area.draw(&Text::new(name, (left + 10, top), text(14))).map_err(failed)?;
+            }
+            let (_, body) = area.split_vertically(head);
             for (panel, area) in self.panels.iter().zip(body.split_evenly((down, across))) {
                 panel.draw(&area)?;
             }
@@ -109,22 +119,22 @@ impl Figure {
         Ok(svg)
     }
 
-    fn draw_head(&self, head: &Area<'_>) -> Result<(), FigureError> {
-        let text = |size: i32| ("sans-serif", size).into_font();
-        head.draw(&Text::new(self.title.clone(), (10, 8), text(18))).map_err(failed)?;
-        let mut names: Vec<&str> = Vec::new();
+    /// The names of the curves, each with its place.
+    fn legend(&self, width: i32) -> Vec<(String, (i32, i32))> {
+        let mut legend: Vec<(String, (i32, i32))> = Vec::new();
+        let (mut left, mut top) = (16, LEGEND_TOP);
         for curve in self.panels.iter().flat_map(|panel| &panel.curves) {
-            if !names.contains(&curve.name.as_str()) {
-                names.push(&curve.name);
+            if legend.iter().any(|(name, _)| *name == curve.name) {
+                continue;
             }
+            let needed = 40 + 8 * curve.name.chars().count() as i32;
+            if left > 16 && left + needed > width {
+                (left, top) = (16, top + LEGEND_LINE);
+            }
+            legend.push((curve.name.clone(), (left, top)));
+            left += needed;
         }
-        let mut left = 16;
-        for (index, name) in names.iter().enumerate() {
-            head.draw(&Circle::new((left, 43), 4, colour(index).filled())).map_err(failed)?;
-            head.draw(&Text::new((*name).to_owned(), (left + 10, 36), text(14))).map_err(failed)?;
-            left += 40 + 8 * name.chars().count() as i32;
-        }
-        Ok(())
+        legend
     }
 }
 

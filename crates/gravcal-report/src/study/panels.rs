@@ -52,7 +52,7 @@ fn dot(x: f64, measure: Measure) -> Dot {
     Dot { x, y: measure.value, error: if measure.error.is_finite() { measure.error } else { 0.0 } }
 }
 
-/// Figures over one axis, the other axes at their first values.
+/// Figures over one axis: a curve for each value of the other axes, or where that is too much only for their first ones.
 fn along(report: &StudyReport<'_>, axis: usize) -> Vec<(String, Figure)> {
     let manifest = report.manifest;
     let slug = slug(&manifest.axes[axis].name);
@@ -105,16 +105,24 @@ fn horizontal(manifest: &Manifest, axis: usize) -> Horizontal {
 /// One curve for each estimator and solver.
 fn curves(report: &StudyReport<'_>, axis: usize, of: &dyn Fn(&Series) -> Option<Measure>) -> Vec<Curve> {
     let manifest = report.manifest;
-    let on_axis = |point: usize| {
-        let places = &manifest.points[point].places;
-        places.iter().enumerate().all(|(other, place)| other == axis || *place == 0)
+    let of_each = manifest.estimators.len() * manifest.solvers.len();
+    let all = of_each * manifest.points.len() / manifest.axes[axis].labels.len() <= MOST_CURVES;
+    let others = |point: usize| {
+        let places = manifest.points[point].places.iter().enumerate();
+        places.filter(|(other, _)| *other != axis).map(|(other, place)| (other, *place)).collect::<Vec<_>>()
+    };
+    let on_axis = |point: usize| all || others(point).iter().all(|(_, place)| *place == 0);
+    let named = |series: &Series| {
+        let labels = others(series.point).into_iter().filter(|_| all);
+        let labels = labels.map(|(other, place)| manifest.axes[other].labels[place].clone());
+        std::iter::once(report.name(series)).chain(labels).collect::<Vec<_>>().join(", ")
     };
     let mut curves: Vec<Curve> = Vec::new();
     for series in report.series.iter().filter(|series| on_axis(series.point)) {
         let Some(measure) = of(series) else { continue };
         let place = manifest.points[series.point].places[axis];
         let x = manifest.axes[axis].numbers.as_ref().map_or(place as f64, |numbers| numbers[place]);
-        let name = report.name(series);
+        let name = named(series);
         let curve = match curves.iter().position(|curve| curve.name == name) {
             Some(found) => &mut curves[found],
             None => {
@@ -127,6 +135,9 @@ fn curves(report: &StudyReport<'_>, axis: usize, of: &dyn Fn(&Series) -> Option<
     }
     curves
 }
+
+/// Curves of a panel that can still be told apart.
+const MOST_CURVES: usize = 8;
 
 /// A name as part of a file's.
 fn slug(name: &str) -> String {
