@@ -57,9 +57,12 @@ pub(super) struct Dot {
     pub error: f64,
 }
 
-/// Of one panel of several, and of a single one, pixels.
-const SMALL: (u32, u32) = (300, 210);
-const LARGE: (u32, u32) = (900, 520);
+/// Of one panel of several, and of a single one, without what stands below it; pixels.
+const SMALL: (u32, u32) = (300, 184);
+const LARGE: (u32, u32) = (900, 380);
+/// Room for numbers below a panel, and for each letter of names that stand on their side; pixels.
+const NUMBERS: u32 = 26;
+const LETTER: u32 = 7;
 /// Panels beside each other.
 const ACROSS: usize = 4;
 /// Where the legend begins, and the height of its lines, pixels.
@@ -97,6 +100,7 @@ impl Figure {
         let across = self.panels.len().clamp(1, ACROSS);
         let down = self.panels.len().div_ceil(across).max(1);
         let (width, height) = if self.panels.len() == 1 { LARGE } else { SMALL };
+        let height = height + self.panels.first().map_or(NUMBERS, Panel::below);
         let width = width * across as u32;
         let legend = self.legend(width as i32);
         let head = legend.last().map_or(LEGEND_TOP, |(_, (_, top))| *top) as u32 + LEGEND_LINE as u32;
@@ -176,6 +180,17 @@ fn range(places: impl Iterator<Item = f64>, room: f64) -> std::ops::Range<f64> {
 }
 
 impl Panel {
+    /// Room for what stands below it, pixels.
+    fn below(&self) -> u32 {
+        match &self.horizontal {
+            Horizontal::Numbers(_) => NUMBERS,
+            Horizontal::Names(names) => {
+                let longest = names.iter().map(|name| name.chars().count()).max().unwrap_or(0);
+                12 + LETTER * longest as u32
+            }
+        }
+    }
+
     fn draw(&self, area: &Area<'_>) -> Result<(), FigureError> {
         let across = match &self.horizontal {
             Horizontal::Numbers(numbers) => Scale::of(numbers),
@@ -189,11 +204,10 @@ impl Panel {
         let dots = self.curves.iter().flat_map(|curve| curve.dots.iter().flat_map(ends));
         let y = range(dots.chain(self.reference.map(|y| self.vertical.place(y))), 0.1);
         let names = matches!(&self.horizontal, Horizontal::Names(_));
-        let below = if names { 150 } else { 26 };
         let mut chart = ChartBuilder::on(area)
             .caption(&self.title, ("sans-serif", 14))
             .margin(8)
-            .x_label_area_size(below)
+            .x_label_area_size(self.below())
             .y_label_area_size(56)
             .build_cartesian_2d(x.clone(), y)
             .map_err(failed)?;
@@ -264,7 +278,9 @@ fn write_names(area: &Area<'_>, names: &[String], chart: &Chart<'_, '_>) -> Resu
 
 fn shown(number: f64) -> String {
     match number {
-        number if number != 0.0 && (number.abs() < 1e-3 || number.abs() >= 1e5) => format!("{number:.0e}"),
+        number if number != 0.0 && (number.abs() < 1e-3 || number.abs() >= 1e5) => {
+            format!("{number:.1e}").replace(".0e", "e")
+        }
         number => shortest(format!("{number:.1e}").parse().unwrap_or(number)),
     }
 }
