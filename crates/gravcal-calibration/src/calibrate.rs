@@ -6,7 +6,9 @@ use std::str::FromStr;
 use gravcal_estimation::{Solver, Unsupported};
 use thiserror::Error;
 
-use crate::joint::{EstimateError, Signals, estimate_jointly, pose_at_nominal};
+use crate::joint::{
+    EstimateError, Signals, estimate, estimate_jointly, pose_at_nominal, pose_by_pose, step_by_step, why_not_by_groups,
+};
 use crate::result::{CovarianceResult, EstimatorResult, ParameterResult, Verdict};
 use crate::sequential::{Plan, run_steps, tell_steps};
 use crate::session::Session;
@@ -21,12 +23,21 @@ pub enum EstimatorName {
     Joint,
     /// All unknowns together, only the torque readings that the paper's steps read.
     JointPaperSignals,
+    /// The readings of the paper's steps, step by step, each step's result passed on with its covariance.
+    SequentialWithCovariance,
+    /// All torque readings, the first poses together and then pose by pose.
+    Recursive,
 }
 
 impl EstimatorName {
     /// Every estimator.
-    pub const ALL: [EstimatorName; 3] =
-        [EstimatorName::Sequential, EstimatorName::Joint, EstimatorName::JointPaperSignals];
+    pub const ALL: [EstimatorName; 5] = [
+        EstimatorName::Sequential,
+        EstimatorName::Joint,
+        EstimatorName::JointPaperSignals,
+        EstimatorName::SequentialWithCovariance,
+        EstimatorName::Recursive,
+    ];
 
     /// Those that run where nothing is chosen.
     pub const DEFAULT: [EstimatorName; 2] = [EstimatorName::Sequential, EstimatorName::Joint];
@@ -37,6 +48,8 @@ impl EstimatorName {
             EstimatorName::Sequential => "sequential",
             EstimatorName::Joint => "joint",
             EstimatorName::JointPaperSignals => "joint-paper-signals",
+            EstimatorName::SequentialWithCovariance => "sequential-with-covariance",
+            EstimatorName::Recursive => "recursive",
         }
     }
 }
@@ -88,6 +101,14 @@ pub enum UnsuitableChoice {
          choose `--estimator joint`"
     )]
     NoSerialChain(EstimatorName),
+    /// Readings that cannot enter group by group.
+    #[error("`{estimator}` takes readings group by group, each group once, and {why}: choose `joint`, or drop it")]
+    NotByGroups {
+        /// Which estimator.
+        estimator: EstimatorName,
+        /// What of the session stands against it.
+        why: &'static str,
+    },
 }
 
 /// Whether estimators and solver can do what the session asks.
@@ -110,7 +131,14 @@ pub fn check_choice(
         };
     }
     match pose_at_nominal(session).and_then(|posed| Ok(posed.with_loss(session.loss)?)) {
-        Ok(posed) => Ok(solver.check(&posed.problem)?),
+        Ok(posed) => {
+            let by_groups = [EstimatorName::SequentialWithCovariance, EstimatorName::Recursive];
+            let against = why_not_by_groups(session, &posed);
+            match (by_groups.into_iter().find(|name| estimators.contains(name)), against) {
+                (Some(estimator), Some(why)) => Err(UnsuitableChoice::NotByGroups { estimator, why }),
+                _ => Ok(solver.check(&posed.problem)?),
+            }
+        }
         Err(_) => Ok(()), // the estimator will say why there is no problem to take
     }
 }
@@ -118,7 +146,10 @@ pub fn check_choice(
 /// The estimator, if there is one, that is chosen in vain for a robot that is no serial chain. The steps beside the joint
 /// estimator are not, as they are where nothing is chosen: they say themselves that they have nothing to do.
 fn in_vain_on_branches(estimators: &[EstimatorName]) -> Option<EstimatorName> {
-    let paper_signals = estimators.iter().find(|name| **name == EstimatorName::JointPaperSignals);
+    let reads_as_steps = |name: &&EstimatorName| {
+        matches!(name, EstimatorName::JointPaperSignals | EstimatorName::SequentialWithCovariance)
+    };
+    let paper_signals = estimators.iter().find(reads_as_steps);
     let steps = estimators.first().filter(|_| !estimators.contains(&EstimatorName::Joint));
     paper_signals.or(steps).copied()
 }
@@ -137,6 +168,12 @@ pub fn calibrate(session: &Session, estimators: &[EstimatorName], workbench: &Wo
                 EstimatorName::JointPaperSignals => {
                     estimate_jointly(session, Signals::PaperSteps, known.as_ref(), workbench)
                 }
+                EstimatorName::SequentialWithCovariance => {
+                    estimate(session, estimator.as_str(), &step_by_step(session), known.as_ref(), workbench)
+                }
+                // The sequential steps have seen all poses.
+                EstimatorName::Recursive => pose_by_pose(session, workbench)
+                    .and_then(|readings| estimate(session, estimator.as_str(), &readings, None, workbench)),
             };
             result.unwrap_or_else(|error| failed(session, *estimator, &error))
         })

@@ -5,6 +5,7 @@ use gravcal_kinematics::JointKind;
 
 use super::hold::SetAside;
 use super::model_tests::ModelTests;
+use super::order::Order;
 use super::{EstimateError, Solved, constraints, sweep_moments};
 use crate::judgement::{
     DeterminedMoment, Judgement, deflections, determined_moments, held, loss, outlier_note, outliers, position_errors,
@@ -64,9 +65,9 @@ pub(super) fn tell(
             (true, true) => Verdict::Determined,
             (true, false) => Verdict::PartlyDetermined,
         },
-        termination: solved.estimate.termination.to_string(),
+        termination: tell_termination(solved),
         iterations: solved.estimate.iterations.len().saturating_sub(1),
-        trace: solved.estimate.iterations.iter().map(Iteration::from).collect(),
+        trace: tell_trace(solved),
         covariance: tell_covariance(session, solved, &judgement, &moments),
         moments: moments.into_iter().map(|moment| moment.told).collect(),
         deflections: deflections(session, solved),
@@ -84,6 +85,29 @@ pub(super) fn tell(
         fit: Some(fit),
         notes,
     })
+}
+
+fn tell_termination(solved: &Solved) -> String {
+    let termination = solved.estimate.termination;
+    let last = if termination.converged() { "the last" } else { "one" };
+    match &solved.readings.order {
+        Order::Together => termination.to_string(),
+        Order::StepByStep(steps) => {
+            format!("{} steps, each with the covariance of those before; {last} {termination}", steps.len())
+        }
+        Order::PoseByPose { .. } => {
+            let (first, all) = (solved.readings.first().poses(), solved.readings.poses());
+            format!("{first} poses together, then {} one by one; {last} {termination}", all - first)
+        }
+    }
+}
+
+/// Costs from start to end; of no meaning where every update has a cost of its own.
+fn tell_trace(solved: &Solved) -> Vec<Iteration> {
+    match solved.readings.order {
+        Order::Together => solved.estimate.iterations.iter().map(Iteration::from).collect(),
+        Order::StepByStep(_) | Order::PoseByPose { .. } => Vec::new(),
+    }
 }
 
 fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {

@@ -4,6 +4,7 @@ mod builder;
 mod evaluate;
 mod structure;
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -117,6 +118,11 @@ impl Problem {
         self.row_offsets[factor]..self.row_offsets[factor + 1]
     }
 
+    /// The factor to which a row belongs.
+    pub(crate) fn factor_of(&self, row: usize) -> usize {
+        self.row_offsets.partition_point(|start| *start <= row) - 1
+    }
+
     /// The same problem with more blocks held at their initial values.
     pub fn holding(&self, ids: &[BlockId], reason: &str) -> Problem {
         let mut blocks = self.blocks.clone();
@@ -143,6 +149,16 @@ impl Problem {
     pub fn with_constraints(&self, constraints: Vec<Constraint>) -> Result<Problem, ProblemError> {
         builder::check_constraints(&self.blocks, &constraints)?;
         Ok(Problem { constraints, ..self.clone() })
+    }
+
+    /// The same with blocks that none of these factors reads held at their initial values, for the stated reason.
+    ///
+    /// # Errors
+    /// As [`Problem::with_factors`].
+    pub fn with_only(&self, factors: Vec<Factor>, reason: &str) -> Result<Problem, ProblemError> {
+        let read: BTreeSet<BlockId> = factors.iter().flat_map(|f| f.residual.blocks()).copied().collect();
+        let unread: Vec<BlockId> = self.block_ids().filter(|id| !read.contains(id)).collect();
+        self.holding(&unread, reason).with_factors(factors)
     }
 
     /// Whether values have a number for each of its blocks: those of another problem may not.
