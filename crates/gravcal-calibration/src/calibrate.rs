@@ -101,6 +101,11 @@ pub enum UnsuitableChoice {
          choose `--estimator joint`"
     )]
     NoSerialChain(EstimatorName),
+    /// Estimators that read as the paper's steps do, where these have nothing to read.
+    #[error(
+        "`{0}` reads what the paper's steps read, and the session has no sweeps for them: choose `--estimator joint`"
+    )]
+    NoSweeps(EstimatorName),
     /// Readings that cannot enter group by group.
     #[error("`{estimator}` takes readings group by group, each group once, and {why}: choose `joint`, or drop it")]
     NotByGroups {
@@ -122,6 +127,11 @@ pub fn check_choice(
 ) -> Result<(), UnsuitableChoice> {
     if let (false, Some(name)) = (session.robot.chain.is_serial(), in_vain_on_branches(estimators)) {
         return Err(UnsuitableChoice::NoSerialChain(name));
+    }
+    if let Some(name) = reading_as_steps(estimators)
+        && Plan::new(session).readings().is_empty()
+    {
+        return Err(UnsuitableChoice::NoSweeps(name));
     }
     if estimators.iter().all(|name| *name == EstimatorName::Sequential) {
         return match session {
@@ -146,12 +156,14 @@ pub fn check_choice(
 /// The estimator, if there is one, that is chosen in vain for a robot that is no serial chain. The steps beside the joint
 /// estimator are not, as they are where nothing is chosen: they say themselves that they have nothing to do.
 fn in_vain_on_branches(estimators: &[EstimatorName]) -> Option<EstimatorName> {
-    let reads_as_steps = |name: &&EstimatorName| {
-        matches!(name, EstimatorName::JointPaperSignals | EstimatorName::SequentialWithCovariance)
-    };
-    let paper_signals = estimators.iter().find(reads_as_steps);
     let steps = estimators.first().filter(|_| !estimators.contains(&EstimatorName::Joint));
-    paper_signals.or(steps).copied()
+    reading_as_steps(estimators).or(steps.copied())
+}
+
+/// The first estimator that reads only what the paper's steps read, and is none of them.
+fn reading_as_steps(estimators: &[EstimatorName]) -> Option<EstimatorName> {
+    let as_steps = [EstimatorName::JointPaperSignals, EstimatorName::SequentialWithCovariance];
+    estimators.iter().find(|name| as_steps.contains(name)).copied()
 }
 
 /// Runs the estimators in the given order. The sequential steps, where they reach gravity, also offer the joint

@@ -37,6 +37,8 @@ pub mod sweeps;
 #[cfg(test)]
 mod branches;
 #[cfg(test)]
+mod by_groups;
+#[cfg(test)]
 mod deflections;
 #[cfg(test)]
 mod descriptions;

@@ -53,25 +53,46 @@ fn step_by_step(
         }
         let factors = known.iter().cloned().chain([selected(whole, &rows)]).collect();
         let problem = whole.with_only(factors, NOT_YET).map_err(super::PosingError::from)?;
-        let problem = holding_what_is_hardly_known(problem, &updated.values, (whole, &in_the_end))?;
-        updated.take(workbench.solve(&problem, &updated.values)?);
+        let far_from_known = Open::of(&problem, &updated.values, (whole, &in_the_end))?;
+        for held in [far_from_known.open_or_hardly_known, far_from_known.hardly_known] {
+            let problem = problem.holding(&held, STEP_SAYS_LITTLE);
+            updated.take(workbench.solve(&problem, &updated.values)?);
+        }
         known.extend(condensed(whole, &rows, &updated.values)?);
     }
     Ok(updated)
 }
 
-fn holding_what_is_hardly_known(
-    step: Problem,
-    values: &Values,
-    (whole, in_the_end): (&Problem, &Covariance),
-) -> Result<Problem, EstimateError> {
-    let now = Spectrum::new(&step, values)?.covariance();
-    let hardly = |id: &BlockId| {
-        let mut columns = step.columns_of(*id).zip(whole.columns_of(*id));
-        !step.block(*id).linear && columns.any(|(own, all)| now.std(own) > HARDLY_KNOWN * in_the_end.std(all))
-    };
-    let hold: Vec<BlockId> = step.block_ids().filter(hardly).collect();
-    Ok(step.holding(&hold, STEP_SAYS_LITTLE))
+/// Blocks in which the residuals are not linear, and which the readings up to a step do not fix.
+struct Open {
+    /// What they say hardly anything of.
+    hardly_known: Vec<BlockId>,
+    /// The same, and what takes part in a direction that is open.
+    open_or_hardly_known: Vec<BlockId>,
+}
+
+impl Open {
+    fn of(
+        step: &Problem,
+        values: &Values,
+        (whole, in_the_end): (&Problem, &Covariance),
+    ) -> Result<Self, EstimateError> {
+        let spectrum = Spectrum::new(step, values)?;
+        let now = spectrum.covariance();
+        let is_hardly_known = |id: &BlockId| {
+            let mut columns = step.columns_of(*id).zip(whole.columns_of(*id));
+            columns.any(|(own, all)| now.std(own) > HARDLY_KNOWN * in_the_end.std(all))
+        };
+        let is_open = |id: &BlockId| {
+            let columns: Vec<usize> = step.columns_of(*id).collect();
+            !spectrum.null_space_within(&columns).is_empty()
+        };
+        let not_linear = || step.block_ids().filter(|id| !step.block(*id).linear);
+        Ok(Open {
+            hardly_known: not_linear().filter(is_hardly_known).collect(),
+            open_or_hardly_known: not_linear().filter(|id| is_open(id) || is_hardly_known(id)).collect(),
+        })
+    }
 }
 
 /// The poses before `from` together, then each with all before it as an information matrix.

@@ -28,7 +28,7 @@ use crate::session::{Session, UncertaintyChoice};
 use crate::workbench::Workbench;
 
 /// How many times worse than all poses the first ones may know a parameter before single poses follow.
-const TIMES_WORSE: f64 = 5.0;
+const TIMES_WORSE: f64 = 3.0;
 
 /// In which order readings enter.
 #[derive(Clone, Debug, PartialEq)]

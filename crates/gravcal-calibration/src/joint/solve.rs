@@ -8,9 +8,10 @@ use gravcal_estimation::{
 use super::constraints;
 use super::hold::{Holds, SetAside};
 use super::in_order::estimate_in_order;
+use super::order::Order;
 use super::problem::{JointProblem, pose};
 use super::readings::Readings;
-use super::start::{best_start, further_starts};
+use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
 use crate::judgement::{fit, held_out};
@@ -62,7 +63,10 @@ pub fn solve(
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     workbench.tell("starting values");
-    let start = best_start(session, &readings.first(), known, workbench)?;
+    let start = match (&readings.order, known) {
+        (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?,
+        _ => best_start(session, &readings.first(), known, workbench)?,
+    };
     let solved = settled(session, solve_from(session, readings, start, workbench)?, workbench)?;
     if solved.contradicts_its_noise(session)? && solved.estimate.termination != Termination::Stopped {
         return lowest_elsewhere(session, readings, solved, known, workbench);

@@ -77,3 +77,6 @@ fn unit_factor(residual: impl crate::Residual + 'static) -> Factor {
     let noise = Noise::Independent(Weights(vec![1.0; residual.len()]));
     Factor { residual: std::sync::Arc::new(residual), noise, loss: Loss::None }
 }
+
+#[cfg(test)]
+mod tests;

@@ -29,6 +29,12 @@ fn offsets(lengths: impl Iterator<Item = usize>) -> Vec<usize> {
     std::iter::once(0).chain(ends).collect()
 }
 
+fn hold(blocks: &mut [Block], ids: &[BlockId], reason: &str) {
+    for id in ids {
+        blocks[id.index()].held.get_or_insert_with(|| reason.to_owned());
+    }
+}
+
 /// One tangent coordinate of a free block.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Column {
@@ -126,9 +132,7 @@ impl Problem {
     /// The same problem with more blocks held at their initial values.
     pub fn holding(&self, ids: &[BlockId], reason: &str) -> Problem {
         let mut blocks = self.blocks.clone();
-        for id in ids {
-            blocks[id.index()].held.get_or_insert_with(|| reason.to_owned());
-        }
+        hold(&mut blocks, ids, reason);
         Problem::assemble(blocks, Arc::clone(&self.factors), self.constraints.clone(), Arc::clone(&self.value_offsets))
     }
 
@@ -137,9 +141,7 @@ impl Problem {
     /// # Errors
     /// As [`ProblemBuilder::build`], of the factors.
     pub fn with_factors(&self, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
-        builder::check_factors(&self.blocks, &factors)?;
-        let (blocks, constraints) = (self.blocks.clone(), self.constraints.clone());
-        Ok(Problem::assemble(blocks, factors.into(), constraints, Arc::clone(&self.value_offsets)))
+        self.rebuilt(&[], "", factors)
     }
 
     /// The same problem under other constraints.
@@ -158,7 +160,14 @@ impl Problem {
     pub fn with_only(&self, factors: Vec<Factor>, reason: &str) -> Result<Problem, ProblemError> {
         let read: BTreeSet<BlockId> = factors.iter().flat_map(|f| f.residual.blocks()).copied().collect();
         let unread: Vec<BlockId> = self.block_ids().filter(|id| !read.contains(id)).collect();
-        self.holding(&unread, reason).with_factors(factors)
+        self.rebuilt(&unread, reason, factors)
+    }
+
+    fn rebuilt(&self, held: &[BlockId], reason: &str, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
+        let mut blocks = self.blocks.clone();
+        hold(&mut blocks, held, reason);
+        builder::check_factors(&blocks, &factors)?;
+        Ok(Problem::assemble(blocks, factors.into(), self.constraints.clone(), Arc::clone(&self.value_offsets)))
     }
 
     /// Whether values have a number for each of its blocks: those of another problem may not.
