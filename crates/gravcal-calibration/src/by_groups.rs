@@ -56,7 +56,7 @@ fn they_equal_the_joint_estimates_where_noise_is_small() {
 fn their_standard_deviations_are_those_of_the_joint_estimates() {
     for pair in PAIRS {
         let [grouped, jointly] = results(&with_noise(0.08).session(1), pair);
-        for (one, other) in grouped.parameters.iter().zip(&jointly.parameters) {
+        for (one, other) in grouped.parameters.iter().zip(&jointly.parameters).filter(|(one, _)| one.held.is_none()) {
             let stds = one.std.zip(other.std);
             assert!(stds.is_none_or(|(one, other)| (one / other - 1.0).abs() < 0.01), "{}: {stds:?}", one.name);
         }
@@ -139,7 +139,7 @@ fn what_needs_all_readings_at_once_is_refused_by_name() {
     assert_eq!(check_choice(&session, &EstimatorName::ALL, &solver), Ok(()));
 
     let mut no_sweeps = session.clone();
-    no_sweeps.poses = session.poses.iter().step_by(9).cloned().collect();
+    no_sweeps.poses = session.poses.iter().step_by(12).cloned().collect();
     for estimator in [SequentialWithCovariance, JointPaperSignals] {
         let error = check_choice(&no_sweeps, &[estimator], &solver).unwrap_err();
         assert_eq!(error, UnsuitableChoice::NoSweeps(estimator));

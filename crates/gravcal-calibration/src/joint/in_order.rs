@@ -9,14 +9,17 @@ use gravcal_estimation::{
 
 use super::EstimateError;
 use super::order::{NOT_YET, Order, first_of};
-use super::problem::JointProblem;
+use super::problem::{JointProblem, PosingError};
 use super::readings::Readings;
 use super::robust::{GAUGE, solve_with_loss};
 use crate::workbench::Workbench;
 
-/// An unknown that is not linear stays where it is during a step of whose readings, and those before, it follows so many
-/// times worse than of all: where a standing joint trembles, its gain and offset seem to be known a little.
-const HARDLY_KNOWN: f64 = 100.0;
+/// An unknown in which readings are not linear stays where it is in a step of whose readings, and those before, it follows so
+/// many times worse than from all: where a standing joint trembles, its gain and offset seem to be known a little.
+const HARDLY_KNOWN: f64 = 10.0;
+/// Iterations that bring a step that others follow near enough to its end: where it ends is no more than where its readings are
+/// condensed.
+const ENOUGH: usize = 30;
 /// Why.
 const STEP_SAYS_LITTLE: &str = "the steps so far say hardly anything of it";
 
@@ -45,20 +48,24 @@ fn step_by_step(
 ) -> Result<Updated, EstimateError> {
     let in_the_end = Spectrum::new(whole, &posed.initial)?.covariance();
     let mut known = first_of(posed, 0);
-    let mut updated = Updated::from(&posed.initial);
+    let (mut updated, mut last) = (Updated::from(&posed.initial), None);
     for step in steps {
         let rows: Vec<usize> = (0..posed.rows.len()).filter(|row| step.contains(&posed.rows[*row])).collect();
-        if rows.is_empty() || updated.stopped() {
-            continue; // held out of a second fit, or nobody waits for it
+        if rows.is_empty() {
+            continue; // held out of a second fit
         }
         let factors = known.iter().cloned().chain([selected(whole, &rows)]).collect();
-        let problem = whole.with_only(factors, NOT_YET).map_err(super::PosingError::from)?;
-        let far_from_known = Open::of(&problem, &updated.values, (whole, &in_the_end))?;
-        for held in [far_from_known.open_or_hardly_known, far_from_known.hardly_known] {
+        let problem = whole.with_only(factors, NOT_YET).map_err(PosingError::from)?;
+        let open = Open::of(&problem, &updated.values, (whole, &in_the_end))?;
+        for held in [open.open_or_hardly_known, open.hardly_known] {
             let problem = problem.holding(&held, STEP_SAYS_LITTLE);
-            updated.take(workbench.solve(&problem, &updated.values)?);
+            updated.go_to(workbench.solve_briefly(&problem, &updated.values, ENOUGH)?);
         }
         known.extend(condensed(whole, &rows, &updated.values)?);
+        last = Some(problem);
+    }
+    if let Some(last) = last {
+        updated.take(workbench.solve(&last, &updated.values)?);
     }
     Ok(updated)
 }
@@ -104,7 +111,7 @@ fn pose_by_pose(
 ) -> Result<Updated, EstimateError> {
     let poses: BTreeSet<usize> = posed.rows.iter().map(|(pose, _)| *pose).collect();
     let together = poses.range(..from).count();
-    let mut problem = whole.with_only(first_of(posed, together), NOT_YET).map_err(super::PosingError::from)?;
+    let mut problem = whole.with_only(first_of(posed, together), NOT_YET).map_err(PosingError::from)?;
     let mut updated = Updated::from(&posed.initial);
     updated.take(workbench.solve(&problem, &updated.values)?);
     for pose in &whole.factors()[together..posed.poses] {
@@ -112,7 +119,7 @@ fn pose_by_pose(
             break;
         }
         let factors: Vec<Factor> = vec![linearized(&problem, &updated.values)?, pose.clone()];
-        problem = whole.with_only(factors, NOT_YET).map_err(super::PosingError::from)?;
+        problem = whole.with_only(factors, NOT_YET).map_err(PosingError::from)?;
         updated.take(workbench.solve(&problem, &updated.values)?);
     }
     Ok(updated)
@@ -136,10 +143,14 @@ impl Updated {
     }
 
     fn take(&mut self, estimate: Estimate) {
-        self.values = estimate.values;
-        if self.iterations.is_empty() || self.termination.converged() {
+        if self.termination == Termination::AsGiven || self.termination.converged() {
             self.termination = estimate.termination;
         }
+        self.go_to(estimate);
+    }
+
+    fn go_to(&mut self, estimate: Estimate) {
+        self.values = estimate.values;
         // The start of an update is the end of the one before.
         let own = estimate.iterations.into_iter().skip(usize::from(!self.iterations.is_empty()));
         for record in own {
