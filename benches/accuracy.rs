@@ -36,7 +36,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
         simulation.disturbance.converter = None;
     }
     let bar = progress(arguments.trials, "trials");
-    let table = accuracy(&simulation, arguments.trials, &LevenbergMarquardt::default(), &|| bar.inc(1))
+    let table = accuracy(&simulation, arguments.trials, &Column::ALL, &LevenbergMarquardt::default(), &|| bar.inc(1))
         .map_err(|e| e.to_string())?;
     bar.finish_and_clear();
     print_table(&simulation.session(0), &table);

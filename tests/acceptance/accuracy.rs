@@ -15,9 +15,18 @@ use crate::tree;
 /// Largest rms error of an efficient estimator over this many trials, as a multiple of the bound.
 const TRIALS: u64 = 2000;
 const AT_THE_BOUND: f64 = 1.08;
+/// Estimators by groups of readings, over fewer trials: how far their rms errors may lie from those of the joint estimators that
+/// read the same, of the same trials. The paper's steps with their covariance equal them; an information filter is linearized
+/// before all is known.
+const BY_GROUPS_TRIALS: u64 = 60;
+const BY_STEPS_APART: f64 = 0.01;
+const BY_POSES_APART: f64 = 0.08;
 /// The same with the converter, over fewer trials.
 const CONVERTER_TRIALS: u64 = 300;
 const AT_THE_BOUND_ROUGHLY: f64 = 1.15;
+
+/// What most tests here look at.
+const COLUMNS: [Column; 3] = [Column::Sequential, Column::JointPaperSignals, Column::Joint];
 
 /// The Cramér-Rao bound of joint estimation from all torque readings, in the program's units.
 const BOUND: [(&str, f64); 13] = [
@@ -65,10 +74,30 @@ fn joint_estimation_is_at_the_bound() {
 
 #[test]
 fn joint_estimation_is_at_the_bound_with_the_converter() {
-    let mut simulation = simulation();
+    let simulation = simulation();
     assert!(simulation.disturbance.converter.is_some());
-    let table = study(&mut simulation, CONVERTER_TRIALS);
+    let table = study(&simulation, CONVERTER_TRIALS, &COLUMNS);
     assert_at_the_bound(&simulation.session(0), &table, AT_THE_BOUND_ROUGHLY);
+}
+
+#[test]
+fn estimation_by_groups_is_as_accurate_as_joint_estimation_from_the_same_readings() {
+    let mut simulation = simulation();
+    simulation.disturbance.converter = None;
+    let session = simulation.session(0);
+    let pairs = [
+        (Column::SequentialWithCovariance, Column::JointPaperSignals, BY_STEPS_APART),
+        (Column::Recursive, Column::Joint, BY_POSES_APART),
+    ];
+    for (grouped, jointly, most) in pairs {
+        let table = study(&simulation, BY_GROUPS_TRIALS, &[grouped, jointly]);
+        for (measured, columns) in &table.rows {
+            let name = format!("{} of {}", Measured::name(*measured, &session), grouped.name());
+            assert_eq!(columns[0].answers as u64, table.trials, "{name}");
+            assert_near(&name, columns[0].rms_error, columns[1].rms_error, most);
+            assert!(columns[0].rms_error != columns[1].rms_error, "{name}: no estimate of its own");
+        }
+    }
 }
 
 #[test]
@@ -102,8 +131,8 @@ fn simulation() -> Simulation {
     Simulation::read(&tree::experiment("sarcos-shoulder").join("simulation.toml")).unwrap()
 }
 
-fn study(simulation: &mut Simulation, trials: u64) -> Accuracy {
-    accuracy(simulation, trials, &LevenbergMarquardt::default(), &|| {}).unwrap()
+fn study(simulation: &Simulation, trials: u64, columns: &[Column]) -> Accuracy {
+    accuracy(simulation, trials, columns, &LevenbergMarquardt::default(), &|| {}).unwrap()
 }
 
 /// The study without converter, run once for all tests, and one of its sessions for the names.
@@ -112,7 +141,7 @@ fn without_converter() -> &'static (Session, Accuracy) {
     STUDY.get_or_init(|| {
         let mut simulation = simulation();
         simulation.disturbance.converter = None;
-        let table = study(&mut simulation, TRIALS);
+        let table = study(&simulation, TRIALS, &COLUMNS);
         (simulation.session(0), table)
     })
 }
@@ -120,14 +149,19 @@ fn without_converter() -> &'static (Session, Accuracy) {
 fn column(name: &str, column: Column) -> ColumnAccuracy {
     let (session, table) = without_converter();
     let (_, columns) = table.rows.iter().find(|(measured, _)| measured.name(session) == name).unwrap();
-    columns[column as usize]
+    columns[place(column)]
+}
+
+/// Where a column stands among [`COLUMNS`].
+fn place(column: Column) -> usize {
+    COLUMNS.iter().position(|other| *other == column).unwrap()
 }
 
 /// Both columns of joint estimation answer in every trial, and are at the bound in everything.
 fn assert_at_the_bound(session: &Session, table: &Accuracy, most: f64) {
     for (measured, columns) in &table.rows {
         for column in [Column::JointPaperSignals, Column::Joint] {
-            let found = columns[column as usize];
+            let found = columns[place(column)];
             let ratio = found.rms_error / found.bound.unwrap();
             let name = format!("{} of {}", Measured::name(*measured, session), column.name());
             assert_eq!(found.answers as u64, table.trials, "{name}");

@@ -5,6 +5,7 @@
 mod accuracy;
 mod answer;
 mod branches;
+mod by_groups;
 mod constraints;
 mod deflection;
 mod earlier;

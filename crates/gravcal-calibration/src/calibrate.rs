@@ -6,9 +6,12 @@ use std::str::FromStr;
 use gravcal_estimation::{Solver, Unsupported};
 use thiserror::Error;
 
-use crate::joint::{EstimateError, Signals, estimate_briefly, estimate_jointly, pose_at_nominal};
+use crate::joint::{
+    EstimateError, Readings, Signals, Unknowns, estimate, estimate_briefly, pose_at_nominal, pose_by_pose, select,
+    step_by_step, why_not_by_groups,
+};
 use crate::result::{Brief, CovarianceResult, EstimatorResult, ParameterResult, Verdict};
-use crate::sequential::{Plan, run_steps, tell_steps, tell_steps_briefly};
+use crate::sequential::{Plan, SequentialValues, run_steps, tell_steps, tell_steps_briefly};
 use crate::session::Session;
 use crate::workbench::Workbench;
 
@@ -21,12 +24,21 @@ pub enum EstimatorName {
     Joint,
     /// All unknowns together, only the torque readings that the paper's steps read.
     JointPaperSignals,
+    /// The readings of the paper's steps, step by step, each step's result passed on with its covariance.
+    SequentialWithCovariance,
+    /// All torque readings, the first poses together and then pose by pose.
+    Recursive,
 }
 
 impl EstimatorName {
     /// Every estimator.
-    pub const ALL: [EstimatorName; 3] =
-        [EstimatorName::Sequential, EstimatorName::Joint, EstimatorName::JointPaperSignals];
+    pub const ALL: [EstimatorName; 5] = [
+        EstimatorName::Sequential,
+        EstimatorName::Joint,
+        EstimatorName::JointPaperSignals,
+        EstimatorName::SequentialWithCovariance,
+        EstimatorName::Recursive,
+    ];
 
     /// Those that run where nothing is chosen.
     pub const DEFAULT: [EstimatorName; 2] = [EstimatorName::Sequential, EstimatorName::Joint];
@@ -37,6 +49,8 @@ impl EstimatorName {
             EstimatorName::Sequential => "sequential",
             EstimatorName::Joint => "joint",
             EstimatorName::JointPaperSignals => "joint-paper-signals",
+            EstimatorName::SequentialWithCovariance => "sequential-with-covariance",
+            EstimatorName::Recursive => "recursive",
         }
     }
 }
@@ -88,6 +102,19 @@ pub enum UnsuitableChoice {
          choose `--estimator joint`"
     )]
     NoSerialChain(EstimatorName),
+    /// Estimators that read as the paper's steps do, where these have nothing to read.
+    #[error(
+        "`{0}` reads what the paper's steps read, and the session has no sweeps for them: choose `--estimator joint`"
+    )]
+    NoSweeps(EstimatorName),
+    /// Readings that cannot enter group by group.
+    #[error("`{estimator}` takes readings group by group, each group once, and {why}: choose `joint`, or drop it")]
+    NotByGroups {
+        /// Which estimator.
+        estimator: EstimatorName,
+        /// What of the session stands against it.
+        why: &'static str,
+    },
 }
 
 /// Whether estimators and solver can do what the session asks.
@@ -102,6 +129,11 @@ pub fn check_choice(
     if let (false, Some(name)) = (session.robot.chain.is_serial(), in_vain_on_branches(estimators)) {
         return Err(UnsuitableChoice::NoSerialChain(name));
     }
+    if let Some(name) = reading_as_steps(estimators)
+        && Plan::new(session).readings().is_empty()
+    {
+        return Err(UnsuitableChoice::NoSweeps(name));
+    }
     if estimators.iter().all(|name| *name == EstimatorName::Sequential) {
         return match session {
             Session { constraints, .. } if !constraints.is_empty() => Err(UnsuitableChoice::ConstraintsIgnored),
@@ -110,7 +142,14 @@ pub fn check_choice(
         };
     }
     match pose_at_nominal(session).and_then(|posed| Ok(posed.with_loss(session.loss)?)) {
-        Ok(posed) => Ok(solver.check(&posed.problem)?),
+        Ok(posed) => {
+            let by_groups = [EstimatorName::SequentialWithCovariance, EstimatorName::Recursive];
+            let against = why_not_by_groups(session, &posed);
+            match (by_groups.into_iter().find(|name| estimators.contains(name)), against) {
+                (Some(estimator), Some(why)) => Err(UnsuitableChoice::NotByGroups { estimator, why }),
+                _ => Ok(solver.check(&posed.problem)?),
+            }
+        }
         Err(_) => Ok(()), // the estimator will say why there is no problem to take
     }
 }
@@ -118,29 +157,26 @@ pub fn check_choice(
 /// The estimator, if there is one, that is chosen in vain for a robot that is no serial chain. The steps beside the joint
 /// estimator are not, as they are where nothing is chosen: they say themselves that they have nothing to do.
 fn in_vain_on_branches(estimators: &[EstimatorName]) -> Option<EstimatorName> {
-    let paper_signals = estimators.iter().find(|name| **name == EstimatorName::JointPaperSignals);
     let steps = estimators.first().filter(|_| !estimators.contains(&EstimatorName::Joint));
-    paper_signals.or(steps).copied()
+    reading_as_steps(estimators).or(steps.copied())
+}
+
+/// The first estimator that reads only what the paper's steps read, and is none of them.
+fn reading_as_steps(estimators: &[EstimatorName]) -> Option<EstimatorName> {
+    let as_steps = [EstimatorName::JointPaperSignals, EstimatorName::SequentialWithCovariance];
+    estimators.iter().find(|name| as_steps.contains(name)).copied()
 }
 
 /// Runs the estimators in the given order. The sequential steps, where they reach gravity, also offer the joint
 /// estimators a start. An estimator that has no answer at all has failed, and says why; it takes no other with it.
 pub fn calibrate(session: &Session, estimators: &[EstimatorName], workbench: &Workbench<'_>) -> Vec<EstimatorResult> {
     let steps = run_steps(session, &Plan::new(session), workbench);
-    let known = steps.as_start(session);
-    estimators
-        .iter()
-        .map(|estimator| {
-            let result = match estimator {
-                EstimatorName::Sequential => tell_steps(session, &steps, workbench),
-                EstimatorName::Joint => estimate_jointly(session, Signals::All, known.as_ref(), workbench),
-                EstimatorName::JointPaperSignals => {
-                    estimate_jointly(session, Signals::PaperSteps, known.as_ref(), workbench)
-                }
-            };
-            result.unwrap_or_else(|error| failed(session, *estimator, &error))
-        })
-        .collect()
+    let answer = |estimator: EstimatorName| match estimator.reads(session, &steps, workbench)? {
+        None => tell_steps(session, &steps, workbench),
+        Some(Task { readings, known }) => estimate(session, estimator.as_str(), &readings, known.as_ref(), workbench),
+    };
+    let each = estimators.iter().map(|name| answer(*name).unwrap_or_else(|error| failed(session, *name, &error)));
+    each.collect()
 }
 
 /// The same of sensors and gravity alone: what batches need.
@@ -153,14 +189,39 @@ pub fn calibrate_briefly(
     workbench: &Workbench<'_>,
 ) -> Vec<Result<Brief, EstimateError>> {
     let steps = run_steps(session, &Plan::new(session), workbench);
-    let known = steps.as_start(session);
-    let jointly = |signals| estimate_briefly(session, signals, known.as_ref(), workbench);
-    let brief = |estimator: &EstimatorName| match estimator {
-        EstimatorName::Sequential => Ok(tell_steps_briefly(session, &steps)),
-        EstimatorName::Joint => jointly(Signals::All),
-        EstimatorName::JointPaperSignals => jointly(Signals::PaperSteps),
+    let brief = |estimator: &EstimatorName| match estimator.reads(session, &steps, workbench)? {
+        None => Ok(tell_steps_briefly(session, &steps)),
+        Some(Task { readings, known }) => estimate_briefly(session, &readings, known.as_ref(), workbench),
     };
     estimators.iter().map(brief).collect()
+}
+
+/// What an estimator of the joint problem reads, and from where it may start.
+struct Task {
+    readings: Readings,
+    known: Option<Unknowns>,
+}
+
+impl EstimatorName {
+    /// The readings of the joint problem in the order in which they enter; nothing for the steps, which have no such problem.
+    fn reads(
+        self,
+        session: &Session,
+        steps: &SequentialValues,
+        workbench: &Workbench<'_>,
+    ) -> Result<Option<Task>, EstimateError> {
+        let readings = match self {
+            EstimatorName::Sequential => return Ok(None),
+            EstimatorName::Joint => select(session, Signals::All),
+            EstimatorName::JointPaperSignals => select(session, Signals::PaperSteps),
+            EstimatorName::SequentialWithCovariance => step_by_step(session),
+            // The sequential steps have seen all poses.
+            EstimatorName::Recursive => {
+                return Ok(Some(Task { readings: pose_by_pose(session, workbench)?, known: None }));
+            }
+        };
+        Ok(Some(Task { readings, known: steps.as_start(session) }))
+    }
 }
 
 /// An answer without any value.

@@ -9,7 +9,8 @@
 //! ```
 //!
 //! after Ma, Hollerbach and Xu, *Gravity Based Autonomous Calibration for Robot Manipulators*, 1994. Two estimators
-//! share the residuals of [`residuals`]: the paper's [`sequential`] steps, and the [`joint`] problem over everything.
+//! share the residuals of [`residuals`]: the paper's [`sequential`] steps, and the [`joint`] problem over everything, whose
+//! readings enter together or [group by group](joint::Order).
 //!
 //! Inside: SI units and radians; torque readings in the unit of their sensor. A [`Session`] is what a user says,
 //! [`calibrate`] what the estimators answer.
@@ -36,6 +37,8 @@ pub mod sweeps;
 
 #[cfg(test)]
 mod branches;
+#[cfg(test)]
+mod by_groups;
 #[cfg(test)]
 mod deflections;
 #[cfg(test)]

@@ -87,10 +87,18 @@ fn choose_estimators(said: &[EstimatorName], session: &[String], path: &Path) ->
     session.iter().map(|name| named(name, "estimators", path)).collect()
 }
 
-/// Constraints are what a method most likely cannot take.
+/// Names the field that says what does not go with the choice: constraints are what a method most likely cannot take.
 fn unsuitable(error: &UnsuitableChoice, session: &Session, path: &Path) -> Failure {
     let constraints = !session.constraints.is_empty();
-    let field = if constraints { "constraints" } else { "solver" };
+    let field = match error {
+        UnsuitableChoice::Solver(_) if constraints => "constraints",
+        UnsuitableChoice::Solver(_) => "solver",
+        UnsuitableChoice::ConstraintsIgnored => "constraints",
+        UnsuitableChoice::EarlierIgnored => "prior",
+        UnsuitableChoice::NoSerialChain(_) | UnsuitableChoice::NoSweeps(_) | UnsuitableChoice::NotByGroups { .. } => {
+            "estimators"
+        }
+    };
     let failure = Failure::bad_input(error).about(place(field, path));
     match error {
         UnsuitableChoice::Solver(_) if constraints => {
@@ -154,7 +162,7 @@ mod tests {
         assert_eq!(
             failure.to_string(),
             "error: session.toml: estimators: unknown estimator `kalman`; there is: sequential, joint, \
-             joint-paper-signals"
+             joint-paper-signals, sequential-with-covariance, recursive"
         );
     }
 

@@ -37,6 +37,7 @@ mod loss;
 mod loss_name;
 mod manifold;
 mod noise;
+pub mod passing_on;
 mod problem;
 pub mod published;
 mod residual;

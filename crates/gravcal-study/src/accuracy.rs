@@ -1,7 +1,7 @@
 //! Root-mean-square errors of the estimators over many simulated sessions, beside the Cramér-Rao bound.
 
 use gravcal_calibration::Workbench;
-use gravcal_calibration::joint::{self, EstimateError, Signals};
+use gravcal_calibration::joint::{self, EstimateError, Readings, Signals, Unknowns};
 use gravcal_calibration::sequential::{Plan, run_steps};
 use gravcal_calibration::simulation::Simulation;
 use gravcal_estimation::Solver;
@@ -16,21 +16,33 @@ use crate::quantities::{Measured, measured_quantities};
 pub enum Column {
     /// The paper's steps.
     Sequential,
+    /// The paper's steps with each step's covariance passed on.
+    SequentialWithCovariance,
     /// Joint estimation from the torque readings that the paper's steps read.
     JointPaperSignals,
+    /// All torque readings, pose by pose.
+    Recursive,
     /// Joint estimation from all torque readings.
     Joint,
 }
 
 impl Column {
     /// In the order of a table.
-    pub const ALL: [Column; 3] = [Column::Sequential, Column::JointPaperSignals, Column::Joint];
+    pub const ALL: [Column; 5] = [
+        Column::Sequential,
+        Column::SequentialWithCovariance,
+        Column::JointPaperSignals,
+        Column::Recursive,
+        Column::Joint,
+    ];
 
     /// Heading.
     pub fn name(self) -> &'static str {
         match self {
             Column::Sequential => "sequential",
+            Column::SequentialWithCovariance => "sequential, covariance",
             Column::JointPaperSignals => "joint, paper's signals",
+            Column::Recursive => "recursive, all signals",
             Column::Joint => "joint, all signals",
         }
     }
@@ -63,20 +75,21 @@ pub struct ColumnAccuracy {
 pub struct Accuracy {
     /// Trials run.
     pub trials: u64,
-    /// Quantities, each with its columns in the order of [`Column::ALL`].
-    pub rows: Vec<(Measured, [ColumnAccuracy; 3])>,
+    /// Quantities, each with the columns that were asked for, in their order.
+    pub rows: Vec<(Measured, Vec<ColumnAccuracy>)>,
     /// Mean over the trials of the largest residual of the sinusoids of step 1 (largest over the joints), unit of
     /// the torque reading; `None` where no trial had one.
     pub largest_sinusoid_residual: Option<f64>,
 }
 
-/// Runs `trials` trials of a simulation.
+/// Runs `trials` trials of a simulation, each with the estimators of these columns.
 ///
 /// # Errors
 /// Where the bound cannot be computed. A trial in which an estimator gives no answer is counted, not an error.
 pub fn accuracy(
     simulation: &Simulation,
     trials: u64,
+    columns: &[Column],
     solver: &dyn Solver,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Accuracy, StudyError> {
@@ -89,7 +102,7 @@ pub fn accuracy(
     let outcomes: Vec<Trial> = (0..trials)
         .into_par_iter()
         .map(|trial| {
-            let outcome = run_trial(simulation, trial, solver, &quantities);
+            let outcome = run_trial(simulation, trial, (columns, &quantities), solver);
             progress();
             outcome
         })
@@ -100,11 +113,11 @@ pub fn accuracy(
         .map(|(index, quantity)| {
             let bound_of = |column: Column| match column {
                 Column::Sequential => None,
-                Column::JointPaperSignals => paper[index],
-                Column::Joint => all[index],
+                Column::SequentialWithCovariance | Column::JointPaperSignals => paper[index],
+                Column::Recursive | Column::Joint => all[index],
             };
-            let columns = [0, 1, 2].map(|c| summarize(&outcomes, c, index, bound_of(Column::ALL[c])));
-            (*quantity, columns)
+            let summary = |(place, column): (usize, &Column)| summarize(&outcomes, (place, index), bound_of(*column));
+            (*quantity, columns.iter().enumerate().map(summary).collect())
         })
         .collect();
     let largest: Vec<f64> = outcomes.iter().filter_map(|t| t.largest_sinusoid_residual).collect();
@@ -117,20 +130,24 @@ pub fn accuracy(
 
 /// Errors of one trial: by column and quantity.
 struct Trial {
-    errors: [Vec<Option<f64>>; 3],
+    errors: Vec<Vec<Option<f64>>>,
     largest_sinusoid_residual: Option<f64>,
 }
 
-fn run_trial(simulation: &Simulation, trial: u64, solver: &dyn Solver, quantities: &[Measured]) -> Trial {
+fn run_trial(
+    simulation: &Simulation,
+    trial: u64,
+    (columns, quantities): (&[Column], &[Measured]),
+    solver: &dyn Solver,
+) -> Trial {
     let session = simulation.session(trial);
     let quiet = |_: &str| {};
     let workbench = Workbench::new(solver, &quiet);
     let steps = run_steps(&session, &Plan::new(&session), &workbench);
     let known = steps.as_start(&session);
     let error = |quantity: &Measured, value: f64| value - quantity.of(&simulation.truth);
-    let jointly = |signals: Signals| -> Vec<Option<f64>> {
-        let readings = joint::select(&session, signals);
-        match joint::solve(&session, &readings, known.as_ref(), &workbench) {
+    let answer = |readings: Result<Readings, EstimateError>, known: Option<&Unknowns>| -> Vec<Option<f64>> {
+        match readings.and_then(|readings| joint::solve(&session, &readings, known, &workbench)) {
             Ok(solved) if solved.estimate.termination.converged() => {
                 let found = solved.unknowns(&simulation.truth);
                 quantities.iter().map(|q| Some(error(q, q.of(&found)))).collect()
@@ -138,17 +155,20 @@ fn run_trial(simulation: &Simulation, trial: u64, solver: &dyn Solver, quantitie
             _ => vec![None; quantities.len()],
         }
     };
+    let of_column = |column: &Column| match column {
+        Column::Sequential => quantities.iter().map(|q| Some(error(q, q.of_steps(&steps)?))).collect(),
+        Column::SequentialWithCovariance => answer(Ok(joint::step_by_step(&session)), known.as_ref()),
+        Column::JointPaperSignals => answer(Ok(joint::select(&session, Signals::PaperSteps)), known.as_ref()),
+        Column::Recursive => answer(joint::pose_by_pose(&session, &workbench), None),
+        Column::Joint => answer(Ok(joint::select(&session, Signals::All)), known.as_ref()),
+    };
     Trial {
-        errors: [
-            quantities.iter().map(|q| Some(error(q, q.of_steps(&steps)?))).collect(),
-            jointly(Signals::PaperSteps),
-            jointly(Signals::All),
-        ],
+        errors: columns.iter().map(of_column).collect(),
         largest_sinusoid_residual: steps.largest_residuals.iter().flatten().copied().reduce(f64::max),
     }
 }
 
-fn summarize(outcomes: &[Trial], column: usize, quantity: usize, bound: Option<f64>) -> ColumnAccuracy {
+fn summarize(outcomes: &[Trial], (column, quantity): (usize, usize), bound: Option<f64>) -> ColumnAccuracy {
     let errors: Vec<f64> = outcomes.iter().filter_map(|t| t.errors[column][quantity]).collect();
     let count = errors.len() as f64;
     ColumnAccuracy {

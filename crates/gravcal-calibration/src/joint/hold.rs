@@ -16,9 +16,9 @@ use gravcal_estimation::BlockId;
 
 use super::constraints::{self, constrained};
 use super::idle::idle_joints;
+use super::in_order::estimate_in_order;
 use super::problem::{JointProblem, pose};
 use super::readings::Readings;
-use super::robust::solve_with_loss;
 use super::solve::Solved;
 use super::{EstimateError, Unknowns};
 use crate::judgement::Combination;
@@ -103,7 +103,7 @@ impl Holds {
         for round in 0.. {
             let posed = pose_with(session, readings, &from, &self.set_aside)?;
             let held: Vec<BlockId> = self.gauges.iter().map(|id| posed.layout.block(*id)).collect();
-            let (posed, estimate) = solve_with_loss(&posed, &held, readings.loss, workbench)?;
+            let (posed, estimate) = estimate_in_order(&posed, &held, readings, workbench)?;
             let solved = Solved { gauges: held, ..Solved::judged(readings.clone(), posed, estimate)? };
             let idle = idle_joints(session, &solved.unknowns(&from));
             let newly_idle = (0..idle.len()).any(|joint| idle[joint] && !self.idle[joint]);

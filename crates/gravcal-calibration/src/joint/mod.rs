@@ -4,8 +4,10 @@ mod constraints;
 mod earlier;
 mod hold;
 mod idle;
+mod in_order;
 mod linear_part;
 mod model_tests;
+mod order;
 mod placements;
 mod position_unknowns;
 mod problem;
@@ -32,6 +34,8 @@ use crate::session::Session;
 use crate::workbench::Workbench;
 
 pub(crate) use hold::judge_at_start;
+pub(crate) use order::why_not_by_groups;
+pub use order::{Order, pose_by_pose, step_by_step};
 pub use position_unknowns::PositionUnknown;
 pub(crate) use position_unknowns::sweeping;
 pub use problem::{JointProblem, PosingError, pose};
@@ -93,7 +97,21 @@ pub fn estimate_jointly(
         Signals::All => "joint",
         Signals::PaperSteps => "joint-paper-signals",
     };
-    let solved = solve(session, &select(session, signals), known, workbench)?;
+    estimate(session, name, &select(session, signals), known, workbench)
+}
+
+/// Solves the joint problem of these readings, in the order in which they are to enter, and tells it under `name`.
+///
+/// # Errors
+/// As [`estimate_jointly`].
+pub fn estimate(
+    session: &Session,
+    name: &str,
+    readings: &Readings,
+    known: Option<&Unknowns>,
+    workbench: &Workbench<'_>,
+) -> Result<EstimatorResult, EstimateError> {
+    let solved = solve(session, readings, known, workbench)?;
     let fit = solve::fit_with_held_out(session, &solved, workbench)?;
     // What was stopped on its way explains the readings badly whatever the model.
     let misfit = fit.misfit().filter(|_| solved.estimate.termination != Termination::Stopped);
@@ -120,11 +138,11 @@ pub fn estimate_jointly(
 /// Where there is no answer at all; not converging is a verdict.
 pub fn estimate_briefly(
     session: &Session,
-    signals: Signals,
+    readings: &Readings,
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
 ) -> Result<Brief, EstimateError> {
-    let solved = solve(session, &select(session, signals), known, workbench)?;
+    let solved = solve(session, readings, known, workbench)?;
     let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
     let (uncertainty, _) = solved.chosen_uncertainty(session, misfit, workbench)?;
     Ok(tell::tell_briefly(session, &Solved { uncertainty, ..solved }, misfit))

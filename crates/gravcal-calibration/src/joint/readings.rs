@@ -6,6 +6,7 @@ use std::sync::Arc;
 use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder, Residual};
 use gravcal_kinematics::Chain;
 
+use super::order::Order;
 use super::position_unknowns::Around;
 use super::torques::Torques;
 use super::unknowns::Layout;
@@ -26,6 +27,8 @@ pub struct Readings {
     /// How readings far beyond that are to be counted. [`super::pose`] leaves it to `JointProblem::with_loss`: at a start
     /// every reading looks far off.
     pub loss: Loss,
+    /// In which order they enter.
+    pub order: Order,
 }
 
 impl Readings {
@@ -33,7 +36,12 @@ impl Readings {
     pub fn select(session: &Session, noise: Vec<f64>, keep: impl Fn(usize, usize) -> bool) -> Readings {
         let enters = |pose, channel| session.reading(pose, channel).is_some() && keep(pose, channel);
         let of_pose = |pose| (0..session.channel_count()).filter(|channel| enters(pose, *channel)).collect();
-        Readings { used: (0..session.poses.len()).map(of_pose).collect(), noise, loss: session.loss }
+        Readings {
+            used: (0..session.poses.len()).map(of_pose).collect(),
+            noise,
+            loss: session.loss,
+            order: Order::Together,
+        }
     }
 
     /// How many poses have a reading that enters.

@@ -7,9 +7,11 @@ use gravcal_estimation::{
 
 use super::constraints;
 use super::hold::{Holds, SetAside};
+use super::in_order::estimate_in_order;
+use super::order::Order;
 use super::problem::{JointProblem, pose};
 use super::readings::Readings;
-use super::start::{best_start, further_starts};
+use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
 use crate::judgement::{fit, held_out};
@@ -61,7 +63,10 @@ pub fn solve(
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     workbench.tell("starting values");
-    let start = best_start(session, readings, known, workbench)?;
+    let start = match (&readings.order, known) {
+        (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?,
+        _ => best_start(session, &readings.first(), known, workbench)?,
+    };
     let solved = settled(session, solve_from(session, readings, start, workbench)?, workbench)?;
     if solved.misfit(session)?.is_some() && solved.estimate.termination != Termination::Stopped {
         return lowest_elsewhere(session, readings, solved, known, workbench);
@@ -262,7 +267,8 @@ pub(crate) fn fit_with_held_out(
     if !solved.posed.problem.constraints().is_empty() {
         constraints::respect(session, &mut start); // of rounding errors
     }
-    let Ok(seen) = pose(session, &part(false), &start) else { return Ok(told) };
+    let seen_readings = part(false);
+    let Ok(seen) = pose(session, &seen_readings, &start) else { return Ok(told) };
     let also_held: Vec<_> = seen
         .problem
         .block_ids()
@@ -276,7 +282,7 @@ pub(crate) fn fit_with_held_out(
     if !solved.posed.problem.constraints().is_empty() {
         seen = constraints::constrained(session, seen)?;
     }
-    let estimate = workbench.solve(&seen.problem, &seen.initial)?;
+    let (seen, estimate) = estimate_in_order(&seen, &[], &seen_readings, workbench)?;
     if !estimate.termination.converged() {
         return Ok(told);
     }

@@ -5,6 +5,7 @@ use gravcal_kinematics::JointKind;
 
 use super::hold::SetAside;
 use super::model_tests::ModelTests;
+use super::order::Order;
 use super::{EstimateError, Solved, constraints, contradiction_in_words, contradicts, sweep_moments};
 use crate::judgement::{
     DeterminedMoment, Judgement, deflections, determined_moments, held, loss, outlier_note, outliers, position_errors,
@@ -57,9 +58,9 @@ pub(super) fn tell(
     Ok(EstimatorResult {
         name: name.to_owned(),
         verdict: verdict(session, solved, &parameters, gravity.is_some(), &mirrored),
-        termination: solved.estimate.termination.to_string(),
+        termination: tell_termination(solved),
         iterations: solved.estimate.iterations.len().saturating_sub(1),
-        trace: solved.estimate.iterations.iter().map(Iteration::from).collect(),
+        trace: tell_trace(solved),
         covariance: tell_covariance(session, solved, &judgement, &moments),
         moments: moments.into_iter().map(|moment| moment.told).collect(),
         deflections: deflections(session, solved),
@@ -94,7 +95,7 @@ pub(super) fn tell_briefly(session: &Session, solved: &Solved, misfit: Option<f6
         termination: contradiction
             .map(contradiction_in_words)
             .or_else(|| mirrored.first().cloned())
-            .unwrap_or_else(|| solved.estimate.termination.to_string()),
+            .unwrap_or_else(|| tell_termination(solved)),
         iterations: solved.estimate.iterations.len().saturating_sub(1),
         gravity,
         parameters,
@@ -113,6 +114,29 @@ fn verdict(
         (false, _) => Verdict::Failed,
         (true, true) => Verdict::Determined,
         (true, false) => Verdict::PartlyDetermined,
+    }
+}
+
+fn tell_termination(solved: &Solved) -> String {
+    let termination = solved.estimate.termination;
+    let last = if termination.converged() { "the last" } else { "one" };
+    match &solved.readings.order {
+        Order::Together => termination.to_string(),
+        Order::StepByStep(steps) => {
+            format!("{} steps, each with the covariance of those before; {last} {termination}", steps.len())
+        }
+        Order::PoseByPose { .. } => {
+            let (first, all) = (solved.readings.first().poses(), solved.readings.poses());
+            format!("{first} poses together, then {} one by one; {last} {termination}", all - first)
+        }
+    }
+}
+
+/// Costs from start to end; of no meaning where every update has a cost of its own.
+fn tell_trace(solved: &Solved) -> Vec<Iteration> {
+    match solved.readings.order {
+        Order::Together => solved.estimate.iterations.iter().map(Iteration::from).collect(),
+        Order::StepByStep(_) | Order::PoseByPose { .. } => Vec::new(),
     }
 }
 

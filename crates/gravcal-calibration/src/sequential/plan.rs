@@ -43,18 +43,27 @@ impl Plan {
 
     /// Pose and joint of every torque reading that the steps read.
     pub fn readings(&self) -> BTreeSet<(usize, usize)> {
-        let mut readings = BTreeSet::new();
-        let mut read = |sweep: usize, joint: usize| {
-            readings.extend(self.sweeps[sweep].poses.iter().map(|pose| (*pose, joint)));
+        self.readings_by_step().into_iter().flatten().collect()
+    }
+
+    /// The same in the order of the steps, each reading in the first that reads it: step 1 joint by joint, step 2, step 3
+    /// joint by joint. A step without a reading of its own is left out.
+    pub fn readings_by_step(&self) -> Vec<BTreeSet<(usize, usize)>> {
+        let poses = |sweep: &usize| self.sweeps[*sweep].poses.iter().copied();
+        let of = |sweeps: &mut dyn Iterator<Item = usize>, joint: usize| -> BTreeSet<(usize, usize)> {
+            sweeps.flat_map(|sweep| poses(&sweep).map(move |pose| (pose, joint)).collect::<Vec<_>>()).collect()
         };
-        for (joint, sweeps) in self.bias.iter().enumerate() {
-            sweeps.iter().for_each(|sweep| read(*sweep, joint));
-        }
-        self.gravity.iter().for_each(|sweep| read(*sweep, 1));
-        for (joint, pairs) in self.gain.iter().enumerate() {
-            pairs.iter().flat_map(|pair| pair.sweeps).for_each(|sweep| read(sweep, joint));
-        }
-        readings
+        let bias = self.bias.iter().enumerate().map(|(joint, sweeps)| of(&mut sweeps.iter().copied(), joint));
+        let gravity = of(&mut self.gravity.iter().copied(), 1);
+        let gain = self.gain.iter().enumerate();
+        let gain = gain.map(|(joint, pairs)| of(&mut pairs.iter().flat_map(|pair| pair.sweeps), joint));
+        let mut read = BTreeSet::new();
+        let steps = bias.chain([gravity]).chain(gain).map(|step| {
+            let own: BTreeSet<_> = step.difference(&read).copied().collect();
+            read.extend(own.iter().copied());
+            own
+        });
+        steps.filter(|step| !step.is_empty()).collect()
     }
 }
 

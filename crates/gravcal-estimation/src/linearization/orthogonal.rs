@@ -127,6 +127,11 @@ impl Orthogonal {
         self.triangle.get(.., 0..self.shared.len())
     }
 
+    /// The same with the residual as its last column: `[R z]` of all columns, where none are local.
+    pub fn augmented_triangle(&self) -> MatRef<'_, f64> {
+        self.triangle.as_ref()
+    }
+
     /// The local columns, by what follows from the shared ones.
     ///
     /// # Errors

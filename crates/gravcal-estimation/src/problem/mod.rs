@@ -4,6 +4,7 @@ mod builder;
 mod evaluate;
 mod structure;
 
+use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -26,6 +27,12 @@ fn offsets(lengths: impl Iterator<Item = usize>) -> Vec<usize> {
         total
     });
     std::iter::once(0).chain(ends).collect()
+}
+
+fn hold(blocks: &mut [Block], ids: &[BlockId], reason: &str) {
+    for id in ids {
+        blocks[id.index()].held.get_or_insert_with(|| reason.to_owned());
+    }
 }
 
 /// One tangent coordinate of a free block.
@@ -117,12 +124,15 @@ impl Problem {
         self.row_offsets[factor]..self.row_offsets[factor + 1]
     }
 
+    /// The factor to which a row belongs.
+    pub(crate) fn factor_of(&self, row: usize) -> usize {
+        self.row_offsets.partition_point(|start| *start <= row) - 1
+    }
+
     /// The same problem with more blocks held at their initial values.
     pub fn holding(&self, ids: &[BlockId], reason: &str) -> Problem {
         let mut blocks = self.blocks.clone();
-        for id in ids {
-            blocks[id.index()].held.get_or_insert_with(|| reason.to_owned());
-        }
+        hold(&mut blocks, ids, reason);
         Problem::assemble(blocks, Arc::clone(&self.factors), self.constraints.clone(), Arc::clone(&self.value_offsets))
     }
 
@@ -131,9 +141,7 @@ impl Problem {
     /// # Errors
     /// As [`ProblemBuilder::build`], of the factors.
     pub fn with_factors(&self, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
-        builder::check_factors(&self.blocks, &factors)?;
-        let (blocks, constraints) = (self.blocks.clone(), self.constraints.clone());
-        Ok(Problem::assemble(blocks, factors.into(), constraints, Arc::clone(&self.value_offsets)))
+        self.rebuilt(&[], "", factors)
     }
 
     /// The same problem under other constraints.
@@ -143,6 +151,23 @@ impl Problem {
     pub fn with_constraints(&self, constraints: Vec<Constraint>) -> Result<Problem, ProblemError> {
         builder::check_constraints(&self.blocks, &constraints)?;
         Ok(Problem { constraints, ..self.clone() })
+    }
+
+    /// The same with blocks that none of these factors reads held at their initial values, for the stated reason.
+    ///
+    /// # Errors
+    /// As [`Problem::with_factors`].
+    pub fn with_only(&self, factors: Vec<Factor>, reason: &str) -> Result<Problem, ProblemError> {
+        let read: BTreeSet<BlockId> = factors.iter().flat_map(|f| f.residual.blocks()).copied().collect();
+        let unread: Vec<BlockId> = self.block_ids().filter(|id| !read.contains(id)).collect();
+        self.rebuilt(&unread, reason, factors)
+    }
+
+    fn rebuilt(&self, held: &[BlockId], reason: &str, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
+        let mut blocks = self.blocks.clone();
+        hold(&mut blocks, held, reason);
+        builder::check_factors(&blocks, &factors)?;
+        Ok(Problem::assemble(blocks, factors.into(), self.constraints.clone(), Arc::clone(&self.value_offsets)))
     }
 
     /// Whether values have a number for each of its blocks: those of another problem may not.

@@ -118,7 +118,7 @@ pub fn check(study: &Study, solvers: &[(String, Box<dyn Solver>)]) -> Result<(),
                 .map_err(|error| BatchError::Choice { point: at(), error })?;
         }
         for estimator in &study.estimators {
-            if let Some(why) = nothing_to_do(estimator.estimator(), &instance.session) {
+            if let Some(why) = nothing_to_do(*estimator, &instance.session) {
                 return Err(BatchError::Unsuitable { estimator: estimator.to_string(), point: at(), why });
             }
         }

@@ -174,8 +174,7 @@ fn compare(measured: Measured, brief: &Brief, instance: &Instance) -> Option<(f6
 }
 
 /// Why an estimator could do nothing with such a session, if it could not.
-pub(super) fn nothing_to_do(estimator: EstimatorName, session: &Session) -> Option<String> {
-    let along_steps = estimator != EstimatorName::Joint;
-    let no_sweeps = along_steps && Plan::new(session).sweeps.is_empty();
+pub(super) fn nothing_to_do(compared: Compared, session: &Session) -> Option<String> {
+    let no_sweeps = compared.signals() == Signals::PaperSteps && Plan::new(session).sweeps.is_empty();
     no_sweeps.then(|| "the poses have no sweeps, which the paper's steps are made of".to_owned())
 }

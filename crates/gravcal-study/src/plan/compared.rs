@@ -35,8 +35,10 @@ impl Compared {
     /// The readings that it uses.
     pub(crate) fn signals(self) -> Signals {
         match self.estimator() {
-            EstimatorName::Sequential | EstimatorName::JointPaperSignals => Signals::PaperSteps,
-            EstimatorName::Joint => Signals::All,
+            EstimatorName::Sequential | EstimatorName::SequentialWithCovariance | EstimatorName::JointPaperSignals => {
+                Signals::PaperSteps
+            }
+            EstimatorName::Recursive | EstimatorName::Joint => Signals::All,
         }
     }
 }

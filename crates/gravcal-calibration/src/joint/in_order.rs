@@ -1,0 +1,171 @@
+//! The estimate of a posed problem with its readings in their order: see [`super::order`].
+
+use std::collections::BTreeSet;
+
+use gravcal_estimation::passing_on::{condensed, linearized, selected};
+use gravcal_estimation::{
+    BlockId, Covariance, Estimate, Factor, IterationRecord, Problem, Spectrum, Termination, Values,
+};
+
+use super::EstimateError;
+use super::order::{NOT_YET, Order, first_of};
+use super::problem::{JointProblem, PosingError};
+use super::readings::Readings;
+use super::robust::{GAUGE, solve_with_loss};
+use crate::workbench::Workbench;
+
+/// An unknown in which readings are not linear stays where it is in a step of whose readings, and those before, it follows so
+/// many times worse than from all: where a standing joint trembles, its gain and offset seem to be known a little.
+const HARDLY_KNOWN: f64 = 10.0;
+/// Iterations that bring a step that others follow near enough to its end: where it ends is no more than where its readings are
+/// condensed.
+const ENOUGH: usize = 30;
+/// Why.
+const STEP_SAYS_LITTLE: &str = "the steps so far say hardly anything of it";
+
+/// Estimates the unknowns of a problem, with some more blocks held.
+pub(super) fn estimate_in_order(
+    posed: &JointProblem,
+    held: &[BlockId],
+    readings: &Readings,
+    workbench: &Workbench<'_>,
+) -> Result<(JointProblem, Estimate), EstimateError> {
+    let whole = posed.problem.holding(held, GAUGE);
+    let values = match &readings.order {
+        Order::Together => return solve_with_loss(posed, held, readings.loss, workbench),
+        Order::StepByStep(steps) => step_by_step(posed, &whole, steps, workbench)?,
+        Order::PoseByPose { from } => pose_by_pose(posed, &whole, *from, workbench)?,
+    };
+    Ok((posed.clone(), values.estimate(&whole)?))
+}
+
+/// Each step from where the one before ended, with what those before determine.
+fn step_by_step(
+    posed: &JointProblem,
+    whole: &Problem,
+    steps: &[BTreeSet<(usize, usize)>],
+    workbench: &Workbench<'_>,
+) -> Result<Updated, EstimateError> {
+    let in_the_end = Spectrum::new(whole, &posed.initial)?.covariance();
+    let mut known = first_of(posed, 0);
+    let (mut updated, mut last) = (Updated::from(&posed.initial), None);
+    for step in steps {
+        let rows: Vec<usize> = (0..posed.rows.len()).filter(|row| step.contains(&posed.rows[*row])).collect();
+        if rows.is_empty() {
+            continue; // held out of a second fit
+        }
+        let factors = known.iter().cloned().chain([selected(whole, &rows)]).collect();
+        let problem = whole.with_only(factors, NOT_YET).map_err(PosingError::from)?;
+        let open = Open::of(&problem, &updated.values, (whole, &in_the_end))?;
+        for held in [open.open_or_hardly_known, open.hardly_known] {
+            let problem = problem.holding(&held, STEP_SAYS_LITTLE);
+            updated.go_to(workbench.solve_briefly(&problem, &updated.values, ENOUGH)?);
+        }
+        known.extend(condensed(whole, &rows, &updated.values)?);
+        last = Some(problem);
+    }
+    if let Some(last) = last {
+        updated.take(workbench.solve(&last, &updated.values)?);
+    }
+    Ok(updated)
+}
+
+/// Blocks in which the residuals are not linear, and which the readings up to a step do not fix.
+struct Open {
+    /// What they say hardly anything of.
+    hardly_known: Vec<BlockId>,
+    /// The same, and what takes part in a direction that is open.
+    open_or_hardly_known: Vec<BlockId>,
+}
+
+impl Open {
+    fn of(
+        step: &Problem,
+        values: &Values,
+        (whole, in_the_end): (&Problem, &Covariance),
+    ) -> Result<Self, EstimateError> {
+        let spectrum = Spectrum::new(step, values)?;
+        let now = spectrum.covariance();
+        let is_hardly_known = |id: &BlockId| {
+            let mut columns = step.columns_of(*id).zip(whole.columns_of(*id));
+            columns.any(|(own, all)| now.std(own) > HARDLY_KNOWN * in_the_end.std(all))
+        };
+        let is_open = |id: &BlockId| {
+            let columns: Vec<usize> = step.columns_of(*id).collect();
+            !spectrum.null_space_within(&columns).is_empty()
+        };
+        let not_linear = || step.block_ids().filter(|id| !step.block(*id).linear);
+        Ok(Open {
+            hardly_known: not_linear().filter(is_hardly_known).collect(),
+            open_or_hardly_known: not_linear().filter(|id| is_open(id) || is_hardly_known(id)).collect(),
+        })
+    }
+}
+
+/// The poses before `from` together, then each with all before it as an information matrix.
+fn pose_by_pose(
+    posed: &JointProblem,
+    whole: &Problem,
+    from: usize,
+    workbench: &Workbench<'_>,
+) -> Result<Updated, EstimateError> {
+    let poses: BTreeSet<usize> = posed.rows.iter().map(|(pose, _)| *pose).collect();
+    let together = poses.range(..from).count();
+    let mut problem = whole.with_only(first_of(posed, together), NOT_YET).map_err(PosingError::from)?;
+    let mut updated = Updated::from(&posed.initial);
+    updated.take(workbench.solve(&problem, &updated.values)?);
+    for pose in &whole.factors()[together..posed.poses] {
+        if updated.stopped() {
+            break;
+        }
+        let factors: Vec<Factor> = vec![linearized(&problem, &updated.values)?, pose.clone()];
+        problem = whole.with_only(factors, NOT_YET).map_err(PosingError::from)?;
+        updated.take(workbench.solve(&problem, &updated.values)?);
+    }
+    Ok(updated)
+}
+
+/// Values after some updates.
+struct Updated {
+    values: Values,
+    /// Of the first update that did not converge, else of the last.
+    termination: Termination,
+    iterations: Vec<IterationRecord>,
+}
+
+impl Updated {
+    fn from(values: &Values) -> Self {
+        Updated { values: values.clone(), termination: Termination::AsGiven, iterations: Vec::new() }
+    }
+
+    fn stopped(&self) -> bool {
+        self.termination == Termination::Stopped
+    }
+
+    fn take(&mut self, estimate: Estimate) {
+        if self.termination == Termination::AsGiven || self.termination.converged() {
+            self.termination = estimate.termination;
+        }
+        self.go_to(estimate);
+    }
+
+    fn go_to(&mut self, estimate: Estimate) {
+        self.values = estimate.values;
+        // The start of an update is the end of the one before.
+        let own = estimate.iterations.into_iter().skip(usize::from(!self.iterations.is_empty()));
+        for record in own {
+            self.iterations.push(IterationRecord { iteration: self.iterations.len(), ..record });
+        }
+    }
+
+    fn estimate(self, whole: &Problem) -> Result<Estimate, EstimateError> {
+        Ok(Estimate {
+            cost: whole.cost(&self.values)?,
+            values: self.values,
+            termination: self.termination,
+            iterations: self.iterations,
+            active: Vec::new(),
+            without_effect: Vec::new(),
+        })
+    }
+}
