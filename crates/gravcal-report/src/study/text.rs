@@ -8,9 +8,10 @@ use crate::grid::{Cell, Grid, Side};
 use crate::number::{measured, significant};
 
 const EXPLAINED: &str = "\
-rms: root mean square error, in the unit. bound: the same over the Cramér-Rao bound of the readings
-that the estimator uses. bias: mean error. nees: mean of (error/std)². in 95 %: share of the 95 %
-intervals that hold the truth. After ±: Monte-Carlo standard error.
+rms: root mean square error, in the unit. over bound: the same over the
+Cramér-Rao bound of the readings that the estimator uses. in 95 %: share of the
+95 % intervals that hold the truth. After ±: Monte-Carlo standard error.
+measures.csv has more.
 ";
 
 pub(super) fn text(report: &StudyReport<'_>) -> String {
@@ -44,9 +45,8 @@ fn percent(share: f64) -> String {
 }
 
 fn of_series(report: &StudyReport<'_>, series: &Series) -> String {
-    let mut grid =
-        Grid::new(vec![Side::Left, Side::Left, Side::Right, Side::Right, Side::Right, Side::Right, Side::Right]);
-    let head = ["", "unit", "rms", "bound", "bias", "nees", "in 95 %"];
+    let mut grid = Grid::new(vec![Side::Left, Side::Left, Side::Right, Side::Right, Side::Right]);
+    let head = ["", "unit", "rms", "over bound", "in 95 %"];
     grid.row(head.map(Cell::text).into());
     for ((name, unit), quantity) in report.manifest.quantities.iter().zip(&series.quantities) {
         grid.row(cells(name, unit, quantity));
@@ -67,8 +67,6 @@ fn cells(name: &str, unit: &str, quantity: &QuantityMeasures) -> Vec<Cell> {
         Cell::text(unit),
         Cell::text(significant(quantity.rms.value, 3)),
         number(quantity.ratio),
-        number(quantity.bias),
-        number(quantity.nees),
         number(quantity.coverage),
     ]
 }
