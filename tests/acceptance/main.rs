@@ -10,6 +10,7 @@ mod deflection;
 mod earlier;
 mod experiments;
 mod extreme_numbers;
+mod first_session;
 mod instruments;
 mod invariants;
 mod program;

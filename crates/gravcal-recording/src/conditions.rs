@@ -102,10 +102,11 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 impl ConditionUnit {
     /// Units of time; s inside.
-    pub const TIME: [ConditionUnit; 5] = [
+    pub const TIME: [ConditionUnit; 6] = [
         unit("s", 1.0, 0.0),
         unit("ms", 1e-3, 0.0),
         unit("µs", 1e-6, 0.0),
+        unit("ns", 1e-9, 0.0),
         unit("min", 60.0, 0.0),
         unit("h", 3600.0, 0.0),
     ];

@@ -40,12 +40,6 @@ pub enum ReadError {
         /// Its folder.
         folder: PathBuf,
     },
-    /// The path is that of a folder.
-    #[error("{}: this is a folder; name a CSV file in it", path.display())]
-    IsFolder {
-        /// The folder.
-        path: PathBuf,
-    },
     /// The operating system refuses.
     #[error("{}: cannot be read: {cause}", path.display())]
     Io {
@@ -286,9 +280,6 @@ impl ReadError {
     /// Says why a file cannot be opened: what the operating system calls "not found" may be file or folder.
     pub(crate) fn opening(path: &Path, cause: io::Error) -> ReadError {
         let path = path.to_owned();
-        if path.is_dir() {
-            return ReadError::IsFolder { path };
-        }
         if cause.kind() != io::ErrorKind::NotFound {
             return ReadError::Io { path, cause };
         }

@@ -76,8 +76,8 @@ pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use pose::{Reading, Recording, StaticPose, read_poses};
 pub use rows::{
-    Change, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, Meaning, RewriteError, Row, RowWriter, Rows, Source,
-    Stuck, TimeFound, Topic, Watch, create, inspect, open, rewrite,
+    Change, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError, Row, RowWriter,
+    Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, create, inspect, open, rewrite,
 };
 pub use selection::{MotionLimits, Selection};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};

@@ -48,6 +48,8 @@ pub struct Recording {
     pub poses: Vec<StaticPose>,
     /// How many torque readings of each joint the mapping's limits of motion leave out.
     pub in_motion: Vec<usize>,
+    /// What the reader says of the file: what was lost, cells that are no numbers.
+    pub remarks: Vec<String>,
 }
 
 /// Reads a table of static poses.
@@ -75,7 +77,7 @@ pub(crate) fn poses_of(table: &Table, mapping: &PoseMapping) -> Result<Recording
     let poses = if mapping.merge_repeated { merge_repeated(&rows) } else { rows };
     match poses.as_slice() {
         [only] => Err(ReadError::OnePose { path: path(), rows: only.merged }),
-        _ => Ok(Recording { poses, in_motion }),
+        _ => Ok(Recording { poses, in_motion, remarks: table.remarks().to_vec() }),
     }
 }
 

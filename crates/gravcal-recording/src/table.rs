@@ -1,4 +1,4 @@
-//! A CSV file as cells of text, each with its line in the file.
+//! A file as cells of text, each with its line.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,10 +7,11 @@ use csv::StringRecord;
 
 use crate::csv_lines::{Line, Lines, cells};
 use crate::error::{Place, ReadError};
+use crate::rows::{self, Kind, Rows, kind, open};
 
-/// A table of text cells with named columns, as read from a CSV file.
+/// A table of text cells with named columns, as read from a file, mostly CSV.
 ///
-/// The file is UTF-8 text with commas between the cells; cells may be in double quotes. Its first row names the
+/// A CSV file is UTF-8 text with commas between the cells; cells may be in double quotes. Its first row names the
 /// columns. Blank lines and lines that begin with `#` are skipped. White space around a cell does not count.
 /// A table has at least one column and one row, all names differ, and every row has a cell for every column.
 #[derive(Clone, Debug)]
@@ -18,6 +19,7 @@ pub struct Table {
     path: PathBuf,
     columns: Vec<String>,
     rows: Vec<Row>,
+    remarks: Vec<String>,
 }
 
 /// One row, and the line on which it stands.
@@ -28,15 +30,37 @@ struct Row {
 }
 
 impl Table {
-    /// Reads a file.
+    /// Reads a file; recordings of other kinds than CSV, too, whose rows then are those of [`open`](crate::open).
     ///
     /// # Errors
     ///
     /// The file cannot be opened, is no UTF-8 text, has no header or no rows, has a column without a name or two
     /// columns of one name, or has a row with more or fewer cells than the header.
     pub fn read(path: &Path) -> Result<Table, ReadError> {
-        let bytes = fs::read(path).map_err(|cause| ReadError::opening(path, cause))?;
-        Table::parse(path, &bytes)
+        match kind(path)? {
+            Kind::Csv => {
+                let bytes = fs::read(path).map_err(|cause| ReadError::opening(path, cause))?;
+                Table::parse(path, &bytes)
+            }
+            Kind::Mcap | Kind::Folder | Kind::Parquet => Table::of_rows(path, open(path)?.as_mut()),
+        }
+    }
+
+    /// All rows at once.
+    fn of_rows(path: &Path, recording: &mut dyn Rows) -> Result<Table, ReadError> {
+        // `{}` of an f64 is the shortest decimal number that is read back as the same f64.
+        let text = |number: &f64| if number.is_finite() { number.to_string() } else { String::new() };
+        let (mut row, mut rows) = (rows::Row::default(), Vec::new());
+        while recording.read(&mut row)? {
+            rows.push(Row { line: row.number, cells: row.cells.iter().map(text).collect() });
+        }
+        let columns = recording.columns().to_vec();
+        // Columns that come midway are empty before.
+        for row in &mut rows {
+            (row.cells.len()..columns.len()).for_each(|_| row.cells.push_field(""));
+        }
+        check_rows(path, columns.len(), &rows)?;
+        Ok(Table { path: path.to_owned(), columns, rows, remarks: recording.remarks() })
     }
 
     /// Reads what a file holds; `path` is its name in errors.
@@ -46,7 +70,7 @@ impl Table {
         let columns = column_names(path, header.line, &header.cells)?;
         let rows: Vec<Row> = records.collect();
         check_rows(path, columns.len(), &rows)?;
-        Ok(Table { path: path.to_owned(), columns, rows })
+        Ok(Table { path: path.to_owned(), columns, rows, remarks: Vec::new() })
     }
 
     /// The file, as it was named to [`read`](Self::read).
@@ -67,6 +91,11 @@ impl Table {
     /// Whether there are no rows; never so in a table that was read.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
+    }
+
+    /// What was lost or looks wrong, in words; nothing of a CSV file, of which no row is left out.
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
     }
 
     /// Place of the column with this name.
@@ -324,8 +353,8 @@ mod tests {
         let path = absent.join("poses.csv");
         assert_eq!(message(&path), format!("{}: there is no such folder as {}", path.display(), absent.display()));
 
-        let path = folder.path();
-        assert_eq!(message(path), format!("{}: this is a folder; name a CSV file in it", path.display()));
+        // A folder may be one of rosbag2.
+        assert!(message(folder.path()).starts_with(&folder.path().display().to_string()));
 
         // A file where a folder should be: whatever the operating system calls it, the path is named.
         let file = folder.path().join("file");

@@ -2,6 +2,7 @@
 
 mod channels;
 pub(crate) mod compliance;
+mod draft;
 mod earlier;
 mod file;
 mod instrument;
@@ -19,6 +20,7 @@ use crate::parameter::{Parameter, Quantity};
 use crate::robot::Robot;
 use crate::sensors::SensorTerms;
 
+pub use draft::{Draft, DraftError, DraftRobot};
 pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
 pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};
@@ -60,7 +62,7 @@ pub struct Session {
     /// How many torque readings of each joint were left out because the arm or the joint moved otherwise than
     /// `[readings.select]` demands.
     pub in_motion: Vec<usize>,
-    /// What was found in recordings in motion, where poses come from such.
+    /// What was found in recordings in motion, where poses come from such, and what was lost of files.
     pub searched: Vec<Searched>,
     /// How the joint estimator counts torque readings far beyond their noise.
     pub loss: Loss,

@@ -13,6 +13,7 @@ mod joint_state;
 mod mcap;
 mod parquet;
 mod rewrite;
+mod watched;
 mod write;
 
 #[cfg(test)]
@@ -27,8 +28,9 @@ use serde::Serialize;
 
 use crate::error::ReadError;
 
-pub use inspect::{Clipped, ColumnFound, Gap, Guess, Inspection, Meaning, Stuck, TimeFound, inspect};
+pub use inspect::{Clipped, ColumnFound, Gap, Guess, Inspection, JointFound, Meaning, Stuck, TimeFound, inspect};
 pub use rewrite::{Change, RewriteError, Watch, rewrite};
+pub use watched::Watched;
 pub use write::{Heading, RowWriter, create};
 
 /// What a recording says at one instant.

@@ -130,7 +130,7 @@ pub(super) struct ReadPoses {
     pub poses: Vec<Pose>,
     pub saturated: Vec<usize>,
     pub in_motion: Vec<usize>,
-    /// What was found in recordings in motion.
+    /// What was found in recordings in motion, and what was lost of files.
     pub searched: Vec<Searched>,
 }
 
@@ -165,6 +165,9 @@ pub(super) fn read_all(
     for (index, (written, table)) in written.iter().zip(tables).enumerate() {
         let read = read_poses(&table.path, mapping).map_err(|error| in_table(document, index, written, error))?;
         all.in_motion.iter_mut().zip(&read.in_motion).for_each(|(all, here)| *all += here);
+        if !read.remarks.is_empty() {
+            all.searched.push(Searched { path: table.path.clone(), standstills: None, remarks: read.remarks });
+        }
         all.take(index, table.load, read.poses);
     }
     count_time_from_first(&mut all.poses);

@@ -36,7 +36,8 @@ impl Recordings<'_> {
                 table.load = Some(self.load(index, name, table.load)?);
             }
             all.take(index, table.load, standstills.found.iter().map(|found| found.pose.clone()));
-            all.searched.push(Searched { path: table.path.clone(), standstills, remarks: rows.remarks() });
+            let (path, remarks) = (table.path.clone(), rows.remarks());
+            all.searched.push(Searched { path, standstills: Some(standstills), remarks });
         }
         count_time_from_first(&mut all.poses);
         Ok(all)

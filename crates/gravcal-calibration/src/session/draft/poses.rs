@@ -1,0 +1,133 @@
+//! How the poses of a draft come about: what `[readings]` says of motion.
+
+use std::fmt::Write;
+
+use super::Draft;
+use super::text::{list, one_or_list, quoted};
+use crate::session::Searched;
+
+/// Rows over which an acceleration is a slope, and a speed.
+const ROWS_OF_SLOPE: f64 = 10.0;
+/// Share of a joint's largest speed from which on it surely moves.
+const MOVES: f64 = 0.1;
+
+/// How poses come about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Rule {
+    /// Every row is one.
+    Rows,
+    /// The standstills are.
+    Still,
+    /// Rows of an arm in motion that keep to limits are.
+    Select,
+}
+
+impl Rule {
+    pub fn of(searched: Option<&Searched>) -> Rule {
+        match searched {
+            None => Rule::Rows,
+            Some(searched) if searched.found() == 0 => Rule::Select,
+            Some(_) => Rule::Still,
+        }
+    }
+}
+
+impl Draft<'_> {
+    /// The part of `[readings]` that says how rows become poses.
+    pub(super) fn rule(&self, rule: Rule, searched: Option<&Searched>) -> String {
+        match rule {
+            Rule::Rows => String::new(),
+            Rule::Still => {
+                let found = searched.map_or(0, Searched::found);
+                format!("\n# Poses are the standstills found in the recording: {found}.\n[readings.still]\n{STILL}")
+            }
+            Rule::Select => self.select(),
+        }
+    }
+
+    fn select(&self) -> String {
+        let interval = self.inspection.time.as_ref().map_or(0.0, |time| time.interval_s);
+        let window = two_digits(ROWS_OF_SLOPE * interval);
+        let mut text = String::from(SELECT);
+        match self.velocities() {
+            Some(columns) => {
+                let names: Vec<&str> = columns.iter().map(|column| column.column.as_str()).collect();
+                let units: Vec<&str> = columns.iter().map(|column| column.unit.name).collect();
+                let _ =
+                    writeln!(text, "\n[readings.velocity]\ncolumns = {}\nunit = {}", list(&names), one_or_list(&units));
+            }
+            None => {
+                let _ = writeln!(text, "\n[readings.velocity]\nslope_over_s = {window}");
+            }
+        }
+        let _ = writeln!(
+            text,
+            "\n[readings.acceleration]\nslope_over_s = {window}             # of the speeds, over ten rows"
+        );
+        let units: Vec<&str> = self.joints.iter().map(|joint| if joint.slides() { "m/s²" } else { "rad/s²" }).collect();
+        let _ = writeln!(
+            text,
+            "\n[readings.select.arm]                # inertia: every joint's acceleration is felt in all torques\n\
+             acceleration_below = {{ value = 0.5, unit = {} }}",
+            one_or_list(&units)
+        );
+        let least: Vec<String> = self.joints.iter().map(|joint| two_digits(joint.least_speed())).collect();
+        let units: Vec<&str> = self.joints.iter().map(|joint| joint.speed_unit()).collect();
+        let _ = writeln!(
+            text,
+            "\n[readings.select.joint]              # friction: only of a joint that surely moves is its sign known\n\
+             speed_above = {{ value = [{}], unit = {} }}",
+            least.join(", "),
+            one_or_list(&units)
+        );
+        text
+    }
+
+    /// Friction of the joints of an arm in motion.
+    pub(super) fn friction(&self) -> String {
+        let joints = self.joints.iter().filter(|joint| joint.torque.is_some());
+        let joint = |name: &str| {
+            let name = quoted(name);
+            format!(
+                "\n[[joint]]\nname = {name}\nsensor_models = [{{ kind = \"coulomb-friction\" }}, {{ kind = \"viscous-friction\" }}]\n"
+            )
+        };
+        format!(
+            "\n# A joint that moves has friction in its torque.{}",
+            joints.map(|j| joint(&j.name)).collect::<String>()
+        )
+    }
+}
+
+impl super::DraftJoint {
+    fn slides(&self) -> bool {
+        use gravcal_recording::PositionUnit::{Meter, Millimeter};
+        matches!(self.position.1, Meter | Millimeter)
+    }
+
+    fn speed_unit(&self) -> &'static str {
+        match &self.velocity {
+            Some((_, unit)) => unit.name,
+            None if self.slides() => "m/s",
+            None => "rad/s",
+        }
+    }
+
+    /// In its unit; where no column tells the speeds, what is slow for most arms.
+    fn least_speed(&self) -> f64 {
+        self.fastest.filter(|fastest| *fastest > 0.0).map_or(0.05, |fastest| MOVES * fastest)
+    }
+}
+
+/// A number with two digits.
+fn two_digits(number: f64) -> String {
+    format!("{number:.1e}").parse::<f64>().map_or_else(|_| number.to_string(), |rounded| rounded.to_string())
+}
+
+const STILL: &str = "# least_duration_s = 0.1               # shorter ones are left out
+";
+
+const SELECT: &str = "
+# The arm never stands still in the recording. So rows in slow, even motion are taken as poses: the limits are guesses. Standstills
+# (half a second or more in each pose) tell more, and need no limits: [readings.still] instead of the four sections that follow.
+";
