@@ -123,7 +123,7 @@ fn what_is_found_is_told_to_programs_and_a_wrong_robot_is_refused() {
     let folder = simulated();
     let run = gravcal_in(folder.path(), ["inspect", "bare.mcap", "--json"]);
     let json: serde_json::Value = serde_json::from_str(&run.stdout).unwrap();
-    assert_eq!((&json["standstills"], json["columns"].as_array().unwrap().len()), (&25.into(), 6));
+    assert_eq!((&json["poses_found"], json["columns"].as_array().unwrap().len()), (&25.into(), 6));
     let iiwa = tree::root().join("models/kuka-lbr-iiwa14/robot.toml");
     let other =
         gravcal_in(folder.path(), ["inspect", "bare.mcap", "--robot", &iiwa.to_string_lossy(), "--session", "a.toml"]);

@@ -47,6 +47,8 @@ mod reference;
 #[cfg(test)]
 mod robustness;
 #[cfg(test)]
+mod slow_sweeps;
+#[cfg(test)]
 mod testing;
 
 pub use calibrate::{EstimatorName, UnknownEstimator, UnsuitableChoice, calibrate, check_choice};

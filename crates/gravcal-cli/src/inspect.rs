@@ -73,8 +73,8 @@ Exit codes:
 struct Told<'a> {
     #[serde(flatten)]
     inspection: &'a Inspection,
-    /// How many standstills there are; absent where rows are poses, or columns cannot be told.
-    standstills: Option<usize>,
+    /// How many standstills or, where there are none, slow sweeps; absent where rows are poses, or columns cannot be told.
+    poses_found: Option<usize>,
     /// What the search for poses says.
     notes: Vec<String>,
 }
@@ -134,9 +134,9 @@ fn tell(
     draft: Option<&Draft<'_>>,
     searched: Option<&Searched>,
 ) -> Result<(), Failure> {
-    let notes = searched.map_or_else(Vec::new, Searched::notes);
+    let notes = draft.zip(searched).map_or_else(Vec::new, |(draft, searched)| searched.notes(&draft.mapping()));
     if arguments.json {
-        let told = Told { inspection, standstills: searched.map(Searched::found), notes };
+        let told = Told { inspection, poses_found: searched.map(Searched::found), notes };
         let text = serde_json::to_string_pretty(&told).map_err(|error| Failure::bad_input(&error))?;
         return terminal::print(&format!("{text}\n"));
     }

@@ -181,13 +181,14 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// The arm never stands.
+    /// The arm never stands, or never sweeps slowly.
     #[error(
-        "{}: no standstill is found in it{}; let the arm stand for half a second or more in each pose",
+        "{}: no standstill and no slow sweep is found in it{}; let the arm stand for half a second or more in each pose \
+         (readings.still), or move one joint slowly to and fro while the others stand (readings.sweeps)",
         path.display(),
         told(rejected)
     )]
-    NoStandstill {
+    NothingStands {
         /// The file.
         path: PathBuf,
         /// What seemed to be one, and why it is none.

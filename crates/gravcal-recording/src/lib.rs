@@ -56,12 +56,14 @@ mod earlier;
 mod error;
 mod mapping;
 mod merge;
+mod motion;
 mod pose;
 mod rows;
 mod selection;
 mod slope;
 mod still;
 mod suggest;
+mod sweep;
 mod table;
 mod unit;
 mod write;
@@ -74,6 +76,7 @@ pub use earlier::{
 };
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
+pub use motion::reader::Part;
 pub use pose::{Reading, Recording, StaticPose, read_poses};
 pub use rows::{
     Change, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError, Row, RowWriter,
@@ -82,6 +85,7 @@ pub use rows::{
 pub use selection::{MotionLimits, Selection};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};
 pub use suggest::nearest_name;
+pub use sweep::{RejectedStroke, Side, StrokeReason, Sweep, SweepRule, Sweeps, SweptBin, Travel, slow_sweeps};
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
 pub use write::{WriteError, write_atomically};

@@ -9,6 +9,7 @@ mod instrument;
 pub(crate) mod parameters;
 mod searched;
 mod solver;
+pub(crate) mod travel;
 pub(crate) mod units;
 
 use std::path::{Path, PathBuf};

@@ -6,6 +6,7 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::mapping::{PositionColumn, ReadingColumn};
+use crate::rows::Row;
 use crate::unit::{PositionUnit, TorqueUnit};
 
 /// Rows that stand in memory.
@@ -414,7 +415,8 @@ fn saturated_readings_are_none_and_single_outliers_at_an_end_do_not_saturate() {
 #[test]
 fn only_the_part_that_is_asked_for_is_looked_at_and_short_standstills_may_be_left_out() {
     let (rows, truths) = Recording::default().rows();
-    let stillness = Stillness { from: Some(truths[2].0[0]), until: Some(truths[5].0[1]), ..Stillness::default() };
+    let part = Part { from: Some(truths[2].0[0]), until: Some(truths[5].0[1]) };
+    let stillness = Stillness { part, ..Stillness::default() };
     assert_eq!(find(rows.clone(), &mapping(), &stillness).unwrap().found.len(), 4);
     let longer = Stillness { least_duration: Some(0.6), ..Stillness::default() };
     assert_eq!(find(rows, &mapping(), &longer).unwrap().found.len(), 1);

@@ -1,7 +1,7 @@
 //! Joints of a recording become those of a robot, and their columns get units.
 
 use gravcal_kinematics::JointKind;
-use gravcal_recording::{ColumnFound, ConditionUnit, Inspection, JointFound, PositionUnit, TorqueUnit};
+use gravcal_recording::{ColumnFound, ConditionUnit, Inspection, JointFound, PositionUnit, TorqueUnit, Travel};
 
 use super::DraftError;
 use crate::robot::{NominalSensors, Robot};
@@ -13,6 +13,7 @@ pub(super) struct DraftJoint {
     pub name: String,
     /// The recording's name.
     pub recorded: String,
+    pub kind: JointKind,
     pub position: (String, PositionUnit),
     pub torque: Option<(String, TorqueUnit)>,
     pub velocity: Option<(String, ConditionUnit)>,
@@ -24,6 +25,18 @@ pub(super) struct DraftJoint {
     pub fastest: Option<f64>,
     /// What the robot file says of its sensors.
     pub nominal: NominalSensors,
+}
+
+impl DraftJoint {
+    /// How far it travels for each unit of its reading, in SI.
+    pub fn travel(&self) -> Option<Travel> {
+        let own = self.position.1.is_sensors_own();
+        let gain = if own { self.nominal.position.map(|sensor| sensor.gain.abs()) } else { Some(1.0) }?;
+        Some(match self.kind {
+            JointKind::Revolute => Travel::Turns(gain),
+            JointKind::Prismatic => Travel::Slides(gain),
+        })
+    }
 }
 
 /// Longest travel of a sliding joint that is taken for metres.
@@ -78,6 +91,7 @@ fn draft(
     DraftJoint {
         name: name.to_owned(),
         recorded: found.name.clone(),
+        kind,
         position: (position.name.clone(), position_unit(position, kind, nominal)),
         torque: torque.map(|torque| (torque.name.clone(), torque_unit(torque, kind, nominal))),
         velocity: velocity.map(|velocity| (velocity.name.clone(), velocity_unit(velocity, kind))),

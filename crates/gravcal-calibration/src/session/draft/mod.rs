@@ -15,10 +15,11 @@ use std::path::Path;
 
 use gravcal_recording::{
     ConditionColumn, ConditionColumns, ConditionUnit, Inspection, MotionSource, PoseMapping, PositionColumn, ReadError,
-    ReadingColumn, Watched, open, static_poses,
+    ReadingColumn, Stillness, SweepRule, Travel, Watched, open, slow_sweeps, static_poses,
 };
 
 use super::Searched;
+use super::travel::{BIN, STEADY};
 use crate::document::FileError;
 use joints::DraftJoint;
 
@@ -113,8 +114,9 @@ impl<'a> Draft<'a> {
         }
     }
 
-    /// The standstills of the recording, with the columns and units of the draft: those that a session of it has. `None` where each row
-    /// is a pose already: there is no clock, or rows are long apart. `watch` is told which share is read.
+    /// The standstills of the recording or, where there are none, its slow sweeps, with the columns and units of the draft: those that a
+    /// session of it has. `None` where each row is a pose already: there is no clock, or rows are long apart. `watch` is told which share
+    /// is read.
     ///
     /// # Errors
     /// The recording cannot be read.
@@ -122,10 +124,19 @@ impl<'a> Draft<'a> {
         if self.rows_are_poses() {
             return Ok(None);
         }
-        let mut rows = Watched::new(open(self.recording)?, watch);
-        let standstills = static_poses(self.recording, &mut rows, &self.mapping(), &Default::default())?;
+        let (path, mapping) = (self.recording, self.mapping());
+        let rows = || Ok::<_, ReadError>(Watched::new(open(path)?, watch));
+        let standstills = static_poses(path, &mut rows()?, &mapping, &Stillness::default())?;
+        let rule = self.sweep_rule().filter(|_| standstills.found.is_empty());
+        let sweeps = rule.map(|rule| slow_sweeps(path, &mut rows()?, &mapping, &rule)).transpose()?;
         // What was lost has been told by the inspection.
-        Ok(Some(Searched { path: self.recording.to_owned(), standstills: Some(standstills), remarks: Vec::new() }))
+        Ok(Some(Searched { path: path.to_owned(), standstills: Some(standstills), sweeps, remarks: Vec::new() }))
+    }
+
+    /// `None` where it is not known how far a joint travels for each count or volt.
+    fn sweep_rule(&self) -> Option<SweepRule> {
+        let travel: Option<Vec<Travel>> = self.joints.iter().map(DraftJoint::travel).collect();
+        Some(SweepRule { bin: BIN, acceleration: STEADY, travel: travel?, ..SweepRule::default() })
     }
 
     fn rows_are_poses(&self) -> bool {

@@ -2,6 +2,8 @@
 
 use std::fmt::Write;
 
+use gravcal_kinematics::JointKind;
+
 use super::Draft;
 use super::text::{list, one_or_list, quoted};
 use crate::session::Searched;
@@ -18,6 +20,8 @@ pub(super) enum Rule {
     Rows,
     /// The standstills are.
     Still,
+    /// Angles that a joint passes slowly both ways are.
+    Sweeps,
     /// Rows of an arm in motion that keep to limits are.
     Select,
 }
@@ -27,6 +31,7 @@ impl Rule {
         match searched {
             None => Rule::Rows,
             Some(searched) if searched.found() == 0 => Rule::Select,
+            Some(searched) if searched.sweeps.is_some() => Rule::Sweeps,
             Some(_) => Rule::Still,
         }
     }
@@ -40,6 +45,10 @@ impl Draft<'_> {
             Rule::Still => {
                 let found = searched.map_or(0, Searched::found);
                 format!("\n# Poses are the standstills found in the recording: {found}.\n[readings.still]\n{STILL}")
+            }
+            Rule::Sweeps => {
+                let found = searched.map_or(0, Searched::found);
+                format!("{SWEEPS_BEFORE}{found}.\n[readings.sweeps]\n{SWEEPS}")
             }
             Rule::Select => self.select(),
         }
@@ -101,8 +110,7 @@ impl Draft<'_> {
 
 impl super::DraftJoint {
     fn slides(&self) -> bool {
-        use gravcal_recording::PositionUnit::{Meter, Millimeter};
-        matches!(self.position.1, Meter | Millimeter)
+        self.kind == JointKind::Prismatic
     }
 
     fn speed_unit(&self) -> &'static str {
@@ -125,6 +133,14 @@ fn two_digits(number: f64) -> String {
 }
 
 const STILL: &str = "# least_duration_s = 0.1               # shorter ones are left out
+";
+
+const SWEEPS_BEFORE: &str = "
+# Poses are the angles that a joint passed slowly both ways while the others stood; friction cancels in the mean of both. A joint whose
+# sensor_models name coulomb-friction has both ways as poses of their own instead. Sweeps found in the recording: ";
+
+const SWEEPS: &str = "# bin_deg = 1                          # a pose for each degree
+# acceleration_below_rad_per_s2 = 0.05 # as is the square of the speed: faster is left out
 ";
 
 const SELECT: &str = "

@@ -8,6 +8,7 @@ use super::conditions::{self, ConditionTable, DirectionTable, MotionTable, TimeT
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable, Units};
 use super::select::{self, SelectTable};
 use super::still::StillTable;
+use super::sweeps::SweepsTable;
 use crate::document::{Field, FileError, OneOrMany};
 use crate::session::units;
 
@@ -25,6 +26,7 @@ pub(super) struct ReadingsTable {
     #[serde(default)]
     select: SelectTable,
     pub(super) still: Option<StillTable>,
+    pub(super) sweeps: Option<SweepsTable>,
     sweep_column: Option<String>,
     #[serde(default)]
     merge_repeated_rows: bool,
