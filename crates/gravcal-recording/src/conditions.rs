@@ -196,6 +196,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::csv_lines::CsvFormat;
 
     fn column(column: &str, unit: ConditionUnit) -> ConditionColumn {
         ConditionColumn { column: column.to_owned(), unit }
@@ -209,7 +210,8 @@ mod tests {
             acceleration: MotionSource::Unknown,
             direction: vec!["d".to_owned()],
         };
-        let table = Table::parse(Path::new("a.csv"), text.as_bytes()).map_err(|error| error.to_string())?;
+        let table = Table::parse(Path::new("a.csv"), text.as_bytes(), CsvFormat::default())
+            .map_err(|error| error.to_string())?;
         let found = FoundConditions::find(&table, &mapped).map_err(|error| error.to_string())?;
         (0..table.len()).map(|row| found.read(&table, row).map_err(|error| error.to_string())).collect()
     }

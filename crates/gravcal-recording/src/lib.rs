@@ -71,6 +71,7 @@ mod write_table;
 
 pub use columns::is_saturated;
 pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions, MotionSource, Slope};
+pub use csv_lines::CsvWriting;
 pub use earlier::{
     EarlierError, EarlierEstimate, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier, read_earlier_session,
 };
@@ -79,8 +80,8 @@ pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use motion::reader::Part;
 pub use pose::{Reading, Recording, StaticPose, read_poses};
 pub use rows::{
-    Change, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError, Row, RowWriter,
-    Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, create, inspect, open, rewrite,
+    Change, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError, Rewriting, Row,
+    RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, create, inspect, open, open_as, rewrite,
 };
 pub use selection::{MotionLimits, Selection};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};

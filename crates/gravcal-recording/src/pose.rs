@@ -61,7 +61,7 @@ pub struct Recording {
 /// slope can be taken; a mapping that contradicts itself.
 pub fn read_poses(path: &Path, mapping: &PoseMapping) -> Result<Recording, ReadError> {
     mapping.check()?;
-    poses_of(&Table::read(path)?, mapping)
+    poses_of(&Table::read_as(path, &mapping.csv)?, mapping)
 }
 
 /// The poses in a table; `mapping` has been checked.
@@ -89,6 +89,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::csv_lines::CsvFormat;
     use crate::mapping::{MappingError, PositionColumn, ReadingColumn};
     use crate::unit::{PositionUnit, TorqueUnit};
 
@@ -107,7 +108,8 @@ mod tests {
 
     fn parse(text: &str, mapping: &PoseMapping) -> Result<Vec<StaticPose>, ReadError> {
         mapping.check()?;
-        poses_of(&Table::parse(Path::new("poses.csv"), text.as_bytes())?, mapping).map(|found| found.poses)
+        poses_of(&Table::parse(Path::new("poses.csv"), text.as_bytes(), CsvFormat::default())?, mapping)
+            .map(|found| found.poses)
     }
 
     fn message(text: &str, torque: ReadingColumn) -> String {

@@ -40,6 +40,11 @@
 //! bin_deg = 1                                # optional: a pose for each degree of that joint; see `gravcal_recording::slow_sweeps`
 //! acceleration_below_rad_per_s2 = 0.05       # optional: so is the square of the speed, in rad/s
 //!
+//! [readings.csv]                             # optional: how CSV files are written, where that is found wrongly
+//! delimiter = ";"                            # or ",", "\t", "|"
+//! decimal_comma = true
+//! header = false                             # columns are then "column1", "column2", ...
+//!
 //! [[joint]]                                  # optional: what is known of a joint's sensors
 //! name = "shoulder"
 //! torque_sign = "reversed"                   # "normal" by default; position_sign likewise
@@ -130,6 +135,7 @@
 mod ask;
 mod conditions;
 mod constraints;
+mod csv;
 mod deflection;
 mod gravity;
 mod inertia;

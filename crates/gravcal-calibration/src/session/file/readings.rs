@@ -5,6 +5,7 @@ use serde::Deserialize;
 
 use super::Context;
 use super::conditions::{self, ConditionTable, DirectionTable, MotionTable, TimeTable};
+use super::csv::{self, CsvTable};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable, Units};
 use super::select::{self, SelectTable};
 use super::still::StillTable;
@@ -27,6 +28,8 @@ pub(super) struct ReadingsTable {
     select: SelectTable,
     pub(super) still: Option<StillTable>,
     pub(super) sweeps: Option<SweepsTable>,
+    #[serde(default)]
+    csv: CsvTable,
     sweep_column: Option<String>,
     #[serde(default)]
     merge_repeated_rows: bool,
@@ -64,6 +67,7 @@ pub(super) fn mapping(
         merge_repeated: table.merge_repeated_rows,
         conditions: conditions::resolve(context, &conditions)?,
         selection: select::resolve(context, &table.select)?,
+        csv: csv::resolve(context, &table.csv)?,
     };
     mapping.check().map_err(|error| context.document.error(&field_of(&error), error))?;
     Ok(mapping)

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use gravcal_recording::{Part, PoseMapping, ReadError, Stillness, SweepRule, open, slow_sweeps, static_poses};
+use gravcal_recording::{Part, PoseMapping, ReadError, Stillness, SweepRule, open_as, slow_sweeps, static_poses};
 
 use super::SessionError;
 use super::poses::{PosesTable, ReadPoses, count_time_from_first, field, in_table};
@@ -42,7 +42,7 @@ impl Recordings<'_> {
         let mut all = ReadPoses::none(mapping.torques.len());
         for (index, (written, table)) in self.written.iter().zip(tables).enumerate() {
             let wrong = |error| in_table(self.document, index, written, error);
-            let rows = open(&table.path).map_err(wrong)?;
+            let rows = open_as(&table.path, &mapping.csv).map_err(wrong)?;
             let said = rows.metadata().get("load").cloned();
             drop(rows);
             if let Some(name) = said {
@@ -78,12 +78,12 @@ impl Recordings<'_> {
 fn search(path: &Path, mapping: &PoseMapping, motion: &InMotion, part: Part) -> Result<Searched, ReadError> {
     let mut searched = Searched { path: path.to_owned(), standstills: None, sweeps: None, remarks: Vec::new() };
     if let Some(still) = motion.still {
-        let mut rows = open(path)?;
+        let mut rows = open_as(path, &mapping.csv)?;
         searched.standstills = Some(static_poses(path, rows.as_mut(), mapping, &Stillness { part, ..still })?);
         searched.remarks = rows.remarks();
     }
     if let Some(sweeps) = &motion.sweeps {
-        let mut rows = open(path)?;
+        let mut rows = open_as(path, &mapping.csv)?;
         let rule = SweepRule { part, ..sweeps.clone() };
         searched.sweeps = Some(slow_sweeps(path, rows.as_mut(), mapping, &rule)?);
         searched.remarks = rows.remarks();
