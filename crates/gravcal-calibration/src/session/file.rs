@@ -257,7 +257,8 @@ impl<'a> Context<'a> {
 }
 
 /// Reads a session and everything it names. What `session.toml` says is checked before any table is opened.
-pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
+/// `watch` is told how far each recording in motion is read.
+pub(super) fn read(path: &Path, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
     let document = Document::read(path)?;
     let written: SessionTable = document.parse()?;
     let (robot, robot_path) = resolve_robot(&document, &Field::new("robot"), &written.robot)?;
@@ -285,7 +286,7 @@ pub(super) fn read(path: &Path) -> Result<Session, SessionError> {
     let mut tables = poses::tables(&context, &loads, &written.poses, motion.is_any())?;
     let read = if motion.is_any() {
         let apart = terms.need_direction();
-        let recordings = Recordings { document: &document, written: &written.poses, loads: &loads, apart };
+        let recordings = Recordings { document: &document, written: &written.poses, loads: &loads, apart, watch };
         recordings.read(&mut tables, &mapping, &motion)?
     } else {
         poses::read_all(&document, &written.poses, &tables, &mapping)?

@@ -119,7 +119,15 @@ impl Session {
     /// # Errors
     /// Names the file, the line and the field.
     pub fn read(path: &Path) -> Result<Session, SessionError> {
-        file::read(path)
+        file::read(path, &|_, _| {})
+    }
+
+    /// The same; `watch` is told which recording in motion is being read, and which share of it is, as these may be long.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_watched(path: &Path, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
+        file::read(path, watch)
     }
 
     /// Two placements a known distance apart, neither of which is known by itself.

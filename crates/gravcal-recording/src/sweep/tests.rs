@@ -182,3 +182,43 @@ fn what_is_no_slow_sweep_is_told() {
     let sliding = SweepRule { travel: vec![Travel::Slides(1.0), Travel::Turns(1.0)], ..rule() };
     assert_eq!(reasons(&one_way, &sliding), (0, vec![]));
 }
+
+/// A clock that begins anew within a stroke, and a count that jumps within another: what is whole is used, and nothing goes over them.
+#[test]
+fn clocks_and_counts_that_jump_do_no_harm() {
+    let mut recorder = Recorder::new(7, 0.0);
+    recorder.stroke(-0.6, 0.6, 0.09, 0.4);
+    recorder.stroke(0.6, 0.0, 0.09, 0.4);
+    recorder.time = 0.0;
+    recorder.stroke(0.0, -0.6, 0.09, 0.4);
+    recorder.stroke(-0.6, 0.6, 0.09, 0.4);
+    recorder.stroke(0.6, -0.6, 0.09, 0.4);
+    let whole = recorder.text.clone();
+    let sweeps = recorder.sweeps(&rule());
+    assert_eq!((sweeps.interruptions, sweeps.found.len()), (1, 2), "{:?}", sweeps.rejected);
+    errors_are_small(&sweeps);
+    // The other joint's count jumps in the last stroke, where joints seem to be elsewhere from then on.
+    let lines: Vec<String> = whole.lines().map(str::to_owned).collect();
+    let at = lines.len() - 3000;
+    let jumped = lines.iter().enumerate().map(|(line, text)| {
+        let mut cells: Vec<String> = text.split(',').map(str::to_owned).collect();
+        if line > at {
+            cells[2] = (cells[2].parse::<f64>().unwrap() + 1.0).to_string();
+        }
+        cells.join(",") + "\n"
+    });
+    recorder.text = jumped.collect();
+    let sweeps = recorder.sweeps(&rule());
+    assert_eq!(sweeps.found.len(), 2);
+    errors_are_small(&sweeps);
+    for bin in sweeps.found.iter().flat_map(|sweep| &sweep.bins).flat_map(|bin| &bin.sides) {
+        assert!((bin.pose.position[1] - 0.4).abs() < 1e-4, "{:?}", bin.pose.position);
+    }
+}
+
+fn errors_are_small(sweeps: &Sweeps) {
+    for pose in sweeps.found.iter().flat_map(|sweep| sweep.poses(false)) {
+        let reading = pose.torque[0].unwrap();
+        assert!((reading.value - at_rest(pose.position[0])[0]).abs() < 5.0 * reading.std.unwrap(), "{pose:?}");
+    }
+}

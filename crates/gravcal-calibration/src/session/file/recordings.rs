@@ -2,7 +2,9 @@
 
 use std::path::Path;
 
-use gravcal_recording::{Part, PoseMapping, ReadError, Stillness, SweepRule, open_as, slow_sweeps, static_poses};
+use gravcal_recording::{
+    Part, PoseMapping, ReadError, Rows, Stillness, SweepRule, Watched, open_as, slow_sweeps, static_poses,
+};
 
 use super::SessionError;
 use super::poses::{PosesTable, ReadPoses, count_time_from_first, field, in_table};
@@ -29,6 +31,8 @@ pub(super) struct Recordings<'a> {
     pub loads: &'a [Load],
     /// Whether both ways of a sweep are poses of their own, because a sensor's model tells them apart.
     pub apart: bool,
+    /// Told how far each recording is read.
+    pub watch: &'a dyn Fn(&Path, f64),
 }
 
 impl Recordings<'_> {
@@ -48,7 +52,8 @@ impl Recordings<'_> {
             if let Some(name) = said {
                 table.load = Some(self.load(index, &name, table.load)?);
             }
-            let searched = search(&table.path, mapping, motion, written.part_of_recording()).map_err(wrong)?;
+            let search = Search { path: &table.path, mapping, part: written.part_of_recording(), watch: self.watch };
+            let searched = search.run(motion).map_err(wrong)?;
             if searched.found() == 0 {
                 let rejected = searched.rejected();
                 return Err(wrong(ReadError::NothingStands { path: table.path.clone(), rejected }));
@@ -74,19 +79,32 @@ impl Recordings<'_> {
     }
 }
 
-/// Standstills and sweeps of one recording; each reads it once.
-fn search(path: &Path, mapping: &PoseMapping, motion: &InMotion, part: Part) -> Result<Searched, ReadError> {
-    let mut searched = Searched { path: path.to_owned(), standstills: None, sweeps: None, remarks: Vec::new() };
-    if let Some(still) = motion.still {
-        let mut rows = open_as(path, &mapping.csv)?;
-        searched.standstills = Some(static_poses(path, rows.as_mut(), mapping, &Stillness { part, ..still })?);
-        searched.remarks = rows.remarks();
+/// What is searched.
+struct Search<'a> {
+    path: &'a Path,
+    mapping: &'a PoseMapping,
+    part: Part,
+    watch: &'a dyn Fn(&Path, f64),
+}
+
+impl Search<'_> {
+    /// Standstills and sweeps of one recording; each reads it once.
+    fn run(&self, motion: &InMotion) -> Result<Searched, ReadError> {
+        let Search { path, mapping, part, .. } = *self;
+        let watch = |share: f64| (self.watch)(path, share);
+        let rows = || Ok::<_, ReadError>(Watched::new(open_as(path, &mapping.csv)?, &watch));
+        let mut searched = Searched { path: path.to_owned(), standstills: None, sweeps: None, remarks: Vec::new() };
+        if let Some(still) = motion.still {
+            let mut rows = rows()?;
+            searched.standstills = Some(static_poses(path, &mut rows, mapping, &Stillness { part, ..still })?);
+            searched.remarks = rows.remarks();
+        }
+        if let Some(sweeps) = &motion.sweeps {
+            let mut rows = rows()?;
+            let rule = SweepRule { part, ..sweeps.clone() };
+            searched.sweeps = Some(slow_sweeps(path, &mut rows, mapping, &rule)?);
+            searched.remarks = rows.remarks();
+        }
+        Ok(searched)
     }
-    if let Some(sweeps) = &motion.sweeps {
-        let mut rows = open_as(path, &mapping.csv)?;
-        let rule = SweepRule { part, ..sweeps.clone() };
-        searched.sweeps = Some(slow_sweeps(path, rows.as_mut(), mapping, &rule)?);
-        searched.remarks = rows.remarks();
-    }
-    Ok(searched)
 }
