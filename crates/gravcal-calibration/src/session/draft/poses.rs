@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use gravcal_kinematics::JointKind;
+use gravcal_recording::TorqueUnit;
 
 use super::Draft;
 use super::text::{list, one_or_list, quoted};
@@ -92,19 +93,17 @@ impl Draft<'_> {
         text
     }
 
-    /// Friction of the joints of an arm in motion.
-    pub(super) fn friction(&self) -> String {
+    /// Sensors of the joints of an arm in motion: friction, and what makes little data suffice.
+    pub(super) fn sensors_in_motion(&self) -> String {
         let joints = self.joints.iter().filter(|joint| joint.torque.is_some());
-        let joint = |name: &str| {
-            let name = quoted(name);
-            format!(
-                "\n[[joint]]\nname = {name}\nsensor_models = [{{ kind = \"coulomb-friction\" }}, {{ kind = \"viscous-friction\" }}]\n"
-            )
+        let joint = |joint: &super::DraftJoint| {
+            let mut text = format!("\n[[joint]]\nname = {}\n{FRICTION}", quoted(&joint.name));
+            if joint.torque.as_ref().is_some_and(|(_, unit)| *unit == TorqueUnit::NewtonMeter) {
+                text += AS_CALIBRATED;
+            }
+            text
         };
-        format!(
-            "\n# A joint that moves has friction in its torque.{}",
-            joints.map(|j| joint(&j.name)).collect::<String>()
-        )
+        format!("{IN_MOTION}{}", joints.map(joint).collect::<String>())
     }
 }
 
@@ -133,6 +132,23 @@ fn two_digits(number: f64) -> String {
 }
 
 const STILL: &str = "# least_duration_s = 0.1               # shorter ones are left out
+";
+
+const IN_MOTION: &str = "
+# A joint that moves has friction in its torque, and what the model leaves out exceeds the noise. A short recording without a load of known
+# mass may then leave an estimate without an answer: it helps to take the sensors as their maker calibrated them, by the lines
+# with `fixed`, and deviations from the scatter of blocks of rows:
+# [uncertainty]
+# kind = \"sandwich\"
+# block_poses = 150
+";
+
+const FRICTION: &str = "sensor_models = [{ kind = \"coulomb-friction\" }, { kind = \"viscous-friction\" }]\n";
+
+const AS_CALIBRATED: &str = "\
+# torque_gain = { fixed = 1, unit = \"N·m/(N·m)\" }
+# position_gain = { fixed = 1, unit = \"rad/rad\" }
+# position_offset = { fixed = 0, unit = \"rad\" }
 ";
 
 const SWEEPS_BEFORE: &str = "

@@ -30,7 +30,7 @@ impl Draft<'_> {
         text += &self.rule(rule, searched);
         text += &self.own_units();
         if rule == Rule::Select {
-            text += &self.friction();
+            text += &self.sensors_in_motion();
         }
         text += &self.loads();
         let _ = write!(text, "\n[[poses]]\nfile = {}\n", quoted(&recording));
