@@ -48,7 +48,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     };
     let (ours, count) = timed(|| read(&path))?;
     tell("gravcal, rows", ours);
-    let (inspected, rows) = timed(|| inspect(&path, &mut |_| {}).map(|found| found.rows).map_err(|e| e.to_string()))?;
+    let (inspected, rows) = timed(|| inspect(&path, &|_| {}).map(|found| found.rows).map_err(|e| e.to_string()))?;
     tell("gravcal inspect", inspected);
     let (alone, messages_alone) = timed(|| iterate(&path))?;
     tell("mcap alone, messages", alone);

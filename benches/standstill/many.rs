@@ -34,8 +34,9 @@ pub(crate) fn run(simulation: &Simulation, recordings: u64) -> Result<(), String
         let perfect = record::<()>(&varied, &motion, 0, &mut |_, _| Ok(())).map_err(|()| "no rows".to_owned())?;
         let exact = exact(&varied, &motion)?;
         let session = from_files(&varied)?;
-        let found: Vec<&Standstill> = session.searched.iter().flat_map(|s| &s.standstills.found).collect();
-        let rejected = session.searched.iter().map(|s| s.standstills.rejected.len()).sum::<usize>();
+        let found: Vec<&Standstill> =
+            session.searched.iter().flat_map(|s| &s.standstills).flat_map(|s| &s.found).collect();
+        let rejected = session.searched.iter().flat_map(|s| &s.standstills).map(|s| s.rejected.len()).sum::<usize>();
         tallies[kind].take(&perfect.standstills, &exact, &found, rejected);
         bar.inc(1);
     }

@@ -76,8 +76,14 @@ pub(crate) fn run(simulation: &Simulation) -> Result<(), String> {
     }
     println!("{:59} {:>10.2} {:>10.2} {:>10.2}", "largest", largest[0], largest[1], largest[2]);
     for (name, answer) in [("perfect", &of_perfect), ("recorded", &of_clean), ("dirty", &of_dirty)] {
-        let rejected: Vec<String> =
-            answer.session.searched.iter().flat_map(|s| &s.standstills.rejected).map(ToString::to_string).collect();
+        let rejected: Vec<String> = answer
+            .session
+            .searched
+            .iter()
+            .flat_map(|s| &s.standstills)
+            .flat_map(|s| &s.rejected)
+            .map(ToString::to_string)
+            .collect();
         println!("{name}: {} poses, {}", answer.session.poses.len(), answer.misfit());
         rejected.iter().for_each(|rejected| println!("  rejected: {rejected}"));
     }

@@ -11,6 +11,7 @@ mod deflection;
 mod earlier;
 mod experiments;
 mod extreme_numbers;
+mod first_session;
 mod instruments;
 mod invariants;
 mod program;

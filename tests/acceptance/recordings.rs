@@ -1,13 +1,16 @@
 //! Recordings as users have them: `gravcal inspect` tells what is in one, `gravcal apply` writes it again calibrated.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::Duration;
 
 use gravcal_recording::{Heading, Row, create, open};
 use tempfile::TempDir;
 
 use crate::program::{Run, gravcal_in};
 use crate::small_session::small_session;
+use crate::tree;
 
 /// The small session, calibrated, and its first table as an MCAP file whose joints have the names of the table's columns.
 struct Calibrated {
@@ -162,4 +165,34 @@ fn a_bag_is_inspected_and_applied() {
         let same = bag[1..].iter().zip(table).all(|(bag, table)| (bag - table).abs() < 1e-9);
         assert!(same, "{bag:?} {table:?}");
     }
+}
+
+/// Ended by force midway, `apply` leaves the recording as it is and no half file under the final name; a temporary file may stay.
+#[test]
+fn apply_that_is_killed_leaves_no_half_file() {
+    let calibrated = Calibrated::new();
+    let folder = calibrated.folder.path();
+    let small = fs::read_to_string(folder.join("plate-a.csv")).unwrap();
+    let (header, rows) = small.split_once('\n').unwrap();
+    let large = format!("{header}\n{}", rows.repeat(60_000));
+    fs::write(folder.join("large.csv"), &large).unwrap();
+    let given = ["apply", "results/calibration.json", "large.csv", "out.csv", "--session", "session.toml"];
+    let mut apply = Command::new(env!("CARGO_BIN_EXE_gravcal")).args(given).current_dir(folder).spawn().unwrap();
+    let begun = || {
+        let temporary = |file: &PathBuf| tree::name(file).starts_with(".gravcal-");
+        tree::entries(folder)
+            .into_iter()
+            .find(temporary)
+            .is_some_and(|file| fs::metadata(file).is_ok_and(|f| f.len() > 0))
+    };
+    while !begun() {
+        assert!(apply.try_wait().unwrap().is_none(), "it ended before it was seen to write");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    apply.kill().unwrap();
+    assert!(!apply.wait().unwrap().success());
+    assert!(!folder.join("out.csv").exists());
+    assert_eq!(fs::read_to_string(folder.join("large.csv")).unwrap(), large);
+    // Nothing that is left stands in the way of another try.
+    assert_eq!(calibrated.run(&given).code, 0);
 }

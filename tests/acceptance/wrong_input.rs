@@ -253,7 +253,7 @@ const IN_A_TABLE: &[Mistake] = &[
     Mistake {
         what: "a table that is a folder",
         changes: &[("bare.csv", Folder)],
-        told: &["bare.csv: this is a folder", "named by poses[0].file in session.toml:35"],
+        told: &["bare.csv: the folder has no .mcap file", "named by poses[0].file in session.toml:35"],
     },
     Mistake {
         what: "a data folder that is not there",

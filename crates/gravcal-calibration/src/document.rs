@@ -12,6 +12,7 @@ mod file_error;
 mod names;
 mod one_or_many;
 mod one_or_named;
+mod relative_path;
 mod text;
 
 use std::fmt::Display;
@@ -26,6 +27,7 @@ pub use field::Field;
 pub use file_error::FileError;
 pub use one_or_many::OneOrMany;
 pub use one_or_named::OneOrNamed;
+pub(crate) use relative_path::relative_path;
 pub(crate) use text::read_text;
 
 /// A TOML file: syntactically right, every number finite.

@@ -50,6 +50,8 @@ mod reference;
 #[cfg(test)]
 mod robustness;
 #[cfg(test)]
+mod slow_sweeps;
+#[cfg(test)]
 mod testing;
 
 pub use calibrate::{EstimatorName, UnknownEstimator, UnsuitableChoice, calibrate, calibrate_briefly, check_choice};

@@ -6,7 +6,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use gravcal_calibration::application::{Application, ApplicationError, Effort};
 use gravcal_calibration::{EstimatorName, Session};
-use gravcal_recording::{EarlierEstimate, RewriteError, WriteError, open, read_earlier, read_earlier_session, rewrite};
+use gravcal_recording::{
+    CsvWriting, EarlierEstimate, RewriteError, Rewriting, WriteError, open_as, read_earlier, read_earlier_session,
+    rewrite,
+};
 use gravcal_report::Input;
 
 use crate::exit::Exit;
@@ -84,7 +87,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let calibration =
         read_earlier(&arguments.calibration, arguments.estimator.as_str()).map_err(|error| bad(&error))?;
     let session = Session::read(&session_path(arguments)?).map_err(|error| bad(&error))?;
-    let recording = open(&arguments.input).map_err(|error| bad(&error))?;
+    let recording = open_as(&arguments.input, &session.readings.csv).map_err(|error| bad(&error))?;
     let said = recording.metadata();
     if let Some(by) = said.get(CALIBRATED) {
         let subject = arguments.input.display();
@@ -96,7 +99,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     application.find(recording.columns()).map_err(|error| bad(&error).about(arguments.input.display()))?;
     drop(recording);
 
-    let remarks = write(arguments, &mut application, &notes(arguments, &effort)?)?;
+    let remarks = write(arguments, &mut application, session.readings.csv, &notes(arguments, &effort)?)?;
     let remarks = remarks.into_iter().chain(application.remarks());
     let told: String = remarks.map(|remark| format!("note: {remark}\n")).collect();
     terminal::print(&format!("{told}{}\n", arguments.output.display()))?;
@@ -174,6 +177,7 @@ fn notes(arguments: &Arguments, effort: &Effort) -> Result<BTreeMap<String, Stri
 fn write(
     arguments: &Arguments,
     application: &mut Application<'_>,
+    csv: CsvWriting,
     notes: &BTreeMap<String, String>,
 ) -> Result<Vec<String>, Failure> {
     let interrupt = Interrupt::listen()?;
@@ -183,13 +187,11 @@ fn write(
         !interrupt.is_asked()
     };
     let mut change = |columns: &[String], cells: &mut [f64]| application.apply(columns, cells);
-    rewrite(&arguments.input, &arguments.output, arguments.overwrite, notes, &mut change, &mut watch).map_err(|error| {
-        match &error {
-            RewriteError::Write(WriteError::Exists { .. }) => {
-                Failure::bad_input(&error).hint("--overwrite replaces it")
-            }
-            RewriteError::Stopped => Failure::no_convergence(&error),
-            _ => Failure::bad_input(&error),
-        }
+    let Arguments { input, output, overwrite, .. } = arguments;
+    let what = Rewriting { input, output, overwrite: *overwrite, csv, notes };
+    rewrite(&what, &mut change, &mut watch).map_err(|error| match &error {
+        RewriteError::Write(WriteError::Exists { .. }) => Failure::bad_input(&error).hint("--overwrite replaces it"),
+        RewriteError::Stopped => Failure::no_convergence(&error),
+        _ => Failure::bad_input(&error),
     })
 }

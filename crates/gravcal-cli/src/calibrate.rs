@@ -76,7 +76,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     limit_threads(arguments.threads)?;
     let watch = Stopwatch::start(Phase::Read);
     let path = arguments.session.as_path();
-    let session = Session::read(path).map_err(|error| Failure::bad_input(&error))?;
+    let session = Progress::new(arguments.quiet).read_session(path).map_err(|error| Failure::bad_input(&error))?;
     let choice = Choice::new(&arguments.estimators, arguments.solver, &session, path)?;
     let folder = output_folder(arguments);
     folder.check().map_err(|error| refused(&error))?;

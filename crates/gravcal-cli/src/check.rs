@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use gravcal_calibration::Session;
 use gravcal_calibration::check::check;
 use gravcal_report::{CheckTable, check_json};
 
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::names::Choice;
+use crate::progress::Progress;
 use crate::terminal;
 
 /// Tell what a session can and cannot determine, before any solve
@@ -28,6 +28,10 @@ pub struct Arguments {
     /// Print JSON instead of a table
     #[arg(long)]
     json: bool,
+
+    /// Show no progress
+    #[arg(long, short)]
+    quiet: bool,
 }
 
 const EXAMPLES: &str = "\
@@ -42,7 +46,9 @@ Exit codes:
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
-    let session = Session::read(&arguments.session).map_err(|error| Failure::bad_input(&error))?;
+    let progress = Progress::new(arguments.quiet);
+    let session = progress.read_session(&arguments.session).map_err(|error| Failure::bad_input(&error))?;
+    drop(progress);
     // Names that `calibrate` would refuse are refused here already.
     Choice::new(&[], None, &session, &arguments.session)?;
     let subject = arguments.session.display();

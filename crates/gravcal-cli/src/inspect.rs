@@ -1,26 +1,52 @@
-//! `gravcal inspect`: what is in a recording.
+//! `gravcal inspect`: what is in a recording, which poses it holds, and a session to start from.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
-use gravcal_recording::inspect;
+use gravcal_calibration::Session;
+use gravcal_calibration::session::{Draft, DraftError, DraftRobot, Searched};
+use gravcal_recording::{Inspection, inspect, write_atomically};
+use serde::Serialize;
 
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::terminal;
 
-/// Tell what is in a recording
+/// Tell what is in a recording, and draw up a session of it
 ///
 /// Topics, columns, rates, gaps, ranges and what they perhaps mean; sensors that are stuck or at an end of their range, rows that stand
-/// twice, time that runs backwards, and what of the file is damaged. It reads CSV, MCAP (sensor_msgs/JointState in CDR or JSON), folders
-/// of rosbag2 and Parquet.
+/// twice, time that runs backwards, and what of the file is damaged; then the poses that are found in it. It reads CSV, MCAP
+/// (sensor_msgs/JointState in CDR or JSON), folders of rosbag2 and Parquet.
+///
+/// With --session it writes a session to start from: columns and units are guessed, said to be guesses, and what only you know (loads,
+/// masses, where you are) stands there as comments.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
     /// The recording
     #[arg(value_name = "FILE")]
     file: PathBuf,
+
+    /// Write a session to start from
+    #[arg(long, value_name = "OUT.toml")]
+    session: Option<PathBuf>,
+
+    /// Robot of the session: a robot.toml or a URDF
+    #[arg(long, value_name = "ROBOT")]
+    robot: Option<PathBuf>,
+
+    /// First link of a URDF's chain [default: the one on which all else hangs]
+    #[arg(long, value_name = "LINK", requires = "robot")]
+    base: Option<String>,
+
+    /// Last link of a URDF's chain; one for each branch [default: what the recorded joints tell]
+    #[arg(long = "tip", value_name = "LINK", requires = "robot")]
+    tips: Vec<String>,
+
+    /// Replace the session if there is one
+    #[arg(long, requires = "session")]
+    overwrite: bool,
 
     /// Print JSON instead of text
     #[arg(long)]
@@ -35,22 +61,109 @@ const EXAMPLES: &str = "\
 Examples:
   gravcal inspect recording.mcap
   gravcal inspect bag/ --json
+  gravcal inspect recording.mcap --robot robot.toml --session session.toml
+  gravcal inspect recording.csv --robot arm.urdf --base base_link --tip tool0 --session session.toml
 
 Exit codes:
-  0  the recording was read
-  2  bad input or usage";
+  0  the recording was read, and the session written
+  2  bad input or usage; nothing is written";
+
+/// What is told.
+#[derive(Serialize)]
+struct Told<'a> {
+    #[serde(flatten)]
+    inspection: &'a Inspection,
+    /// How many standstills or, where there are none, slow sweeps; absent where rows are poses, or columns cannot be told.
+    poses_found: Option<usize>,
+    /// What the search for poses says.
+    notes: Vec<String>,
+}
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
+    let file = arguments.file.as_path();
+    if let Some(session) = arguments.session.as_deref().filter(|session| session.exists() && !arguments.overwrite) {
+        let message = format!("{}: there is such a file already", session.display());
+        return Err(Failure::said(message).hint("--overwrite replaces it, --session OUT.toml writes elsewhere"));
+    }
     let progress = Progress::new(arguments.quiet);
-    let mut watch =
-        |share: f64| progress.stage(&format!("reading {}: {:.0} %", arguments.file.display(), 100.0 * share));
-    let inspection = inspect(&arguments.file, &mut watch).map_err(|error| Failure::bad_input(&error))?;
-    drop(progress);
-    let text = match arguments.json {
-        true => format!("{}\n", serde_json::to_string_pretty(&inspection).map_err(|error| Failure::bad_input(&error))?),
-        false => inspection.to_string(),
+    let watch =
+        |doing: &str, share: f64| progress.stage(&format!("{doing} {}: {:.0} %", file.display(), 100.0 * share));
+    let inspection = inspect(file, &|share| watch("reading", share)).map_err(|error| Failure::bad_input(&error))?;
+    let robot = robot(arguments, &inspection)?;
+    let draft = match Draft::new(file, &inspection, robot.as_ref()) {
+        Ok(draft) => Some(draft),
+        // What cannot be guessed matters only to who wants it, or has given a robot that does not fit.
+        Err(error) if arguments.session.is_some() || robot.is_some() => return Err(refused(&error, file)),
+        Err(_) => None,
     };
-    terminal::print(&text)?;
+    let search = |draft: &Draft<'_>| draft.search(&|share| watch("searching", share));
+    let searched = draft.as_ref().map(search).transpose().map_err(|error| Failure::bad_input(&error))?.flatten();
+    drop(progress);
+    tell(arguments, &inspection, draft.as_ref(), searched.as_ref())?;
+    if let (Some(session), Some(draft)) = (&arguments.session, &draft) {
+        write(session, draft, searched.as_ref(), arguments.json)?;
+    }
     Ok(Exit::Determined)
+}
+
+fn robot(arguments: &Arguments, inspection: &Inspection) -> Result<Option<DraftRobot>, Failure> {
+    let Some(path) = &arguments.robot else { return Ok(None) };
+    let joints = inspection.joints();
+    let recorded: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+    let robot = DraftRobot::read(path, arguments.base.as_deref(), &arguments.tips, &recorded);
+    robot
+        .map(Some)
+        .map_err(|error| Failure::bad_input(&error).hint("--base LINK and --tip LINK choose links of a URDF"))
+}
+
+fn refused(error: &DraftError, file: &Path) -> Failure {
+    let failure = Failure::bad_input(error).about(file.display());
+    match error {
+        DraftError::OtherJoints { .. } => failure.hint("--base LINK and --tip LINK choose the chain of a URDF"),
+        DraftError::NoJoints { .. } | DraftError::NoTorques { .. } => {
+            failure.hint("name the columns so, or write the session by hand: README.md tells how")
+        }
+        DraftError::Robot(_) => failure,
+    }
+}
+
+fn tell(
+    arguments: &Arguments,
+    inspection: &Inspection,
+    draft: Option<&Draft<'_>>,
+    searched: Option<&Searched>,
+) -> Result<(), Failure> {
+    let notes = draft.zip(searched).map_or_else(Vec::new, |(draft, searched)| searched.notes(&draft.mapping()));
+    if arguments.json {
+        let told = Told { inspection, poses_found: searched.map(Searched::found), notes };
+        let text = serde_json::to_string_pretty(&told).map_err(|error| Failure::bad_input(&error))?;
+        return terminal::print(&format!("{text}\n"));
+    }
+    let poses = match (draft, searched) {
+        (None, _) => {
+            "Names of columns do not tell the joints' positions and torques, so no poses were looked for.".to_owned()
+        }
+        (Some(_), None) => "There is no clock, or rows are long apart: each row may be a static pose.".to_owned(),
+        (Some(_), Some(_)) => notes.join("\n"),
+    };
+    terminal::print(&format!("{inspection}\nPoses, if columns mean what they seem to\n{poses}\n"))
+}
+
+/// Writes the session, and tells whether it can be read as it is.
+fn write(path: &Path, draft: &Draft<'_>, searched: Option<&Searched>, quiet: bool) -> Result<(), Failure> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let text = draft.text(searched, folder);
+    write_atomically(path, text.as_bytes()).map_err(|error| Failure::bad_input(&error))?;
+    if quiet {
+        return Ok(());
+    }
+    let notes: String = draft.notes().iter().map(|note| format!("note: {note}\n")).collect();
+    let next = match Session::read(path) {
+        Ok(session) => {
+            format!("It can be read, and has {} poses. Next: gravcal check {}", session.poses.len(), path.display())
+        }
+        Err(error) => format!("It cannot be read before that is filled in: {error}"),
+    };
+    terminal::print(&format!("\n{notes}Session in {}. {next}\n", path.display()))
 }

@@ -1,10 +1,13 @@
 //! A line on a terminal that tells what takes so long, once it does.
 
 use std::io::{IsTerminal, stderr};
+use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::{JoinHandle, spawn};
 use std::time::Duration;
 
+use gravcal_calibration::Session;
+use gravcal_calibration::session::SessionError;
 use gravcal_estimation::IterationRecord;
 use indicatif::ProgressBar;
 
@@ -43,6 +46,14 @@ impl Progress {
     /// Another stage begins.
     pub fn stage(&self, stage: &str) {
         self.tell(|| Told::Stage(stage.to_owned()));
+    }
+
+    /// A session is read, of which long recordings are worth a word.
+    pub fn read_session(&self, path: &Path) -> Result<Session, SessionError> {
+        let watch = |recording: &Path, share: f64| {
+            self.stage(&format!("reading {}: {:.0} %", recording.display(), 100.0 * share));
+        };
+        Session::read_watched(path, &watch)
     }
 
     /// The solver has done another iteration.

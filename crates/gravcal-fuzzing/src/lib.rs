@@ -41,7 +41,7 @@ fn with_file(name: &str, bytes: &[u8], read: impl FnOnce(&Path)) {
 
 /// Reads a recording to its end, and looks at every reading.
 fn recording(path: &Path) {
-    let _ = inspect(path, &mut |share| assert!((0.0..=1.0).contains(&share))).map(|found| found.to_string());
+    let _ = inspect(path, &|share| assert!((0.0..=1.0).contains(&share))).map(|found| found.to_string());
 }
 
 /// A CSV file.

@@ -102,10 +102,11 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 impl ConditionUnit {
     /// Units of time; s inside.
-    pub const TIME: [ConditionUnit; 5] = [
+    pub const TIME: [ConditionUnit; 6] = [
         unit("s", 1.0, 0.0),
         unit("ms", 1e-3, 0.0),
         unit("µs", 1e-6, 0.0),
+        unit("ns", 1e-9, 0.0),
         unit("min", 60.0, 0.0),
         unit("h", 3600.0, 0.0),
     ];
@@ -195,6 +196,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
+    use crate::csv_lines::CsvFormat;
 
     fn column(column: &str, unit: ConditionUnit) -> ConditionColumn {
         ConditionColumn { column: column.to_owned(), unit }
@@ -208,7 +210,8 @@ mod tests {
             acceleration: MotionSource::Unknown,
             direction: vec!["d".to_owned()],
         };
-        let table = Table::parse(Path::new("a.csv"), text.as_bytes()).map_err(|error| error.to_string())?;
+        let table = Table::parse(Path::new("a.csv"), text.as_bytes(), CsvFormat::default())
+            .map_err(|error| error.to_string())?;
         let found = FoundConditions::find(&table, &mapped).map_err(|error| error.to_string())?;
         (0..table.len()).map(|row| found.read(&table, row).map_err(|error| error.to_string())).collect()
     }

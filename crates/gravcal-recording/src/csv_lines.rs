@@ -10,6 +10,17 @@ use crate::error::ReadError;
 /// No row is longer, bytes: what is, is no CSV file.
 const LONGEST_LINE: usize = 1 << 20;
 
+/// What is said of how CSV files are written; what is not said is found in each file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct CsvWriting {
+    /// What stands between cells, an ASCII sign.
+    pub delimiter: Option<u8>,
+    /// Whether numbers have a comma before their decimals, and not a point.
+    pub decimal_comma: Option<bool>,
+    /// Whether the first line names the columns. Without it they are `column1`, `column2`, …
+    pub header: Option<bool>,
+}
+
 /// How a CSV file is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct CsvFormat {
@@ -28,7 +39,48 @@ impl Default for CsvFormat {
     }
 }
 
+/// Lines that tell how a file is written.
+const SAMPLE: usize = 20;
+
 impl CsvFormat {
+    /// How a file is written, by what is said and its first lines.
+    pub(crate) fn found<R: BufRead>(lines: &mut Lines<R>, said: &CsvWriting) -> Result<CsvFormat, ReadError> {
+        let mut sample = Vec::new();
+        while sample.len() < SAMPLE
+            && let Some(line) = lines.read()?
+        {
+            sample.extend(line.text.map(str::to_owned));
+        }
+        Ok(CsvFormat::of_sample(&sample, said))
+    }
+
+    fn of_sample(sample: &[String], said: &CsvWriting) -> CsvFormat {
+        let Some((header, rows)) = sample.split_first() else { return CsvFormat::default() };
+        let count = |sign: u8| header.bytes().filter(|byte| *byte == sign).count();
+        // Decimal commas may outnumber semicolons, but nothing else has semicolons or tabs.
+        let found = || [b';', b'\t'].into_iter().find(|sign| count(*sign) > 0).unwrap_or(b',');
+        let delimiter = said.delimiter.unwrap_or_else(found);
+        let cells_of = |line: &String| -> Vec<String> {
+            let mut found = StringRecord::new();
+            cells(line, delimiter, &mut found);
+            found.iter().map(|cell| cell.trim().to_owned()).filter(|cell| !cell.is_empty()).collect()
+        };
+        let comma = CsvFormat { delimiter, decimal_comma: true, header: true };
+        let numbers: Vec<String> =
+            sample.iter().flat_map(cells_of).filter(|cell| comma.number(cell).is_some()).collect();
+        let found = delimiter != b','
+            && numbers.iter().any(|cell| cell.contains(','))
+            && !numbers.iter().any(|cell| cell.contains('.'));
+        let format = CsvFormat { decimal_comma: said.decimal_comma.unwrap_or(found), ..comma };
+        let is_numbers = |line: &String| {
+            let cells = cells_of(line);
+            !cells.is_empty() && cells.iter().all(|cell| format.number(cell).is_some())
+        };
+        // A single line of numbers may be the names of columns that nothing follows.
+        let found = || !(is_numbers(header) && rows.iter().all(is_numbers));
+        CsvFormat { header: said.header.unwrap_or_else(found), ..format }
+    }
+
     /// A number as a cell says it.
     pub(crate) fn text(self, number: f64) -> String {
         // `{}` of an f64 is the shortest decimal number that is read back as the same f64.

@@ -40,12 +40,6 @@ pub enum ReadError {
         /// Its folder.
         folder: PathBuf,
     },
-    /// The path is that of a folder.
-    #[error("{}: this is a folder; name a CSV file in it", path.display())]
-    IsFolder {
-        /// The folder.
-        path: PathBuf,
-    },
     /// The operating system refuses.
     #[error("{}: cannot be read: {cause}", path.display())]
     Io {
@@ -187,13 +181,14 @@ pub enum ReadError {
         /// The file.
         path: PathBuf,
     },
-    /// The arm never stands.
+    /// The arm never stands, or never sweeps slowly.
     #[error(
-        "{}: no standstill is found in it{}; let the arm stand for half a second or more in each pose",
+        "{}: no standstill and no slow sweep is found in it{}; let the arm stand for half a second or more in each pose \
+         (readings.still), or move one joint slowly to and fro while the others stand (readings.sweeps)",
         path.display(),
         told(rejected)
     )]
-    NoStandstill {
+    NothingStands {
         /// The file.
         path: PathBuf,
         /// What seemed to be one, and why it is none.
@@ -286,9 +281,6 @@ impl ReadError {
     /// Says why a file cannot be opened: what the operating system calls "not found" may be file or folder.
     pub(crate) fn opening(path: &Path, cause: io::Error) -> ReadError {
         let path = path.to_owned();
-        if path.is_dir() {
-            return ReadError::IsFolder { path };
-        }
         if cause.kind() != io::ErrorKind::NotFound {
             return ReadError::Io { path, cause };
         }

@@ -56,12 +56,14 @@ mod earlier;
 mod error;
 mod mapping;
 mod merge;
+mod motion;
 mod pose;
 mod rows;
 mod selection;
 mod slope;
 mod still;
 mod suggest;
+mod sweep;
 mod table;
 mod unit;
 mod write;
@@ -69,19 +71,22 @@ mod write_table;
 
 pub use columns::is_saturated;
 pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions, MotionSource, Slope};
+pub use csv_lines::CsvWriting;
 pub use earlier::{
     EarlierError, EarlierEstimate, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier, read_earlier_session,
 };
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
+pub use motion::reader::Part;
 pub use pose::{Reading, Recording, StaticPose, read_poses};
 pub use rows::{
-    Change, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, Meaning, RewriteError, Row, RowWriter, Rows, Source,
-    Stuck, TimeFound, Topic, Watch, create, inspect, open, rewrite,
+    Change, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError, Rewriting, Row,
+    RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, create, inspect, open, open_as, rewrite,
 };
 pub use selection::{MotionLimits, Selection};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};
 pub use suggest::nearest_name;
+pub use sweep::{RejectedStroke, Side, StrokeReason, Sweep, SweepRule, Sweeps, SweptBin, Travel, slow_sweeps};
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
 pub use write::{NewFile, WriteError, write_atomically};

@@ -1,6 +1,7 @@
 //! Which column of a table is which reading of which joint, and in which unit.
 
 use crate::conditions::{ConditionColumns, Slope};
+use crate::csv_lines::CsvWriting;
 use crate::selection::Selection;
 use crate::unit::{PositionUnit, TorqueUnit};
 
@@ -23,6 +24,8 @@ pub struct PoseMapping {
     pub conditions: ConditionColumns,
     /// Which readings count, where the arm moves.
     pub selection: Selection,
+    /// How CSV files are written.
+    pub csv: CsvWriting,
 }
 
 /// Where the position of a joint stands.

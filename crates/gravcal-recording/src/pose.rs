@@ -48,6 +48,8 @@ pub struct Recording {
     pub poses: Vec<StaticPose>,
     /// How many torque readings of each joint the mapping's limits of motion leave out.
     pub in_motion: Vec<usize>,
+    /// What the reader says of the file: what was lost, cells that are no numbers.
+    pub remarks: Vec<String>,
 }
 
 /// Reads a table of static poses.
@@ -59,7 +61,7 @@ pub struct Recording {
 /// slope can be taken; a mapping that contradicts itself.
 pub fn read_poses(path: &Path, mapping: &PoseMapping) -> Result<Recording, ReadError> {
     mapping.check()?;
-    poses_of(&Table::read(path)?, mapping)
+    poses_of(&Table::read_as(path, &mapping.csv)?, mapping)
 }
 
 /// The poses in a table; `mapping` has been checked.
@@ -75,7 +77,7 @@ pub(crate) fn poses_of(table: &Table, mapping: &PoseMapping) -> Result<Recording
     let poses = if mapping.merge_repeated { merge_repeated(&rows) } else { rows };
     match poses.as_slice() {
         [only] => Err(ReadError::OnePose { path: path(), rows: only.merged }),
-        _ => Ok(Recording { poses, in_motion }),
+        _ => Ok(Recording { poses, in_motion, remarks: table.remarks().to_vec() }),
     }
 }
 
@@ -87,6 +89,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::csv_lines::CsvFormat;
     use crate::mapping::{MappingError, PositionColumn, ReadingColumn};
     use crate::unit::{PositionUnit, TorqueUnit};
 
@@ -105,7 +108,8 @@ mod tests {
 
     fn parse(text: &str, mapping: &PoseMapping) -> Result<Vec<StaticPose>, ReadError> {
         mapping.check()?;
-        poses_of(&Table::parse(Path::new("poses.csv"), text.as_bytes())?, mapping).map(|found| found.poses)
+        poses_of(&Table::parse(Path::new("poses.csv"), text.as_bytes(), CsvFormat::default())?, mapping)
+            .map(|found| found.poses)
     }
 
     fn message(text: &str, torque: ReadingColumn) -> String {

@@ -86,6 +86,7 @@ mod tests {
 
     use super::*;
     use crate::conditions::{ConditionColumn, ConditionColumns, ConditionUnit, MotionSource};
+    use crate::csv_lines::CsvFormat;
     use crate::mapping::{PoseMapping, PositionColumn, ReadingColumn};
     use crate::pose::{Recording, poses_of};
     use crate::table::Table;
@@ -123,7 +124,8 @@ mod tests {
     fn selected(selection: Selection) -> Result<Recording, String> {
         let mapping = mapping(selection);
         mapping.check().unwrap();
-        poses_of(&Table::parse(Path::new("a.csv"), ROWS.as_bytes()).unwrap(), &mapping).map_err(|e| e.to_string())
+        poses_of(&Table::parse(Path::new("a.csv"), ROWS.as_bytes(), CsvFormat::default()).unwrap(), &mapping)
+            .map_err(|e| e.to_string())
     }
 
     /// Line of each pose with the joints that have a reading.

@@ -75,6 +75,7 @@ mod tests {
 
     use super::*;
     use crate::conditions::{ConditionColumn, ConditionUnit, MotionSource};
+    use crate::csv_lines::CsvFormat;
     use crate::mapping::{PoseMapping, PositionColumn};
     use crate::pose::poses_of;
     use crate::unit::PositionUnit;
@@ -96,7 +97,7 @@ mod tests {
     }
 
     fn rows(text: &str, window: f64) -> Result<Vec<StaticPose>, String> {
-        let table = Table::parse(Path::new("a.csv"), text.as_bytes()).unwrap();
+        let table = Table::parse(Path::new("a.csv"), text.as_bytes(), CsvFormat::default()).unwrap();
         poses_of(&table, &mapping(window)).map(|found| found.poses).map_err(|error| error.to_string())
     }
 

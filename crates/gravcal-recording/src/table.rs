@@ -1,23 +1,27 @@
-//! A CSV file as cells of text, each with its line in the file.
+//! A file as cells of text, each with its line.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 
-use crate::csv_lines::{Line, Lines, cells};
+use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::{Place, ReadError};
+use crate::rows::{self, Kind, Rows, kind, open};
 
-/// A table of text cells with named columns, as read from a CSV file.
+/// A table of text cells with named columns, as read from a file, mostly CSV.
 ///
-/// The file is UTF-8 text with commas between the cells; cells may be in double quotes. Its first row names the
-/// columns. Blank lines and lines that begin with `#` are skipped. White space around a cell does not count.
+/// A CSV file is UTF-8 text with commas, semicolons or tabs between the cells, as is found by its first lines or said; cells may be in
+/// double quotes. Its first row names the columns, or is a row of numbers as the others: then they are `column1`, `column2`, …. Blank
+/// lines and lines that begin with `#` are skipped. White space around a cell does not count.
 /// A table has at least one column and one row, all names differ, and every row has a cell for every column.
 #[derive(Clone, Debug)]
 pub struct Table {
     path: PathBuf,
     columns: Vec<String>,
     rows: Vec<Row>,
+    format: CsvFormat,
+    remarks: Vec<String>,
 }
 
 /// One row, and the line on which it stands.
@@ -28,25 +32,61 @@ struct Row {
 }
 
 impl Table {
-    /// Reads a file.
+    /// Reads a file; recordings of other kinds than CSV, too, whose rows then are those of [`open`](crate::open).
     ///
     /// # Errors
     ///
     /// The file cannot be opened, is no UTF-8 text, has no header or no rows, has a column without a name or two
     /// columns of one name, or has a row with more or fewer cells than the header.
     pub fn read(path: &Path) -> Result<Table, ReadError> {
-        let bytes = fs::read(path).map_err(|cause| ReadError::opening(path, cause))?;
-        Table::parse(path, &bytes)
+        Table::read_as(path, &CsvWriting::default())
+    }
+
+    /// The same of a CSV file that is said to be written so.
+    ///
+    /// # Errors
+    ///
+    /// As [`read`](Self::read).
+    pub fn read_as(path: &Path, csv: &CsvWriting) -> Result<Table, ReadError> {
+        match kind(path)? {
+            Kind::Csv => {
+                let bytes = fs::read(path).map_err(|cause| ReadError::opening(path, cause))?;
+                Table::parse(path, &bytes, CsvFormat::found(&mut Lines::new(path, &bytes[..]), csv)?)
+            }
+            Kind::Mcap | Kind::Folder | Kind::Parquet => Table::of_rows(path, open(path)?.as_mut()),
+        }
+    }
+
+    /// All rows at once.
+    fn of_rows(path: &Path, recording: &mut dyn Rows) -> Result<Table, ReadError> {
+        // `{}` of an f64 is the shortest decimal number that is read back as the same f64.
+        let text = |number: &f64| if number.is_finite() { number.to_string() } else { String::new() };
+        let (mut row, mut rows) = (rows::Row::default(), Vec::new());
+        while recording.read(&mut row)? {
+            rows.push(Row { line: row.number, cells: row.cells.iter().map(text).collect() });
+        }
+        let columns = recording.columns().to_vec();
+        // Columns that come midway are empty before.
+        for row in &mut rows {
+            (row.cells.len()..columns.len()).for_each(|_| row.cells.push_field(""));
+        }
+        check_rows(path, columns.len(), &rows)?;
+        Ok(Table { path: path.to_owned(), columns, rows, format: CsvFormat::default(), remarks: recording.remarks() })
     }
 
     /// Reads what a file holds; `path` is its name in errors.
-    pub(crate) fn parse(path: &Path, bytes: &[u8]) -> Result<Table, ReadError> {
-        let mut records = records(path, bytes)?.into_iter();
-        let header = records.next().ok_or_else(|| ReadError::NoHeader { path: path.to_owned() })?;
-        let columns = column_names(path, header.line, &header.cells)?;
-        let rows: Vec<Row> = records.collect();
+    pub(crate) fn parse(path: &Path, bytes: &[u8], format: CsvFormat) -> Result<Table, ReadError> {
+        let mut rows = records(path, bytes, format.delimiter)?;
+        let first = rows.first().ok_or_else(|| ReadError::NoHeader { path: path.to_owned() })?;
+        let columns = match format.header {
+            true => column_names(path, first.line, &first.cells)?,
+            false => numbered_columns(first.cells.len()),
+        };
+        if format.header {
+            rows.remove(0);
+        }
         check_rows(path, columns.len(), &rows)?;
-        Ok(Table { path: path.to_owned(), columns, rows })
+        Ok(Table { path: path.to_owned(), columns, rows, format, remarks: Vec::new() })
     }
 
     /// The file, as it was named to [`read`](Self::read).
@@ -67,6 +107,11 @@ impl Table {
     /// Whether there are no rows; never so in a table that was read.
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
+    }
+
+    /// What was lost or looks wrong, in words; nothing of a CSV file, of which no row is left out.
+    pub fn remarks(&self) -> &[String] {
+        &self.remarks
     }
 
     /// Place of the column with this name.
@@ -114,10 +159,9 @@ impl Table {
         if text.is_empty() {
             return Ok(None);
         }
-        match text.parse::<f64>() {
-            Ok(number) if number.is_finite() => Ok(Some(number)),
-            _ => Err(ReadError::NotANumber { place: self.place(row, column), found: text.to_owned() }),
-        }
+        let number = self.format.number(text);
+        let wrong = || ReadError::NotANumber { place: self.place(row, column), found: text.to_owned() };
+        number.map(Some).ok_or_else(wrong)
     }
 
     /// Names a cell in an error.
@@ -131,18 +175,23 @@ impl Table {
 }
 
 /// All lines with cells in them, the header among them, of any number of cells.
-fn records(path: &Path, bytes: &[u8]) -> Result<Vec<Row>, ReadError> {
+fn records(path: &Path, bytes: &[u8], delimiter: u8) -> Result<Vec<Row>, ReadError> {
     let mut lines = Lines::new(path, bytes);
     let mut rows = Vec::new();
     while let Some(Line { number: line, text }) = lines.read()? {
         let text = text.ok_or_else(|| ReadError::NotUtf8 { path: path.to_owned(), line })?;
         let mut found = StringRecord::new();
-        if !cells(text, b',', &mut found) {
+        if !cells(text, delimiter, &mut found) {
             return Err(ReadError::LineBreak { path: path.to_owned(), line });
         }
         rows.push(Row { line, cells: found });
     }
     Ok(rows)
+}
+
+/// Names of columns without a header: by their numbers.
+pub(crate) fn numbered_columns(count: usize) -> Vec<String> {
+    (1..=count).map(|column| format!("column{column}")).collect()
 }
 
 /// The names in a header.
@@ -183,7 +232,7 @@ mod tests {
     use super::*;
 
     fn parse(text: impl AsRef<[u8]>) -> Result<Table, ReadError> {
-        Table::parse(Path::new("poses.csv"), text.as_ref())
+        Table::parse(Path::new("poses.csv"), text.as_ref(), CsvFormat::default())
     }
 
     fn error(text: impl AsRef<[u8]>) -> String {
@@ -248,6 +297,37 @@ mod tests {
             table.column("temperature").unwrap_err().to_string(),
             "poses.csv: there is no column `temperature`; the columns are `q1_deg`, `tau_1`, `sweep`"
         );
+    }
+
+    /// As a file, so that how it is written is found or said.
+    fn read_as(text: &str, said: CsvWriting) -> Result<Table, ReadError> {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("poses.csv");
+        fs::write(&path, text).unwrap();
+        Table::read_as(&path, &said)
+    }
+
+    #[test]
+    fn how_a_file_is_written_is_found_or_said() {
+        let found = CsvWriting::default();
+        let numbers = |text: &str, said: CsvWriting| {
+            let table = read_as(text, said).unwrap();
+            let row = (0..table.columns().len()).map(|column| table.number(0, column).unwrap());
+            (table.columns().join(" "), table.line(0), row.collect::<Vec<_>>())
+        };
+        for text in ["q;tau\n1,5;2\n", "q\ttau\n1.5\t2\n", "q,tau\n1.5,2\n"] {
+            assert_eq!(numbers(text, found), ("q tau".to_owned(), 2, vec![Some(1.5), Some(2.0)]));
+        }
+        let headless = numbers("1.5;2\n3;4\n", found);
+        assert_eq!(headless, ("column1 column2".to_owned(), 1, vec![Some(1.5), Some(2.0)]));
+        // Names that are numbers, and rows of whole numbers that a comma parts or not.
+        let named = CsvWriting { header: Some(true), ..found };
+        assert_eq!(numbers("1;2\n3;4\n", named), ("1 2".to_owned(), 2, vec![Some(3.0), Some(4.0)]));
+        let bars = CsvWriting { delimiter: Some(b'|'), decimal_comma: Some(true), header: Some(false) };
+        assert_eq!(numbers("1,5|2\n", bars), ("column1 column2".to_owned(), 1, vec![Some(1.5), Some(2.0)]));
+        let point = CsvWriting { decimal_comma: Some(false), ..found };
+        let error = read_as("q;tau\n1,5;2\n", point).unwrap().number(0, 0).unwrap_err().to_string();
+        assert!(error.contains("expected a finite number, found `1,5`"), "{error}");
     }
 
     #[test]
@@ -324,8 +404,8 @@ mod tests {
         let path = absent.join("poses.csv");
         assert_eq!(message(&path), format!("{}: there is no such folder as {}", path.display(), absent.display()));
 
-        let path = folder.path();
-        assert_eq!(message(path), format!("{}: this is a folder; name a CSV file in it", path.display()));
+        // A folder may be one of rosbag2.
+        assert!(message(folder.path()).starts_with(&folder.path().display().to_string()));
 
         // A file where a folder should be: whatever the operating system calls it, the path is named.
         let file = folder.path().join("file");

@@ -147,6 +147,7 @@ mod tests {
 
     use super::*;
     use crate::Table;
+    use crate::csv_lines::CsvFormat;
 
     fn strings(texts: &[&str]) -> Vec<String> {
         texts.iter().map(|text| text.to_string()).collect()
@@ -182,7 +183,7 @@ mod tests {
     #[test]
     fn a_lone_empty_cell_is_a_row() {
         let text = contents(&[], &["q"], &[vec![Cell::Empty], vec![Cell::Number(1.0)]]).unwrap();
-        let table = Table::parse(Path::new("out.csv"), text.as_bytes()).unwrap();
+        let table = Table::parse(Path::new("out.csv"), text.as_bytes(), CsvFormat::default()).unwrap();
         assert_eq!((table.len(), table.number(0, 0).unwrap()), (2, None));
     }
 
@@ -248,7 +249,7 @@ mod tests {
             let path = Path::new("out.csv");
             let columns: Vec<String> = (1..=rows[0].len()).map(|column| format!("#\"{column}, é")).collect();
             let bytes = table_contents(path, &comment, &columns, &rows).unwrap();
-            let table = Table::parse(path, &bytes).unwrap();
+            let table = Table::parse(path, &bytes, CsvFormat::default()).unwrap();
             prop_assert_eq!(table.columns(), columns.as_slice());
             prop_assert_eq!(table.len(), rows.len());
             for (row, cells) in rows.iter().enumerate() {

@@ -18,7 +18,6 @@ use serde::Serialize;
 use crate::joint::{EstimateError, Readings, Signals, select};
 use crate::result::Undetermined;
 use crate::sequential::Plan;
-use crate::session::Searched;
 use crate::session::Session;
 
 use cures::cures;
@@ -172,7 +171,7 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
         judged_at: judged_at(session),
         poses: count_poses(session),
         torque_readings: count_readings(session, &select(session, Signals::All)),
-        standstills: session.searched.iter().flat_map(Searched::notes).collect(),
+        standstills: session.searched.iter().flat_map(|searched| searched.notes(&session.readings)).collect(),
         selection: session.selection_note(),
         sweep_rule: sweep_rule(),
         sweeps: plan.sweeps.iter().enumerate().map(|(i, _)| tell_sweep(session, &plan, i)).collect(),

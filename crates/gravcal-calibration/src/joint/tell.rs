@@ -15,7 +15,6 @@ use crate::parameter::Quantity;
 use crate::result::{
     Brief, CovarianceResult, EstimatorResult, Fit, Iteration, ParameterResult, UncertaintyResult, Undetermined, Verdict,
 };
-use crate::session::Searched;
 use crate::session::{EarlierCalibration, LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
 
@@ -273,7 +272,7 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
             joint.name
         ));
     }
-    notes.extend(session.searched.iter().flat_map(Searched::notes));
+    notes.extend(session.searched.iter().flat_map(|searched| searched.notes(&session.readings)));
     notes.extend(session.selection_note());
     let cut = session.robot.chain.cut_joints();
     if !cut.is_empty() {

@@ -105,6 +105,11 @@ impl SensorTerms {
         self.terms.is_empty()
     }
 
+    /// Whether any tells poses apart by how the joint came there or moves.
+    pub(crate) fn need_direction(&self) -> bool {
+        self.terms.iter().any(|term| matches!(term.model.need(), Some(Need::Direction | Need::Velocity)))
+    }
+
     /// Whether all readings are affine in the torques.
     pub(crate) fn are_straight(&self) -> bool {
         self.terms.iter().all(|term| match &term.function {

@@ -36,6 +36,15 @@
 //! [readings.still]                           # optional: the tables are recordings in motion, poses the standstills found in them
 //! least_duration_s = 0.1                     # optional: shorter ones are left out; see `gravcal_recording::static_poses`
 //!
+//! [readings.sweeps]                          # optional: … or poses are what a joint passes slowly both ways; both may stand
+//! bin_deg = 1                                # optional: a pose for each degree of that joint; see `gravcal_recording::slow_sweeps`
+//! acceleration_below_rad_per_s2 = 0.05       # optional: so is the square of the speed, in rad/s
+//!
+//! [readings.csv]                             # optional: how CSV files are written, where that is found wrongly
+//! delimiter = ";"                            # or ",", "\t", "|"
+//! decimal_comma = true
+//! header = false                             # columns are then "column1", "column2", ...
+//!
 //! [[joint]]                                  # optional: what is known of a joint's sensors
 //! name = "shoulder"
 //! torque_sign = "reversed"                   # "normal" by default; position_sign likewise
@@ -126,6 +135,7 @@
 mod ask;
 mod conditions;
 mod constraints;
+mod csv;
 mod deflection;
 mod gravity;
 mod inertia;
@@ -145,6 +155,7 @@ mod readings;
 mod recordings;
 mod select;
 mod still;
+mod sweeps;
 #[cfg(test)]
 mod tests;
 mod uncertainty;
@@ -155,7 +166,7 @@ use gravcal_recording::ReadError;
 use serde::Deserialize;
 
 use self::poses::ReadPoses;
-use self::recordings::Recordings;
+use self::recordings::{InMotion, Recordings};
 use super::solver::Written;
 use super::{JointKnowledge, KnowledgeKind, Session, SolverChoice};
 use crate::document::{Document, Field, FileError};
@@ -246,7 +257,8 @@ impl<'a> Context<'a> {
 }
 
 /// Reads a session and everything it names. What `session.toml` says is checked before any table is opened.
-pub(super) fn read(document: &Document) -> Result<Session, SessionError> {
+/// `watch` is told how far each recording in motion is read.
+pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
     let written: SessionTable = document.parse()?;
     let (robot, robot_path) = resolve_robot(document, &Field::new("robot"), &written.robot)?;
     let context = Context::new(document, &robot, &robot_path);
@@ -258,7 +270,10 @@ pub(super) fn read(document: &Document) -> Result<Session, SessionError> {
     let joints = joints::resolve(&context, &mapping, &written.joint)?;
     let still = written.readings.still.as_ref();
     let still = still.map(|still| still::resolve(&context, still, &mapping)).transpose()?;
-    let (terms, mut further) = models::resolve(&context, &mapping, still.is_some(), &joints, &written.joint)?;
+    let sweeps = written.readings.sweeps.as_ref();
+    let sweeps = sweeps.map(|sweeps| sweeps::resolve(&context, sweeps, &mapping, &joints)).transpose()?;
+    let motion = InMotion { still, sweeps };
+    let (terms, mut further) = models::resolve(&context, &mapping, &motion, &joints, &written.joint)?;
     let instruments = instruments.behind(&mut further);
     refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
     let loads = loads::resolve(&context, &written.load)?;
@@ -267,14 +282,15 @@ pub(super) fn read(document: &Document) -> Result<Session, SessionError> {
     let loss = loss::resolve(&context, written.loss.as_ref())?;
     let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, &further, written.ask)?;
-    let mut tables = poses::tables(&context, &loads, &written.poses, still.is_some())?;
-    let ReadPoses { poses, saturated, in_motion, searched } = match still {
-        None => poses::read_all(document, &written.poses, &tables, &mapping)?,
-        Some(still) => {
-            let recordings = Recordings { document, written: &written.poses, loads: &loads };
-            recordings.read(&mut tables, &mapping, &still)?
-        }
+    let mut tables = poses::tables(&context, &loads, &written.poses, motion.is_any())?;
+    let read = if motion.is_any() {
+        let apart = terms.need_direction();
+        let recordings = Recordings { document, written: &written.poses, loads: &loads, apart, watch };
+        recordings.read(&mut tables, &mapping, &motion)?
+    } else {
+        poses::read_all(document, &written.poses, &tables, &mapping)?
     };
+    let ReadPoses { poses, saturated, in_motion, searched } = read;
 
     if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
         let message = "no table has a usable torque reading: every torque cell is empty, marked unusable or saturated";

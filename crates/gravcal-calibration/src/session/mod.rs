@@ -2,12 +2,14 @@
 
 mod channels;
 pub(crate) mod compliance;
+mod draft;
 mod earlier;
 mod file;
 mod instrument;
 pub(crate) mod parameters;
 mod searched;
 mod solver;
+pub(crate) mod travel;
 pub(crate) mod units;
 
 use std::path::{Path, PathBuf};
@@ -20,6 +22,7 @@ use crate::parameter::{Parameter, Quantity};
 use crate::robot::Robot;
 use crate::sensors::SensorTerms;
 
+pub use draft::{Draft, DraftError, DraftRobot};
 pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
 pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};
@@ -61,7 +64,7 @@ pub struct Session {
     /// How many torque readings of each joint were left out because the arm or the joint moved otherwise than
     /// `[readings.select]` demands.
     pub in_motion: Vec<usize>,
-    /// What was found in recordings in motion, where poses come from such.
+    /// What was found in recordings in motion, where poses come from such, and what was lost of files.
     pub searched: Vec<Searched>,
     /// How the joint estimator counts torque readings far beyond their noise.
     pub loss: Loss,
@@ -117,7 +120,15 @@ impl Session {
     /// # Errors
     /// Names the file, the line and the field.
     pub fn read(path: &Path) -> Result<Session, SessionError> {
-        file::read(&Document::read(path)?)
+        Session::read_watched(path, &|_, _| {})
+    }
+
+    /// The same; `watch` is told which recording in motion is being read, and which share of it is, as these may be long.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_watched(path: &Path, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
+        file::read(&Document::read(path)?, watch)
     }
 
     /// The same from a document, which may be another text than that of the file.
@@ -125,7 +136,7 @@ impl Session {
     /// # Errors
     /// As for [`Session::read`].
     pub fn of(document: &Document) -> Result<Session, SessionError> {
-        file::read(document)
+        file::read(document, &|_, _| {})
     }
 
     /// Two placements a known distance apart, neither of which is known by itself.

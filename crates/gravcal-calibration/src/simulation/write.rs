@@ -8,6 +8,7 @@ use thiserror::Error;
 
 use super::write_conditions::{self, ConditionTables};
 use super::{Simulation, draw, write_recording};
+use crate::document::relative_path;
 use crate::sensors::ModelTable;
 use crate::session::Session;
 use crate::session::compliance::compliance_parameters;
@@ -292,17 +293,6 @@ fn robot_table(session: &Session, folder: &Path) -> RobotTable {
     } else {
         RobotTable::Toml(written)
     }
-}
-
-/// `path` as seen from `folder`, with `/` between its parts; as it stands where one of them cannot be resolved.
-fn relative_path(folder: &Path, path: &Path) -> String {
-    let (Ok(folder), Ok(target)) = (folder.canonicalize(), path.canonicalize()) else {
-        return path.to_string_lossy().into_owned();
-    };
-    let common = folder.components().zip(target.components()).take_while(|(a, b)| a == b).count();
-    let up = folder.components().skip(common).map(|_| "..".to_owned());
-    let down = target.components().skip(common).map(|part| part.as_os_str().to_string_lossy().into_owned());
-    up.chain(down).collect::<Vec<_>>().join("/")
 }
 
 /// Columns of recordings are those that messages of joint states have.

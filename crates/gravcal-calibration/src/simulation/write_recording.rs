@@ -129,7 +129,7 @@ load = "plate"
         // The first pose of a recording comes from nowhere.
         assert_eq!(read.poses[0].conditions.direction, [0.0, 0.0]);
         assert_eq!(read.poses[1].conditions.direction, perfect.session.poses[1].conditions.direction);
-        let notes: Vec<String> = read.searched.iter().flat_map(|searched| searched.notes()).collect();
+        let notes: Vec<String> = read.searched.iter().flat_map(|searched| searched.notes(&read.readings)).collect();
         assert!(notes.iter().any(|note| note.contains("as if the arm were touched")), "{notes:?}");
         assert!(notes[0].starts_with("bare.mcap: "), "{notes:?}");
     }
@@ -152,12 +152,9 @@ load = "plate"
         let empty = with(part, "file = \"bare.mcap\"\nfrom_s = 5.0\nuntil_s = 5.0").unwrap_err();
         assert!(empty.contains("expected a time after from_s"), "{empty}");
         let noise = with("[readings.torque]", "[readings.torque]\nstd = 0.1").unwrap_err();
-        assert!(
-            noise.contains("readings.still: standstills are found in the recordings, and so is the noise"),
-            "{noise}"
-        );
+        assert!(noise.contains("readings.still: poses are found in the recordings, and so is the noise"), "{noise}");
         let short = with("[readings.still]", "[readings.still]\nleast_duration_s = 100").unwrap_err();
-        assert!(short.contains("bare.mcap: no standstill is found in it"), "{short}");
+        assert!(short.contains("bare.mcap: no standstill and no slow sweep is found in it"), "{short}");
         let other =
             with("load = \"plate\"", "").map(|session| session.poses.iter().filter(|p| p.load.is_some()).count());
         assert!(other.is_ok_and(|loaded| loaded > 5), "the recording names its load itself");

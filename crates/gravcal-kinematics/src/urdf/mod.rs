@@ -14,12 +14,14 @@
 //! coordinate of its own.
 
 mod body;
+mod ends;
 mod error;
 mod essentials;
 mod joint;
 mod tree;
 
 use body::RigidBody;
+pub use ends::UrdfEnds;
 pub use error::UrdfError;
 use essentials::essentials;
 use joint::Motion;

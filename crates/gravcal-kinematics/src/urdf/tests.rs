@@ -6,7 +6,7 @@ use super::*;
 use crate::chain::ChainError;
 
 /// A column that turns, an arm on it behind a fixed bracket, and a hand with one finger.
-const ARM: &str = r#"
+pub(super) const ARM: &str = r#"
 <robot name="arm" xmlns:drake="http://drake.mit.edu">
   <!-- was: <xacro:include filename="arm.xacro"/> -->
   <gazebo reference="hand"><gravity>1</gravity></gazebo>

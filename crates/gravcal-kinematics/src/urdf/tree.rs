@@ -162,7 +162,17 @@ impl<'a> Tree<'a> {
 
     /// The link itself and all it hangs on, inward.
     fn ancestors(&self, link: usize) -> Vec<usize> {
-        std::iter::successors(Some(link), |link| self.parent(*link)).collect()
+        self.links_to_root(link).collect()
+    }
+
+    /// The same one by one.
+    pub fn links_to_root(&self, link: usize) -> impl Iterator<Item = usize> {
+        std::iter::successors(Some(link), |link| self.parent(*link))
+    }
+
+    /// The joint that carries a link.
+    pub fn parent_joint(&self, link: usize) -> Option<usize> {
+        self.parent_joint[link]
     }
 
     fn parent(&self, link: usize) -> Option<usize> {

@@ -13,12 +13,9 @@ use std::path::{Path, PathBuf};
 use csv::StringRecord;
 
 use super::{Row, Rows, Source};
-use crate::csv_lines::{CsvFormat, Line, Lines, cells};
+use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::ReadError;
-use crate::table::column_names;
-
-/// Lines that tell how a file is written.
-const SAMPLE: usize = 20;
+use crate::table::{column_names, numbered_columns};
 
 /// Rows of a CSV file.
 pub(crate) struct CsvRows {
@@ -68,14 +65,14 @@ impl BufRead for Counted {
 
 impl CsvRows {
     /// Opens a file.
-    pub(crate) fn open(path: &Path) -> Result<CsvRows, ReadError> {
-        let format = found_format(path)?;
+    pub(crate) fn open(path: &Path, said: &CsvWriting) -> Result<CsvRows, ReadError> {
+        let format = found_format(path, said)?;
         let (mut lines, length) = open_lines(path)?;
         let mut header = StringRecord::new();
         let line = read_header(path, &mut lines, format.delimiter, &mut header)?;
         let columns = match format.header {
             true => column_names(path, line, &header)?,
-            false => (1..=header.len()).map(|column| format!("column{column}")).collect(),
+            false => numbered_columns(header.len()),
         };
         let not_numbers = vec![(0, 0); columns.len()];
         let (comments, skipped) = (lines.skipped().to_vec(), Vec::new());
@@ -185,6 +182,7 @@ impl Rows for CsvRows {
         let delimiter = match self.format.delimiter {
             b',' => "commas",
             b';' => "semicolons",
+            b'|' => "bars",
             _ => "tabs",
         };
         let decimal = if self.format.decimal_comma { ", decimal commas" } else { "" };
@@ -245,37 +243,6 @@ fn read_header(
 }
 
 /// How a file is written, by its first lines.
-fn found_format(path: &Path) -> Result<CsvFormat, ReadError> {
-    let (mut lines, _) = open_lines(path)?;
-    let mut sample = Vec::new();
-    while sample.len() < SAMPLE
-        && let Some(line) = lines.read()?
-    {
-        sample.extend(line.text.map(str::to_owned));
-    }
-    Ok(format_of(&sample))
-}
-
-fn format_of(sample: &[String]) -> CsvFormat {
-    let Some((header, rows)) = sample.split_first() else { return CsvFormat::default() };
-    let count = |sign: u8| header.bytes().filter(|byte| *byte == sign).count();
-    // Decimal commas may outnumber semicolons, but nothing else has semicolons or tabs.
-    let delimiter = [b';', b'\t'].into_iter().find(|sign| count(*sign) > 0).unwrap_or(b',');
-    let cells_of = |line: &String| -> Vec<String> {
-        let mut found = StringRecord::new();
-        cells(line, delimiter, &mut found);
-        found.iter().map(|cell| cell.trim().to_owned()).filter(|cell| !cell.is_empty()).collect()
-    };
-    let comma = CsvFormat { delimiter, decimal_comma: true, header: true };
-    let numbers: Vec<String> = sample.iter().flat_map(cells_of).filter(|cell| comma.number(cell).is_some()).collect();
-    let decimal_comma = delimiter != b','
-        && numbers.iter().any(|cell| cell.contains(','))
-        && !numbers.iter().any(|cell| cell.contains('.'));
-    let format = CsvFormat { decimal_comma, ..comma };
-    let is_numbers = |line: &String| {
-        let cells = cells_of(line);
-        !cells.is_empty() && cells.iter().all(|cell| format.number(cell).is_some())
-    };
-    // A single line of numbers may be the names of columns that nothing follows.
-    CsvFormat { header: !(is_numbers(header) && rows.iter().all(is_numbers)), ..format }
+fn found_format(path: &Path, said: &CsvWriting) -> Result<CsvFormat, ReadError> {
+    CsvFormat::found(&mut open_lines(path)?.0, said)
 }

@@ -13,6 +13,7 @@ mod joint_state;
 mod mcap;
 mod parquet;
 mod rewrite;
+mod watched;
 mod write;
 
 #[cfg(test)]
@@ -25,10 +26,12 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use crate::csv_lines::CsvWriting;
 use crate::error::ReadError;
 
-pub use inspect::{Clipped, ColumnFound, Gap, Guess, Inspection, Meaning, Stuck, TimeFound, inspect};
-pub use rewrite::{Change, RewriteError, Watch, rewrite};
+pub use inspect::{Clipped, ColumnFound, Gap, Guess, Inspection, JointFound, Meaning, Stuck, TimeFound, inspect};
+pub use rewrite::{Change, RewriteError, Rewriting, Watch, rewrite};
+pub use watched::Watched;
 pub use write::{Heading, RowWriter, create};
 
 /// What a recording says at one instant.
@@ -98,11 +101,20 @@ pub struct Topic {
 ///
 /// It cannot be opened, is none of these, has no readings, or names its columns badly.
 pub fn open(path: &Path) -> Result<Box<dyn Rows>, ReadError> {
+    open_as(path, &CsvWriting::default())
+}
+
+/// The same of a file that, if it is CSV, is said to be written so.
+///
+/// # Errors
+///
+/// As [`open`].
+pub fn open_as(path: &Path, csv: &CsvWriting) -> Result<Box<dyn Rows>, ReadError> {
     Ok(match kind(path)? {
         Kind::Mcap => Box::new(mcap::McapRows::open(path)?),
         Kind::Folder => Box::new(mcap::McapRows::open_folder(path)?),
         Kind::Parquet => Box::new(parquet::ParquetRows::open(path)?),
-        Kind::Csv => Box::new(csv::CsvRows::open(path)?),
+        Kind::Csv => Box::new(csv::CsvRows::open(path, csv)?),
     })
 }
 

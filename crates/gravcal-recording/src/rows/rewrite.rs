@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 mod tests;
 
 use super::{Kind, kind};
+use crate::csv_lines::CsvWriting;
 use crate::error::ReadError;
 use crate::write::{WriteError, check_target};
 
@@ -50,22 +51,34 @@ pub enum RewriteError {
     Stopped,
 }
 
-/// Writes the recording `input` (CSV or MCAP) as `output` of the same kind, with each row as `change` leaves it and all else as it is:
-/// other columns, topics, schemas, metadata, attachments. `notes` are put before it, as what is said of a recording is. Gives what
-/// was lost or looks wrong. The chunks of an MCAP file become compressed by zstd.
+/// A recording that is to be written again.
+#[derive(Clone, Copy, Debug)]
+pub struct Rewriting<'a> {
+    /// The recording.
+    pub input: &'a Path,
+    /// The new one.
+    pub output: &'a Path,
+    /// Whether a file of that name is replaced.
+    pub overwrite: bool,
+    /// How the recording is written, if it is CSV.
+    pub csv: CsvWriting,
+    /// What is put before it, as what is said of a recording is.
+    pub notes: &'a BTreeMap<String, String>,
+}
+
+/// Writes a recording (CSV or MCAP) as one of the same kind, with each row as `change` leaves it and all else as it is:
+/// other columns, topics, schemas, metadata, attachments. Gives what was lost or looks wrong. The chunks of an MCAP file become compressed by zstd.
 ///
 /// # Errors
 ///
 /// The recording cannot be read or is of another kind, `output` ends otherwise, there is such a file and not `overwrite`, it cannot
 /// be written, or the watch ended it.
 pub fn rewrite(
-    input: &Path,
-    output: &Path,
-    overwrite: bool,
-    notes: &BTreeMap<String, String>,
+    what: &Rewriting<'_>,
     change: &mut Change<'_>,
     watch: &mut Watch<'_>,
 ) -> Result<Vec<String>, RewriteError> {
+    let Rewriting { input, output, overwrite, .. } = *what;
     let refused = |what| Err(RewriteError::NotRewritten { path: input.to_owned(), what });
     let kind = kind(input)?;
     if let (Ok(old), Ok(new)) = (input.canonicalize(), output.canonicalize())
@@ -82,8 +95,8 @@ pub fn rewrite(
         Kind::Csv if ends("mcap") || ends("parquet") => {
             refused("this is a CSV file, and becomes one: let the new name end in .csv")
         }
-        Kind::Mcap => mcap::rewrite(input, output, overwrite, notes, change, watch),
-        Kind::Csv => csv::rewrite(input, output, overwrite, notes, change, watch),
+        Kind::Mcap => mcap::rewrite(what, change, watch),
+        Kind::Csv => csv::rewrite(what, change, watch),
     }
 }
 

@@ -7,7 +7,7 @@
 //! Within each standstill the variance of means over windows of L samples, times L and over s², grows with L to τ (Flyvbjerg and
 //! Petersen, 1989); it is summed over all standstills, and τ is where it does not grow any more by more than its error.
 
-use super::block::Sum;
+use crate::motion::block::Sum;
 
 /// Window lengths that are looked at: 2^k blocks.
 const LEVELS: usize = 12;

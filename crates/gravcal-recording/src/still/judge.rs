@@ -7,11 +7,12 @@
 
 use std::fmt;
 
-use super::block::Sum;
 use super::converter::roughness;
-use super::mean_noise::{Curve, median, variance_within};
-use super::rough_noise::Scales;
+use super::mean_noise::{Curve, variance_within};
 use super::run::Run;
+use crate::motion::block::Sum;
+use crate::motion::median;
+use crate::motion::rough_noise::Scales;
 
 /// Standard deviations by which a beginning or an end departs.
 const UNSETTLED: f64 = 4.0;

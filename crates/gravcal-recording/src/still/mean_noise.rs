@@ -13,8 +13,9 @@
 
 use std::collections::VecDeque;
 
-use super::block::{Block, Sum};
 use super::run::Run;
+use crate::motion::block::{Block, Sum};
+use crate::motion::median;
 
 /// Lengths that are looked at.
 const LEVELS: usize = 9;
@@ -146,13 +147,6 @@ fn independent(differences: usize) -> usize {
 /// Median of χ² over its degrees of freedom (Wilson and Hilferty).
 fn median_of_chi_squared(degrees: usize) -> f64 {
     (1.0 - 2.0 / (9.0 * degrees as f64)).powi(3)
-}
-
-/// The middle one, or the mean of the two in the middle.
-pub(super) fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 { values[middle] } else { 0.5 * (values[middle - 1] + values[middle]) }
 }
 
 #[cfg(test)]

@@ -3,9 +3,9 @@
 //! Nobody need say how noisy a sensor is, how fast it is sampled or how long the arm stands: the recording says it. It is read
 //! once, from its beginning to its end, in memory that does not grow with its length:
 //!
-//! 1. Samples become blocks of a hundredth of a second, outliers left out ([`block`]).
-//! 2. Low quantiles over the blocks say how noisy each channel is when nothing moves ([`rough_noise`]).
-//! 3. Blocks in which every joint stays are a run ([`run`]); the side from which each joint came is known ([`approach`]).
+//! 1. Samples become blocks of a hundredth of a second, outliers left out ([`crate::motion::block`]).
+//! 2. Low quantiles over the blocks say how noisy each channel is when nothing moves ([`crate::motion::rough_noise`]).
+//! 3. Blocks in which every joint stays are a run ([`run`]); the side from which each joint came is known ([`crate::motion::approach`]).
 //! 4. Many runs together say how noisy means are, by how long they are ([`mean_noise`]).
 //! 5. Each run is judged ([`judge`]): its beginning is cut off while it settles, its end where the next motion begins; it is
 //!    rejected, with the reason, where it moves, creeps or was touched.
@@ -15,14 +15,10 @@
 //! it, and a drift that may be one. They do not hold what is the same during a standstill: friction, deflection, hysteresis. Noise
 //! whose correlation lasts as long as a standstill cannot be told from a constant.
 
-mod approach;
 mod autocorrelation;
-mod block;
-mod channels;
 mod converter;
 mod judge;
 mod mean_noise;
-mod rough_noise;
 mod run;
 mod segments;
 mod standstill;
@@ -33,9 +29,10 @@ use std::path::Path;
 
 use crate::error::ReadError;
 use crate::mapping::PoseMapping;
-use crate::rows::{Row, Rows};
-use channels::Channels;
-use segments::{FIRST, Samples, Segments};
+use crate::motion::channels::Channels;
+use crate::motion::reader::{Part, Reader};
+use crate::rows::Rows;
+use segments::Segments;
 use standstill::Assessment;
 
 pub use judge::{Reason, Rejected};
@@ -46,10 +43,8 @@ pub use standstill::{Spread, Standstill};
 pub struct Stillness {
     /// Shortest standstill, s; a tenth of a second without it, and never less than a few dozen samples.
     pub least_duration: Option<f64>,
-    /// Only what comes so long after the recording's first row, s.
-    pub from: Option<f64>,
-    /// Only what comes before so long after its first row, s.
-    pub until: Option<f64>,
+    /// The part of the recording that counts.
+    pub part: Part,
 }
 
 /// Shortest standstill, s, where nothing is said.
@@ -87,17 +82,8 @@ pub fn static_poses(
     stillness: &Stillness,
 ) -> Result<Standstills, ReadError> {
     mapping.check()?;
-    let mut reader = Reader::new(path, rows, Channels::new(mapping), stillness);
-    let mut first = Samples::default();
-    while first.len() < FIRST
-        && let Some((time, row)) = reader.next()?
-    {
-        first.push(time, row, &reader.values);
-    }
-    let Some(interval) = first.interval(&reader.channels) else {
-        reader.check_columns()?;
-        return Err(ReadError::NothingRecorded { path: path.to_owned() });
-    };
+    let mut reader = Reader::new(path, rows, Channels::new(mapping), stillness.part);
+    let (first, interval) = reader.first()?;
     let mut segments = Segments::new(&reader.channels, &first, interval);
     let least = stillness.least_duration.unwrap_or(LEAST_DURATION);
     let mut assessment = Assessment::new(&reader.channels, least);
@@ -117,65 +103,10 @@ pub fn static_poses(
     Ok(Standstills {
         found,
         rejected,
-        rows: segments.usage.samples + segments.usage.repeated,
-        repeated: segments.usage.repeated,
+        rows: segments.sampler.usage.samples + segments.sampler.usage.repeated,
+        repeated: segments.sampler.usage.repeated,
         without_time: reader.without_time,
-        interruptions: segments.usage.interruptions,
+        interruptions: segments.sampler.usage.interruptions,
         interval,
     })
-}
-
-/// Rows as times and values in SI units.
-struct Reader<'a> {
-    path: &'a Path,
-    rows: &'a mut dyn Rows,
-    row: Row,
-    channels: Channels,
-    stillness: &'a Stillness,
-    /// Of the last row.
-    values: Vec<f64>,
-    /// Time of the first row, s.
-    begun: Option<f64>,
-    without_time: u64,
-}
-
-impl<'a> Reader<'a> {
-    fn new(path: &'a Path, rows: &'a mut dyn Rows, mut channels: Channels, stillness: &'a Stillness) -> Reader<'a> {
-        channels.look(rows.columns());
-        let values = vec![f64::NAN; channels.list.len()];
-        Reader { path, rows, row: Row::default(), channels, stillness, values, begun: None, without_time: 0 }
-    }
-
-    /// Time and number of the next row that is asked for; its values stand in `values`.
-    fn next(&mut self) -> Result<Option<(f64, u64)>, ReadError> {
-        while self.rows.read(&mut self.row)? {
-            if self.channels.is_behind(self.rows.columns()) {
-                self.channels.look(self.rows.columns());
-            }
-            let time = self.channels.read(&self.row, &mut self.values);
-            if !time.is_finite() {
-                self.without_time += 1;
-                continue;
-            }
-            let since = time - *self.begun.get_or_insert(time);
-            let left_out = self.stillness.from.is_some_and(|from| since < from)
-                || self.stillness.until.is_some_and(|until| since > until);
-            if !left_out {
-                return Ok(Some((time, self.row.number)));
-            }
-        }
-        Ok(None)
-    }
-
-    /// Whether every column was there, at the end at least.
-    fn check_columns(&self) -> Result<(), ReadError> {
-        match self.channels.missing() {
-            None => Ok(()),
-            Some(column) => Err(ReadError::UnknownColumn {
-                path: self.path.to_owned(),
-                column: column.to_owned(),
-                columns: self.rows.columns().to_vec(),
-            }),
-        }
-    }
 }

@@ -6,9 +6,9 @@
 
 use std::collections::VecDeque;
 
-use super::approach::Approach;
-use super::block::Block;
-use super::rough_noise::Scales;
+use crate::motion::approach::Approach;
+use crate::motion::block::Block;
+use crate::motion::rough_noise::Scales;
 
 /// Blocks of a run at most; then every two become one, of twice the length.
 const MOST_BLOCKS: usize = 256;

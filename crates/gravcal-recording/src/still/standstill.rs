@@ -1,15 +1,15 @@
 //! Runs are judged, and standstills become static poses.
 
 use super::autocorrelation::Autocorrelation;
-use super::block::Sum;
-use super::channels::Channels;
 use super::converter::rounding_of_readings;
 use super::judge::{Dwell, Judge, Reason, Rejected, Standing};
 use super::mean_noise::MeanNoise;
-use super::rough_noise::Scales;
 use super::run::Run;
 use super::segments::Segments;
 use crate::conditions::Conditions;
+use crate::motion::block::Sum;
+use crate::motion::channels::Channels;
+use crate::motion::rough_noise::Scales;
 use crate::pose::{Reading, StaticPose};
 
 /// Runs that are judged together.
@@ -114,7 +114,7 @@ impl Assessment {
     pub fn finish(mut self, channels: &Channels, segments: &Segments) -> (Vec<Standstill>, Vec<Rejected>) {
         self.judge(channels, segments);
         let common: Vec<Common> =
-            (0..channels.tested()).map(|channel| self.common(channel, &segments.scales)).collect();
+            (0..channels.tested()).map(|channel| self.common(channel, segments.scales())).collect();
         let finished = self.found.iter().map(|unfinished| unfinished.finish(channels, &common));
         (finished.collect(), self.rejected)
     }
@@ -131,12 +131,12 @@ impl Assessment {
     fn judge(&mut self, channels: &Channels, segments: &Segments) {
         let runs = std::mem::take(&mut self.batch);
         runs.iter().for_each(|run| self.noise.hear(run));
-        let (tested, samples) = (channels.tested(), segments.samples_per_block());
+        let (tested, samples) = (channels.tested(), segments.sampler.samples_per_block);
         let judge = Judge {
             columns: channels.list[..tested].iter().map(|channel| channel.column.as_str()).collect(),
             joints: channels.joints,
-            curves: self.noise.curves(segments.scales.mean[..tested].iter().map(|noise| (*noise, samples))),
-            scales: &segments.scales,
+            curves: self.noise.curves(segments.scales().mean[..tested].iter().map(|noise| (*noise, samples))),
+            scales: segments.scales(),
             least_duration: self.least_duration,
         };
         for run in &runs {

@@ -6,6 +6,7 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::mapping::{PositionColumn, ReadingColumn};
+use crate::rows::Row;
 use crate::unit::{PositionUnit, TorqueUnit};
 
 /// Rows that stand in memory.
@@ -414,7 +415,8 @@ fn saturated_readings_are_none_and_single_outliers_at_an_end_do_not_saturate() {
 #[test]
 fn only_the_part_that_is_asked_for_is_looked_at_and_short_standstills_may_be_left_out() {
     let (rows, truths) = Recording::default().rows();
-    let stillness = Stillness { from: Some(truths[2].0[0]), until: Some(truths[5].0[1]), ..Stillness::default() };
+    let part = Part { from: Some(truths[2].0[0]), until: Some(truths[5].0[1]) };
+    let stillness = Stillness { part, ..Stillness::default() };
     assert_eq!(find(rows.clone(), &mapping(), &stillness).unwrap().found.len(), 4);
     let longer = Stillness { least_duration: Some(0.6), ..Stillness::default() };
     assert_eq!(find(rows, &mapping(), &longer).unwrap().found.len(), 1);
@@ -429,4 +431,21 @@ fn what_is_missing_is_told() {
     assert!(error.starts_with("a.mcap: there is no column `r`"), "{error}");
     let error = find(Vec::new(), &mapping(), &Stillness::default()).unwrap_err().to_string();
     assert_eq!(error, "a.mcap: no row tells a time and a reading, so there is nothing to find standstills in");
+}
+
+/// An encoder that loses its count while the arm stands: no mean goes over the jump, and all else is found as without it.
+#[test]
+fn a_count_that_jumps_parts_a_standstill_and_nothing_else() {
+    let (mut rows, truths) = Recording::default().rows();
+    let jump = 0.5 * (truths[3].0[0] + truths[3].0[1]);
+    rows.iter_mut().filter(|row| row[0] >= jump).for_each(|row| row[1] += 2.5);
+    let found = found_in(rows);
+    let over = |standstill: &&Standstill| standstill.interval[0] < jump && jump < standstill.interval[1];
+    assert_eq!(found.found.iter().filter(over).count(), 0);
+    for (index, truth) in truths.iter().enumerate().filter(|(index, _)| *index != 3) {
+        let within = |s: &&Standstill| s.interval[0] >= truth.0[0] - 0.02 && s.interval[1] <= truth.0[1] + 0.02;
+        let same = found.found.iter().find(within).unwrap_or_else(|| panic!("{index}: {:?}", found.rejected));
+        let expected = truth.1[0] + if index > 3 { 2.5 } else { 0.0 };
+        assert!((same.pose.position[0] - expected).abs() < 1e-4, "{index}");
+    }
 }

@@ -6,6 +6,7 @@ use gravcal_recording::PoseMapping;
 use super::Context;
 use super::joints::JointTable;
 use super::knowledge::scaled;
+use super::recordings::InMotion;
 use crate::document::{Field, FileError};
 use crate::parameter::Parameter;
 use crate::sensors::{DeclaredInFile, Need, SensorTerms, Site, declare, to_unit_of};
@@ -16,7 +17,7 @@ use crate::session::{JointKnowledge, KnowledgeKind};
 pub(super) fn resolve(
     context: &Context<'_>,
     mapping: &PoseMapping,
-    still: bool,
+    motion: &InMotion,
     joints: &[JointKnowledge],
     tables: &[JointTable],
 ) -> Result<(SensorTerms, Vec<Parameter>), FileError> {
@@ -26,7 +27,8 @@ pub(super) fn resolve(
         let Some(joint) = context.joint_names.iter().position(|name| *name == table.name) else { continue };
         let site = Site::new(joint, &context.joint_names, &kinds, &joints[joint]);
         let field = Field::new("joint").at(index);
-        for found in declare(context.document, &field, &site, &table.sensor_models, |need| knows(mapping, still, need))?
+        for found in
+            declare(context.document, &field, &site, &table.sensor_models, |need| knows(mapping, motion, need))?
         {
             parameters.push(with_knowledge(context, &found)?);
             terms.push(found.term);
@@ -35,14 +37,14 @@ pub(super) fn resolve(
     Ok((SensorTerms::new(terms), parameters))
 }
 
-/// `still`: whether poses are standstills found in recordings, which have a time and a direction.
-fn knows(mapping: &PoseMapping, still: bool, need: Need) -> bool {
-    let conditions = &mapping.conditions;
+/// Poses found in recordings in motion have a time and a direction, those of sweeps a velocity.
+fn knows(mapping: &PoseMapping, motion: &InMotion, need: Need) -> bool {
+    let (conditions, found) = (&mapping.conditions, motion.is_any());
     match need {
-        Need::Time => still || conditions.time.is_some(),
+        Need::Time => found || conditions.time.is_some(),
         Need::Temperature => !conditions.temperature.is_empty(),
-        Need::Velocity => conditions.velocity.is_known(),
-        Need::Direction => still || !conditions.direction.is_empty() || conditions.velocity.is_known(),
+        Need::Velocity => motion.sweeps.is_some() || conditions.velocity.is_known(),
+        Need::Direction => found || !conditions.direction.is_empty() || conditions.velocity.is_known(),
     }
 }
 

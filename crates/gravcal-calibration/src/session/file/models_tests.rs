@@ -115,7 +115,7 @@ fn conditions_are_read_with_their_units() {
     assert_refused(
         TORQUE,
         &format!("{TORQUE}\ntime = {{ column = 'q1', unit = 'days' }}"),
-        "11: readings.time.unit: the unit `days` does not fit: expected one of s, ms, µs, min, h",
+        "11: readings.time.unit: the unit `days` does not fit: expected one of s, ms, µs, ns, min, h",
     );
     assert_refused(
         TORQUE,

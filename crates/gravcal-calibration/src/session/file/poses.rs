@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use gravcal_kinematics::JointKind;
-use gravcal_recording::{PoseMapping, ReadError, StaticPose, read_poses};
+use gravcal_recording::{Part, PoseMapping, ReadError, StaticPose, read_poses};
 use serde::Deserialize;
 
 use super::{Context, SessionError};
@@ -19,12 +19,16 @@ pub(super) struct PosesTable {
     load: Option<OneOrMany<String>>,
     swept: Option<String>,
     step: Option<u8>,
-    pub(super) from_s: Option<f64>,
-    pub(super) until_s: Option<f64>,
+    from_s: Option<f64>,
+    until_s: Option<f64>,
 }
 
 impl PosesTable {
-    /// The part of the recording that counts, s.
+    pub(super) fn part_of_recording(&self) -> Part {
+        Part { from: self.from_s, until: self.until_s }
+    }
+
+    /// Its ends, s.
     fn part(&self) -> [f64; 2] {
         [self.from_s.unwrap_or(f64::NEG_INFINITY), self.until_s.unwrap_or(f64::INFINITY)]
     }
@@ -34,7 +38,8 @@ impl PosesTable {
 fn check_part(document: &Document, field: &Field, written: &PosesTable, still: bool) -> Result<(), FileError> {
     let parts = [("from_s", written.from_s), ("until_s", written.until_s)];
     if let Some((key, _)) = parts.iter().find(|(_, part)| part.is_some() && !still) {
-        let message = "a part is one of a recording in motion: add [readings.still], or delete this";
+        let message =
+            "a part is one of a recording in motion: add [readings.still] or [readings.sweeps], or delete this";
         return Err(document.error(&field.key(key), message));
     }
     let [from, until] = written.part();
@@ -130,7 +135,7 @@ pub(super) struct ReadPoses {
     pub poses: Vec<Pose>,
     pub saturated: Vec<usize>,
     pub in_motion: Vec<usize>,
-    /// What was found in recordings in motion.
+    /// What was found in recordings in motion, and what was lost of files.
     pub searched: Vec<Searched>,
 }
 
@@ -165,6 +170,14 @@ pub(super) fn read_all(
     for (index, (written, table)) in written.iter().zip(tables).enumerate() {
         let read = read_poses(&table.path, mapping).map_err(|error| in_table(document, index, written, error))?;
         all.in_motion.iter_mut().zip(&read.in_motion).for_each(|(all, here)| *all += here);
+        if !read.remarks.is_empty() {
+            all.searched.push(Searched {
+                path: table.path.clone(),
+                standstills: None,
+                sweeps: None,
+                remarks: read.remarks,
+            });
+        }
         all.take(index, table.load, read.poses);
     }
     count_time_from_first(&mut all.poses);

@@ -5,9 +5,11 @@ use serde::Deserialize;
 
 use super::Context;
 use super::conditions::{self, ConditionTable, DirectionTable, MotionTable, TimeTable};
+use super::csv::{self, CsvTable};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable, Units};
 use super::select::{self, SelectTable};
 use super::still::StillTable;
+use super::sweeps::SweepsTable;
 use crate::document::{Field, FileError, OneOrMany};
 use crate::session::units;
 
@@ -25,6 +27,9 @@ pub(super) struct ReadingsTable {
     #[serde(default)]
     select: SelectTable,
     pub(super) still: Option<StillTable>,
+    pub(super) sweeps: Option<SweepsTable>,
+    #[serde(default)]
+    csv: CsvTable,
     sweep_column: Option<String>,
     #[serde(default)]
     merge_repeated_rows: bool,
@@ -62,6 +67,7 @@ pub(super) fn mapping(
         merge_repeated: table.merge_repeated_rows,
         conditions: conditions::resolve(context, &conditions)?,
         selection: select::resolve(context, &table.select)?,
+        csv: csv::resolve(context, &table.csv)?,
     };
     mapping.check().map_err(|error| context.document.error(&field_of(&error), error))?;
     Ok(mapping)

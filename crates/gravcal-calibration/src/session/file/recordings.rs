@@ -1,17 +1,38 @@
-//! `[[poses]]` that are recordings in motion: their standstills become poses.
+//! `[[poses]]` that are recordings in motion: their standstills and slow sweeps become poses.
 
-use gravcal_recording::{PoseMapping, ReadError, Rejected, Stillness, open, static_poses};
+use std::path::Path;
+
+use gravcal_recording::{
+    Part, PoseMapping, ReadError, Rows, Stillness, SweepRule, Watched, open_as, slow_sweeps, static_poses,
+};
 
 use super::SessionError;
 use super::poses::{PosesTable, ReadPoses, count_time_from_first, field, in_table};
 use crate::document::{Document, FileError};
 use crate::session::{Load, PoseTable, Searched};
 
+/// What is looked for in recordings in motion.
+pub(super) struct InMotion {
+    pub still: Option<Stillness>,
+    pub sweeps: Option<SweepRule>,
+}
+
+impl InMotion {
+    /// Whether anything is.
+    pub fn is_any(&self) -> bool {
+        self.still.is_some() || self.sweeps.is_some()
+    }
+}
+
 /// The recordings of a session, and what they may carry.
 pub(super) struct Recordings<'a> {
     pub document: &'a Document,
     pub written: &'a [PosesTable],
     pub loads: &'a [Load],
+    /// Whether both ways of a sweep are poses of their own, because a sensor's model tells them apart.
+    pub apart: bool,
+    /// Told how far each recording is read.
+    pub watch: &'a dyn Fn(&Path, f64),
 }
 
 impl Recordings<'_> {
@@ -20,23 +41,25 @@ impl Recordings<'_> {
         &self,
         tables: &mut [PoseTable],
         mapping: &PoseMapping,
-        still: &Stillness,
+        motion: &InMotion,
     ) -> Result<ReadPoses, SessionError> {
         let mut all = ReadPoses::none(mapping.torques.len());
         for (index, (written, table)) in self.written.iter().zip(tables).enumerate() {
             let wrong = |error| in_table(self.document, index, written, error);
-            let stillness = Stillness { from: written.from_s, until: written.until_s, ..*still };
-            let mut rows = open(&table.path).map_err(wrong)?;
-            let standstills = static_poses(&table.path, rows.as_mut(), mapping, &stillness).map_err(wrong)?;
-            if standstills.found.is_empty() {
-                let rejected = standstills.rejected.iter().map(Rejected::to_string).collect();
-                return Err(wrong(ReadError::NoStandstill { path: table.path.clone(), rejected }));
+            let rows = open_as(&table.path, &mapping.csv).map_err(wrong)?;
+            let said = rows.metadata().get("load").cloned();
+            drop(rows);
+            if let Some(name) = said {
+                table.load = Some(self.load(index, &name, table.load)?);
             }
-            if let Some(name) = rows.metadata().get("load") {
-                table.load = Some(self.load(index, name, table.load)?);
+            let search = Search { path: &table.path, mapping, part: written.part_of_recording(), watch: self.watch };
+            let searched = search.run(motion).map_err(wrong)?;
+            if searched.found() == 0 {
+                let rejected = searched.rejected();
+                return Err(wrong(ReadError::NothingStands { path: table.path.clone(), rejected }));
             }
-            all.take(index, table.load, standstills.found.iter().map(|found| found.pose.clone()));
-            all.searched.push(Searched { path: table.path.clone(), standstills, remarks: rows.remarks() });
+            all.take(index, table.load, searched.poses(self.apart));
+            all.searched.push(searched);
         }
         count_time_from_first(&mut all.poses);
         Ok(all)
@@ -53,5 +76,35 @@ impl Recordings<'_> {
             }
             _ => self.document.lookup(&field, "load", name, &known),
         }
+    }
+}
+
+/// What is searched.
+struct Search<'a> {
+    path: &'a Path,
+    mapping: &'a PoseMapping,
+    part: Part,
+    watch: &'a dyn Fn(&Path, f64),
+}
+
+impl Search<'_> {
+    /// Standstills and sweeps of one recording; each reads it once.
+    fn run(&self, motion: &InMotion) -> Result<Searched, ReadError> {
+        let Search { path, mapping, part, .. } = *self;
+        let watch = |share: f64| (self.watch)(path, share);
+        let rows = || Ok::<_, ReadError>(Watched::new(open_as(path, &mapping.csv)?, &watch));
+        let mut searched = Searched { path: path.to_owned(), standstills: None, sweeps: None, remarks: Vec::new() };
+        if let Some(still) = motion.still {
+            let mut rows = rows()?;
+            searched.standstills = Some(static_poses(path, &mut rows, mapping, &Stillness { part, ..still })?);
+            searched.remarks = rows.remarks();
+        }
+        if let Some(sweeps) = &motion.sweeps {
+            let mut rows = rows()?;
+            let rule = SweepRule { part, ..sweeps.clone() };
+            searched.sweeps = Some(slow_sweeps(path, &mut rows, mapping, &rule)?);
+            searched.remarks = rows.remarks();
+        }
+        Ok(searched)
     }
 }

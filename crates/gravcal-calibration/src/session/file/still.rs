@@ -27,11 +27,19 @@ pub(super) fn resolve(
     let least_duration = table
         .least_duration_s
         .map(|duration| document.positive(&field().key("least_duration_s"), duration, "a duration", "s"));
-    if let Some(what) = said_twice(mapping) {
-        let message = format!("standstills are found in the recordings, and {what}");
-        return Err(document.error(&field(), message));
-    }
+    refuse_said_twice(context, &field(), mapping)?;
     Ok(Stillness { least_duration: least_duration.transpose()?, ..Stillness::default() })
+}
+
+/// Of recordings in motion, which `field` says that the tables are, some things cannot be said.
+pub(super) fn refuse_said_twice(context: &Context<'_>, field: &Field, mapping: &PoseMapping) -> Result<(), FileError> {
+    match said_twice(mapping) {
+        Some(what) => {
+            let message = format!("poses are found in the recordings, and {what}");
+            Err(context.document.error(field, message))
+        }
+        None => Ok(()),
+    }
 }
 
 /// What a mapping says that is found in the recording, or has no meaning there.
@@ -53,5 +61,5 @@ fn said_twice(mapping: &PoseMapping) -> Option<&'static str> {
     if !mapping.conditions.direction.is_empty() || mapping.conditions.acceleration.is_known() {
         return Some("so is the side from which each joint came: delete direction and acceleration");
     }
-    (mapping.selection != Selection::default()).then_some("the arm does not move in them: delete select")
+    (mapping.selection != Selection::default()).then_some("how the arm moves in them is looked after: delete select")
 }

@@ -288,7 +288,7 @@ fn files_that_are_not_there() {
         "c.csv: there is no such file\n  named by poses[0].file in session.toml:30"
     );
     let table_is_folder = refused("\"a.csv\"", "\".\"");
-    assert!(table_is_folder.contains("this is a folder"), "{table_is_folder}");
+    assert!(table_is_folder.contains("the folder has no .mcap file"), "{table_is_folder}");
 }
 
 #[test]

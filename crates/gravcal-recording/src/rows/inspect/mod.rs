@@ -4,6 +4,7 @@
 //! told as one.
 
 mod column;
+mod joints;
 mod names;
 #[cfg(test)]
 mod tests;
@@ -17,10 +18,11 @@ use serde::Serialize;
 
 use self::column::ColumnWatch;
 pub use self::column::{Clipped, ColumnFound, Stuck};
+pub use self::joints::JointFound;
 pub use self::names::{Guess, Meaning};
 use self::time::TimeWatch;
 pub use self::time::{Gap, TimeFound};
-use super::{Row, Rows, Source};
+use super::{Row, Rows, Source, Watched};
 use crate::error::ReadError;
 
 /// What is in a recording.
@@ -47,9 +49,8 @@ pub struct Inspection {
 /// # Errors
 ///
 /// It cannot be read, or has no number in any column but the clock's.
-pub fn inspect(path: &Path, watch: &mut dyn FnMut(f64)) -> Result<Inspection, ReadError> {
-    let mut rows = super::open(path)?;
-    let found = inspect_rows(rows.as_mut(), watch)?;
+pub fn inspect(path: &Path, watch: &dyn Fn(f64)) -> Result<Inspection, ReadError> {
+    let found = inspect_rows(&mut Watched::new(super::open(path)?, watch))?;
     if found.columns.iter().all(|column| column.readings == 0) {
         let what = format!("no column has a number, so it is no recording; it was read as: {}", found.source.kind);
         return Err(ReadError::NotRecording { path: path.to_owned(), what });
@@ -57,10 +58,7 @@ pub fn inspect(path: &Path, watch: &mut dyn FnMut(f64)) -> Result<Inspection, Re
     Ok(found)
 }
 
-/// Rows between two calls of the watch.
-const PACE: u64 = 10_000;
-
-fn inspect_rows(rows: &mut dyn Rows, watch: &mut dyn FnMut(f64)) -> Result<Inspection, ReadError> {
+fn inspect_rows(rows: &mut dyn Rows) -> Result<Inspection, ReadError> {
     let clock = names::clock(rows.columns());
     let mut time = TimeWatch::default();
     let mut columns: Vec<ColumnWatch> = Vec::new();
@@ -80,9 +78,6 @@ fn inspect_rows(rows: &mut dyn Rows, watch: &mut dyn FnMut(f64)) -> Result<Inspe
             columns.iter_mut().zip(&row.cells).for_each(|(column, cell)| column.take(now, *cell));
         }
         std::mem::swap(&mut row, &mut last);
-        if count % PACE == 0 {
-            watch(rows.progress());
-        }
     }
     let names = rows.columns();
     let unit = clock.map(|clock| names::time_unit(&names[clock], time.interval()));

@@ -7,7 +7,7 @@ fn inspected(text: &str) -> Inspection {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.csv");
     fs::write(&path, text).unwrap();
-    inspect(&path, &mut |_| {}).unwrap()
+    inspect(&path, &|_| {}).unwrap()
 }
 
 /// A thousand rows at 1 kHz with a reading that is given by its row.
@@ -102,7 +102,7 @@ fn the_text_has_eighty_columns_and_tells_topics_and_losses() {
     writer.finish().unwrap();
     let bytes = fs::read(&path).unwrap();
     fs::write(&path, &bytes[..bytes.len() - 20]).unwrap();
-    let found = inspect(&path, &mut |_| {}).unwrap();
+    let found = inspect(&path, &|_| {}).unwrap();
     let text = found.to_string();
     let wide: Vec<&str> = text.lines().filter(|line| line.chars().count() > 80).collect();
     assert_eq!(wide, [""; 0], "{text}");

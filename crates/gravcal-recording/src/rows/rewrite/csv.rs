@@ -1,23 +1,19 @@
 //! CSV: the text of every cell that is not changed stays, comments stay where they are.
 
-use std::collections::BTreeMap;
 use std::io::{self, Write};
-use std::path::Path;
 
-use super::{Change, Paced, RewriteError, Watch, same};
+use super::{Change, Paced, RewriteError, Rewriting, Watch, same};
 use crate::rows::csv::CsvRows;
 use crate::rows::{Row, Rows};
 use crate::write::{NewFile, WriteError};
 
 pub(super) fn rewrite(
-    input: &Path,
-    output: &Path,
-    overwrite: bool,
-    notes: &BTreeMap<String, String>,
+    what: &Rewriting<'_>,
     change: &mut Change<'_>,
     watch: &mut Watch<'_>,
 ) -> Result<Vec<String>, RewriteError> {
-    let mut rows = CsvRows::open(input)?;
+    let Rewriting { input, output, overwrite, notes, ref csv } = *what;
+    let mut rows = CsvRows::open(input, csv)?;
     let mut new = NewFile::create(output, overwrite)?;
     let mut paced = Paced { watch, rows: 0 };
     let io = |cause: io::Error| WriteError::Io { path: output.to_owned(), cause };

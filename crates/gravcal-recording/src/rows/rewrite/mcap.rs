@@ -8,7 +8,7 @@ use mcap::records::{AttachmentHeader, MessageHeader, Metadata, Record, op};
 use mcap::write::PrivateRecordOptions;
 use mcap::{McapError, Writer, parse_record};
 
-use super::{Change, Paced, RewriteError, Watch, same};
+use super::{Change, Paced, RewriteError, Rewriting, Watch, same};
 use crate::rows::mcap::records::Next;
 use crate::rows::mcap::{McapRows, read};
 use crate::rows::write::mcap::{METADATA, failed, options};
@@ -21,13 +21,11 @@ const PIECE: usize = 1 << 16;
 const LONGEST_NAME: u64 = 1 << 16;
 
 pub(super) fn rewrite(
-    input: &Path,
-    output: &Path,
-    overwrite: bool,
-    notes: &BTreeMap<String, String>,
+    what: &Rewriting<'_>,
     change: &mut Change<'_>,
     watch: &mut Watch<'_>,
 ) -> Result<Vec<String>, RewriteError> {
+    let Rewriting { input, output, overwrite, notes, .. } = *what;
     let mut rows = McapRows::open(input)?.again()?;
     let mut paced = Paced { watch, rows: 0 };
     let mut copy = Copy::begin(output, overwrite, rows.next_record()?, &rows)?;

@@ -24,7 +24,8 @@ fn doubled(name: &'static str) -> impl FnMut(&[String], &mut [f64]) {
 }
 
 fn again(input: &Path, output: &Path, change: &mut Change<'_>) -> Result<Vec<String>, String> {
-    rewrite(input, output, false, &notes(), change, &mut |_| true).map_err(|error| error.to_string())
+    let what = Rewriting { input, output, overwrite: false, csv: CsvWriting::default(), notes: &notes() };
+    rewrite(&what, change, &mut |_| true).map_err(|error| error.to_string())
 }
 
 #[test]
@@ -156,7 +157,10 @@ fn nothing_is_lost_by_what_is_refused() {
     }
     let rows = "1,2\n".repeat(5000);
     fs::write(&table, format!("q,tau\n{rows}")).unwrap();
-    let stopped = rewrite(&table, &folder.path().join("a.csv"), false, &notes(), &mut keep, &mut |progress| {
+    let output = folder.path().join("a.csv");
+    let what =
+        Rewriting { input: &table, output: &output, overwrite: false, csv: CsvWriting::default(), notes: &notes() };
+    let stopped = rewrite(&what, &mut keep, &mut |progress| {
         count += 1;
         progress < 0.5
     });

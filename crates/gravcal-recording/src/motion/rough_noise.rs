@@ -26,7 +26,7 @@ const ROUNDING: f64 = 1e-12;
 
 /// By channel.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Scales {
+pub(crate) struct Scales {
     /// Noise of a sample, as far as it changes from sample to sample.
     pub sample: Vec<f64>,
     /// Noise of the mean of a block.
@@ -41,7 +41,7 @@ pub(super) struct Scales {
 
 /// Counts of what was seen so far.
 #[derive(Clone, Debug)]
-pub(super) struct RoughNoise {
+pub(crate) struct RoughNoise {
     channels: Vec<Seen>,
     /// Means of the last blocks, one channel after the other.
     recent: Vec<[f64; STRETCH]>,

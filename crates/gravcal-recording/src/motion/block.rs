@@ -18,7 +18,7 @@ type Group = [f64; WIDTH];
 
 /// What one channel said during a block.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Sum {
+pub(crate) struct Sum {
     /// Samples that count.
     pub count: f64,
     /// Their mean; nothing where there are none.
@@ -48,7 +48,7 @@ impl Sum {
 
 /// Some successive samples.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Block {
+pub(crate) struct Block {
     /// Time of the first sample, s.
     pub from: f64,
     /// Time of the last sample, s.
@@ -71,7 +71,7 @@ impl Block {
 
 /// What the steps from sample to sample say of a channel's noise during a block.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Steps {
+pub(crate) struct Steps {
     /// Root mean square of the steps, over √2: the noise of a sample if noise is white and nothing moves.
     pub noise: f64,
     /// The least step that is none of zero; infinite where there is none.
@@ -209,7 +209,7 @@ fn max(a: f64, b: f64) -> f64 {
 
 /// Samples in, blocks out.
 #[derive(Clone, Debug)]
-pub(super) struct Blocks {
+pub(crate) struct Blocks {
     lanes: Vec<Lanes>,
     values: Vec<f64>,
     channels: usize,

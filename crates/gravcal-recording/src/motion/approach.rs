@@ -4,7 +4,7 @@ use super::block::Block;
 
 /// Follows the turning points of each joint.
 #[derive(Clone, Debug)]
-pub(super) struct Approach {
+pub(crate) struct Approach {
     direction: Vec<f64>,
     /// The furthest that each joint has come in its direction; both ends while there is none.
     furthest: Vec<Option<[f64; 2]>>,
@@ -52,7 +52,7 @@ impl Approach {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::still::block::Sum;
+    use crate::motion::block::Sum;
 
     fn followed(positions: &[f64]) -> Vec<f64> {
         let mut approach = Approach::new(1);

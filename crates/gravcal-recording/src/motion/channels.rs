@@ -12,7 +12,7 @@ const NOWHERE: usize = usize::MAX;
 
 /// One number of each row.
 #[derive(Clone, Debug)]
-pub(super) struct Channel {
+pub(crate) struct Channel {
     pub column: String,
     scale: f64,
     zero: f64,
@@ -22,7 +22,7 @@ pub(super) struct Channel {
 
 /// All of them, and which is which.
 #[derive(Clone, Debug)]
-pub(super) struct Channels {
+pub(crate) struct Channels {
     pub list: Vec<Channel>,
     /// The first so many are the positions of the joints.
     pub joints: usize,

@@ -1,0 +1,133 @@
+//! Joints of a recording become those of a robot, and their columns get units.
+
+use gravcal_kinematics::JointKind;
+use gravcal_recording::{ColumnFound, ConditionUnit, Inspection, JointFound, PositionUnit, TorqueUnit, Travel};
+
+use super::DraftError;
+use crate::robot::{NominalSensors, Robot};
+
+/// A joint with its columns.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct DraftJoint {
+    /// The robot's name for it, or the recording's where there is no robot.
+    pub name: String,
+    /// The recording's name.
+    pub recorded: String,
+    pub kind: JointKind,
+    pub position: (String, PositionUnit),
+    pub torque: Option<(String, TorqueUnit)>,
+    pub velocity: Option<(String, ConditionUnit)>,
+    /// Lowest and highest torque reading.
+    pub torque_range: [f64; 2],
+    /// Ends of the torque sensor's range at which readings seem to be.
+    pub clipped: Vec<f64>,
+    /// Largest speed that is recorded, in the unit of its column.
+    pub fastest: Option<f64>,
+    /// What the robot file says of its sensors.
+    pub nominal: NominalSensors,
+}
+
+impl DraftJoint {
+    /// How far it travels for each unit of its reading, in SI.
+    pub fn travel(&self) -> Option<Travel> {
+        let own = self.position.1.is_sensors_own();
+        let gain = if own { self.nominal.position.map(|sensor| sensor.gain.abs()) } else { Some(1.0) }?;
+        Some(match self.kind {
+            JointKind::Revolute => Travel::Turns(gain),
+            JointKind::Prismatic => Travel::Slides(gain),
+        })
+    }
+}
+
+/// Longest travel of a sliding joint that is taken for metres.
+const METRES: f64 = 10.0;
+
+/// The robot's joints with the columns of the recording, and whether they were matched by their order. Without a robot those of
+/// the recording.
+pub(super) fn matched(
+    inspection: &Inspection,
+    found: &[JointFound],
+    robot: Option<&Robot>,
+) -> Result<(Vec<DraftJoint>, bool), DraftError> {
+    let Some(robot) = robot else {
+        let joint =
+            |found: &JointFound| draft(inspection, found, &found.name, JointKind::Revolute, NominalSensors::default());
+        return Ok((found.iter().map(joint).collect(), false));
+    };
+    let joints = robot.chain.joints();
+    let named: Option<Vec<&JointFound>> =
+        joints.iter().map(|joint| found.iter().find(|found| plain(&found.name) == plain(&joint.name))).collect();
+    let by_order = named.is_none();
+    let matched = match named {
+        Some(named) => named,
+        None if found.len() == joints.len() => found.iter().collect(),
+        None => {
+            let robot = joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ");
+            let recorded = found.iter().map(|found| found.name.as_str()).collect::<Vec<_>>().join(", ");
+            return Err(DraftError::OtherJoints { robot, recorded });
+        }
+    };
+    let drafts = joints.iter().zip(matched).zip(&robot.sensors);
+    let drafts = drafts.map(|((joint, found), sensors)| draft(inspection, found, &joint.name, joint.kind, *sensors));
+    Ok((drafts.collect(), by_order))
+}
+
+/// A name without what writers of tables change in it.
+fn plain(name: &str) -> String {
+    name.chars().filter(|letter| letter.is_alphanumeric()).flat_map(char::to_lowercase).collect()
+}
+
+fn draft(
+    inspection: &Inspection,
+    found: &JointFound,
+    name: &str,
+    kind: JointKind,
+    nominal: NominalSensors,
+) -> DraftJoint {
+    let column = |place: usize| &inspection.columns[place];
+    let position = column(found.position);
+    let torque = found.torque.map(column);
+    let velocity = found.velocity.map(column);
+    DraftJoint {
+        name: name.to_owned(),
+        recorded: found.name.clone(),
+        kind,
+        position: (position.name.clone(), position_unit(position, kind, nominal)),
+        torque: torque.map(|torque| (torque.name.clone(), torque_unit(torque, kind, nominal))),
+        velocity: velocity.map(|velocity| (velocity.name.clone(), velocity_unit(velocity, kind))),
+        torque_range: torque.map_or([0.0; 2], |torque| [torque.lowest, torque.highest]),
+        clipped: torque.map_or_else(Vec::new, |torque| torque.clipped.iter().map(|end| end.at).collect()),
+        fastest: velocity.map(|velocity| velocity.lowest.abs().max(velocity.highest.abs())),
+        nominal,
+    }
+}
+
+/// A sensor's own unit is known to the robot's file, others to the names of columns, the rest tell ranges.
+fn position_unit(column: &ColumnFound, kind: JointKind, nominal: NominalSensors) -> PositionUnit {
+    let own = nominal.position.map(|sensor| sensor.unit).filter(|unit| unit.is_sensors_own());
+    let guessed = || column.guess.unit.and_then(|unit| unit.parse().ok()).unwrap_or(PositionUnit::Radian);
+    let long = column.lowest.abs().max(column.highest.abs()) > METRES;
+    match (own.unwrap_or_else(guessed), kind) {
+        (PositionUnit::Radian | PositionUnit::Degree, JointKind::Prismatic) if long => PositionUnit::Millimeter,
+        (PositionUnit::Radian | PositionUnit::Degree, JointKind::Prismatic) => PositionUnit::Meter,
+        (PositionUnit::Meter | PositionUnit::Millimeter, JointKind::Revolute) => PositionUnit::Radian,
+        (unit, _) => unit,
+    }
+}
+
+fn torque_unit(column: &ColumnFound, kind: JointKind, nominal: NominalSensors) -> TorqueUnit {
+    let guessed = || column.guess.unit.and_then(|unit| unit.parse().ok()).unwrap_or(TorqueUnit::NewtonMeter);
+    match (nominal.torque.map_or_else(guessed, |sensor| sensor.unit), kind) {
+        (TorqueUnit::NewtonMeter, JointKind::Prismatic) => TorqueUnit::Newton,
+        (TorqueUnit::Newton, JointKind::Revolute) => TorqueUnit::NewtonMeter,
+        (unit, _) => unit,
+    }
+}
+
+fn velocity_unit(column: &ColumnFound, kind: JointKind) -> ConditionUnit {
+    let known = match kind {
+        JointKind::Revolute => ConditionUnit::ANGULAR_VELOCITY,
+        JointKind::Prismatic => ConditionUnit::VELOCITY,
+    };
+    known.into_iter().find(|unit| Some(unit.name) == column.guess.unit).unwrap_or(known[0])
+}

@@ -1,0 +1,130 @@
+use std::fs;
+use std::path::PathBuf;
+
+use gravcal_recording::inspect;
+use tempfile::TempDir;
+
+use super::*;
+use crate::session::Session;
+use crate::testing::TWO_JOINTS;
+
+/// A folder with a robot and a recording.
+fn folder(recording: &str) -> (TempDir, PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("robot.toml"), TWO_JOINTS).unwrap();
+    let path = folder.path().join("day.csv");
+    fs::write(&path, recording).unwrap();
+    (folder, path)
+}
+
+fn robot(folder: &TempDir) -> DraftRobot {
+    DraftRobot::read(&folder.path().join("robot.toml"), None, &[], &[]).unwrap()
+}
+
+/// The text that is drawn up, and what its session says when it is read.
+fn drafted(recording: &str) -> (String, Vec<String>, Result<Session, String>) {
+    let (folder, path) = folder(recording);
+    let robot = robot(&folder);
+    let inspection = inspect(&path, &|_| {}).unwrap();
+    let draft = Draft::new(&path, &inspection, Some(&robot)).unwrap();
+    let text = draft.text(draft.search(&|_| {}).unwrap().as_ref(), folder.path());
+    let session = folder.path().join("session.toml");
+    fs::write(&session, &text).unwrap();
+    (text, draft.notes(), Session::read(&session).map_err(|error| error.to_string()))
+}
+
+/// Two joints that stand in six poses of half a second, at 200 Hz, with a little noise; the header's columns.
+fn standing(header: &str) -> String {
+    let noise = |row: u32, of: u32| f64::from((row * 7919 + of * 104_729) % 1000) * 1e-6;
+    let row = |row: u32| {
+        let (pose, within) = (f64::from(row / 120), f64::from(row % 120) / 20.0);
+        let at = 0.3 * (pose + within.min(1.0));
+        let cells = [at + noise(row, 1), at - 0.5 + noise(row, 2), at.sin() + noise(row, 3), at.cos() + noise(row, 4)];
+        format!("{},{}\n", f64::from(row) / 200.0, cells.map(|cell| cell.to_string()).join(","))
+    };
+    format!("{header}\n{}", (0..720).map(row).collect::<String>())
+}
+
+#[test]
+fn a_recording_with_standstills_becomes_a_session_that_finds_them() {
+    let (text, notes, session) = drafted(&standing("t_s,Shoulder_pos,elbow_pos,Shoulder_tau,elbow_tau"));
+    let session = session.unwrap();
+    assert!(notes.is_empty(), "{notes:?}");
+    assert!(text.contains("[readings.still]") && session.poses.len() >= 5, "{text}");
+    assert!(text.contains(&format!("found in the recording: {}.", session.poses.len())), "{text}");
+    assert_eq!(session.readings.positions[1].column, "elbow_pos");
+}
+
+#[test]
+fn joints_of_other_names_are_taken_in_their_order_and_that_is_told() {
+    let (text, notes, session) = drafted(&standing("t_s,q1_rad,q2_rad,tau1_Nm,tau2_Nm"));
+    assert_eq!(session.unwrap().readings.positions[0].column, "q1_rad");
+    let told = "joints were matched by their order, as their names differ: shoulder is `q1_rad`, elbow is `q2_rad`";
+    assert_eq!(notes, [told]);
+    assert!(text.contains("they were taken in their order") && text.contains("shoulder is q1_rad, elbow is q2_rad."));
+}
+
+#[test]
+fn other_numbers_of_joints_are_refused() {
+    let (folder, path) = folder("t_s,q1,tau1\n0,1,2\n1,2,3\n");
+    let inspection = inspect(&path, &|_| {}).unwrap();
+    let robot = robot(&folder);
+    let told = Draft::new(&path, &inspection, Some(&robot)).unwrap_err().to_string();
+    assert!(
+        told.contains("the robot's joints are shoulder, elbow, and the positions in the recording are those of 1"),
+        "{told}"
+    );
+}
+
+#[test]
+fn an_arm_in_motion_gets_limits_and_friction() {
+    let row = |row: u32| {
+        let t = f64::from(row) / 100.0;
+        let cells = [t.sin(), (0.7 * t).cos(), t.cos(), -0.7 * (0.7 * t).sin(), t.sin(), (0.3 * t).cos()];
+        format!("{t},{}\n", cells.map(|cell| cell.to_string()).join(","))
+    };
+    let rows: String = (0..3000).map(row).collect();
+    let (text, _, session) = drafted(&format!("t_s,q1,q2,qd1,qd2,tau1,tau2\n{rows}"));
+    let session = session.unwrap();
+    assert!(text.contains("speed_above = { value = [0.1, 0.07], unit = \"rad/s\" }"), "{text}");
+    assert!(session.poses.len() > 100 && !session.terms.is_empty(), "{text}");
+    let (text, _, session) = drafted(&format!("t_s,q1,q2,x,y,tau1,tau2\n{rows}"));
+    assert!(text.contains("[readings.velocity]\nslope_over_s = 0.1"), "{text}");
+    assert!(session.is_ok(), "{session:?}");
+}
+
+#[test]
+fn without_a_clock_every_row_is_a_pose() {
+    let (text, _, session) = drafted("q1_deg,q2_deg,tau1,tau2\n0,0,1,2\n10,20,3,4\n20,50,3,4\n");
+    assert!(text.contains("Every row of the file is taken as one static pose"), "{text}");
+    assert_eq!(session.unwrap().poses.len(), 3);
+}
+
+#[test]
+fn what_only_the_user_knows_is_asked_for() {
+    let (text, notes, session) =
+        drafted("# load = plate\nq1_deg,q2_deg,tau1,tau2\n0,0,1000,2000\n10,20,3000,1\n20,50,30,4\n");
+    assert!(text.contains("# torque_gain = { nominal = …, unit = \"count/(N·m)\" }"), "{text}");
+    assert!(notes[1].starts_with("what a count or volt means is to be filled in for shoulder, elbow"), "{notes:?}");
+    assert!(notes[2].contains("the mass of the load"), "{notes:?}");
+    assert!(session.is_err(), "a load without a mass, and counts without a gain");
+}
+
+#[test]
+fn without_a_robot_the_session_asks_for_one() {
+    let (folder, path) = folder("q1,tau1\n0,1\n1,2\n");
+    let inspection = inspect(&path, &|_| {}).unwrap();
+    let draft = Draft::new(&path, &inspection, None).unwrap();
+    assert!(draft.text(None, folder.path()).contains("# FILL IN the robot"));
+}
+
+#[test]
+fn columns_that_say_nothing_are_refused() {
+    for (text, told) in
+        [("a,b\n1,2\n2,3\n", "which columns are the joints' positions"), ("q1,b\n1,2\n", "no column is a torque")]
+    {
+        let (_folder, path) = folder(text);
+        let inspection = inspect(&path, &|_| {}).unwrap();
+        assert!(Draft::new(&path, &inspection, None).unwrap_err().to_string().contains(told));
+    }
+}

@@ -1,0 +1,259 @@
+//! The text of a draft.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use gravcal_recording::{PositionUnit, TorqueUnit};
+
+use super::poses::Rule;
+use super::{Draft, DraftJoint};
+use crate::document::relative_path;
+use crate::session::Searched;
+
+impl Draft<'_> {
+    /// The session, to stand in `folder`. `searched`: what [`search`](Self::search) found.
+    pub fn text(&self, searched: Option<&Searched>, folder: &Path) -> String {
+        let rule = Rule::of(searched);
+        let recording = relative_path(folder, self.recording);
+        let mut text = format!(
+            "# A session to start from, drawn up by `gravcal inspect` from {}.\n{HEAD}",
+            recording.rsplit('/').next().unwrap_or(&recording)
+        );
+        text += &self.robot_text(folder);
+        text += ESTIMATORS;
+        text += GRAVITY;
+        text += self.inertia();
+        if rule == Rule::Rows {
+            text += ROWS;
+        }
+        text += &self.readings();
+        text += &self.rule(rule, searched);
+        text += &self.own_units();
+        if rule == Rule::Select {
+            text += &self.sensors_in_motion();
+        }
+        text += &self.loads();
+        let _ = write!(text, "\n[[poses]]\nfile = {}\n", quoted(&recording));
+        if let Some(load) = self.inspection.metadata.get("load") {
+            let _ = writeln!(text, "load = {}                         # as the recording says", quoted(load));
+        }
+        text
+    }
+
+    /// What was guessed of the joints and the robot, for people.
+    pub fn notes(&self) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.by_order {
+            let pairs: Vec<String> =
+                self.joints.iter().map(|joint| format!("{} is `{}`", joint.name, joint.position.0)).collect();
+            notes.push(format!("joints were matched by their order, as their names differ: {}", pairs.join(", ")));
+        }
+        if let Some(ends) = self.robot.filter(|robot| robot.guessed).and_then(|robot| robot.ends.as_ref()) {
+            notes.push(format!("the chain is taken to go from `{}` to `{}`", ends.base, ends.tips.join("`, `")));
+        }
+        let own = self.joints.iter().filter(|joint| joint.is_missing_nominal());
+        let own: Vec<&str> = own.map(|joint| joint.name.as_str()).collect();
+        if !own.is_empty() {
+            notes.push(format!("what a count or volt means is to be filled in for {}", own.join(", ")));
+        }
+        if self.inspection.metadata.contains_key("load") {
+            notes.push("the mass of the load that the recording names is to be filled in".to_owned());
+        }
+        notes
+    }
+
+    fn robot_text(&self, folder: &Path) -> String {
+        let Some(robot) = self.robot else { return NO_ROBOT.to_owned() };
+        let path = quoted(&relative_path(folder, &robot.path));
+        let Some(ends) = &robot.ends else { return format!("robot = {path}\n") };
+        let tips: Vec<&str> = ends.tips.iter().map(String::as_str).collect();
+        let guessed = if robot.guessed { "   # base and tip are guesses" } else { "" };
+        format!("robot = {{ urdf = {path}, base = {}, tip = {} }}{guessed}\n", quoted(&ends.base), one_or_list(&tips))
+    }
+
+    fn inertia(&self) -> &'static str {
+        let links = self.robot.map_or(&[][..], |robot| robot.robot.chain.links());
+        if links.iter().any(|link| link.inertia.is_some()) { INERTIA_OF_ROBOT } else { INERTIA }
+    }
+
+    fn readings(&self) -> String {
+        let joints = &self.joints;
+        let mut text = String::new();
+        if self.by_order {
+            text += "\n# The robot's joints and the recording's have different names: they were taken in their order.";
+        }
+        text += "\n# Columns in the order of the robot's joints:";
+        for joint in joints {
+            let recorded = if joint.recorded == joint.name { "" } else { joint.position.0.as_str() };
+            let _ = write!(text, " {}{}{recorded}", joint.name, if recorded.is_empty() { "" } else { " is " });
+            text.push(if std::ptr::eq(joint, &raw const joints[joints.len() - 1]) { '.' } else { ',' });
+        }
+        let columns: Vec<&str> = joints.iter().map(|joint| joint.position.0.as_str()).collect();
+        let units: Vec<&str> = joints.iter().map(|joint| joint.position.1.name()).collect();
+        let _ =
+            write!(text, "\n[readings.position]\ncolumns = {}\nunit = {}{GUESS}", list(&columns), one_or_list(&units));
+        let torque =
+            |joint: &DraftJoint| joint.torque.clone().map_or(("".into(), ""), |(name, unit)| (name, unit.name()));
+        let said = joints.iter().all(|joint| joint.torque.is_none() || joint.nominal.torque.is_some());
+        let by = if said { AS_THE_ROBOT_SAYS } else { GUESS };
+        let torques: Vec<(String, &str)> = joints.iter().map(torque).collect();
+        let columns: Vec<&str> = torques.iter().map(|torque| torque.0.as_str()).collect();
+        let units: Vec<&str> = torques.iter().map(|torque| torque.1).collect();
+        let _ = write!(text, "\n[readings.torque]\ncolumns = {}\nunit = {}{by}", list(&columns), one_or_list(&units));
+        for joint in joints.iter().filter(|joint| !joint.clipped.is_empty()) {
+            let ends: Vec<String> = joint.clipped.iter().map(f64::to_string).collect();
+            let _ = writeln!(
+                text,
+                "# Many readings of {} are {}: if that is an end of its range, say so by lowest = …, highest = …",
+                joint.name,
+                ends.join(" or ")
+            );
+        }
+        if let Some(time) = self.time() {
+            let _ = write!(
+                text,
+                "\n[readings.time]\ncolumn = {}\nunit = \"{}\"{GUESS}",
+                quoted(&time.column),
+                time.unit.name
+            );
+        }
+        text
+    }
+
+    /// What must be said of sensors that count in their own unit and of which the robot's file says nothing.
+    fn own_units(&self) -> String {
+        let mut text = String::new();
+        for joint in self.joints.iter().filter(|joint| joint.is_missing_nominal()) {
+            if text.is_empty() {
+                text += OWN_UNITS;
+            }
+            let _ = writeln!(text, "# [[joint]]\n# name = {}", quoted(&joint.name));
+            if let Some(unit) = joint.own_torque_unit() {
+                let middle = 0.5 * (joint.torque_range[0] + joint.torque_range[1]);
+                let _ = writeln!(text, "# torque_gain = {{ nominal = …, unit = \"{unit}/(N·m)\" }}");
+                let _ = writeln!(text, "# torque_bias = {{ nominal = {middle}, unit = \"{unit}\" }}");
+            }
+            if let Some(unit) = joint.own_position_unit() {
+                let _ = writeln!(text, "# position_gain = {{ nominal = …, unit = \"rad/{unit}\" }}");
+                let _ = writeln!(text, "# position_offset = {{ nominal = …, unit = \"rad\" }}");
+            }
+        }
+        text
+    }
+
+    fn loads(&self) -> String {
+        let last = self.robot.and_then(|robot| robot.robot.chain.links().last());
+        let link = quoted(last.map_or("link7", |link| link.name.as_str()));
+        match self.inspection.metadata.get("load") {
+            Some(load) => {
+                let load = quoted(load);
+                format!(
+                    "\n# FILL IN what the load weighs, and its link:\n[[load]]\nname = {load}\n# mass_kg = …\nlink = {link}\n# position_m = [0, 0, 0.1]             # of its centre of mass in the link, where known\n"
+                )
+            }
+            None => LOADS.replace("LINK", &link),
+        }
+    }
+}
+
+impl DraftJoint {
+    fn own_torque_unit(&self) -> Option<TorqueUnit> {
+        let (_, unit) = self.torque.as_ref()?;
+        (matches!(unit, TorqueUnit::Count | TorqueUnit::Volt) && self.nominal.torque.is_none()).then_some(*unit)
+    }
+
+    fn own_position_unit(&self) -> Option<PositionUnit> {
+        let unit = self.position.1;
+        (unit.is_sensors_own() && self.nominal.position.is_none()).then_some(unit)
+    }
+
+    fn is_missing_nominal(&self) -> bool {
+        self.own_torque_unit().is_some() || self.own_position_unit().is_some()
+    }
+}
+
+/// A text as TOML has it.
+pub(super) fn quoted(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
+
+/// Texts as a list.
+pub(super) fn list(texts: &[&str]) -> String {
+    format!("[{}]", texts.iter().map(|text| quoted(text)).collect::<Vec<_>>().join(", "))
+}
+
+/// One text where all that say anything are the same, else a list.
+pub(super) fn one_or_list(texts: &[&str]) -> String {
+    let mut some = texts.iter().filter(|text| !text.is_empty());
+    match some.next() {
+        Some(first) if some.all(|text| text == first) => quoted(first),
+        _ => list(texts),
+    }
+}
+
+const HEAD: &str = "\
+# Units, and which column is what, are guesses from names and ranges: look them over. Then
+#   gravcal check SESSION        tells what the recording can determine, and what would cure what it cannot
+#   gravcal calibrate SESSION    finds it
+
+";
+
+const NO_ROBOT: &str = "\
+# FILL IN the robot: a robot.toml of Denavit-Hartenberg rows, or { urdf = \"arm.urdf\", base = \"base_link\", tip = \"tool0\" }
+robot = \"robot.toml\"
+";
+
+const ESTIMATORS: &str = "\
+estimators = [\"joint\"]                # and \"sequential\", the paper's steps, where joints sweep one at a time
+";
+
+const GRAVITY: &str = "
+[gravity]
+magnitude_m_per_s2 = 9.80665           # standard gravity. Yours follows from latitude_deg and altitude_m, instead of this
+# hemisphere = [0, 0, -1]              # roughly where it points in base coordinates, here of an upright base: settles its sign
+";
+
+const INERTIA: &str = "
+[inertia]
+links = \"unknown\"                      # masses and centres of mass are found along with the sensors
+";
+
+const INERTIA_OF_ROBOT: &str = "
+[inertia]
+links = \"unknown\"                      # masses and centres of mass are found along with the sensors
+# links = \"model\"                      # instead: those of the robot's file are right …
+# relative_std = 0.1                   # … within 10 %, which tells the scale of the torque gains where no load does
+";
+
+const GUESS: &str = "                           # a guess\n";
+
+const ROWS: &str = "
+[readings]
+# Every row of the file is taken as one static pose, as there is no clock, or rows are long apart. Where rows are single samples
+# of standstills, this makes one pose of those with equal positions:
+# merge_repeated_rows = true
+";
+
+const AS_THE_ROBOT_SAYS: &str = "                         # as the robot's file says\n";
+
+const OWN_UNITS: &str = "
+# FILL IN, without the signs # : about how many counts or volts a N·m is, and the reading at no torque; likewise the angle.
+";
+
+const LOADS: &str = "
+# Masses and torque gains have one common scale, which only something of known mass tells. Record poses with a load on the last
+# link, weigh it, and say:
+# [[load]]
+# name = \"plate\"
+# mass_kg = 1.5
+# link = LINK
+# position_m = [0, 0, 0.1]             # of its centre of mass in that link, where known: tells the last joint's offset
+# [[poses]]
+# file = \"with-plate.mcap\"
+# load = \"plate\"
+#
+# Or say what is known of a joint's sensors, such as
+# [[joint]]
+# name = \"…\"
+# torque_gain = { nominal = 1, std = 0.01, unit = \"N·m/(N·m)\" }
+";

@@ -1,0 +1,209 @@
+//! Slow sweeps of joints with friction, from the recording to the estimate: errors are as large as their standard deviations say.
+
+use std::fs;
+use std::path::Path;
+
+use gravcal_recording::inspect;
+use gravcal_solvers::LevenbergMarquardt;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64;
+
+use crate::joint::{Signals, estimate_jointly};
+use crate::result::EstimatorResult;
+use crate::session::{Draft, DraftRobot, Session};
+use crate::testing::TWO_JOINTS;
+use crate::workbench::Workbench;
+
+const GRAVITY: [f64; 3] = [1.2, -3.5, -9.077_444];
+const RATE: f64 = 100.0;
+/// Of a sample, N·m.
+const NOISE: f64 = 0.05;
+
+struct TrueJoint {
+    gain: f64,
+    bias: f64,
+    position_gain: f64,
+    offset: f64,
+    friction: f64,
+}
+
+const TRUTH: [TrueJoint; 2] = [
+    TrueJoint { gain: 1.0, bias: 0.7, position_gain: 1.01, offset: 0.0, friction: 0.5 },
+    TrueJoint { gain: 1.2, bias: -0.4, position_gain: 0.98, offset: 0.1, friction: 0.2 },
+];
+
+const SESSION: &str = r#"
+robot = "robot.toml"
+[gravity]
+magnitude_m_per_s2 = 9.80230
+hemisphere = [0, 0, -1]
+[readings]
+position = { columns = ["shoulder.position", "elbow.position"], unit = "rad" }
+torque = { columns = ["shoulder.effort", "elbow.effort"], unit = "N·m" }
+sweeps = {}
+[[joint]]
+name = "shoulder"
+torque_gain = { fixed = 1, unit = "N·m/(N·m)" }
+torque_sign = "normal"
+MODELS
+[[joint]]
+name = "elbow"
+torque_sign = "normal"
+MODELS
+[[poses]]
+file = "sweeps.csv"
+"#;
+
+struct Recorder {
+    session: Session,
+    text: String,
+    samples: u32,
+    at: [f64; 2],
+    direction: [f64; 2],
+    random: Pcg64,
+}
+
+impl Recorder {
+    fn row(&mut self) {
+        let inertia: Vec<f64> = self
+            .session
+            .robot
+            .chain
+            .links()
+            .iter()
+            .flat_map(|link| {
+                let inertia = link.inertia.unwrap();
+                [&[inertia.mass][..], &inertia.first_moment].concat()
+            })
+            .collect();
+        let mut torque = [0.0; 2];
+        self.session.robot.chain.gravity_torque(&self.at, GRAVITY, &inertia, &mut torque);
+        let positions: Vec<f64> =
+            TRUTH.iter().zip(self.at).map(|(joint, at)| (at - joint.offset) / joint.position_gain).collect();
+        let readings: Vec<f64> = (0..2)
+            .map(|j| {
+                let noise: f64 = self.random.sample(StandardNormal);
+                TRUTH[j].gain * torque[j] + TRUTH[j].bias + TRUTH[j].friction * self.direction[j] + NOISE * noise
+            })
+            .collect();
+        let time = f64::from(self.samples) / RATE;
+        self.text += &format!("{time},{},{},{},{}\n", positions[0], positions[1], readings[0], readings[1]);
+        self.samples += 1;
+    }
+
+    fn go(&mut self, joint: usize, to: f64, speed: f64) {
+        let way = (to - self.at[joint]).signum();
+        self.direction[joint] = way;
+        while way * (to - self.at[joint]) > 0.0 {
+            self.at[joint] += way * speed / RATE;
+            self.row();
+        }
+    }
+
+    /// A joint sweeps to and fro while the other stands at some places, to which it goes fast.
+    fn sweeps(&mut self, joint: usize, places: &[f64]) {
+        for place in places {
+            self.go(joint, -1.2, 2.0);
+            self.go(1 - joint, *place, 2.0);
+            self.go(joint, 1.2, 0.1);
+            self.go(joint, -1.2, 0.1);
+        }
+    }
+}
+
+fn estimated(folder: &Path, seed: u64, models: &str) -> (Session, EstimatorResult) {
+    fs::write(folder.join("robot.toml"), TWO_JOINTS).unwrap();
+    fs::write(folder.join("session.toml"), SESSION.replace("MODELS", models)).unwrap();
+    let text = "time_s,shoulder.position,elbow.position,shoulder.effort,elbow.effort\n".to_owned();
+    let robot = crate::Robot::read(&folder.join("robot.toml")).unwrap();
+    let gravity = crate::session::GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: None };
+    let session = Session::new(robot, gravity, Vec::new());
+    let random = Pcg64::seed_from_u64(seed);
+    let mut recorder = Recorder { session, text, samples: 0, at: [0.0; 2], direction: [0.0; 2], random };
+    recorder.sweeps(0, &[-1.1, -0.3, 0.6, 1.3]);
+    recorder.sweeps(1, &[-0.9, 0.2, 1.1]);
+    fs::write(folder.join("sweeps.csv"), &recorder.text).unwrap();
+    let session = Session::read(&folder.join("session.toml")).unwrap();
+    let solver = LevenbergMarquardt::default();
+    let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
+    (session, result)
+}
+
+fn truth(name: &str) -> f64 {
+    let (joint, quantity) = name.split_once('.').unwrap();
+    let joint = &TRUTH[usize::from(joint == "elbow")];
+    match quantity {
+        "torque_gain" => joint.gain,
+        "torque_bias" => joint.bias,
+        "position_gain" => joint.position_gain,
+        "position_offset" => joint.offset,
+        "coulomb_friction" => joint.friction,
+        other => panic!("{other}"),
+    }
+}
+
+/// Errors in standard deviations of all that is determined, over some recordings, by name.
+fn errors(models: &str, determined: &[&str]) -> f64 {
+    let mut squares = Vec::new();
+    for seed in 0..8 {
+        let folder = tempfile::tempdir().unwrap();
+        let (session, result) = estimated(folder.path(), seed, models);
+        let notes = session.searched[0].notes(&session.readings);
+        assert_eq!(session.searched[0].found(), 7, "{notes:?}");
+        for name in determined {
+            let found = result.parameters.iter().find(|parameter| parameter.name == *name).unwrap();
+            let (Some(value), Some(std)) = (found.value, found.std) else { panic!("{name} {result:?}") };
+            squares.push(((value - truth(name)) / std).powi(2));
+        }
+    }
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+}
+
+const AFFINE: [&str; 5] =
+    ["shoulder.torque_bias", "shoulder.position_gain", "elbow.torque_gain", "elbow.torque_bias", "elbow.position_gain"];
+
+#[test]
+fn friction_cancels_and_errors_are_as_they_say() {
+    let rms = errors("", &AFFINE);
+    assert!((0.7..1.35).contains(&rms), "{rms}");
+}
+
+#[test]
+fn friction_is_estimated_where_the_session_asks_for_it() {
+    let all = [&AFFINE[..], &["shoulder.coulomb_friction", "elbow.coulomb_friction"]].concat();
+    let rms = errors("sensor_models = [{ kind = \"coulomb-friction\" }]", &all);
+    assert!((0.7..1.35).contains(&rms), "{rms}");
+}
+
+#[test]
+fn what_is_found_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (session, result) = estimated(folder.path(), 1, "");
+    let notes = session.searched[0].notes(&session.readings);
+    assert!(notes[0].starts_with("sweeps.csv: 7 slow sweeps found"), "{notes:?}");
+    assert!(notes[1].contains("`shoulder.position` from -"), "{notes:?}");
+    assert!(notes[1].contains("in 1 strokes up and 1 down: ") && notes[1].contains("(friction) 0.5"), "{notes:?}");
+    assert!(notes.iter().any(|note| note.contains("`elbow.position`, `shoulder.position` have friction")), "{notes:?}");
+    assert!(notes.iter().all(|note| result.notes.contains(note)), "{:?}", result.notes);
+    // A joint's readings count only where it sweeps; both ways are poses of their own where the session asks for friction.
+    assert!(session.poses.iter().all(|pose| pose.torque.iter().flatten().count() == 1));
+    let (apart, _) = estimated(folder.path(), 1, "sensor_models = [{ kind = \"coulomb-friction\" }]");
+    assert_eq!(apart.poses.len(), 2 * session.poses.len());
+    assert!(apart.poses.iter().all(|pose| pose.torque.iter().flatten().count() == 2));
+}
+
+/// A session that is drawn up from the recording finds the same sweeps.
+#[test]
+fn a_draft_has_the_sweeps_where_nothing_stands() {
+    let folder = tempfile::tempdir().unwrap();
+    let (session, _) = estimated(folder.path(), 2, "");
+    let recording = folder.path().join("sweeps.csv");
+    let inspection = inspect(&recording, &|_| {}).unwrap();
+    let robot = DraftRobot::read(&folder.path().join("robot.toml"), None, &[], &[]).unwrap();
+    let draft = Draft::new(&recording, &inspection, Some(&robot)).unwrap();
+    let text = draft.text(draft.search(&|_| {}).unwrap().as_ref(), folder.path());
+    assert!(text.contains("Sweeps found in the recording: 7.\n[readings.sweeps]"), "{text}");
+    fs::write(folder.path().join("draft.toml"), text).unwrap();
+    assert_eq!(Session::read(&folder.path().join("draft.toml")).unwrap().poses, session.poses);
+}

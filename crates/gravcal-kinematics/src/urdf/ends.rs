@@ -1,0 +1,102 @@
+//! Where a chain most likely begins and ends, where nobody says.
+
+use urdf_rs::JointType;
+
+use super::error::UrdfError;
+use super::read;
+use super::tree::Tree;
+
+/// Base and tips of a chain, by the names of links of a URDF.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct UrdfEnds {
+    /// The link on which all else hangs.
+    pub base: String,
+    /// The last links, one for each branch.
+    pub tips: Vec<String>,
+}
+
+impl UrdfEnds {
+    /// The ends of a chain whose joints are `recorded`, guessed: the base is the last link that no joint moves on the way to all of them,
+    /// and a tip each link that one of them carries and beyond which none of them moves.
+    ///
+    /// Where the URDF does not know one of the names, only how many there are counts: the tip is the one link that so many joints move,
+    /// one after another. `None` where there is none, or more than one.
+    ///
+    /// # Errors
+    /// The text is no URDF, or no tree.
+    pub fn guess(text: &str, recorded: &[&str]) -> Result<Option<UrdfEnds>, UrdfError> {
+        let robot = read(text)?;
+        let tree = Tree::new(&robot)?;
+        let named: Option<Vec<usize>> =
+            recorded.iter().map(|name| robot.joints.iter().position(|joint| joint.name == *name)).collect();
+        let tips = match named {
+            Some(joints) => last_of(&tree, &joints),
+            None => at_depth(&tree, recorded.len()),
+        };
+        let Some(first) = tips.first() else { return Ok(None) };
+        let standing = |tip: &usize| tree.links_to_root(*tip).find(|link| !is_carried(&tree, *link));
+        let root = tree.links_to_root(*first).last().unwrap_or(*first);
+        let base = standing(first).filter(|base| tips.iter().all(|tip| standing(tip) == Some(*base))).unwrap_or(root);
+        let tips = tips.iter().map(|link| tree.link_name(*link)).collect();
+        Ok(Some(UrdfEnds { base: tree.link_name(base), tips }))
+    }
+}
+
+/// Links that one of the joints carries and beyond which none of them moves.
+fn last_of(tree: &Tree<'_>, joints: &[usize]) -> Vec<usize> {
+    let carried: Vec<usize> = joints.iter().map(|joint| tree.child(*joint)).collect();
+    let bears_another = |link: usize| {
+        carried.iter().any(|other| *other != link && tree.links_to_root(*other).any(|above| above == link))
+    };
+    carried.iter().copied().filter(|link| !bears_another(*link)).collect()
+}
+
+/// The one link that so many joints move, each carrying the next.
+fn at_depth(tree: &Tree<'_>, depth: usize) -> Vec<usize> {
+    let depth_of = |link: usize| tree.links_to_root(link).filter(|link| is_moved(tree, *link)).count();
+    let links = 0..tree.robot.links.len();
+    let found: Vec<usize> = links.filter(|link| is_moved(tree, *link) && depth_of(*link) == depth).collect();
+    if found.len() == 1 { found } else { Vec::new() }
+}
+
+/// Whether the joint that carries a link moves it.
+fn is_moved(tree: &Tree<'_>, link: usize) -> bool {
+    tree.parent_joint(link).is_some_and(|joint| tree.robot.joints[joint].joint_type != JointType::Fixed)
+}
+
+/// Whether any joint on the way to a link does.
+fn is_carried(tree: &Tree<'_>, link: usize) -> bool {
+    tree.links_to_root(link).any(|link| is_moved(tree, link))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::ARM;
+    use super::*;
+
+    fn guessed(recorded: &[&str]) -> Option<(String, Vec<String>)> {
+        UrdfEnds::guess(ARM, recorded).unwrap().map(|ends| (ends.base, ends.tips))
+    }
+
+    fn ends(tip: &str) -> Option<(String, Vec<String>)> {
+        Some(("base".to_owned(), vec![tip.to_owned()]))
+    }
+
+    #[test]
+    fn names_of_joints_tell_the_tip() {
+        assert_eq!(guessed(&["lift", "pan"]), ends("arm"));
+        assert_eq!(guessed(&["pan", "lift", "grip"]), ends("finger"));
+        let standing =
+            ARM.replacen("<joint name=\"pan\" type=\"continuous\">", "<joint name=\"pan\" type=\"fixed\">", 1);
+        assert_eq!(UrdfEnds::guess(&standing, &["lift"]).unwrap().map(|ends| ends.base).as_deref(), Some("bracket"));
+    }
+
+    #[test]
+    fn without_names_the_number_of_joints_tells_it() {
+        assert_eq!(guessed(&["1", "2"]), ends("arm"));
+        assert_eq!(guessed(&["1", "2", "3", "4"]), None);
+        assert_eq!(guessed(&[]), None);
+        let forked = ARM.replace("<parent link=\"hand\"/>", "<parent link=\"column\"/>");
+        assert_eq!(UrdfEnds::guess(&forked, &["1", "2"]).unwrap(), None);
+    }
+}

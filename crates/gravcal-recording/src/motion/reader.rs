@@ -1,0 +1,89 @@
+//! Rows as times and values in SI units.
+
+use std::path::Path;
+
+use super::channels::Channels;
+use super::sampler::{FIRST, Samples};
+use crate::error::ReadError;
+use crate::rows::{Row, Rows};
+
+/// The part of a recording that counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Part {
+    /// Only what comes so long after its first row, s.
+    pub from: Option<f64>,
+    /// Only what comes before so long after its first row, s.
+    pub until: Option<f64>,
+}
+
+/// Reads them.
+pub(crate) struct Reader<'a> {
+    path: &'a Path,
+    rows: &'a mut dyn Rows,
+    row: Row,
+    pub channels: Channels,
+    part: Part,
+    /// Of the last row.
+    pub values: Vec<f64>,
+    /// Time of the first row, s.
+    begun: Option<f64>,
+    pub without_time: u64,
+}
+
+impl<'a> Reader<'a> {
+    pub fn new(path: &'a Path, rows: &'a mut dyn Rows, mut channels: Channels, part: Part) -> Reader<'a> {
+        channels.look(rows.columns());
+        let values = vec![f64::NAN; channels.list.len()];
+        Reader { path, rows, row: Row::default(), channels, part, values, begun: None, without_time: 0 }
+    }
+
+    /// Time and number of the next row that is asked for; its values stand in `values`.
+    pub fn next(&mut self) -> Result<Option<(f64, u64)>, ReadError> {
+        while self.rows.read(&mut self.row)? {
+            if self.channels.is_behind(self.rows.columns()) {
+                self.channels.look(self.rows.columns());
+            }
+            let time = self.channels.read(&self.row, &mut self.values);
+            if !time.is_finite() {
+                self.without_time += 1;
+                continue;
+            }
+            let since = time - *self.begun.get_or_insert(time);
+            let left_out =
+                self.part.from.is_some_and(|from| since < from) || self.part.until.is_some_and(|until| since > until);
+            if !left_out {
+                return Ok(Some((time, self.row.number)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// The first samples, and the time from sample to sample, s.
+    pub fn first(&mut self) -> Result<(Samples, f64), ReadError> {
+        let mut first = Samples::default();
+        while first.len() < FIRST
+            && let Some((time, row)) = self.next()?
+        {
+            first.push(time, row, &self.values);
+        }
+        match first.interval(&self.channels) {
+            Some(interval) => Ok((first, interval)),
+            None => {
+                self.check_columns()?;
+                Err(ReadError::NothingRecorded { path: self.path.to_owned() })
+            }
+        }
+    }
+
+    /// Whether every column was there, at the end at least.
+    pub fn check_columns(&self) -> Result<(), ReadError> {
+        match self.channels.missing() {
+            None => Ok(()),
+            Some(column) => Err(ReadError::UnknownColumn {
+                path: self.path.to_owned(),
+                column: column.to_owned(),
+                columns: self.rows.columns().to_vec(),
+            }),
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! Which columns are of one joint, as far as their names tell.
+
+use super::{Inspection, Meaning};
+use crate::rows::joint_state::ColumnName;
+
+/// The columns of a joint, as places in [`Inspection::columns`].
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct JointFound {
+    /// Its name in messages, else what is left of the names of its columns.
+    pub name: String,
+    /// Its position reading.
+    pub position: usize,
+    /// Its torque reading.
+    pub torque: Option<usize>,
+    /// Its speed.
+    pub velocity: Option<usize>,
+}
+
+impl Inspection {
+    /// The joints of the recording, in the order of their positions. Of several columns with one meaning the first that has readings
+    /// is taken, of the same topic where one is; where names do not tell which torque is whose, and there are as many as positions, they
+    /// are taken in their order.
+    pub fn joints(&self) -> Vec<JointFound> {
+        let mut joints: Vec<JointFound> = Vec::new();
+        for position in self.meaning(Meaning::Position) {
+            let name = self.columns[position].guess.joint.clone().unwrap_or_default();
+            if joints.iter().all(|joint| joint.name != name) {
+                let of = |meaning| self.of_joint(&name, position, meaning);
+                let (torque, velocity) = (of(Meaning::Torque), of(Meaning::Velocity));
+                joints.push(JointFound { name, position, torque, velocity });
+            }
+        }
+        let torques: Vec<usize> = self.meaning(Meaning::Torque).collect();
+        if joints.iter().all(|joint| joint.torque.is_none()) && torques.len() == joints.len() {
+            joints.iter_mut().zip(torques).for_each(|(joint, torque)| joint.torque = Some(torque));
+        }
+        joints
+    }
+
+    /// Columns that say something and have this meaning.
+    fn meaning(&self, meaning: Meaning) -> impl Iterator<Item = usize> {
+        let is = move |index: &usize| {
+            let column = &self.columns[*index];
+            column.readings > 0 && column.guess.meaning == Some(meaning)
+        };
+        (0..self.columns.len()).filter(is)
+    }
+
+    fn of_joint(&self, name: &str, position: usize, meaning: Meaning) -> Option<usize> {
+        let found: Vec<usize> = self
+            .meaning(meaning)
+            .filter(|index| self.columns[*index].guess.joint.as_deref().unwrap_or_default() == name)
+            .collect();
+        let topic = |index: usize| ColumnName::parse(&self.columns[index].name).and_then(|name| name.topic);
+        found.iter().copied().find(|index| topic(*index) == topic(position)).or(found.first().copied())
+    }
+}
