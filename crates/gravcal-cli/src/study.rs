@@ -4,10 +4,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, Subcommand};
-use gravcal_estimation::Solver;
 use gravcal_report::study::{StudyReport, report_files};
 use gravcal_solvers::SolverName;
-use gravcal_study::batch::{self, BatchError, Ended, Helpers, Manifest, Shard, StudyFolder};
+use gravcal_study::batch::{self, BatchError, Ended, Helpers, Manifest, NamedSolver, Shard, StudyFolder};
 use gravcal_study::measures::measure;
 use gravcal_study::plan::Study;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -119,7 +118,7 @@ fn run_study(arguments: &RunArguments) -> Result<Exit, Failure> {
     let began = Instant::now();
     let helpers = Helpers {
         solvers: &solvers,
-        clock: &|| began.elapsed(),
+        clock: &|| began.elapsed().as_secs_f64(),
         progress: &|done, total| {
             bar.set_length(total);
             bar.set_position(done);
@@ -188,7 +187,7 @@ fn refused(error: &BatchError) -> Failure {
 }
 
 /// The methods that the study names, or the default one.
-fn solvers(study: &Study) -> Result<Vec<(String, Box<dyn Solver>)>, Failure> {
+fn solvers(study: &Study) -> Result<Vec<NamedSolver>, Failure> {
     let named = study.solvers.iter().map(|name| name.parse::<SolverName>());
     let parsed: Result<Vec<SolverName>, _> = named.collect();
     let names = parsed.map_err(|error| match study.solver_error(&error) {

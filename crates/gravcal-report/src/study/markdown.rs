@@ -36,7 +36,7 @@ fn line(cells: impl Iterator<Item = String>) -> String {
 
 fn cell(quantity: &QuantityMeasures) -> String {
     if quantity.estimates == 0 {
-        return "undetermined".to_owned();
+        return "no estimate".to_owned();
     }
     let rounded = |measure: Measure| measured(measure.value, measure.error).0;
     let ratio = if quantity.ratio.value.is_nan() { "no bound".to_owned() } else { rounded(quantity.ratio) };

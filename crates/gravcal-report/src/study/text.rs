@@ -60,7 +60,7 @@ fn of_series(report: &StudyReport<'_>, series: &Series) -> String {
 
 fn cells(name: &str, unit: &str, quantity: &QuantityMeasures) -> Vec<Cell> {
     if quantity.estimates == 0 {
-        return vec![Cell::text(name), Cell::text(unit), Cell::text("undetermined")];
+        return vec![Cell::text(name), Cell::text(unit), Cell::text("no estimate")];
     }
     vec![
         Cell::text(name),

@@ -187,7 +187,7 @@ impl StudyFolder {
             |error: parquet::errors::ParquetError| BatchError::Table { path: path.clone(), why: error.to_string() };
         let bytes = self.manifest.columns().file(rows).map_err(failed)?;
         let trials = part.trials.end - part.trials.start;
-        let (simulating, calibrating) = (took.simulating.as_secs_f64(), took.calibrating.as_secs_f64());
+        let Took { simulating, calibrating } = took;
         let times = format!("{},{trials},{simulating},{calibrating}\n", part.point);
         write_atomically(&self.part_times(part.number), times.as_bytes())?;
         Ok(write_atomically(&path, &bytes)?)

@@ -22,7 +22,7 @@ use thiserror::Error;
 pub use folder::{Manifest, ManifestPoint, StudyFolder};
 pub use merge::merge;
 pub use row::{Cell, Outcome, Row};
-pub use run::{Ended, Helpers, Shard, check, run};
+pub use run::{Ended, Helpers, NamedSolver, Shard, check, run};
 pub use table::{Columns, TableReader};
 
 /// A study cannot be run, or its results not be put in place. What was there before still is.

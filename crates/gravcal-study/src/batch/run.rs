@@ -1,7 +1,6 @@
 //! Runs what is missing of a study.
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use gravcal_calibration::{EstimatorName, check_choice};
 use gravcal_estimation::Solver;
@@ -14,12 +13,15 @@ use super::trial::{self, Took, Which, bounds_of, nothing_to_do};
 use crate::bounds::Bounds;
 use crate::plan::{Study, told};
 
+/// A method by its name.
+pub type NamedSolver = (String, Box<dyn Solver>);
+
 /// What a run is handed.
 pub struct Helpers<'a> {
     /// The methods by their names.
-    pub solvers: &'a [(String, Box<dyn Solver>)],
-    /// A clock; nothing but the table of times depends on it.
-    pub clock: &'a (dyn Fn() -> Duration + Sync),
+    pub solvers: &'a [NamedSolver],
+    /// A clock, s; nothing but the table of times depends on it.
+    pub clock: &'a (dyn Fn() -> f64 + Sync),
     /// Told how many trials are done, and how many there are.
     pub progress: &'a (dyn Fn(u64, u64) + Sync),
     /// Set by whoever wants the run to stop: parts that are not done are then given up.
@@ -107,7 +109,7 @@ fn bounds_of_point(study: &Study, point: usize) -> Option<Bounds> {
 ///
 /// # Errors
 /// Names the point, and what cannot be.
-pub fn check(study: &Study, solvers: &[(String, Box<dyn Solver>)]) -> Result<(), BatchError> {
+pub fn check(study: &Study, solvers: &[NamedSolver]) -> Result<(), BatchError> {
     for point in &study.points {
         let Ok(instance) = point.instance(0, &study.quantities) else { continue };
         let told = told(&study.axes, &point.places);

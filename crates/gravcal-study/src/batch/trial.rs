@@ -1,7 +1,6 @@
 //! One trial: every estimator with every solver on the same readings.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::time::Duration;
 
 use gravcal_calibration::joint::{EstimateError, Signals};
 use gravcal_calibration::result::Brief;
@@ -17,11 +16,11 @@ use crate::quantities::Measured;
 /// Half-width of a 95 % interval of a component of gravity, in its standard deviations.
 const NORMAL_95: f64 = 1.959_963_984_540_054;
 
-/// How long a trial took.
+/// How long a trial took, s.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Took {
-    pub simulating: Duration,
-    pub calibrating: Duration,
+    pub simulating: f64,
+    pub calibrating: f64,
 }
 
 /// Which trial.
@@ -65,8 +64,7 @@ pub(super) fn run(which: Which<'_>, helpers: &Helpers<'_>) -> (Vec<Row>, Took) {
             row.fill(answer, &instance, bounds.of(which.study.estimators[row.estimator].signals()));
         }
     }
-    let took =
-        Took { simulating: simulated.saturating_sub(began), calibrating: (helpers.clock)().saturating_sub(simulated) };
+    let took = Took { simulating: simulated - began, calibrating: (helpers.clock)() - simulated };
     (rows, took)
 }
 

@@ -48,16 +48,15 @@ impl QuantitySums {
         if !cell.bound.is_nan() {
             self.bound.add(cell.bound * cell.bound);
         }
-        let Some(inside) = cell.inside else { return };
+        // What was handed in is no estimate.
+        let Some(inside) = cell.inside.filter(|_| cell.std > 0.0) else { return };
         let square = cell.error * cell.error;
         self.error.add(cell.error);
         self.square.add(square);
         if !cell.bound.is_nan() {
             self.to_bound.add(square / (cell.bound * cell.bound));
         }
-        if cell.std > 0.0 {
-            self.to_std.add(square / (cell.std * cell.std));
-        }
+        self.to_std.add(square / (cell.std * cell.std));
         self.inside += u64::from(inside);
     }
 
@@ -141,6 +140,7 @@ mod tests {
             sums.add(&Cell { error, std: 2.0, bound: 1.0, inside: Some(inside) });
         }
         sums.add(&Cell::EMPTY);
+        sums.add(&Cell { error: 0.0, std: 0.0, bound: 1.0, inside: Some(true) });
         let measures = sums.measures();
         assert_eq!((measures.estimates, measures.bias.value, measures.coverage.value), (2, -1.0, 0.5));
         assert!((measures.rms.value - 5f64.sqrt()).abs() < 1e-15);

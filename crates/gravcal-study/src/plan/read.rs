@@ -28,7 +28,7 @@ pub enum StudyError {
     #[error("{error}\n  {point}")]
     Simulation {
         /// What is wrong with the simulation.
-        error: FileError,
+        error: Box<FileError>,
         /// With which changes.
         point: String,
     },
@@ -36,7 +36,7 @@ pub enum StudyError {
     #[error("{error}\n  {point}")]
     Session {
         /// What is wrong with the session.
-        error: SessionError,
+        error: Box<SessionError>,
         /// With which changes.
         point: String,
     },
@@ -278,7 +278,8 @@ impl PointFiles<'_> {
         self.change(&mut table, false)?;
         let text = toml::to_string(&table).map_err(|error| self.refused(error))?;
         let simulation = Document::of(self.path, text.clone()).and_then(|document| Simulation::of(&document));
-        let simulation = simulation.map_err(|error| StudyError::Simulation { error, point: self.told.to_owned() })?;
+        let simulation = simulation
+            .map_err(|error| StudyError::Simulation { error: Box::new(error), point: self.told.to_owned() })?;
         if simulation.motion.is_some() {
             let error = self.refused("a study draws static poses, and this simulation makes recordings: add [[change]] field = \"recording\", drop = true");
             return Err(error.into());
@@ -334,7 +335,8 @@ impl PointFiles<'_> {
         let place = self.reader.document.path().with_file_name("session.toml");
         let session =
             Document::of(&place, absolute).map_err(SessionError::from).and_then(|document| Session::of(&document));
-        let mut session = session.map_err(|error| StudyError::Session { error, point: self.told.to_owned() })?;
+        let mut session =
+            session.map_err(|error| StudyError::Session { error: Box::new(error), point: self.told.to_owned() })?;
         let expected: usize = simulation.runs.iter().map(|run| run.poses()).sum();
         if session.poses.len() != expected {
             let found = session.poses.len();
