@@ -5,11 +5,13 @@
 
 use std::sync::OnceLock;
 
-use gravcal_calibration::Session;
+use gravcal_calibration::Workbench;
+use gravcal_calibration::sequential::{Plan, run_steps};
 use gravcal_calibration::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
-use gravcal_study::{Accuracy, Column, ColumnAccuracy, Measured, accuracy};
+use gravcal_study::measures::QuantityMeasures;
 
+use crate::studies::{Study, Table};
 use crate::tree;
 
 /// Largest rms error of an efficient estimator over this many trials, as a multiple of the bound.
@@ -24,9 +26,8 @@ const BY_POSES_APART: f64 = 0.08;
 /// The same with the converter, over fewer trials.
 const CONVERTER_TRIALS: u64 = 300;
 const AT_THE_BOUND_ROUGHLY: f64 = 1.15;
-
-/// What most tests here look at.
-const COLUMNS: [Column; 3] = [Column::Sequential, Column::JointPaperSignals, Column::Joint];
+/// Sessions whose sinusoids are looked at.
+const SINUSOID_TRIALS: u64 = 100;
 
 /// The Cramér-Rao bound of joint estimation from all torque readings, in the program's units.
 const BOUND: [(&str, f64); 13] = [
@@ -68,34 +69,27 @@ const STEPS_AT_MOST: [(&str, f64); 2] =
 
 #[test]
 fn joint_estimation_is_at_the_bound() {
-    let (session, table) = without_converter();
-    assert_at_the_bound(session, table, AT_THE_BOUND);
+    assert_at_the_bound(without_converter(), AT_THE_BOUND);
 }
 
 #[test]
 fn joint_estimation_is_at_the_bound_with_the_converter() {
-    let simulation = simulation();
-    assert!(simulation.disturbance.converter.is_some());
-    let table = study(&simulation, CONVERTER_TRIALS, &COLUMNS);
-    assert_at_the_bound(&simulation.session(0), &table, AT_THE_BOUND_ROUGHLY);
+    let table = study(CONVERTER_TRIALS, &["joint-paper-signals", "joint"], "");
+    assert_at_the_bound(&table, AT_THE_BOUND_ROUGHLY);
 }
 
 #[test]
 fn estimation_by_groups_is_as_accurate_as_joint_estimation_from_the_same_readings() {
-    let mut simulation = simulation();
-    simulation.disturbance.converter = None;
-    let session = simulation.session(0);
-    let pairs = [
-        (Column::SequentialWithCovariance, Column::JointPaperSignals, BY_STEPS_APART),
-        (Column::Recursive, Column::Joint, BY_POSES_APART),
-    ];
+    let pairs =
+        [("sequential-with-covariance", "joint-paper-signals", BY_STEPS_APART), ("recursive", "joint", BY_POSES_APART)];
     for (grouped, jointly, most) in pairs {
-        let table = study(&simulation, BY_GROUPS_TRIALS, &[grouped, jointly]);
-        for (measured, columns) in &table.rows {
-            let name = format!("{} of {}", Measured::name(*measured, &session), grouped.name());
-            assert_eq!(columns[0].answers as u64, table.trials, "{name}");
-            assert_near(&name, columns[0].rms_error, columns[1].rms_error, most);
-            assert!(columns[0].rms_error != columns[1].rms_error, "{name}: no estimate of its own");
+        let table = study(BY_GROUPS_TRIALS, &[grouped, jointly], WITHOUT_CONVERTER);
+        for name in table.quantities() {
+            let [one, other] = [grouped, jointly].map(|estimator| table.of(estimator, name));
+            let name = format!("{name} of {grouped}");
+            assert_eq!(one.estimates, BY_GROUPS_TRIALS, "{name}");
+            assert_near(&name, one.rms.value, other.rms.value, most);
+            assert!(one.rms.value != other.rms.value, "{name}: no estimate of its own");
         }
     }
 }
@@ -103,69 +97,62 @@ fn estimation_by_groups_is_as_accurate_as_joint_estimation_from_the_same_reading
 #[test]
 fn the_bound_is_that_of_an_independent_program() {
     for (name, reference) in BOUND {
-        let bound = column(name, Column::Joint).bound.unwrap();
-        assert_near(name, bound, reference, BOUND_TOLERANCE);
+        assert_near(name, column(name, "joint").bound, reference, BOUND_TOLERANCE);
     }
-    assert_eq!(without_converter().1.rows.len(), BOUND.len());
+    assert_eq!(without_converter().quantities().count(), BOUND.len());
 }
 
 #[test]
 fn the_steps_are_as_accurate_as_in_an_independent_program() {
     for (name, reference) in STEPS {
-        assert_near(name, column(name, Column::Sequential).rms_error, reference, STEPS_TOLERANCE);
+        assert_near(name, column(name, "sequential").rms.value, reference, STEPS_TOLERANCE);
     }
     for (name, most) in STEPS_AT_MOST {
-        let found = column(name, Column::Sequential).rms_error;
+        let found = column(name, "sequential").rms.value;
         assert!(found > 0.0 && found <= most, "{name}: {found}, at most {most}");
     }
-    assert_eq!(column("joint3.torque_gain", Column::Sequential).answers, 0, "no step reaches the last joint's gain");
+    assert_eq!(column("joint3.torque_gain", "sequential").estimates, 0, "no step reaches the last joint's gain");
 }
 
 #[test]
 fn sinusoids_fit_as_in_the_papers_figure_4() {
-    let largest = without_converter().1.largest_sinusoid_residual.unwrap();
-    assert!((1.5..=3.0).contains(&largest), "{largest} counts");
+    let simulation = Simulation::read(&tree::experiment("sarcos-shoulder").join("simulation.toml")).unwrap();
+    let (solver, quiet) = (LevenbergMarquardt::default(), |_: &str| {});
+    let largest = |trial: u64| {
+        let session = simulation.session(trial);
+        let steps = run_steps(&session, &Plan::new(&session), &Workbench::new(&solver, &quiet));
+        steps.largest_residuals.into_iter().flatten().fold(0.0, f64::max)
+    };
+    let mean = (0..SINUSOID_TRIALS).map(largest).sum::<f64>() / SINUSOID_TRIALS as f64;
+    assert!((1.5..=3.0).contains(&mean), "{mean} counts");
 }
 
-fn simulation() -> Simulation {
-    Simulation::read(&tree::experiment("sarcos-shoulder").join("simulation.toml")).unwrap()
+const WITHOUT_CONVERTER: &str = "[[change]]\nfield = 'torque.converter'\ndrop = true\n";
+
+fn study(trials: u64, estimators: &[&str], rest: &str) -> Table {
+    let study = Study::new(&format!("trials = {trials}\nestimators = {estimators:?}\n{rest}"));
+    assert_eq!(study.run("results", &[]).code, 0);
+    study.table_of_measures("results")
 }
 
-fn study(simulation: &Simulation, trials: u64, columns: &[Column]) -> Accuracy {
-    accuracy(simulation, trials, columns, &LevenbergMarquardt::default(), &|| {}).unwrap()
+/// The study without converter, run once for all tests.
+fn without_converter() -> &'static Table {
+    static STUDY: OnceLock<Table> = OnceLock::new();
+    STUDY.get_or_init(|| study(TRIALS, &["sequential", "joint-paper-signals", "joint"], WITHOUT_CONVERTER))
 }
 
-/// The study without converter, run once for all tests, and one of its sessions for the names.
-fn without_converter() -> &'static (Session, Accuracy) {
-    static STUDY: OnceLock<(Session, Accuracy)> = OnceLock::new();
-    STUDY.get_or_init(|| {
-        let mut simulation = simulation();
-        simulation.disturbance.converter = None;
-        let table = study(&simulation, TRIALS, &COLUMNS);
-        (simulation.session(0), table)
-    })
-}
-
-fn column(name: &str, column: Column) -> ColumnAccuracy {
-    let (session, table) = without_converter();
-    let (_, columns) = table.rows.iter().find(|(measured, _)| measured.name(session) == name).unwrap();
-    columns[place(column)]
-}
-
-/// Where a column stands among [`COLUMNS`].
-fn place(column: Column) -> usize {
-    COLUMNS.iter().position(|other| *other == column).unwrap()
+fn column(name: &str, estimator: &str) -> &'static QuantityMeasures {
+    without_converter().of(estimator, name)
 }
 
 /// Both columns of joint estimation answer in every trial, and are at the bound in everything.
-fn assert_at_the_bound(session: &Session, table: &Accuracy, most: f64) {
-    for (measured, columns) in &table.rows {
-        for column in [Column::JointPaperSignals, Column::Joint] {
-            let found = columns[place(column)];
-            let ratio = found.rms_error / found.bound.unwrap();
-            let name = format!("{} of {}", Measured::name(*measured, session), column.name());
-            assert_eq!(found.answers as u64, table.trials, "{name}");
-            assert!(ratio > 0.0 && ratio <= most, "{name}: {ratio} of the bound");
+fn assert_at_the_bound(table: &Table, most: f64) {
+    for name in table.quantities() {
+        for estimator in ["joint-paper-signals", "joint"] {
+            let found = table.of(estimator, name);
+            let ratio = found.ratio.value;
+            assert_eq!(found.estimates, table.trials(), "{name} of {estimator}");
+            assert!(ratio > 0.0 && ratio <= most, "{name} of {estimator}: {ratio} of the bound");
         }
     }
 }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use gravcal_study::batch::{Outcome, StudyFolder};
-use gravcal_study::measures::{Series, measure};
+use gravcal_study::batch::{Manifest, Outcome, StudyFolder};
+use gravcal_study::measures::{QuantityMeasures, Series, measure};
 use serde::Deserialize;
 use tempfile::TempDir;
 
@@ -17,12 +17,12 @@ use crate::tree;
 const KILLS: u64 = 8;
 
 /// A study of the Sarcos shoulder in a folder of its own.
-struct Study {
+pub struct Study {
     folder: TempDir,
 }
 
 impl Study {
-    fn new(rest: &str) -> Study {
+    pub fn new(rest: &str) -> Study {
         let simulation = tree::experiment("sarcos-shoulder").join("simulation.toml");
         Study::of(&format!("simulation = '{}'\n{rest}", simulation.display()))
     }
@@ -55,7 +55,7 @@ impl Study {
         fixed.into_iter().chain(paths).chain(options.iter().map(|option| (*option).to_owned())).collect()
     }
 
-    fn run(&self, results: &str, options: &[&str]) -> Run {
+    pub fn run(&self, results: &str, options: &[&str]) -> Run {
         gravcal(self.arguments(results, options))
     }
 
@@ -64,7 +64,35 @@ impl Study {
     }
 
     fn measures(&self, results: &str) -> Vec<Series> {
-        measure(&StudyFolder::open(&self.results(results)).unwrap()).unwrap()
+        self.table_of_measures(results).series
+    }
+
+    pub fn table_of_measures(&self, results: &str) -> Table {
+        let folder = StudyFolder::open(&self.results(results)).unwrap();
+        Table { series: measure(&folder).unwrap(), manifest: folder.manifest }
+    }
+}
+
+/// What a study of one point came to.
+pub struct Table {
+    manifest: Manifest,
+    series: Vec<Series>,
+}
+
+impl Table {
+    pub fn trials(&self) -> u64 {
+        self.manifest.trials
+    }
+
+    pub fn quantities(&self) -> impl Iterator<Item = &str> {
+        self.manifest.quantities.iter().map(|(name, _)| name.as_str())
+    }
+
+    /// One quantity by one estimator.
+    pub fn of(&self, estimator: &str, quantity: &str) -> &QuantityMeasures {
+        let place = self.quantities().position(|name| name == quantity).unwrap();
+        let named = |series: &&Series| self.manifest.estimators[series.estimator] == estimator;
+        &self.series.iter().find(named).unwrap().quantities[place]
     }
 }
 

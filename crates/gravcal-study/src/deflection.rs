@@ -16,7 +16,6 @@ use gravcal_estimation::Solver;
 use gravcal_estimation::statistics::Quantile;
 use rayon::prelude::*;
 
-use crate::StudyError;
 use crate::bounds::bound;
 use crate::quantities::{Measured, measured_quantities};
 
@@ -94,7 +93,7 @@ pub fn deflection_study(
     trials: u64,
     solver: &dyn Solver,
     progress: &(dyn Fn() + Sync),
-) -> Result<DeflectionStudy, StudyError> {
+) -> Result<DeflectionStudy, EstimateError> {
     let mut session = simulation.session(0);
     let quantities = measured_quantities(&session);
     model(&mut session);

@@ -28,7 +28,7 @@ use crate::session::{Session, UncertaintyChoice};
 use crate::workbench::Workbench;
 
 /// How many times worse than all poses the first ones may know a parameter before single poses follow. On the Sarcos shoulder
-/// (`gravcal-benches --bin accuracy`, 60 to 100 trials) 2 or 3 raise the rms errors of torque gains by 1 % of their bound over those
+/// (60 to 100 sessions of `experiments/step-by-step`) 2 or 3 raise the rms errors of torque gains by 1 % of their bound over those
 /// of the joint estimate at most, 5 by 7 %, and 15 to almost four times the bound.
 const TIMES_WORSE: f64 = 3.0;
 
