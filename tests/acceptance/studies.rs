@@ -244,7 +244,34 @@ fn results_of_another_study_stay() {
     assert_eq!((refused.code, refused.refusal(&["another study", "--output"])), (BAD_INPUT, None));
     assert!(study.table("results") == before);
     let nothing = gravcal(["study", "report", &study.results("elsewhere").display().to_string()]);
-    assert_eq!((nothing.code, nothing.refusal(&["no results of a study"])), (BAD_INPUT, None));
+    assert_eq!((nothing.code, nothing.refusal(&["study.json"])), (BAD_INPUT, None));
+
+    let other = Study::small(4);
+    assert_eq!(other.run("results", &[]).code, 0);
+    let folders = [&study, &other].map(|study| study.results("results").display().to_string());
+    let unlike = gravcal(["study", "merge", &folders[0], &folders[1]]);
+    assert_eq!((unlike.code, unlike.refusal(&["another study"])), (BAD_INPUT, None));
+
+    fs::write(study.results("results").join("study.json"), "nothing").unwrap();
+    let unknown = study.run("results", &[]);
+    assert_eq!((unknown.code, unknown.refusal(&["study.json", "another folder"])), (BAD_INPUT, None));
+    assert!(study.table("results") == before);
+}
+
+#[test]
+fn damaged_parts_and_a_lost_table_are_done_again() {
+    let study = Study::small(16);
+    assert_eq!(study.run("whole", &[]).code, 0);
+    assert_eq!(study.run("mended", &["--shard", "1/2"]).code, 0);
+    let parts = tree::entries(&study.results("mended").join("parts"));
+    let part = parts.iter().find(|path| path.extension().is_some_and(|extension| extension == "parquet")).unwrap();
+    fs::write(part, &fs::read(part).unwrap()[..50]).unwrap();
+    assert_eq!(study.run("mended", &[]).code, 0);
+    assert!(study.table("whole") == study.table("mended"));
+
+    fs::remove_file(study.results("mended").join("trials.parquet")).unwrap();
+    assert_eq!(study.run("mended", &[]).code, 0);
+    assert!(study.table("whole") == study.table("mended"));
 }
 
 #[cfg(target_os = "linux")]

@@ -113,6 +113,7 @@ fn run_study(arguments: &RunArguments) -> Result<Exit, Failure> {
     let path = arguments.output.clone().unwrap_or_else(|| folder_beside(&arguments.study));
     let folder = StudyFolder::begin(&path, Manifest::new(&study, &names)).map_err(|error| refused(&error))?;
 
+    let _lock = folder.lock().map_err(|error| refused(&error))?;
     let interrupt = Interrupt::listen()?;
     let bar = progress_bar(arguments.quiet);
     let began = Instant::now();
@@ -129,7 +130,9 @@ fn run_study(arguments: &RunArguments) -> Result<Exit, Failure> {
     let ended = batch::run(&study, &folder, shard, &helpers).map_err(|error| refused(&error))?;
     bar.finish_and_clear();
     let Ended::Done { trials } = ended else {
-        terminal::complain("stopped; what is done is kept: run the same command again to go on");
+        terminal::complain(
+            "stopped; parts that are done are kept, those under way are not: run the same command again to go on",
+        );
         return Ok(Exit::NoConvergence);
     };
     let seconds = began.elapsed().as_secs_f64();

@@ -39,6 +39,11 @@ impl FileError {
         FileError { note: Some(note), ..self }
     }
 
+    /// The same without a line: where the text is not that of the file.
+    pub fn without_line(self) -> FileError {
+        FileError { line: None, ..self }
+    }
+
     /// The file, as it was named by whoever asked to read it.
     pub fn path(&self) -> &Path {
         &self.path

@@ -281,6 +281,6 @@ fn shown(number: f64) -> String {
         number if number != 0.0 && (number.abs() < 1e-3 || number.abs() >= 1e5) => {
             format!("{number:.1e}").replace(".0e", "e")
         }
-        number => shortest(format!("{number:.1e}").parse().unwrap_or(number)),
+        number => shortest(format!("{number:.2e}").parse().unwrap_or(number)),
     }
 }

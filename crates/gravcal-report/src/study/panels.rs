@@ -21,7 +21,14 @@ pub(super) fn figures(report: &StudyReport<'_>) -> Vec<(String, Figure)> {
             ),
         ];
     }
-    (0..axes).flat_map(|axis| along(report, axis)).collect()
+    let mut figures: Vec<(String, Figure)> = Vec::new();
+    for (name, figure) in (0..axes).flat_map(|axis| along(report, axis)) {
+        // Axes whose names differ in signs only.
+        let name =
+            if figures.iter().any(|(other, _)| *other == name) { format!("{name}-{}", figures.len()) } else { name };
+        figures.push((name, figure));
+    }
+    figures
 }
 
 /// A curve for each estimator over all quantities.
@@ -69,7 +76,10 @@ fn along(report: &StudyReport<'_>, axis: usize) -> Vec<(String, Figure)> {
                 reference,
                 curves: curves(report, axis, &|series| of(series, quantity)),
             });
-            Figure { title: format!("{what} over {}", described(manifest, axis)), panels: panels.collect() }
+            Figure {
+                title: format!("{what} over {}{}", described(manifest, axis), others(manifest, axis)),
+                panels: panels.collect(),
+            }
         };
     let rms = |series: &Series, quantity: usize| Some(series.quantities[quantity].rms);
     let coverage = |series: &Series, quantity: usize| Some(series.quantities[quantity].coverage);
@@ -90,6 +100,19 @@ fn along(report: &StudyReport<'_>, axis: usize) -> Vec<(String, Figure)> {
     figures
 }
 
+/// Whether there is a curve for each value of the other axes.
+fn shows_all(manifest: &Manifest, axis: usize) -> bool {
+    let of_each = manifest.estimators.len() * manifest.solvers.len();
+    of_each * manifest.points.len() / manifest.axes[axis].labels.len() <= MOST_CURVES
+}
+
+/// Where the other axes are, if only one of their values is shown.
+fn others(manifest: &Manifest, axis: usize) -> String {
+    let others = manifest.axes.iter().enumerate().filter(|(other, _)| *other != axis && !shows_all(manifest, axis));
+    let told: Vec<String> = others.map(|(_, other)| format!("{} = {}", other.name, other.labels[0])).collect();
+    if told.is_empty() { String::new() } else { format!(" (at {} only)", told.join(", ")) }
+}
+
 fn described(manifest: &Manifest, axis: usize) -> String {
     let axis = &manifest.axes[axis];
     axis.unit.as_ref().map_or_else(|| axis.name.clone(), |unit| format!("{}, {unit}", axis.name))
@@ -105,8 +128,7 @@ fn horizontal(manifest: &Manifest, axis: usize) -> Horizontal {
 /// One curve for each estimator and solver.
 fn curves(report: &StudyReport<'_>, axis: usize, of: &dyn Fn(&Series) -> Option<Measure>) -> Vec<Curve> {
     let manifest = report.manifest;
-    let of_each = manifest.estimators.len() * manifest.solvers.len();
-    let all = of_each * manifest.points.len() / manifest.axes[axis].labels.len() <= MOST_CURVES;
+    let all = shows_all(manifest, axis);
     let others = |point: usize| {
         let places = manifest.points[point].places.iter().enumerate();
         places.filter(|(other, _)| *other != axis).map(|(other, place)| (other, *place)).collect::<Vec<_>>()
@@ -114,7 +136,8 @@ fn curves(report: &StudyReport<'_>, axis: usize, of: &dyn Fn(&Series) -> Option<
     let on_axis = |point: usize| all || others(point).iter().all(|(_, place)| *place == 0);
     let named = |series: &Series| {
         let labels = others(series.point).into_iter().filter(|_| all);
-        let labels = labels.map(|(other, place)| manifest.axes[other].labels[place].clone());
+        let labels = labels
+            .map(|(other, place)| format!("{} {}", manifest.axes[other].name, manifest.axes[other].labels[place]));
         std::iter::once(report.name(series)).chain(labels).collect::<Vec<_>>().join(", ")
     };
     let mut curves: Vec<Curve> = Vec::new();

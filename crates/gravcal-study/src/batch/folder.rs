@@ -4,7 +4,7 @@
 //! how long it took, which differs from run to run and is in no other file.
 
 use std::collections::BTreeSet;
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::path::{Path, PathBuf};
 
 use gravcal_recording::write_atomically;
@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use super::BatchError;
 use super::part::{Part, parts};
 use super::row::Row;
-use super::table::Columns;
+use super::table::{Columns, TableReader};
 use super::trial::Took;
 use crate::plan::{Axis, Study, told};
 
@@ -83,6 +83,7 @@ const MANIFEST: &str = "study.json";
 const PARTS: &str = "parts";
 const TRIALS: &str = "trials.parquet";
 const TIMES: &str = "times.csv";
+const LOCK: &str = "lock";
 
 /// A folder with the results of a study, or a part of them.
 #[derive(Clone, Debug)]
@@ -98,20 +99,34 @@ impl StudyFolder {
     /// # Errors
     /// The results of another study are there, or the operating system refuses.
     pub fn begin(path: &Path, manifest: Manifest) -> Result<StudyFolder, BatchError> {
+        let io = |cause| BatchError::Io { path: path.to_owned(), cause };
         let folder = StudyFolder { path: path.to_owned(), manifest };
-        if let Ok(there) = StudyFolder::open(path) {
-            if there.manifest == folder.manifest {
-                return Ok(folder);
-            }
-            if there.is_complete() || !there.done()?.is_empty() {
+        let begun = folder.is_complete() || !folder.done()?.is_empty();
+        if path.join(MANIFEST).exists() || begun {
+            let there = StudyFolder::open(path)?;
+            if there.manifest != folder.manifest && begun {
                 return Err(BatchError::Another { folder: path.to_owned() });
             }
         }
-        fs::create_dir_all(path.join(PARTS)).map_err(|cause| BatchError::Io { path: path.to_owned(), cause })?;
+        fs::create_dir_all(path.join(PARTS)).map_err(io)?;
         let text = serde_json::to_string_pretty(&folder.manifest);
         let text = text.map_err(|error| BatchError::NoStudy { folder: path.to_owned(), why: error.to_string() })?;
         write_atomically(&path.join(MANIFEST), format!("{text}\n").as_bytes())?;
         Ok(folder)
+    }
+
+    /// Keeps other runs out of the folder as long as what it gives lives.
+    ///
+    /// # Errors
+    /// Another run is at work there.
+    pub fn lock(&self) -> Result<File, BatchError> {
+        let path = self.path.join(LOCK);
+        let file = File::create(&path).map_err(|cause| BatchError::Io { path: path.clone(), cause })?;
+        match file.try_lock() {
+            Ok(()) => Ok(file),
+            Err(TryLockError::WouldBlock) => Err(BatchError::AtWork { folder: self.path.clone() }),
+            Err(TryLockError::Error(cause)) => Err(BatchError::Io { path, cause }),
+        }
     }
 
     /// Opens a folder that has results.
@@ -168,7 +183,7 @@ impl StudyFolder {
         self.path.join(PARTS).join(format!("{number:08}.times.csv"))
     }
 
-    /// Numbers of the parts that are done.
+    /// Numbers of the parts that are done, and can be read.
     pub(super) fn done(&self) -> Result<BTreeSet<usize>, BatchError> {
         let folder = self.path.join(PARTS);
         let entries = match fs::read_dir(&folder) {
@@ -177,7 +192,9 @@ impl StudyFolder {
             Err(cause) => return Err(BatchError::Io { path: folder, cause }),
         };
         let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
-        Ok(names.filter_map(|name| name.strip_suffix(".parquet")?.parse().ok()).collect())
+        let columns = self.manifest.columns();
+        let numbers = names.filter_map(|name| name.strip_suffix(".parquet")?.parse().ok());
+        Ok(numbers.filter(|number| TableReader::open(&self.part(*number), &columns).is_ok()).collect())
     }
 
     /// Puts a part in place, with how long it took.

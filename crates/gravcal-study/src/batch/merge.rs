@@ -15,11 +15,11 @@ use super::table::{TableReader, writer};
 /// # Errors
 /// A part is missing or damaged, or another folder is of another study.
 pub fn merge(folder: &StudyFolder, others: &[StudyFolder]) -> Result<(), BatchError> {
-    if folder.is_complete() {
-        return folder.forget_parts();
-    }
     if let Some(other) = others.iter().find(|other| other.manifest != folder.manifest) {
         return Err(BatchError::Another { folder: other.path().to_owned() });
+    }
+    if folder.is_complete() {
+        return folder.forget_parts();
     }
     let folders: Vec<&StudyFolder> = std::iter::once(folder).chain(others).collect();
     let done = folders.iter().map(|folder| folder.done()).collect::<Result<Vec<_>, _>>()?;

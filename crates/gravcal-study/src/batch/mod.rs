@@ -39,12 +39,19 @@ pub enum BatchError {
         folder: PathBuf,
     },
     /// The folder holds no results of a study.
-    #[error("{}: here are no results of a study: no study.json that can be read ({why})", folder.display())]
+    #[error("{}: study.json cannot be read ({why}), so nothing tells of which study results here are; name another folder, or move \
+         them away", folder.display())]
     NoStudy {
         /// The folder.
         folder: PathBuf,
         /// What is wrong.
         why: String,
+    },
+    /// Another run is at work in the folder.
+    #[error("{}: another run is at work here; wait for it, or choose another folder", folder.display())]
+    AtWork {
+        /// The folder.
+        folder: PathBuf,
     },
     /// Parts are missing.
     #[error(
@@ -67,7 +74,7 @@ pub enum BatchError {
         folder: PathBuf,
     },
     /// A table cannot be read.
-    #[error("{}: this is no table of trials: {why}", path.display())]
+    #[error("{}: this is no table of trials ({why}); delete it, and run the study again", path.display())]
     Table {
         /// The file.
         path: PathBuf,

@@ -55,12 +55,17 @@ pub(super) fn run(which: Which<'_>, helpers: &Helpers<'_>) -> (Vec<Row>, Took) {
     for (solver, (_, method)) in helpers.solvers.iter().enumerate() {
         let quiet = |_: &str| {};
         let workbench = Workbench::new(method.as_ref(), &quiet);
-        let answers = guarded(|| Ok(answers(&which.study.estimators, &instance, &workbench)));
+        let together = |compared: &[Compared]| guarded(|| Ok(answers(compared, &instance, &workbench)));
+        let answers: Vec<Result<Brief, String>> = match together(&which.study.estimators) {
+            Ok(answers) => answers.into_iter().map(|answer| answer.map_err(|error| error.to_string())).collect(),
+            // One of them panicked: it takes no other with it.
+            Err(_) => {
+                let alone = |compared: &Compared| together(&[*compared])?.remove(0).map_err(|error| error.to_string());
+                which.study.estimators.iter().map(alone).collect()
+            }
+        };
         for row in rows.iter_mut().filter(|row| row.solver == solver) {
-            let answer = match &answers {
-                Ok(answers) => answers[row.estimator].as_ref().map_err(ToString::to_string),
-                Err(reason) => Err(reason.clone()),
-            };
+            let answer = answers[row.estimator].as_ref().map_err(Clone::clone);
             row.fill(answer, &instance, bounds.of(which.study.estimators[row.estimator].signals()));
         }
     }

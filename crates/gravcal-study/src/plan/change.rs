@@ -1,5 +1,6 @@
 //! Changes of a TOML table: `torque.std`, `sweep.*.poses`, `load.0.mass_kg`.
 
+use gravcal_calibration::document::Field;
 use toml::{Table, Value};
 
 /// One field, or every field that a pattern names, gets a value or goes.
@@ -9,6 +10,8 @@ pub struct Change {
     pub field: String,
     /// The value; `None` to take the field away.
     pub value: Option<Value>,
+    /// Where the study says it.
+    pub said: Field,
 }
 
 impl Change {
@@ -80,7 +83,7 @@ mod tests {
     fn changed(field: &str, value: Option<Value>) -> Result<String, String> {
         let mut table: Table =
             toml::from_str("[torque]\nstd = 0.8\n[[sweep]]\nposes = 3\n[[sweep]]\nposes = 4\n").unwrap();
-        Change { field: field.to_owned(), value }.make(&mut table)?;
+        Change { field: field.to_owned(), value, said: Field::new("change") }.make(&mut table)?;
         Ok(toml::to_string(&table).unwrap())
     }
 

@@ -52,6 +52,8 @@ pub enum StudyError {
 const SESSION: &str = "session.";
 /// Points beyond which a grid is a mistake.
 const MOST_POINTS: usize = 10_000;
+/// Trials of a point beyond which a number is a mistake.
+const MOST_TRIALS: u64 = 100_000_000;
 /// Arms that are looked at for the names of their joints.
 const ARMS: u64 = 100;
 
@@ -122,6 +124,10 @@ impl Reader<'_> {
     fn trials(&self) -> Result<u64, FileError> {
         match self.table.trials {
             0 => Err(self.error("trials", "no trial is no study: expected 1 or more")),
+            trials if trials > MOST_TRIALS => Err(self.error(
+                "trials",
+                format!("expected {MOST_TRIALS} at most; more make no error smaller that anyone reads"),
+            )),
             trials => Ok(trials),
         }
     }
@@ -151,7 +157,9 @@ impl Reader<'_> {
                     return Err(self.document.error(&field.at(index), "to what? say value = …, or drop = true"));
                 }
             };
-            changes.extend(table.field.list().iter().map(|name| Change { field: name.clone(), value: value.clone() }));
+            let said = field.at(index);
+            let change = |name: &String| Change { field: name.clone(), value: value.clone(), said: said.clone() };
+            changes.extend(table.field.list().iter().map(change));
         }
         Ok(changes)
     }
@@ -170,7 +178,18 @@ impl Reader<'_> {
         }
     }
 
+    /// What one axis may be; no two cases look alike.
     fn cases_of(&self, vary: &VaryTable, field: &Field) -> Result<Vec<Case>, FileError> {
+        let cases = self.read_cases(vary, field)?;
+        for (index, case) in cases.iter().enumerate() {
+            if cases[..index].iter().any(|before| before.label == case.label) {
+                return Err(self.document.error(field, format!("`{}` stands there twice", case.label)));
+            }
+        }
+        Ok(cases)
+    }
+
+    fn read_cases(&self, vary: &VaryTable, field: &Field) -> Result<Vec<Case>, FileError> {
         let empty = |key: &str| self.document.error(&field.key(key), "the list is empty: nothing to vary");
         match (&vary.field, &vary.values, &vary.cases) {
             (Some(names), Some(values), None) => {
@@ -179,7 +198,10 @@ impl Reader<'_> {
                 }
                 let change = |value: &Value| {
                     let value = Some(value.clone());
-                    names.list().iter().map(|name| Change { field: name.clone(), value: value.clone() }).collect()
+                    let said = field.key("field");
+                    let change =
+                        |name: &String| Change { field: name.clone(), value: value.clone(), said: said.clone() };
+                    names.list().iter().map(change).collect()
                 };
                 Ok(values.iter().map(|value| case(value, change(value))).collect())
             }
@@ -278,8 +300,10 @@ impl PointFiles<'_> {
         self.change(&mut table, false)?;
         let text = toml::to_string(&table).map_err(|error| self.refused(error))?;
         let simulation = Document::of(self.path, text.clone()).and_then(|document| Simulation::of(&document));
-        let simulation = simulation
-            .map_err(|error| StudyError::Simulation { error: Box::new(error), point: self.told.to_owned() })?;
+        let simulation = simulation.map_err(|error| StudyError::Simulation {
+            error: Box::new(error.without_line()),
+            point: self.changed_at(),
+        })?;
         if simulation.motion.is_some() {
             let error = self.refused("a study draws static poses, and this simulation makes recordings: add [[change]] field = \"recording\", drop = true");
             return Err(error.into());
@@ -293,7 +317,16 @@ impl PointFiles<'_> {
     }
 
     fn refused(&self, message: impl std::fmt::Display) -> FileError {
-        let error = self.reader.document.error(&Field::new("simulation"), message);
+        self.told_at_point(self.reader.document.error(&Field::new("simulation"), message))
+    }
+
+    /// With which changes something does not fit.
+    fn changed_at(&self) -> String {
+        let study = self.reader.document.path().display();
+        format!("with the changes of {study}{}{}", if self.told.is_empty() { "" } else { ", " }, self.told)
+    }
+
+    fn told_at_point(&self, error: FileError) -> FileError {
         if self.told.is_empty() { error } else { error.with_note(self.told.to_owned()) }
     }
 
@@ -301,12 +334,13 @@ impl PointFiles<'_> {
         for change in self.changes {
             let own = change.field.strip_prefix(SESSION);
             let applies = match own {
-                Some(own) => of_session.then(|| Change { field: own.to_owned(), value: change.value.clone() }),
+                Some(own) => of_session.then(|| Change { field: own.to_owned(), ..(*change).clone() }),
                 None => (!of_session).then(|| (*change).clone()),
             };
             if let Some(change) = applies {
                 change.make(table).map_err(|why| {
-                    self.refused(format!("{why} in its {}", if of_session { "session" } else { "file" }))
+                    let what = format!("{why} in the {}", if of_session { "session" } else { "simulation" });
+                    self.told_at_point(self.reader.document.error(&change.said, what))
                 })?;
             }
         }
@@ -335,8 +369,8 @@ impl PointFiles<'_> {
         let place = self.reader.document.path().with_file_name("session.toml");
         let session =
             Document::of(&place, absolute).map_err(SessionError::from).and_then(|document| Session::of(&document));
-        let mut session =
-            session.map_err(|error| StudyError::Session { error: Box::new(error), point: self.told.to_owned() })?;
+        let mut session = session
+            .map_err(|error| StudyError::Session { error: Box::new(without_line(error)), point: self.changed_at() })?;
         let expected: usize = simulation.runs.iter().map(|run| run.poses()).sum();
         if session.poses.len() != expected {
             let found = session.poses.len();
@@ -346,6 +380,14 @@ impl PointFiles<'_> {
         }
         session.inputs.retain(|input| !input.starts_with(folder.path()));
         Ok(session)
+    }
+}
+
+/// The same without the line, which is that of a text that stands in no file.
+fn without_line(error: SessionError) -> SessionError {
+    match error {
+        SessionError::File(error) => SessionError::File(error.without_line()),
+        error @ SessionError::Table { .. } => error,
     }
 }
 

@@ -14,6 +14,10 @@ const ROWS_OF_SLOPE: f64 = 10.0;
 /// Share of a joint's largest speed from which on it surely moves.
 const MOVES: f64 = 0.1;
 
+/// Time over which what the model leaves out stays alike, s, and blocks of so long that there should be.
+const BLOCK_S: f64 = 0.75;
+const BLOCKS: u64 = 40;
+
 /// How poses come about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Rule {
@@ -93,6 +97,13 @@ impl Draft<'_> {
         text
     }
 
+    /// Rows that may share an error: those of some time, if that leaves blocks enough to see how they scatter.
+    fn block_poses(&self) -> u64 {
+        let most = self.inspection.rows / BLOCKS;
+        let of_time = self.inspection.time.as_ref().map(|time| (BLOCK_S / time.interval_s).round() as u64);
+        of_time.map_or(most, |rows| rows.min(most)).max(1)
+    }
+
     /// Sensors of the joints of an arm in motion: friction, and what makes little data suffice.
     pub(super) fn sensors_in_motion(&self) -> String {
         let joints = self.joints.iter().filter(|joint| joint.torque.is_some());
@@ -103,7 +114,7 @@ impl Draft<'_> {
             }
             text
         };
-        format!("{IN_MOTION}{}", joints.map(joint).collect::<String>())
+        format!("{IN_MOTION}{}\n{}", self.block_poses(), joints.map(joint).collect::<String>())
     }
 }
 
@@ -140,8 +151,7 @@ const IN_MOTION: &str = "
 # with `fixed`, and deviations from the scatter of blocks of rows:
 # [uncertainty]
 # kind = \"sandwich\"
-# block_poses = 150
-";
+# block_poses = ";
 
 const FRICTION: &str = "sensor_models = [{ kind = \"coulomb-friction\" }, { kind = \"viscous-friction\" }]\n";
 
