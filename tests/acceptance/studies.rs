@@ -276,9 +276,8 @@ fn damaged_parts_and_a_lost_table_are_done_again() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_is_told() {
+fn a_folder_that_cannot_be_made_is_told() {
     let study = Study::small(2);
-    // A folder that cannot be made.
     let refused = gravcal(["study", "run", &study.path().display().to_string(), "--output", "/dev/full/results"]);
     assert_eq!((refused.code, refused.refusal(&["/dev/full"])), (BAD_INPUT, None));
 }

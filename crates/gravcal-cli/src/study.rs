@@ -113,7 +113,6 @@ fn run_study(arguments: &RunArguments) -> Result<Exit, Failure> {
     let path = arguments.output.clone().unwrap_or_else(|| folder_beside(&arguments.study));
     let folder = StudyFolder::begin(&path, Manifest::new(&study, &names)).map_err(|error| refused(&error))?;
 
-    let _lock = folder.lock().map_err(|error| refused(&error))?;
     let interrupt = Interrupt::listen()?;
     let bar = progress_bar(arguments.quiet);
     let began = Instant::now();
@@ -153,7 +152,7 @@ fn run_study(arguments: &RunArguments) -> Result<Exit, Failure> {
 }
 
 fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
-    let folder = open(&arguments.folder)?;
+    let folder = StudyFolder::open_to_write(&arguments.folder).map_err(|error| refused(&error))?;
     let others = arguments.others.iter().map(|other| open(other)).collect::<Result<Vec<_>, _>>()?;
     batch::merge(&folder, &others).map_err(|error| refused(&error))?;
     report(&folder)
@@ -193,9 +192,7 @@ fn refused(error: &BatchError) -> Failure {
 fn solvers(study: &Study) -> Result<Vec<NamedSolver>, Failure> {
     let named = study.solvers.iter().map(|name| name.parse::<SolverName>());
     let parsed: Result<Vec<SolverName>, _> = named.collect();
-    let names = parsed.map_err(|error| match study.solver_error(&error) {
-        Ok(told) | Err(told) => Failure::bad_input(&told),
-    })?;
+    let names = parsed.map_err(|error| Failure::bad_input(&study.solver_error(&error)))?;
     let names = if names.is_empty() { vec![SolverName::LevenbergMarquardt] } else { names };
     Ok(names.into_iter().map(|name| (name.to_string(), name.build())).collect())
 }

@@ -86,7 +86,7 @@ pub use rows::{
 pub use selection::{MotionLimits, Selection};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};
 pub use suggest::nearest_name;
-pub use sweep::{RejectedStroke, Side, StrokeReason, Sweep, SweepRule, Sweeps, SweptBin, Travel, slow_sweeps};
+pub use sweep::{RejectedStroke, StrokeReason, Sweep, SweepRule, Sweeps, SweptBin, Travel, slow_sweeps};
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
 pub use write::{NewFile, WriteError, write_atomically};

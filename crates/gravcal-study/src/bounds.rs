@@ -5,36 +5,25 @@ use gravcal_calibration::joint::{self, EstimateError, Signals, Solved, Unknowns}
 
 use crate::quantities::Measured;
 
-/// Bounds of all torque readings, and of those that the paper's steps read, in the order of what is measured. `None` for what
-/// the readings do not determine.
+/// Bounds of some kinds of readings, in the order of what is measured. `None` for what the readings do not determine.
 #[derive(Clone, Debug, Default)]
-pub(crate) struct Bounds {
-    paper: Vec<Option<f64>>,
-    all: Vec<Option<f64>>,
-}
+pub(crate) struct Bounds(Vec<(Signals, Vec<Option<f64>>)>);
 
 impl Bounds {
-    /// At the true values, of the kinds of readings that are asked for: the paper's, all.
+    /// At the true values.
     pub fn new(
         session: &Session,
         truth: &Unknowns,
-        measured: &[(usize, Measured)],
-        [paper, all]: &[bool; 2],
+        signals: &[Signals],
+        quantities: &[Measured],
     ) -> Result<Bounds, EstimateError> {
-        let measured: Vec<Measured> = measured.iter().map(|(_, measured)| *measured).collect();
-        let of = |wanted: bool, signals| match wanted {
-            true => bound(session, truth, signals, &measured),
-            false => Ok(Vec::new()),
-        };
-        Ok(Bounds { paper: of(*paper, Signals::PaperSteps)?, all: of(*all, Signals::All)? })
+        let of = |signals: &Signals| Ok((*signals, bound(session, truth, *signals, quantities)?));
+        Ok(Bounds(signals.iter().map(of).collect::<Result<_, EstimateError>>()?))
     }
 
-    /// Those of one kind of readings.
+    /// Those of one kind of readings; nothing where they could not be computed.
     pub fn of(&self, signals: Signals) -> &[Option<f64>] {
-        match signals {
-            Signals::PaperSteps => &self.paper,
-            Signals::All => &self.all,
-        }
+        self.0.iter().find(|(kind, _)| *kind == signals).map_or(&[], |(_, bounds)| bounds)
     }
 }
 

@@ -3,7 +3,6 @@
 use gravcal_calibration::Session;
 use gravcal_calibration::joint::{Solved, Unknowns};
 use gravcal_calibration::parameter::Quantity;
-use gravcal_calibration::sequential::SequentialValues;
 
 /// One number: a component of gravity, or a sensor parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,14 +45,6 @@ impl Measured {
         match self {
             Measured::Gravity(axis) => unknowns.gravity[axis],
             Measured::Sensor(joint, quantity) => unknowns.sensors[joint][quantity as usize],
-        }
-    }
-
-    /// What the sequential steps found of it.
-    pub fn of_steps(self, steps: &SequentialValues) -> Option<f64> {
-        match self {
-            Measured::Gravity(axis) => Some(steps.gravity.as_ref().ok()?.vector[axis]),
-            Measured::Sensor(joint, quantity) => Some(steps.sensors[joint].of(quantity).as_ref().ok()?.value),
         }
     }
 

@@ -31,12 +31,12 @@ pub(super) fn estimate_in_order(
     workbench: &Workbench<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     let whole = posed.problem.holding(held, GAUGE);
-    let values = match &readings.order {
+    let updated = match &readings.order {
         Order::Together => return solve_with_loss(posed, held, readings.loss, workbench),
         Order::StepByStep(steps) => step_by_step(posed, &whole, steps, workbench)?,
         Order::PoseByPose { from } => pose_by_pose(posed, &whole, *from, workbench)?,
     };
-    Ok((posed.clone(), values.estimate(&whole)?))
+    Ok((posed.clone(), updated.estimate(&whole)?))
 }
 
 /// Each step from where the one before ended, with what those before determine.
@@ -57,6 +57,7 @@ fn step_by_step(
         let factors = known.iter().cloned().chain([selected(whole, &rows)]).collect();
         let problem = whole.with_only(factors, NOT_YET).map_err(PosingError::from)?;
         let open = Open::of(&problem, &updated.values, (whole, &in_the_end))?;
+        // First what is open stays where it is, as the step would only wander along it; then it may follow.
         for held in [open.open_or_hardly_known, open.hardly_known] {
             let problem = problem.holding(&held, STEP_SAYS_LITTLE);
             updated.go_to(workbench.solve_briefly(&problem, &updated.values, ENOUGH)?);

@@ -91,7 +91,7 @@ fn sweep_notes(name: &str, sweeps: &Sweeps, mapping: &PoseMapping) -> Vec<String
 fn sweep_note(name: &str, sweep: &Sweep, mapping: &PoseMapping) -> String {
     let unit = mapping.positions[sweep.joint].unit.si();
     let (scale, unit) = if unit == PositionUnit::Radian { (180.0 / PI, PositionUnit::Degree) } else { (1.0, unit) };
-    let at = |bin: Option<&SweptBin>| bin.map_or(0.0, |bin| scale * bin.sides[0].pose.position[sweep.joint]);
+    let at = |bin: Option<&SweptBin>| bin.map_or(0.0, |bin| scale * bin.sides[0].position[sweep.joint]);
     let (lowest, highest) = (at(sweep.bins.first()), at(sweep.bins.last()));
     let [up, down] = sweep.strokes;
     let mut told = format!(

@@ -43,7 +43,7 @@ use crate::motion::sampler::Sampler;
 use crate::rows::Rows;
 use stroke::Strokes;
 
-pub use pair::{Side, Sweep, SweptBin};
+pub use pair::{Sweep, SweptBin};
 
 /// What a slow sweep is.
 #[derive(Clone, Debug, Default, PartialEq)]

@@ -37,15 +37,9 @@ pub struct Sweep {
 /// A bin that was passed both ways.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SweptBin {
-    /// What was read on the way up, and down; the position of the swept joint is the centre of the bin.
-    pub sides: [Side; 2],
-}
-
-/// What was read in a bin on the way to one side.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Side {
-    /// As a static pose: the direction of the swept joint is that of the motion.
-    pub pose: StaticPose,
+    /// What was read on the way up, and down, as static poses: the position of the swept joint is the centre of the bin, its direction
+    /// that of the motion.
+    pub sides: [StaticPose; 2],
 }
 
 impl Sweep {
@@ -53,7 +47,7 @@ impl Sweep {
     /// `apart`, both sides, with their directions and speeds, and those from which the others came.
     pub fn poses(&self, apart: bool) -> impl Iterator<Item = StaticPose> + '_ {
         self.bins.iter().flat_map(move |bin| match apart {
-            true => bin.sides.iter().map(|side| side.pose.clone()).collect(),
+            true => bin.sides.to_vec(),
             false => vec![bin.mean(self.joint, &self.sticking)],
         })
     }
@@ -82,7 +76,7 @@ impl Sweep {
 impl SweptBin {
     /// Half the difference of the torque reading of a joint between the way up and the way down.
     pub fn half_difference(&self, joint: usize) -> Option<Reading> {
-        let [up, down] = [0, 1].map(|side: usize| self.sides[side].pose.torque[joint]);
+        let [up, down] = [0, 1].map(|side: usize| self.sides[side].torque[joint]);
         combine(up, down, |up, down| 0.5 * (up - down))
     }
 
@@ -92,7 +86,7 @@ impl SweptBin {
     }
 
     fn mean(&self, swept: usize, sticking: &[usize]) -> StaticPose {
-        let [up, down] = [&self.sides[0].pose, &self.sides[1].pose];
+        let [up, down] = &self.sides;
         let middle = |a: f64, b: f64| 0.5 * (a + b);
         let each = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| middle(*a, *b)).collect();
         let readings = |a: &[Option<Reading>], b: &[Option<Reading>]| {
@@ -224,7 +218,7 @@ impl Maker<'_> {
     }
 
     /// What strokes of one way say in a bin; nothing where none passed it.
-    fn side(&self, strokes: &[&Stroke], index: i64) -> Option<Side> {
+    fn side(&self, strokes: &[&Stroke], index: i64) -> Option<StaticPose> {
         let passed: Vec<(&Stroke, &Bin)> =
             strokes.iter().filter_map(|stroke| Some((*stroke, stroke.bins.get(&index)?))).collect();
         let (first, first_bin) = passed.first()?;
@@ -270,7 +264,7 @@ impl Maker<'_> {
             },
             merged: bins.iter().map(|bin| bin.ends[self.joint].1).sum::<f64>() as u32,
         };
-        Some(Side { pose })
+        Some(pose)
     }
 
     /// The mean of lines at the centre of a bin, each with the weight of its number of blocks.

@@ -152,7 +152,7 @@ fn turning_points_and_stops_are_left_out() {
     recorder.stroke(0.0, 0.5, 0.09, 0.4);
     recorder.stroke(0.5, -0.5, 0.09, 0.4);
     let sweeps = recorder.sweeps(&rule());
-    let at: Vec<f64> = sweeps.found[0].bins.iter().map(|bin| bin.sides[0].pose.position[0]).collect();
+    let at: Vec<f64> = sweeps.found[0].bins.iter().map(|bin| bin.sides[0].position[0]).collect();
     assert!(at.iter().all(|at| at.abs() > 0.5f64.to_radians() && at.abs() < 0.5 - 1f64.to_radians()), "{at:?}");
     assert!(at.len() > 40);
     for bin in &sweeps.found[0].bins {
@@ -212,7 +212,7 @@ fn clocks_and_counts_that_jump_do_no_harm() {
     assert_eq!(sweeps.found.len(), 2);
     errors_are_small(&sweeps);
     for bin in sweeps.found.iter().flat_map(|sweep| &sweep.bins).flat_map(|bin| &bin.sides) {
-        assert!((bin.pose.position[1] - 0.4).abs() < 1e-4, "{:?}", bin.pose.position);
+        assert!((bin.position[1] - 0.4).abs() < 1e-4, "{:?}", bin.position);
     }
 }
 

@@ -5,9 +5,12 @@ use gravcal_study::measures::Measure;
 use super::StudyReport;
 
 /// `measures.csv`. Empty cells are what there is no number for.
-pub(super) fn csv(report: &StudyReport<'_>) -> String {
+///
+/// # Errors
+/// As the writer of CSV says; none in memory.
+pub(super) fn csv(report: &StudyReport<'_>) -> Result<String, csv::Error> {
     let manifest = report.manifest;
-    let axes = manifest.axes.iter().map(|axis| quoted(&axis.name));
+    let axes = manifest.axes.iter().map(|axis| axis.name.as_str());
     let fixed = [
         "estimator",
         "solver",
@@ -31,37 +34,28 @@ pub(super) fn csv(report: &StudyReport<'_>) -> String {
         "coverage_error",
         "bound",
     ];
-    let mut text = axes.chain(fixed.map(str::to_owned)).collect::<Vec<_>>().join(",") + "\n";
+    let mut table = csv::Writer::from_writer(Vec::new());
+    table.write_record(axes.chain(fixed))?;
     for series in report.series {
-        let places = manifest.axes.iter().zip(&manifest.points[series.point].places);
-        let labels: Vec<String> = places.map(|(axis, place)| quoted(&axis.labels[*place])).collect();
+        let places = manifest.axes.iter().zip(&manifest.points[series.point]);
+        let labels: Vec<String> = places.map(|(axis, place)| axis.labels[*place].clone()).collect();
         for ((name, unit), quantity) in manifest.quantities.iter().zip(&series.quantities) {
             let mut cells = labels.clone();
-            cells.extend([
-                quoted(&manifest.estimators[series.estimator]),
-                quoted(&manifest.solvers[series.solver]),
-                quoted(name),
-                quoted(unit),
-                series.trials.to_string(),
-            ]);
+            let (estimator, solver) = (&manifest.estimators[series.estimator], &manifest.solvers[series.solver]);
+            cells.extend([estimator, solver, name, unit].map(String::clone));
+            cells.push(series.trials.to_string());
             cells.extend(series.outcomes.map(|count| count.to_string()));
             cells.extend([number(series.iterations.value), quantity.estimates.to_string()]);
             let pairs = [quantity.bias, quantity.rms, quantity.ratio, quantity.nees, quantity.coverage];
             cells.extend(pairs.iter().flat_map(|Measure { value, error }| [number(*value), number(*error)]));
             cells.push(number(quantity.bound));
-            text.push_str(&(cells.join(",") + "\n"));
+            table.write_record(cells)?;
         }
     }
-    text
+    let bytes = table.into_inner().map_err(|error| error.into_error())?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
 fn number(value: f64) -> String {
     if value.is_finite() { value.to_string() } else { String::new() }
-}
-
-fn quoted(text: &str) -> String {
-    match text.contains([',', '"', '\n']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
-    }
 }

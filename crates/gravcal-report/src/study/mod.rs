@@ -12,6 +12,19 @@ use std::fmt;
 use gravcal_study::batch::Manifest;
 use gravcal_study::measures::Series;
 
+use thiserror::Error;
+
+/// A report cannot be made.
+#[derive(Debug, Error)]
+pub enum ReportError {
+    /// A figure cannot be drawn.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+    /// The measures cannot be written as CSV.
+    #[error("the measures cannot be written as CSV: {0}")]
+    Csv(#[from] ::csv::Error),
+}
+
 pub use figure::FigureError;
 
 /// A study and what it came to.
@@ -49,11 +62,11 @@ impl fmt::Display for StudyReport<'_> {
 ///
 /// # Errors
 /// A figure cannot be drawn.
-pub fn report_files(report: &StudyReport<'_>) -> Result<Vec<(String, String)>, FigureError> {
+pub fn report_files(report: &StudyReport<'_>) -> Result<Vec<(String, String)>, ReportError> {
     let mut files = vec![
         ("report.txt".to_owned(), report.to_string()),
         ("report.md".to_owned(), markdown::markdown(report)),
-        ("measures.csv".to_owned(), csv::csv(report)),
+        ("measures.csv".to_owned(), csv::csv(report)?),
     ];
     for (name, figure) in panels::figures(report) {
         files.push((format!("{name}.svg"), figure.svg()?));

@@ -130,7 +130,7 @@ fn curves(report: &StudyReport<'_>, axis: usize, of: &dyn Fn(&Series) -> Option<
     let manifest = report.manifest;
     let all = shows_all(manifest, axis);
     let others = |point: usize| {
-        let places = manifest.points[point].places.iter().enumerate();
+        let places = manifest.points[point].iter().enumerate();
         places.filter(|(other, _)| *other != axis).map(|(other, place)| (other, *place)).collect::<Vec<_>>()
     };
     let on_axis = |point: usize| all || others(point).iter().all(|(_, place)| *place == 0);
@@ -143,7 +143,7 @@ fn curves(report: &StudyReport<'_>, axis: usize, of: &dyn Fn(&Series) -> Option<
     let mut curves: Vec<Curve> = Vec::new();
     for series in report.series.iter().filter(|series| on_axis(series.point)) {
         let Some(measure) = of(series) else { continue };
-        let place = manifest.points[series.point].places[axis];
+        let place = manifest.points[series.point][axis];
         let x = manifest.axes[axis].numbers.as_ref().map_or(place as f64, |numbers| numbers[place]);
         let name = named(series);
         let curve = match curves.iter().position(|curve| curve.name == name) {

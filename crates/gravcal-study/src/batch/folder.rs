@@ -32,17 +32,10 @@ pub struct Manifest {
     pub solvers: Vec<String>,
     /// What is varied.
     pub axes: Vec<Axis>,
-    /// The grid.
-    pub points: Vec<ManifestPoint>,
+    /// The grid: of each point the place on each axis.
+    pub points: Vec<Vec<usize>>,
     /// Name and unit of each quantity.
     pub quantities: Vec<(String, String)>,
-}
-
-/// One point of the grid.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ManifestPoint {
-    /// Place on each axis.
-    pub places: Vec<usize>,
 }
 
 impl Manifest {
@@ -55,7 +48,7 @@ impl Manifest {
             estimators: study.estimators.iter().map(ToString::to_string).collect(),
             solvers: solvers.to_vec(),
             axes: study.axes.clone(),
-            points: study.points.iter().map(|point| ManifestPoint { places: point.places.clone() }).collect(),
+            points: study.points.iter().map(|point| point.places.clone()).collect(),
             quantities: study.quantities.clone(),
         }
     }
@@ -75,7 +68,7 @@ impl Manifest {
 
     /// `noise = 0.3 count, range = 90 deg`; nothing where nothing is varied.
     pub fn told(&self, point: usize) -> String {
-        told(&self.axes, &self.points[point].places)
+        told(&self.axes, &self.points[point])
     }
 }
 
@@ -86,50 +79,43 @@ const TIMES: &str = "times.csv";
 const LOCK: &str = "lock";
 
 /// A folder with the results of a study, or a part of them.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct StudyFolder {
     path: PathBuf,
     /// Of which study.
     pub manifest: Manifest,
+    /// Keeps others from writing there, where it is written to.
+    _lock: Option<File>,
 }
 
 impl StudyFolder {
-    /// Opens the folder of a study, which is made if it is missing.
+    /// Opens the folder of a study to write there; it is made if it is missing.
     ///
     /// # Errors
-    /// The results of another study are there, or the operating system refuses.
+    /// The results of another study are there, another program writes there, or the operating system refuses.
     pub fn begin(path: &Path, manifest: Manifest) -> Result<StudyFolder, BatchError> {
-        let io = |cause| BatchError::Io { path: path.to_owned(), cause };
-        let folder = StudyFolder { path: path.to_owned(), manifest };
+        fs::create_dir_all(path.join(PARTS)).map_err(|cause| BatchError::Io { path: path.to_owned(), cause })?;
+        let folder = StudyFolder { path: path.to_owned(), manifest, _lock: Some(lock(path)?) };
         let begun = folder.is_complete() || !folder.done()?.is_empty();
-        if path.join(MANIFEST).exists() || begun {
-            let there = StudyFolder::open(path)?;
-            if there.manifest != folder.manifest && begun {
-                return Err(BatchError::Another { folder: path.to_owned() });
-            }
+        if begun && StudyFolder::open(path)?.manifest != folder.manifest {
+            return Err(BatchError::Another { folder: path.to_owned() });
         }
-        fs::create_dir_all(path.join(PARTS)).map_err(io)?;
         let text = serde_json::to_string_pretty(&folder.manifest);
         let text = text.map_err(|error| BatchError::NoStudy { folder: path.to_owned(), why: error.to_string() })?;
         write_atomically(&path.join(MANIFEST), format!("{text}\n").as_bytes())?;
         Ok(folder)
     }
 
-    /// Keeps other runs out of the folder as long as what it gives lives.
+    /// Opens a folder that has results, to write there.
     ///
     /// # Errors
-    /// Another run is at work there.
-    pub fn lock(&self) -> Result<File, BatchError> {
-        let path = self.path.join(LOCK);
-        let file = File::create(&path).map_err(|cause| BatchError::Io { path: path.clone(), cause })?;
-        match file.try_lock() {
-            Ok(()) => Ok(file),
-            Err(TryLockError::WouldBlock) => Err(BatchError::AtWork { folder: self.path.clone() }),
-            Err(TryLockError::Error(cause)) => Err(BatchError::Io { path, cause }),
-        }
+    /// There are none, or another program writes there.
+    pub fn open_to_write(path: &Path) -> Result<StudyFolder, BatchError> {
+        let folder = StudyFolder::open(path)?;
+        Ok(StudyFolder { _lock: Some(lock(path)?), ..folder })
     }
 
-    /// Opens a folder that has results.
+    /// Opens a folder that has results, to read them.
     ///
     /// # Errors
     /// There are none.
@@ -137,7 +123,7 @@ impl StudyFolder {
         let refuse = |why: String| BatchError::NoStudy { folder: path.to_owned(), why };
         let text = fs::read_to_string(path.join(MANIFEST)).map_err(|error| refuse(error.to_string()))?;
         let manifest = serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))?;
-        Ok(StudyFolder { path: path.to_owned(), manifest })
+        Ok(StudyFolder { path: path.to_owned(), manifest, _lock: None })
     }
 
     /// Where it is.
@@ -217,5 +203,16 @@ impl StudyFolder {
             Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => Err(BatchError::Io { path: folder, cause }),
             _ => Ok(()),
         }
+    }
+}
+
+/// Held as long as what it gives lives, however the program ends.
+fn lock(folder: &Path) -> Result<File, BatchError> {
+    let path = folder.join(LOCK);
+    let file = File::create(&path).map_err(|cause| BatchError::Io { path: path.clone(), cause })?;
+    match file.try_lock() {
+        Ok(()) => Ok(file),
+        Err(TryLockError::WouldBlock) => Err(BatchError::AtWork { folder: folder.to_owned() }),
+        Err(TryLockError::Error(cause)) => Err(BatchError::Io { path, cause }),
     }
 }

@@ -19,7 +19,7 @@ use gravcal_calibration::UnsuitableChoice;
 use gravcal_recording::WriteError;
 use thiserror::Error;
 
-pub use folder::{Manifest, ManifestPoint, StudyFolder};
+pub use folder::{Manifest, StudyFolder};
 pub use merge::merge;
 pub use row::{Cell, Outcome, Row};
 pub use run::{Ended, Helpers, NamedSolver, Shard, check, run};
@@ -48,7 +48,7 @@ pub enum BatchError {
         why: String,
     },
     /// Another run is at work in the folder.
-    #[error("{}: another run is at work here; wait for it, or choose another folder", folder.display())]
+    #[error("{}: another `gravcal study` is at work here; wait for it, or choose another folder", folder.display())]
     AtWork {
         /// The folder.
         folder: PathBuf,
@@ -79,16 +79,6 @@ pub enum BatchError {
         /// The file.
         path: PathBuf,
         /// What is wrong.
-        why: String,
-    },
-    /// An estimator has nothing to do at one of the points.
-    #[error("{point}estimator `{estimator}`: {why}")]
-    Unsuitable {
-        /// The estimator.
-        estimator: String,
-        /// With which changes.
-        point: String,
-        /// Why.
         why: String,
     },
     /// An estimator or a solver does not go with what a session says.

@@ -1,15 +1,16 @@
 //! Runs what is missing of a study.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use gravcal_calibration::{EstimatorName, check_choice};
+use gravcal_calibration::sequential::Plan;
+use gravcal_calibration::{EstimatorName, UnsuitableChoice, check_choice};
 use gravcal_estimation::Solver;
 use rayon::prelude::*;
 
 use super::BatchError;
 use super::folder::StudyFolder;
 use super::part::Part;
-use super::trial::{self, Took, Which, bounds_of, nothing_to_do};
+use super::trial::{self, Took, Which, bounds_of};
 use crate::bounds::Bounds;
 use crate::plan::{Study, told};
 
@@ -63,7 +64,7 @@ pub fn run(study: &Study, folder: &StudyFolder, shard: Shard, helpers: &Helpers<
     let missing: Vec<Part> = own.filter(|part| !done.contains(&part.number)).collect();
     let total: u64 = missing.iter().map(|part| part.trials.end - part.trials.start).sum();
     let bounds: Vec<Option<Bounds>> = (0..study.points.len()).map(|point| bounds_of_point(study, point)).collect();
-    let counted = std::sync::atomic::AtomicU64::new(0);
+    let counted = AtomicU64::new(0);
     let tell = || (helpers.progress)(counted.fetch_add(1, Ordering::Relaxed) + 1, total);
     (helpers.progress)(0, total);
     missing
@@ -101,8 +102,7 @@ fn bounds_of_point(study: &Study, point: usize) -> Option<Bounds> {
     if point.bound_varies() {
         return None;
     }
-    let instance = point.instance(0, &study.quantities).ok()?;
-    bounds_of(study, point, &instance).ok()
+    bounds_of(study, &point.instance(0, &study.quantities).ok()?).ok()
 }
 
 /// Sees to it that each estimator and solver can take a first trial of each point.
@@ -119,10 +119,11 @@ pub fn check(study: &Study, solvers: &[NamedSolver]) -> Result<(), BatchError> {
             check_choice(&instance.session, &estimators, solver.as_ref())
                 .map_err(|error| BatchError::Choice { point: at(), error })?;
         }
-        for estimator in &study.estimators {
-            if let Some(why) = nothing_to_do(*estimator, &instance.session) {
-                return Err(BatchError::Unsuitable { estimator: estimator.to_string(), point: at(), why });
-            }
+        // Beside others the steps may have nothing to do; a column of a study may not.
+        let steps = estimators.contains(&EstimatorName::Sequential);
+        if steps && Plan::new(&instance.session).sweeps.is_empty() {
+            let error = UnsuitableChoice::NoSweeps(EstimatorName::Sequential);
+            return Err(BatchError::Choice { point: at(), error });
         }
     }
     Ok(())

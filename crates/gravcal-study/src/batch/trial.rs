@@ -5,16 +5,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use gravcal_calibration::joint::{EstimateError, Signals};
 use gravcal_calibration::result::Brief;
 use gravcal_calibration::sequential::{Handed, Plan, run_steps_handed, tell_steps_briefly};
-use gravcal_calibration::{EstimatorName, Session, Workbench, calibrate_briefly};
+use gravcal_calibration::{EstimatorName, Workbench, calibrate_briefly};
+use gravcal_estimation::statistics::Quantile;
 
 use super::row::{Cell, Outcome, Row};
 use super::run::Helpers;
 use crate::bounds::Bounds;
-use crate::plan::{Compared, Instance, Point, Study};
+use crate::plan::{Compared, Instance, Study};
 use crate::quantities::Measured;
-
-/// Half-width of a 95 % interval of a component of gravity, in its standard deviations.
-const NORMAL_95: f64 = 1.959_963_984_540_054;
 
 /// How long a trial took, s.
 #[derive(Clone, Copy, Debug, Default)]
@@ -46,7 +44,7 @@ pub(super) fn run(which: Which<'_>, helpers: &Helpers<'_>) -> (Vec<Row>, Took) {
     let bounds = match which.bounds {
         Some(bounds) => bounds,
         None => {
-            own = guarded(|| bounds_of(which.study, point, &instance)).unwrap_or_default();
+            own = guarded(|| bounds_of(which.study, &instance)).unwrap_or_default();
             &own
         }
     };
@@ -74,10 +72,11 @@ pub(super) fn run(which: Which<'_>, helpers: &Helpers<'_>) -> (Vec<Row>, Took) {
 }
 
 /// The bounds of the readings that a study's estimators use.
-pub(super) fn bounds_of(study: &Study, point: &Point, instance: &Instance) -> Result<Bounds, String> {
-    let used = |signals| study.estimators.iter().any(|estimator| estimator.signals() == signals);
-    let wanted = [used(Signals::PaperSteps), used(Signals::All)];
-    point.bounds(instance, &wanted).map_err(|error| error.to_string())
+pub(super) fn bounds_of(study: &Study, instance: &Instance) -> Result<Bounds, String> {
+    let used = |signals: &Signals| study.estimators.iter().any(|estimator| estimator.signals() == *signals);
+    let signals: Vec<Signals> = [Signals::PaperSteps, Signals::All].into_iter().filter(used).collect();
+    let measured: Vec<Measured> = instance.measured.iter().map(|(_, measured)| *measured).collect();
+    Bounds::new(&instance.session, &instance.truth, &signals, &measured).map_err(|error| error.to_string())
 }
 
 /// What each of them answers, in their order.
@@ -165,7 +164,8 @@ fn compare(measured: Measured, brief: &Brief, instance: &Instance) -> Option<(f6
         Measured::Gravity(axis) => {
             let gravity = brief.gravity.as_ref()?;
             let (error, std) = (gravity.vector_m_per_s2[axis] - truth, gravity.std_m_per_s2[axis]);
-            Some((error, std, error.abs() <= NORMAL_95 * std))
+            let [low, high] = Quantile::normal().interval(error, std);
+            Some((error, std, (low..=high).contains(&0.0)))
         }
         Measured::Sensor(..) => {
             let name = measured.name(&instance.session);
@@ -174,10 +174,4 @@ fn compare(measured: Measured, brief: &Brief, instance: &Instance) -> Option<(f6
             Some((told.value? - truth, told.std?, (low..=high).contains(&truth)))
         }
     }
-}
-
-/// Why an estimator could do nothing with such a session, if it could not.
-pub(super) fn nothing_to_do(compared: Compared, session: &Session) -> Option<String> {
-    let no_sweeps = compared.signals() == Signals::PaperSteps && Plan::new(session).sweeps.is_empty();
-    no_sweeps.then(|| "the poses have no sweeps, which the paper's steps are made of".to_owned())
 }

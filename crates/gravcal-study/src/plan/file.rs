@@ -1,5 +1,6 @@
 //! What `study.toml` may hold.
 
+use gravcal_calibration::document::OneOrMany;
 use serde::Deserialize;
 use toml::Value;
 
@@ -30,26 +31,10 @@ pub(super) struct RandomArmsTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ChangeTable {
-    pub field: FieldNames,
+    pub field: OneOrMany<String>,
     pub value: Option<Value>,
     #[serde(default)]
     pub drop: bool,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged)]
-pub(super) enum FieldNames {
-    One(String),
-    Several(Vec<String>),
-}
-
-impl FieldNames {
-    pub fn list(&self) -> &[String] {
-        match self {
-            FieldNames::One(name) => std::slice::from_ref(name),
-            FieldNames::Several(names) => names,
-        }
-    }
 }
 
 #[derive(Debug, Deserialize)]
@@ -57,7 +42,7 @@ impl FieldNames {
 pub(super) struct VaryTable {
     pub name: String,
     pub unit: Option<String>,
-    pub field: Option<FieldNames>,
+    pub field: Option<OneOrMany<String>>,
     pub values: Option<Vec<Value>>,
     pub cases: Option<Vec<CaseTable>>,
 }

@@ -46,12 +46,13 @@ mod compared;
 mod draw;
 mod file;
 mod point;
+mod point_files;
 mod read;
 mod source;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use gravcal_calibration::document::FileError;
+use gravcal_calibration::document::{Document, Field, FileError};
 
 pub use compared::Compared;
 pub use point::{Axis, Point};
@@ -61,8 +62,7 @@ pub use read::StudyError;
 /// A study, with everything that its results depend on.
 #[derive(Debug)]
 pub struct Study {
-    /// The file that says it.
-    pub path: PathBuf,
+    document: Document,
     /// Trials at each point.
     pub trials: u64,
     /// What is compared.
@@ -90,10 +90,7 @@ impl Study {
     }
 
     /// An error in the field that names the solvers, for who knows which there are.
-    ///
-    /// # Errors
-    /// The study's file can no longer be read.
-    pub fn solver_error(&self, message: impl std::fmt::Display) -> Result<FileError, FileError> {
-        read::solver_error(&self.path, message)
+    pub fn solver_error(&self, message: impl std::fmt::Display) -> FileError {
+        self.document.error(&Field::new("solvers"), message)
     }
 }

@@ -1,13 +1,12 @@
 //! One point of a study's grid: how its trials are made.
 
 use gravcal_calibration::Session;
-use gravcal_calibration::joint::{EstimateError, Unknowns};
+use gravcal_calibration::joint::Unknowns;
 use gravcal_calibration::parameter::ParameterId;
 use serde::{Deserialize, Serialize};
 
 use super::source::{Drawn, Source};
-use crate::bounds::Bounds;
-use crate::quantities::Measured;
+use crate::quantities::{Measured, measured_quantities};
 
 /// What is varied, and the values it takes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -70,7 +69,7 @@ impl Point {
             let name = measured.name(&session);
             names.iter().position(|(known, _)| *known == name)
         };
-        let all = crate::quantities::measured_quantities(&session);
+        let all = measured_quantities(&session);
         let measured = all.into_iter().filter_map(|m| Some((place(&m)?, m))).collect();
         Ok(Instance { session, truth, measured })
     }
@@ -78,11 +77,6 @@ impl Point {
     /// Whether the Cramér-Rao bound differs from trial to trial.
     pub(crate) fn bound_varies(&self) -> bool {
         self.source.varies()
-    }
-
-    /// The bounds of one trial's readings.
-    pub(crate) fn bounds(&self, instance: &Instance, readings: &[bool; 2]) -> Result<Bounds, EstimateError> {
-        Bounds::new(&instance.session, &instance.truth, &instance.measured, readings)
     }
 }
 

@@ -1,11 +1,10 @@
 //! Reads `study.toml`.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use gravcal_calibration::document::{Document, Field, FileError};
 use gravcal_calibration::session::{Session, SessionError};
-use gravcal_calibration::simulation::{SimulateError, Simulation, write_session};
+use gravcal_calibration::simulation::SimulateError;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 use toml::{Table, Value};
@@ -13,6 +12,7 @@ use toml::{Table, Value};
 use super::change::Change;
 use super::draw::Draw;
 use super::file::{ChangeTable, DrawTable, StudyTable, VaryTable};
+use super::point_files::PointFiles;
 use super::source::Source;
 use super::{Axis, Compared, Point, Study, told};
 use crate::quantities::measured_quantities;
@@ -48,18 +48,12 @@ pub enum StudyError {
     Temporary(#[from] std::io::Error),
 }
 
-/// Fields that begin so are those of the session.
-const SESSION: &str = "session.";
 /// Points beyond which a grid is a mistake.
 const MOST_POINTS: usize = 10_000;
 /// Trials of a point beyond which a number is a mistake.
 const MOST_TRIALS: u64 = 100_000_000;
 /// Arms that are looked at for the names of their joints.
 const ARMS: u64 = 100;
-
-pub(super) fn solver_error(path: &Path, message: impl std::fmt::Display) -> Result<FileError, FileError> {
-    Ok(Document::read(path)?.error(&Field::new("solvers"), message))
-}
 
 pub(super) fn read(path: &Path) -> Result<Study, StudyError> {
     let document = Document::read(path)?;
@@ -106,7 +100,7 @@ impl Reader<'_> {
         };
         let quantities = quantities(&points);
         Ok(Study {
-            path: self.document.path().to_owned(),
+            document: self.document.clone(),
             trials,
             estimators,
             solvers: self.table.solvers.clone(),
@@ -159,7 +153,7 @@ impl Reader<'_> {
             };
             let said = field.at(index);
             let change = |name: &String| Change { field: name.clone(), value: value.clone(), said: said.clone() };
-            changes.extend(table.field.list().iter().map(change));
+            changes.extend(table.field.as_slice().iter().map(change));
         }
         Ok(changes)
     }
@@ -201,7 +195,7 @@ impl Reader<'_> {
                     let said = field.key("field");
                     let change =
                         |name: &String| Change { field: name.clone(), value: value.clone(), said: said.clone() };
-                    names.list().iter().map(change).collect()
+                    names.as_slice().iter().map(change).collect()
                 };
                 Ok(values.iter().map(|value| case(value, change(value))).collect())
             }
@@ -254,8 +248,9 @@ impl Reader<'_> {
                 let chosen = cases.iter().zip(&places).flat_map(|(cases, place)| &cases[*place].changes);
                 let changes: Vec<&Change> = common.iter().chain(chosen).collect();
                 let told = at(axes, &places);
-                let at = PointFiles { reader: self, path: &path, base: &base, changes: &changes, told: &told };
-                let (simulation, session) = at.make(hash)?;
+                let files =
+                    PointFiles { document: self.document, path: &path, base: &base, changes: &changes, told: &told };
+                let (simulation, session) = files.make(hash)?;
                 let seed = self.table.seed.unwrap_or(simulation.seed);
                 let source = Source::Simulation { simulation: Box::new(simulation), session: Box::new(session), draw };
                 Ok(Point { places, source, seed })
@@ -283,129 +278,6 @@ impl Reader<'_> {
         let version = env!("CARGO_PKG_VERSION");
         hash.update(format!("{version} {trials} {seed:?} {estimators:?} {solvers:?} {draw:?} {random_arms:?}"));
     }
-}
-
-/// Makes simulation and session of one point.
-struct PointFiles<'a> {
-    reader: &'a Reader<'a>,
-    path: &'a Path,
-    base: &'a Table,
-    changes: &'a [&'a Change],
-    told: &'a str,
-}
-
-impl PointFiles<'_> {
-    fn make(&self, hash: &mut Sha256) -> Result<(Simulation, Session), StudyError> {
-        let mut table = self.base.clone();
-        self.change(&mut table, false)?;
-        let text = toml::to_string(&table).map_err(|error| self.refused(error))?;
-        let simulation = Document::of(self.path, text.clone()).and_then(|document| Simulation::of(&document));
-        let simulation = simulation.map_err(|error| StudyError::Simulation {
-            error: Box::new(error.without_line()),
-            point: self.changed_at(),
-        })?;
-        if simulation.motion.is_some() {
-            let error = self.refused("a study draws static poses, and this simulation makes recordings: add [[change]] field = \"recording\", drop = true");
-            return Err(error.into());
-        }
-        hash.update(&text);
-        let session = self.session(&simulation, hash)?;
-        for input in simulation.template.inputs.iter().chain(&session.inputs) {
-            hash.update(fs::read(input).unwrap_or_default());
-        }
-        Ok((simulation, session))
-    }
-
-    fn refused(&self, message: impl std::fmt::Display) -> FileError {
-        self.told_at_point(self.reader.document.error(&Field::new("simulation"), message))
-    }
-
-    /// With which changes something does not fit.
-    fn changed_at(&self) -> String {
-        let study = self.reader.document.path().display();
-        format!("with the changes of {study}{}{}", if self.told.is_empty() { "" } else { ", " }, self.told)
-    }
-
-    fn told_at_point(&self, error: FileError) -> FileError {
-        if self.told.is_empty() { error } else { error.with_note(self.told.to_owned()) }
-    }
-
-    fn change(&self, table: &mut Table, of_session: bool) -> Result<(), FileError> {
-        for change in self.changes {
-            let own = change.field.strip_prefix(SESSION);
-            let applies = match own {
-                Some(own) => of_session.then(|| Change { field: own.to_owned(), ..(*change).clone() }),
-                None => (!of_session).then(|| (*change).clone()),
-            };
-            if let Some(change) = applies {
-                change.make(table).map_err(|why| {
-                    let what = format!("{why} in the {}", if of_session { "session" } else { "simulation" });
-                    self.told_at_point(self.reader.document.error(&change.said, what))
-                })?;
-            }
-        }
-        Ok(())
-    }
-
-    /// The session as a user would have it: written for a first trial, changed, and read.
-    fn session(&self, simulation: &Simulation, hash: &mut Sha256) -> Result<Session, StudyError> {
-        let folder = tempfile::tempdir()?;
-        let files = write_session(simulation, 0, folder.path(), false)?;
-        let mut table: Table = Document::read(&files[0])?.parse()?;
-        let robot = table.get("robot").cloned();
-        self.change(&mut table, true)?;
-        let mut said = table.clone();
-        if table.get("robot") == robot.as_ref() {
-            // What it holds counts, and not where this folder lies.
-            said.remove("robot");
-            table.get_mut("robot").into_iter().for_each(|robot| seen_from_anywhere(robot, folder.path()));
-        }
-        hash.update(toml::to_string(&said).map_err(|error| self.refused(error))?);
-        if let Some(Value::Array(poses)) = table.get_mut("poses") {
-            let files = poses.iter_mut().filter_map(|poses| poses.get_mut("file"));
-            files.for_each(|file| seen_from_anywhere(file, folder.path()));
-        }
-        let absolute = toml::to_string(&table).map_err(|error| self.refused(error))?;
-        let place = self.reader.document.path().with_file_name("session.toml");
-        let session =
-            Document::of(&place, absolute).map_err(SessionError::from).and_then(|document| Session::of(&document));
-        let mut session = session
-            .map_err(|error| StudyError::Session { error: Box::new(without_line(error)), point: self.changed_at() })?;
-        let expected: usize = simulation.runs.iter().map(|run| run.poses()).sum();
-        if session.poses.len() != expected {
-            let found = session.poses.len();
-            return Err(self
-                .refused(format!("the session leaves out poses ({found} of {expected}): a study uses all"))
-                .into());
-        }
-        session.inputs.retain(|input| !input.starts_with(folder.path()));
-        Ok(session)
-    }
-}
-
-/// The same without the line, which is that of a text that stands in no file.
-fn without_line(error: SessionError) -> SessionError {
-    match error {
-        SessionError::File(error) => SessionError::File(error.without_line()),
-        error @ SessionError::Table { .. } => error,
-    }
-}
-
-/// A path relative to `folder`, as text or as the `urdf` of a table, becomes absolute.
-fn seen_from_anywhere(written: &mut Value, folder: &Path) {
-    match written {
-        Value::String(path) => *path = absolute(folder.join(&path)),
-        Value::Table(table) => {
-            if let Some(Value::String(path)) = table.get_mut("urdf") {
-                *path = absolute(folder.join(&path));
-            }
-        }
-        _ => {}
-    }
-}
-
-fn absolute(path: PathBuf) -> String {
-    path.canonicalize().unwrap_or(path).to_string_lossy().into_owned()
 }
 
 fn case(name: &Value, changes: Vec<Change>) -> Case {

@@ -1,0 +1,149 @@
+//! What one point of the grid simulates, and what the estimators are told: the simulation with the changes of the point, and the
+//! session that such a simulation writes, with changes too.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use gravcal_calibration::document::{Document, Field, FileError};
+use gravcal_calibration::session::{Session, SessionError};
+use gravcal_calibration::simulation::{Simulation, write_session};
+use sha2::{Digest, Sha256};
+use toml::{Table, Value};
+
+use super::StudyError;
+use super::change::Change;
+
+/// Fields that begin so are those of the session.
+const SESSION: &str = "session.";
+
+/// Makes simulation and session of one point.
+pub(super) struct PointFiles<'a> {
+    /// `study.toml`.
+    pub document: &'a Document,
+    /// Where the simulation is.
+    pub path: &'a Path,
+    /// The simulation without changes.
+    pub base: &'a Table,
+    pub changes: &'a [&'a Change],
+    /// What is chosen at the point; nothing where nothing is varied.
+    pub told: &'a str,
+}
+
+impl PointFiles<'_> {
+    /// What they are is counted in the hash.
+    pub fn make(&self, hash: &mut Sha256) -> Result<(Simulation, Session), StudyError> {
+        let mut table = self.base.clone();
+        self.change(&mut table, false)?;
+        let text = toml::to_string(&table).map_err(|error| self.refused(error))?;
+        let simulation = Document::of(self.path, text.clone()).and_then(|document| Simulation::of(&document));
+        let simulation = simulation.map_err(|error| StudyError::Simulation {
+            error: Box::new(error.without_line()),
+            point: self.changed_at(),
+        })?;
+        if simulation.motion.is_some() {
+            let error = self.refused("a study draws static poses, and this simulation makes recordings: add [[change]] field = \"recording\", drop = true");
+            return Err(error.into());
+        }
+        hash.update(&text);
+        let session = self.session(&simulation, hash)?;
+        // The first is the file itself, whose text with its changes is counted already.
+        let [of_simulation, of_session] =
+            [&simulation.template.inputs, &session.inputs].map(|inputs| inputs.iter().skip(1));
+        for input in of_simulation.chain(of_session) {
+            let contents = fs::read(input);
+            hash.update(contents.map_err(|cause| self.refused(format!("{}: {cause}", input.display())))?);
+        }
+        Ok((simulation, session))
+    }
+
+    fn refused(&self, message: impl std::fmt::Display) -> FileError {
+        self.told_at_point(self.document.error(&Field::new("simulation"), message))
+    }
+
+    /// With which changes something does not fit.
+    fn changed_at(&self) -> String {
+        let study = self.document.path().display();
+        format!("with the changes of {study}{}{}", if self.told.is_empty() { "" } else { ", " }, self.told)
+    }
+
+    fn told_at_point(&self, error: FileError) -> FileError {
+        if self.told.is_empty() { error } else { error.with_note(self.told.to_owned()) }
+    }
+
+    fn change(&self, table: &mut Table, of_session: bool) -> Result<(), FileError> {
+        for change in self.changes {
+            let own = change.field.strip_prefix(SESSION);
+            let applies = match own {
+                Some(own) => of_session.then(|| Change { field: own.to_owned(), ..(*change).clone() }),
+                None => (!of_session).then(|| (*change).clone()),
+            };
+            if let Some(change) = applies {
+                change.make(table).map_err(|why| {
+                    let what = format!("{why} in the {}", if of_session { "session" } else { "simulation" });
+                    self.told_at_point(self.document.error(&change.said, what))
+                })?;
+            }
+        }
+        Ok(())
+    }
+
+    /// The session as a user would have it: written for a first trial, changed, and read.
+    fn session(&self, simulation: &Simulation, hash: &mut Sha256) -> Result<Session, StudyError> {
+        let folder = tempfile::tempdir()?;
+        let files = write_session(simulation, 0, folder.path(), false)?;
+        let mut table: Table = Document::read(&files[0])?.parse()?;
+        let robot = table.get("robot").cloned();
+        self.change(&mut table, true)?;
+        let mut said = table.clone();
+        if table.get("robot") == robot.as_ref() {
+            // What it holds counts, and not where this folder lies.
+            said.remove("robot");
+            table.get_mut("robot").into_iter().for_each(|robot| seen_from_anywhere(robot, folder.path()));
+        }
+        hash.update(toml::to_string(&said).map_err(|error| self.refused(error))?);
+        if let Some(Value::Array(poses)) = table.get_mut("poses") {
+            let files = poses.iter_mut().filter_map(|poses| poses.get_mut("file"));
+            files.for_each(|file| seen_from_anywhere(file, folder.path()));
+        }
+        let absolute = toml::to_string(&table).map_err(|error| self.refused(error))?;
+        let place = self.document.path().with_file_name("session.toml");
+        let session =
+            Document::of(&place, absolute).map_err(SessionError::from).and_then(|document| Session::of(&document));
+        let mut session = session
+            .map_err(|error| StudyError::Session { error: Box::new(without_line(error)), point: self.changed_at() })?;
+        let expected: usize = simulation.runs.iter().map(|run| run.poses()).sum();
+        if session.poses.len() != expected {
+            let found = session.poses.len();
+            return Err(self
+                .refused(format!("the session leaves out poses ({found} of {expected}): a study uses all"))
+                .into());
+        }
+        session.inputs.retain(|input| !input.starts_with(folder.path()));
+        Ok(session)
+    }
+}
+
+/// The same without the line, which is that of a text that stands in no file.
+fn without_line(error: SessionError) -> SessionError {
+    match error {
+        SessionError::File(error) => SessionError::File(error.without_line()),
+        error @ SessionError::Table { .. } => error,
+    }
+}
+
+/// A path relative to `folder`, as text or as the `urdf` of a table, becomes absolute.
+fn seen_from_anywhere(written: &mut Value, folder: &Path) {
+    match written {
+        Value::String(path) => *path = absolute(folder.join(&path)),
+        Value::Table(table) => {
+            if let Some(Value::String(path)) = table.get_mut("urdf") {
+                *path = absolute(folder.join(&path));
+            }
+        }
+        _ => {}
+    }
+}
+
+fn absolute(path: PathBuf) -> String {
+    path.canonicalize().unwrap_or(path).to_string_lossy().into_owned()
+}
