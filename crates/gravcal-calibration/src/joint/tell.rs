@@ -43,7 +43,7 @@ pub(super) fn tell(
     undetermined.extend(last_frame_choices(session));
     let mirrored = mirrored_gains(session, solved, &parameters);
     let mut notes = session_notes(session);
-    notes.extend(session.earlier.as_ref().map(EarlierCalibration::note));
+    notes.extend(session.earlier.iter().flat_map(EarlierCalibration::notes));
     notes.extend(set_aside_notes(session, solved));
     notes.extend(sweep_moments::left_out_note(session));
     notes.extend(mirrored.iter().cloned());
