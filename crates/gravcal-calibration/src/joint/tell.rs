@@ -8,8 +8,8 @@ use super::model_tests::ModelTests;
 use super::order::Order;
 use super::{EstimateError, Solved, constraints, contradiction_in_words, contradicts, sweep_moments};
 use crate::judgement::{
-    DeterminedMoment, Judgement, deflections, determined_moments, held, loss, outlier_note, outliers, position_errors,
-    weak_combinations, weak_note,
+    DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss, outlier_note,
+    outliers, position_errors, weak_combinations, weak_note,
 };
 use crate::parameter::Quantity;
 use crate::result::{
@@ -47,6 +47,7 @@ pub(super) fn tell(
     notes.extend(set_aside_notes(session, solved));
     notes.extend(sweep_moments::left_out_note(session));
     notes.extend(mirrored.iter().cloned());
+    notes.extend(driving_friction_notes(session, &parameters));
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
     let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
     let sensor_models = tests.all(workbench)?;
