@@ -62,7 +62,7 @@ fn main() {
 
 /// After each hundredth of the arms, on the standard error: the table goes elsewhere.
 fn print_progress(title: &str, so_far: Tally, arms: u64) {
-    if so_far.arms % arms.div_ceil(100).max(1) == 0 || so_far.arms == arms {
+    if so_far.arms.is_multiple_of(arms.div_ceil(100).max(1)) || so_far.arms == arms {
         let Tally { arms: done, ill_conditioned, global, lower, elsewhere, misleading } = so_far;
         eprintln!(
             "{title}: {done} of {arms} arms; {ill_conditioned} ill-conditioned, {global} at the global optimum, {lower} lower, \
