@@ -54,7 +54,8 @@ pub(super) fn tell(
     let outliers = outliers(session, solved)?;
     notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
     let weak = weak_combinations(solved);
-    notes.extend(weak.iter().map(weak_note));
+    // Where the solver stopped anywhere, so did these.
+    notes.extend(weak.iter().filter(|_| solved.estimate.termination.converged()).map(weak_note));
     Ok(EstimatorResult {
         name: name.to_owned(),
         verdict: verdict(session, solved, &parameters, gravity.is_some(), &mirrored),
