@@ -15,6 +15,7 @@ mod first_session;
 mod instruments;
 mod invariants;
 mod program;
+mod readme;
 mod real_arm_in_motion;
 mod recordings;
 mod reproducible;

@@ -171,13 +171,20 @@ pub fn read_earlier(path: &Path, estimator: &str) -> Result<EarlierEstimate, Ear
     found.estimate().map_err(|what| EarlierError::Covariance { path: path.to_owned(), name, what })
 }
 
+/// The files that a `calibration.json` was made from, the session first; none where it does not say.
+///
+/// # Errors
+/// There is no such file.
+pub fn read_earlier_inputs(path: &Path) -> Result<Vec<EarlierInput>, EarlierError> {
+    Ok(read_file(path)?.provenance.map_or_else(Vec::new, |provenance| provenance.inputs))
+}
+
 /// The session that a `calibration.json` was made from; `None` where it does not say.
 ///
 /// # Errors
 /// There is no such file.
 pub fn read_earlier_session(path: &Path) -> Result<Option<EarlierInput>, EarlierError> {
-    let provenance = read_file(path)?.provenance;
-    Ok(provenance.and_then(|provenance| provenance.inputs.into_iter().next()))
+    Ok(read_earlier_inputs(path)?.into_iter().next())
 }
 
 fn read_file(path: &Path) -> Result<File, EarlierError> {

@@ -41,6 +41,6 @@ pub use check_table::{CheckTable, check_json};
 pub use finite::NotFinite;
 pub use json::JsonError;
 pub use output::{Contents, OutputError, OutputFolder, Written};
-pub use provenance::{Input, InputError, Options, Provenance};
+pub use provenance::{Input, Options, Provenance};
 pub use table::CalibrationTable;
 pub use timing::Timing;

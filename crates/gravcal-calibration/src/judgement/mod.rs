@@ -3,6 +3,7 @@
 mod cure;
 mod determined;
 mod fit;
+mod friction;
 mod gravity;
 mod moments;
 mod outliers;
@@ -12,6 +13,7 @@ mod remarks;
 pub(crate) use cure::Situation;
 pub(crate) use determined::{Combination, Judgement, judge};
 pub(crate) use fit::{fit, held_out};
+pub(crate) use friction::driving_friction_notes;
 pub(crate) use gravity::gravity_result;
 pub(crate) use moments::{DeterminedMoment, determined_moments};
 pub(crate) use outliers::{outlier_note, outliers};
