@@ -10,6 +10,7 @@ mod constraints;
 mod deflection;
 mod earlier;
 mod experiments;
+mod exports;
 mod extreme_numbers;
 mod first_session;
 mod instruments;

@@ -6,6 +6,7 @@ mod apply;
 mod calibrate;
 mod check;
 mod exit;
+mod export;
 mod failure;
 mod inspect;
 mod interrupt;
@@ -38,6 +39,7 @@ enum Command {
     Simulate(simulate::Arguments),
     Inspect(inspect::Arguments),
     Apply(apply::Arguments),
+    Export(export::Arguments),
     Study(study::Arguments),
 }
 
@@ -62,6 +64,8 @@ From a robot to its calibration:
      finds gains, offsets and gravity, with their uncertainty.
   5. gravcal apply calibration.json recording.mcap calibrated.mcap
      gives the same recording with true torques and angles.
+  6. gravcal export calibration.json --to ros2
+     gives the numbers to a driver; others to C, Python, URDF, tables.
 
 Conventions of what comes out:
   reading = torque_gain * torque + torque_bias
@@ -92,6 +96,7 @@ fn run(command: &Command) -> Result<Exit, Failure> {
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Apply(arguments) => apply::run(arguments),
+        Command::Export(arguments) => export::run(arguments),
         Command::Study(arguments) => study::run(arguments),
     }
 }

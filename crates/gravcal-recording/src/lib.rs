@@ -73,7 +73,8 @@ pub use columns::is_saturated;
 pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions, MotionSource, Slope};
 pub use csv_lines::CsvWriting;
 pub use earlier::{
-    EarlierError, EarlierEstimate, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier, read_earlier_session,
+    EarlierError, EarlierEstimate, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier, read_earlier_inputs,
+    read_earlier_session,
 };
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
