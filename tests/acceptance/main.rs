@@ -6,6 +6,7 @@ mod accuracy;
 mod answer;
 mod branches;
 mod by_groups;
+mod comparisons;
 mod constraints;
 mod deflection;
 mod earlier;

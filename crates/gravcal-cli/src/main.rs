@@ -5,6 +5,7 @@
 mod apply;
 mod calibrate;
 mod check;
+mod compare;
 mod exit;
 mod export;
 mod failure;
@@ -40,6 +41,7 @@ enum Command {
     Inspect(inspect::Arguments),
     Apply(apply::Arguments),
     Export(export::Arguments),
+    Compare(compare::Arguments),
     Study(study::Arguments),
 }
 
@@ -66,6 +68,8 @@ From a robot to its calibration:
      gives the same recording with true torques and angles.
   6. gravcal export calibration.json --to ros2
      gives the numbers to a driver; others to C, Python, URDF, tables.
+  7. gravcal compare last-week/calibration.json calibration.json
+     tells which sensor has moved since.
 
 Conventions of what comes out:
   reading = torque_gain * torque + torque_bias
@@ -74,7 +78,8 @@ Conventions of what comes out:
 Exit codes:
   0  everything that is asked for is determined
   2  bad input or usage; nothing is written
-  3  solved, but something that is asked for is undetermined
+  3  solved, but something that is asked for is undetermined; of
+     `gravcal compare`: a sensor moved
   4  no answer to rely on: no convergence, stopped by Ctrl-C, or readings that
      contradict the model";
 
@@ -97,6 +102,7 @@ fn run(command: &Command) -> Result<Exit, Failure> {
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Apply(arguments) => apply::run(arguments),
         Command::Export(arguments) => export::run(arguments),
+        Command::Compare(arguments) => compare::run(arguments),
         Command::Study(arguments) => study::run(arguments),
     }
 }

@@ -19,6 +19,7 @@
 
 mod calibration_file;
 mod check_table;
+pub mod comparison;
 pub mod export;
 mod finite;
 mod footnotes;
