@@ -19,6 +19,7 @@ mod invariants;
 mod program;
 mod real_arm_in_motion;
 mod recordings;
+mod report_page;
 mod reproducible;
 mod sensor_models;
 mod seven_joints;

@@ -63,7 +63,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let shared = shared(calibrations)?;
     let report = ComparisonReport { files: &files, shared: &shared, comparison: &comparison, verbose: *verbose };
     if *json {
-        terminal::print(&report.to_json().map_err(|error| Failure::bad_input(&error))?)?;
+        terminal::print_exactly(&report.to_json().map_err(|error| Failure::bad_input(&error))?)?;
     } else if !quiet {
         terminal::print(&report.to_string())?;
     }

@@ -80,7 +80,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let export = Export { estimate: &estimate, source: &source, nominal: arguments.nominal, robot };
     let exported = export.to(arguments.to).map_err(|error| refused(&error).about(calibration.display()))?;
     match &arguments.output {
-        None => terminal::print(&exported.text)?,
+        None => terminal::print_exactly(&exported.text)?,
         Some(output) => {
             write(output, &exported.text, arguments.overwrite)?;
             terminal::print(&format!("{}\n", output.display()))?;
