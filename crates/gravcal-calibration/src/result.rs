@@ -3,6 +3,7 @@
 //! The types serialize as they stand in `calibration.json`; what is undetermined has no value, never a number.
 
 mod positions;
+mod residuals;
 
 use std::fmt;
 
@@ -10,6 +11,7 @@ use gravcal_estimation::IterationRecord;
 use serde::Serialize;
 
 pub use positions::{DeflectionResult, PositionErrorResult};
+pub use residuals::ReadingResidual;
 
 /// One estimator's answer.
 #[derive(Clone, Debug, Serialize)]
@@ -382,6 +384,9 @@ pub struct Fit {
     pub joints: Vec<JointFit>,
     /// The same for a tenth of the poses that a second fit did not see.
     pub held_out: Option<HeldOut>,
+    /// Every reading beside what the model makes of it, in the order of the poses; not in `calibration.json`.
+    #[serde(skip)]
+    pub residuals: Vec<ReadingResidual>,
 }
 
 /// Residuals of one joint's torque readings.

@@ -7,7 +7,8 @@ use gravcal_calibration::result::EstimatorResult;
 use gravcal_calibration::{EstimatorName, Session, Workbench};
 use gravcal_estimation::IterationRecord;
 use gravcal_report::{
-    CalibrationFile, CalibrationTable, Contents, Input, Options, OutputError, OutputFolder, Provenance, Written,
+    CalibrationFile, CalibrationPage, CalibrationTable, Contents, Input, Options, OutputError, OutputFolder,
+    Provenance, Written,
 };
 use gravcal_solvers::SolverName;
 
@@ -22,7 +23,7 @@ use crate::terminal;
 /// Find gains, offsets and gravity of a session, with their uncertainty
 ///
 /// Runs the estimators on all static poses of the session, prints their answers side by side, and writes them to the
-/// output folder: calibration.json for programs, table.txt for people, timing.json. What the poses do not determine
+/// output folder: calibration.json for programs, table.txt and report.html for people, timing.json. What the poses do not determine
 /// is named together with what would cure it, and has no value.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -48,9 +49,17 @@ pub struct Arguments {
     #[arg(long)]
     overwrite: bool,
 
-    /// Show no progress
+    /// Print calibration.json instead of the table
+    #[arg(long, conflicts_with = "quiet")]
+    json: bool,
+
+    /// Show no progress and print no table; the exit code tells the verdict
     #[arg(long, short)]
     quiet: bool,
+
+    /// Tell every stage and iteration in a line of its own
+    #[arg(long, short, conflicts_with = "quiet")]
+    verbose: bool,
 
     /// Number of threads; results do not depend on it [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
@@ -76,19 +85,36 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     limit_threads(arguments.threads)?;
     let watch = Stopwatch::start(Phase::Read);
     let path = arguments.session.as_path();
-    let session = Progress::new(arguments.quiet).read_session(path).map_err(|error| Failure::bad_input(&error))?;
+    let session = progress(arguments).read_session(path).map_err(|error| Failure::bad_input(&error))?;
     let choice = Choice::new(&arguments.estimators, arguments.solver, &session, path)?;
     let folder = output_folder(arguments);
     folder.check().map_err(|error| refused(&error))?;
     let provenance = provenance(&session, path, &choice)?;
 
-    let results = calibrate(&session, &choice, &watch, arguments.quiet)?;
+    let results = calibrate(&session, &choice, &watch, progress(arguments))?;
 
     let table = CalibrationTable { robot: &session.robot.name, results: &results }.to_string();
-    let written = write(&folder, &results, &provenance, &table, &watch);
-    terminal::print(&table)?;
-    terminal::print(&format!("\n{}\n", where_to(&folder, written?)))?;
+    let page = CalibrationPage { session: &session, results: &results, provenance: &provenance };
+    let calibration = CalibrationFile { estimators: &results, provenance: &provenance }.to_json();
+    let calibration = calibration.map_err(|error| Failure::no_convergence(&error));
+    let written = calibration
+        .as_ref()
+        .map_err(Clone::clone)
+        .and_then(|calibration| write(&folder, calibration, &page, &table, &watch));
+    if arguments.json {
+        written?;
+        terminal::print_exactly(&calibration?)?;
+        return Ok(Exit::of_calibration(&results));
+    }
+    if !arguments.quiet {
+        terminal::print(&format!("{table}\n"))?;
+    }
+    terminal::print(&format!("{}\n", where_to(&folder, written?)))?;
     Ok(Exit::of_calibration(&results))
+}
+
+fn progress(arguments: &Arguments) -> Progress {
+    if arguments.verbose { Progress::in_lines() } else { Progress::new(arguments.quiet) }
 }
 
 pub fn limit_threads(threads: Option<u16>) -> Result<(), Failure> {
@@ -118,10 +144,9 @@ fn calibrate(
     session: &Session,
     choice: &Choice,
     watch: &Stopwatch,
-    quiet: bool,
+    progress: Progress,
 ) -> Result<Vec<EstimatorResult>, Failure> {
     let interrupt = Interrupt::listen()?;
-    let progress = Progress::new(quiet);
     let tell = |stage: &str| {
         watch.enter(Phase::of_stage(stage));
         progress.stage(stage);
@@ -135,15 +160,14 @@ fn calibrate(
 
 fn write(
     folder: &OutputFolder,
-    results: &[EstimatorResult],
-    provenance: &Provenance,
+    calibration: &str,
+    page: &CalibrationPage<'_>,
     table: &str,
     watch: &Stopwatch,
 ) -> Result<Written, Failure> {
-    let calibration = CalibrationFile { estimators: results, provenance }.to_json();
-    let calibration = calibration.map_err(|error| Failure::no_convergence(&error))?;
     let timing = watch.times().to_json().map_err(|error| Failure::no_convergence(&error))?;
-    let contents = Contents { calibration: &calibration, table, timing: &timing };
+    let page = page.to_html().map_err(|error| Failure::no_convergence(&error))?;
+    let contents = Contents { calibration, table, page: &page, timing: &timing };
     folder.write(&contents).map_err(|error| refused(&error))
 }
 
@@ -157,7 +181,7 @@ fn refused(error: &OutputError) -> Failure {
 
 fn where_to(folder: &OutputFolder, written: Written) -> String {
     let files = match written {
-        Written::New => "calibration.json, table.txt, timing.json",
+        Written::New => "calibration.json, table.txt, report.html, timing.json",
         Written::Unchanged => "already there, unchanged",
     };
     format!("Results in {} ({files})", folder.path().display())

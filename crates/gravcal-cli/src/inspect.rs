@@ -149,7 +149,7 @@ fn tell(
     if arguments.json {
         let told = Told { inspection, poses_found: searched.map(Searched::found), notes };
         let text = serde_json::to_string_pretty(&told).map_err(|error| Failure::bad_input(&error))?;
-        return terminal::print(&format!("{text}\n"));
+        return terminal::print_exactly(&format!("{text}\n"));
     }
     let poses = match (draft, searched) {
         (None, _) => {

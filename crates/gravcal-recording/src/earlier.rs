@@ -37,6 +37,15 @@ pub struct EarlierParameter {
     pub value: Option<f64>,
     /// Why it was held and not estimated, where it was.
     pub held: Option<String>,
+    /// Standard deviation; absent where undetermined, 0 where held.
+    #[serde(default)]
+    pub std: Option<f64>,
+    /// 95 % interval.
+    #[serde(default)]
+    pub ci95: Option<[f64; 2]>,
+    /// The equation in which it stands.
+    #[serde(default)]
+    pub convention: String,
     /// The value that was assumed, or at which it was held.
     pub nominal: f64,
 }

@@ -43,6 +43,11 @@ impl Provenance {
     pub fn new(inputs: Vec<Input>, options: Options) -> Provenance {
         Provenance { program: "gravcal", version: env!("CARGO_PKG_VERSION"), inputs, options }
     }
+
+    /// Program with version, inputs, and what was chosen: for people.
+    pub(crate) fn told(&self) -> (String, &[Input], &Options) {
+        (format!("{} {}", self.program, self.version), &self.inputs, &self.options)
+    }
 }
 
 impl Input {

@@ -21,9 +21,10 @@ mod tests;
 
 use gravcal_recording::{Conditions, EarlierEstimate, MotionSource, is_saturated};
 
+pub use self::gravity::GravityModel;
+
 use self::columns::Columns;
 use self::friction_sign::FrictionSign;
-use self::gravity::GravityModel;
 use crate::joint::Unknowns;
 use crate::parameter::{ParameterId, Quantity};
 use crate::sensors::Need;
@@ -144,9 +145,7 @@ impl<'a> Application<'a> {
         let values = values(session, calibration, nominal)?;
         let gravity = match effort {
             Effort::Torque => None,
-            Effort::Residual { load } => {
-                Some(GravityModel::new(session, calibration, &values, load.as_deref(), nominal)?)
-            }
+            Effort::Residual { load } => Some(GravityModel::new(session, calibration, load.as_deref(), nominal)?),
         };
         let joints = session.joints.len();
         let friction_sign = FrictionSign::new(session);

@@ -44,6 +44,9 @@ fn truth(simulation: &Simulation) -> (Session, EarlierEstimate) {
         name: session.parameter_name(id),
         unit: String::new(),
         value: Some(truth.value(id)),
+        std: None,
+        ci95: None,
+        convention: String::new(),
         held: None,
         nominal: 0.0,
     };
