@@ -9,6 +9,7 @@ use tempfile::TempDir;
 
 use crate::program::{Calibration, gravcal_in};
 use crate::small_session::small_session;
+use crate::studies::Study;
 use crate::tree;
 
 /// Looks at the page from inside, and writes what it sees where a dump of the page shows it.
@@ -113,6 +114,41 @@ fn a_failed_calibration_has_a_page_that_says_so() {
     let Some(browser) = chromium() else { return };
     // No correlations of what has no value.
     assert_drawn(browser, &page, 1 + 3 + 6);
+}
+
+#[test]
+fn a_study_has_a_page_with_its_figures_and_quiet_prints_no_tables() {
+    let study = Study::new("trials = 4\nestimators = ['joint']\n");
+    let run = study.run("results", &["--quiet"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    assert_eq!(run.stdout.lines().count(), 2, "{}", run.stdout);
+    let page = study.results("results").join("study.html");
+    let text = fs::read_to_string(&page).unwrap();
+    assert_eq!((text.matches("<figure").count(), text.matches("<svg").count()), (2, 2));
+    assert!(text.contains("joint2.torque_gain") && !text.contains("<script"));
+    let Some(browser) = chromium() else { return };
+    assert_drawn(browser, &page, 0);
+}
+
+#[test]
+fn colours_are_for_terminals_and_no_color_is_honoured() {
+    let folder = small_session();
+    let run = |variables: &[(&str, &str)]| {
+        let output = Command::new(env!("CARGO_BIN_EXE_gravcal"))
+            .args(["calibrate", "session.toml", "--output", "results", "--overwrite"])
+            .current_dir(folder.path())
+            .env_remove("NO_COLOR")
+            .env_remove("CLICOLOR_FORCE")
+            .envs(variables.iter().copied())
+            .output()
+            .unwrap();
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let escape = '\u{1b}';
+    assert!(!run(&[]).contains(escape));
+    assert!(run(&[("CLICOLOR_FORCE", "1")]).contains(escape));
+    assert!(!run(&[("CLICOLOR_FORCE", "1"), ("NO_COLOR", "1")]).contains(escape));
+    assert!(!fs::read_to_string(folder.path().join("results/table.txt")).unwrap().contains(escape));
 }
 
 #[test]

@@ -71,9 +71,14 @@
     fit.show({ xLabel: `${joint.name} reads, ${joint.unit}`, yLabel: `${channel.name} reads, ${channel.unit}`, series });
     element("fit-legend").textContent = `Points: readings. Line: ${estimators[0].name}. Dashed: sensors at nominal values.${other ? ` Thin, dashed: ${estimators[1].name}.` : ""}`;
   }
-  // The first sweep of a joint that carries something: the reading that changes most.
+  // The reading that changes most, in a sweep of its own joint if there are any.
   function mostTelling() {
     let best = [0, data.sweeps.length], most = 0;
+    channels.forEach((channel, place) => {
+      if (data.sweeps.length) return;
+      const [low, high] = extent([{ y: channel.readings }], "y"), change = (high - low) / std(estimators[0].channels[place], 0);
+      if (change > most) { most = change; best = [place, 0]; }
+    });
     data.sweeps.forEach((sweep, index) => channels.forEach((channel, place) => {
       if (channel.index !== sweep.swept) return;
       let low = Infinity, high = -Infinity;
@@ -144,7 +149,9 @@
       const { at, z, one } = standardised(index), joint = own(channel), against = picked("against");
       const position = against === 0 && joint;
       const x = at.map((pose) => (position ? joint.positions[pose] : against === 2 ? poses.time[pose] : pose + 1));
-      const rings = z.map((_, i) => i).filter((i) => Math.abs(z[i]) > 3.5 || (one.weights && one.weights[at[i]] < 0.5));
+      const far = z.map((_, i) => i).filter((i) => Math.abs(z[i]) > 3.5 || (one.weights && one.weights[at[i]] < 0.5));
+      // Where a fifth of all is far off, none stands out.
+      const rings = far.length < 0.2 * z.length ? far : [];
       const label = position ? `${joint.name} reads, ${joint.unit}` : against === 2 ? "time, s" : "pose";
       const rms = Math.sqrt(z.reduce((sum, r) => sum + r * r, 0) / Math.max(1, z.length));
       residualPanels[index].show({

@@ -13,7 +13,7 @@ pub(super) fn page(report: &StudyReport<'_>, figures: &[(String, String)]) -> St
     let body = html! {
         h1 { "Study" }
         section.verdict {
-            p { (manifest.trials) " trials at each of " (manifest.points.len()) " points: " (manifest.estimators.join(", ")) "." }
+            p { (manifest.trials) " trials" @if manifest.points.len() > 1 { " at each of " (manifest.points.len()) " points" } ": " (manifest.estimators.join(", ")) "." }
             p.small {
                 "Errors are root mean squares; after them their ratio to the Cramér-Rao bound of the readings that the estimator uses, and the share "
                 "of the 95 % intervals that hold the truth. measures.csv beside this file has more."
