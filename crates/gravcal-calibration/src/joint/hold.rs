@@ -20,6 +20,7 @@ use super::in_order::estimate_in_order;
 use super::problem::{JointProblem, pose};
 use super::readings::Readings;
 use super::solve::Solved;
+use super::twins::DECISIVE;
 use super::{EstimateError, Unknowns};
 use crate::judgement::Combination;
 use crate::parameter::{ParameterId, Quantity};
@@ -72,12 +73,18 @@ pub(super) struct Holds {
     gauges: Vec<ParameterId>,
     /// Joints that were idle at any solution so far.
     idle: Vec<bool>,
+    /// Joints that looked idle, but whose readings need their gain.
+    carrying: Vec<bool>,
+    /// Cost, and what of it counts as decisive, before gains of idle joints were held.
+    free: Option<(f64, f64)>,
 }
 
 impl Holds {
     /// The gauges that the readings need, judged at `start`.
     pub fn at_start(session: &Session, readings: &Readings, start: &Unknowns) -> Result<Holds, EstimateError> {
-        let mut holds = Holds { set_aside: Vec::new(), gauges: Vec::new(), idle: vec![false; session.joints.len()] };
+        let none = vec![false; session.joints.len()];
+        let mut holds =
+            Holds { set_aside: Vec::new(), gauges: Vec::new(), idle: none.clone(), carrying: none, free: None };
         holds.start_over(session, readings, start)?;
         Ok(holds)
     }
@@ -105,14 +112,22 @@ impl Holds {
             let held: Vec<BlockId> = self.gauges.iter().map(|id| posed.layout.block(*id)).collect();
             let (posed, estimate) = estimate_in_order(&posed, &held, readings, workbench)?;
             let solved = Solved { gauges: held, ..Solved::judged(readings.clone(), posed, estimate)? };
-            let idle = idle_joints(session, &solved.unknowns(&from));
-            let newly_idle = (0..idle.len()).any(|joint| idle[joint] && !self.idle[joint]);
-            self.idle.iter_mut().zip(idle).for_each(|(ever, now)| *ever |= now);
+            let newly_idle = self.find_idle(session, &solved.unknowns(&from));
             let solved = solved.with_holds(&self.set_aside, &self.idle);
             let more = undetermined_to_hold(session, &solved);
             let gauges = gauges(session, &solved);
-            if round == ROUNDS || (gauges == self.gauges && more.is_empty() && !self.held_wrongly(newly_idle)) {
+            let settled = gauges == self.gauges && more.is_empty() && !self.held_wrongly(newly_idle);
+            if settled && self.explains_decidedly_worse(&solved) {
+                self.release_idle();
+                self.start_over(session, readings, start)?;
+                from = start.clone();
+                continue;
+            }
+            if round >= ROUNDS || settled {
                 return Ok(solved);
+            }
+            if more.iter().any(SetAside::is_idle_joint) {
+                self.free.get_or_insert((solved.estimate.cost, decisive(&solved)));
             }
             self.set_aside.extend(more.iter().cloned());
             if self.held_wrongly(newly_idle) || more.iter().any(SetAside::is_idle_joint) {
@@ -130,6 +145,34 @@ impl Holds {
         unreachable!("the loop returns")
     }
 
+    /// Adds the joints that are idle at these values; whether there are any.
+    fn find_idle(&mut self, session: &Session, values: &Unknowns) -> bool {
+        let found =
+            idle_joints(session, values).into_iter().zip(&self.carrying).map(|(idle, carrying)| idle && !carrying);
+        let mut newly = false;
+        for (ever, now) in self.idle.iter_mut().zip(found) {
+            newly |= now && !*ever;
+            *ever |= now;
+        }
+        newly
+    }
+
+    /// Whether the gains of idle joints, held, leave more of the readings unexplained than chance would.
+    fn explains_decidedly_worse(&self, solved: &Solved) -> bool {
+        let held = self.set_aside.iter().any(SetAside::is_idle_joint);
+        held && self.free.is_some_and(|(cost, decisive)| solved.estimate.cost > cost + decisive)
+    }
+
+    /// Takes the joints whose gains are held as idle for ones that carry gravity.
+    fn release_idle(&mut self) {
+        for joint in 0..self.idle.len() {
+            self.carrying[joint] |= self.idle[joint];
+            self.idle[joint] = false;
+        }
+        self.set_aside.clear();
+        self.free = None;
+    }
+
     /// Whether a joint that turned out to be idle anchors a combination.
     fn held_wrongly(&self, newly_idle: bool) -> bool {
         let anchors = self.set_aside.iter().filter(|s| !s.is_idle_joint()).map(|s| s.parameter);
@@ -143,6 +186,12 @@ impl SetAside {
     pub fn is_idle_joint(&self) -> bool {
         self.reason == Reason::Idle
     }
+}
+
+/// Cost by which a solution must exceed this one to be ruled out, with noise that is at least what this one leaves.
+fn decisive(solved: &Solved) -> f64 {
+    let rows = solved.posed.rows.len() as f64;
+    DECISIVE * (2.0 * solved.estimate.cost / rows).max(1.0)
 }
 
 /// Judges a session at given values, without solving: the gains of joints that carry no gravity there are held.

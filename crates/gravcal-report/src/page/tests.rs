@@ -1,7 +1,5 @@
 //! What a page says first, and how large it is.
 
-use std::time::Instant;
-
 use gravcal_calibration::result::{ReadingResidual, Undetermined, Verdict};
 use gravcal_calibration::simulation::Simulation;
 
@@ -115,7 +113,7 @@ fn without_a_fit_there_are_no_figures_and_still_a_page() {
 
 /// Seven joints, 20,000 poses, two estimators.
 #[test]
-fn a_large_recording_is_a_small_page_in_a_moment() {
+fn a_large_recording_is_a_small_page() {
     let path =
         std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments/seven-joints-tilted/simulation.toml");
     let mut session = Simulation::read(&path).unwrap().session(0);
@@ -123,11 +121,7 @@ fn a_large_recording_is_a_small_page_in_a_moment() {
     let mut sequential = joint(&session);
     sequential.name = "sequential".into();
     let results = [joint(&session), sequential];
-    let began = Instant::now();
     let text = page(&session, &results);
-    let seconds = began.elapsed().as_secs_f64();
-    println!("{:.2} MB in {seconds:.2} s", text.len() as f64 / 1e6);
     assert!(text.len() < 5_000_000, "{} bytes", text.len());
-    assert!(seconds < 1.0, "{seconds} s");
     assert_eq!(text, page(&session, &results));
 }

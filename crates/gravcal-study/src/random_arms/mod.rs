@@ -127,6 +127,13 @@ mod tests {
         assert_eq!((tally, &apart[..]), (Tally { arms: 1, global: 1, ..Tally::default() }, &[][..]));
     }
 
+    /// The first axis of this one is 1.8° off gravity, and carries enough of it to be told from noise.
+    #[test]
+    fn a_joint_that_carries_little_gravity_is_not_taken_to_carry_none() {
+        let (tally, apart) = arms(4222..4223);
+        assert_eq!((tally, &apart[..]), (Tally { arms: 1, global: 1, ..Tally::default() }, &[][..]));
+    }
+
     #[test]
     fn the_tallies_of_parts_add_up() {
         let [first, second, all] = [0..2, 2..5, 0..5].map(|numbers| arms(numbers).0);
