@@ -125,7 +125,7 @@ mod tests {
         let text = report(&comparison, &files, &["poses.csv".to_owned()]).to_string();
         assert!(text.starts_with("Moved: joint2 torque\n"), "{text}");
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
-        assert!(text.contains("  joint2 torque    196    2  < 0.001    < 0.001  moved\n"), "{text}");
+        assert!(text.contains("  joint2 torque     196    2  < 0.001    < 0.001  moved\n"), "{text}");
         assert!(text.contains("joint2.torque_gain  count/(N·m)  1    7.124 ± 0.022\n"), "{text}");
         assert!(text.contains("were made from the same poses.csv"), "{text}");
         let nothing = Comparison { sensors: comparison.sensors[1..].to_vec() };
