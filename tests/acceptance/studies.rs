@@ -158,6 +158,16 @@ fn a_trial_that_fails_is_a_row_with_its_reason() {
 }
 
 #[test]
+fn an_axis_may_bear_the_name_of_a_column() {
+    let vary = "[[vary]]\nname = 'estimator'\nfield = 'torque.std'\nvalues = [0.8]\n";
+    let study = Study::new(&format!("trials = 1\nestimators = ['joint']\n{vary}"));
+    let run = study.run("results", &["--quiet"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    let measures = fs::read_to_string(study.results("results").join("measures.csv")).unwrap();
+    assert!(measures.starts_with("varied estimator,estimator,solver,quantity,unit,"), "{measures}");
+}
+
+#[test]
 fn every_robot_of_a_family_is_another() {
     let study = Study::of("random_arms = { know = 'nominal' }\ntrials = 4\nestimators = ['joint']\n");
     let run = study.run("results", &[]);

@@ -4,13 +4,12 @@ use gravcal_study::measures::Measure;
 
 use super::StudyReport;
 
-/// `measures.csv`. Empty cells are what there is no number for.
+/// `measures.csv`. Empty cells are what there is no number for; an axis that bears the name of another column is `varied NAME`.
 ///
 /// # Errors
 /// As the writer of CSV says; none in memory.
 pub(super) fn csv(report: &StudyReport<'_>) -> Result<String, csv::Error> {
     let manifest = report.manifest;
-    let axes = manifest.axes.iter().map(|axis| axis.name.as_str());
     let fixed = [
         "estimator",
         "solver",
@@ -35,7 +34,11 @@ pub(super) fn csv(report: &StudyReport<'_>) -> Result<String, csv::Error> {
         "bound",
     ];
     let mut table = csv::Writer::from_writer(Vec::new());
-    table.write_record(axes.chain(fixed))?;
+    let axes = manifest.axes.iter().map(|axis| match axis.name.as_str() {
+        name if fixed.contains(&name) => format!("varied {name}"),
+        name => name.to_owned(),
+    });
+    table.write_record(axes.chain(fixed.map(str::to_owned)))?;
     for series in report.series {
         let places = manifest.axes.iter().zip(&manifest.points[series.point]);
         let labels: Vec<String> = places.map(|(axis, place)| axis.labels[*place].clone()).collect();

@@ -175,3 +175,49 @@ fn compare(measured: Measured, brief: &Brief, instance: &Instance) -> Option<(f6
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::atomic::AtomicBool;
+
+    use gravcal_estimation::{Estimate, Problem, SolveContext, SolveError, Solver, Unsupported, Values};
+
+    use super::*;
+    use crate::batch::{NamedSolver, Outcome};
+
+    /// Stands for a residual or a method of a user that panics.
+    struct Panicking;
+
+    impl Solver for Panicking {
+        fn name(&self) -> &'static str {
+            "panicking"
+        }
+
+        fn check(&self, _: &Problem) -> Result<(), Unsupported> {
+            Ok(())
+        }
+
+        fn solve(&self, _: &Problem, _: &Values, _: &mut SolveContext<'_>) -> Result<Estimate, SolveError> {
+            panic!("index out of bounds")
+        }
+    }
+
+    #[test]
+    fn what_panics_is_a_row_with_its_reason_and_takes_no_other_with_it() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments/joint-against-sequential/study.toml");
+        let study = Study::read(&path).unwrap();
+        let solvers: [NamedSolver; 2] = [
+            ("panicking".to_owned(), Box::new(Panicking)),
+            ("levenberg-marquardt".to_owned(), Box::new(gravcal_solvers::LevenbergMarquardt::default())),
+        ];
+        let stop = AtomicBool::new(false);
+        let helpers = Helpers { solvers: &solvers, clock: &|| 0.0, progress: &|_, _| {}, stop: &stop };
+        let (rows, _) = run(Which { study: &study, point: 0, trial: 0, bounds: None }, &helpers);
+        assert_eq!(rows.len(), 2 * study.estimators.len());
+        let joint = study.estimators.iter().position(|compared| compared.to_string() == "joint").unwrap();
+        let of_joint: Vec<&Row> = rows.iter().filter(|row| row.estimator == joint).collect();
+        assert_eq!(of_joint.iter().map(|row| row.outcome).collect::<Vec<_>>(), [Outcome::Failed, Outcome::Determined]);
+        assert_eq!(of_joint[0].reason.as_deref(), Some("panicked: index out of bounds"));
+    }
+}
