@@ -13,6 +13,8 @@ use serde::Serialize;
 pub use positions::{DeflectionResult, PositionErrorResult};
 pub use residuals::ReadingResidual;
 
+use crate::EstimatorName;
+
 /// One estimator's answer.
 #[derive(Clone, Debug, Serialize)]
 pub struct EstimatorResult {
@@ -68,6 +70,13 @@ impl EstimatorResult {
     }
 }
 
+/// The result that decides what a calibration comes to: the joint one where it ran, otherwise the worst.
+pub fn deciding(results: &[EstimatorResult]) -> Option<&EstimatorResult> {
+    let joint = results.iter().find(|result| result.name == EstimatorName::Joint.as_str());
+    // Of several that are as bad the first.
+    joint.or_else(|| results.iter().rev().max_by_key(|result| result.verdict))
+}
+
 /// What an estimator says of sensors and gravity alone: for batches.
 #[derive(Clone, Debug)]
 pub struct Brief {
@@ -104,7 +113,7 @@ impl From<&IterationRecord> for Iteration {
 }
 
 /// The estimator's verdict.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Verdict {
     /// Everything asked for is determined.

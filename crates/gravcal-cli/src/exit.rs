@@ -2,8 +2,7 @@
 
 use std::process::ExitCode;
 
-use gravcal_calibration::EstimatorName;
-use gravcal_calibration::result::{EstimatorResult, Verdict};
+use gravcal_calibration::result::{EstimatorResult, Verdict, deciding};
 
 /// How the program ends; worse is greater.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,11 +29,7 @@ impl Exit {
 
     /// What a calibration comes to: the joint estimator decides where it ran, otherwise the worst of those that did.
     pub fn of_calibration(results: &[EstimatorResult]) -> Exit {
-        let joint = results.iter().find(|result| result.name == EstimatorName::Joint.as_str());
-        match joint {
-            Some(joint) => joint.verdict.into(),
-            None => results.iter().map(|result| result.verdict.into()).max().unwrap_or(Exit::NoConvergence),
-        }
+        deciding(results).map_or(Exit::NoConvergence, |result| result.verdict.into())
     }
 }
 

@@ -3,9 +3,11 @@
 use gravcal_calibration::result::{EstimatorResult, Fit, Verdict};
 
 use crate::number::significant;
+use crate::sensor_row::split_name;
+use crate::table::fit::IMPROBABLE;
 
-/// Below this probability the stated noise and the model do not go together.
-const IMPROBABLE: f64 = 1e-3;
+/// A position gain this far from its nominal value, as a share of it, is no matter of calibration.
+const FAR: f64 = 0.3;
 
 /// What a result comes to.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -37,52 +39,54 @@ impl Advice {
         match result.verdict {
             Verdict::Failed => failed(result),
             Verdict::PartlyDetermined => partly(result),
-            Verdict::Determined => match result.fit.as_ref().and_then(misfit) {
-                None => determined(result),
-                Some(times) => Advice {
-                    level: Level::Care,
-                    headline: "Usable with care: the model does not explain everything",
-                    why: format!(
-                        "Everything asked for is determined, but the readings are explained {} times worse than their stated noise \
-                         (p < 0.001).",
-                        significant(times, 2)
-                    ),
-                    steps: vec![
-                        "Look at the residuals: what depends on the angle is a sensor's or the model's, what depends on time a \
-                         drift, single points are bad rows."
-                            .into(),
-                        "Let sensor_models in the session's [[joint]] say what is seen, or [loss] count outliers less; then calibrate \
-                         again."
-                            .into(),
-                        "Until then take standard deviations from the scatter of the data: [uncertainty] kind = \"sandwich\".".into(),
-                    ],
-                },
-            },
+            Verdict::Determined => determined(result),
         }
     }
 }
 
-/// By how much the readings are explained worse than their stated noise, where that is no accident.
-fn misfit(fit: &Fit) -> Option<f64> {
-    let ratio = fit.median_ratio.unwrap_or_else(|| (fit.chi_squared / fit.degrees_of_freedom.max(1) as f64).sqrt());
-    fit.p_value.filter(|p| *p < IMPROBABLE).map(|_| ratio)
+/// Something that does not fit, and what to do about it.
+struct Concern {
+    what: String,
+    steps: Vec<String>,
 }
 
 fn determined(result: &EstimatorResult) -> Advice {
+    let concerns = concerns(result);
+    if !concerns.is_empty() {
+        let told: Vec<&str> = concerns.iter().map(|concern| concern.what.as_str()).collect();
+        return Advice {
+            level: Level::Care,
+            headline: "Usable with care: something does not fit",
+            why: format!("Everything asked for is determined, but {}.{}", told.join("; and "), counted_less(result)),
+            steps: concerns.into_iter().flat_map(|concern| concern.steps).collect(),
+        };
+    }
     let explained = match result.fit.as_ref().and_then(|fit| fit.p_value) {
         Some(p) => format!("the readings are explained as well as their noise allows (p = {})", significant(p, 2)),
-        None => "the size of the noise was taken from the residuals, so no test says whether the model is right: look at the residuals".to_owned(),
+        None => "the size of the noise was taken from the residuals, so no test says whether the model is right: look at the \
+                 residuals"
+            .to_owned(),
     };
     Advice {
         level: Level::Good,
         headline: "Determined: these numbers can be used",
-        why: format!("Everything asked for is determined, and {explained}."),
+        why: format!("Everything asked for is determined, and {explained}.{}", counted_less(result)),
         steps: vec![
             "Look once at the residuals: they should be a band without a shape, and neighbours should not be alike."
                 .into(),
-            "Give the numbers to the driver: gravcal export calibration.json --to ros2 (or c, python, urdf).".into(),
+            format!("Give the numbers to the driver: gravcal export calibration.json --to {}.", formats(result)),
             "Keep calibration.json: gravcal compare tells next week which sensor has moved.".into(),
         ],
+    }
+}
+
+/// What can be exported: sensors beyond gain and bias have tables only.
+fn formats(result: &EstimatorResult) -> &'static str {
+    let affine = ["torque_gain", "torque_bias", "position_gain", "position_offset"];
+    if result.parameters.iter().all(|parameter| affine.contains(&split_name(&parameter.name).1)) {
+        "ros2 (or c, python; urdf where the robot came as URDF)"
+    } else {
+        "csv"
     }
 }
 
@@ -104,11 +108,16 @@ fn partly(result: &EstimatorResult) -> Advice {
     steps.push(
         "Run gravcal check on the session: it tells the smallest additions that would determine the rest.".into(),
     );
-    steps.push("Use the numbers that are there; what has none, has none.".into());
+    let concerns = concerns(result);
+    let told: String = concerns.iter().map(|concern| format!(" Besides, {}.", concern.what)).collect();
+    steps.extend(match concerns.is_empty() {
+        true => vec!["Use the numbers that are there; what has none, has none.".into()],
+        false => concerns.into_iter().flat_map(|concern| concern.steps).collect(),
+    });
     Advice {
         level: Level::Care,
         headline: "Partly determined: do not use what has no number",
-        why: format!("The data do not determine {}.", open.join(", ")),
+        why: format!("The data do not determine {}.{told}{}", open.join(", "), counted_less(result)),
         steps,
     }
 }
@@ -122,6 +131,13 @@ fn failed(result: &EstimatorResult) -> Advice {
             .filter(|note| note.starts_with("What to look at") || note.starts_with("The torque sensor"))
             .cloned(),
     );
+    if result.termination.starts_with("not converged") {
+        steps.push(
+            "See with --verbose whether the cost still fell: then allow more iterations; else start nearer, by nominal sensor values \
+             and gravity's hemisphere in the session, or try another --solver."
+                .into(),
+        );
+    }
     if result.fit.is_some() {
         steps.push(
             "Look at the residuals: the joint that is far off, and the poses where it is, tell what is wrong.".into(),
@@ -136,8 +152,130 @@ fn failed(result: &EstimatorResult) -> Advice {
     }
 }
 
+fn concerns(result: &EstimatorResult) -> Vec<Concern> {
+    let of_fit = result.fit.as_ref().and_then(|fit| misfit(fit).or_else(|| too_good(fit)));
+    of_fit.into_iter().chain(far_gains(result)).collect()
+}
+
+/// The readings are explained worse than their stated noise, and that is no accident.
+fn misfit(fit: &Fit) -> Option<Concern> {
+    fit.p_value.filter(|p| *p < IMPROBABLE)?;
+    let ratio = fit.median_ratio.unwrap_or_else(|| (fit.chi_squared / fit.degrees_of_freedom.max(1) as f64).sqrt());
+    Some(Concern {
+        what: format!("the readings are explained {} times worse than their stated noise (p < 0.001)", significant(ratio, 2)),
+        steps: vec![
+            "Look at the residuals: what depends on the angle is a sensor's or the model's, what depends on time a drift, single \
+             points are bad rows."
+                .into(),
+            "Let sensor_models in the session's [[joint]] say what is seen, or [loss] count outliers less; then calibrate again."
+                .into(),
+            "Until then take standard deviations from the scatter of the data: [uncertainty] kind = \"sandwich\".".into(),
+        ],
+    })
+}
+
+/// The residuals are smaller than the stated noise, and that is no accident.
+fn too_good(fit: &Fit) -> Option<Concern> {
+    fit.p_value.filter(|p| *p > 1.0 - IMPROBABLE)?;
+    Some(Concern {
+        what: "the residuals are smaller than the stated noise (p > 0.999), so that standard deviations are too large"
+            .into(),
+        steps: vec![
+            "State the noise that the readings have, or none, which takes it from the residuals; then calibrate again."
+                .into(),
+        ],
+    })
+}
+
+/// Position gains that no sensor has, by joints.
+fn far_gains(result: &EstimatorResult) -> Vec<Concern> {
+    let gains = result.parameters.iter().filter(|parameter| split_name(&parameter.name).1 == "position_gain");
+    let ratios = gains.filter_map(|gain| Some((gain, gain.value? / gain.nominal)).filter(|_| gain.held.is_none()));
+    let far = ratios.filter(|(_, ratio)| (ratio.abs() - 1.0).abs() > FAR);
+    far.map(|(gain, ratio)| far_gain(split_name(&gain.name).0, &gain.name, ratio.abs())).collect()
+}
+
+fn far_gain(joint: &str, name: &str, ratio: f64) -> Concern {
+    let units = [
+        (1_f64.to_degrees(), ": the session says degrees, and the readings look like radians"),
+        (1_f64.to_radians(), ": the session says radians, and the readings look like degrees"),
+        (1e3, ": the session says millimetres, and the readings look like metres"),
+        (1e-3, ": the session says metres, and the readings look like millimetres"),
+    ];
+    let mistaken = units.iter().find(|(unit, _)| (ratio / unit - 1.0).abs() < FAR).map_or("", |(_, told)| told);
+    Concern {
+        what: format!("{name} is {} times its nominal value{mistaken}", significant(ratio, 3)),
+        steps: vec![format!(
+            "Check the unit of {joint}'s positions in the session, and its nominal gain; then calibrate again."
+        )],
+    }
+}
+
+/// A sentence on what a loss counted less.
+fn counted_less(result: &EstimatorResult) -> String {
+    match (&result.loss, result.outliers.len()) {
+        (Some(loss), count) if count > 0 => {
+            format!(" The {} loss counted {count} readings less than half; they are named below.", loss.kind)
+        }
+        _ => String::new(),
+    }
+}
+
 /// With a capital letter at its beginning.
 pub(crate) fn capital(text: &str) -> String {
     let mut characters = text.chars();
     characters.next().map_or_else(String::new, |first| first.to_uppercase().chain(characters).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{determined, fit, result};
+
+    fn with(p_value: f64, gain: f64) -> EstimatorResult {
+        let mut joint = result("joint");
+        joint.parameters = vec![determined("joint1.position_gain", "rad/rad", gain, 0.001)];
+        joint.parameters[0].nominal = 1.0;
+        joint.fit = Some(Fit { p_value: Some(p_value), ..fit() });
+        joint
+    }
+
+    #[test]
+    fn what_does_not_fit_is_told_whatever_else_is() {
+        let advice = Advice::of(&with(0.5, 1.01));
+        assert_eq!((advice.level, advice.headline), (Level::Good, "Determined: these numbers can be used"));
+        assert!(advice.steps[1].contains("--to ros2"));
+        let too_good = Advice::of(&with(0.99999, 1.01));
+        assert!(
+            too_good.level == Level::Care && too_good.why.contains("smaller than the stated noise"),
+            "{too_good:?}"
+        );
+        let mut partly = with(1e-9, 1.01);
+        partly.verdict = Verdict::PartlyDetermined;
+        let partly = Advice::of(&partly);
+        assert!(partly.why.contains("Besides, the readings are explained") && partly.steps.len() == 4, "{partly:?}");
+    }
+
+    #[test]
+    fn a_wrong_unit_of_positions_is_told() {
+        let advice = Advice::of(&with(0.5, 57.2));
+        assert_eq!(advice.level, Level::Care);
+        assert!(advice.why.contains("joint1.position_gain is 57.2 times its nominal value"), "{}", advice.why);
+        assert!(advice.why.contains("says degrees, and the readings look like radians"), "{}", advice.why);
+        assert!(Advice::of(&with(0.5, -1.02)).level == Level::Good);
+    }
+
+    #[test]
+    fn no_convergence_has_its_own_advice() {
+        let mut stopped = with(0.5, 1.0);
+        (stopped.verdict, stopped.termination) = (Verdict::Failed, "not converged after 2 iterations".into());
+        assert!(Advice::of(&stopped).steps[1].contains("allow more iterations"));
+    }
+
+    #[test]
+    fn sensors_beyond_gain_and_bias_are_exported_as_a_table() {
+        let mut beyond = with(0.5, 1.0);
+        beyond.parameters.push(determined("joint1.torque_gain_2", "count/(N·m)^2", 0.1, 0.001));
+        assert!(Advice::of(&beyond).steps[1].contains("--to csv"));
+    }
 }

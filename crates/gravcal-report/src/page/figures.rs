@@ -98,7 +98,7 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
             p #fit-hover .hover {}
             h2 { "Residuals" }
             p.small {
-                "Prediction less reading in standard deviations. Rings: beyond 3.5, or counted less than half by a loss. A shape over the angle "
+                "Prediction less reading in standard deviations. Rings: beyond 3.5, or counted less than half by a loss, unless a fifth of all are. A shape over the angle "
                 "is a sensor's or the model's, over time a drift."
             }
             div.controls {
@@ -115,7 +115,7 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
             div #normality .panels {}
             @if !main.covariance.order.is_empty() {
                 h2 { "Correlations" }
-                p.small { "Of what " (page.main().map_or("", |main| main.name.as_str())) " determines: two that go together (dark) the data tell apart badly." }
+                p.small { "Of what " (page.main().map_or("", |main| main.name.as_str())) " determines: two that go together (dark; blue where both rise, orange where one falls) the data tell apart badly." }
                 canvas #correlation data-height="420" {}
                 p #correlation-hover .hover {}
             }

@@ -1,6 +1,6 @@
 //! What the data determine, in words.
 
-use gravcal_calibration::result::EstimatorResult;
+use gravcal_calibration::result::{EstimatorResult, Undetermined};
 use maud::{Markup, html};
 
 use super::CalibrationPage;
@@ -11,7 +11,9 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
     html! {
         section {
             h2 { "What the data determine" }
-            @if main.undetermined.is_empty() { p { "Nothing that was asked of " (main.name) " is left open." } }
+            @if !main.undetermined.iter().any(|open| is_asked(main, open)) {
+                p { "Nothing that was asked of " (main.name) " is left open." }
+            }
             @for result in std::iter::once(main).chain(page.results.iter().filter(|other| other.name != main.name)) {
                 (undetermined(result))
             }
@@ -39,12 +41,28 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
     }
 }
 
+/// Whether something that was asked for hangs on it; what names no parameter does.
+fn is_asked(result: &EstimatorResult, open: &Undetermined) -> bool {
+    let asked =
+        |name: &String| result.parameter(name).is_some_and(|parameter| parameter.asked && !parameter.determined);
+    open.parameters.is_empty() || open.parameters.iter().any(asked)
+}
+
 fn undetermined(result: &EstimatorResult) -> Markup {
+    let (asked, other): (Vec<&Undetermined>, Vec<&Undetermined>) =
+        result.undetermined.iter().partition(|open| is_asked(result, open));
     html! {
-        @if !result.undetermined.is_empty() {
-            h3 { "Not determined by " (result.name) }
+        (listed(&format!("Not determined by {}", result.name), &asked))
+        (listed(&format!("Not asked of {}, and not determined", result.name), &other))
+    }
+}
+
+fn listed(heading: &str, undetermined: &[&Undetermined]) -> Markup {
+    html! {
+        @if !undetermined.is_empty() {
+            h3 { (heading) }
             dl {
-                @for open in &result.undetermined {
+                @for open in undetermined {
                     dt { (open.combination) }
                     dd { (open.why) @if !open.cure.is_empty() { br; "Cure: " (open.cure) } }
                 }

@@ -10,6 +10,7 @@ mod arrays;
 mod correlation;
 mod document;
 mod figures;
+mod fit;
 mod identifiability;
 mod parameters;
 mod provenance;
@@ -18,7 +19,7 @@ mod tests;
 mod verdict;
 
 use gravcal_calibration::Session;
-use gravcal_calibration::result::EstimatorResult;
+use gravcal_calibration::result::{EstimatorResult, deciding};
 use maud::{Markup, html};
 
 use crate::json::JsonError;
@@ -51,6 +52,7 @@ impl CalibrationPage<'_> {
             (verdict::section(self))
             (parameters::section(self))
             (identifiability::section(self))
+            (fit::section(self))
             (figures::section(self))
             (notes(self))
             (provenance::section(self.provenance))
@@ -58,9 +60,9 @@ impl CalibrationPage<'_> {
         Ok(document(&title, &body, Some((&data, SCRIPT))))
     }
 
-    /// The estimator that decides: the joint one if it ran, else the first.
+    /// The estimator that decides.
     fn main(&self) -> Option<&EstimatorResult> {
-        self.results.iter().find(|result| result.name == "joint").or_else(|| self.results.first())
+        deciding(self.results)
     }
 
     /// Those that are drawn, the one that decides first.

@@ -19,9 +19,9 @@
     })),
   }));
   const std = (one, pose) => (one.stds ? one.stds[pose] : one.std);
-  const number = (value) => Number(value.toPrecision(5)).toString();
+  const number = (value) => Number(value.toPrecision(7)).toString();
   const where = (pose) => `${data.tables[poses.table[pose]]}:${poses.line[pose]}`;
-  const stance = (pose) => joints.map((joint) => `${joint.name} ${joint.positions[pose].toFixed(1)} ${joint.unit}`).join(", ");
+  const stance = (pose) => joints.map((joint) => `${joint.name} ${joint.unit === "deg" ? joint.positions[pose].toFixed(1) : number(joint.positions[pose])} ${joint.unit}`).join(", ");
   const options = (select, texts) => texts.forEach((text, value) => select.add(new Option(text, value)));
   // Of what the channel's own joint reads; an axis of an instrument has none.
   const own = (channel) => joints[channel.index] || null;
@@ -138,9 +138,11 @@
     const q = p - 0.5, r = q * q;
     return horner(a, r) * q / (horner(b, r) * r + 1);
   }
-  function autocorrelation(z) {
+  function autocorrelation(z, at) {
     const mean = z.reduce((sum, one) => sum + one, 0) / z.length, lags = Math.min(30, Math.floor(z.length / 3));
-    const product = (lag) => { let sum = 0; for (let i = lag; i < z.length; i++) sum += (z[i] - mean) * (z[i - lag] - mean); return sum; };
+    // Poses of different files are no neighbours.
+    const pair = (i, lag) => (poses.table[at[i]] === poses.table[at[i - lag]] ? (z[i] - mean) * (z[i - lag] - mean) : 0);
+    const product = (lag) => { let sum = 0; for (let i = lag; i < z.length; i++) sum += pair(i, lag); return sum; };
     const whole = product(0) || 1;
     return Array.from({ length: lags }, (_, lag) => product(lag + 1) / whole);
   }
@@ -151,11 +153,12 @@
       const x = at.map((pose) => (position ? joint.positions[pose] : against === 2 ? poses.time[pose] : pose + 1));
       const far = z.map((_, i) => i).filter((i) => Math.abs(z[i]) > 3.5 || (one.weights && one.weights[at[i]] < 0.5));
       // Where a fifth of all is far off, none stands out.
-      const rings = far.length < 0.2 * z.length ? far : [];
+      const marked = far.length < 0.2 * z.length, rings = marked ? far : [];
+      const unmarked = marked ? "" : `; ${Math.round((100 * far.length) / z.length)} % far off`;
       const label = position ? `${joint.name} reads, ${joint.unit}` : against === 2 ? "time, s" : "pose";
       const rms = Math.sqrt(z.reduce((sum, r) => sum + r * r, 0) / Math.max(1, z.length));
       residualPanels[index].show({
-        title: `${channel.name}: rms ${rms.toFixed(2)} std of ${number(std(one, at[0] || 0) || 0)} ${channel.unit}`, xLabel: label,
+        title: `${channel.name}: rms ${rms.toFixed(2)} std of ${one.stds ? "each reading" : `${number(one.std || 0)} ${channel.unit}`}${unmarked}`, xLabel: label,
         bands: [[-2, 2]], series: [{ kind: "points", x, y: z, colour: "after", poses: at, rings }],
       });
       const sorted = Float64Array.from(z).sort();
@@ -168,7 +171,7 @@
           { kind: "points", x: normal, y: Array.from(sorted), colour: "after", size: 3 },
         ],
       });
-      const alike = autocorrelation(z), band = 1.96 / Math.sqrt(Math.max(1, z.length));
+      const alike = autocorrelation(z, at), band = 1.96 / Math.sqrt(Math.max(1, z.length));
       normalPanels[2 * index + 1].show({
         title: `${channel.name}: autocorrelation`, xLabel: "poses apart", xRange: [0, Math.max(2, alike.length + 1)],
         yRange: [Math.min(-0.3, ...alike) - 0.05, Math.max(0.5, ...alike) + 0.05], bands: [[-band, band]],

@@ -1,6 +1,6 @@
 //! Every parameter with its interval, against its nominal value.
 
-use gravcal_calibration::result::{EstimatorResult, ParameterResult};
+use gravcal_calibration::result::{EstimatorResult, ParameterResult, Verdict};
 use maud::{Markup, html};
 
 use super::CalibrationPage;
@@ -25,7 +25,7 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
                 } }
                 @for rows in by_owner(&main.parameters) {
                     tbody {
-                        @for parameter in rows { (row(parameter, &others)) }
+                        @for parameter in rows { (row(main, parameter, &others)) }
                     }
                 }
             } }
@@ -38,21 +38,22 @@ fn by_owner(parameters: &[ParameterResult]) -> impl Iterator<Item = &[ParameterR
     parameters.chunk_by(|a, b| split_name(&a.name).0 == split_name(&b.name).0)
 }
 
-fn row(parameter: &ParameterResult, others: &[&EstimatorResult]) -> Markup {
+fn row(main: &EstimatorResult, parameter: &ParameterResult, others: &[&EstimatorResult]) -> Markup {
     let (unit, factor) = shown_unit(&parameter.unit);
     html! {
         tr {
             td { (parameter.name) }
             td { (unit) }
             td.number { (shortest(factor * parameter.nominal)) }
-            (value(Some(parameter), factor))
+            (value(main, Some(parameter), factor))
             td { @if parameter.held.is_none() { (bar(parameter)) } }
-            @for other in others { (value(other.parameter(&parameter.name), factor)) }
+            @for other in others { (value(other, other.parameter(&parameter.name), factor)) }
         }
     }
 }
 
-fn value(parameter: Option<&ParameterResult>, factor: f64) -> Markup {
+/// What an estimator says of it; one that failed says nothing.
+fn value(result: &EstimatorResult, parameter: Option<&ParameterResult>, factor: f64) -> Markup {
     let Some(parameter) = parameter else { return html! { td {} } };
     match (&parameter.held, parameter.value, parameter.std) {
         (Some(why), value, _) => {
@@ -63,6 +64,7 @@ fn value(parameter: Option<&ParameterResult>, factor: f64) -> Markup {
             let (value, std) = measured(factor * value, factor * std);
             html! { td.number { (value) " ± " (std) } }
         }
+        (None, _, _) if result.verdict == Verdict::Failed => html! { td.number.held { "withheld" } },
         (None, _, _) if parameter.asked => html! { td.number.open { "undetermined" } },
         (None, _, _) => html! { td.number { "undetermined" } },
     }

@@ -7,7 +7,7 @@ use crate::number::significant;
 use crate::text::wrapped;
 
 /// Below this probability the stated noise and the model do not go together.
-const IMPROBABLE: f64 = 1e-3;
+pub(crate) const IMPROBABLE: f64 = 1e-3;
 
 pub(super) fn tell(results: &[EstimatorResult]) -> String {
     let fits = results.iter().filter_map(|result| Some((result.name.as_str(), result.fit.as_ref()?)));
@@ -27,7 +27,7 @@ fn tell_one(name: &str, fit: &Fit) -> String {
     text
 }
 
-fn chi_squared(fit: &Fit) -> String {
+pub(crate) fn chi_squared(fit: &Fit) -> String {
     let chi_squared = significant(fit.chi_squared, 5);
     let chi_squared = format!("χ² {chi_squared} for {} degrees of freedom", fit.degrees_of_freedom);
     match fit.median_ratio {
@@ -52,7 +52,7 @@ fn probability(fit: &Fit) -> String {
     }
 }
 
-fn prediction(held_out: &HeldOut) -> String {
+pub(crate) fn prediction(held_out: &HeldOut) -> String {
     format!(
         "held out: {} poses that a second fit did not see, χ² {} for {} readings",
         held_out.poses,

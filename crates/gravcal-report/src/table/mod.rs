@@ -1,7 +1,7 @@
 //! The table of a calibration, for people: verdict, values side by side, what is undetermined and its cure, fit, notes.
 
 mod constraints;
-mod fit;
+pub(crate) mod fit;
 mod positions;
 mod sensor_models;
 mod shared;

@@ -1,0 +1,59 @@
+//! How well the readings are explained, in numbers, and which were hardly counted.
+
+use gravcal_calibration::result::{ActiveConstraint, EstimatorResult, Outlier};
+use maud::{Markup, html};
+
+use super::CalibrationPage;
+use crate::number::significant;
+use crate::table::fit::{chi_squared, prediction};
+
+/// Outliers that are named on the page; `calibration.json` names all.
+const NAMED: usize = 20;
+
+pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
+    let Some(main) = page.main() else { return html! {} };
+    let told = numbers(main);
+    html! {
+        @if !told.is_empty() || !main.active_constraints.is_empty() || !main.outliers.is_empty() {
+            section {
+                h2 { "How well the readings are explained" }
+                @for line in told { p { (line) } }
+                (constraints(&main.active_constraints))
+                (outliers(&main.outliers))
+            }
+        }
+    }
+}
+
+fn numbers(result: &EstimatorResult) -> Vec<String> {
+    let fit = result.fit.as_ref();
+    let held_out = fit.and_then(|fit| fit.held_out.as_ref());
+    let all = fit.map(|fit| format!("{}: {}.", result.name, chi_squared(fit)));
+    all.into_iter().chain(held_out.map(|held_out| format!("{}.", prediction(held_out)))).collect()
+}
+
+fn constraints(active: &[ActiveConstraint]) -> Markup {
+    html! {
+        @if !active.is_empty() {
+            h3 { "Constraints on which the estimate leans" }
+            ul { @for one in active {
+                li {
+                    (one.constraint) ": ½ χ² would fall by " (significant(one.multiplier, 2)) " for each " (one.unit)
+                    " by which it gives way"
+                }
+            } }
+        }
+    }
+}
+
+fn outliers(outliers: &[Outlier]) -> Markup {
+    html! {
+        @if !outliers.is_empty() {
+            h3 { "Readings that were counted less than half" }
+            ul {
+                @for outlier in outliers.iter().take(NAMED) { li { (outlier.to_string()) } }
+                @if outliers.len() > NAMED { li { "and " (outliers.len() - NAMED) " more in calibration.json" } }
+            }
+        }
+    }
+}
