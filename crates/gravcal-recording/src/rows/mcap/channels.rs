@@ -7,15 +7,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mcap::parse_record;
-use mcap::read::Summary;
 use mcap::records::{Metadata, Record, op};
-use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 
+use super::summary::{LARGEST, Summary};
 use crate::rows;
 use crate::rows::write::mcap::METADATA;
-
-/// A record of the summary is kept in memory up to this size.
-const LARGEST: usize = 1 << 24;
 
 /// How a message is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,7 +61,7 @@ impl Channels {
     /// Those that the summary of a file names, if it has one. Mostly the records before the messages name them too, but not where
     /// these are in a chunk that is lost.
     pub(crate) fn of(path: &Path) -> Channels {
-        Channels { summary: summary(path), ..Channels::default() }
+        Channels { summary: Summary::of(path), ..Channels::default() }
     }
 
     /// Goes on to another file, whose channels are others.
@@ -73,7 +69,7 @@ impl Channels {
         self.schemas.clear();
         self.channels.clear();
         self.last = None;
-        self.summary = summary(path);
+        self.summary = Summary::of(path);
     }
 
     /// Names of all topics so far.
@@ -83,9 +79,9 @@ impl Channels {
 
     /// What is said of the recording in records that the summary points to.
     pub(crate) fn metadata(&self, path: &Path) -> BTreeMap<String, String> {
-        let indexes = self.summary.iter().flat_map(|summary| &summary.metadata_indexes);
+        let indexes = self.summary.iter().flat_map(|summary| &summary.metadata);
         let mut said = BTreeMap::new();
-        for index in indexes.filter(|index| index.name == METADATA && index.length < LARGEST as u64) {
+        for index in indexes.filter(|index| index.name == METADATA && index.length < LARGEST) {
             let mut record = Vec::new();
             let read = File::open(path).and_then(|mut file| {
                 file.seek(SeekFrom::Start(index.offset))?;
@@ -160,7 +156,7 @@ impl Channels {
 
     /// What the summary says of a channel.
     pub(crate) fn in_summary(&self, id: u16) -> Option<Arc<mcap::Channel<'static>>> {
-        self.summary.as_ref()?.channels.get(&id).cloned()
+        self.summary.as_ref()?.channel(id)
     }
 
     fn add_from_summary(&mut self, id: u16) -> bool {
@@ -222,22 +218,4 @@ pub(crate) fn said_in(body: &[u8]) -> BTreeMap<String, String> {
         Ok(Record::Metadata(Metadata { name, metadata })) if name == METADATA => metadata,
         _ => BTreeMap::new(),
     }
-}
-
-/// The summary at the end of a file; none where there is none or it is damaged.
-fn summary(path: &Path) -> Option<Summary> {
-    let mut file = File::open(path).ok()?;
-    let size = file.metadata().ok()?.len();
-    let options = SummaryReaderOptions::default().with_file_size(size).with_record_length_limit(LARGEST);
-    let mut reader = SummaryReader::new_with_options(options);
-    while let Some(event) = reader.next_event() {
-        match event.ok()? {
-            SummaryReadEvent::ReadRequest(wanted) => {
-                let read = file.read(reader.insert(wanted)).ok()?;
-                reader.notify_read(read);
-            }
-            SummaryReadEvent::SeekRequest(to) => reader.notify_seeked(file.seek(to).ok()?),
-        }
-    }
-    reader.finish()
 }

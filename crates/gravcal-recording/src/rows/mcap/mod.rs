@@ -11,6 +11,7 @@ mod columns;
 mod edit;
 pub(crate) mod read;
 pub(crate) mod records;
+mod summary;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Read;

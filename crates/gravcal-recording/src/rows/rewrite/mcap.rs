@@ -112,6 +112,10 @@ impl<'a> Copy<'a> {
             let written = self.file.write_private_record(opcode, body, PrivateRecordOptions::IncludeInChunks.into());
             return self.done(written);
         }
+        // On a damaged attachment, which has no place in a chunk, the `mcap` crate panics.
+        if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::METADATA) {
+            return Ok(());
+        }
         match parse_record(opcode, body) {
             Ok(Record::Schema { header, data }) => {
                 let written = self.file.add_schema_with_id(header.id, &header.name, &header.encoding, &data);
