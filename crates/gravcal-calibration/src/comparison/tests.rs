@@ -32,6 +32,8 @@ fn earlier(result: &EstimatorResult) -> EarlierEstimate {
     EarlierEstimate {
         parameters: result.parameters.iter().map(parameter).collect(),
         gravity: Some(gravity),
+        gravity_ci95: None,
+        cone95_deg: None,
         quantities: result.covariance.order.iter().map(quantity).collect(),
         covariance: result.covariance.matrix.concat(),
     }
