@@ -202,7 +202,7 @@ fn a_c_header_reproduces_the_residuals() {
 #include "calibration.h"
 int main(void) {
   int joint; double torque, position;
-  if (gravcal_gravity[0] == 0.0 || !isnan(gravcal_torque(GRAVCAL_JOINT_COUNT, 1.0)) || !isnan(gravcal_coordinate(-1, 1.0))) return 1;
+  if (gravcal_gravity()[0] == 0.0 || !isnan(gravcal_torque(GRAVCAL_JOINT_COUNT, 1.0)) || !isnan(gravcal_coordinate(-1, 1.0))) return 1;
   while (scanf("%d %lf %lf", &joint, &torque, &position) == 3)
     printf("%.17g %.17g\n", gravcal_torque(joint, torque), gravcal_coordinate(joint, position));
   return 0;
@@ -283,6 +283,13 @@ fn a_corrected_urdf_reproduces_the_residuals() {
         folder: tempfile::tempdir_in(folder.path()).unwrap(),
     };
     other.assert_residuals(&truths);
+    // A URDF that was changed since is not that of the calibration.
+    fs::write(folder.path().join("shoulder.urdf"), URDF.replace("effort=\"100\"", "effort=\"90\"")).unwrap();
+    let told =
+        ["shoulder.urdf: the robot has changed since the calibration", "calibrate again; --session SESSION takes"];
+    assert_eq!(calibrated.export(&["urdf"]).refusal(&told), None);
+    let taken = calibrated.export(&["urdf", "--session", "session.toml"]);
+    assert!(taken.code == 0 && taken.stdout.contains("effort=\"90\""), "{taken:?}");
 }
 
 #[test]
@@ -308,6 +315,23 @@ fn what_cannot_be_exported_is_refused_and_loses_nothing() {
     refused(&["urdf"], &["the session's robot is no URDF", "describe the robot by robot = { urdf"]);
     refused(&["csv", "--estimator", "recursive"], &["it has no estimator `recursive`"]);
     refused(&["c", "-o", "no-such-folder/a.h"], &["no-such-folder"]);
+    // The only estimator need not be named; of several without the joint one, one must.
+    let text = fs::read_to_string(calibrated.folder.path().join("results/calibration.json")).unwrap();
+    let mut file: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let joint = file["estimators"].as_array().unwrap().iter().find(|e| e["name"] == "joint").unwrap().clone();
+    for (names, code) in [(&["recursive"][..], 0), (&["recursive", "joint"], 0), (&["recursive", "sequential"], 2)] {
+        let renamed = |name: &&str| {
+            let mut estimator = joint.clone();
+            estimator["name"] = (*name).into();
+            estimator
+        };
+        file["estimators"] = names.iter().map(renamed).collect();
+        fs::write(calibrated.folder.path().join("some.json"), file.to_string()).unwrap();
+        let run = gravcal_in(calibrated.folder.path(), ["export", "some.json", "--to", "csv"]);
+        assert_eq!(run.code, code, "{run:?}");
+        let hint = "hint: --estimator NAME chooses one of: recursive, sequential";
+        assert!(code == 0 || run.stderr.contains(hint), "{run:?}");
+    }
     assert_eq!(calibrated.export(&["c", "-o", "a.h"]).code, 0);
     let old = fs::read(calibrated.folder.path().join("a.h")).unwrap();
     refused(&["python", "-o", "a.h"], &["there is such a file already", "--overwrite replaces it"]);

@@ -131,6 +131,8 @@ pub struct GravityResult {
     pub vector_m_per_s2: [f64; 3],
     /// Standard deviation of each component, m/s².
     pub std_m_per_s2: [f64; 3],
+    /// 95 % interval of each component, m/s².
+    pub ci95_m_per_s2: [[f64; 2]; 3],
     /// Half-angle of the cone about the vector that holds the true direction with 95 % probability, degrees.
     pub cone95_deg: f64,
     /// Whether it was asked for.

@@ -15,7 +15,7 @@ use gravcal_report::Input;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::names::estimator_parser;
+use crate::names::{estimator_of, estimator_parser};
 use crate::progress::Progress;
 use crate::terminal;
 
@@ -46,9 +46,9 @@ pub struct Arguments {
     #[arg(long, value_name = "SESSION")]
     session: Option<PathBuf>,
 
-    /// Estimator whose answer is applied
-    #[arg(long, value_name = "NAME", value_parser = estimator_parser(), default_value = "joint")]
-    estimator: EstimatorName,
+    /// Estimator whose answer is applied [default: the only one, else joint]
+    #[arg(long, value_name = "NAME", value_parser = estimator_parser())]
+    estimator: Option<EstimatorName>,
 
     /// Make efforts what is left of the torques without that which carries gravity
     #[arg(long)]
@@ -84,8 +84,8 @@ Exit codes:
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let bad = |error: &dyn std::error::Error| Failure::bad_input(error);
-    let calibration =
-        read_earlier(&arguments.calibration, arguments.estimator.as_str()).map_err(|error| bad(&error))?;
+    let estimator = estimator_of(&arguments.calibration, arguments.estimator)?;
+    let calibration = read_earlier(&arguments.calibration, estimator.as_str()).map_err(|error| bad(&error))?;
     let session = Session::read(&session_path(&arguments.calibration, arguments.session.as_deref())?)
         .map_err(|error| bad(&error))?;
     let recording = open_as(&arguments.input, &session.readings.csv).map_err(|error| bad(&error))?;
@@ -100,7 +100,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     application.find(recording.columns()).map_err(|error| bad(&error).about(arguments.input.display()))?;
     drop(recording);
 
-    let remarks = write(arguments, &mut application, session.readings.csv, &notes(arguments, &effort)?)?;
+    let remarks = write(arguments, &mut application, session.readings.csv, &notes(arguments, estimator, &effort)?)?;
     let remarks = remarks.into_iter().chain(application.remarks());
     let told: String = remarks.map(|remark| format!("note: {remark}\n")).collect();
     terminal::print(&format!("{told}{}\n", arguments.output.display()))?;
@@ -163,14 +163,18 @@ fn application<'a>(
 }
 
 /// What is said of the new recording.
-fn notes(arguments: &Arguments, effort: &Effort) -> Result<BTreeMap<String, String>, Failure> {
+fn notes(
+    arguments: &Arguments,
+    estimator: EstimatorName,
+    effort: &Effort,
+) -> Result<BTreeMap<String, String>, Failure> {
     let input = Input::read(&arguments.calibration, Path::new("")).map_err(|error| Failure::bad_input(&error))?;
     let name = arguments.calibration.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let effort = match effort {
         Effort::Torque => "torque, N·m or N",
         Effort::Residual { .. } => "torque without that which carries gravity, N·m or N",
     };
-    let by = format!("{name} ({}, sha256 {})", arguments.estimator, input.sha256);
+    let by = format!("{name} ({estimator}, sha256 {})", input.sha256);
     Ok(BTreeMap::from([(CALIBRATED.to_owned(), by), ("effort".to_owned(), effort.to_owned())]))
 }
 

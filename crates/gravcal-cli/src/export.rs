@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gravcal_calibration::{EstimatorName, Session};
-use gravcal_recording::read_earlier;
+use gravcal_recording::{Digest, read_earlier, read_earlier_inputs};
 use gravcal_report::Input;
 use gravcal_report::export::{Export, ExportError, ExportFormat, RobotDescription};
 
 use crate::apply::session_path;
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::names::estimator_parser;
+use crate::names::{estimator_of, estimator_parser};
 use crate::terminal;
 
 /// Write a calibration for a driver, a program, a robot description or a paper
@@ -35,15 +35,15 @@ pub struct Arguments {
     #[arg(long, short, value_name = "FILE")]
     output: Option<PathBuf>,
 
-    /// Estimator whose answer is exported
-    #[arg(long, value_name = "NAME", value_parser = estimator_parser(), default_value = "joint")]
-    estimator: EstimatorName,
+    /// Estimator whose answer is exported [default: the only one, else joint]
+    #[arg(long, value_name = "NAME", value_parser = estimator_parser())]
+    estimator: Option<EstimatorName>,
 
     /// Take nominal values, marked as such, for what the calibration does not determine
     #[arg(long)]
     nominal: bool,
 
-    /// The session, whose URDF is corrected [default: the one that the calibration was made from, if it has not changed]
+    /// The session, whose URDF is corrected [default: the one that the calibration was made from, if it and the URDF have not changed]
     #[arg(long, value_name = "SESSION")]
     session: Option<PathBuf>,
 
@@ -69,14 +69,14 @@ fn format_parser() -> impl TypedValueParser<Value = ExportFormat> {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let calibration = &arguments.calibration;
-    let estimate =
-        read_earlier(calibration, arguments.estimator.as_str()).map_err(|error| Failure::bad_input(&error))?;
+    let estimator = estimator_of(calibration, arguments.estimator)?;
+    let estimate = read_earlier(calibration, estimator.as_str()).map_err(|error| Failure::bad_input(&error))?;
     let robot = match arguments.to {
         ExportFormat::Urdf => Some(read_urdf(arguments)?),
         _ => None,
     };
     let robot = robot.as_ref().map(|(base, urdf)| RobotDescription { urdf, base });
-    let source = source(calibration, arguments.estimator)?;
+    let source = source(calibration, estimator)?;
     let export = Export { estimate: &estimate, source: &source, nominal: arguments.nominal, robot };
     let exported = export.to(arguments.to).map_err(|error| refused(&error).about(calibration.display()))?;
     match &arguments.output {
@@ -105,10 +105,27 @@ fn read_urdf(arguments: &Arguments) -> Result<(String, String), Failure> {
     let no_urdf = || refused(&ExportError::NoUrdf).about(path.display());
     // A session reads itself, then its robot.
     let robot = session.inputs.get(1).ok_or_else(no_urdf)?;
+    if arguments.session.is_none() {
+        check_robot(&arguments.calibration, robot)?;
+    }
     let text = std::fs::read_to_string(robot).map_err(|error| Failure::bad_input(&error).about(robot.display()))?;
     match text.trim_start().starts_with('<') {
         true => Ok((session.robot.chain.base().to_owned(), text)),
         false => Err(no_urdf()),
+    }
+}
+
+/// That the robot is the one that the calibration was made from, as [`session_path`] checks of the session.
+fn check_robot(calibration: &Path, robot: &Path) -> Result<(), Failure> {
+    let inputs = read_earlier_inputs(calibration).map_err(|error| Failure::bad_input(&error))?;
+    let now = Digest::of(robot).map_err(|error| Failure::bad_input(&error))?;
+    // The session stands first, then the robot.
+    match inputs.get(1).is_some_and(|then| then.sha256 == now.sha256) {
+        true => Ok(()),
+        false => {
+            let message = format!("{}: the robot has changed since the calibration was made from it", robot.display());
+            Err(Failure::said(message).hint("calibrate again; --session SESSION takes session and robot as they are"))
+        }
     }
 }
 

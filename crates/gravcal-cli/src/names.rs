@@ -10,6 +10,7 @@ use gravcal_calibration::robot::FileError;
 use gravcal_calibration::session::SolverChoice;
 use gravcal_calibration::{EstimatorName, Session, UnsuitableChoice, check_choice};
 use gravcal_estimation::Solver;
+use gravcal_recording::read_earlier_estimators;
 use gravcal_solvers::SolverName;
 use toml::{Spanned, Table, Value};
 
@@ -18,6 +19,22 @@ use crate::failure::Failure;
 /// Takes the name of an estimator; the help lists them.
 pub fn estimator_parser() -> impl TypedValueParser<Value = EstimatorName> {
     PossibleValuesParser::new(EstimatorName::ALL.map(EstimatorName::as_str)).try_map(|name| name.parse())
+}
+
+/// The estimator of a calibration.json that is meant: the one that is named, else the only one that it has, else the joint one.
+pub fn estimator_of(calibration: &Path, said: Option<EstimatorName>) -> Result<EstimatorName, Failure> {
+    if let Some(name) = said {
+        return Ok(name);
+    }
+    let known = read_earlier_estimators(calibration).map_err(|error| Failure::bad_input(&error))?;
+    match known.as_slice() {
+        [only] => only.parse().map_err(|error| Failure::bad_input(&error).about(calibration.display())),
+        several if several.iter().any(|name| name == EstimatorName::Joint.as_str()) => Ok(EstimatorName::Joint),
+        several => {
+            let message = format!("{}: it does not say which of its estimators is meant", calibration.display());
+            Err(Failure::said(message).hint(format!("--estimator NAME chooses one of: {}", several.join(", "))))
+        }
+    }
 }
 
 /// Takes the name of a solver; the help lists them.

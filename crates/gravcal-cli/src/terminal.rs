@@ -11,12 +11,13 @@ const CARE: Style = AnsiColor::Yellow.on_default().bold();
 const BAD: Style = AnsiColor::Red.on_default().bold();
 
 /// Words that decide, as tables and errors write them.
-const MARKS: [(&str, Style); 9] = [
+const MARKS: [(&str, Style); 10] = [
     ("  determined:", GOOD),
     ("  partly determined", CARE),
     ("  failed:", BAD),
     ("undetermined", CARE),
     ("Nothing moved", GOOD),
+    ("Nothing that can be compared moved", CARE),
     ("Moved:", BAD),
     ("Warning:", CARE),
     ("error:", BAD),

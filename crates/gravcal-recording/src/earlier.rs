@@ -20,6 +20,10 @@ pub struct EarlierEstimate {
     pub parameters: Vec<EarlierParameter>,
     /// Gravity in base coordinates, m/s², where it was determined.
     pub gravity: Option<[f64; 3]>,
+    /// 95 % interval of each of its components, m/s², where the file says it.
+    pub gravity_ci95: Option<[[f64; 2]; 3]>,
+    /// Half-angle of the cone about gravity that holds its true direction with 95 % probability, degrees, where the file says it.
+    pub cone95_deg: Option<f64>,
     /// What the covariance is about.
     pub quantities: Vec<EarlierQuantity>,
     /// Covariance of the quantities, row-major, in the products of their units.
@@ -153,6 +157,10 @@ struct Estimator {
 #[derive(Deserialize)]
 struct Gravity {
     vector_m_per_s2: [f64; 3],
+    #[serde(default)]
+    ci95_m_per_s2: Option<[[f64; 2]; 3]>,
+    #[serde(default)]
+    cone95_deg: Option<f64>,
 }
 
 #[derive(Deserialize)]
@@ -196,6 +204,14 @@ pub fn read_earlier_session(path: &Path) -> Result<Option<EarlierInput>, Earlier
     Ok(read_earlier_inputs(path)?.into_iter().next())
 }
 
+/// The names of the estimators whose answers a `calibration.json` holds.
+///
+/// # Errors
+/// There is no such file.
+pub fn read_earlier_estimators(path: &Path) -> Result<Vec<String>, EarlierError> {
+    Ok(read_file(path)?.estimators.into_iter().map(|estimator| estimator.name).collect())
+}
+
 fn read_file(path: &Path) -> Result<File, EarlierError> {
     let bytes = fs::read(path).map_err(|cause| EarlierError::Io { path: path.to_owned(), cause })?;
     let not_ours = |cause| EarlierError::NotCalibration { path: path.to_owned(), cause };
@@ -222,7 +238,9 @@ impl Estimator {
         let quantities = self.covariance.order.iter().map(quantity).collect::<Result<_, _>>()?;
         Ok(EarlierEstimate {
             quantities,
-            gravity: self.gravity.map(|gravity| gravity.vector_m_per_s2),
+            gravity: self.gravity.as_ref().map(|gravity| gravity.vector_m_per_s2),
+            gravity_ci95: self.gravity.as_ref().and_then(|gravity| gravity.ci95_m_per_s2),
+            cone95_deg: self.gravity.as_ref().and_then(|gravity| gravity.cone95_deg),
             covariance: self.covariance.matrix.concat(),
             parameters: self.parameters,
         })
@@ -274,6 +292,7 @@ mod tests {
         assert_eq!(joint.quantities, [alone("gravity.y", -6.0), alone("j.torque_gain", 7.5), sum]);
         assert_eq!(joint.covariance, [4.0, 1.0, 0.0, 1.0, 9.0, 0.0, 0.0, 0.0, 1.0]);
         assert_eq!(joint.gravity, Some([0.0, -6.0, -8.0]));
+        assert_eq!((joint.gravity_ci95, joint.cone95_deg), (None, Some(0.1)));
         assert_eq!(joint.parameters.len(), 3);
     }
 

@@ -75,8 +75,8 @@ pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Condition
 pub use csv_lines::CsvWriting;
 pub use digest::{Digest, DigestError};
 pub use earlier::{
-    EarlierError, EarlierEstimate, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier, read_earlier_inputs,
-    read_earlier_session,
+    EarlierError, EarlierEstimate, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier,
+    read_earlier_estimators, read_earlier_inputs, read_earlier_session,
 };
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};

@@ -79,7 +79,7 @@ mod tests {
         let estimator = &file["estimators"][0];
         assert_eq!(estimator["name"], "joint");
         assert_eq!(estimator["verdict"], "determined");
-        for field in ["vector_m_per_s2", "std_m_per_s2", "cone95_deg"] {
+        for field in ["vector_m_per_s2", "std_m_per_s2", "ci95_m_per_s2", "cone95_deg"] {
             assert!(!estimator["gravity"][field].is_null(), "{field}");
         }
         let parameter = &estimator["parameters"][0];

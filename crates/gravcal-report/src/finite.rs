@@ -75,9 +75,10 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
 }
 
 fn of_gravity(gravity: &GravityResult) -> Vec<Number> {
-    let GravityResult { vector_m_per_s2, std_m_per_s2, cone95_deg, asked: _ } = gravity;
+    let GravityResult { vector_m_per_s2, std_m_per_s2, ci95_m_per_s2, cone95_deg, asked: _ } = gravity;
     let mut numbers = each("gravity", vector_m_per_s2);
     numbers.extend(each("standard deviation of gravity", std_m_per_s2));
+    numbers.extend(each("interval of gravity", ci95_m_per_s2.as_flattened()));
     numbers.extend(each("cone of gravity", [cone95_deg]));
     numbers
 }

@@ -13,6 +13,11 @@ pub(crate) fn split_name(name: &str) -> (&str, &str) {
     name.rsplit_once('.').unwrap_or(("", name))
 }
 
+/// Angle between gravity and the base's −z axis, rad: 0 for a base that stands upright.
+pub(crate) fn tilt([x, y, z]: [f64; 3]) -> f64 {
+    x.hypot(y).atan2(-z)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

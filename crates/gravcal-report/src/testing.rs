@@ -17,6 +17,7 @@ pub fn result(name: &str) -> EstimatorResult {
         gravity: Some(GravityResult {
             vector_m_per_s2: [-3.4312, -5.9411, -7.0009],
             std_m_per_s2: [0.0031, 0.0029, 0.0027],
+            ci95_m_per_s2: [[-3.4373, -3.4251], [-5.9468, -5.9354], [-7.0062, -6.9956]],
             cone95_deg: 0.0532,
             asked: true,
         }),

@@ -63,7 +63,14 @@ fn truth(simulation: &Simulation) -> (Session, EarlierEstimate) {
         [component(format!("load.plate-a.position.{name}"), a[axis]), component(displacement, b[axis] - a[axis])]
     });
     let quantities = inertia.chain(placements).collect();
-    let calibration = EarlierEstimate { parameters, gravity: Some(truth.gravity), quantities, covariance: Vec::new() };
+    let calibration = EarlierEstimate {
+        parameters,
+        gravity: Some(truth.gravity),
+        gravity_ci95: None,
+        cone95_deg: None,
+        quantities,
+        covariance: Vec::new(),
+    };
     (session, calibration)
 }
 

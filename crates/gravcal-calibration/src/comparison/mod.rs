@@ -13,18 +13,29 @@
 //! **Assumptions.** Calibrations of different recordings (a reading in two of them counts as agreement), errors that are normal with the
 //! stated covariance. What all share (a load's mass, lengths of links, a prior) is no part of a difference and does not count as one.
 //!
-//! **Gravity** of known magnitude has no variance along itself: then its direction is compared, in the plane across the mean one.
+//! **Gravity** of known magnitude has no variance along itself: then its direction is compared, in the plane across the mean one. It
+//! stands in the frame of the base, which the position offset of the first joint defines: a move of that offset looks like one of gravity
+//! ([`Comparison::base_frame`]).
+//!
+//! **What is not seen.** A parameter that any of the calibrations holds or leaves open may have moved unnoticed:
+//! [`Comparison::not_seen`].
 
 mod sensor;
 #[cfg(test)]
 mod tests;
+
+use std::fmt;
 
 use gravcal_recording::EarlierEstimate;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use thiserror::Error;
 
+use crate::session::BASE_FRAME_CHOICE;
 use sensor::{Estimates, Sensor, sensors};
+
+/// The name under which gravity is compared.
+pub const GRAVITY: &str = "gravity";
 
 /// Probability with which any sensor at all is named where none has moved.
 pub const SIGNIFICANCE: f64 = 0.01;
@@ -35,26 +46,31 @@ pub enum ComparisonError {
     /// One alone.
     #[error("a comparison takes two calibrations or more")]
     One,
-    /// They have nothing in common.
-    #[error("no parameter is estimated by all of these calibrations: are they of one robot?")]
+    /// Their joints and instruments have different names.
+    #[error("no sensor is in all of these calibrations: they are of different robots, or their joints were renamed")]
+    NoSensorInCommon,
+    /// They estimate nothing in common.
+    #[error("no parameter is estimated by all of these calibrations")]
     NothingInCommon,
     /// A parameter in different units.
-    #[error("{name} is in {first} in one calibration and in {other} in another: its sensor's unit has changed")]
+    #[error("{name} is in {} in one and in {} in the other: its sensor's unit has changed", units[0], units[1])]
     Units {
         /// The parameter.
         name: String,
-        /// One unit.
-        first: String,
-        /// Another.
-        other: String,
+        /// The units.
+        units: [String; 2],
+        /// Indices of the two calibrations.
+        calibrations: [usize; 2],
     },
 }
 
 /// What a comparison comes to.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// Gravity first, then the sensors in the order of the first calibration.
+    /// Gravity first, then the sensors of all calibrations, those of the first one first.
     pub sensors: Vec<SensorComparison>,
+    /// Position offsets that define the base frame: if one of them moves, gravity seems to have moved.
+    pub base_frame: Vec<String>,
 }
 
 /// One sensor in all calibrations.
@@ -64,10 +80,31 @@ pub struct SensorComparison {
     pub name: String,
     /// The parameters that are compared.
     pub parameters: Vec<ComparedParameter>,
-    /// Parameters that are not compared, each with the reason.
-    pub left_out: Vec<String>,
+    /// Parameters that are not compared.
+    pub left_out: Vec<LeftOut>,
+    /// Whether all calibrations have it.
+    pub in_all: bool,
+    /// Parameters that only some of its models have, so that the others need not mean the same.
+    pub models_differ_in: Vec<String>,
     /// Absent where nothing of it can be compared.
     pub test: Option<HomogeneityTest>,
+}
+
+/// What is not compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LeftOut {
+    /// A parameter, or a sensor.
+    pub name: String,
+    /// Such as `is not determined in calibration 2`.
+    pub why: String,
+    /// Whether it can move at all: a torque sensor that is not there cannot.
+    pub can_move: bool,
+}
+
+impl fmt::Display for LeftOut {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} {}", self.name, self.why)
+    }
 }
 
 /// A parameter in all calibrations.
@@ -106,6 +143,12 @@ impl Comparison {
         self.sensors.iter().filter(|sensor| sensor.test.as_ref().is_some_and(|test| test.moved))
     }
 
+    /// What may have moved unnoticed, as it cannot be compared.
+    pub fn not_seen(&self) -> Vec<&str> {
+        let left_out = self.sensors.iter().flat_map(|sensor| &sensor.left_out);
+        left_out.filter(|left_out| left_out.can_move).map(|left_out| left_out.name.as_str()).collect()
+    }
+
     /// How many sensors were tested.
     pub fn tests(&self) -> usize {
         self.sensors.iter().filter(|sensor| sensor.test.is_some()).count()
@@ -120,19 +163,39 @@ pub fn compare(calibrations: &[&EarlierEstimate]) -> Result<Comparison, Comparis
     if calibrations.len() < 2 {
         return Err(ComparisonError::One);
     }
-    let mut compared = Vec::new();
-    for Sensor { name, parameters, left_out, estimates } in sensors(calibrations)? {
-        let test = estimates.and_then(|estimates| test(&estimates));
-        compared.push(SensorComparison { name, parameters, left_out, test });
+    let mut sensors: Vec<SensorComparison> = sensors(calibrations)?.into_iter().map(tested).collect();
+    if sensors.iter().all(|sensor| sensor.name == GRAVITY || !sensor.in_all) {
+        return Err(ComparisonError::NoSensorInCommon);
     }
-    if compared.iter().all(|sensor| sensor.test.is_none()) {
+    if sensors.iter().all(|sensor| sensor.test.is_none()) {
         return Err(ComparisonError::NothingInCommon);
     }
-    correct(&mut compared);
-    Ok(Comparison { sensors: compared })
+    correct(&mut sensors);
+    Ok(Comparison { sensors, base_frame: base_frame(calibrations) })
 }
 
-/// `None` where a covariance is singular.
+fn tested(sensor: Sensor) -> SensorComparison {
+    let Sensor { name, mut parameters, mut left_out, in_all, models_differ_in, estimates } = sensor;
+    let test = estimates.as_ref().and_then(test);
+    if estimates.is_some() && test.is_none() {
+        let why = "is not compared: its covariances cannot be inverted".to_owned();
+        left_out.push(LeftOut { name: name.clone(), why, can_move: true });
+        parameters.clear();
+    }
+    SensorComparison { name, parameters, left_out, in_all, models_differ_in, test }
+}
+
+fn base_frame(calibrations: &[&EarlierEstimate]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for parameter in calibrations.iter().flat_map(|calibration| &calibration.parameters) {
+        if parameter.held.as_deref() == Some(BASE_FRAME_CHOICE) && !names.contains(&parameter.name) {
+            names.push(parameter.name.clone());
+        }
+    }
+    names
+}
+
+/// `None` where a covariance cannot be inverted.
 fn test(estimates: &Estimates) -> Option<HomogeneityTest> {
     let weights: Vec<DMatrix<f64>> = estimates
         .covariances

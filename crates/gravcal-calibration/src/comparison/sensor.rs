@@ -3,10 +3,11 @@
 use gravcal_recording::{EarlierEstimate, EarlierParameter};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::{ComparedParameter, ComparisonError};
-use crate::parameter::Quantity;
+use super::{ComparedParameter, ComparisonError, GRAVITY, LeftOut};
+use crate::parameter::{Quantity, UNREAD};
+use crate::session::NO_TORQUE_SENSOR;
 
-const GRAVITY: [&str; 3] = ["gravity.x", "gravity.y", "gravity.z"];
+const GRAVITY_COMPONENTS: [&str; 3] = ["gravity.x", "gravity.y", "gravity.z"];
 /// Share of gravity's variance along itself below which its magnitude is taken as exact.
 const EXACT_MAGNITUDE: f64 = 1e-9;
 
@@ -14,7 +15,11 @@ const EXACT_MAGNITUDE: f64 = 1e-9;
 pub(super) struct Sensor {
     pub name: String,
     pub parameters: Vec<ComparedParameter>,
-    pub left_out: Vec<String>,
+    pub left_out: Vec<LeftOut>,
+    /// Whether all calibrations have it.
+    pub in_all: bool,
+    /// Parameters that only some of its models have.
+    pub models_differ_in: Vec<String>,
     /// Of what is compared; `None` where that is nothing.
     pub estimates: Option<Estimates>,
 }
@@ -25,21 +30,20 @@ pub(super) struct Estimates {
     pub covariances: Vec<DMatrix<f64>>,
 }
 
-/// Gravity, and every sensor of the first calibration.
+/// Gravity, and every sensor that any of the calibrations has.
 pub(super) fn sensors(calibrations: &[&EarlierEstimate]) -> Result<Vec<Sensor>, ComparisonError> {
-    let mut sensors = vec![gravity(calibrations)];
-    let Some(first) = calibrations.first() else { return Ok(sensors) };
     let mut names: Vec<String> = Vec::new();
-    for parameter in &first.parameters {
-        let name = sensor_of(first, &parameter.name);
-        if !names.contains(&name) {
-            names.push(name);
+    for calibration in calibrations {
+        for parameter in &calibration.parameters {
+            let name = sensor_of(calibration, &parameter.name);
+            if !names.contains(&name) {
+                names.push(name);
+            }
         }
     }
+    let mut sensors = vec![gravity(calibrations)];
     for name in names {
-        let own: Vec<&EarlierParameter> =
-            first.parameters.iter().filter(|parameter| sensor_of(first, &parameter.name) == name).collect();
-        sensors.push(sensor(calibrations, name, &own)?);
+        sensors.push(sensor(calibrations, name)?);
     }
     Ok(sensors)
 }
@@ -59,41 +63,124 @@ fn sensor_of(estimate: &EarlierEstimate, parameter: &str) -> String {
     format!("{owner} {what}")
 }
 
-fn sensor(
-    calibrations: &[&EarlierEstimate],
-    name: String,
-    own: &[&EarlierParameter],
-) -> Result<Sensor, ComparisonError> {
+fn sensor(calibrations: &[&EarlierEstimate], name: String) -> Result<Sensor, ComparisonError> {
+    let own = parameters_of(calibrations, &name);
+    for parameter in &own {
+        check_unit(calibrations, &parameter.name)?;
+    }
+    if let Some(index) = calibrations.iter().position(|calibration| !has(calibration, &name)) {
+        let can_move = own.iter().any(|parameter| can_move(calibrations, &parameter.name));
+        let left_out =
+            vec![LeftOut { name: name.clone(), why: format!("is not in calibration {}", index + 1), can_move }];
+        return Ok(Sensor {
+            name,
+            parameters: Vec::new(),
+            left_out,
+            in_all: false,
+            models_differ_in: Vec::new(),
+            estimates: None,
+        });
+    }
     let (mut compared, mut left_out) = (Vec::new(), Vec::new());
-    for parameter in own {
-        check_unit(calibrations, parameter)?;
-        match calibrations.iter().enumerate().find_map(|(index, other)| why_not(other, index, &parameter.name)) {
-            None => compared.push(parameter.name.as_str()),
-            Some(why) => left_out.push(format!("{} {why}", parameter.name)),
+    for parameter in &own {
+        let name = &parameter.name;
+        match calibrations.iter().enumerate().find_map(|(index, other)| why_not(other, index, name)) {
+            None => compared.push((name.as_str(), parameter.unit.as_str())),
+            Some(why) => {
+                left_out.push(LeftOut { name: name.clone(), why, can_move: can_move(calibrations, name) });
+            }
         }
     }
-    let unit = |name: &str| own.iter().find(|parameter| parameter.name == name).map_or("", |p| p.unit.as_str());
-    let parameters = compared.iter().map(|name| told(calibrations, name, unit(name))).collect();
-    let estimates = (!compared.is_empty()).then(|| Estimates::new(calibrations, &compared).scaled());
-    Ok(Sensor { name, parameters, left_out, estimates })
+    let estimates = |names: &[&str]| Estimates::new(calibrations, names);
+    let (parameters, estimates) = comparable(calibrations, &compared, estimates, &mut left_out);
+    let models_differ_in = own.iter().filter(|parameter| in_some_models_only(calibrations, parameter));
+    let models_differ_in = models_differ_in.map(|parameter| parameter.name.clone()).collect();
+    Ok(Sensor { name, parameters, left_out, in_all: true, models_differ_in, estimates })
 }
 
-fn check_unit(calibrations: &[&EarlierEstimate], parameter: &EarlierParameter) -> Result<(), ComparisonError> {
-    let same = calibrations.iter().filter_map(|other| other.parameters.iter().find(|p| p.name == parameter.name));
-    match same.map(|other| &other.unit).find(|unit| **unit != parameter.unit) {
-        None => Ok(()),
-        Some(other) => Err(ComparisonError::Units {
-            name: parameter.name.clone(),
-            first: parameter.unit.clone(),
-            other: other.clone(),
-        }),
+/// What is told and tested of these parameters (name and unit), if their covariances can be inverted; else the reason is left out.
+fn comparable(
+    calibrations: &[&EarlierEstimate],
+    compared: &[(&str, &str)],
+    estimates: impl Fn(&[&str]) -> Estimates,
+    left_out: &mut Vec<LeftOut>,
+) -> (Vec<ComparedParameter>, Option<Estimates>) {
+    let names: Vec<&str> = compared.iter().map(|(name, _)| *name).collect();
+    if names.is_empty() {
+        return (Vec::new(), None);
     }
+    let estimates = estimates(&names);
+    if let Some(index) = estimates.not_positive_definite() {
+        let why =
+            format!("is not compared: its sensor's covariance in calibration {} is not positive definite", index + 1);
+        left_out.extend(names.iter().map(|name| LeftOut {
+            name: (*name).to_owned(),
+            why: why.clone(),
+            can_move: true,
+        }));
+        return (Vec::new(), None);
+    }
+    let told = compared.iter().map(|(name, unit)| told(calibrations, name, unit)).collect();
+    (told, Some(estimates.scaled()))
+}
+
+/// The parameters of a sensor, each as the first calibration says that has it.
+fn parameters_of<'a>(calibrations: &[&'a EarlierEstimate], sensor: &str) -> Vec<&'a EarlierParameter> {
+    let mut own: Vec<&EarlierParameter> = Vec::new();
+    for calibration in calibrations {
+        for parameter in &calibration.parameters {
+            let known = own.iter().any(|other| other.name == parameter.name);
+            if !known && sensor_of(calibration, &parameter.name) == sensor {
+                own.push(parameter);
+            }
+        }
+    }
+    own
+}
+
+fn has(calibration: &EarlierEstimate, sensor: &str) -> bool {
+    calibration.parameters.iter().any(|parameter| sensor_of(calibration, &parameter.name) == sensor)
+}
+
+fn parameter<'a>(calibration: &'a EarlierEstimate, name: &str) -> Option<&'a EarlierParameter> {
+    calibration.parameters.iter().find(|parameter| parameter.name == name)
+}
+
+/// Whether any of the calibrations has what could move: not so a torque sensor that is not there, nor an axis that is not read.
+fn can_move(calibrations: &[&EarlierEstimate], name: &str) -> bool {
+    let absent = [Some(NO_TORQUE_SENSOR), Some(UNREAD)];
+    calibrations.iter().filter_map(|other| parameter(other, name)).any(|found| !absent.contains(&found.held.as_deref()))
+}
+
+/// A parameter that is held at zero says nothing, as if it were not there.
+fn in_some_models_only(calibrations: &[&EarlierEstimate], own: &EarlierParameter) -> bool {
+    let says_something =
+        |parameter: &EarlierParameter| parameter.held.is_none() || parameter.value.unwrap_or(parameter.nominal) != 0.0;
+    says_something(own) && calibrations.iter().any(|other| parameter(other, &own.name).is_none())
+}
+
+fn check_unit(calibrations: &[&EarlierEstimate], name: &str) -> Result<(), ComparisonError> {
+    let unit = |calibration: &&EarlierEstimate| parameter(calibration, name).map(|found| found.unit.clone());
+    let units: Vec<(usize, String)> =
+        calibrations.iter().enumerate().filter_map(|(index, other)| Some((index, unit(other)?))).collect();
+    for pair in units.windows(2) {
+        if let [(first, one), (second, other)] = pair
+            && one != other
+        {
+            return Err(ComparisonError::Units {
+                name: name.to_owned(),
+                units: [one.clone(), other.clone()],
+                calibrations: [*first, *second],
+            });
+        }
+    }
+    Ok(())
 }
 
 /// Why a parameter of a calibration cannot be compared.
 fn why_not(calibration: &EarlierEstimate, index: usize, name: &str) -> Option<String> {
     let which = index + 1;
-    let Some(parameter) = calibration.parameters.iter().find(|parameter| parameter.name == name) else {
+    let Some(parameter) = parameter(calibration, name) else {
         return Some(format!("is not in calibration {which}"));
     };
     match parameter {
@@ -106,16 +193,17 @@ fn why_not(calibration: &EarlierEstimate, index: usize, name: &str) -> Option<St
 
 fn gravity(calibrations: &[&EarlierEstimate]) -> Sensor {
     let lacking = calibrations.iter().position(|calibration| {
-        calibration.gravity.is_none() || GRAVITY.iter().any(|axis| place(calibration, axis).is_none())
+        calibration.gravity.is_none() || GRAVITY_COMPONENTS.iter().any(|axis| place(calibration, axis).is_none())
     });
-    let name = "gravity".to_owned();
+    let (mut left_out, mut compared) = (Vec::new(), GRAVITY_COMPONENTS.map(|axis| (axis, "m/s²")).to_vec());
     if let Some(index) = lacking {
-        let left_out = vec![format!("gravity is not determined in calibration {}", index + 1)];
-        return Sensor { name, parameters: Vec::new(), left_out, estimates: None };
+        let why = format!("is not determined in calibration {}", index + 1);
+        left_out.push(LeftOut { name: GRAVITY.to_owned(), why, can_move: true });
+        compared.clear();
     }
-    let parameters = GRAVITY.iter().map(|axis| told(calibrations, axis, "m/s²")).collect();
-    let estimates = Estimates::new(calibrations, &GRAVITY).of_gravity();
-    Sensor { name, parameters, left_out: Vec::new(), estimates: Some(estimates.scaled()) }
+    let estimates = |names: &[&str]| Estimates::new(calibrations, names).of_gravity();
+    let (parameters, estimates) = comparable(calibrations, &compared, estimates, &mut left_out);
+    Sensor { name: GRAVITY.to_owned(), parameters, left_out, in_all: true, models_differ_in: Vec::new(), estimates }
 }
 
 /// Where the covariance has a quantity.
@@ -174,6 +262,14 @@ impl Estimates {
                 .map(|(covariance, g)| &across * covariance * across.transpose() / g.norm_squared())
                 .collect(),
         }
+    }
+
+    /// The first calibration whose covariance cannot be inverted.
+    fn not_positive_definite(&self) -> Option<usize> {
+        self.covariances.iter().position(|covariance| {
+            let scale = DMatrix::from_diagonal(&covariance.diagonal().map(|variance| 1.0 / variance.sqrt()));
+            (&scale * covariance * &scale).cholesky().is_none()
+        })
     }
 
     /// In units of the first one's standard deviations, so that units do not matter to the digits.

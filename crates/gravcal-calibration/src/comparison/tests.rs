@@ -23,20 +23,21 @@ fn earlier(result: &EstimatorResult) -> EarlierEstimate {
         nominal: p.nominal,
     };
     let gravity = result.gravity.as_ref().unwrap().vector_m_per_s2;
+    let components = ["gravity.x", "gravity.y", "gravity.z"];
     let quantity = |name: &String| {
-        let axis = GRAVITY.iter().position(|axis| axis == name);
+        let axis = components.iter().position(|axis| axis == name);
         let value = axis.map(|axis| gravity[axis]).or_else(|| result.parameter(name)?.value).unwrap_or(0.0);
         EarlierQuantity { terms: vec![(name.clone(), 1.0)], value }
     };
     EarlierEstimate {
         parameters: result.parameters.iter().map(parameter).collect(),
         gravity: Some(gravity),
+        gravity_ci95: None,
+        cone95_deg: None,
         quantities: result.covariance.order.iter().map(quantity).collect(),
         covariance: result.covariance.matrix.concat(),
     }
 }
-
-const GRAVITY: [&str; 3] = ["gravity.x", "gravity.y", "gravity.z"];
 
 /// Calibrations of a simulation's trials.
 fn calibrations(simulation: &Simulation, trials: std::ops::Range<u64>) -> Vec<EarlierEstimate> {
@@ -97,6 +98,10 @@ fn a_moved_gain_is_named_and_nothing_else() {
     assert_eq!(moved[0].parameters[0].values.len(), 5);
 }
 
+fn told(sensor: &SensorComparison) -> Vec<String> {
+    sensor.left_out.iter().map(LeftOut::to_string).collect()
+}
+
 /// Two calibrations: the difference, and the sum of the covariances.
 #[test]
 fn of_two_it_is_the_test_of_the_difference() {
@@ -107,7 +112,9 @@ fn of_two_it_is_the_test_of_the_difference() {
     let expected = (values[0] - values[1]).powi(2) / (stds[0].powi(2) + stds[1].powi(2));
     let found = sensor.test.as_ref().unwrap();
     assert!((found.chi_squared / expected - 1.0).abs() < 1e-9);
-    assert_eq!(sensor.left_out, ["joint1.position_offset is held in calibration 1 (it defines the base frame)"]);
+    assert_eq!(told(sensor), ["joint1.position_offset is held in calibration 1 (it defines the base frame)"]);
+    assert_eq!(comparison.not_seen(), ["joint1.position_offset", "joint3.position_offset"]);
+    assert_eq!(comparison.base_frame, ["joint1.position_offset"]);
 }
 
 #[test]
@@ -119,19 +126,78 @@ fn what_cannot_be_compared_is_told() {
     other.parameters.iter_mut().find(|parameter| parameter.name == "joint1.torque_bias").unwrap().value = None;
     other.gravity = None;
     let comparison = compare(&[&all[0], &other]).unwrap();
-    assert_eq!(comparison.sensors[0].left_out, ["gravity is not determined in calibration 2"]);
+    assert_eq!(told(&comparison.sensors[0]), ["gravity is not determined in calibration 2"]);
     let expected =
         ["joint1.torque_gain is not in calibration 2", "joint1.torque_bias is not determined in calibration 2"];
     assert_eq!(
-        (&comparison.sensors[1].left_out[..], &comparison.sensors[1].test),
-        (&expected.map(str::to_owned)[..], &None)
+        (told(&comparison.sensors[1]), &comparison.sensors[1].test),
+        (expected.map(str::to_owned).into(), &None)
     );
     let mut volts = all[1].clone();
     volts.parameters[0].unit = "V/(N·m)".into();
     let error = compare(&[&all[0], &volts]).unwrap_err().to_string();
-    assert!(error.starts_with("joint1.torque_gain is in count/(N·m) in one calibration and in V/(N·m)"), "{error}");
-    let nothing = EarlierEstimate { parameters: Vec::new(), ..other };
+    assert!(error.starts_with("joint1.torque_gain is in count/(N·m) in one and in V/(N·m) in the other"), "{error}");
+    let mut nothing = other.clone();
+    nothing.parameters.iter_mut().for_each(|parameter| parameter.value = None);
     assert_eq!(compare(&[&nothing, &nothing]), Err(ComparisonError::NothingInCommon));
+    let none = EarlierEstimate { parameters: Vec::new(), ..all[0].clone() };
+    assert_eq!(compare(&[&all[0], &none]), Err(ComparisonError::NoSensorInCommon));
+}
+
+#[test]
+fn what_only_one_calibration_has_is_told_whichever_it_is() {
+    let all = calibrations(&sarcos_shoulder(), 0..2);
+    let mut fewer = all[1].clone();
+    let gone = |name: &str| name.starts_with("joint2.torque_") || name == "joint3.torque_bias";
+    fewer.parameters.retain(|parameter| !gone(&parameter.name));
+    for (pair, lacking) in [([&all[0], &fewer], 2), ([&fewer, &all[0]], 1)] {
+        let comparison = compare(&pair).unwrap();
+        let of = |name: &str| comparison.sensors.iter().find(|sensor| sensor.name == name).unwrap();
+        assert_eq!(told(of("joint2 torque")), [format!("joint2 torque is not in calibration {lacking}")]);
+        assert!(!of("joint2 torque").in_all && of("joint3 torque").in_all);
+        assert_eq!(of("joint3 torque").models_differ_in, ["joint3.torque_bias"]);
+        let mut not_seen = comparison.not_seen();
+        not_seen.sort_unstable();
+        let expected = ["joint1.position_offset", "joint2 torque", "joint3.position_offset", "joint3.torque_bias"];
+        assert_eq!(not_seen, expected);
+    }
+}
+
+#[test]
+fn a_covariance_that_cannot_be_inverted_is_told_and_not_compared() {
+    let all = calibrations(&sarcos_shoulder(), 0..2);
+    let place = |name: &str| all[1].quantities.iter().position(|quantity| quantity.terms[0].0 == name).unwrap();
+    let (gain, bias) = (place("joint2.torque_gain"), place("joint2.torque_bias"));
+    let size = all[1].quantities.len();
+    for value in [-1.0, 0.0, f64::NAN] {
+        let mut broken = all[1].clone();
+        broken.covariance[gain * (size + 1)] = value;
+        let comparison = compare(&[&all[0], &broken]).unwrap();
+        let sensor = comparison.sensors.iter().find(|sensor| sensor.name == "joint2 torque").unwrap();
+        let why = "is not compared: its sensor's covariance in calibration 2 is not positive definite";
+        assert_eq!(told(sensor), ["gain", "bias"].map(|what| format!("joint2.torque_{what} {why}")));
+        assert!(sensor.test.is_none() && sensor.parameters.is_empty() && comparison.not_seen().len() == 4);
+    }
+    let mut singular = all[1].clone();
+    for (i, j) in [(gain, gain), (gain, bias), (bias, gain), (bias, bias)] {
+        singular.covariance[i * size + j] = 1.0;
+    }
+    let comparison = compare(&[&singular, &all[0]]).unwrap();
+    assert!(comparison.not_seen().contains(&"joint2.torque_bias"));
+}
+
+#[test]
+fn a_torque_sensor_that_is_not_there_cannot_move() {
+    let mut all = calibrations(&sarcos_shoulder(), 0..2);
+    for calibration in &mut all {
+        for parameter in &mut calibration.parameters {
+            if parameter.name.starts_with("joint2.torque_") {
+                parameter.held = Some(crate::session::NO_TORQUE_SENSOR.to_owned());
+            }
+        }
+    }
+    let comparison = compare(&[&all[0], &all[1]]).unwrap();
+    assert_eq!(comparison.not_seen(), ["joint1.position_offset", "joint3.position_offset"]);
 }
 
 #[test]
@@ -146,7 +212,14 @@ fn holm_counts_the_smallest_most() {
             largest_step: (0, 0.0),
         })
     };
-    let sensor = |p| SensorComparison { name: String::new(), parameters: vec![], left_out: vec![], test: test(p) };
+    let sensor = |p| SensorComparison {
+        name: String::new(),
+        parameters: vec![],
+        left_out: vec![],
+        in_all: true,
+        models_differ_in: vec![],
+        test: test(p),
+    };
     let mut sensors = [0.04, 0.002, 0.03].map(sensor);
     correct(&mut sensors);
     let corrected = sensors.map(|sensor| sensor.test.map(|test| (test.corrected_p_value, test.moved)).unwrap());

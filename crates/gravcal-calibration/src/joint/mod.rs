@@ -280,6 +280,10 @@ impl Solved {
             self.uncertainty.cone(&function)
         };
         let g = values.get(id);
-        gravity_result([g[0], g[1], g[2]], &self.gravity_covariance(), session.asks("gravity"), radius)
+        let ci95 = std::array::from_fn(|axis| {
+            let function = axes.get(axis).map_or(&[][..], |function| function.as_slice());
+            self.uncertainty.interval(g[axis], function)
+        });
+        gravity_result([g[0], g[1], g[2]], &self.gravity_covariance(), ci95, session.asks("gravity"), radius)
     }
 }

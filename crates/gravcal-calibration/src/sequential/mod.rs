@@ -308,7 +308,11 @@ pub fn tell_steps_briefly(session: &Session, known: &SequentialValues) -> Brief 
             Some(_) => "no step was taken".into(),
         },
         iterations: known.iterations,
-        gravity: gravity.map(|g| gravity_result(g.vector, &g.covariance, asked, |std, _| Quantile::normal().cone(std))),
+        gravity: gravity.map(|g| {
+            let std = |axis: usize| g.covariance[4 * axis].max(0.0).sqrt();
+            let ci95 = std::array::from_fn(|axis| Quantile::normal().interval(g.vector[axis], std(axis)));
+            gravity_result(g.vector, &g.covariance, ci95, asked, |std, _| Quantile::normal().cone(std))
+        }),
         parameters,
     }
 }

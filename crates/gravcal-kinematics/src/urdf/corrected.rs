@@ -193,7 +193,7 @@ impl Rewriting<'_> {
 
     /// What stands first in the robot: a comment, and the new root.
     fn head(&self) -> String {
-        let lines = self.comment.iter().map(|line| format!("\n    {}", line.replace("--", "- -")));
+        let lines = self.comment.iter().map(|line| format!("\n    {}", without_double_hyphens(line)));
         let comment = match self.comment {
             [] => String::new(),
             _ => format!("\n  <!--{}\n  -->", lines.collect::<String>()),
@@ -252,6 +252,18 @@ impl Rewriting<'_> {
         }
         Ok(())
     }
+}
+
+/// A comment of XML must not hold two hyphens in a row.
+fn without_double_hyphens(line: &str) -> String {
+    let mut text = String::with_capacity(line.len());
+    for c in line.chars() {
+        if c == '-' && text.ends_with('-') {
+            text.push(' ');
+        }
+        text.push(c);
+    }
+    text
 }
 
 fn origin_attributes([xyz, rpy]: &[[f64; 3]; 2]) -> [(&'static str, String); 2] {
@@ -313,8 +325,12 @@ mod tests {
 
     fn corrected(text: &str, offsets: &[(&str, f64)]) -> Result<String, UrdfError> {
         let offsets: Vec<(String, f64)> = offsets.iter().map(|(name, offset)| ((*name).to_owned(), *offset)).collect();
-        UrdfCorrection { gravity: Some(("base", GRAVITY)), offsets: &offsets, comment: &["a -- b".to_owned()] }
-            .apply(text)
+        UrdfCorrection {
+            gravity: Some(("base", GRAVITY)),
+            offsets: &offsets,
+            comment: &["a -- b --- c----".to_owned()],
+        }
+        .apply(text)
     }
 
     fn torques(chain: &Chain, coordinates: &[f64], gravity: [f64; 3]) -> Vec<f64> {
@@ -347,7 +363,11 @@ mod tests {
             Some([true; 2])
         );
         // What has nothing to do with frames stays.
-        assert!(text.contains("drake:acceleration=\"3\"") && text.contains("<!-- was:") && text.contains("a - - b"));
+        assert!(
+            text.contains("drake:acceleration=\"3\"")
+                && text.contains("<!-- was:")
+                && text.contains("a - - b - - - c- - - -\n")
+        );
         assert!(text.contains("<transmission name=\"t\"><joint name=\"lift\"/></transmission>"));
     }
 

@@ -1,6 +1,6 @@
 //! A comparison for programs.
 
-use gravcal_calibration::comparison::{ComparedParameter, HomogeneityTest, SIGNIFICANCE, SensorComparison};
+use gravcal_calibration::comparison::{ComparedParameter, HomogeneityTest, LeftOut, SIGNIFICANCE, SensorComparison};
 use serde::Serialize;
 
 use super::ComparisonReport;
@@ -11,8 +11,13 @@ struct Document<'a> {
     format: &'static str,
     files: &'a [String],
     shared_inputs: &'a [String],
+    different_robots: &'a [String],
     significance: f64,
     moved: Vec<&'a str>,
+    /// What may have moved unnoticed.
+    not_seen: Vec<&'a str>,
+    /// Offsets that define the base frame: gravity seems to move with them.
+    gravity_stands_for: &'a [String],
     sensors: Vec<SensorDocument<'a>>,
 }
 
@@ -21,7 +26,9 @@ struct SensorDocument<'a> {
     name: &'a str,
     test: Option<TestDocument>,
     parameters: Vec<ParameterDocument<'a>>,
-    left_out: &'a [String],
+    left_out: Vec<String>,
+    in_all: bool,
+    models_differ_in: &'a [String],
 }
 
 #[derive(Serialize)]
@@ -48,19 +55,24 @@ pub(super) fn json(report: &ComparisonReport<'_>) -> Result<String, JsonError> {
         format: "gravcal-comparison/1",
         files: report.files,
         shared_inputs: report.shared,
+        different_robots: report.robots,
         significance: SIGNIFICANCE,
         moved: report.comparison.moved().map(|sensor| sensor.name.as_str()).collect(),
+        not_seen: report.comparison.not_seen(),
+        gravity_stands_for: &report.comparison.base_frame,
         sensors: report.comparison.sensors.iter().map(sensor).collect(),
     })
 }
 
 fn sensor(sensor: &SensorComparison) -> SensorDocument<'_> {
-    let SensorComparison { name, parameters, left_out, test } = sensor;
+    let SensorComparison { name, parameters, left_out, in_all, models_differ_in, test } = sensor;
     SensorDocument {
         name,
         test: test.as_ref().map(told),
         parameters: parameters.iter().map(parameter).collect(),
-        left_out,
+        left_out: left_out.iter().map(LeftOut::to_string).collect(),
+        in_all: *in_all,
+        models_differ_in,
     }
 }
 

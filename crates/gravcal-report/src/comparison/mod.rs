@@ -1,14 +1,15 @@
 //! Several calibrations of one robot beside each other: which sensor moved.
 
+mod caveats;
 mod json;
 mod text;
 
 use std::fmt;
 
 use gravcal_calibration::comparison::Comparison;
-use gravcal_recording::EarlierInput;
 
 use crate::json::JsonError;
+pub use caveats::{different_robots, shared_inputs};
 
 /// A comparison with the names of what is compared.
 #[derive(Clone, Copy, Debug)]
@@ -17,6 +18,8 @@ pub struct ComparisonReport<'a> {
     pub files: &'a [String],
     /// Recordings and calibrations that several of them were made from: see [`shared_inputs`].
     pub shared: &'a [String],
+    /// Descriptions of the robot, where they differ: see [`different_robots`].
+    pub robots: &'a [String],
     /// What the comparison comes to.
     pub comparison: &'a Comparison,
     /// Whether the values of sensors that have not moved are told, too.
@@ -39,48 +42,11 @@ impl fmt::Display for ComparisonReport<'_> {
     }
 }
 
-/// What makes calibrations depend on each other: a recording that several read, or one that is another's knowledge. `own`: each
-/// calibration's hash; `inputs`: what each was made from. Robots and sessions may well be the same.
-pub fn shared_inputs(own: &[String], inputs: &[Vec<EarlierInput>]) -> Vec<String> {
-    let description = |path: &str| {
-        let end = path.rsplit_once('.').map_or("", |(_, end)| end).to_ascii_lowercase();
-        ["toml", "urdf", "xml", "xacro", "json"].contains(&end.as_str())
-    };
-    let mut shared = Vec::new();
-    for (index, all) in inputs.iter().enumerate() {
-        for input in all {
-            let earlier = inputs[..index].iter().flatten().any(|other| other.sha256 == input.sha256);
-            if own.contains(&input.sha256) || (earlier && !description(&input.path)) {
-                shared.push(input.path.clone());
-            }
-        }
-    }
-    shared.sort();
-    shared.dedup();
-    shared
-}
-
 #[cfg(test)]
 mod tests {
-    use gravcal_calibration::comparison::{ComparedParameter, HomogeneityTest, SensorComparison};
+    use gravcal_calibration::comparison::{ComparedParameter, HomogeneityTest, LeftOut, SensorComparison};
 
     use super::*;
-
-    fn input(path: &str, hash: &str) -> EarlierInput {
-        EarlierInput { path: path.into(), sha256: hash.into() }
-    }
-
-    #[test]
-    fn shared_recordings_and_priors_are_found() {
-        let a = vec![input("session.toml", "s"), input("arm.urdf", "r"), input("monday.csv", "1")];
-        let b = vec![input("session.toml", "s"), input("arm.urdf", "r"), input("tuesday.csv", "2")];
-        let own = ["a".to_owned(), "b".to_owned()];
-        assert_eq!(shared_inputs(&own, &[a.clone(), b.clone()]), Vec::<String>::new());
-        let mut again = b.clone();
-        again.push(input("copy-of-monday.csv", "1"));
-        again.push(input("last-week/calibration.json", "a"));
-        assert_eq!(shared_inputs(&own, &[a, again]), ["copy-of-monday.csv", "last-week/calibration.json"]);
-    }
 
     fn comparison() -> Comparison {
         let parameter = |name: &str, unit: &str, values: [f64; 2], std: f64| ComparedParameter {
@@ -104,19 +70,27 @@ mod tests {
                 parameter("joint2.torque_bias", "count", [2074.9, 2074.8], 0.12),
             ],
             left_out: vec![],
+            in_all: true,
+            models_differ_in: vec![],
             test: Some(test(196.4, 2.1e-43, true)),
         };
         let position = SensorComparison {
             name: "joint1 position".into(),
             parameters: vec![parameter("joint1.position_gain", "rad/rad", [0.988, 0.9881], 0.0005)],
-            left_out: vec!["joint1.position_offset is held in calibration 1 (it defines the base frame)".into()],
+            left_out: vec![LeftOut {
+                name: "joint1.position_offset".into(),
+                why: "is held in calibration 1 (it defines the base frame)".into(),
+                can_move: true,
+            }],
+            in_all: true,
+            models_differ_in: vec![],
             test: Some(test(1.2, 0.55, false)),
         };
-        Comparison { sensors: vec![torque, position] }
+        Comparison { sensors: vec![torque, position], base_frame: vec!["joint1.position_offset".into()] }
     }
 
     fn report<'a>(comparison: &'a Comparison, files: &'a [String], shared: &'a [String]) -> ComparisonReport<'a> {
-        ComparisonReport { files, shared, comparison, verbose: false }
+        ComparisonReport { files, shared, robots: &[], comparison, verbose: false }
     }
 
     #[test]
@@ -128,9 +102,46 @@ mod tests {
         assert!(text.contains("  joint2 torque     196    2  < 0.001    < 0.001  moved\n"), "{text}");
         assert!(text.contains("joint2.torque_gain  count/(N·m)  1    7.124 ± 0.022\n"), "{text}");
         assert!(text.contains("were made from the same poses.csv"), "{text}");
-        let nothing = Comparison { sensors: comparison.sensors[1..].to_vec() };
+        assert!(text.contains("Not seen: joint1.position_offset\n"), "{text}");
+        assert!(text.contains("  joint1 position  1.20    2     0.55        1.0  gain only\n"), "{text}");
+        let mut nothing = Comparison { sensors: comparison.sensors[1..].to_vec(), ..comparison };
+        let text = report(&nothing, &files, &[]).to_string();
+        assert!(text.starts_with("Nothing that can be compared moved; not seen: joint1.position_offset\n"), "{text}");
+        assert!(text.contains("for 1 test (Holm)"), "{text}");
+        nothing.sensors[0].left_out.clear();
         let text = report(&nothing, &files, &[]).to_string();
         assert!(text.starts_with("Nothing moved, as far as these calibrations tell\n"), "{text}");
+    }
+
+    /// The offset that defines the base frame is held: gravity moves in its stead.
+    #[test]
+    fn a_move_of_gravity_names_what_it_may_stand_for() {
+        let (mut comparison, files) = (comparison(), ["monday.json".to_owned(), "tuesday.json".to_owned()]);
+        comparison.sensors[0].name = "gravity".into();
+        let text = report(&comparison, &files, &[]).to_string();
+        assert!(text.starts_with("Moved: gravity or joint1.position_offset\n"), "{text}");
+        let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.contains("either the base was tilted, or that offset moved"), "{text}");
+        comparison.base_frame.clear();
+        let text = report(&comparison, &files, &[]).to_string();
+        assert!(text.starts_with("Moved: gravity\n") && !text.contains("tilted"), "{text}");
+    }
+
+    #[test]
+    fn what_may_pass_for_a_move_is_warned_of() {
+        let (mut comparison, files) = (comparison(), ["monday.json".to_owned(), "tuesday.json".to_owned()]);
+        comparison.sensors[0].models_differ_in = vec!["joint2.coulomb_friction".into()];
+        comparison.sensors[1].in_all = false;
+        let robots = ["a.urdf (calibration 1)".to_owned(), "b.urdf (calibration 2)".to_owned()];
+        let text = ComparisonReport { robots: &robots, ..report(&comparison, &files, &[]) }.to_string();
+        let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        for told in [
+            "Warning: their descriptions of the robot differ: a.urdf (calibration 1), b.urdf (calibration 2).",
+            "Warning: not in all of these: joint1 position.",
+            "Warning: joint2 torque has different models: joint2.coulomb_friction is not in all of these.",
+        ] {
+            assert!(words.contains(told), "{text}");
+        }
     }
 
     #[test]
@@ -139,6 +150,8 @@ mod tests {
         let json: serde_json::Value =
             serde_json::from_str(&report(&comparison, &files, &[]).to_json().unwrap()).unwrap();
         assert_eq!(json["moved"][0], "joint2 torque");
+        assert_eq!(json["not_seen"], serde_json::json!(["joint1.position_offset"]));
+        assert_eq!(json["gravity_stands_for"], json["not_seen"]);
         assert_eq!(json["sensors"][0]["test"]["degrees_of_freedom"], 2);
         assert_eq!(json["sensors"][1]["parameters"][0]["values"][1], 0.9881);
     }

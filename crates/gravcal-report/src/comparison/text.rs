@@ -1,23 +1,18 @@
 //! A comparison as text of 80 columns: the verdict, the tests, the values of what moved.
 
-use gravcal_calibration::comparison::{SIGNIFICANCE, SensorComparison};
+use gravcal_calibration::comparison::{Comparison, GRAVITY, SIGNIFICANCE, SensorComparison};
 
-use super::ComparisonReport;
+use super::{ComparisonReport, caveats};
 use crate::grid::{Cell, Grid, Side};
 use crate::number::{measured, significant};
-use crate::sensor_row::shown_unit;
+use crate::sensor_row::{shown_unit, split_name};
 use crate::text::wrapped;
 
 pub(super) fn text(report: &ComparisonReport<'_>) -> String {
-    let moved: Vec<&str> = report.comparison.moved().map(|sensor| sensor.name.as_str()).collect();
-    let verdict = match moved.as_slice() {
-        [] => "Nothing moved, as far as these calibrations tell\n".to_owned(),
-        some => wrapped("", "  ", &format!("Moved: {}", some.join(", "))),
-    };
     let files =
         report.files.iter().enumerate().map(|(index, file)| wrapped("  ", "     ", &format!("{}  {file}", index + 1)));
     let sections = [
-        verdict + &files.collect::<String>() + &warning(report.shared),
+        verdict(report.comparison) + &files.collect::<String>() + &warnings(report),
         tests(report),
         values(report),
         left_out(report),
@@ -25,19 +20,43 @@ pub(super) fn text(report: &ComparisonReport<'_>) -> String {
     sections.into_iter().filter(|section| !section.is_empty()).collect::<Vec<_>>().join("\n")
 }
 
-fn warning(shared: &[String]) -> String {
-    match shared {
-        [] => String::new(),
-        some => wrapped(
-            "",
-            "  ",
-            &format!(
-                "Warning: some of these were made from the same {}. The test takes them to be independent: what they share \
-                 counts as agreement, and a sensor that moved may go unnoticed.",
-                some.join(", ")
-            ),
-        ),
+fn verdict(comparison: &Comparison) -> String {
+    let not_seen = comparison.not_seen().join(", ");
+    let moved: Vec<String> = comparison.moved().map(|sensor| moved(comparison, sensor)).collect();
+    match (moved.is_empty(), not_seen.is_empty()) {
+        (true, true) => "Nothing moved, as far as these calibrations tell\n".to_owned(),
+        (true, false) => wrapped("", "  ", &format!("Nothing that can be compared moved; not seen: {not_seen}")),
+        (false, true) => wrapped("", "  ", &format!("Moved: {}", moved.join(", "))) + &base_frame(comparison),
+        (false, false) => {
+            wrapped("", "  ", &format!("Moved: {}", moved.join(", ")))
+                + &base_frame(comparison)
+                + &wrapped("", "  ", &format!("Not seen: {not_seen}"))
+        }
     }
+}
+
+/// A sensor, with all that may have moved in its stead.
+fn moved(comparison: &Comparison, sensor: &SensorComparison) -> String {
+    let offsets = comparison.base_frame.iter().filter(|_| sensor.name == GRAVITY);
+    std::iter::once(&sensor.name).chain(offsets).cloned().collect::<Vec<_>>().join(" or ")
+}
+
+/// What a move of gravity means, if it moved.
+fn base_frame(comparison: &Comparison) -> String {
+    let offsets = comparison.base_frame.join(", ");
+    if offsets.is_empty() || comparison.moved().all(|sensor| sensor.name != GRAVITY) {
+        return String::new();
+    }
+    let told = format!(
+        "Gravity stands in the frame of the base, which {offsets} defines: either the base was tilted, or that offset moved. \
+         A level on the base tells which."
+    );
+    wrapped("  ", "  ", &told)
+}
+
+fn warnings(report: &ComparisonReport<'_>) -> String {
+    let all = caveats::warnings(report.comparison, report.shared, report.robots);
+    all.iter().map(|warning| wrapped("", "  ", &format!("Warning: {warning}"))).collect()
 }
 
 /// Probabilities, and what they mean.
@@ -57,21 +76,36 @@ fn tests(report: &ComparisonReport<'_>) -> String {
         }
         grid.row(row);
     }
+    let tests = report.comparison.tests();
     let explained = format!(
-        "p: probability of such differences if the sensor has not moved. corrected: for {} tests (Holm); below {} it has moved.",
-        report.comparison.tests(),
-        SIGNIFICANCE
+        "p: probability of such differences if the sensor has not moved. corrected: for {tests} {} (Holm); below {SIGNIFICANCE} it \
+         has moved.",
+        if tests == 1 { "test" } else { "tests" },
     );
     format!("{}{}", grid.lines("  "), wrapped("  ", "  ", &explained))
 }
 
-/// That it moved; of more than two calibrations, when.
+/// That it moved, and in what if only a part of it is compared; of more than two calibrations, when.
 fn step(report: &ComparisonReport<'_>, sensor: &SensorComparison) -> String {
-    match sensor.test.as_ref().filter(|test| test.moved) {
-        None => String::new(),
-        Some(_) if report.files.len() == 2 => "moved".to_owned(),
-        Some(test) => format!("moved, most from {} to {}", test.largest_step.0 + 1, test.largest_step.0 + 2),
+    let part = part(sensor);
+    let Some(test) = sensor.test.as_ref().filter(|test| test.moved) else {
+        return part.map_or_else(String::new, |part| format!("{part} only"));
+    };
+    let moved = part.map_or_else(|| "moved".to_owned(), |part| format!("{part} moved"));
+    match report.files.len() {
+        2 => moved,
+        _ => format!("{moved}, most from {} to {}", test.largest_step.0 + 1, test.largest_step.0 + 2),
     }
+}
+
+/// What of a sensor is compared, where that is not all of it: `gain`.
+fn part(sensor: &SensorComparison) -> Option<String> {
+    let short = |name: &str| {
+        let quantity = split_name(name).1;
+        ["position_", "torque_"].iter().find_map(|sensor| quantity.strip_prefix(sensor)).unwrap_or(quantity).to_owned()
+    };
+    let compared: Vec<String> = sensor.parameters.iter().map(|parameter| short(&parameter.name)).collect();
+    sensor.left_out.iter().any(|left_out| left_out.can_move).then(|| compared.join(", "))
 }
 
 fn probability(p: f64) -> String {
@@ -104,6 +138,6 @@ fn values(report: &ComparisonReport<'_>) -> String {
 
 fn left_out(report: &ComparisonReport<'_>) -> String {
     let all = report.comparison.sensors.iter().flat_map(|sensor| &sensor.left_out);
-    let told: String = all.map(|what| wrapped("  ", "    ", what)).collect();
+    let told: String = all.map(|what| wrapped("  ", "    ", &what.to_string())).collect();
     if told.is_empty() { told } else { format!("Not compared\n{told}") }
 }

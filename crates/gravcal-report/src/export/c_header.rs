@@ -11,8 +11,8 @@ use super::{Export, Exported, head};
 const CONVENTION: [&str; 5] = [
     "Convention: reading = torque_gain * torque + torque_bias, so torque = (reading - torque_bias) / torque_gain;",
     "coordinate = position_gain * reading + position_offset. Torque is what the joint exerts to carry gravity, in N m",
-    "(N where it slides), the coordinate is in rad (m). An angle is read in rad; other readings in the unit that stands",
-    "beside each joint. gravcal_gravity points down, in the frame of the base, m/s^2.",
+    "(N where it slides), the coordinate is in rad (m). Readings are in the unit that stands beside each joint: angles in",
+    "rad and lengths in m, whatever unit the recording had. gravcal_gravity() points down, in the frame of the base, m/s^2.",
     "A joint without a torque sensor, and an index that no joint has, give NAN.",
 ];
 
@@ -38,7 +38,11 @@ pub(super) fn export(export: &Export<'_>, corrections: &Corrections) -> Exported
     let count = corrections.joints.len();
     let joints: String = corrections.joints.iter().map(joint).collect();
     let gravity = corrections.gravity.map_or_else(String::new, |g| {
-        format!("static const double gravcal_gravity[3] = {{{}}};\n\n", g.map(float).join(", "))
+        let numbers = g.map(float).join(", ");
+        format!(
+            "/* Three numbers, m/s^2. */\nstatic inline const double *gravcal_gravity(void) {{\n  static const double gravity[3] = \
+             {{{numbers}}};\n  return gravity;\n}}\n\n"
+        )
     });
     let text = format!(
         "/*\n{head} */\n#ifndef GRAVCAL_CALIBRATION_H\n#define GRAVCAL_CALIBRATION_H\n\n#include <math.h>\n\n\

@@ -49,11 +49,14 @@ pub(super) struct Position {
 
 impl Corrections {
     pub fn new(estimate: &EarlierEstimate, nominal: bool, format: ExportFormat) -> Result<Corrections, ExportError> {
-        let mut taken = Taken { estimate, nominal, undetermined: Vec::new(), remarks: Vec::new() };
+        let mut taken = Taken { estimate, nominal, undetermined: Vec::new(), missing: Vec::new(), remarks: Vec::new() };
         let names = joint_names(estimate);
         refuse_more(estimate, &names, format)?;
         let joints: Vec<JointCorrection> = names.iter().filter_map(|name| taken.joint(name)).collect();
-        let Taken { undetermined, mut remarks, .. } = taken;
+        let Taken { undetermined, missing, mut remarks, .. } = taken;
+        if !missing.is_empty() {
+            return Err(ExportError::Missing { names: missing });
+        }
         if !undetermined.is_empty() {
             return Err(ExportError::Undetermined { names: undetermined });
         }
@@ -73,11 +76,17 @@ impl Corrections {
     }
 }
 
-/// The joints, in the order of the calibration: whatever has a position gain.
-pub(super) fn joint_names(estimate: &EarlierEstimate) -> Vec<String> {
-    let split = estimate.parameters.iter().map(|parameter| split_name(&parameter.name));
-    let joints = split.filter(|(_, quantity)| *quantity == Quantity::PositionGain.as_str());
-    joints.map(|(joint, _)| joint.to_owned()).collect()
+/// The joints, in the order of the calibration: whatever has a parameter of [`Quantity::ALL`].
+fn joint_names(estimate: &EarlierEstimate) -> Vec<String> {
+    let mut joints: Vec<String> = Vec::new();
+    for parameter in &estimate.parameters {
+        let (owner, quantity) = split_name(&parameter.name);
+        let of_joint = Quantity::ALL.iter().any(|known| known.as_str() == quantity);
+        if of_joint && joints.iter().all(|joint| joint != owner) {
+            joints.push(owner.to_owned());
+        }
+    }
+    joints
 }
 
 /// Parameters of joints' sensors beyond the four that say something.
@@ -105,14 +114,20 @@ struct Taken<'a> {
     estimate: &'a EarlierEstimate,
     nominal: bool,
     undetermined: Vec<String>,
+    missing: Vec<String>,
     remarks: Vec<String>,
 }
 
 impl<'a> Taken<'a> {
+    /// `None` where one of the parameters is missing, which is then named.
     fn joint(&mut self, name: &str) -> Option<JointCorrection> {
-        let [torque_gain, torque_bias, position_gain, position_offset] =
-            Quantity::ALL.map(|quantity| self.parameter(&quantity.name(name)));
-        let (torque_gain, torque_bias) = (torque_gain?, torque_bias?);
+        let names = Quantity::ALL.map(|quantity| quantity.name(name));
+        let found = names.each_ref().map(|name| self.parameter(name));
+        let [Some(torque_gain), Some(torque_bias), Some(position_gain), Some(position_offset)] = found else {
+            let missing = names.into_iter().zip(found).filter(|(_, found)| found.is_none());
+            self.missing.extend(missing.map(|(name, _)| name));
+            return None;
+        };
         let read = torque_gain.held.as_deref() != Some(NO_TORQUE_SENSOR);
         let torque = read.then(|| Torque {
             gain: self.value(torque_gain),
@@ -123,7 +138,6 @@ impl<'a> Taken<'a> {
         if !read {
             self.remarks.push(format!("{name} has no torque sensor"));
         }
-        let (position_gain, position_offset) = (position_gain?, position_offset?);
         let position = Position {
             gain: self.value(position_gain),
             offset: self.value(position_offset),

@@ -5,20 +5,21 @@
 
 use super::numbers::float;
 use super::rows::{Row, Status, rows};
-use super::{Export, Exported};
+use super::{Export, ExportError, Exported};
 
 const HEADER: [&str; 10] =
     ["parameter", "unit", "value", "std", "ci95_low", "ci95_high", "nominal", "status", "note", "convention"];
 
-pub(super) fn export(export: &Export<'_>) -> Exported {
+pub(super) fn export(export: &Export<'_>) -> Result<Exported, ExportError> {
     let mut writer = csv::Writer::from_writer(Vec::new());
-    let mut records = vec![HEADER.map(str::to_owned)];
-    records.extend(rows(export.estimate).iter().map(record));
-    // Neither can fail: it is written to memory, and all records have one length.
-    let written = records.iter().try_for_each(|record| writer.write_record(record));
-    let bytes = writer.into_inner().unwrap_or_default();
-    debug_assert!(written.is_ok());
-    Exported { text: String::from_utf8_lossy(&bytes).into_owned(), remarks: Vec::new() }
+    let refused = |error: &dyn std::error::Error| ExportError::Unwritable { why: error.to_string() };
+    writer.write_record(HEADER).map_err(|error| refused(&error))?;
+    for row in rows(export.estimate) {
+        writer.write_record(record(&row)).map_err(|error| refused(&error))?;
+    }
+    let bytes = writer.into_inner().map_err(|error| refused(&error))?;
+    let text = String::from_utf8(bytes).map_err(|error| refused(&error))?;
+    Ok(Exported { text, remarks: Vec::new() })
 }
 
 fn record(row: &Row<'_>) -> [String; 10] {

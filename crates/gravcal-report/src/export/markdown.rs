@@ -1,27 +1,29 @@
 //! A Markdown table for people: each value rounded to the second digit of its standard deviation, offsets of angles in degrees.
 
-use super::rows::{Row, Status, rows};
+use super::rows::{Row, Status, conventions, rows};
 use super::{Export, Exported, head};
 use crate::number::{measured, shortest};
 use crate::sensor_row::shown_unit;
 
-/// What both tables for people say.
-pub(super) const CONVENTION: [&str; 2] = [
-    "reading = torque_gain * torque + torque_bias, coordinate = position_gain * reading + position_offset; torque is what the \
-     joint exerts to carry gravity, gravity points down in base coordinates.",
-    "Value and standard deviation, rounded to the second digit of the latter.",
-];
-
 pub(super) fn export(export: &Export<'_>) -> Exported {
-    let head: String = head(export, &CONVENTION, &[]).iter().map(|line| format!("{}\n\n", escaped(line))).collect();
-    let rows: String = rows(export.estimate).iter().map(line).collect();
+    let rows = rows(export.estimate);
+    let head: String = head(export, &said(&rows), &[]).iter().map(|line| format!("{}\n\n", escaped(line))).collect();
+    let rows: String = rows.iter().map(line).collect();
     let text = format!("{head}| parameter | unit | value | ± | nominal |\n|---|---|---:|---:|---:|\n{rows}");
     Exported { text, remarks: Vec::new() }
 }
 
+/// What both tables for people say: the convention of each quantity in them, and what the numbers are.
+pub(super) fn said(rows: &[Row<'_>]) -> Vec<String> {
+    let mut said = conventions(rows);
+    said.push("Torque is what the joint exerts to carry gravity.".to_owned());
+    said.push("Value and standard deviation, rounded to the second digit of the latter.".to_owned());
+    said
+}
+
 fn line(row: &Row<'_>) -> String {
     let [unit, value, std, nominal] = cells(row);
-    format!("| {} | {unit} | {value} | {std} | {nominal} |\n", escaped(&row.name))
+    format!("| {} | {} | {value} | {std} | {nominal} |\n", escaped(&row.name), escaped(&unit))
 }
 
 /// Unit, value, standard deviation and nominal value in words.
@@ -37,6 +39,8 @@ pub(super) fn cells(row: &Row<'_>) -> [String; 4] {
     [unit.to_owned(), value, std, nominal]
 }
 
+/// Every character that Markdown gives a meaning, with a backslash before it.
 fn escaped(text: &str) -> String {
-    text.replace('\\', "\\\\").replace('|', "\\|").replace('_', "\\_").replace('*', "\\*")
+    const SPECIAL: &str = "\\|_*`<>[]&~$#";
+    text.chars().flat_map(|c| SPECIAL.contains(c).then_some('\\').into_iter().chain([c])).collect()
 }

@@ -19,6 +19,7 @@ mod c_header;
 mod corrections;
 mod csv;
 mod latex;
+mod latex_text;
 mod markdown;
 mod numbers;
 mod python;
@@ -153,6 +154,28 @@ pub enum ExportError {
         /// The gain.
         name: String,
     },
+    /// A joint of which the file does not say everything that [`Quantity::ALL`](gravcal_calibration::parameter::Quantity::ALL) names.
+    #[error("the calibration says nothing of {}: it is damaged, or not as gravcal wrote it", names.join(", "))]
+    Missing {
+        /// Names of the parameters.
+        names: Vec<String>,
+    },
+    /// A joint whose name is a key of the format.
+    #[error(
+        "{format} has a key `{name}` of its own, which is a joint's name here: rename the joint, or take another format"
+    )]
+    NameTaken {
+        /// The format.
+        format: ExportFormat,
+        /// The joint.
+        name: String,
+    },
+    /// A table cannot be written.
+    #[error("the table cannot be written: {why}")]
+    Unwritable {
+        /// What the writer says.
+        why: String,
+    },
     /// There is no URDF to correct.
     #[error("a URDF is made from the robot's own, and the session's robot is no URDF")]
     NoUrdf,
@@ -165,14 +188,14 @@ impl Export<'_> {
     /// The calibration in a format.
     ///
     /// # Errors
-    /// See [`ExportError`]; `csv`, `markdown` and `latex` have none.
+    /// See [`ExportError`]; `markdown` and `latex` have none.
     pub fn to(&self, format: ExportFormat) -> Result<Exported, ExportError> {
         let corrections = || Corrections::new(self.estimate, self.nominal, format);
         match format {
-            ExportFormat::Csv => Ok(csv::export(self)),
+            ExportFormat::Csv => csv::export(self),
             ExportFormat::Markdown => Ok(markdown::export(self)),
             ExportFormat::Latex => Ok(latex::export(self)),
-            ExportFormat::Ros2 => Ok(ros2::export(self, &corrections()?)),
+            ExportFormat::Ros2 => ros2::export(self, &corrections()?),
             ExportFormat::C => Ok(c_header::export(self, &corrections()?)),
             ExportFormat::Python => Ok(python::export(self, &corrections()?)),
             ExportFormat::Urdf => urdf::export(self, &corrections()?),
@@ -186,9 +209,9 @@ fn one_line(text: &str) -> String {
 }
 
 /// Lines for a file's head: where it comes from, the convention, remarks.
-fn head(export: &Export<'_>, convention: &[&str], remarks: &[String]) -> Vec<String> {
+fn head(export: &Export<'_>, convention: &[impl AsRef<str>], remarks: &[String]) -> Vec<String> {
     let source = format!("gravcal {}: {}", env!("CARGO_PKG_VERSION"), export.source);
-    let convention = convention.iter().map(|line| (*line).to_owned());
+    let convention = convention.iter().map(|line| line.as_ref().to_owned());
     let remarks = remarks.iter().map(|remark| format!("Note: {remark}."));
     std::iter::once(source).chain(convention).chain(remarks).map(|line| one_line(&line)).collect()
 }

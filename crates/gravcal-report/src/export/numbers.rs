@@ -1,8 +1,9 @@
 //! Numbers with all their digits, as other languages read them.
 
-/// With a point and a signed exponent, which every reader of YAML, C and Python takes for a floating-point number.
+/// With a point and a signed exponent, which every reader of YAML, C and Python takes for a floating-point number; zero without a
+/// sign.
 pub(super) fn float(value: f64) -> String {
-    let text = format!("{value:?}");
+    let text = format!("{:?}", value + 0.0);
     match text.split_once('e') {
         None => text,
         Some((mantissa, exponent)) => {
@@ -33,6 +34,7 @@ mod tests {
             assert_eq!(text.parse(), Ok(value), "{text}");
             assert!(text.contains('.'), "{text}");
         }
+        assert_eq!(float(-0.0), "0.0");
         assert_eq!((float(1e-7), float(1e16)), ("1.0e-7".to_owned(), "1.0e+16".to_owned()));
     }
 

@@ -8,10 +8,11 @@ use super::corrections::{Corrections, JointCorrection};
 use super::numbers::{float, quoted};
 use super::{Export, Exported, head};
 
-const CONVENTION: [&str; 4] = [
+const CONVENTION: [&str; 5] = [
     "Convention: reading = torque_gain * torque + torque_bias, coordinate = position_gain * reading + position_offset.",
     "Torque is what the joint exerts to carry gravity, in N m (N where it slides); the coordinate is in rad (m).",
-    "An angle is read in rad, other readings in the unit that stands beside each joint. Numbers and NumPy arrays will do.",
+    "Readings are in the unit that stands beside each joint: angles in rad and lengths in m, whatever unit the recording had.",
+    "Numbers and NumPy arrays will do.",
     "GRAVITY points down, in the frame of the base, m/s^2.",
 ];
 

@@ -7,21 +7,27 @@
 //! ```
 //!
 //! For torque, `true` is what the joint exerts to carry gravity, in N·m (N where it slides); for position the joint's coordinate, in
-//! rad (m). An angle is read in rad.
+//! rad (m). Angles are read in rad and lengths in m.
 
 use super::corrections::{Corrections, JointCorrection};
 use super::numbers::{float, quoted};
-use super::{Export, Exported, head};
+use super::{Export, ExportError, ExportFormat, Exported, head};
 
 const CONVENTION: [&str; 5] = [
     "Convention, of torque and of position: raw = gain * true + bias, true = inverse_gain * raw + inverse_bias.",
     "The true torque is what the joint exerts to carry gravity; the true position is its coordinate.",
-    "raw_unit and true_unit are the units of both; an angle is read in rad, whatever the sensor's table says.",
+    "raw_unit and true_unit are the units of both: angles are read in rad and lengths in m, whatever unit the recording had.",
     "gravity_m_per_s2: the vector that points down, in the frame of the base.",
     "Take it with: ros2 run PACKAGE NODE --ros-args --params-file THIS_FILE",
 ];
 
-pub(super) fn export(export: &Export<'_>, corrections: &Corrections) -> Exported {
+/// Keys beside the joints' names.
+const KEYS: [&str; 2] = ["joints", "gravity_m_per_s2"];
+
+pub(super) fn export(export: &Export<'_>, corrections: &Corrections) -> Result<Exported, ExportError> {
+    if let Some(joint) = corrections.joints.iter().find(|joint| KEYS.contains(&joint.name.as_str())) {
+        return Err(ExportError::NameTaken { format: ExportFormat::Ros2, name: joint.name.clone() });
+    }
     let head: String =
         head(export, &CONVENTION, &corrections.remarks).iter().map(|line| format!("# {line}\n")).collect();
     let names: Vec<String> = corrections.joints.iter().map(|joint| quoted(&joint.name)).collect();
@@ -31,10 +37,10 @@ pub(super) fn export(export: &Export<'_>, corrections: &Corrections) -> Exported
     });
     let joints: String = corrections.joints.iter().map(joint).collect();
     let names = names.join(", ");
-    Exported {
+    Ok(Exported {
         text: format!("{head}/**:\n  ros__parameters:\n    gravcal:\n      joints: [{names}]\n{gravity}{joints}"),
         remarks: corrections.remarks.clone(),
-    }
+    })
 }
 
 fn joint(joint: &JointCorrection) -> String {

@@ -36,6 +36,8 @@ fn estimate() -> EarlierEstimate {
             parameter("b.position_offset", "rad", Some(-0.5), 0.0),
         ],
         gravity: Some([0.1, -0.2, -9.8]),
+        gravity_ci95: Some([[0.08, 0.12], [-0.22, -0.18], [-9.9, -9.7]]),
+        cone95_deg: Some(0.18),
         quantities: vec![EarlierQuantity { terms: vec![("gravity.x".into(), 1.0)], value: 0.1 }],
         covariance: vec![1e-4],
     }
@@ -65,10 +67,13 @@ fn names_read_back() {
 #[test]
 fn every_format_states_its_convention_and_where_it_comes_from() {
     for format in AFFINE.into_iter().chain([ExportFormat::Markdown, ExportFormat::Latex]) {
-        let told = text(format).replace("\\_", "_").replace("\\*", "*");
+        let told = text(format).replace('\\', "");
         assert!(told.contains("calibration.json (joint)"), "{told}");
-        let convention =
-            if format == ExportFormat::Ros2 { "raw = gain * true + bias" } else { "position_gain * reading" };
+        let convention = match format {
+            ExportFormat::Ros2 => "raw = gain * true + bias",
+            ExportFormat::C | ExportFormat::Python => "position_gain * reading",
+            _ => "torque_gain, torque_bias, position_gain, position_offset: an equation",
+        };
         assert!(told.contains(convention), "{told}");
     }
     assert!(text(ExportFormat::Csv).contains("an equation"));
@@ -112,8 +117,11 @@ fn sensors_beyond_gain_and_bias_are_refused_by_name_and_instruments_left_out_alo
         assert!(error.starts_with(&format!("{format} holds gain and bias only")), "{error}");
         assert!(error.contains("a.coulomb_friction"), "{error}");
     }
+    let friction = more.parameters.iter_mut().find(|parameter| parameter.name == "a.coulomb_friction").unwrap();
+    friction.convention = "reading = ... + coulomb_friction * direction".into();
     for format in TABLES {
-        let text = export(&more, false).to(format).unwrap().text.replace("\\_", "_");
+        let text = export(&more, false).to(format).unwrap().text.replace('\\', "");
+        assert!(text.contains("reading = ... + coulomb_friction * direction"), "{text}");
         assert!(text.contains("a.coulomb_friction") && text.contains("wrist.force_gain_x"), "{text}");
     }
 }
@@ -127,6 +135,13 @@ fn csv_has_every_digit() {
     assert_eq!(of("a.torque_gain")[2].parse(), Ok(7.123_456_789_012_3));
     assert_eq!((&of("a.torque_gain")[1], &of("a.torque_gain")[7]), ("count/(N·m)", "determined"));
     assert_eq!(of("gravity.x")[3].parse(), Ok(0.01));
+    assert_eq!((of("gravity.y")[4].parse(), of("gravity.y")[5].parse()), (Ok(-0.22), Ok(-0.18)));
+    assert_eq!(
+        (of("gravity.cone95")[1].to_owned(), of("gravity.cone95")[2].parse()),
+        ("rad".into(), Ok(0.18_f64.to_radians()))
+    );
+    let tilt: f64 = of("gravity.tilt")[2].parse().unwrap();
+    assert!((tilt - 0.05_f64.sqrt().atan2(9.8)).abs() < 1e-15, "{tilt}");
     assert_eq!((&of("b.torque_gain")[7], &of("b.torque_gain")[8]), ("held", "the joint has no torque sensor"));
 }
 
@@ -138,6 +153,40 @@ fn tables_for_people_are_rounded_to_the_standard_deviation() {
     let latex = text(ExportFormat::Latex);
     assert!(latex.contains("  a.torque\\_gain & count/(N$\\cdot$m) & $7.123$ & $0.020$ & $6.69$ \\\\\n"), "{latex}");
     assert!(latex.contains("  gravity.x & m/s$^2$ & $0.100$ & $0.010$ &  \\\\\n"), "{latex}");
+}
+
+#[test]
+fn a_joint_of_which_something_is_missing_is_refused_by_name() {
+    for (gone, name) in [(3, "a.position_offset"), (5, "b.torque_bias"), (6, "b.position_gain")] {
+        let mut estimate = estimate();
+        estimate.parameters.remove(gone);
+        for format in AFFINE {
+            let error = export(&estimate, true).to(format).unwrap_err();
+            assert_eq!(error, ExportError::Missing { names: vec![name.to_owned()] });
+        }
+    }
+}
+
+#[test]
+fn names_that_mean_something_to_a_format_are_written_so_that_they_do_not() {
+    let mut odd = estimate();
+    for parameter in &mut odd.parameters {
+        parameter.name = parameter.name.replace("a.", "<b>|`---.");
+    }
+    let text = |format| export(&odd, false).to(format).unwrap().text;
+    assert!(text(ExportFormat::Markdown).contains("| \\<b\\>\\|\\`---.torque\\_gain | "));
+    assert!(
+        text(ExportFormat::Latex).contains("\\textless{}b\\textgreater{}\\textbar{}\\textasciigrave{}-{}-{}-.torque")
+    );
+    for key in ["joints", "gravity_m_per_s2"] {
+        let mut taken = estimate();
+        for parameter in &mut taken.parameters {
+            parameter.name = parameter.name.replace("a.", &format!("{key}."));
+        }
+        let error = export(&taken, false).to(ExportFormat::Ros2).unwrap_err();
+        assert_eq!(error, ExportError::NameTaken { format: ExportFormat::Ros2, name: key.to_owned() });
+        assert!(export(&taken, false).to(ExportFormat::C).is_ok());
+    }
 }
 
 #[test]

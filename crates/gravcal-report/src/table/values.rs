@@ -5,7 +5,7 @@ use gravcal_calibration::result::{EstimatorResult, GravityResult, ParameterResul
 use crate::footnotes::Footnotes;
 use crate::grid::{Cell, Grid, Side};
 use crate::number::{measured, shortest, significant};
-use crate::sensor_row::{shown_unit, split_name};
+use crate::sensor_row::{shown_unit, split_name, tilt};
 use crate::text::{WIDTH, wrapped};
 
 const GRAVITY_LEGEND: &str = "cone95: half-angle of the cone about gravity that holds its true direction with 95 % \
@@ -117,8 +117,8 @@ fn gravity_row(
 }
 
 /// Angle between gravity and the base's −z axis, degrees: 0 for a base that stands upright.
-fn tilt_deg([x, y, z]: [f64; 3]) -> f64 {
-    x.hypot(y).atan2(-z).to_degrees()
+fn tilt_deg(gravity: [f64; 3]) -> f64 {
+    tilt(gravity).to_degrees()
 }
 
 fn add_parameters(grid: &mut Grid, results: &[&EstimatorResult], footnotes: &mut Footnotes) {
