@@ -18,6 +18,8 @@ mod program;
 mod real_arm_in_motion;
 mod recordings;
 mod reproducible;
+#[cfg(feature = "rerun")]
+mod rerun;
 mod sensor_models;
 mod seven_joints;
 mod small_session;

@@ -2,6 +2,7 @@
 //!
 //! The types serialize as they stand in `calibration.json`; what is undetermined has no value, never a number.
 
+mod detail;
 mod positions;
 
 use std::fmt;
@@ -9,6 +10,7 @@ use std::fmt;
 use gravcal_estimation::IterationRecord;
 use serde::Serialize;
 
+pub use detail::{Detail, Prediction};
 pub use positions::{DeflectionResult, PositionErrorResult};
 
 /// One estimator's answer.
@@ -57,6 +59,9 @@ pub struct EstimatorResult {
     pub fit: Option<Fit>,
     /// Remarks a person should read.
     pub notes: Vec<String>,
+    /// What pictures need besides; no part of any file.
+    #[serde(skip)]
+    pub detail: Detail,
 }
 
 impl EstimatorResult {

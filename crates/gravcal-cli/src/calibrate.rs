@@ -16,6 +16,8 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::names::{Choice, estimator_parser, solver_parser};
 use crate::progress::Progress;
+#[cfg(feature = "rerun")]
+use crate::rerun::{Calibrated, RerunArguments};
 use crate::stopwatch::{Phase, Stopwatch};
 use crate::terminal;
 
@@ -55,6 +57,10 @@ pub struct Arguments {
     /// Number of threads; results do not depend on it [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
+
+    #[cfg(feature = "rerun")]
+    #[command(flatten)]
+    rerun: RerunArguments,
 }
 
 const EXAMPLES: &str = "\
@@ -80,6 +86,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let choice = Choice::new(&arguments.estimators, arguments.solver, &session, path)?;
     let folder = output_folder(arguments);
     folder.check().map_err(|error| refused(&error))?;
+    #[cfg(feature = "rerun")]
+    arguments.rerun.check(arguments.overwrite)?;
     let provenance = provenance(&session, path, &choice)?;
 
     let results = calibrate(&session, &choice, &watch, arguments.quiet)?;
@@ -88,6 +96,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let written = write(&folder, &results, &provenance, &table, &watch);
     terminal::print(&table)?;
     terminal::print(&format!("\n{}\n", where_to(&folder, written?)))?;
+    #[cfg(feature = "rerun")]
+    show(arguments, &session, &choice, &provenance, (&results, &table))?;
     Ok(Exit::of_calibration(&results))
 }
 
@@ -145,6 +155,19 @@ fn write(
     let timing = watch.times().to_json().map_err(|error| Failure::no_convergence(&error))?;
     let contents = Contents { calibration: &calibration, table, timing: &timing };
     folder.write(&contents).map_err(|error| refused(&error))
+}
+
+#[cfg(feature = "rerun")]
+fn show(
+    arguments: &Arguments,
+    session: &Session,
+    choice: &Choice,
+    provenance: &Provenance,
+    (results, table): (&[EstimatorResult], &str),
+) -> Result<(), Failure> {
+    let fingerprint = provenance.fingerprint().map_err(|error| Failure::no_convergence(&error))?;
+    let calibrated = Calibrated { fingerprint, session, results, table, solver: choice.solver.method.as_ref() };
+    terminal::print(&arguments.rerun.show(&calibrated, arguments.overwrite)?)
 }
 
 fn refused(error: &OutputError) -> Failure {

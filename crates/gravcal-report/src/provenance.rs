@@ -9,6 +9,8 @@ use sha2::{Digest, Sha256};
 use thiserror::Error;
 use toml::Table;
 
+use crate::json::{JsonError, json};
+
 /// Where a result comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Provenance {
@@ -54,6 +56,14 @@ impl Provenance {
     pub fn new(inputs: Vec<Input>, options: Options) -> Provenance {
         Provenance { program: "gravcal", version: env!("CARGO_PKG_VERSION"), inputs, options }
     }
+
+    /// A hash of all of it, hexadecimal: a name for what follows from it.
+    ///
+    /// # Errors
+    /// As [`CalibrationFile::to_json`](crate::CalibrationFile::to_json).
+    pub fn fingerprint(&self) -> Result<String, JsonError> {
+        Ok(hexadecimal(&Sha256::digest(json(self)?)))
+    }
 }
 
 impl Input {
@@ -67,9 +77,13 @@ impl Input {
         for file in files {
             bytes += hash_file(&file, &mut hash).map_err(|cause| InputError { path: file.clone(), cause })?;
         }
-        let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+        let sha256 = hexadecimal(&hash.finalize());
         Ok(Input { path: with_slashes(&relative(path, base)), sha256, bytes })
     }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// A file itself, and of a folder (a recording in several files) every file in the order of their names.

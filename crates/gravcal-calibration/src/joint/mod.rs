@@ -7,6 +7,7 @@ mod idle;
 mod in_order;
 mod linear_part;
 mod model_tests;
+mod nominal;
 mod order;
 mod placements;
 mod position_unknowns;
@@ -34,6 +35,7 @@ use crate::session::Session;
 use crate::workbench::Workbench;
 
 pub(crate) use hold::judge_at_start;
+pub use nominal::predict_nominally;
 pub(crate) use order::why_not_by_groups;
 pub use order::{Order, pose_by_pose, step_by_step};
 pub use position_unknowns::PositionUnknown;
@@ -156,6 +158,7 @@ fn withdraw(result: &mut EstimatorResult) {
     result.deflections.clear();
     result.position_errors.clear();
     result.sensor_models.clear();
+    result.detail.way.clear();
     result.uncertainty = None;
     for parameter in result.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
         parameter.determined = false;

@@ -1,6 +1,7 @@
 //! What a solution is worth: which parameters are determined, how well, and what the residuals say.
 
 mod cure;
+mod detail;
 mod determined;
 mod fit;
 mod gravity;
@@ -10,6 +11,7 @@ mod positions;
 mod remarks;
 
 pub(crate) use cure::Situation;
+pub(crate) use detail::{detail, predictions};
 pub(crate) use determined::{Combination, Judgement, judge};
 pub(crate) use fit::{fit, held_out};
 pub(crate) use gravity::gravity_result;

@@ -1,0 +1,110 @@
+//! `--rerun`, `--rerun-connect`, `--rerun-spawn`: a calibration to look at in Rerun.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use gravcal_calibration::joint::predict_nominally;
+use gravcal_calibration::result::EstimatorResult;
+use gravcal_calibration::{Session, Workbench};
+use gravcal_estimation::Solver;
+use gravcal_recording::{NewFile, WriteError};
+use gravcal_rerun::{CalibrationRecording, RecordingError, VIEWER_URL};
+
+use crate::failure::Failure;
+use crate::terminal;
+
+/// Where to show the calibration.
+#[derive(Debug, Args)]
+pub struct RerunArguments {
+    /// Also write the arm, the fits, the residuals and the verdict to a recording for Rerun (https://rerun.io)
+    #[arg(long = "rerun", value_name = "FILE.rrd")]
+    file: Option<PathBuf>,
+
+    /// Also show them in a Rerun viewer that is open
+    #[arg(long = "rerun-connect", value_name = "URL", num_args = 0..=1, require_equals = true,
+          default_missing_value = VIEWER_URL)]
+    connect: Option<String>,
+
+    /// Also show them in a new Rerun viewer (needs the program `rerun`: pip install rerun-sdk)
+    #[arg(long = "rerun-spawn")]
+    spawn: bool,
+}
+
+/// A calibration that was told and written.
+pub struct Calibrated<'a> {
+    pub fingerprint: String,
+    pub session: &'a Session,
+    pub results: &'a [EstimatorResult],
+    pub table: &'a str,
+    pub solver: &'a dyn Solver,
+}
+
+impl RerunArguments {
+    /// Whether the file can be written, as far as can be seen before the solve. Leaves nothing behind.
+    pub fn check(&self, overwrite: bool) -> Result<(), Failure> {
+        match &self.file {
+            Some(path) => NewFile::create(path, overwrite).map(drop).map_err(|error| unwritable(&error)),
+            None => Ok(()),
+        }
+    }
+
+    /// Writes and shows what is asked for; gives a line for each.
+    pub fn show(&self, calibrated: &Calibrated<'_>, overwrite: bool) -> Result<String, Failure> {
+        if self.file.is_none() && self.connect.is_none() && !self.spawn {
+            return Ok(String::new());
+        }
+        let nominal = predict_nominally(calibrated.session, &Workbench::new(calibrated.solver, &|_| {}));
+        let nominal = nominal.unwrap_or_else(|error| {
+            terminal::complain(&format!("note: no nominal predictions in the Rerun recording: {error}"));
+            Vec::new()
+        });
+        let recording = CalibrationRecording {
+            id: &calibrated.fingerprint,
+            session: calibrated.session,
+            results: calibrated.results,
+            nominal: &nominal,
+            table: calibrated.table,
+        };
+        let mut told = String::new();
+        if let Some(path) = &self.file {
+            let bytes = recording.to_rrd().map_err(|error| failed(&error))?;
+            write(path, &bytes, overwrite).map_err(|error| unwritable(&error))?;
+            told += &format!("Rerun recording in {} (show it with `rerun {0}`)\n", path.display());
+        }
+        if let Some(url) = &self.connect {
+            recording.connect(url).map_err(|error| failed(&error))?;
+            told += &format!("Shown in the Rerun viewer at {url}\n");
+        }
+        if self.spawn {
+            recording.spawn().map_err(|error| failed(&error))?;
+            told += "Shown in a new Rerun viewer\n";
+        }
+        Ok(told)
+    }
+}
+
+fn write(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), WriteError> {
+    let mut file = NewFile::create(path, overwrite)?;
+    file.write_all(bytes).map_err(|cause| WriteError::Io { path: path.to_owned(), cause })?;
+    file.finish()
+}
+
+fn unwritable(error: &WriteError) -> Failure {
+    let failure = Failure::bad_input(error);
+    match error {
+        WriteError::Exists { .. } => failure.hint("--overwrite replaces it"),
+        _ => failure.hint("--rerun FILE.rrd names another file"),
+    }
+}
+
+/// The results are there already: only who wanted to see them in Rerun does not.
+fn failed(error: &RecordingError) -> Failure {
+    let failure = Failure::bad_input(error);
+    match error {
+        RecordingError::Unreachable { .. } => failure.hint(
+            "start `rerun` first, or write a file with --rerun FILE.rrd; the results of the calibration are written",
+        ),
+        _ => failure.hint("the results of the calibration are written all the same"),
+    }
+}

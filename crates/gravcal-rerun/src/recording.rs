@@ -1,0 +1,243 @@
+//! A calibration on its way into Rerun: into the bytes of a file, or to a viewer.
+
+use std::time::Duration;
+
+use gravcal_calibration::result::{EstimatorResult, Prediction, Verdict};
+use gravcal_calibration::{EstimatorName, Session};
+use rerun::log::ChunkBatcherConfig;
+use rerun::{RecordingStream, RecordingStreamBuilder, SpawnOptions};
+use thiserror::Error;
+
+use crate::{arm, blueprint, gravity, identifiability, poses, residuals, series, sweeps, trace, verdict};
+
+/// Under this name the viewer remembers what a user changed of the layout.
+const APPLICATION: &str = "gravcal";
+/// Where a viewer listens unless it is told otherwise.
+pub const VIEWER_URL: &str = rerun::DEFAULT_CONNECT_URL;
+/// How long a viewer may take to receive everything.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// What is shown.
+#[derive(Clone, Copy, Debug)]
+pub struct CalibrationRecording<'a> {
+    /// Identifies the recording: the same for the same input, such as a hash of it.
+    pub id: &'a str,
+    /// What was said beforehand, and the poses.
+    pub session: &'a Session,
+    /// What the estimators answered.
+    pub results: &'a [EstimatorResult],
+    /// What nominal sensors explain: see [`predict_nominally`](gravcal_calibration::joint::predict_nominally). May be empty.
+    pub nominal: &'a [Prediction],
+    /// All values, as a table for people.
+    pub table: &'a str,
+}
+
+/// Why there is no recording.
+#[derive(Debug, Error)]
+pub enum RecordingError {
+    /// Rerun refuses what it is given.
+    #[error("Rerun cannot take the recording")]
+    Stream(#[from] rerun::RecordingStreamError),
+    /// It cannot be put into bytes.
+    #[error("Rerun cannot encode the recording")]
+    Encode(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// No viewer listens, or it does not receive everything.
+    #[error("no Rerun viewer receives the recording at {url}")]
+    Unreachable {
+        /// Where one was expected.
+        url: String,
+        /// What Rerun says.
+        #[source]
+        cause: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+impl CalibrationRecording<'_> {
+    /// The contents of an `.rrd` file.
+    ///
+    /// # Errors
+    /// Where Rerun refuses the data or cannot encode them.
+    pub fn to_rrd(&self) -> Result<Vec<u8>, RecordingError> {
+        let (stream, storage) = self.builder().memory()?;
+        self.log(&stream)?;
+        storage.drain_as_bytes().map_err(|error| RecordingError::Encode(Box::new(error)))
+    }
+
+    /// Sends everything to a viewer that is open, at `url` such as `rerun+http://127.0.0.1:9876/proxy`.
+    ///
+    /// # Errors
+    /// Where `url` is none, or no viewer is there.
+    pub fn connect(&self, url: &str) -> Result<(), RecordingError> {
+        self.send(&self.builder().connect_grpc_opts(url)?, url)
+    }
+
+    /// Opens a viewer (the program `rerun` of the search path) and sends everything to it.
+    ///
+    /// # Errors
+    /// Where there is no such program, or it does not receive anything.
+    pub fn spawn(&self) -> Result<(), RecordingError> {
+        let options = SpawnOptions { wait_for_bind: true, ..SpawnOptions::default() };
+        self.send(&self.builder().spawn_opts(&options)?, &options.connect_addr().to_string())
+    }
+
+    fn send(&self, stream: &RecordingStream, url: &str) -> Result<(), RecordingError> {
+        self.log(stream)?;
+        let unreachable = |error| RecordingError::Unreachable { url: url.to_owned(), cause: Box::new(error) };
+        stream.flush_with_timeout(PATIENCE).map_err(unreachable)
+    }
+
+    /// Whatever the environment says of Rerun: who asked for a recording gets it, and nothing is cut by a clock.
+    fn builder(&self) -> RecordingStreamBuilder {
+        RecordingStreamBuilder::new(APPLICATION)
+            .recording_id(self.id)
+            .enabled(true)
+            .send_properties(false)
+            .batcher_config(ChunkBatcherConfig::NEVER)
+            .with_blueprint(blueprint::blueprint(self))
+    }
+
+    fn log(&self, stream: &RecordingStream) -> Result<(), RecordingError> {
+        stream.set_log_time_enabled(false);
+        stream.set_log_tick_enabled(false);
+        let poses = poses::PoseTimes::of(self.session);
+        verdict::log(stream, self)?;
+        arm::log(stream, self, &poses)?;
+        gravity::log(stream, self)?;
+        series::log(stream, self, &poses)?;
+        residuals::log(stream, self, &poses)?;
+        sweeps::log(stream, self)?;
+        poses::log(stream, self)?;
+        trace::log(stream, self)?;
+        identifiability::log(stream, self)?;
+        Ok(())
+    }
+
+    /// The result that decides: the joint one where it ran, otherwise the last that did not fail.
+    pub(crate) fn deciding(&self) -> Option<&EstimatorResult> {
+        let joint = self.results.iter().find(|result| result.name == EstimatorName::Joint.as_str());
+        let solved = self.results.iter().rev().find(|result| result.verdict != Verdict::Failed);
+        joint.or(solved).or(self.results.last())
+    }
+
+    /// Every name under which readings are predicted, with the predictions.
+    pub(crate) fn predictions(&self) -> impl Iterator<Item = (&str, &[Prediction])> {
+        let nominal = [("nominal", self.nominal)].into_iter();
+        let results = self.results.iter().map(|result| (result.name.as_str(), result.detail.predictions.as_slice()));
+        nominal.chain(results).filter(|(_, predictions)| !predictions.is_empty())
+    }
+
+    /// Channels that anything predicts, in the session's order.
+    pub(crate) fn channels(&self) -> Vec<usize> {
+        let read = |channel: &usize| self.predictions().any(|(_, all)| all.iter().any(|one| one.channel == *channel));
+        (0..self.session.channel_count()).filter(read).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use super::*;
+    use crate::testing::Calibrated;
+
+    /// Paths of the table in the crate's documentation, in their parts; `None` stands for any name.
+    fn documented() -> Vec<Vec<Option<&'static str>>> {
+        let rows = include_str!("lib.rs").lines().filter_map(|line| line.strip_prefix("//! | `/"));
+        let cells = rows.filter_map(|row| row.split('|').next());
+        let paths = cells.flat_map(|cell| cell.split(", ")).map(|path| path.trim().trim_matches(['`', '/']));
+        let part = |part: &'static str| (part.to_uppercase() != part).then_some(part);
+        paths.map(|path| path.split('/').map(part).collect()).collect()
+    }
+
+    fn is_like(path: &str, pattern: &[Option<&str>]) -> bool {
+        let parts: Vec<&str> = path.trim_start_matches('/').split('/').collect();
+        parts.len() == pattern.len()
+            && parts.iter().zip(pattern).all(|(part, like)| like.is_none_or(|like| like == *part))
+    }
+
+    #[test]
+    fn entities_and_their_counts_are_as_documented() {
+        let calibrated = Calibrated::experiment("sarcos-shoulder");
+        let rows = calibrated.read_back().rows();
+        let documented = documented();
+        for path in rows.keys().filter(|path| *path != "/") {
+            assert!(documented.iter().any(|pattern| is_like(path, pattern)), "{path} is not documented");
+        }
+        let absent = |pattern: &&Vec<Option<&str>>| !rows.keys().any(|path| is_like(path, pattern));
+        let absent: BTreeSet<_> = documented.iter().filter(absent).map(|pattern| pattern[0]).collect();
+        // Its tables are no recordings in motion.
+        assert_eq!(absent, BTreeSet::from([Some("slow_sweeps"), Some("standstills"), Some("arm")]));
+
+        let count = |path: &str, timeline: &str| rows[path].get(timeline).copied();
+        for path in
+            ["/arm/link3", "/readings/joint1/measured", "/readings/joint2/nominal", "/residuals/in_std/joint/joint3"]
+        {
+            assert_eq!((count(path, "pose"), count(path, "time")), (Some(407), None), "{path}");
+        }
+        assert_eq!((count("/sweeps/measured", "pose"), count("/sweeps/now", "pose")), (Some(11), Some(407)));
+        let joint = &calibrated.results[1];
+        assert_eq!(count("/trace/joint/log10_cost", "iteration"), Some(joint.iterations + 1));
+        assert_eq!(count("/parameters/joint/torque_gain/joint3/value", "iteration"), Some(joint.iterations + 1));
+        for path in ["/verdict", "/gravity/joint/cone95", "/identifiability/sequential/singular_values"] {
+            assert_eq!(count(path, "static"), Some(1), "{path}");
+        }
+        assert!(rows.values().flat_map(|timelines| timelines.keys()).all(|name| !name.starts_with("log_")));
+    }
+
+    #[test]
+    fn numbers_come_back() {
+        let calibrated = Calibrated::experiment("sarcos-shoulder");
+        let back = calibrated.read_back();
+        let joint = &calibrated.results[1];
+        let residuals = back.scalars("/residuals/in_unit/joint/joint2");
+        let fit = joint.fit.as_ref().unwrap().joints.iter().find(|fit| fit.joint == "joint2").unwrap();
+        let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
+        assert!((rms / fit.rms - 1.0).abs() < 1e-9, "{rms} {}", fit.rms);
+
+        let way = back.scalars("/parameters/joint/torque_gain/joint1/value");
+        let gain = joint.parameter("joint1.torque_gain").unwrap();
+        assert_eq!(way.last().copied(), gain.value);
+        assert_eq!(back.scalars("/parameters/joint/torque_gain/joint1/low")[0], gain.ci95.unwrap()[0]);
+
+        // What nominal sensors explain is far off, and what is found is not.
+        let off = |name: &str| {
+            let predicted = back.scalars(&format!("/readings/joint1/{name}"));
+            let read = back.scalars("/readings/joint1/measured");
+            predicted.iter().zip(read).fold(0.0, |most: f64, (p, r)| most.max((p - r).abs()))
+        };
+        assert!(off("nominal") > 10.0 && off("joint") < 3.0, "{} {}", off("nominal"), off("joint"));
+    }
+
+    #[test]
+    fn one_calibration_gives_one_recording() {
+        let calibrated = Calibrated::experiment("sarcos-shoulder");
+        let (a, b) = (calibrated.read_back().contents(), calibrated.read_back().contents());
+        assert_eq!(a.len(), b.len());
+        for (a, b) in a.iter().zip(&b) {
+            assert!(a == b, "{} {}", a.path, b.path);
+        }
+    }
+
+    /// As many poses as an afternoon's recording has: all numbers leave as columns.
+    #[test]
+    fn a_million_numbers_take_no_time() {
+        let mut calibrated = Calibrated::experiment("seven-joints-tilted");
+        let (few, many) = (calibrated.session.poses.len(), 20_000);
+        calibrated.session.poses = calibrated.session.poses.iter().cycle().take(many).cloned().collect();
+        let repeat = |predictions: &mut Vec<Prediction>| {
+            let again = |turn: usize| predictions.iter().map(move |one| Prediction { pose: one.pose + turn * few, ..*one });
+            let all = (0..many.div_ceil(few)).flat_map(again);
+            *predictions = all.filter(|one| one.pose < many).collect();
+        };
+        repeat(&mut calibrated.nominal);
+        calibrated.results.iter_mut().for_each(|result| repeat(&mut result.detail.predictions));
+        let numbers: usize = calibrated.recording().predictions().map(|(_, all)| 3 * all.len()).sum();
+
+        let start = std::time::Instant::now();
+        let bytes = calibrated.recording().to_rrd().unwrap();
+        let seconds = start.elapsed().as_secs_f64();
+        let rate = numbers as f64 / seconds;
+        println!("{numbers} numbers of predictions and residuals, {} bytes, {seconds:.2} s: {rate:.0} a second", bytes.len());
+        assert!(numbers > 800_000 && rate > 1e5, "{numbers} {rate}");
+    }
+}

@@ -1,0 +1,44 @@
+//! Calibrations to record.
+
+use std::path::Path;
+
+use gravcal_calibration::joint::predict_nominally;
+use gravcal_calibration::result::{EstimatorResult, Prediction};
+use gravcal_calibration::{EstimatorName, Session, Workbench, calibrate};
+use gravcal_solvers::LevenbergMarquardt;
+
+use crate::read_back::ReadBack;
+use crate::recording::CalibrationRecording;
+
+/// A session with its results.
+pub struct Calibrated {
+    pub session: Session,
+    pub results: Vec<EstimatorResult>,
+    pub nominal: Vec<Prediction>,
+}
+
+impl Calibrated {
+    /// Calibrates an experiment with the default estimators.
+    pub fn experiment(name: &str) -> Calibrated {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        Calibrated::of(Session::read(&root.join("experiments").join(name).join("session.toml")).unwrap())
+    }
+
+    pub fn of(session: Session) -> Calibrated {
+        let solver = LevenbergMarquardt::default();
+        let workbench = Workbench::new(&solver, &|_| {});
+        let results = calibrate(&session, &EstimatorName::DEFAULT, &workbench);
+        let nominal = predict_nominally(&session, &workbench).unwrap();
+        Calibrated { session, results, nominal }
+    }
+
+    pub fn recording(&self) -> CalibrationRecording<'_> {
+        let Calibrated { session, results, nominal } = self;
+        CalibrationRecording { id: "test", session, results, nominal, table: "the table\n" }
+    }
+
+    /// Its recording, read back.
+    pub fn read_back(&self) -> ReadBack {
+        ReadBack::of(&self.recording().to_rrd().unwrap())
+    }
+}
