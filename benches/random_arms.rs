@@ -1,11 +1,13 @@
 //! Random arms: how often the joint estimator finds the global optimum.
 //!
 //! `cargo run --release -p gravcal-benches --bin random_arms`
+//!
+//! Parts of a long table are made by `--first` and `--arms`: each arm depends on the seed and its number only, so their counts add up.
 
 use std::collections::BTreeMap;
+use std::sync::{Mutex, PoisonError};
 
 use clap::{Parser, ValueEnum};
-use gravcal_benches::program::progress;
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::random_arms::{Knowing, Tally, Trial, random_arms};
 
@@ -44,14 +46,28 @@ fn main() {
         if arguments.from.is_some_and(|only| only != from) {
             continue;
         }
-        let bar = progress(arguments.arms, "arms");
         let numbers = arguments.first..arguments.first + arguments.arms;
-        let (tallies, apart) =
-            random_arms(arguments.seed, numbers, knowing, &LevenbergMarquardt::default(), &|| bar.inc(1));
-        bar.finish_and_clear();
+        let so_far = Mutex::new(Tally::default());
+        let watch = |trial: &Trial| {
+            let mut so_far = so_far.lock().unwrap_or_else(PoisonError::into_inner);
+            so_far.count(trial);
+            print_progress(title, *so_far, arguments.arms);
+        };
+        let (tallies, apart) = random_arms(arguments.seed, numbers, knowing, &LevenbergMarquardt::default(), &watch);
         print_table(title, &tallies);
         apart.iter().for_each(print_trial);
         println!();
+    }
+}
+
+/// After each hundredth of the arms, on the standard error: the table goes elsewhere.
+fn print_progress(title: &str, so_far: Tally, arms: u64) {
+    if so_far.arms.is_multiple_of(arms.div_ceil(100).max(1)) || so_far.arms == arms {
+        let Tally { arms: done, ill_conditioned, global, lower, elsewhere, misleading } = so_far;
+        eprintln!(
+            "{title}: {done} of {arms} arms; {ill_conditioned} ill-conditioned, {global} at the global optimum, {lower} lower, \
+             {elsewhere} elsewhere, {misleading} of these misleading"
+        );
     }
 }
 

@@ -99,6 +99,27 @@ fn sensors_alone_are_known_when_all_else_has_changed() {
     assert!(gravity(&some) > 1.2 * gravity(&all), "{} {}", gravity(&some), gravity(&all));
 }
 
+/// The same tables again are no further knowledge, one of them neither, and under another name neither.
+#[test]
+fn what_an_earlier_calibration_was_made_from_does_not_count_twice() {
+    let refused = |session: &Path| {
+        let calibration = calibrate(session);
+        let told = "the calibration of [prior], first.json, was made from this table, too";
+        assert_eq!(calibration.run.refusal(&["poses[1].file", told]), None);
+    };
+    let again = half(0);
+    let file = |name: &str| again.path().join(name);
+    fs::write(file("first.json"), first()).unwrap();
+    let session = fs::read_to_string(file("session.toml")).unwrap();
+    let others = half(1);
+    fs::copy(others.path().join("bare.csv"), file("bare.csv")).unwrap();
+    fs::write(file("session.toml"), session.clone() + PRIOR).unwrap();
+    refused(again.path());
+    fs::rename(file("plate-a.csv"), file("renamed.csv")).unwrap();
+    fs::write(file("session.toml"), session.replace("plate-a.csv", "renamed.csv") + PRIOR).unwrap();
+    refused(again.path());
+}
+
 #[test]
 fn what_cannot_be_knowledge_is_refused() {
     let found = first();

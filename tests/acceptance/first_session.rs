@@ -118,6 +118,68 @@ fn a_recording_becomes_a_session_and_that_a_calibration() {
     assert!(assert_true(folder.path(), &joint) >= 10);
 }
 
+/// A seven-joint arm on an upright base, few poses, and all cures followed but the tilt: what the first joint's readings show is noise,
+/// which a gain of about zero explains. That is no sign of a sensor, and nothing to calibrate with.
+#[test]
+fn a_joint_that_carries_no_gravity_is_not_told_to_be_reversed() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str| folder.path().join(name);
+    fs::copy(tree::root().join("models/kuka-lbr-iiwa14/robot.toml"), file("robot.toml")).unwrap();
+    let load = "name = \"plate\", mass_kg = 1.5, link = \"link7\", position_m = [0.05, 0, 0.1]";
+    let simulation = format!(
+        "robot = \"robot.toml\"\nseed = 3\ngravity = {{ direction = [0, 0, -1], magnitude_m_per_s2 = 9.80665 }}\n\
+         torque = {{ unit = \"N·m\", std = 0.05 }}\nposition = {{ unit = \"rad\" }}\n\
+         recording = {{ rate_hz = 200, samples = 100, move_s = 0.5, settling_s = 0.2 }}\n\
+         random = [{{ file = \"bare.mcap\", poses = 15 }}, {{ file = \"loaded.mcap\", poses = 8, load = \"plate\" }}]\n\
+         load = [{{ {load} }}]\n"
+    );
+    fs::write(file("simulation.toml"), simulation).unwrap();
+    let simulated = gravcal_in(folder.path(), ["simulate", "simulation.toml"]);
+    assert_eq!(simulated.code, 0, "{simulated:?}");
+    let drafted = gravcal_in(
+        folder.path(),
+        ["inspect", "bare.mcap", "--robot", "robot.toml", "--session", "first.toml", "--quiet"],
+    );
+    assert_eq!(drafted.code, 0, "{drafted:?}");
+    let text = fs::read_to_string(file("first.toml")).unwrap();
+    let followed = text
+        .replace("# hemisphere", "hemisphere")
+        .replace("links = \"unknown\"", "links = \"model\"\nrelative_std = 0.1");
+    let loads = load.replace(", ", "\n").replace("[0.05\n0\n0.1]", "[0.05, 0, 0.1]");
+    let followed = format!("{followed}\n[[load]]\n{loads}\n\n[[poses]]\nfile = \"loaded.mcap\"\nload = \"plate\"\n");
+    fs::write(file("first.toml"), followed).unwrap();
+
+    let calibration = Calibration::of(&file("first.toml"));
+    assert_eq!(calibration.run.code, 3, "{:?}", calibration.run);
+    assert!(!calibration.run.stdout.contains("of the other sign"), "{}", calibration.run.stdout);
+    let joint = calibration.estimator("joint");
+    let open: Vec<&str> = joint.parameters.iter().filter(|p| p.value.is_none()).map(|p| p.name.as_str()).collect();
+    assert_eq!(open, ["joint1.torque_gain", "joint1.position_gain"]);
+    assert_eq!(assert_true(folder.path(), &joint), 25);
+}
+
+/// A joint that is always in motion, and no standstill to be found: what to do is told, unless a session tells it.
+#[test]
+fn a_recording_without_poses_leads_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let row = |k: u32| {
+        let t = 0.01 * f64::from(k);
+        format!("{t:.2},{:.6},{:.4}\n", (3.0 * t).sin(), 5.0 * (3.0 * t).cos())
+    };
+    let rows: String = (0..2000).map(row).collect();
+    fs::write(folder.path().join("moving.csv"), format!("time_s,a.position,a.effort\n{rows}")).unwrap();
+    let run = gravcal_in(folder.path(), ["inspect", "moving.csv"]);
+    assert_eq!(run.code, 0, "{run:?}");
+    for told in
+        ["No pose was found.", "[readings.still]", "[readings.sweeps]", "[readings.select]", "--session OUT.toml"]
+    {
+        assert!(run.stdout.contains(told), "{told}: {}", run.stdout);
+    }
+    let drafted = gravcal_in(folder.path(), ["inspect", "moving.csv", "--session", "session.toml"]);
+    assert!(drafted.code == 0 && !drafted.stdout.contains("No pose was found."), "{drafted:?}");
+    assert!(fs::read_to_string(folder.path().join("session.toml")).unwrap().contains("[readings.select.joint]"));
+}
+
 #[test]
 fn what_is_found_is_told_to_programs_and_a_wrong_robot_is_refused() {
     let folder = simulated();

@@ -45,7 +45,7 @@ impl Study {
         self.folder.path().join("study.toml")
     }
 
-    fn results(&self, name: &str) -> PathBuf {
+    pub fn results(&self, name: &str) -> PathBuf {
         self.folder.path().join(name)
     }
 

@@ -23,6 +23,7 @@ mod workbench;
 
 pub mod application;
 pub mod check;
+pub mod comparison;
 pub mod document;
 pub mod joint;
 pub mod parameter;

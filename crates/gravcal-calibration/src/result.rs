@@ -4,14 +4,16 @@
 
 mod detail;
 mod positions;
+mod residuals;
 
 use std::fmt;
 
 use gravcal_estimation::IterationRecord;
 use serde::Serialize;
 
-pub use detail::{Detail, Prediction};
+pub use detail::Detail;
 pub use positions::{DeflectionResult, PositionErrorResult};
+pub use residuals::ReadingResidual;
 
 /// One estimator's answer.
 #[derive(Clone, Debug, Serialize)]
@@ -387,6 +389,9 @@ pub struct Fit {
     pub joints: Vec<JointFit>,
     /// The same for a tenth of the poses that a second fit did not see.
     pub held_out: Option<HeldOut>,
+    /// Every reading beside what the model makes of it, in the order of the poses; not in `calibration.json`.
+    #[serde(skip)]
+    pub residuals: Vec<ReadingResidual>,
 }
 
 /// Residuals of one joint's torque readings.

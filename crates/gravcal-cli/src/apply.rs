@@ -86,7 +86,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let bad = |error: &dyn std::error::Error| Failure::bad_input(error);
     let calibration =
         read_earlier(&arguments.calibration, arguments.estimator.as_str()).map_err(|error| bad(&error))?;
-    let session = Session::read(&session_path(arguments)?).map_err(|error| bad(&error))?;
+    let session = Session::read(&session_path(&arguments.calibration, arguments.session.as_deref())?)
+        .map_err(|error| bad(&error))?;
     let recording = open_as(&arguments.input, &session.readings.csv).map_err(|error| bad(&error))?;
     let said = recording.metadata();
     if let Some(by) = said.get(CALIBRATED) {
@@ -107,11 +108,10 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
 }
 
 /// Where the session is, which must be the one of the calibration if it is not named.
-fn session_path(arguments: &Arguments) -> Result<PathBuf, Failure> {
-    if let Some(session) = &arguments.session {
-        return Ok(session.clone());
+pub fn session_path(calibration: &Path, named: Option<&Path>) -> Result<PathBuf, Failure> {
+    if let Some(session) = named {
+        return Ok(session.to_owned());
     }
-    let calibration = &arguments.calibration;
     let hint = "--session SESSION names it";
     let said = read_earlier_session(calibration).map_err(|error| Failure::bad_input(&error))?;
     let absent =

@@ -6,9 +6,14 @@ use clap::Args;
 use gravcal_calibration::result::EstimatorResult;
 use gravcal_calibration::{EstimatorName, Session, Workbench};
 use gravcal_estimation::IterationRecord;
+#[cfg(feature = "rerun")]
+use gravcal_recording::Digest;
 use gravcal_report::{
-    CalibrationFile, CalibrationTable, Contents, Input, Options, OutputError, OutputFolder, Provenance, Written,
+    CalibrationFile, CalibrationPage, CalibrationTable, Contents, Input, Options, OutputError, OutputFolder,
+    Provenance, Written,
 };
+#[cfg(feature = "rerun")]
+use gravcal_rerun::CalibrationRecording;
 use gravcal_solvers::SolverName;
 
 use crate::exit::Exit;
@@ -17,14 +22,14 @@ use crate::interrupt::Interrupt;
 use crate::names::{Choice, estimator_parser, solver_parser};
 use crate::progress::Progress;
 #[cfg(feature = "rerun")]
-use crate::rerun::{Calibrated, RerunArguments};
+use crate::rerun::RerunArguments;
 use crate::stopwatch::{Phase, Stopwatch};
 use crate::terminal;
 
 /// Find gains, offsets and gravity of a session, with their uncertainty
 ///
 /// Runs the estimators on all static poses of the session, prints their answers side by side, and writes them to the
-/// output folder: calibration.json for programs, table.txt for people, timing.json. What the poses do not determine
+/// output folder: calibration.json for programs, table.txt and report.html for people, timing.json. What the poses do not determine
 /// is named together with what would cure it, and has no value.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -50,9 +55,17 @@ pub struct Arguments {
     #[arg(long)]
     overwrite: bool,
 
-    /// Show no progress
+    /// Print calibration.json instead of the table
+    #[arg(long, conflicts_with = "quiet")]
+    json: bool,
+
+    /// Show no progress and print no table; the exit code tells the verdict
     #[arg(long, short)]
     quiet: bool,
+
+    /// Tell every stage and iteration in a line of its own
+    #[arg(long, short, conflicts_with = "quiet")]
+    verbose: bool,
 
     /// Number of threads; results do not depend on it [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
@@ -82,7 +95,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     limit_threads(arguments.threads)?;
     let watch = Stopwatch::start(Phase::Read);
     let path = arguments.session.as_path();
-    let session = Progress::new(arguments.quiet).read_session(path).map_err(|error| Failure::bad_input(&error))?;
+    let session = progress(arguments).read_session(path).map_err(|error| Failure::bad_input(&error))?;
     let choice = Choice::new(&arguments.estimators, arguments.solver, &session, path)?;
     let folder = output_folder(arguments);
     folder.check().map_err(|error| refused(&error))?;
@@ -90,15 +103,32 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     arguments.rerun.check(arguments.overwrite)?;
     let provenance = provenance(&session, path, &choice)?;
 
-    let results = calibrate(&session, &choice, &watch, arguments.quiet)?;
+    let results = calibrate(&session, &choice, &watch, progress(arguments))?;
 
     let table = CalibrationTable { robot: &session.robot.name, results: &results }.to_string();
-    let written = write(&folder, &results, &provenance, &table, &watch);
-    terminal::print(&table)?;
-    terminal::print(&format!("\n{}\n", where_to(&folder, written?)))?;
+    let page = CalibrationPage { session: &session, results: &results, provenance: &provenance };
+    let calibration = CalibrationFile { estimators: &results, provenance: &provenance }.to_json();
+    let calibration = calibration.map_err(|error| Failure::no_convergence(&error));
+    let written = calibration
+        .as_ref()
+        .map_err(Clone::clone)
+        .and_then(|calibration| write(&folder, calibration, &page, &table, &watch));
+    if !arguments.quiet && !arguments.json {
+        terminal::print(&format!("{table}\n"))?;
+    }
+    let (calibration, written) = (calibration?, written?);
+    if arguments.json {
+        terminal::print_exactly(&calibration)?;
+    } else {
+        terminal::print(&format!("{}\n", where_to(&folder, written)))?;
+    }
     #[cfg(feature = "rerun")]
-    show(arguments, &session, &choice, &provenance, (&results, &table))?;
+    show(arguments, &session, &results, (&calibration, &table))?;
     Ok(Exit::of_calibration(&results))
+}
+
+fn progress(arguments: &Arguments) -> Progress {
+    if arguments.verbose { Progress::in_lines() } else { Progress::new(arguments.quiet) }
 }
 
 pub fn limit_threads(threads: Option<u16>) -> Result<(), Failure> {
@@ -128,10 +158,9 @@ fn calibrate(
     session: &Session,
     choice: &Choice,
     watch: &Stopwatch,
-    quiet: bool,
+    progress: Progress,
 ) -> Result<Vec<EstimatorResult>, Failure> {
     let interrupt = Interrupt::listen()?;
-    let progress = Progress::new(quiet);
     let tell = |stage: &str| {
         watch.enter(Phase::of_stage(stage));
         progress.stage(stage);
@@ -145,29 +174,28 @@ fn calibrate(
 
 fn write(
     folder: &OutputFolder,
-    results: &[EstimatorResult],
-    provenance: &Provenance,
+    calibration: &str,
+    page: &CalibrationPage<'_>,
     table: &str,
     watch: &Stopwatch,
 ) -> Result<Written, Failure> {
-    let calibration = CalibrationFile { estimators: results, provenance }.to_json();
-    let calibration = calibration.map_err(|error| Failure::no_convergence(&error))?;
     let timing = watch.times().to_json().map_err(|error| Failure::no_convergence(&error))?;
-    let contents = Contents { calibration: &calibration, table, timing: &timing };
+    let page = page.to_html().map_err(|error| Failure::no_convergence(&error))?;
+    let contents = Contents { calibration, table, page: &page, timing: &timing };
     folder.write(&contents).map_err(|error| refused(&error))
 }
 
+/// What decides the results decides the recording's name.
 #[cfg(feature = "rerun")]
 fn show(
     arguments: &Arguments,
     session: &Session,
-    choice: &Choice,
-    provenance: &Provenance,
-    (results, table): (&[EstimatorResult], &str),
+    results: &[EstimatorResult],
+    (calibration, table): (&str, &str),
 ) -> Result<(), Failure> {
-    let fingerprint = provenance.fingerprint().map_err(|error| Failure::no_convergence(&error))?;
-    let calibrated = Calibrated { fingerprint, session, results, table, solver: choice.solver.method.as_ref() };
-    terminal::print(&arguments.rerun.show(&calibrated, arguments.overwrite)?)
+    let id = &Digest::of_bytes(calibration.as_bytes()).sha256;
+    let told = arguments.rerun.show(&CalibrationRecording { id, session, results, table }, arguments.overwrite)?;
+    if arguments.json { Ok(()) } else { terminal::print(&told) }
 }
 
 fn refused(error: &OutputError) -> Failure {
@@ -180,7 +208,7 @@ fn refused(error: &OutputError) -> Failure {
 
 fn where_to(folder: &OutputFolder, written: Written) -> String {
     let files = match written {
-        Written::New => "calibration.json, table.txt, timing.json",
+        Written::New => "calibration.json, table.txt, report.html, timing.json",
         Written::Unchanged => "already there, unchanged",
     };
     format!("Results in {} ({files})", folder.path().display())

@@ -53,11 +53,9 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     Choice::new(&[], None, &session, &arguments.session)?;
     let subject = arguments.session.display();
     let report = check(&session).map_err(|error| Failure::bad_input(&error).about(subject))?;
-    let text = if arguments.json {
-        check_json(&report).map_err(|error| Failure::bad_input(&error))?
-    } else {
-        CheckTable { robot: &session.robot.name, report: &report }.to_string()
-    };
-    terminal::print(&text)?;
+    match arguments.json {
+        true => terminal::print_exactly(&check_json(&report).map_err(|error| Failure::bad_input(&error))?)?,
+        false => terminal::print(&CheckTable { robot: &session.robot.name, report: &report }.to_string())?,
+    }
     Ok(if report.complete { Exit::Determined } else { Exit::PartlyDetermined })
 }

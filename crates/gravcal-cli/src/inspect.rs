@@ -68,6 +68,17 @@ Exit codes:
   0  the recording was read, and the session written
   2  bad input or usage; nothing is written";
 
+/// What to do about a recording in which nothing stands and nothing sweeps slowly.
+const NO_POSES: &str = "\
+No pose was found. Any of these makes some:
+  - Record again, and let the arm stand for half a second or more in each of
+    many poses: [readings.still] finds them.
+  - Record again, and move one joint after the other to and fro, no faster than
+    12 deg/s, while the rest stand: [readings.sweeps] makes a pose of each degree.
+  - Take rows of this recording in slow, even motion as poses, by limits on speed
+    and acceleration ([readings.select]): with --robot ROBOT --session OUT.toml
+    this command draws up such a session, with limits to look over.";
+
 /// What is told.
 #[derive(Serialize)]
 struct Told<'a> {
@@ -138,7 +149,7 @@ fn tell(
     if arguments.json {
         let told = Told { inspection, poses_found: searched.map(Searched::found), notes };
         let text = serde_json::to_string_pretty(&told).map_err(|error| Failure::bad_input(&error))?;
-        return terminal::print(&format!("{text}\n"));
+        return terminal::print_exactly(&format!("{text}\n"));
     }
     let poses = match (draft, searched) {
         (None, _) => {
@@ -147,7 +158,9 @@ fn tell(
         (Some(_), None) => "There is no clock, or rows are long apart: each row may be a static pose.".to_owned(),
         (Some(_), Some(_)) => notes.join("\n"),
     };
-    terminal::print(&format!("{inspection}\nPoses, if columns mean what they seem to\n{poses}\n"))
+    let none_found = searched.is_some_and(|searched| searched.found() == 0) && arguments.session.is_none();
+    let next = if none_found { format!("\n{NO_POSES}\n") } else { String::new() };
+    terminal::print(&format!("{inspection}\nPoses, if columns mean what they seem to\n{poses}\n{next}"))
 }
 
 /// Writes the session, and tells whether it can be read as it is.

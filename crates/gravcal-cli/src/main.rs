@@ -5,7 +5,9 @@
 mod apply;
 mod calibrate;
 mod check;
+mod compare;
 mod exit;
+mod export;
 mod failure;
 mod inspect;
 mod interrupt;
@@ -40,6 +42,8 @@ enum Command {
     Simulate(simulate::Arguments),
     Inspect(inspect::Arguments),
     Apply(apply::Arguments),
+    Export(export::Arguments),
+    Compare(compare::Arguments),
     Study(study::Arguments),
 }
 
@@ -64,6 +68,10 @@ From a robot to its calibration:
      finds gains, offsets and gravity, with their uncertainty.
   5. gravcal apply calibration.json recording.mcap calibrated.mcap
      gives the same recording with true torques and angles.
+  6. gravcal export calibration.json --to ros2
+     gives the numbers to a driver; others to C, Python, URDF, tables.
+  7. gravcal compare last-week/calibration.json calibration.json
+     tells which sensor has moved since.
 
 Conventions of what comes out:
   reading = torque_gain * torque + torque_bias
@@ -72,7 +80,8 @@ Conventions of what comes out:
 Exit codes:
   0  everything that is asked for is determined
   2  bad input or usage; nothing is written
-  3  solved, but something that is asked for is undetermined
+  3  solved, but something that is asked for is undetermined; of
+     `gravcal compare`: a sensor moved
   4  no answer to rely on: no convergence, stopped by Ctrl-C, or readings that
      contradict the model";
 
@@ -94,6 +103,8 @@ fn run(command: &Command) -> Result<Exit, Failure> {
         Command::Simulate(arguments) => simulate::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Apply(arguments) => apply::run(arguments),
+        Command::Export(arguments) => export::run(arguments),
+        Command::Compare(arguments) => compare::run(arguments),
         Command::Study(arguments) => study::run(arguments),
     }
 }

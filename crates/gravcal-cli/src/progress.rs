@@ -11,6 +11,8 @@ use gravcal_calibration::session::SessionError;
 use gravcal_estimation::IterationRecord;
 use indicatif::ProgressBar;
 
+use crate::terminal;
+
 /// Nobody needs to be told of what is over before.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Between two pictures of the spinner.
@@ -25,22 +27,40 @@ enum Told {
     Iteration(IterationRecord),
 }
 
+impl Told {
+    fn text(&self) -> String {
+        match self {
+            Told::Stage(stage) => stage.clone(),
+            Told::Iteration(IterationRecord { iteration, cost, cosine, .. }) => {
+                format!("  iteration {iteration}, cost {cost:.6e}, largest cosine {cosine:.1e}")
+            }
+        }
+    }
+}
+
 /// The line; it is cleared when this is dropped.
 #[derive(Debug)]
 pub struct Progress {
     /// Takes what is told; `None` where nothing is shown.
     told: Option<Sender<Told>>,
     line: Option<JoinHandle<()>>,
+    /// Whether everything is told at once in a line of its own, terminal or not.
+    in_lines: bool,
 }
 
 impl Progress {
     /// Shows nothing if `quiet`, or if nobody looks at a terminal.
     pub fn new(quiet: bool) -> Progress {
         if quiet || !stderr().is_terminal() {
-            return Progress { told: None, line: None };
+            return Progress { told: None, line: None, in_lines: false };
         }
         let (sender, told) = channel();
-        Progress { told: Some(sender), line: Some(spawn(move || show(&told))) }
+        Progress { told: Some(sender), line: Some(spawn(move || show(&told))), in_lines: false }
+    }
+
+    /// Tells every stage and iteration in a line of its own.
+    pub fn in_lines() -> Progress {
+        Progress { told: None, line: None, in_lines: true }
     }
 
     /// Another stage begins.
@@ -62,7 +82,9 @@ impl Progress {
     }
 
     fn tell(&self, told: impl FnOnce() -> Told) {
-        if let Some(sender) = &self.told {
+        if self.in_lines {
+            terminal::complain(&told().text());
+        } else if let Some(sender) = &self.told {
             // The receiver ends only after the sender.
             let _ = sender.send(told());
         }

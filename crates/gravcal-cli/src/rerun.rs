@@ -4,15 +4,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use gravcal_calibration::joint::predict_nominally;
-use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::{Session, Workbench};
-use gravcal_estimation::Solver;
 use gravcal_recording::{NewFile, WriteError};
 use gravcal_rerun::{CalibrationRecording, RecordingError, VIEWER_URL};
 
 use crate::failure::Failure;
-use crate::terminal;
 
 /// Where to show the calibration.
 #[derive(Debug, Args)]
@@ -31,15 +26,6 @@ pub struct RerunArguments {
     spawn: bool,
 }
 
-/// A calibration that was told and written.
-pub struct Calibrated<'a> {
-    pub fingerprint: String,
-    pub session: &'a Session,
-    pub results: &'a [EstimatorResult],
-    pub table: &'a str,
-    pub solver: &'a dyn Solver,
-}
-
 impl RerunArguments {
     /// Whether the file can be written, as far as can be seen before the solve. Leaves nothing behind.
     pub fn check(&self, overwrite: bool) -> Result<(), Failure> {
@@ -50,22 +36,7 @@ impl RerunArguments {
     }
 
     /// Writes and shows what is asked for; gives a line for each.
-    pub fn show(&self, calibrated: &Calibrated<'_>, overwrite: bool) -> Result<String, Failure> {
-        if self.file.is_none() && self.connect.is_none() && !self.spawn {
-            return Ok(String::new());
-        }
-        let nominal = predict_nominally(calibrated.session, &Workbench::new(calibrated.solver, &|_| {}));
-        let nominal = nominal.unwrap_or_else(|error| {
-            terminal::complain(&format!("note: no nominal predictions in the Rerun recording: {error}"));
-            Vec::new()
-        });
-        let recording = CalibrationRecording {
-            id: &calibrated.fingerprint,
-            session: calibrated.session,
-            results: calibrated.results,
-            nominal: &nominal,
-            table: calibrated.table,
-        };
+    pub fn show(&self, recording: &CalibrationRecording<'_>, overwrite: bool) -> Result<String, Failure> {
         let mut told = String::new();
         if let Some(path) = &self.file {
             let bytes = recording.to_rrd().map_err(|error| failed(&error))?;

@@ -54,7 +54,7 @@ struct RunArguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
 
-    /// Show no progress
+    /// Show no progress and print no tables
     #[arg(long, short)]
     quiet: bool,
 }
@@ -83,16 +83,24 @@ struct MergeArguments {
     /// Folders with other shares, which stay as they are
     #[arg(value_name = "DIR")]
     others: Vec<PathBuf>,
+
+    /// Print no tables
+    #[arg(long, short)]
+    quiet: bool,
 }
 
 /// Write tables and figures of a study that is complete
 ///
-/// report.txt, report.md, measures.csv and figures (SVG) go into the study's folder; the text is printed, too.
+/// report.txt, report.md, study.html, measures.csv and figures (SVG) go into the study's folder; the text is printed, too.
 #[derive(Debug, Args)]
 struct ReportArguments {
     /// Folder with the results, such as experiments/joint-against-sequential/results
     #[arg(value_name = "DIR")]
     folder: PathBuf,
+
+    /// Print no tables
+    #[arg(long, short)]
+    quiet: bool,
 }
 
 /// Runs the command.
@@ -100,7 +108,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     match &arguments.command {
         Command::Run(arguments) => run_study(arguments),
         Command::Merge(arguments) => merge(arguments),
-        Command::Report(arguments) => report(&open(&arguments.folder)?),
+        Command::Report(arguments) => report(&open(&arguments.folder)?, arguments.quiet),
     }
 }
 
@@ -146,7 +154,7 @@ fn run_study(arguments: &RunArguments) -> Result<Exit, Failure> {
         return Ok(Exit::Determined);
     }
     batch::merge(&folder, &[]).map_err(|error| refused(&error))?;
-    report(&folder)?;
+    report(&folder, arguments.quiet)?;
     terminal::print(&format!("{trials} trials in {seconds:.1} s{rate}\n"))?;
     Ok(Exit::Determined)
 }
@@ -155,10 +163,10 @@ fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
     let folder = StudyFolder::open_to_write(&arguments.folder).map_err(|error| refused(&error))?;
     let others = arguments.others.iter().map(|other| open(other)).collect::<Result<Vec<_>, _>>()?;
     batch::merge(&folder, &others).map_err(|error| refused(&error))?;
-    report(&folder)
+    report(&folder, arguments.quiet)
 }
 
-fn report(folder: &StudyFolder) -> Result<Exit, Failure> {
+fn report(folder: &StudyFolder, quiet: bool) -> Result<Exit, Failure> {
     let series = measure(folder).map_err(|error| refused(&error))?;
     let report = StudyReport { manifest: &folder.manifest, series: &series };
     let files = report_files(&report).map_err(|error| Failure::bad_input(&error))?;
@@ -166,10 +174,12 @@ fn report(folder: &StudyFolder) -> Result<Exit, Failure> {
         let path = folder.path().join(name);
         gravcal_recording::write_atomically(&path, contents.as_bytes()).map_err(|error| Failure::bad_input(&error))?;
     }
-    terminal::print(&report.to_string())?;
+    if !quiet {
+        terminal::print(&format!("{report}\n"))?;
+    }
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
     terminal::print(&format!(
-        "\nResults in {} (trials.parquet, times.csv, {})\n",
+        "Results in {} (trials.parquet, times.csv, {})\n",
         folder.path().display(),
         names.join(", ")
     ))?;

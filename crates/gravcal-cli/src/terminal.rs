@@ -1,12 +1,36 @@
-//! What is printed.
+//! What is printed. Colours are for terminals only, and not where `NO_COLOR` is set (`anstream` decides).
 
 use std::io::{self, ErrorKind, Write};
 
+use anstyle::{AnsiColor, Style};
+
 use crate::failure::Failure;
 
-/// Prints results. A reader who has seen enough (`gravcal … | head`) is no failure.
+const GOOD: Style = AnsiColor::Green.on_default().bold();
+const CARE: Style = AnsiColor::Yellow.on_default().bold();
+const BAD: Style = AnsiColor::Red.on_default().bold();
+
+/// Words that decide, as tables and errors write them.
+const MARKS: [(&str, Style); 9] = [
+    ("  determined:", GOOD),
+    ("  partly determined", CARE),
+    ("  failed:", BAD),
+    ("undetermined", CARE),
+    ("Nothing moved", GOOD),
+    ("Moved:", BAD),
+    ("Warning:", CARE),
+    ("error:", BAD),
+    ("note:", CARE),
+];
+
+/// Prints a table, with colours where a terminal shows it. A reader who has seen enough (`gravcal … | head`) is no failure.
 pub fn print(text: &str) -> Result<(), Failure> {
-    let mut stdout = io::stdout().lock();
+    print_exactly(&painted(text))
+}
+
+/// Prints what programs read.
+pub fn print_exactly(text: &str) -> Result<(), Failure> {
+    let mut stdout = anstream::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
             Err(Failure::bad_input(&error).about("results cannot be printed"))
@@ -17,5 +41,23 @@ pub fn print(text: &str) -> Result<(), Failure> {
 
 /// Tells an error. Where even that is not possible, the exit code must do.
 pub fn complain(text: &str) {
-    let _ = writeln!(io::stderr(), "{text}");
+    let _: io::Result<()> = writeln!(anstream::stderr(), "{}", painted(text));
+}
+
+/// The text with [`MARKS`] in their colours.
+fn painted(text: &str) -> String {
+    MARKS.iter().fold(text.to_owned(), |text, (mark, style)| text.replace(mark, &format!("{style}{mark}{style:#}")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_that_decide_are_coloured_and_nothing_else_changes() {
+        let text = "  joint  determined: everything\n  other  partly determined: not x\n  torque_gain  undetermined\n";
+        let told = painted(text);
+        assert!(told.contains(&format!("{GOOD}  determined:{GOOD:#} everything")), "{told:?}");
+        assert_eq!(anstream::adapter::strip_str(&told).to_string(), text);
+    }
 }

@@ -37,6 +37,15 @@ pub struct EarlierParameter {
     pub value: Option<f64>,
     /// Why it was held and not estimated, where it was.
     pub held: Option<String>,
+    /// Standard deviation; absent where undetermined, 0 where held.
+    #[serde(default)]
+    pub std: Option<f64>,
+    /// 95 % interval.
+    #[serde(default)]
+    pub ci95: Option<[f64; 2]>,
+    /// The equation in which it stands.
+    #[serde(default)]
+    pub convention: String,
     /// The value that was assumed, or at which it was held.
     pub nominal: f64,
 }
@@ -171,13 +180,20 @@ pub fn read_earlier(path: &Path, estimator: &str) -> Result<EarlierEstimate, Ear
     found.estimate().map_err(|what| EarlierError::Covariance { path: path.to_owned(), name, what })
 }
 
+/// The files that a `calibration.json` was made from, the session first; none where it does not say.
+///
+/// # Errors
+/// There is no such file.
+pub fn read_earlier_inputs(path: &Path) -> Result<Vec<EarlierInput>, EarlierError> {
+    Ok(read_file(path)?.provenance.map_or_else(Vec::new, |provenance| provenance.inputs))
+}
+
 /// The session that a `calibration.json` was made from; `None` where it does not say.
 ///
 /// # Errors
 /// There is no such file.
 pub fn read_earlier_session(path: &Path) -> Result<Option<EarlierInput>, EarlierError> {
-    let provenance = read_file(path)?.provenance;
-    Ok(provenance.and_then(|provenance| provenance.inputs.into_iter().next()))
+    Ok(read_earlier_inputs(path)?.into_iter().next())
 }
 
 fn read_file(path: &Path) -> Result<File, EarlierError> {

@@ -52,6 +52,7 @@
 mod columns;
 mod conditions;
 mod csv_lines;
+mod digest;
 mod earlier;
 mod error;
 mod mapping;
@@ -72,8 +73,10 @@ mod write_table;
 pub use columns::is_saturated;
 pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions, MotionSource, Slope};
 pub use csv_lines::CsvWriting;
+pub use digest::{Digest, DigestError};
 pub use earlier::{
-    EarlierError, EarlierEstimate, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier, read_earlier_session,
+    EarlierError, EarlierEstimate, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier, read_earlier_inputs,
+    read_earlier_session,
 };
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};

@@ -56,6 +56,12 @@ impl MotionLimits {
 }
 
 impl Selection {
+    /// The speed, rad/s or m/s, that a joint's torque reading must exceed to count; `None` where any speed will do.
+    pub fn least_speed(&self, joint: usize) -> Option<f64> {
+        let limits = [&self.arm, &self.joint].map(|limits| limits.speed_above.get(joint).copied());
+        limits.into_iter().flatten().reduce(f64::max)
+    }
+
     /// Leaves out readings that do not count, and rows without any that does. Tells how many torque readings of each joint it
     /// left out.
     pub(crate) fn apply(&self, rows: &mut Vec<StaticPose>, joints: usize) -> Vec<usize> {

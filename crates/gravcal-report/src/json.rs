@@ -20,3 +20,8 @@ pub enum JsonError {
 pub(crate) fn json(value: &impl Serialize) -> Result<String, JsonError> {
     Ok(serde_json::to_string_pretty(value)? + "\n")
 }
+
+/// JSON in one line, for programs alone.
+pub(crate) fn compact(value: &impl Serialize) -> Result<String, JsonError> {
+    Ok(serde_json::to_string(value)?)
+}

@@ -7,9 +7,10 @@
 //! |---|---|---|
 //! | `table.txt` | people | [`CalibrationTable`], a value with `Display`, 80 columns wide |
 //! | `calibration.json` | programs | [`CalibrationFile`]: the answers and where they come from |
+//! | `report.html` | people who decide | [`CalibrationPage`]: one file without any request to a network |
 //! | `timing.json` | people who wonder | [`Timing`], apart from the results, whose bytes are compared |
 //!
-//! and [`OutputFolder`] puts the three in place without overwriting other results. [`CheckTable`] and
+//! and [`OutputFolder`] puts the four in place without overwriting other results. [`CheckTable`] and
 //! [`check_json`] tell what a session can determine, before any solve.
 //!
 //! **Conventions.** Files hold SI units and radians. Tables show angles' offsets in degrees, and say so.
@@ -19,12 +20,15 @@
 
 mod calibration_file;
 mod check_table;
+pub mod comparison;
+pub mod export;
 mod finite;
 mod footnotes;
 mod grid;
 mod json;
 mod number;
 mod output;
+mod page;
 mod provenance;
 mod sensor_row;
 pub mod study;
@@ -41,6 +45,7 @@ pub use check_table::{CheckTable, check_json};
 pub use finite::NotFinite;
 pub use json::JsonError;
 pub use output::{Contents, OutputError, OutputFolder, Written};
-pub use provenance::{Input, InputError, Options, Provenance};
+pub use page::CalibrationPage;
+pub use provenance::{Input, Options, Provenance};
 pub use table::CalibrationTable;
 pub use timing::Timing;

@@ -9,6 +9,7 @@ use thiserror::Error;
 
 const CALIBRATION: &str = "calibration.json";
 const TABLE: &str = "table.txt";
+const PAGE: &str = "report.html";
 const TIMING: &str = "timing.json";
 
 /// The folder for one calibration.
@@ -25,6 +26,8 @@ pub struct Contents<'a> {
     pub calibration: &'a str,
     /// `table.txt`.
     pub table: &'a str,
+    /// `report.html`: made from the same results, and replaced with them.
+    pub page: &'a str,
     /// `timing.json`; differs from run to run and decides nothing.
     pub timing: &'a str,
 }
@@ -124,12 +127,15 @@ impl OutputFolder {
         if !self.overwrite {
             let states = [self.state(CALIBRATION, contents.calibration)?, self.state(TABLE, contents.table)?];
             if states == [State::Same, State::Same] {
+                if self.state(PAGE, contents.page)? != State::Same {
+                    write_atomically(&self.path.join(PAGE), contents.page.as_bytes())?;
+                }
                 return Ok(Written::Unchanged);
             }
             self.refuse_to_replace(states)?;
         }
         fs::create_dir_all(&self.path).map_err(|cause| self.refused(cause))?;
-        for (name, text) in results.into_iter().chain([(TIMING, contents.timing)]) {
+        for (name, text) in results.into_iter().chain([(PAGE, contents.page), (TIMING, contents.timing)]) {
             write_atomically(&self.path.join(name), text.as_bytes())?;
         }
         Ok(Written::New)
@@ -145,14 +151,15 @@ impl OutputFolder {
     }
 
     fn refuse_to_replace(&self, [calibration, table]: [State; 2]) -> Result<(), OutputError> {
-        // Times beside results are those of an earlier run; alone they are someone else's file.
+        // Page and times beside results are those of an earlier run; alone they are someone else's files.
         let alone = [calibration, table] == [State::Absent, State::Absent];
-        let timing = if alone && self.path.join(TIMING).exists() { State::Other } else { State::Absent };
-        let files: Vec<PathBuf> = [(CALIBRATION, calibration), (TABLE, table), (TIMING, timing)]
-            .into_iter()
-            .filter(|(_, state)| *state == State::Other)
-            .map(|(name, _)| self.path.join(name))
-            .collect();
+        let beside = |name: &str| if alone && self.path.join(name).exists() { State::Other } else { State::Absent };
+        let files: Vec<PathBuf> =
+            [(CALIBRATION, calibration), (TABLE, table), (PAGE, beside(PAGE)), (TIMING, beside(TIMING))]
+                .into_iter()
+                .filter(|(_, state)| *state == State::Other)
+                .map(|(name, _)| self.path.join(name))
+                .collect();
         if files.is_empty() { Ok(()) } else { Err(OutputError::Occupied { files }) }
     }
 
@@ -173,7 +180,7 @@ enum State {
 mod tests {
     use super::*;
 
-    const CONTENTS: Contents<'_> = Contents { calibration: "{1}\n", table: "table\n", timing: "{3}\n" };
+    const CONTENTS: Contents<'_> = Contents { calibration: "{1}\n", table: "table\n", page: "<p>\n", timing: "{3}\n" };
     const OTHER: Contents<'_> = Contents { calibration: "{2}\n", ..CONTENTS };
 
     struct Place(tempfile::TempDir);

@@ -1,15 +1,11 @@
 //! Where a result comes from: program, input files, options.
 
 use std::fs;
-use std::io::{self, Read};
 use std::path::{Component, Path, PathBuf};
 
+use gravcal_recording::{Digest, DigestError};
 use serde::Serialize;
-use sha2::{Digest, Sha256};
-use thiserror::Error;
 use toml::Table;
-
-use crate::json::{JsonError, json};
 
 /// Where a result comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -42,27 +38,15 @@ pub struct Input {
     pub bytes: u64,
 }
 
-/// An input file could not be read again for its hash.
-#[derive(Debug, Error)]
-#[error("{}: cannot be read", path.display())]
-pub struct InputError {
-    path: PathBuf,
-    #[source]
-    cause: io::Error,
-}
-
 impl Provenance {
     /// With the version of this build.
     pub fn new(inputs: Vec<Input>, options: Options) -> Provenance {
         Provenance { program: "gravcal", version: env!("CARGO_PKG_VERSION"), inputs, options }
     }
 
-    /// A hash of all of it, hexadecimal: a name for what follows from it.
-    ///
-    /// # Errors
-    /// As [`CalibrationFile::to_json`](crate::CalibrationFile::to_json).
-    pub fn fingerprint(&self) -> Result<String, JsonError> {
-        Ok(hexadecimal(&Sha256::digest(json(self)?)))
+    /// Program with version, inputs, and what was chosen: for people.
+    pub(crate) fn told(&self) -> (String, &[Input], &Options) {
+        (format!("{} {}", self.program, self.version), &self.inputs, &self.options)
     }
 }
 
@@ -71,44 +55,9 @@ impl Input {
     ///
     /// # Errors
     /// Where the file cannot be read.
-    pub fn read(path: &Path, base: &Path) -> Result<Input, InputError> {
-        let (mut hash, mut bytes) = (Sha256::new(), 0);
-        let files = files_of(path).map_err(|cause| InputError { path: path.to_owned(), cause })?;
-        for file in files {
-            bytes += hash_file(&file, &mut hash).map_err(|cause| InputError { path: file.clone(), cause })?;
-        }
-        let sha256 = hexadecimal(&hash.finalize());
+    pub fn read(path: &Path, base: &Path) -> Result<Input, DigestError> {
+        let Digest { sha256, bytes } = Digest::of(path)?;
         Ok(Input { path: with_slashes(&relative(path, base)), sha256, bytes })
-    }
-}
-
-fn hexadecimal(bytes: &[u8]) -> String {
-    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
-/// A file itself, and of a folder (a recording in several files) every file in the order of their names.
-fn files_of(path: &Path) -> io::Result<Vec<PathBuf>> {
-    if !path.is_dir() {
-        return Ok(vec![path.to_owned()]);
-    }
-    let entries: Vec<PathBuf> = fs::read_dir(path)?.map(|entry| Ok(entry?.path())).collect::<io::Result<_>>()?;
-    let mut files: Vec<PathBuf> = entries.into_iter().filter(|entry| entry.is_file()).collect();
-    files.sort();
-    Ok(files)
-}
-
-/// Hashes a file piece by piece, as it may be longer than memory. Gives its length.
-fn hash_file(path: &Path, hash: &mut Sha256) -> io::Result<u64> {
-    let mut file = fs::File::open(path)?;
-    let (mut piece, mut bytes) = (vec![0; 1 << 16], 0);
-    loop {
-        match file.read(&mut piece)? {
-            0 => return Ok(bytes),
-            length => {
-                hash.update(&piece[..length]);
-                bytes += length as u64;
-            }
-        }
     }
 }
 
@@ -147,18 +96,6 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_hash_is_that_of_the_contents() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("poses.csv");
-        fs::write(&path, "abc").unwrap();
-        let input = Input::read(&path, folder.path()).unwrap();
-        assert_eq!(input.path, "poses.csv");
-        assert_eq!(input.bytes, 3);
-        // FIPS 180-2, appendix B.1.
-        assert_eq!(input.sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
-    }
-
-    #[test]
     fn paths_are_relative_to_the_session() {
         let seen = |path: &str, base: &str| with_slashes(&relative(Path::new(path), Path::new(base)));
         assert_eq!(seen("a/b/poses.csv", "a/b"), "poses.csv");
@@ -173,11 +110,5 @@ mod tests {
         let here = fs::canonicalize("src/provenance.rs").unwrap();
         assert_eq!(relative(&here, Path::new("src")), Path::new("provenance.rs"));
         assert_eq!(relative(&here, Path::new("")), here.strip_prefix(fs::canonicalize(".").unwrap()).unwrap());
-    }
-
-    #[test]
-    fn an_absent_file_is_named() {
-        let error = Input::read(Path::new("absent.csv"), Path::new("")).unwrap_err();
-        assert_eq!(error.to_string(), "absent.csv: cannot be read");
     }
 }

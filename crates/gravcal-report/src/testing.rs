@@ -93,5 +93,6 @@ pub fn fit() -> Fit {
             readings: 8,
             joints: vec![JointFit { rms: 0.912, largest: 1.43, readings: 4, ..joint_fit("joint1") }],
         }),
+        residuals: Vec::new(),
     }
 }

@@ -67,16 +67,20 @@ fn log_poses(
     poses: &PoseTimes,
 ) -> Result<(), RecordingStreamError> {
     let session = calibration.session;
-    let numbers: Vec<usize> = (0..session.poses.len()).collect();
+    let numbers = 0..session.poses.len();
     let sensors = position_sensors(calibration);
     let frames: Vec<Vec<Transform>> =
-        numbers.iter().map(|pose| session.robot.chain.forward(&coordinates(calibration, &sensors, *pose))).collect();
+        numbers.clone().map(|pose| session.robot.chain.forward(&coordinates(calibration, &sensors, pose))).collect();
     for link in 0..session.robot.chain.link_count() {
         let own = || frames.iter().map(|links| &links[link]);
         let moved = Transform3D::update_fields()
             .with_many_translation(own().map(|frame| Translation3D::from(small(frame.translation()))))
             .with_many_quaternion(own().map(|frame| RotationQuat::from(quaternion(rotation(frame)))));
-        stream.send_columns(path(calibration, link), poses.columns(&numbers), moved.columns_of_unit_batches()?)?;
+        stream.send_columns(
+            path(calibration, link),
+            poses.columns(numbers.clone()),
+            moved.columns_of_unit_batches()?,
+        )?;
     }
     Ok(())
 }

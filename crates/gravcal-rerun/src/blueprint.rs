@@ -1,6 +1,5 @@
 //! The layout that a recording brings: a first page that tells the story, and one for each question.
 
-use gravcal_calibration::result::Prediction;
 use gravcal_calibration::sweeps::find_sweeps;
 use rerun::blueprint::components::PanelState;
 use rerun::blueprint::{
@@ -8,6 +7,7 @@ use rerun::blueprint::{
     Spatial3DView, StateTimelineView, Tabs, TextDocumentView, TimePanel, TimeSeriesView, Vertical,
 };
 
+use crate::explanation::Explanation;
 use crate::recording::CalibrationRecording;
 use crate::{residuals, series};
 
@@ -56,7 +56,8 @@ fn fit(calibration: &CalibrationRecording<'_>) -> ContainerLike {
 fn before_and_after(calibration: &CalibrationRecording<'_>, channel: usize) -> ContainerLike {
     let session = calibration.session;
     let (name, unit) = (session.channel_name(channel), session.channel_unit(channel));
-    let paths = calibration.predictions().map(|(by, _)| format!("+ {}", residuals::in_unit(by, &name)));
+    let explanations = calibration.explanations();
+    let paths = explanations.iter().map(|one| format!("+ {}", residuals::in_unit(one.name, &name)));
     TimeSeriesView::new(format!("{name}: prediction less reading, {unit}"))
         .with_contents(paths.collect::<Vec<_>>())
         .into()
@@ -64,12 +65,12 @@ fn before_and_after(calibration: &CalibrationRecording<'_>, channel: usize) -> C
 
 /// The channel whose sum of squared residuals in standard deviations falls most.
 fn most_improved(calibration: &CalibrationRecording<'_>) -> Option<usize> {
-    let squares = |predictions: &[Prediction], channel: usize| {
-        let own = predictions.iter().filter(|one| one.channel == channel);
-        own.map(|one| (one.residual() / one.std).powi(2)).sum::<f64>()
+    let deciding = calibration.deciding()?;
+    let (before, after) = (Explanation::nominal(deciding)?, Explanation::of(deciding)?);
+    let squares = |explanation: &Explanation<'_>, channel: usize| {
+        explanation.of_channel(channel).map(|one| (one.residual / one.std).powi(2)).sum::<f64>()
     };
-    let found = calibration.deciding().map_or(&[][..], |result| &result.detail.predictions);
-    let fall = |channel: &usize| squares(calibration.nominal, *channel) - squares(found, *channel);
+    let fall = |channel: &usize| squares(&before, *channel) - squares(&after, *channel);
     calibration.channels().into_iter().max_by(|a, b| fall(a).total_cmp(&fall(b)))
 }
 
@@ -83,7 +84,7 @@ fn readings(calibration: &CalibrationRecording<'_>, channel: usize) -> Container
 fn in_std(calibration: &CalibrationRecording<'_>) -> ContainerLike {
     let name = calibration.deciding().map_or("joint", |result| result.name.as_str());
     let view = TimeSeriesView::new(format!("Residuals, {name}, in standard deviations"));
-    view.with_origin(rerun::entity_path!["residuals", "in_std", name]).into()
+    view.with_origin(residuals::in_std(name)).into()
 }
 
 /// Readings and predictions, channel by channel.
@@ -95,12 +96,12 @@ fn fits(calibration: &CalibrationRecording<'_>) -> ContainerLike {
 /// Residuals in the unit of the reading by channel, and in standard deviations by estimator.
 fn residuals_page(calibration: &CalibrationRecording<'_>) -> ContainerLike {
     let by_channel = calibration.channels().into_iter().map(|channel| before_and_after(calibration, channel));
-    let by_estimator =
-        calibration.results.iter().filter(|result| !result.detail.predictions.is_empty()).map(|result| {
-            let view = TimeSeriesView::new(format!("{}, in standard deviations", result.name));
-            view.with_origin(rerun::entity_path!["residuals", "in_std", result.name]).into()
-        });
-    Grid::new(by_channel.chain(by_estimator).collect::<Vec<ContainerLike>>()).with_name("Residuals").into()
+    let explanations = calibration.explanations();
+    let by_explanation = explanations.iter().map(|explanation| {
+        let view = TimeSeriesView::new(format!("{}, in standard deviations", explanation.name));
+        view.with_origin(residuals::in_std(explanation.name)).into()
+    });
+    Grid::new(by_channel.chain(by_explanation).collect::<Vec<ContainerLike>>()).with_name("Residuals").into()
 }
 
 /// The solver's way; nothing where none was kept.

@@ -9,8 +9,8 @@
 //! # Entities
 //!
 //! `E` is an estimator by its name (`sequential`, `joint`, …), `C` a channel (a joint by its name, for its torque sensor, or an axis of
-//! an instrument), `L` a link, `B` the base, `O` and `Q` the owner and the quantity of a parameter (`joint1`, `torque_gain`). Everything about `nominal` is
-//! what nominal sensors and assumed gravity explain at best, with masses and placements solved for.
+//! an instrument), `L` a link, `B` the base, `O` and `Q` the owner and the quantity of a parameter (`joint1`, `torque_gain`). Everything about
+//! `nominal` is what the deciding estimate predicts with sensors at their nominal values, as in `report.html`.
 //!
 //! | entity path | content | unit | timeline |
 //! |---|---|---|---|
@@ -51,6 +51,7 @@
 
 mod arm;
 mod blueprint;
+mod explanation;
 mod gravity;
 mod identifiability;
 mod loads;

@@ -21,12 +21,12 @@ impl PoseTimes {
     }
 
     /// Columns of some poses.
-    pub fn columns(&self, poses: &[usize]) -> Vec<TimeColumn> {
-        let numbers = sequence("pose", poses.iter().copied());
-        let times = self
-            .times
-            .as_ref()
-            .map(|times| TimeColumn::new_duration_secs("time", poses.iter().map(|pose| times[*pose])));
+    pub fn columns(&self, poses: impl IntoIterator<Item = usize> + Clone) -> Vec<TimeColumn> {
+        let numbers = sequence("pose", poses.clone());
+        let of = |times: &Vec<f64>| {
+            TimeColumn::new_duration_secs("time", poses.into_iter().map(|pose| times[pose]).collect::<Vec<_>>())
+        };
+        let times = self.times.as_ref().map(of);
         [numbers].into_iter().chain(times).collect()
     }
 }

@@ -2,12 +2,13 @@
 
 use std::time::Duration;
 
-use gravcal_calibration::result::{EstimatorResult, Prediction, Verdict};
+use gravcal_calibration::result::{EstimatorResult, Verdict};
 use gravcal_calibration::{EstimatorName, Session};
 use rerun::log::ChunkBatcherConfig;
 use rerun::{RecordingStream, RecordingStreamBuilder, SpawnOptions};
 use thiserror::Error;
 
+use crate::explanation::Explanation;
 use crate::{arm, blueprint, gravity, identifiability, poses, residuals, series, sweeps, trace, verdict};
 
 /// Under this name the viewer remembers what a user changed of the layout.
@@ -26,8 +27,6 @@ pub struct CalibrationRecording<'a> {
     pub session: &'a Session,
     /// What the estimators answered.
     pub results: &'a [EstimatorResult],
-    /// What nominal sensors explain: see [`predict_nominally`](gravcal_calibration::joint::predict_nominally). May be empty.
-    pub nominal: &'a [Prediction],
     /// All values, as a table for people.
     pub table: &'a str,
 }
@@ -119,17 +118,17 @@ impl CalibrationRecording<'_> {
         joint.or(solved).or(self.results.last())
     }
 
-    /// Every name under which readings are predicted, with the predictions.
-    pub(crate) fn predictions(&self) -> impl Iterator<Item = (&str, &[Prediction])> {
-        let nominal = [("nominal", self.nominal)].into_iter();
-        let results = self.results.iter().map(|result| (result.name.as_str(), result.detail.predictions.as_slice()));
-        nominal.chain(results).filter(|(_, predictions)| !predictions.is_empty())
+    /// Everyone who says what the readings should be, nominal sensors first.
+    pub(crate) fn explanations(&self) -> Vec<Explanation<'_>> {
+        let nominal = self.deciding().and_then(Explanation::nominal);
+        nominal.into_iter().chain(self.results.iter().filter_map(Explanation::of)).collect()
     }
 
-    /// Channels that anything predicts, in the session's order.
+    /// Channels of which anyone says anything, in the session's order.
     pub(crate) fn channels(&self) -> Vec<usize> {
-        let read = |channel: &usize| self.predictions().any(|(_, all)| all.iter().any(|one| one.channel == *channel));
-        (0..self.session.channel_count()).filter(read).collect()
+        let explanations = self.explanations();
+        let told = |channel: &usize| explanations.iter().any(|explanation| explanation.tells(*channel));
+        (0..self.session.channel_count()).filter(told).collect()
     }
 }
 
@@ -216,28 +215,5 @@ mod tests {
         for (a, b) in a.iter().zip(&b) {
             assert!(a == b, "{} {}", a.path, b.path);
         }
-    }
-
-    /// As many poses as an afternoon's recording has: all numbers leave as columns.
-    #[test]
-    fn a_million_numbers_take_no_time() {
-        let mut calibrated = Calibrated::experiment("seven-joints-tilted");
-        let (few, many) = (calibrated.session.poses.len(), 20_000);
-        calibrated.session.poses = calibrated.session.poses.iter().cycle().take(many).cloned().collect();
-        let repeat = |predictions: &mut Vec<Prediction>| {
-            let again = |turn: usize| predictions.iter().map(move |one| Prediction { pose: one.pose + turn * few, ..*one });
-            let all = (0..many.div_ceil(few)).flat_map(again);
-            *predictions = all.filter(|one| one.pose < many).collect();
-        };
-        repeat(&mut calibrated.nominal);
-        calibrated.results.iter_mut().for_each(|result| repeat(&mut result.detail.predictions));
-        let numbers: usize = calibrated.recording().predictions().map(|(_, all)| 3 * all.len()).sum();
-
-        let start = std::time::Instant::now();
-        let bytes = calibrated.recording().to_rrd().unwrap();
-        let seconds = start.elapsed().as_secs_f64();
-        let rate = numbers as f64 / seconds;
-        println!("{numbers} numbers of predictions and residuals, {} bytes, {seconds:.2} s: {rate:.0} a second", bytes.len());
-        assert!(numbers > 800_000 && rate > 1e5, "{numbers} {rate}");
     }
 }

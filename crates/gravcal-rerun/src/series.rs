@@ -1,8 +1,8 @@
 //! Readings and what they were predicted to be, channel by channel.
 
-use gravcal_calibration::result::Prediction;
 use rerun::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 
+use crate::explanation::Explained;
 use crate::plot::{Mark, series};
 use crate::poses::PoseTimes;
 use crate::recording::CalibrationRecording;
@@ -30,21 +30,13 @@ pub fn log(
         let read = |pose: usize| Some((pose, session.reading(pose, channel)?.value));
         let (numbers, readings): (Vec<usize>, Vec<f64>) = (0..session.poses.len()).filter_map(read).unzip();
         let mark = ("measured", style::colour(style::MEASURED), Mark::Dots(2.5));
-        series(stream, path(&name, "measured"), mark, poses.columns(&numbers), readings)?;
-        for (by, predictions) in calibration.predictions() {
-            let (numbers, values) = of_channel(predictions, channel, |one| one.predicted);
-            let mark = (by, style::of(by), Mark::Line(1.5));
-            series(stream, path(&name, by), mark, poses.columns(&numbers), values)?;
+        series(stream, path(&name, "measured"), mark, poses.columns(numbers), readings)?;
+        for explanation in calibration.explanations() {
+            let predict = |one: Explained| Some((one.pose, session.reading(one.pose, channel)?.value + one.residual));
+            let (numbers, values): (Vec<usize>, Vec<f64>) = explanation.of_channel(channel).filter_map(predict).unzip();
+            let mark = (explanation.name, style::of(explanation.name), Mark::Line(1.5));
+            series(stream, path(&name, explanation.name), mark, poses.columns(numbers), values)?;
         }
     }
     Ok(())
-}
-
-/// Poses and a number of each prediction of one channel.
-pub fn of_channel(
-    predictions: &[Prediction],
-    channel: usize,
-    number: impl Fn(&Prediction) -> f64,
-) -> (Vec<usize>, Vec<f64>) {
-    predictions.iter().filter(|one| one.channel == channel).map(|one| (one.pose, number(one))).unzip()
 }

@@ -3,11 +3,14 @@
 //! A panel is [`PANEL`] wide and high; y grows downwards in Rerun's pictures. A picture stands from the first pose of its sweep to the
 //! last, on the timeline `pose`.
 
-use gravcal_calibration::result::Prediction;
+use std::collections::BTreeMap;
+
+use gravcal_calibration::Session;
 use gravcal_calibration::sweeps::{Sweep, find_sweeps};
 use rerun::{LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamError};
 
 use crate::arm::{coordinates, position_sensors};
+use crate::explanation::Explanation;
 use crate::plot::{sequence, to_time};
 use crate::recording::CalibrationRecording;
 use crate::style;
@@ -26,7 +29,7 @@ pub fn log(stream: &RecordingStream, calibration: &CalibrationRecording<'_>) -> 
         let picture = Picture::of(calibration, sweep, &channels);
         stream.set_time_sequence("pose", to_time(sweep.poses[0]));
         picture.log(stream, calibration)?;
-        let after = sweep.poses[sweep.poses.len() - 1] + 1;
+        let after = ends(sweep)[1] + 1;
         if sweeps.get(index + 1).is_none_or(|next| next.poses[0] > after) && after < calibration.session.poses.len() {
             stream.set_time_sequence("pose", to_time(after));
             clear(stream, calibration)?;
@@ -42,8 +45,8 @@ fn clear(stream: &RecordingStream, calibration: &CalibrationRecording<'_>) -> Re
         stream.log(points, &Points2D::clear_fields())?;
     }
     stream.log("/sweeps/frame", &LineStrips2D::clear_fields())?;
-    for (name, _) in calibration.predictions() {
-        stream.log(rerun::entity_path!["sweeps", name], &LineStrips2D::clear_fields())?;
+    for explanation in calibration.explanations() {
+        stream.log(rerun::entity_path!["sweeps", explanation.name], &LineStrips2D::clear_fields())?;
     }
     Ok(())
 }
@@ -115,22 +118,22 @@ impl<'a> Picture<'a> {
         });
         let dots = Points2D::new(readings.collect::<Vec<_>>()).with_colors([style::colour(style::MEASURED)]);
         stream.log("/sweeps/measured", &dots.with_radii([Radius::new_ui_points(2.0)]))?;
-        for (name, predictions) in calibration.predictions() {
-            let lines = self.panels.iter().map(|panel| self.line(panel, predictions)).collect::<Vec<_>>();
-            let lines = LineStrips2D::new(lines).with_colors([style::of(name)]);
-            let path = rerun::entity_path!["sweeps", name];
-            stream.log(path, &lines.with_radii([Radius::new_ui_points(1.2)]))?;
+        for explanation in calibration.explanations() {
+            let line = |panel| self.line(panel, calibration.session, &explanation);
+            let lines = LineStrips2D::new(self.panels.iter().map(line).collect::<Vec<_>>());
+            let lines = lines.with_colors([style::of(explanation.name)]).with_radii([Radius::new_ui_points(1.2)]);
+            stream.log(rerun::entity_path!["sweeps", explanation.name], &lines)?;
         }
         self.log_now(stream, calibration)
     }
 
-    fn line(&self, panel: &Panel, predictions: &[Prediction]) -> Vec<[f32; 2]> {
-        let of_pose = |pose: usize| {
-            // Predictions are sorted by poses.
-            let from = predictions.partition_point(|one| one.pose < pose);
-            predictions[from..].iter().take_while(move |one| one.pose == pose).find(|one| one.channel == panel.channel)
+    fn line(&self, panel: &Panel, session: &Session, explanation: &Explanation<'_>) -> Vec<[f32; 2]> {
+        let told = explanation.between(ends(self.sweep), panel.channel);
+        let told: BTreeMap<usize, f64> = told.map(|one| (one.pose, one.residual)).collect();
+        let point = |(pose, angle): &(usize, f64)| {
+            let reading = session.reading(*pose, panel.channel)?.value;
+            Some(panel.place(*angle, reading + told.get(pose)?))
         };
-        let point = |(pose, angle): &(usize, f64)| Some(panel.place(*angle, of_pose(*pose)?.predicted));
         self.angles.iter().filter_map(point).collect()
     }
 
@@ -156,17 +159,17 @@ impl<'a> Picture<'a> {
         stream: &RecordingStream,
         calibration: &CalibrationRecording<'_>,
     ) -> Result<(), RecordingStreamError> {
-        let angle = |pose: usize| self.angles.iter().find(|(other, _)| *other == pose).map_or(0.0, |(_, angle)| *angle);
-        let marks = |pose: &usize| {
-            let read = |panel: &Panel| {
-                Some(panel.place(angle(*pose), calibration.session.reading(*pose, panel.channel)?.value))
-            };
+        let mut by_pose = self.angles.clone();
+        by_pose.sort_by_key(|(pose, _)| *pose);
+        let marks = |(pose, angle): &(usize, f64)| {
+            let read =
+                |panel: &Panel| Some(panel.place(*angle, calibration.session.reading(*pose, panel.channel)?.value));
             self.panels.iter().filter_map(read).collect::<Vec<_>>()
         };
-        let marks: Vec<Vec<[f32; 2]>> = self.sweep.poses.iter().map(marks).collect();
+        let marks: Vec<Vec<[f32; 2]>> = by_pose.iter().map(marks).collect();
         let lengths: Vec<usize> = marks.iter().map(Vec::len).collect();
         let dots = Points2D::update_fields().with_positions(marks.concat());
-        let times = [sequence("pose", self.sweep.poses.iter().copied())];
+        let times = [sequence("pose", by_pose.iter().map(|(pose, _)| *pose))];
         stream.send_columns("/sweeps/now", times, dots.columns(lengths)?)?;
         let look = Points2D::update_fields().with_colors([style::colour(style::NOW)]);
         stream.log_static("/sweeps/now", &look.with_radii([Radius::new_ui_points(4.0)]))
@@ -195,14 +198,16 @@ impl Panel {
 
 /// All numbers of one channel in a sweep: readings and predictions.
 fn values(calibration: &CalibrationRecording<'_>, sweep: &Sweep, channel: usize) -> Vec<f64> {
-    let readings = sweep.poses.iter().filter_map(|pose| Some(calibration.session.reading(*pose, channel)?.value));
-    let predictions = calibration.predictions().flat_map(|(_, predictions)| {
-        let (first, last) = (sweep.poses[0], sweep.poses[sweep.poses.len() - 1]);
-        let from = predictions.partition_point(|one| one.pose < first);
-        let own = predictions[from..].iter().take_while(move |one| one.pose <= last);
-        own.filter(|one| one.channel == channel).map(|one| one.predicted)
-    });
-    readings.chain(predictions).collect()
+    let reading = |pose: usize| Some(calibration.session.reading(pose, channel)?.value);
+    let readings = sweep.poses.iter().filter_map(|pose| reading(*pose));
+    let explanations = calibration.explanations();
+    let told = explanations.iter().flat_map(|explanation| explanation.between(ends(sweep), channel));
+    readings.chain(told.filter_map(|one| Some(reading(one.pose)? + one.residual))).collect()
+}
+
+/// First and last pose.
+fn ends(sweep: &Sweep) -> [usize; 2] {
+    [sweep.poses[0], sweep.poses[sweep.poses.len() - 1]]
 }
 
 /// A number with four digits or so.

@@ -11,7 +11,7 @@
 use gravcal_kinematics::GravityTorque;
 use gravcal_recording::EarlierEstimate;
 
-use super::ApplicationError;
+use super::{ApplicationError, values};
 use crate::joint::Unknowns;
 use crate::session::{InertiaKnowledge, Load, Session};
 
@@ -24,9 +24,9 @@ const INDEPENDENT: f64 = 1e-9;
 /// Poses that are tried.
 const POSES: usize = 200;
 
-/// Gives torques.
+/// Gravity's torque in any pose of a session's robot, from what a calibration determines of masses and moments.
 #[derive(Debug)]
-pub(super) struct GravityModel<'a> {
+pub struct GravityModel<'a> {
     session: &'a Session,
     gravity: [f64; 3],
     /// Of the links, what is attached included.
@@ -35,11 +35,14 @@ pub(super) struct GravityModel<'a> {
 }
 
 impl<'a> GravityModel<'a> {
-    /// `values`: of the sensors. `nominal`: whether assumed masses and moments stand for what is not determined.
+    /// Of `calibration`, which is of `session`. `load`: name of the load that is attached. `nominal`: whether assumed masses and
+    /// moments (and sensors) stand for what is not determined.
+    ///
+    /// # Errors
+    /// Something is not determined or of another session, there is no such load, or the session describes moments by sweep.
     pub fn new(
         session: &'a Session,
         calibration: &EarlierEstimate,
-        values: &Unknowns,
         load: Option<&str>,
         nominal: bool,
     ) -> Result<GravityModel<'a>, ApplicationError> {
@@ -53,7 +56,7 @@ impl<'a> GravityModel<'a> {
         let span = Span::new(calibration, &names);
         let model = Linear { session, gravity, load, names: &names };
         if !nominal {
-            model.check(&span, values)?;
+            model.check(&span, &values(session, calibration, nominal)?)?;
         }
         let solution = span.nearest(&names.assumed(session, nominal));
         let inertia = model.inertia(&solution);

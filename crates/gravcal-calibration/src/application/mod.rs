@@ -9,16 +9,22 @@
 //!
 //! Rows may say only some of the readings at a time, as where joints are spread over topics: what a row does not say is taken as it was
 //! said last. A reading at an end of its sensor's range has no torque, and becomes an empty cell.
+//!
+//! Where Coulomb friction has its sign from a velocity, a joint no faster than the session's `speed_above` has none: what it reads at
+//! rest is the sign of noise.
 
 mod columns;
+mod friction_sign;
 mod gravity;
 #[cfg(test)]
 mod tests;
 
 use gravcal_recording::{Conditions, EarlierEstimate, MotionSource, is_saturated};
 
+pub use self::gravity::GravityModel;
+
 use self::columns::Columns;
-use self::gravity::GravityModel;
+use self::friction_sign::FrictionSign;
 use crate::joint::Unknowns;
 use crate::parameter::{ParameterId, Quantity};
 use crate::sensors::Need;
@@ -117,6 +123,7 @@ pub struct Application<'a> {
     positions: Vec<f64>,
     torques: Vec<f64>,
     conditions: Conditions,
+    friction_sign: FrictionSign,
     /// By joint, readings at an end of the range.
     saturated: Vec<u64>,
     /// Torque readings whose torque is not known.
@@ -138,11 +145,10 @@ impl<'a> Application<'a> {
         let values = values(session, calibration, nominal)?;
         let gravity = match effort {
             Effort::Torque => None,
-            Effort::Residual { load } => {
-                Some(GravityModel::new(session, calibration, &values, load.as_deref(), nominal)?)
-            }
+            Effort::Residual { load } => Some(GravityModel::new(session, calibration, load.as_deref(), nominal)?),
         };
         let joints = session.joints.len();
+        let friction_sign = FrictionSign::new(session);
         Ok(Application {
             session,
             values,
@@ -157,6 +163,7 @@ impl<'a> Application<'a> {
                 acceleration: Vec::new(),
                 direction: vec![f64::NAN; session.readings.conditions.direction.len()],
             },
+            friction_sign,
             saturated: vec![0; joints],
             without_torque: 0,
         })
@@ -203,7 +210,7 @@ impl<'a> Application<'a> {
                 self.without_torque
             )
         });
-        saturated.chain(without).collect()
+        saturated.chain(without).chain(self.friction_sign.remarks(self.session)).collect()
     }
 
     /// Takes what a row says of the readings and conditions.
@@ -236,6 +243,7 @@ impl<'a> Application<'a> {
         for (last, column) in conditions.direction.iter_mut().zip(&self.columns.direction) {
             hear(last, *column, &|cell| cell);
         }
+        self.friction_sign.tell(conditions);
     }
 
     /// Coordinates and velocities in the units of their columns.
@@ -284,8 +292,9 @@ impl<'a> Application<'a> {
             }
             cells[column] = torques[joint] - gravity.map_or(0.0, |gravity| gravity[joint]);
             self.without_torque += u64::from(!cells[column].is_finite());
-            if !cells[column].is_finite() {
-                cells[column] = f64::NAN;
+            match cells[column].is_finite() {
+                true => self.friction_sign.count(joint, &self.conditions),
+                false => cells[column] = f64::NAN,
             }
         }
     }

@@ -1,6 +1,6 @@
 use gravcal_recording::{
-    ConditionColumn, ConditionColumns, ConditionUnit, EarlierParameter, EarlierQuantity, MotionSource, PoseMapping,
-    PositionColumn, PositionUnit, ReadingColumn, TorqueUnit,
+    ConditionColumn, ConditionColumns, ConditionUnit, EarlierParameter, EarlierQuantity, MotionLimits, MotionSource,
+    PoseMapping, PositionColumn, PositionUnit, ReadingColumn, Selection, TorqueUnit,
 };
 
 use super::*;
@@ -9,7 +9,7 @@ use crate::sensors::{Options, SensorModelName};
 use crate::simulation::Simulation;
 use crate::testing::sarcos_shoulder;
 
-/// Columns `q1 … tau1 … v1 … T`.
+/// Columns `q1 … tau1 … v1 … T`; a joint moves from 1 deg/s on.
 fn readings() -> PoseMapping {
     let name = |stem: &str, joint: usize| format!("{stem}{}", joint + 1);
     let torque =
@@ -22,6 +22,10 @@ fn readings() -> PoseMapping {
             temperature: vec![ConditionColumn { column: "T".into(), unit: ConditionUnit::TEMPERATURE[0] }; 3],
             velocity: MotionSource::Columns((0..3).map(velocity).collect()),
             ..ConditionColumns::default()
+        },
+        selection: Selection {
+            joint: MotionLimits { speed_above: vec![1_f64.to_radians(); 3], ..MotionLimits::default() },
+            ..Selection::default()
         },
         ..PoseMapping::default()
     }
@@ -40,6 +44,9 @@ fn truth(simulation: &Simulation) -> (Session, EarlierEstimate) {
         name: session.parameter_name(id),
         unit: String::new(),
         value: Some(truth.value(id)),
+        std: None,
+        ci95: None,
+        convention: String::new(),
         held: None,
         nominal: 0.0,
     };
@@ -124,6 +131,45 @@ fn readings_become_what_they_truly_say() {
             assert!((cells[7 + joint] - velocity).abs() < 1e-4, "{} {velocity}", cells[7 + joint]);
         }
         assert_eq!(application.remarks(), Vec::<String>::new());
+    }
+}
+
+/// At a noise of velocity of either sign the torque of a resting joint is one and the same, with and without gravity.
+#[test]
+fn a_resting_joint_has_no_sign_of_coulomb_friction() {
+    let friction = 1.5;
+    let simulation = with_model(shoulder(), 1, SensorModelName::CoulombFriction, &Options::default(), &[friction]);
+    let (session, calibration) = truth(&simulation);
+    let (moving, torque, _) = row(&session, &simulation, None);
+    let step = friction / simulation.truth.sensors[1][0];
+    let told = |session: &Session, effort: &Effort| {
+        let mut application = Application::new(session, &calibration, effort, false).unwrap();
+        let torques = [moving[8], -0.01, 0.0, 0.01].map(|velocity| {
+            let mut cells = moving.clone();
+            cells[8] = velocity;
+            application.apply(&columns(), &mut cells);
+            cells[5]
+        });
+        (torques, application.remarks())
+    };
+    let mut lax = session.clone();
+    lax.readings.selection = Selection::default();
+    for (effort, gravity) in [(Effort::Torque, 0.0), (Effort::Residual { load: None }, torque[1])] {
+        let expected = torque[1] - gravity;
+        let (found, remarks) = told(&session, &effort);
+        // The reading holds the friction of a falling joint.
+        near(&found, &[expected, expected - step, expected - step, expected - step]);
+        assert_eq!(
+            remarks,
+            [
+                "joint joint2: at 3 of its 4 torque readings it was no faster than speed_above of readings.select, where the sign \
+              of Coulomb friction is not known: none was taken off"
+            ]
+        );
+        let (found, remarks) = told(&lax, &effort);
+        near(&found, &[expected, expected, expected - step, expected - 2.0 * step]);
+        assert!(remarks[0].starts_with("joint joint2: at 1 of its 4 torque readings its speed was 0"), "{remarks:?}");
+        assert!(remarks[1].starts_with("joint joint2: Coulomb friction has the sign of the velocity"), "{remarks:?}");
     }
 }
 

@@ -137,14 +137,24 @@ pub struct PredictedStd {
 }
 
 /// What a tilt of the base brings.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize)]
 pub struct TiltReport {
     /// Angle between gravity and the first axis, degrees.
     pub tilt_deg: f64,
-    /// Predicted standard deviation of the first joint's torque gain relative to it; absent where undetermined.
-    pub torque_gain_relative_std: Option<f64>,
-    /// The same of its position gain.
-    pub position_gain_relative_std: Option<f64>,
+    /// Of the first joint's torque gain.
+    pub torque_gain: TiltedGain,
+    /// Of its position gain.
+    pub position_gain: TiltedGain,
+}
+
+/// What a tilt of the base brings to a gain of the first joint.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct TiltedGain {
+    /// Whether it can be determined.
+    pub determined: bool,
+    /// Predicted standard deviation relative to its value, where it can be determined; absent too where the noise of a torque
+    /// reading is not stated.
+    pub relative_std: Option<f64>,
 }
 
 /// Judges a session without solving it.
@@ -164,7 +174,7 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
         let predicted = undetermined.iter_mut().flat_map(|open| &mut open.cures).flat_map(|cure| &mut cure.predicted);
         predicted.for_each(|predicted| predicted.std = None);
         for tilt in &mut tilts {
-            (tilt.torque_gain_relative_std, tilt.position_gain_relative_std) = (None, None);
+            (tilt.torque_gain.relative_std, tilt.position_gain.relative_std) = (None, None);
         }
     }
     Ok(CheckReport {

@@ -186,6 +186,19 @@ fn an_upright_base_is_to_be_tilted() {
 }
 
 #[test]
+fn a_tilt_determines_a_gain_whether_or_not_noise_is_stated() {
+    let mut session =
+        recorded(with_loads(arm(&FOUR, UPRIGHT), true), vec![random(None), random(Some(0)), random(Some(1))]);
+    let told = |session: &Session| {
+        let tilt = *check(session).unwrap().tilts.last().unwrap();
+        [tilt.torque_gain, tilt.position_gain].map(|gain| (gain.determined, gain.relative_std.is_some()))
+    };
+    assert_eq!(told(&session), [(true, true); 2]);
+    session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()).for_each(|reading| reading.std = None);
+    assert_eq!(told(&session), [(true, false); 2]);
+}
+
+#[test]
 fn an_upright_base_without_a_load_needs_both() {
     let session = recorded(arm(&FOUR, UPRIGHT), vec![random(None)]);
     let report = check(&session).unwrap();

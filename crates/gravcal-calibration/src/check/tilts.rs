@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::TiltReport;
 use super::supposed::Supposed;
+use super::{TiltReport, TiltedGain};
 use crate::joint::EstimateError;
 use crate::parameter::Quantity;
 use crate::session::Session;
@@ -25,14 +25,16 @@ pub(super) fn tilts(now: &Supposed) -> Result<Vec<TiltReport>, EstimateError> {
         let mut supposed = now.clone();
         supposed.values.gravity = turned_from(along, axis, tilt_deg.to_radians()).into();
         let verdict = supposed.judge()?;
-        let relative = |quantity: Quantity| {
+        let gain = |quantity: Quantity| {
             let name = quantity.name(&now.session.robot.chain.joints()[0].name);
-            Some(verdict.of(&name)?.predicted_std? / now.values.sensors[0][quantity as usize].abs())
+            let std = verdict.of(&name).and_then(|gain| gain.predicted_std);
+            let relative_std = std.map(|std| std / now.values.sensors[0][quantity as usize].abs());
+            TiltedGain { determined: verdict.determines(&name), relative_std }
         };
         Ok(TiltReport {
             tilt_deg: *tilt_deg,
-            torque_gain_relative_std: relative(Quantity::TorqueGain),
-            position_gain_relative_std: relative(Quantity::PositionGain),
+            torque_gain: gain(Quantity::TorqueGain),
+            position_gain: gain(Quantity::PositionGain),
         })
     };
     TILTS_DEG.iter().map(tilt).collect()

@@ -7,7 +7,6 @@ mod idle;
 mod in_order;
 mod linear_part;
 mod model_tests;
-mod nominal;
 mod order;
 mod placements;
 mod position_unknowns;
@@ -35,7 +34,6 @@ use crate::session::Session;
 use crate::workbench::Workbench;
 
 pub(crate) use hold::judge_at_start;
-pub use nominal::predict_nominally;
 pub(crate) use order::why_not_by_groups;
 pub use order::{Order, pose_by_pose, step_by_step};
 pub use position_unknowns::PositionUnknown;

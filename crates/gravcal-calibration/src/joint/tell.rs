@@ -9,8 +9,8 @@ use super::model_tests::ModelTests;
 use super::order::Order;
 use super::{EstimateError, Solved, constraints, contradiction_in_words, contradicts, sweep_moments};
 use crate::judgement::{
-    DeterminedMoment, Judgement, deflections, detail, determined_moments, held, loss, outlier_note, outliers,
-    position_errors, weak_combinations, weak_note,
+    DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss, outlier_note,
+    outliers, position_errors, weak_combinations, weak_note,
 };
 use crate::parameter::Quantity;
 use crate::result::{
@@ -45,17 +45,19 @@ pub(super) fn tell(
     undetermined.extend(last_frame_choices(session));
     let mirrored = mirrored_gains(session, solved, &parameters);
     let mut notes = session_notes(session);
-    notes.extend(session.earlier.as_ref().map(EarlierCalibration::note));
+    notes.extend(session.earlier.iter().flat_map(EarlierCalibration::notes));
     notes.extend(set_aside_notes(session, solved));
     notes.extend(sweep_moments::left_out_note(session));
     notes.extend(mirrored.iter().cloned());
+    notes.extend(driving_friction_notes(session, &parameters));
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
     let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
     let sensor_models = tests.all(workbench)?;
     let outliers = outliers(session, solved)?;
     notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
     let weak = weak_combinations(solved);
-    notes.extend(weak.iter().map(weak_note));
+    // Where the solver stopped anywhere, so did these.
+    notes.extend(weak.iter().filter(|_| solved.estimate.termination.converged()).map(weak_note));
     Ok(EstimatorResult {
         name: name.to_owned(),
         verdict: verdict(session, solved, &parameters, gravity.is_some(), &mirrored),
@@ -78,7 +80,7 @@ pub(super) fn tell(
         outliers,
         fit: Some(fit),
         notes,
-        detail: Detail { way: tell_way(session, solved), ..detail(session, solved)? },
+        detail: Detail { singular_values: solved.spectrum.singular_values().to_vec(), way: tell_way(session, solved) },
     })
 }
 

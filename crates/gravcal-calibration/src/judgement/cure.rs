@@ -9,6 +9,9 @@ use crate::session::{InertiaKnowledge, Session};
 /// Angle between gravity and the first axis below which tilting the base is the cure, rad.
 const UPRIGHT: f64 = 0.05;
 
+/// Standard deviations beyond so many times what would be of use say nothing but that: the linearization does not reach so far.
+const HOPELESS: f64 = 1000.0;
+
 /// What the words depend on.
 pub(crate) struct Situation<'a> {
     /// The session.
@@ -34,7 +37,10 @@ impl Situation<'_> {
         }
         let (words, why, cure) = self.explain(combination, &parameters);
         let why = match combination.std_over_limit {
-            Some(ratio) => format!("{why} (its standard deviation is {ratio:.1} times what would be of use)"),
+            Some(ratio) if ratio < HOPELESS => {
+                format!("{why} (its standard deviation is {ratio:.1} times what would be of use)")
+            }
+            Some(_) => format!("{why} (its standard deviation is more than {HOPELESS} times what would be of use)"),
             None => why,
         };
         Undetermined { combination: words, parameters, why, cure }

@@ -1,16 +1,18 @@
 //! Which parameters the data determine.
 //!
 //! A parameter is *determined* if no direction without information touches it (rank of the whitened, column-scaled
-//! Jacobian), and if its standard deviation is within a limit beyond which a number would mislead: 10 % of a gain's nominal value,
-//! 0.1 rad of an angle (10 mm of a displacement), half the spread of the readings for a bias, 0.1 rad of gravity's
-//! direction. The second test is needed because at a noisy estimate a direction without information looks weak
-//! instead of empty: an upright base is never estimated as exactly upright.
+//! Jacobian), and if its standard deviation is within a limit beyond which a number would mislead: 10 % of a gain (of its
+//! estimated value, and of its nominal one), 0.1 rad of an angle (10 mm of a displacement), half the spread of the readings for a
+//! bias, 0.1 rad of gravity's direction. The second test is needed because at a noisy estimate a direction without information looks
+//! weak instead of empty: an upright base is never estimated as exactly upright. Noise may then be explained by a sensor that hardly
+//! reads anything, with a gain that is zero but for its error: precise beside the nominal value, and of no use, not even for its sign.
 
 use gravcal_estimation::{Covariance, Problem, Spectrum, Values, sparse_basis};
 
 use crate::joint::Layout;
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::Session;
+use crate::session::parameters::GAIN_LIMIT;
 
 /// Coefficients of a combination below this share of the largest are not told.
 const READABLE: f64 = 0.02;
@@ -117,11 +119,12 @@ impl ParameterColumns {
         }
         for id in session.parameters() {
             let limit = session.limit(id, spreads);
-            let unit = match id {
+            let (limit, unit) = match id {
                 ParameterId::Sensor(_, Quantity::TorqueGain | Quantity::PositionGain) => {
-                    0.1 * values.scalar(layout.block(id)).abs()
+                    let unit = GAIN_LIMIT * values.scalar(layout.block(id)).abs();
+                    (limit.min(unit), unit)
                 }
-                _ => limit,
+                _ => (limit, limit),
             };
             for column in problem.columns_of(layout.block(id)) {
                 let positive = |v: f64| v.max(f64::MIN_POSITIVE);

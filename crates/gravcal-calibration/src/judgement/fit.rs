@@ -4,7 +4,7 @@ use gravcal_estimation::{EvaluateError, Loss};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use crate::joint::{NORMAL_MEDIAN, Readings, Solved, median};
-use crate::result::{Fit, HeldOut, JointFit};
+use crate::result::{Fit, HeldOut, JointFit, ReadingResidual};
 use crate::session::Session;
 
 /// Residuals of readings, collected by channel.
@@ -64,7 +64,33 @@ pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Resul
         median_ratio,
         joints: JointResiduals::new(session, &solved.readings, &solved.posed.rows, whitened).tell(session),
         held_out: None,
+        residuals: by_reading(session, solved, whitened)?,
     })
+}
+
+/// Every reading's residual, with that of sensors at their nominal values. These may be out of the model's reach, where a residual is
+/// no number.
+fn by_reading(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Vec<ReadingResidual>, EvaluateError> {
+    let (problem, values) = (&solved.posed.problem, &solved.estimate.values);
+    let mut before = values.clone();
+    for id in session.parameters() {
+        before.set(solved.posed.layout.block(id), &[session.nominal(id)]);
+    }
+    let nominal = problem.residuals(&before).unwrap_or_else(|_| vec![f64::NAN; whitened.len()]);
+    let weights = problem.weights(values)?;
+    let rows = solved.posed.rows.iter().zip(whitened).zip(nominal.iter().zip(weights));
+    let told = rows.map(|(((pose, channel), whitened), (nominal, weight))| {
+        let std = solved.readings.std(session, *pose, *channel);
+        ReadingResidual {
+            pose: *pose,
+            channel: *channel,
+            residual: std * whitened,
+            nominal_residual: std * nominal,
+            std,
+            weight,
+        }
+    });
+    Ok(told.collect())
 }
 
 fn by_chi_squared(chi_squared: f64, degrees_of_freedom: usize) -> Option<f64> {

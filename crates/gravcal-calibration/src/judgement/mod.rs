@@ -1,9 +1,9 @@
 //! What a solution is worth: which parameters are determined, how well, and what the residuals say.
 
 mod cure;
-mod detail;
 mod determined;
 mod fit;
+mod friction;
 mod gravity;
 mod moments;
 mod outliers;
@@ -11,9 +11,9 @@ mod positions;
 mod remarks;
 
 pub(crate) use cure::Situation;
-pub(crate) use detail::{detail, predictions};
 pub(crate) use determined::{Combination, Judgement, judge};
 pub(crate) use fit::{fit, held_out};
+pub(crate) use friction::driving_friction_notes;
 pub(crate) use gravity::gravity_result;
 pub(crate) use moments::{DeterminedMoment, determined_moments};
 pub(crate) use outliers::{outlier_note, outliers};

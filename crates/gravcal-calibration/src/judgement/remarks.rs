@@ -39,10 +39,30 @@ pub(crate) fn weak_combinations(solved: &Solved) -> Vec<WeakCombination> {
     named.into_iter().zip(weak.iter().map(|direction| direction.times_worse)).map(tell).collect()
 }
 
+/// Beyond this factor the figure tells of rounding, not of the data.
+const HARDLY_KNOWN: f64 = 1e6;
+
 /// The same for people.
 pub(crate) fn weak_note(weak: &WeakCombination) -> String {
-    format!(
-        "Known {:.0} times worse than the rest, because the readings hardly change along it: {}.",
-        weak.times_worse, weak.combination
-    )
+    let times = match weak.times_worse {
+        times if times < HARDLY_KNOWN => format!("{times:.0} times"),
+        _ => "more than a million times".to_owned(),
+    };
+    format!("Known {times} worse than the rest, because the readings hardly change along it: {}.", weak.combination)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_factor_without_meaning_is_not_told() {
+        let told = |times_worse: f64| {
+            weak_note(&WeakCombination { combination: "1.00 a.torque_gain".into(), terms: Vec::new(), times_worse })
+        };
+        assert!(told(1234.4).starts_with("Known 1234 times worse than the rest, "));
+        for absurd in [6e13, f64::INFINITY] {
+            assert!(told(absurd).starts_with("Known more than a million times worse than the rest, "));
+        }
+    }
 }

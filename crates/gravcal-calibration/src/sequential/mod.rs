@@ -17,7 +17,7 @@ use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::Quantile;
 
 use crate::joint::{self, EstimateError, Readings, Signals, Unknowns, solve_posed};
-use crate::judgement::{detail, determined_moments, gravity_result};
+use crate::judgement::{determined_moments, gravity_result};
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::{
     Brief, CovarianceResult, Detail, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined,
@@ -287,7 +287,7 @@ pub fn tell_steps(
             solved.covariance(),
         );
         result.moments = moments.into_iter().map(|moment| moment.told).collect();
-        result.detail = detail(session, &solved)?;
+        result.detail.singular_values = solved.spectrum.singular_values().to_vec();
         result.fit = Some(joint::fit_with_held_out(session, &solved, workbench)?);
     }
     Ok(result)

@@ -21,6 +21,8 @@ const KNOWN_LENGTH: f64 = 1e-9;
 pub struct EarlierCalibration {
     /// The file, as the session names it, and the estimator in it.
     pub source: String,
+    /// File names of recordings that it was made from as well as this session, which takes parts of them.
+    shared: Vec<String>,
     quantities: Vec<KnownCombination>,
     /// Row-major.
     covariance: Vec<f64>,
@@ -41,7 +43,7 @@ impl EarlierCalibration {
     /// # Errors
     /// The covariance is not positive definite once vectors of known length lie in their tangent planes.
     pub fn new(source: String, quantities: Vec<KnownCombination>, covariance: Vec<f64>) -> Result<Self, NoiseError> {
-        let mut earlier = EarlierCalibration { source, quantities, covariance };
+        let mut earlier = EarlierCalibration { source, shared: Vec::new(), quantities, covariance };
         while let Some(start) = (0..earlier.quantities.len()).find(|start| earlier.has_known_length(*start)) {
             earlier = earlier.in_tangent_plane(start);
         }
@@ -49,10 +51,20 @@ impl EarlierCalibration {
         Ok(earlier)
     }
 
+    /// The same, made from these recordings, of which the session takes parts.
+    pub(crate) fn sharing(self, shared: Vec<String>) -> Self {
+        EarlierCalibration { shared, ..self }
+    }
+
     /// What the reader of a result should know.
-    pub(crate) fn note(&self) -> String {
-        let EarlierCalibration { source, quantities, .. } = self;
-        format!("{} quantities are known from {source}, and enter with their covariance.", quantities.len())
+    pub(crate) fn notes(&self) -> Vec<String> {
+        let EarlierCalibration { source, shared, quantities, .. } = self;
+        let known =
+            format!("{} quantities are known from {source}, and enter with their covariance.", quantities.len());
+        let parts = shared.iter().map(|name| {
+            format!("{source} was made from {name}, too: that it took other parts of it than this session is for you to see.")
+        });
+        [known].into_iter().chain(parts).collect()
     }
 
     /// Whether it knows anything whose name begins like this.
@@ -133,6 +145,7 @@ impl EarlierCalibration {
             quantities: rows.iter().map(combined).collect(),
             covariance: rows.iter().flat_map(|a| rows.iter().map(|b| between(a, b))).collect(),
             source: self.source,
+            shared: self.shared,
         }
     }
 }

@@ -328,7 +328,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     };
     let session = match &written.prior {
         None => session,
-        Some(prior) => prior::resolve(&context, prior, session)?,
+        Some(prior) => prior::resolve(&context, prior, &written.poses, session)?,
     };
     inertia::check_sweeps(document, &session)?;
     deflection::check_single_poses(document, &session)?;

@@ -367,7 +367,8 @@ pub struct Ask {
     pub drop: Vec<String>,
 }
 
-const NO_TORQUE_SENSOR: &str = "the joint has no torque sensor";
+/// Why gain and bias of a torque that is not read are held.
+pub const NO_TORQUE_SENSOR: &str = "the joint has no torque sensor";
 /// Why the offset of the joint on which all others hang is held.
 pub const BASE_FRAME_CHOICE: &str = "it defines the base frame";
 /// Why the offset of a last joint is held.

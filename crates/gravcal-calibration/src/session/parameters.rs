@@ -9,7 +9,7 @@ use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
 use crate::result::ParameterResult;
 
 /// Standard deviation, relative to a gain, beyond which a number would mislead; of an angle, rad; of a displacement, m.
-const GAIN_LIMIT: f64 = 0.1;
+pub(crate) const GAIN_LIMIT: f64 = 0.1;
 const ANGLE_LIMIT: f64 = 0.1;
 const DISPLACEMENT_LIMIT: f64 = 0.01;
 

@@ -156,6 +156,29 @@ pub enum UrdfError {
         /// The mass, kg.
         mass: f64,
     },
+    /// A joint that is to be corrected is not in the file.
+    #[error("joint `{name}`, which the calibration corrects, is not in the URDF: it is of another robot")]
+    MissingJoint {
+        /// The joint.
+        name: String,
+    },
+    /// Gravity is known in a frame that moves against the root.
+    #[error(
+        "joint `{joint}` moves between the URDF's root and link `{base}`, in whose frame gravity is known: the tilt of the root \
+         is not known"
+    )]
+    MovingRoot {
+        /// The joint.
+        joint: String,
+        /// The link.
+        base: String,
+    },
+    /// The name of the new root is taken.
+    #[error("the URDF has a link `{name}` already: it has been corrected before; correct the original")]
+    UprightLinkTaken {
+        /// The name.
+        name: String,
+    },
     /// The joints and links between base and tips do not make a chain.
     #[error(transparent)]
     Chain(#[from] ChainError),

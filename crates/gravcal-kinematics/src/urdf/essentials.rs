@@ -101,7 +101,7 @@ fn finished(open: &[Open]) -> Result<(), UrdfError> {
     }
 }
 
-fn located(text: &str, reader: &Reader<&[u8]>, error: &quick_xml::Error) -> UrdfError {
+pub(super) fn located(text: &str, reader: &Reader<&[u8]>, error: &quick_xml::Error) -> UrdfError {
     let position = usize::try_from(reader.error_position()).unwrap_or(usize::MAX).min(text.len());
     let line = 1 + text.as_bytes()[..position].iter().filter(|byte| **byte == b'\n').count();
     UrdfError::Parse(format!("line {line}: {error}"))

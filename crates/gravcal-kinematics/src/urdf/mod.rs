@@ -14,6 +14,7 @@
 //! coordinate of its own.
 
 mod body;
+mod corrected;
 mod ends;
 mod error;
 mod essentials;
@@ -21,6 +22,7 @@ mod joint;
 mod tree;
 
 use body::RigidBody;
+pub use corrected::{UPRIGHT_LINK, UrdfCorrection};
 pub use ends::UrdfEnds;
 pub use error::UrdfError;
 use essentials::essentials;

@@ -1,11 +1,14 @@
 //! What can be known of each parameter, and what a tilt of the base would bring.
 
-use gravcal_calibration::check::{CheckReport, CheckedParameter};
+use gravcal_calibration::check::{CheckReport, CheckedParameter, TiltedGain};
 
 use crate::footnotes::Footnotes;
 use crate::grid::{Cell, Grid, Side};
 use crate::number::significant;
 use crate::sensor_row::{shown_unit, split_name};
+
+/// Why something determined has no predicted standard deviation.
+const NO_NOISE: &str = "can be determined; how well depends on noise that no reading states";
 
 pub(super) fn tell(report: &CheckReport) -> String {
     let mut footnotes = Footnotes::default();
@@ -32,10 +35,7 @@ fn known(parameter: &CheckedParameter, factor: f64, footnotes: &mut Footnotes) -
         (None, _) if !parameter.determined && parameter.asked => "undetermined".to_owned(),
         (None, _) if !parameter.determined => format!("undetermined {}", footnotes.mark("not asked for")),
         (None, Some(std)) => significant(std * factor, 2),
-        (None, None) => {
-            let reason = "can be determined; how well depends on noise that no reading states";
-            format!("determined {}", footnotes.mark(reason))
-        }
+        (None, None) => format!("determined {}", footnotes.mark(NO_NOISE)),
     }
 }
 
@@ -43,13 +43,20 @@ pub(super) fn tell_tilts(report: &CheckReport) -> String {
     if report.tilts.is_empty() {
         return String::new();
     }
-    let percent =
-        |std: Option<f64>| Cell::text(std.map_or_else(|| "undetermined".to_owned(), |std| significant(100.0 * std, 2)));
+    let mut footnotes = Footnotes::default();
+    let mut percent = |gain: TiltedGain| {
+        Cell::text(match gain.relative_std {
+            _ if !gain.determined => "undetermined".to_owned(),
+            Some(std) => significant(100.0 * std, 2),
+            None => format!("determined {}", footnotes.mark(NO_NOISE)),
+        })
+    };
     let mut grid = Grid::new(vec![Side::Right; 3]);
     grid.row(["tilt, deg", "torque gain, %", "position gain, %"].map(Cell::text).into());
     for tilt in &report.tilts {
         let angle = Cell::text(significant(tilt.tilt_deg, 2));
-        grid.row(vec![angle, percent(tilt.torque_gain_relative_std), percent(tilt.position_gain_relative_std)]);
+        grid.row(vec![angle, percent(tilt.torque_gain), percent(tilt.position_gain)]);
     }
-    format!("What a tilt of the base brings to the first joint: predicted std\n{}", grid.lines("  "))
+    let heading = "What a tilt of the base brings to the first joint: predicted std";
+    format!("{heading}\n{}{}", grid.lines("  "), footnotes.lines("  "))
 }

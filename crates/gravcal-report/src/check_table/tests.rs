@@ -1,5 +1,7 @@
 use super::*;
-use gravcal_calibration::check::{CheckedParameter, Curable, Cure, PredictedStd, StepReport, SweepReport, TiltReport};
+use gravcal_calibration::check::{
+    CheckedParameter, Curable, Cure, PredictedStd, StepReport, SweepReport, TiltReport, TiltedGain,
+};
 use gravcal_calibration::result::Undetermined;
 
 fn parameter(name: &str, unit: &str, predicted_std: Option<f64>) -> CheckedParameter {
@@ -67,8 +69,8 @@ fn report() -> CheckReport {
         ],
         tilts: vec![TiltReport {
             tilt_deg: 10.0,
-            torque_gain_relative_std: Some(0.0123),
-            position_gain_relative_std: None,
+            torque_gain: TiltedGain { determined: true, relative_std: Some(0.0123) },
+            position_gain: TiltedGain { determined: false, relative_std: None },
         }],
         complete: false,
     }
@@ -132,6 +134,17 @@ fn a_complete_session_says_so_first() {
     let report = CheckReport { complete: true, ..report() };
     let text = CheckTable { robot: "arm", report: &report }.to_string();
     assert!(text.starts_with("Check of arm\n  everything that is asked for can be determined\n"));
+}
+
+#[test]
+fn a_tilt_without_stated_noise_tells_what_can_be_determined() {
+    let gain = |determined| TiltedGain { determined, relative_std: None };
+    let tilt = TiltReport { tilt_deg: 5.0, torque_gain: gain(false), position_gain: gain(true) };
+    let text = CheckTable { robot: "arm", report: &CheckReport { tilts: vec![tilt], ..report() } }.to_string();
+    let told = "  tilt, deg  torque gain, %  position gain, %\n\
+                \x20       5.0    undetermined    determined [1]\n\
+                \x20 [1] can be determined; how well depends on noise that no reading states\n";
+    assert!(text.contains(told), "{text}");
 }
 
 #[test]

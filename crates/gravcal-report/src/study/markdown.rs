@@ -34,7 +34,8 @@ fn line(cells: impl Iterator<Item = String>) -> String {
     format!("| {} |\n", cells.join(" | "))
 }
 
-fn cell(quantity: &QuantityMeasures) -> String {
+/// Rms error with its ratio to the bound and the coverage.
+pub(super) fn cell(quantity: &QuantityMeasures) -> String {
     if quantity.estimates == 0 {
         return "no estimate".to_owned();
     }

@@ -4,6 +4,7 @@ mod comparison;
 mod csv;
 mod figure;
 mod markdown;
+mod page;
 mod panels;
 mod text;
 
@@ -58,7 +59,8 @@ impl fmt::Display for StudyReport<'_> {
     }
 }
 
-/// The files of a report by their names: `report.txt`, `report.md`, `measures.csv`, and figures as SVG.
+/// The files of a report by their names: `report.txt`, `report.md`, `measures.csv`, `study.html`, and figures
+/// as SVG.
 ///
 /// # Errors
 /// A figure cannot be drawn.
@@ -68,8 +70,9 @@ pub fn report_files(report: &StudyReport<'_>) -> Result<Vec<(String, String)>, R
         ("report.md".to_owned(), markdown::markdown(report)),
         ("measures.csv".to_owned(), csv::csv(report)?),
     ];
-    for (name, figure) in panels::figures(report) {
-        files.push((format!("{name}.svg"), figure.svg()?));
-    }
+    let figures = panels::figures(report).into_iter().map(|(name, figure)| Ok((format!("{name}.svg"), figure.svg()?)));
+    let figures = figures.collect::<Result<Vec<_>, ReportError>>()?;
+    files.push(("study.html".to_owned(), page::page(report, &figures)));
+    files.extend(figures);
     Ok(files)
 }

@@ -46,7 +46,8 @@ pub struct Tally {
 }
 
 impl Tally {
-    fn count(&mut self, trial: &Trial) {
+    /// Takes one more.
+    pub fn count(&mut self, trial: &Trial) {
         self.arms += 1;
         if trial.condition > MOST_CONDITION {
             self.ill_conditioned += 1;
@@ -78,20 +79,21 @@ impl Tally {
 /// Condition beyond which an arm is counted apart.
 pub const MOST_CONDITION: f64 = 1e6;
 
-/// Runs the arms of the given numbers; each depends on seed and number only. Gives the tally by number of joints, and the
-/// trials that did not end at the global optimum.
+/// Runs the arms of the given numbers; each depends on seed and number only, so that the tallies of several ranges add up to that of
+/// all. Gives the tally by number of joints, and the trials that did not end at the global optimum. `watch` is told each trial as it
+/// ends, in any order.
 pub fn random_arms(
     seed: u64,
     numbers: std::ops::Range<u64>,
     knowing: Knowing,
     solver: &dyn Solver,
-    progress: &(dyn Fn() + Sync),
+    watch: &(dyn Fn(&Trial) + Sync),
 ) -> (BTreeMap<usize, Tally>, Vec<Trial>) {
     let trials: Vec<Trial> = numbers
         .into_par_iter()
         .map(|number| {
             let trial = trial::run(seed, number, knowing, solver);
-            progress();
+            watch(&trial);
             trial
         })
         .collect();
@@ -99,4 +101,35 @@ pub fn random_arms(
     trials.iter().for_each(|trial| tallies.entry(trial.joints).or_default().count(trial));
     let apart = |trial: &Trial| trial.condition <= MOST_CONDITION && trial.ending != Ending::Global;
     (tallies, trials.into_iter().filter(apart).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use gravcal_solvers::LevenbergMarquardt;
+
+    use super::*;
+
+    fn arms(numbers: std::ops::Range<u64>) -> (Tally, Vec<Trial>) {
+        let watched = Mutex::new(Tally::default());
+        let watch = |trial: &Trial| watched.lock().unwrap().count(trial);
+        let (tallies, apart) = random_arms(1, numbers, Knowing::Nominal, &LevenbergMarquardt::default(), &watch);
+        let all = tallies.into_values().fold(Tally::default(), Tally::plus);
+        assert_eq!(watched.into_inner().unwrap(), all);
+        (all, apart)
+    }
+
+    /// The most promising start of this one leads to another, higher minimum.
+    #[test]
+    fn an_arm_whose_best_start_leads_elsewhere_ends_at_the_global_optimum() {
+        let (tally, apart) = arms(1096..1097);
+        assert_eq!((tally, &apart[..]), (Tally { arms: 1, global: 1, ..Tally::default() }, &[][..]));
+    }
+
+    #[test]
+    fn the_tallies_of_parts_add_up() {
+        let [first, second, all] = [0..2, 2..5, 0..5].map(|numbers| arms(numbers).0);
+        assert_eq!((first.plus(second), all.arms), (all, 5));
+    }
 }

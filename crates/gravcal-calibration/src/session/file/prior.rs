@@ -1,9 +1,12 @@
 //! `[prior]`: what an earlier calibration knows.
 
-use gravcal_recording::{EarlierEstimate, EarlierParameter, read_earlier};
+use gravcal_recording::{
+    Digest, EarlierEstimate, EarlierInput, EarlierParameter, Part, read_earlier, read_earlier_inputs,
+};
 use serde::Deserialize;
 
 use super::Context;
+use super::poses::{self, PosesTable};
 use crate::calibrate::EstimatorName;
 use crate::document::{Field, FileError};
 use crate::parameter::{Limit, Parameter};
@@ -39,7 +42,13 @@ enum Unchanged {
 }
 
 /// The session with what the earlier calibration knows: as a prior, and as the start of what has no other.
-pub(super) fn resolve(context: &Context<'_>, table: &PriorTable, session: Session) -> Result<Session, FileError> {
+/// `written`: the session's `[[poses]]`.
+pub(super) fn resolve(
+    context: &Context<'_>,
+    table: &PriorTable,
+    written: &[PosesTable],
+    session: Session,
+) -> Result<Session, FileError> {
     let section = Section { context, table, session: &session };
     let field = |key: &str| Field::new("prior").key(key);
     let path = context.document.resolve_path(&field("calibration"), &table.calibration)?;
@@ -48,7 +57,9 @@ pub(super) fn resolve(context: &Context<'_>, table: &PriorTable, session: Sessio
     earlier.parameters.iter().try_for_each(|parameter| section.check_parameter(parameter))?;
     section.check_gravity(&earlier)?;
     section.check_inertia()?;
-    let known = section.known(&earlier, format!("{} ({estimator})", table.calibration))?;
+    let inputs = read_earlier_inputs(&path).map_err(|e| section.error("calibration", e))?;
+    let shared = section.shared_parts(written, &inputs)?;
+    let known = section.known(&earlier, format!("{} ({estimator})", table.calibration))?.sharing(shared);
     let mut session = session;
     for id in session.parameters() {
         let value = known.value(&session.parameter_name(id));
@@ -86,6 +97,31 @@ impl Section<'_> {
             Ok(name) => Ok(name),
             Err(error) => Err(self.error("estimator", error)),
         }
+    }
+
+    /// The recordings, by file name, that the earlier calibration was made from as well, of which this session takes a part: which one
+    /// was taken there its file does not say. A whole one is refused: what was read there is in it.
+    fn shared_parts(&self, written: &[PosesTable], inputs: &[EarlierInput]) -> Result<Vec<String>, FileError> {
+        let mut shared = Vec::new();
+        for (index, (table, written)) in self.session.tables.iter().zip(written).enumerate() {
+            let field = poses::field(index).key("file");
+            let digest = Digest::of(&table.path).map_err(|error| self.context.document.error(&field, error))?;
+            if inputs.iter().all(|input| input.sha256 != digest.sha256) {
+                continue;
+            }
+            if written.part_of_recording() == Part::default() {
+                let message = format!(
+                    "the calibration of [prior], {}, was made from this table, too, and its readings would count twice: leave \
+                     the table out, or calibrate all tables together, without [prior]",
+                    self.table.calibration
+                );
+                return Err(self.context.document.error(&field, message));
+            }
+            if !shared.contains(&written.file) {
+                shared.push(written.file.clone());
+            }
+        }
+        Ok(shared)
     }
 
     /// Units, signs and what is held must agree, and nothing may be known twice.

@@ -1,0 +1,154 @@
+//! Comparisons of simulated calibrations, whose truth is known.
+
+use gravcal_recording::{EarlierParameter, EarlierQuantity};
+use gravcal_solvers::LevenbergMarquardt;
+use rayon::prelude::*;
+
+use super::*;
+use crate::result::EstimatorResult;
+use crate::simulation::Simulation;
+use crate::testing::sarcos_shoulder;
+use crate::{EstimatorName, Workbench, calibrate};
+
+/// What a `calibration.json` says of an answer.
+fn earlier(result: &EstimatorResult) -> EarlierEstimate {
+    let parameter = |p: &crate::result::ParameterResult| EarlierParameter {
+        name: p.name.clone(),
+        unit: p.unit.clone(),
+        value: p.value,
+        held: p.held.clone(),
+        std: p.std,
+        ci95: p.ci95,
+        convention: p.convention.to_owned(),
+        nominal: p.nominal,
+    };
+    let gravity = result.gravity.as_ref().unwrap().vector_m_per_s2;
+    let quantity = |name: &String| {
+        let axis = GRAVITY.iter().position(|axis| axis == name);
+        let value = axis.map(|axis| gravity[axis]).or_else(|| result.parameter(name)?.value).unwrap_or(0.0);
+        EarlierQuantity { terms: vec![(name.clone(), 1.0)], value }
+    };
+    EarlierEstimate {
+        parameters: result.parameters.iter().map(parameter).collect(),
+        gravity: Some(gravity),
+        quantities: result.covariance.order.iter().map(quantity).collect(),
+        covariance: result.covariance.matrix.concat(),
+    }
+}
+
+const GRAVITY: [&str; 3] = ["gravity.x", "gravity.y", "gravity.z"];
+
+/// Calibrations of a simulation's trials.
+fn calibrations(simulation: &Simulation, trials: std::ops::Range<u64>) -> Vec<EarlierEstimate> {
+    let solver = LevenbergMarquardt::default();
+    let one = |trial: u64| {
+        let answers =
+            calibrate(&simulation.session(trial), &[EstimatorName::Joint], &Workbench::new(&solver, &|_: &str| {}));
+        earlier(&answers[0])
+    };
+    trials.into_par_iter().map(one).collect()
+}
+
+/// Largest distance of an empirical distribution from the uniform one (Kolmogorov, Smirnov).
+fn distance_from_uniform(mut p_values: Vec<f64>) -> f64 {
+    p_values.sort_by(f64::total_cmp);
+    let count = p_values.len() as f64;
+    let of = |(place, p): (usize, &f64)| (p - place as f64 / count).abs().max(((place + 1) as f64 / count - p).abs());
+    p_values.iter().enumerate().map(of).fold(0.0, f64::max)
+}
+
+#[test]
+fn without_a_change_p_values_are_uniform_and_hardly_a_sensor_is_named() {
+    const DRAWS: usize = 150;
+    let all = calibrations(&sarcos_shoulder(), 0..2 * DRAWS as u64);
+    let compared: Vec<Comparison> = all.chunks(2).map(|pair| compare(&[&pair[0], &pair[1]]).unwrap()).collect();
+    let names: Vec<&str> = compared[0].sensors.iter().map(|sensor| sensor.name.as_str()).collect();
+    let expected = ["gravity", "joint1 torque", "joint1 position", "joint2 torque", "joint2 position", "joint3 torque"];
+    assert_eq!(names[..6], expected);
+    let freedom: Vec<usize> =
+        compared[0].sensors.iter().map(|sensor| sensor.test.as_ref().unwrap().degrees_of_freedom).collect();
+    // Offsets of the first and last joint are choices.
+    assert_eq!(freedom, [2, 2, 1, 2, 2, 2, 1]);
+    // Exceeded with probability 1e-4 by each.
+    let limit = 2.23 / (DRAWS as f64).sqrt();
+    for (sensor, name) in names.iter().enumerate() {
+        let p_values = compared.iter().map(|one| one.sensors[sensor].test.as_ref().unwrap().p_value).collect();
+        let distance = distance_from_uniform(p_values);
+        assert!(distance < limit, "{name}: {distance}");
+    }
+    let named = compared.iter().filter(|one| one.moved().next().is_some()).count();
+    assert!(named <= 7, "{named} of {DRAWS} name a sensor, where one in a hundred may");
+}
+
+#[test]
+fn a_moved_gain_is_named_and_nothing_else() {
+    let before = sarcos_shoulder();
+    let mut after = before.clone();
+    after.truth.sensors[1][0] *= 1.05;
+    let [before, after] = [calibrations(&before, 0..4), calibrations(&after, 10..12)];
+    let comparison = compare(&[&before[0], &after[0]]).unwrap();
+    assert_eq!(comparison.moved().map(|sensor| sensor.name.as_str()).collect::<Vec<_>>(), ["joint2 torque"]);
+    // Of several calibrations the step is told, too.
+    let series = compare(&[&before[0], &before[1], &before[2], &after[0], &after[1]]).unwrap();
+    let moved: Vec<&SensorComparison> = series.moved().collect();
+    assert_eq!(moved.iter().map(|sensor| sensor.name.as_str()).collect::<Vec<_>>(), ["joint2 torque"]);
+    let test = moved[0].test.as_ref().unwrap();
+    assert_eq!((test.degrees_of_freedom, test.largest_step.0), (8, 2));
+    assert_eq!(moved[0].parameters[0].values.len(), 5);
+}
+
+/// Two calibrations: the difference, and the sum of the covariances.
+#[test]
+fn of_two_it_is_the_test_of_the_difference() {
+    let all = calibrations(&sarcos_shoulder(), 0..2);
+    let comparison = compare(&[&all[0], &all[1]]).unwrap();
+    let sensor = comparison.sensors.iter().find(|sensor| sensor.name == "joint1 position").unwrap();
+    let ComparedParameter { values, stds, .. } = &sensor.parameters[0];
+    let expected = (values[0] - values[1]).powi(2) / (stds[0].powi(2) + stds[1].powi(2));
+    let found = sensor.test.as_ref().unwrap();
+    assert!((found.chi_squared / expected - 1.0).abs() < 1e-9);
+    assert_eq!(sensor.left_out, ["joint1.position_offset is held in calibration 1 (it defines the base frame)"]);
+}
+
+#[test]
+fn what_cannot_be_compared_is_told() {
+    let all = calibrations(&sarcos_shoulder(), 0..2);
+    assert_eq!(compare(&[&all[0]]), Err(ComparisonError::One));
+    let mut other = all[1].clone();
+    other.parameters.retain(|parameter| parameter.name != "joint1.torque_gain");
+    other.parameters.iter_mut().find(|parameter| parameter.name == "joint1.torque_bias").unwrap().value = None;
+    other.gravity = None;
+    let comparison = compare(&[&all[0], &other]).unwrap();
+    assert_eq!(comparison.sensors[0].left_out, ["gravity is not determined in calibration 2"]);
+    let expected =
+        ["joint1.torque_gain is not in calibration 2", "joint1.torque_bias is not determined in calibration 2"];
+    assert_eq!(
+        (&comparison.sensors[1].left_out[..], &comparison.sensors[1].test),
+        (&expected.map(str::to_owned)[..], &None)
+    );
+    let mut volts = all[1].clone();
+    volts.parameters[0].unit = "V/(N·m)".into();
+    let error = compare(&[&all[0], &volts]).unwrap_err().to_string();
+    assert!(error.starts_with("joint1.torque_gain is in count/(N·m) in one calibration and in V/(N·m)"), "{error}");
+    let nothing = EarlierEstimate { parameters: Vec::new(), ..other };
+    assert_eq!(compare(&[&nothing, &nothing]), Err(ComparisonError::NothingInCommon));
+}
+
+#[test]
+fn holm_counts_the_smallest_most() {
+    let test = |p_value| {
+        Some(HomogeneityTest {
+            chi_squared: 0.0,
+            degrees_of_freedom: 1,
+            p_value,
+            corrected_p_value: p_value,
+            moved: false,
+            largest_step: (0, 0.0),
+        })
+    };
+    let sensor = |p| SensorComparison { name: String::new(), parameters: vec![], left_out: vec![], test: test(p) };
+    let mut sensors = [0.04, 0.002, 0.03].map(sensor);
+    correct(&mut sensors);
+    let corrected = sensors.map(|sensor| sensor.test.map(|test| (test.corrected_p_value, test.moved)).unwrap());
+    assert_eq!(corrected, [(0.06, false), (0.006, true), (0.06, false)]);
+}

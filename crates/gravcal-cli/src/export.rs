@@ -1,0 +1,134 @@
+//! `gravcal export`: a calibration in the forms that others take.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use gravcal_calibration::{EstimatorName, Session};
+use gravcal_recording::read_earlier;
+use gravcal_report::Input;
+use gravcal_report::export::{Export, ExportError, ExportFormat, RobotDescription};
+
+use crate::apply::session_path;
+use crate::exit::Exit;
+use crate::failure::Failure;
+use crate::names::estimator_parser;
+use crate::terminal;
+
+/// Write a calibration for a driver, a program, a robot description or a paper
+///
+/// ros2: parameters of a ROS 2 node (YAML), forward and inverse. urdf: the session's URDF with joints' origins moved by their position
+/// offsets and an upright root link. c, python: functions from a reading to what it truly says. csv: every parameter with its
+/// interval. markdown, latex: tables, rounded. Each states its convention.
+#[derive(Debug, Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Arguments {
+    /// What `gravcal calibrate` found: its calibration.json
+    #[arg(value_name = "CALIBRATION")]
+    calibration: PathBuf,
+
+    /// Format
+    #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
+    to: ExportFormat,
+
+    /// File to write [default: it is printed]
+    #[arg(long, short, value_name = "FILE")]
+    output: Option<PathBuf>,
+
+    /// Estimator whose answer is exported
+    #[arg(long, value_name = "NAME", value_parser = estimator_parser(), default_value = "joint")]
+    estimator: EstimatorName,
+
+    /// Take nominal values, marked as such, for what the calibration does not determine
+    #[arg(long)]
+    nominal: bool,
+
+    /// The session, whose URDF is corrected [default: the one that the calibration was made from, if it has not changed]
+    #[arg(long, value_name = "SESSION")]
+    session: Option<PathBuf>,
+
+    /// Replace FILE if it exists
+    #[arg(long)]
+    overwrite: bool,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  gravcal export calibration/calibration.json --to ros2 -o calibration.yaml
+  gravcal export calibration/calibration.json --to urdf -o arm-calibrated.urdf
+  gravcal export calibration/calibration.json --to latex
+
+Exit codes:
+  0  it is written
+  2  bad input or usage, or something is not determined; nothing is written";
+
+fn format_parser() -> impl TypedValueParser<Value = ExportFormat> {
+    PossibleValuesParser::new(ExportFormat::ALL.map(ExportFormat::as_str)).try_map(|name| name.parse())
+}
+
+/// Runs the command.
+pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
+    let calibration = &arguments.calibration;
+    let estimate =
+        read_earlier(calibration, arguments.estimator.as_str()).map_err(|error| Failure::bad_input(&error))?;
+    let robot = match arguments.to {
+        ExportFormat::Urdf => Some(read_urdf(arguments)?),
+        _ => None,
+    };
+    let robot = robot.as_ref().map(|(base, urdf)| RobotDescription { urdf, base });
+    let source = source(calibration, arguments.estimator)?;
+    let export = Export { estimate: &estimate, source: &source, nominal: arguments.nominal, robot };
+    let exported = export.to(arguments.to).map_err(|error| refused(&error).about(calibration.display()))?;
+    match &arguments.output {
+        None => terminal::print_exactly(&exported.text)?,
+        Some(output) => {
+            write(output, &exported.text, arguments.overwrite)?;
+            terminal::print(&format!("{}\n", output.display()))?;
+        }
+    }
+    for remark in &exported.remarks {
+        terminal::complain(&format!("note: {remark}"));
+    }
+    Ok(Exit::Determined)
+}
+
+fn source(calibration: &Path, estimator: EstimatorName) -> Result<String, Failure> {
+    let input = Input::read(calibration, Path::new("")).map_err(|error| Failure::bad_input(&error))?;
+    let name = calibration.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+    Ok(format!("{name} ({estimator}, sha256 {})", input.sha256))
+}
+
+/// Base link and text of the session's URDF.
+fn read_urdf(arguments: &Arguments) -> Result<(String, String), Failure> {
+    let path = session_path(&arguments.calibration, arguments.session.as_deref())?;
+    let session = Session::read(&path).map_err(|error| Failure::bad_input(&error))?;
+    let no_urdf = || refused(&ExportError::NoUrdf).about(path.display());
+    // A session reads itself, then its robot.
+    let robot = session.inputs.get(1).ok_or_else(no_urdf)?;
+    let text = std::fs::read_to_string(robot).map_err(|error| Failure::bad_input(&error).about(robot.display()))?;
+    match text.trim_start().starts_with('<') {
+        true => Ok((session.robot.chain.base().to_owned(), text)),
+        false => Err(no_urdf()),
+    }
+}
+
+fn write(path: &Path, text: &str, overwrite: bool) -> Result<(), Failure> {
+    if path.exists() && !overwrite {
+        let message = format!("{}: there is such a file already", path.display());
+        return Err(Failure::said(message).hint("--overwrite replaces it"));
+    }
+    gravcal_recording::write_atomically(path, text.as_bytes()).map_err(|error| Failure::bad_input(&error))
+}
+
+fn refused(error: &ExportError) -> Failure {
+    let failure = Failure::bad_input(error);
+    match error {
+        ExportError::Undetermined { .. } => {
+            failure.hint("`gravcal check` tells what would; --nominal takes nominal values instead, and says so")
+        }
+        ExportError::NoUrdf => {
+            failure.hint("describe the robot by robot = { urdf = \"…\", base = \"…\", tip = \"…\" }")
+        }
+        _ => failure,
+    }
+}

@@ -1,0 +1,76 @@
+//! A comparison for programs.
+
+use gravcal_calibration::comparison::{ComparedParameter, HomogeneityTest, SIGNIFICANCE, SensorComparison};
+use serde::Serialize;
+
+use super::ComparisonReport;
+use crate::json::JsonError;
+
+#[derive(Serialize)]
+struct Document<'a> {
+    format: &'static str,
+    files: &'a [String],
+    shared_inputs: &'a [String],
+    significance: f64,
+    moved: Vec<&'a str>,
+    sensors: Vec<SensorDocument<'a>>,
+}
+
+#[derive(Serialize)]
+struct SensorDocument<'a> {
+    name: &'a str,
+    test: Option<TestDocument>,
+    parameters: Vec<ParameterDocument<'a>>,
+    left_out: &'a [String],
+}
+
+#[derive(Serialize)]
+struct TestDocument {
+    chi_squared: f64,
+    degrees_of_freedom: usize,
+    p_value: f64,
+    corrected_p_value: f64,
+    moved: bool,
+    /// Numbers of two calibrations, counted from 1.
+    largest_step: [usize; 2],
+}
+
+#[derive(Serialize)]
+struct ParameterDocument<'a> {
+    name: &'a str,
+    unit: &'a str,
+    values: &'a [f64],
+    stds: &'a [f64],
+}
+
+pub(super) fn json(report: &ComparisonReport<'_>) -> Result<String, JsonError> {
+    crate::json::json(&Document {
+        format: "gravcal-comparison/1",
+        files: report.files,
+        shared_inputs: report.shared,
+        significance: SIGNIFICANCE,
+        moved: report.comparison.moved().map(|sensor| sensor.name.as_str()).collect(),
+        sensors: report.comparison.sensors.iter().map(sensor).collect(),
+    })
+}
+
+fn sensor(sensor: &SensorComparison) -> SensorDocument<'_> {
+    let SensorComparison { name, parameters, left_out, test } = sensor;
+    SensorDocument {
+        name,
+        test: test.as_ref().map(told),
+        parameters: parameters.iter().map(parameter).collect(),
+        left_out,
+    }
+}
+
+fn told(test: &HomogeneityTest) -> TestDocument {
+    let HomogeneityTest { chi_squared, degrees_of_freedom, p_value, corrected_p_value, moved, largest_step } = *test;
+    let largest_step = [largest_step.0 + 1, largest_step.0 + 2];
+    TestDocument { chi_squared, degrees_of_freedom, p_value, corrected_p_value, moved, largest_step }
+}
+
+fn parameter(parameter: &ComparedParameter) -> ParameterDocument<'_> {
+    let ComparedParameter { name, unit, values, stds } = parameter;
+    ParameterDocument { name, unit, values, stds }
+}

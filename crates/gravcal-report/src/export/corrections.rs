@@ -1,0 +1,163 @@
+//! Gain and bias of each joint's sensors, for formats that know nothing else.
+
+use gravcal_calibration::parameter::Quantity;
+use gravcal_calibration::session::NO_TORQUE_SENSOR;
+use gravcal_recording::{EarlierEstimate, EarlierParameter};
+
+use super::{ExportError, ExportFormat};
+use crate::sensor_row::split_name;
+
+/// What turns the readings of all joints into what they truly say.
+#[derive(Debug)]
+pub(super) struct Corrections {
+    pub joints: Vec<JointCorrection>,
+    /// In base coordinates, m/s², where it is determined.
+    pub gravity: Option<[f64; 3]>,
+    /// What is not as the data determine it, or left out.
+    pub remarks: Vec<String>,
+}
+
+/// One joint.
+#[derive(Debug)]
+pub(super) struct JointCorrection {
+    pub name: String,
+    /// `reading = gain · torque + bias`; `None` without a torque sensor.
+    pub torque: Option<Torque>,
+    /// `coordinate = gain · reading + offset`.
+    pub position: Position,
+}
+
+#[derive(Debug)]
+pub(super) struct Torque {
+    pub gain: f64,
+    pub bias: f64,
+    /// Of the reading.
+    pub reading_unit: String,
+    /// Of the torque.
+    pub unit: String,
+}
+
+#[derive(Debug)]
+pub(super) struct Position {
+    pub gain: f64,
+    pub offset: f64,
+    /// Of the reading.
+    pub reading_unit: String,
+    /// Of the coordinate.
+    pub unit: String,
+}
+
+impl Corrections {
+    pub fn new(estimate: &EarlierEstimate, nominal: bool, format: ExportFormat) -> Result<Corrections, ExportError> {
+        let mut taken = Taken { estimate, nominal, undetermined: Vec::new(), remarks: Vec::new() };
+        let names = joint_names(estimate);
+        refuse_more(estimate, &names, format)?;
+        let joints: Vec<JointCorrection> = names.iter().filter_map(|name| taken.joint(name)).collect();
+        let Taken { undetermined, mut remarks, .. } = taken;
+        if !undetermined.is_empty() {
+            return Err(ExportError::Undetermined { names: undetermined });
+        }
+        for joint in &joints {
+            let torque = joint.torque.iter().map(|torque| (torque.gain, Quantity::TorqueGain));
+            if let Some((_, quantity)) =
+                torque.chain([(joint.position.gain, Quantity::PositionGain)]).find(|(gain, _)| *gain == 0.0)
+            {
+                return Err(ExportError::ZeroGain { name: quantity.name(&joint.name) });
+            }
+        }
+        if estimate.gravity.is_none() {
+            remarks.push("gravity is not determined, and left out".to_owned());
+        }
+        remarks.extend(instruments_left_out(estimate, &names));
+        Ok(Corrections { joints, gravity: estimate.gravity, remarks })
+    }
+}
+
+/// The joints, in the order of the calibration: whatever has a position gain.
+pub(super) fn joint_names(estimate: &EarlierEstimate) -> Vec<String> {
+    let split = estimate.parameters.iter().map(|parameter| split_name(&parameter.name));
+    let joints = split.filter(|(_, quantity)| *quantity == Quantity::PositionGain.as_str());
+    joints.map(|(joint, _)| joint.to_owned()).collect()
+}
+
+/// Parameters of joints' sensors beyond the four that say something.
+fn refuse_more(estimate: &EarlierEstimate, joints: &[String], format: ExportFormat) -> Result<(), ExportError> {
+    let beyond = |parameter: &&EarlierParameter| {
+        let (owner, quantity) = split_name(&parameter.name);
+        let affine = Quantity::ALL.iter().any(|known| known.as_str() == quantity);
+        let nothing = parameter.held.is_some() && parameter.value.unwrap_or(parameter.nominal) == 0.0;
+        !affine && !nothing && joints.iter().any(|joint| joint == owner)
+    };
+    let names: Vec<String> = estimate.parameters.iter().filter(beyond).map(|found| found.name.clone()).collect();
+    if names.is_empty() { Ok(()) } else { Err(ExportError::BeyondAffine { format, names }) }
+}
+
+fn instruments_left_out(estimate: &EarlierEstimate, joints: &[String]) -> Option<String> {
+    let mut owners: Vec<&str> = estimate.parameters.iter().map(|parameter| split_name(&parameter.name).0).collect();
+    owners.retain(|owner| joints.iter().all(|joint| joint != owner));
+    owners.dedup();
+    let told = format!("{} left out, which csv, markdown and latex hold", owners.join(", "));
+    (!owners.is_empty()).then_some(told)
+}
+
+/// Values as they are taken.
+struct Taken<'a> {
+    estimate: &'a EarlierEstimate,
+    nominal: bool,
+    undetermined: Vec<String>,
+    remarks: Vec<String>,
+}
+
+impl<'a> Taken<'a> {
+    fn joint(&mut self, name: &str) -> Option<JointCorrection> {
+        let [torque_gain, torque_bias, position_gain, position_offset] =
+            Quantity::ALL.map(|quantity| self.parameter(&quantity.name(name)));
+        let (torque_gain, torque_bias) = (torque_gain?, torque_bias?);
+        let read = torque_gain.held.as_deref() != Some(NO_TORQUE_SENSOR);
+        let torque = read.then(|| Torque {
+            gain: self.value(torque_gain),
+            bias: self.value(torque_bias),
+            reading_unit: torque_bias.unit.clone(),
+            unit: other_unit(&torque_gain.unit, &torque_bias.unit),
+        });
+        if !read {
+            self.remarks.push(format!("{name} has no torque sensor"));
+        }
+        let (position_gain, position_offset) = (position_gain?, position_offset?);
+        let position = Position {
+            gain: self.value(position_gain),
+            offset: self.value(position_offset),
+            reading_unit: other_unit(&position_gain.unit, &position_offset.unit),
+            unit: position_offset.unit.clone(),
+        };
+        Some(JointCorrection { name: name.to_owned(), torque, position })
+    }
+
+    fn parameter(&self, name: &str) -> Option<&'a EarlierParameter> {
+        self.estimate.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// What is determined, or chosen; else the nominal value, if that may be.
+    fn value(&mut self, parameter: &EarlierParameter) -> f64 {
+        match (&parameter.held, parameter.value) {
+            (None, Some(value)) => return value,
+            (Some(why), value) => {
+                let value = value.unwrap_or(parameter.nominal);
+                self.remarks.push(format!("{} is held at {value}: {why}", parameter.name));
+                return value;
+            }
+            (None, None) if self.nominal => {
+                let EarlierParameter { name, nominal, .. } = parameter;
+                self.remarks.push(format!("{name} is not determined; its nominal value {nominal} stands here"));
+            }
+            (None, None) => self.undetermined.push(parameter.name.clone()),
+        }
+        parameter.nominal
+    }
+}
+
+/// Of `count/(N·m)` that which is not `count`.
+fn other_unit(ratio: &str, known: &str) -> String {
+    let other = ratio.strip_prefix(known).and_then(|rest| rest.strip_prefix('/')).unwrap_or(ratio);
+    other.trim_start_matches('(').trim_end_matches(')').to_owned()
+}

@@ -1,0 +1,194 @@
+//! A calibration in the forms that others take: parameters of a driver, code, a robot description, tables.
+//!
+//! | format | what it holds |
+//! |---|---|
+//! | `ros2` | parameters of a ROS 2 node (YAML): each joint's gain and bias, forward and inverse |
+//! | `urdf` | the session's URDF with joints' origins moved by their position offsets and a root that hangs as gravity says |
+//! | `c`, `python` | functions from a reading to what it truly says |
+//! | `csv` | every parameter with its interval, for programs |
+//! | `markdown`, `latex` | every parameter with its standard deviation, rounded, for people |
+//!
+//! Each states its convention in the file. All numbers but those of the tables for people have all their digits.
+//!
+//! **What is not determined** has no value: `csv`, `markdown` and `latex` say so, the others refuse it by name, or take its nominal
+//! value and mark it where that is asked for. **Sensors beyond gain and bias** stand in `csv`, `markdown` and `latex` with the equation of
+//! each parameter; the others know gain and bias only, and refuse such a joint by name. Instruments are in these three alone, which
+//! the others say.
+
+mod c_header;
+mod corrections;
+mod csv;
+mod latex;
+mod markdown;
+mod numbers;
+mod python;
+mod ros2;
+mod rows;
+#[cfg(test)]
+mod tests;
+mod urdf;
+
+use std::fmt;
+use std::str::FromStr;
+
+use gravcal_kinematics::UrdfError;
+use gravcal_recording::EarlierEstimate;
+use thiserror::Error;
+
+use corrections::Corrections;
+pub use urdf::RobotDescription;
+
+/// The formats that a user can choose by name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ExportFormat {
+    /// Parameters of a ROS 2 node.
+    Ros2,
+    /// The robot's description, corrected.
+    Urdf,
+    /// Every parameter, for programs.
+    Csv,
+    /// A header with functions.
+    C,
+    /// A module with functions.
+    Python,
+    /// A table.
+    Markdown,
+    /// A table.
+    Latex,
+}
+
+impl ExportFormat {
+    /// Every format.
+    pub const ALL: [ExportFormat; 7] = [
+        ExportFormat::Ros2,
+        ExportFormat::Urdf,
+        ExportFormat::Csv,
+        ExportFormat::C,
+        ExportFormat::Python,
+        ExportFormat::Markdown,
+        ExportFormat::Latex,
+    ];
+
+    /// The name on the command line.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            ExportFormat::Ros2 => "ros2",
+            ExportFormat::Urdf => "urdf",
+            ExportFormat::Csv => "csv",
+            ExportFormat::C => "c",
+            ExportFormat::Python => "python",
+            ExportFormat::Markdown => "markdown",
+            ExportFormat::Latex => "latex",
+        }
+    }
+}
+
+impl fmt::Display for ExportFormat {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// No format has this name.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("unknown format `{name}`; there is: {}", ExportFormat::ALL.map(ExportFormat::as_str).join(", "))]
+pub struct UnknownFormat {
+    name: String,
+}
+
+impl FromStr for ExportFormat {
+    type Err = UnknownFormat;
+
+    fn from_str(name: &str) -> Result<Self, UnknownFormat> {
+        let found = ExportFormat::ALL.into_iter().find(|format| format.as_str() == name);
+        found.ok_or_else(|| UnknownFormat { name: name.to_owned() })
+    }
+}
+
+/// What is exported.
+#[derive(Clone, Copy, Debug)]
+pub struct Export<'a> {
+    /// The calibration.
+    pub estimate: &'a EarlierEstimate,
+    /// Where it comes from, in words: file, estimator, hash.
+    pub source: &'a str,
+    /// Whether nominal values stand for what is not determined.
+    pub nominal: bool,
+    /// The robot's URDF, which only [`ExportFormat::Urdf`] needs.
+    pub robot: Option<RobotDescription<'a>>,
+}
+
+/// A file's contents.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exported {
+    /// The file.
+    pub text: String,
+    /// What whoever takes it should know; the file says it, too.
+    pub remarks: Vec<String>,
+}
+
+/// Why a calibration cannot be exported.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum ExportError {
+    /// Parameters without a value.
+    #[error("the calibration does not determine {}", names.join(", "))]
+    Undetermined {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// Sensors that are more than gain and bias.
+    #[error(
+        "{format} holds gain and bias only, and the calibration's sensors have {} besides; csv, markdown and latex hold them",
+        names.join(", ")
+    )]
+    BeyondAffine {
+        /// The format.
+        format: ExportFormat,
+        /// Names of the parameters.
+        names: Vec<String>,
+    },
+    /// A gain through which no reading can be turned back.
+    #[error("{name} is zero: no reading tells what it is a reading of")]
+    ZeroGain {
+        /// The gain.
+        name: String,
+    },
+    /// There is no URDF to correct.
+    #[error("a URDF is made from the robot's own, and the session's robot is no URDF")]
+    NoUrdf,
+    /// The URDF cannot be corrected.
+    #[error(transparent)]
+    Urdf(#[from] UrdfError),
+}
+
+impl Export<'_> {
+    /// The calibration in a format.
+    ///
+    /// # Errors
+    /// See [`ExportError`]; `csv`, `markdown` and `latex` have none.
+    pub fn to(&self, format: ExportFormat) -> Result<Exported, ExportError> {
+        let corrections = || Corrections::new(self.estimate, self.nominal, format);
+        match format {
+            ExportFormat::Csv => Ok(csv::export(self)),
+            ExportFormat::Markdown => Ok(markdown::export(self)),
+            ExportFormat::Latex => Ok(latex::export(self)),
+            ExportFormat::Ros2 => Ok(ros2::export(self, &corrections()?)),
+            ExportFormat::C => Ok(c_header::export(self, &corrections()?)),
+            ExportFormat::Python => Ok(python::export(self, &corrections()?)),
+            ExportFormat::Urdf => urdf::export(self, &corrections()?),
+        }
+    }
+}
+
+/// One line, whatever the names in it hold.
+fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
+/// Lines for a file's head: where it comes from, the convention, remarks.
+fn head(export: &Export<'_>, convention: &[&str], remarks: &[String]) -> Vec<String> {
+    let source = format!("gravcal {}: {}", env!("CARGO_PKG_VERSION"), export.source);
+    let convention = convention.iter().map(|line| (*line).to_owned());
+    let remarks = remarks.iter().map(|remark| format!("Note: {remark}."));
+    std::iter::once(source).chain(convention).chain(remarks).map(|line| one_line(&line)).collect()
+}

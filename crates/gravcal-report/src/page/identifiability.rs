@@ -1,0 +1,54 @@
+//! What the data determine, in words.
+
+use gravcal_calibration::result::EstimatorResult;
+use maud::{Markup, html};
+
+use super::CalibrationPage;
+use crate::number::significant;
+
+pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
+    let Some(main) = page.main() else { return html! {} };
+    html! {
+        section {
+            h2 { "What the data determine" }
+            @if main.undetermined.is_empty() { p { "Nothing that was asked of " (main.name) " is left open." } }
+            @for result in std::iter::once(main).chain(page.results.iter().filter(|other| other.name != main.name)) {
+                (undetermined(result))
+            }
+            @if !main.weak.is_empty() {
+                h3 { "Known far worse than the rest" }
+                ul { @for weak in &main.weak { li { (weak.combination) ": " (significant(weak.times_worse, 2)) " times worse" } } }
+            }
+            @if !main.held.is_empty() {
+                h3 { "Held while the rest was solved for" }
+                ul { @for held in &main.held { li { (held.name) ": " (held.why) } } }
+            }
+            @if !main.sensor_models.is_empty() {
+                h3 { "Sensors beyond gain and bias, each tested against its absence" }
+                ul { @for model in &main.sensor_models {
+                    li {
+                        (model.joint) ", " (model.model) ": "
+                        @match &model.test {
+                            Some(test) => { (test.kind.to_string()) ", p = " (significant(test.p_value, 2)) }
+                            None => { "not determined" }
+                        }
+                    }
+                } }
+            }
+        }
+    }
+}
+
+fn undetermined(result: &EstimatorResult) -> Markup {
+    html! {
+        @if !result.undetermined.is_empty() {
+            h3 { "Not determined by " (result.name) }
+            dl {
+                @for open in &result.undetermined {
+                    dt { (open.combination) }
+                    dd { (open.why) @if !open.cure.is_empty() { br; "Cure: " (open.cure) } }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! `report.html`: a calibration on one page, for people who decide.
+//!
+//! One file without any request to a network, in light and dark and on paper. What decides stands first, as text that needs no script;
+//! figures are drawn on canvases from binary arrays (base64 of little-endian 32-bit floats), so that a recording of 20,000 poses is a
+//! page of a few megabytes. At most two estimators are drawn: the one that decides, and the first other one that has a fit.
+//!
+//! The same input gives the same bytes.
+
+mod arrays;
+mod correlation;
+mod document;
+mod figures;
+mod identifiability;
+mod parameters;
+mod provenance;
+#[cfg(test)]
+mod tests;
+mod verdict;
+
+use gravcal_calibration::Session;
+use gravcal_calibration::result::EstimatorResult;
+use maud::{Markup, html};
+
+use crate::json::JsonError;
+use crate::provenance::Provenance;
+pub(crate) use document::document;
+
+const SCRIPT: &str = concat!(include_str!("plot.js"), include_str!("page.js"));
+
+/// The page of a calibration.
+#[derive(Clone, Copy, Debug)]
+pub struct CalibrationPage<'a> {
+    /// What was calibrated; its readings are drawn.
+    pub session: &'a Session,
+    /// What the estimators answered.
+    pub results: &'a [EstimatorResult],
+    /// Where it comes from.
+    pub provenance: &'a Provenance,
+}
+
+impl CalibrationPage<'_> {
+    /// The page.
+    ///
+    /// # Errors
+    /// Where the figures' data are no JSON; none that is known of.
+    pub fn to_html(&self) -> Result<String, JsonError> {
+        let title = format!("Calibration of {}", self.session.robot.name);
+        let data = figures::data(self)?;
+        let body = html! {
+            h1 { (title) }
+            (verdict::section(self))
+            (parameters::section(self))
+            (identifiability::section(self))
+            (figures::section(self))
+            (notes(self))
+            (provenance::section(self.provenance))
+        };
+        Ok(document(&title, &body, Some((&data, SCRIPT))))
+    }
+
+    /// The estimator that decides: the joint one if it ran, else the first.
+    fn main(&self) -> Option<&EstimatorResult> {
+        self.results.iter().find(|result| result.name == "joint").or_else(|| self.results.first())
+    }
+
+    /// Those that are drawn, the one that decides first.
+    fn drawn(&self) -> Vec<&EstimatorResult> {
+        let main = self.main();
+        let others = self.results.iter().filter(|result| main.is_none_or(|main| main.name != result.name));
+        main.into_iter().chain(others).filter(|result| result.fit.is_some()).take(2).collect()
+    }
+}
+
+fn notes(page: &CalibrationPage<'_>) -> Markup {
+    html! {
+        @for result in page.results.iter().filter(|result| !result.notes.is_empty()) {
+            section { h2 { "Notes of " (result.name) } ul { @for note in &result.notes { li { (note) } } } }
+        }
+    }
+}
