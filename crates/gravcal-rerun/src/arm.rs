@@ -3,10 +3,9 @@
 use gravcal_calibration::parameter::Quantity;
 use gravcal_kinematics::Transform;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
-use rerun::{
-    Color, EntityPath, Points3D, RecordingStream, RecordingStreamError, Transform3D, ViewCoordinates,
-    components::RotationQuat, components::Translation3D, entity_path,
-};
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
+use re_sdk_types::archetypes::{Points3D, Transform3D, ViewCoordinates};
+use re_sdk_types::components::{Color, RotationQuat, Translation3D};
 
 use crate::loads;
 use crate::poses::PoseTimes;

@@ -1,8 +1,8 @@
 //! The layout that a recording brings: a first page that tells the story, and one for each question.
 
 use gravcal_calibration::sweeps::find_sweeps;
-use rerun::blueprint::components::PanelState;
-use rerun::blueprint::{
+use re_sdk::blueprint::components::PanelState;
+use re_sdk::blueprint::{
     BarChartView, Blueprint, BlueprintPanel, ContainerLike, Grid, Horizontal, SelectionPanel, Spatial2DView,
     Spatial3DView, StateTimelineView, Tabs, TextDocumentView, TimePanel, TimeSeriesView, Vertical,
 };
@@ -110,14 +110,14 @@ fn solver(calibration: &CalibrationRecording<'_>) -> Option<ContainerLike> {
     let views = solved.flat_map(|result| {
         let name = &result.name;
         let trace = TimeSeriesView::new(format!("{name}: cost, step, damping, log₁₀ (timeline: iteration)"))
-            .with_origin(rerun::entity_path!["trace", name]);
+            .with_origin(re_sdk::entity_path!["trace", name]);
         let mut quantities: Vec<&str> =
             result.parameters.iter().filter_map(|p| Some(p.name.rsplit_once('.')?.1)).collect();
         quantities.sort_unstable();
         quantities.dedup();
         let parameters = quantities.into_iter().map(move |quantity| {
             let view = TimeSeriesView::new(format!("{name}: {quantity} (timeline: iteration)"));
-            view.with_origin(rerun::entity_path!["parameters", name, quantity]).into()
+            view.with_origin(re_sdk::entity_path!["parameters", name, quantity]).into()
         });
         [trace.into()].into_iter().chain(parameters)
     });
@@ -128,7 +128,7 @@ fn solver(calibration: &CalibrationRecording<'_>) -> Option<ContainerLike> {
 /// Singular values and combinations of each estimator.
 fn identifiability(calibration: &CalibrationRecording<'_>) -> Option<ContainerLike> {
     let views = calibration.results.iter().flat_map(|result| {
-        let path = |what| rerun::entity_path!["identifiability", result.name, what];
+        let path = |what| re_sdk::entity_path!["identifiability", result.name, what];
         let bars = BarChartView::new(format!("{}: singular values, log₁₀", result.name));
         let text = TextDocumentView::new(format!("{}: combinations", result.name));
         [text.with_origin(path("combinations")).into(), bars.with_origin(path("singular_values")).into()]

@@ -2,7 +2,9 @@
 
 use gravcal_calibration::result::GravityResult;
 use nalgebra::{Unit, Vector3};
-use rerun::{Arrows3D, LineStrips3D, Radius, RecordingStream, RecordingStreamError, entity_path};
+use re_sdk::{RecordingStream, RecordingStreamError, entity_path};
+use re_sdk_types::archetypes::{Arrows3D, LineStrips3D};
+use re_sdk_types::components::Radius;
 
 use crate::arm::shape;
 use crate::recording::CalibrationRecording;

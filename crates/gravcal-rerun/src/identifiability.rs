@@ -3,7 +3,9 @@
 use std::fmt::Write;
 
 use gravcal_calibration::result::EstimatorResult;
-use rerun::{BarChart, RecordingStream, RecordingStreamError, TensorData, TextDocument, entity_path};
+use re_sdk::{RecordingStream, RecordingStreamError, entity_path};
+use re_sdk_types::archetypes::{BarChart, TextDocument};
+use re_sdk_types::datatypes::TensorData;
 
 use crate::recording::CalibrationRecording;
 use crate::style;

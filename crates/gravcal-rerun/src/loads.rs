@@ -1,7 +1,9 @@
 //! Known loads: where they are or were found to be, while they are attached.
 
 use gravcal_calibration::session::Load;
-use rerun::{Ellipsoids3D, FillMode, RecordingStream, RecordingStreamError};
+use re_sdk::{RecordingStream, RecordingStreamError};
+use re_sdk_types::archetypes::Ellipsoids3D;
+use re_sdk_types::components::FillMode;
 
 use crate::arm::path;
 use crate::plot::to_time;
@@ -52,7 +54,7 @@ pub fn log(
     let session = calibration.session;
     for (index, (load, placement)) in session.loads.iter().zip(placements).enumerate() {
         let Some(position) = placement else { continue };
-        let path = path(calibration, load.link).join(&rerun::entity_path!["load", load.name]);
+        let path = path(calibration, load.link).join(&re_sdk::entity_path!["load", load.name]);
         let radius = (3.0 * load.mass / (4.0 * std::f64::consts::PI * STEEL)).cbrt() as f32;
         let ball = Ellipsoids3D::from_centers_and_half_sizes([small(*position)], [[radius; 3]])
             .with_colors([style::colour(style::LOAD)])

@@ -1,7 +1,10 @@
 //! Series of numbers over a timeline.
 
-use rerun::time::TimelineName;
-use rerun::{Color, EntityPath, RecordingStream, RecordingStreamError, Scalars, SeriesLines, SeriesPoints, TimeColumn};
+use re_sdk::log::TimeColumn;
+use re_sdk::time::TimelineName;
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamError};
+use re_sdk_types::archetypes::{Scalars, SeriesLines, SeriesPoints};
+use re_sdk_types::components::Color;
 
 /// How a series is drawn.
 pub enum Mark {

@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 
 use gravcal_calibration::Session;
 use gravcal_calibration::session::Searched;
-use rerun::{EntityPath, RecordingStream, RecordingStreamError, StateChange, TimeColumn, entity_path};
+use re_sdk::log::TimeColumn;
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
+use re_sdk_types::archetypes::StateChange;
 
 use crate::plot::sequence;
 use crate::recording::CalibrationRecording;

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use re_log_encoding::DecoderApp;
-use rerun::external::arrow::array::ListArray;
-use rerun::log::{Chunk, LogMsg};
-use rerun::{Scalars, StoreKind};
+use re_sdk::StoreKind;
+use re_sdk::external::arrow::array::ListArray;
+use re_sdk::log::{Chunk, LogMsg};
+use re_sdk_types::archetypes::Scalars;
 
 /// The chunks of a recording.
 pub struct ReadBack {

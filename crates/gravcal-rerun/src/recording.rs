@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use gravcal_calibration::result::{EstimatorResult, Verdict};
 use gravcal_calibration::{EstimatorName, Session};
-use rerun::log::ChunkBatcherConfig;
-use rerun::{RecordingStream, RecordingStreamBuilder, SpawnOptions};
+use re_sdk::log::ChunkBatcherConfig;
+use re_sdk::{RecordingStream, RecordingStreamBuilder, SpawnOptions};
 use thiserror::Error;
 
 use crate::explanation::Explanation;
@@ -14,7 +14,7 @@ use crate::{arm, blueprint, gravity, identifiability, poses, residuals, series, 
 /// Under this name the viewer remembers what a user changed of the layout.
 const APPLICATION: &str = "gravcal";
 /// Where a viewer listens unless it is told otherwise.
-pub const VIEWER_URL: &str = rerun::DEFAULT_CONNECT_URL;
+pub const VIEWER_URL: &str = re_sdk::DEFAULT_CONNECT_URL;
 /// How long a viewer may take to receive everything.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -36,7 +36,7 @@ pub struct CalibrationRecording<'a> {
 pub enum RecordingError {
     /// Rerun refuses what it is given.
     #[error("Rerun cannot take the recording")]
-    Stream(#[from] rerun::RecordingStreamError),
+    Stream(#[from] re_sdk::RecordingStreamError),
     /// It cannot be put into bytes.
     #[error("Rerun cannot encode the recording")]
     Encode(#[source] Box<dyn std::error::Error + Send + Sync>),
@@ -136,7 +136,6 @@ impl CalibrationRecording<'_> {
 mod tests {
     use std::collections::BTreeSet;
 
-    use super::*;
     use crate::testing::Calibrated;
 
     /// Paths of the table in the crate's documentation, in their parts; `None` stands for any name.

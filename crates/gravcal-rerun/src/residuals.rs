@@ -1,6 +1,6 @@
 //! Residuals by channel, in the unit of the reading and in standard deviations.
 
-use rerun::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 
 use crate::explanation::Explained;
 use crate::plot::{Mark, series};

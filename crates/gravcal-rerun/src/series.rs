@@ -1,6 +1,6 @@
 //! Readings and what they were predicted to be, channel by channel.
 
-use rerun::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 
 use crate::explanation::Explained;
 use crate::plot::{Mark, series};

@@ -2,7 +2,9 @@
 
 use gravcal_kinematics::{Chain, JointKind, Transform};
 use nalgebra::{UnitQuaternion, Vector3};
-use rerun::{Capsules3D, Color, FillMode, Quaternion};
+use re_sdk_types::archetypes::Capsules3D;
+use re_sdk_types::components::{Color, FillMode};
+use re_sdk_types::datatypes::Quaternion;
 
 /// From one point to another, m.
 pub type Piece = [[f64; 3]; 2];

@@ -1,6 +1,6 @@
 //! Colours, the same for the same thing everywhere, and readable on light and dark.
 
-use rerun::Color;
+use re_sdk_types::components::Color;
 
 /// Before the calibration.
 pub const NOMINAL: [u8; 3] = [204, 121, 167];

@@ -7,7 +7,9 @@ use std::collections::BTreeMap;
 
 use gravcal_calibration::Session;
 use gravcal_calibration::sweeps::{Sweep, find_sweeps};
-use rerun::{LineStrips2D, Points2D, Radius, RecordingStream, RecordingStreamError};
+use re_sdk::{RecordingStream, RecordingStreamError};
+use re_sdk_types::archetypes::{LineStrips2D, Points2D};
+use re_sdk_types::components::Radius;
 
 use crate::arm::{coordinates, position_sensors};
 use crate::explanation::Explanation;
@@ -46,7 +48,7 @@ fn clear(stream: &RecordingStream, calibration: &CalibrationRecording<'_>) -> Re
     }
     stream.log("/sweeps/frame", &LineStrips2D::clear_fields())?;
     for explanation in calibration.explanations() {
-        stream.log(rerun::entity_path!["sweeps", explanation.name], &LineStrips2D::clear_fields())?;
+        stream.log(re_sdk::entity_path!["sweeps", explanation.name], &LineStrips2D::clear_fields())?;
     }
     Ok(())
 }
@@ -122,7 +124,7 @@ impl<'a> Picture<'a> {
             let line = |panel| self.line(panel, calibration.session, &explanation);
             let lines = LineStrips2D::new(self.panels.iter().map(line).collect::<Vec<_>>());
             let lines = lines.with_colors([style::of(explanation.name)]).with_radii([Radius::new_ui_points(1.2)]);
-            stream.log(rerun::entity_path!["sweeps", explanation.name], &lines)?;
+            stream.log(re_sdk::entity_path!["sweeps", explanation.name], &lines)?;
         }
         self.log_now(stream, calibration)
     }

@@ -1,7 +1,7 @@
 //! The solver's way over its iterations, and the parameters on it.
 
 use gravcal_calibration::result::{EstimatorResult, ParameterResult};
-use rerun::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
+use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 
 use crate::plot::{Mark, iterations, series};
 use crate::recording::CalibrationRecording;

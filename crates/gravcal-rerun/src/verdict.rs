@@ -3,7 +3,8 @@
 use std::collections::BTreeSet;
 
 use gravcal_calibration::result::{EstimatorResult, Fit, Undetermined, Verdict};
-use rerun::{RecordingStream, RecordingStreamError, TextDocument};
+use re_sdk::{RecordingStream, RecordingStreamError};
+use re_sdk_types::archetypes::TextDocument;
 
 use crate::recording::CalibrationRecording;
 
