@@ -43,7 +43,7 @@ fn a_recording_is_written_and_two_runs_say_the_same() {
     assert_eq!(a.len(), b.len());
     assert!(a.iter().zip(&b).all(|(a, b)| a == b));
     let rows = recorded[0].rows();
-    for path in ["/verdict", "/arm/link1", "/gravity/nominal", "/sweeps/sequential", "/residuals/in_std/joint/joint3"] {
+    for path in ["/verdict", "/arm/link1", "/gravity/joint", "/sweeps/sequential", "/residuals/in_std/joint/joint3"] {
         assert!(rows.contains_key(path), "{path} is not among {:?}", rows.keys());
     }
 }
@@ -75,8 +75,21 @@ fn a_viewer_that_is_not_there_costs_no_result() {
     // Nobody listens at a port below 1024 that is given to no service.
     let run = calibrate(folder.path(), &["--rerun-connect=rerun+http://127.0.0.1:4/proxy"]);
     assert_eq!(run.refusal(&["no Rerun viewer", "127.0.0.1:4", "results of the calibration are written"]), None);
-    assert_eq!(names_in(&folder.path().join("results")), ["calibration.json", "table.txt", "timing.json"]);
+    assert_eq!(
+        names_in(&folder.path().join("results")),
+        ["calibration.json", "report.html", "table.txt", "timing.json"]
+    );
 
     let run = calibrate(folder.path(), &["--rerun-connect=somewhere"]);
     assert_eq!(run.refusal(&["somewhere"]), None);
+}
+
+#[test]
+fn scripts_read_json_alone() {
+    let folder = TempDir::new().unwrap();
+    let session = tree::root().join("experiments/sarcos-shoulder/session.toml").display().to_string();
+    let [results, shown] = ["results", "a.rrd"].map(|name| folder.path().join(name).display().to_string());
+    let run = gravcal(["calibrate", &session, "--json", "--output", &results, "--rerun", &shown]);
+    assert!(run.code == 0 && serde_json::from_str::<serde_json::Value>(&run.stdout).is_ok(), "{run:?}");
+    assert!(!ReadBack::of(&fs::read(shown).unwrap()).rows().is_empty());
 }

@@ -10,7 +10,8 @@
 //! | `report.html` | people who decide | [`CalibrationPage`]: one file without any request to a network |
 //! | `timing.json` | people who wonder | [`Timing`], apart from the results, whose bytes are compared |
 //!
-//! and [`OutputFolder`] puts the four in place without overwriting other results. [`CheckTable`] and
+//! [`Advice`] is what the page says first, for whoever shows a result elsewhere;
+//! [`OutputFolder`] puts the four in place without overwriting other results. [`CheckTable`] and
 //! [`check_json`] tell what a session can determine, before any solve.
 //!
 //! **Conventions.** Files hold SI units and radians. Tables show angles' offsets in degrees, and say so.
@@ -18,6 +19,7 @@
 //! **What this crate does not do.** It prints nothing, reads no clock, and knows neither solvers nor how a session
 //! is written down.
 
+mod advice;
 mod calibration_file;
 mod check_table;
 pub mod comparison;
@@ -40,6 +42,7 @@ mod undetermined;
 #[cfg(test)]
 mod testing;
 
+pub use advice::{Advice, Level};
 pub use calibration_file::{CalibrationFile, FORMAT};
 pub use check_table::{CheckTable, check_json};
 pub use finite::NotFinite;

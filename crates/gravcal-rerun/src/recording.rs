@@ -192,10 +192,15 @@ mod tests {
         let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt();
         assert!((rms / fit.rms - 1.0).abs() < 1e-9, "{rms} {}", fit.rms);
 
-        let way = back.scalars("/parameters/joint/torque_gain/joint1/value");
-        let gain = joint.parameter("joint1.torque_gain").unwrap();
-        assert_eq!(way.last().copied(), gain.value);
-        assert_eq!(back.scalars("/parameters/joint/torque_gain/joint1/low")[0], gain.ci95.unwrap()[0]);
+        for parameter in joint.parameters.iter().filter(|parameter| parameter.held.is_none()) {
+            let (owner, quantity) = parameter.name.rsplit_once('.').unwrap();
+            let series = |what: &str| back.scalars(&format!("/parameters/joint/{quantity}/{owner}/{what}"));
+            let way = series("value");
+            assert!(parameter.value.is_none_or(|value| way.last() == Some(&value)), "{} {way:?}", parameter.name);
+            assert!(way.first() != way.last(), "{} {way:?}", parameter.name);
+            let ends = parameter.ci95.map(|ends| ends.map(Some));
+            assert_eq!(ends.unwrap_or_default(), ["low", "high"].map(|what| series(what).first().copied()));
+        }
 
         // What nominal sensors explain is far off, and what is found is not.
         let off = |name: &str| {
@@ -214,5 +219,18 @@ mod tests {
         for (a, b) in a.iter().zip(&b) {
             assert!(a == b, "{} {}", a.path, b.path);
         }
+    }
+
+    #[test]
+    fn a_failed_estimate_shows_its_residuals_and_no_values() {
+        let session = Calibrated::experiment("sarcos-shoulder").session;
+        let mut reversed = session.clone();
+        for pose in &mut reversed.poses {
+            pose.torque[1].iter_mut().for_each(|reading| reading.value = 4096.0 - reading.value);
+        }
+        let calibrated = Calibrated::of(reversed);
+        let rows = calibrated.read_back().rows();
+        assert_eq!(rows["/residuals/in_std/joint/joint2"]["pose"], session.poses.len());
+        assert!(!rows.keys().any(|path| path.starts_with("/parameters/joint") || path == "/gravity/joint"), "{rows:?}");
     }
 }
