@@ -34,15 +34,30 @@ pub fn log(
         let housing = shape.housing(chain, link, style::numbered(link)).with_show_labels(false);
         stream.log_static(path.join(&"axis".into()), &housing)?;
     }
-    log_extent(stream, &shape)?;
-    log_poses(stream, calibration, poses)?;
+    let frames = frames(calibration);
+    log_extent(stream, &frames)?;
+    log_poses(stream, calibration, &frames, poses)?;
     loads::log(stream, calibration, &placements)
 }
 
-/// Corners of the space about the arm, not to be seen: the viewer looks from where they fit into the picture.
-fn log_extent(stream: &RecordingStream, shape: &Shape) -> Result<(), RecordingStreamError> {
-    let reach = shape.size as f32;
-    let corners = Points3D::new([[-0.3, -0.3, -0.15], [0.3, 0.3, 0.55]].map(|corner| corner.map(|part| part * reach)));
+/// Frames of all links, pose by pose.
+fn frames(calibration: &CalibrationRecording<'_>) -> Vec<Vec<Transform>> {
+    let session = calibration.session;
+    let sensors = position_sensors(calibration);
+    let poses = 0..session.poses.len();
+    poses.map(|pose| session.robot.chain.forward(&coordinates(calibration, &sensors, pose))).collect()
+}
+
+/// Corners of the space where links are in any pose, not to be seen: the viewer looks from where they fit into the picture.
+fn log_extent(stream: &RecordingStream, frames: &[Vec<Transform>]) -> Result<(), RecordingStreamError> {
+    let mut corners = [[0.0_f64; 3]; 2];
+    for position in frames.iter().flatten().map(Transform::translation) {
+        for axis in 0..3 {
+            corners[0][axis] = corners[0][axis].min(position[axis]);
+            corners[1][axis] = corners[1][axis].max(position[axis]);
+        }
+    }
+    let corners = Points3D::new(corners.map(small));
     let corners = corners.with_radii([0.0]).with_colors([Color::from_unmultiplied_rgba(0, 0, 0, 0)]);
     stream.log_static("/arm/extent", &corners)
 }
@@ -63,21 +78,17 @@ pub fn shape(calibration: &CalibrationRecording<'_>) -> Shape {
 fn log_poses(
     stream: &RecordingStream,
     calibration: &CalibrationRecording<'_>,
+    frames: &[Vec<Transform>],
     poses: &PoseTimes,
 ) -> Result<(), RecordingStreamError> {
-    let session = calibration.session;
-    let numbers = 0..session.poses.len();
-    let sensors = position_sensors(calibration);
-    let frames: Vec<Vec<Transform>> =
-        numbers.clone().map(|pose| session.robot.chain.forward(&coordinates(calibration, &sensors, pose))).collect();
-    for link in 0..session.robot.chain.link_count() {
+    for link in 0..calibration.session.robot.chain.link_count() {
         let own = || frames.iter().map(|links| &links[link]);
         let moved = Transform3D::update_fields()
             .with_many_translation(own().map(|frame| Translation3D::from(small(frame.translation()))))
             .with_many_quaternion(own().map(|frame| RotationQuat::from(quaternion(rotation(frame)))));
         stream.send_columns(
             path(calibration, link),
-            poses.columns(numbers.clone()),
+            poses.columns(0..frames.len()),
             moved.columns_of_unit_batches()?,
         )?;
     }
