@@ -1,9 +1,12 @@
 //! A calibration on its way into Rerun: into the bytes of a file, or to a viewer.
 
+use std::io;
+use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
 use gravcal_calibration::result::{EstimatorResult, Verdict};
 use gravcal_calibration::{EstimatorName, Session};
+use re_sdk::external::re_uri::ProxyUri;
 use re_sdk::log::ChunkBatcherConfig;
 use re_sdk::{RecordingStream, RecordingStreamBuilder, SpawnOptions};
 use thiserror::Error;
@@ -15,6 +18,8 @@ use crate::{arm, blueprint, gravity, identifiability, poses, residuals, series, 
 const APPLICATION: &str = "gravcal";
 /// Where a viewer listens unless it is told otherwise.
 pub const VIEWER_URL: &str = re_sdk::DEFAULT_CONNECT_URL;
+/// How long a viewer may take to answer.
+const PATIENCE_TO_CONNECT: Duration = Duration::from_secs(5);
 /// How long a viewer may take to receive everything.
 const PATIENCE: Duration = Duration::from_secs(60);
 
@@ -67,7 +72,8 @@ impl CalibrationRecording<'_> {
     /// # Errors
     /// Where `url` is none, or no viewer is there.
     pub fn connect(&self, url: &str) -> Result<(), RecordingError> {
-        self.send(&self.builder().connect_grpc_opts(url)?, url)
+        reach(url).map_err(|cause| RecordingError::Unreachable { url: url.to_owned(), cause })?;
+        self.send(self.builder().connect_grpc_opts(url)?, url)
     }
 
     /// Opens a viewer (the program `rerun` of the search path) and sends everything to it.
@@ -76,13 +82,16 @@ impl CalibrationRecording<'_> {
     /// Where there is no such program, or it does not receive anything.
     pub fn spawn(&self) -> Result<(), RecordingError> {
         let options = SpawnOptions { wait_for_bind: true, ..SpawnOptions::default() };
-        self.send(&self.builder().spawn_opts(&options)?, &options.connect_addr().to_string())
+        self.send(self.builder().spawn_opts(&options)?, &options.connect_addr().to_string())
     }
 
-    fn send(&self, stream: &RecordingStream, url: &str) -> Result<(), RecordingError> {
-        self.log(stream)?;
-        let unreachable = |error| RecordingError::Unreachable { url: url.to_owned(), cause: Box::new(error) };
-        stream.flush_with_timeout(PATIENCE).map_err(unreachable)
+    fn send(&self, stream: RecordingStream, url: &str) -> Result<(), RecordingError> {
+        self.log(&stream)?;
+        stream.flush_with_timeout(PATIENCE).map_err(|error| {
+            // What could not be sent would be waited for without end.
+            std::mem::forget(stream);
+            RecordingError::Unreachable { url: url.to_owned(), cause: Box::new(error) }
+        })
     }
 
     /// Whatever the environment says of Rerun: who asked for a recording gets it, and nothing is cut by a clock.
@@ -132,6 +141,19 @@ impl CalibrationRecording<'_> {
     }
 }
 
+/// Whether anybody listens at an address: Rerun's client waits without end where nobody does and there is much to send.
+fn reach(url: &str) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
+    let origin = url.parse::<ProxyUri>()?.origin;
+    let mut failure = io::Error::from(io::ErrorKind::AddrNotAvailable);
+    for address in format!("{}:{}", origin.host, origin.port).to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, PATIENCE_TO_CONNECT) {
+            Ok(_) => return Ok(()),
+            Err(error) => failure = error,
+        }
+    }
+    Err(failure.into())
+}
+
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeSet;
@@ -155,7 +177,7 @@ mod tests {
 
     #[test]
     fn entities_and_their_counts_are_as_documented() {
-        let calibrated = Calibrated::experiment("sarcos-shoulder");
+        let calibrated = Calibrated::sarcos_shoulder();
         let rows = calibrated.read_back().rows();
         let documented = documented();
         for path in rows.keys().filter(|path| *path != "/") {
@@ -164,7 +186,7 @@ mod tests {
         let absent = |pattern: &&Vec<Option<&str>>| !rows.keys().any(|path| is_like(path, pattern));
         let absent: BTreeSet<_> = documented.iter().filter(absent).map(|pattern| pattern[0]).collect();
         // Its tables are no recordings in motion.
-        assert_eq!(absent, BTreeSet::from([Some("slow_sweeps"), Some("standstills"), Some("arm")]));
+        assert_eq!(absent, BTreeSet::from([Some("slow_sweeps"), Some("standstills")]));
 
         let count = |path: &str, timeline: &str| rows[path].get(timeline).copied();
         for path in
@@ -184,7 +206,7 @@ mod tests {
 
     #[test]
     fn numbers_come_back() {
-        let calibrated = Calibrated::experiment("sarcos-shoulder");
+        let calibrated = Calibrated::sarcos_shoulder();
         let back = calibrated.read_back();
         let joint = &calibrated.results[1];
         let residuals = back.scalars("/residuals/in_unit/joint/joint2");
@@ -213,7 +235,7 @@ mod tests {
 
     #[test]
     fn one_calibration_gives_one_recording() {
-        let calibrated = Calibrated::experiment("sarcos-shoulder");
+        let calibrated = Calibrated::sarcos_shoulder();
         let (a, b) = (calibrated.read_back().contents(), calibrated.read_back().contents());
         assert_eq!(a.len(), b.len());
         for (a, b) in a.iter().zip(&b) {
@@ -223,7 +245,7 @@ mod tests {
 
     #[test]
     fn a_failed_estimate_shows_its_residuals_and_no_values() {
-        let session = Calibrated::experiment("sarcos-shoulder").session;
+        let session = &Calibrated::sarcos_shoulder().session;
         let mut reversed = session.clone();
         for pose in &mut reversed.poses {
             pose.torque[1].iter_mut().for_each(|reading| reading.value = 4096.0 - reading.value);

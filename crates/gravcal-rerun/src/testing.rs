@@ -1,6 +1,7 @@
 //! Calibrations to record.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use gravcal_calibration::result::EstimatorResult;
 use gravcal_calibration::{EstimatorName, Session, Workbench, calibrate};
@@ -10,16 +11,20 @@ use crate::read_back::ReadBack;
 use crate::recording::CalibrationRecording;
 
 /// A session with its results.
+#[derive(Clone)]
 pub struct Calibrated {
     pub session: Session,
     pub results: Vec<EstimatorResult>,
 }
 
 impl Calibrated {
-    /// Calibrates an experiment with the default estimators.
-    pub fn experiment(name: &str) -> Calibrated {
-        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        Calibrated::of(Session::read(&root.join("experiments").join(name).join("session.toml")).unwrap())
+    /// The Sarcos shoulder, calibrated once, with the default estimators.
+    pub fn sarcos_shoulder() -> &'static Calibrated {
+        static CALIBRATED: LazyLock<Calibrated> = LazyLock::new(|| {
+            let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+            Calibrated::of(Session::read(&root.join("experiments/sarcos-shoulder/session.toml")).unwrap())
+        });
+        &CALIBRATED
     }
 
     pub fn of(session: Session) -> Calibrated {

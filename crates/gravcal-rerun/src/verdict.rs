@@ -41,7 +41,7 @@ mod tests {
 
     #[test]
     fn what_to_do_stands_before_the_table() {
-        let mut calibrated = Calibrated::experiment("sarcos-shoulder");
+        let mut calibrated = Calibrated::sarcos_shoulder().clone();
         let told = text(&calibrated.recording());
         assert!(told.starts_with("# Determined: these numbers can be used\n"), "{told}");
         assert!(told.find("gravcal export").unwrap() < told.find("the table").unwrap(), "{told}");
