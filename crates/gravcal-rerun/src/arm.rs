@@ -13,6 +13,10 @@ use crate::recording::CalibrationRecording;
 use crate::shape::{Shape, quaternion, small};
 use crate::style;
 
+/// Corners of the space about the arm, as shares of its reach, and about what is drawn at its base, as shares of its size.
+const ABOUT_ARM: [[f64; 3]; 2] = [[-0.3, -0.3, -0.15], [0.3, 0.3, 0.55]];
+const ABOUT_BASE: [[f64; 3]; 2] = [[-0.15, -0.15, -0.15], [0.15, 0.15, 0.1]];
+
 /// Logs the links' shapes, their poses, and the loads.
 pub fn log(
     stream: &RecordingStream,
@@ -35,7 +39,7 @@ pub fn log(
         stream.log_static(path.join(&"axis".into()), &housing)?;
     }
     let frames = frames(calibration);
-    log_extent(stream, &frames)?;
+    log_extent(stream, &shape)?;
     log_poses(stream, calibration, &frames, poses)?;
     loads::log(stream, calibration, &placements)
 }
@@ -48,18 +52,12 @@ fn frames(calibration: &CalibrationRecording<'_>) -> Vec<Vec<Transform>> {
     poses.map(|pose| session.robot.chain.forward(&coordinates(calibration, &sensors, pose))).collect()
 }
 
-/// Corners of the space where links are in any pose, not to be seen: the viewer looks from where they fit into the picture.
-fn log_extent(stream: &RecordingStream, frames: &[Vec<Transform>]) -> Result<(), RecordingStreamError> {
-    let mut corners = [[0.0_f64; 3]; 2];
-    for position in frames.iter().flatten().map(Transform::translation) {
-        for axis in 0..3 {
-            corners[0][axis] = corners[0][axis].min(position[axis]);
-            corners[1][axis] = corners[1][axis].max(position[axis]);
-        }
-    }
-    let corners = Points3D::new(corners.map(small));
-    let corners = corners.with_radii([0.0]).with_colors([Color::from_unmultiplied_rgba(0, 0, 0, 0)]);
-    stream.log_static("/arm/extent", &corners)
+/// Corners of the space about the arm, not to be seen: the viewer looks from where they fit into the picture.
+fn log_extent(stream: &RecordingStream, shape: &Shape) -> Result<(), RecordingStreamError> {
+    let scaled = |corners: [[f64; 3]; 2], by: f64| corners.map(|corner| small(corner.map(|part| part * by)));
+    let corners = [scaled(ABOUT_ARM, shape.reach), scaled(ABOUT_BASE, shape.size)].concat();
+    let corners = Points3D::new(corners).with_radii([0.0]);
+    stream.log_static("/arm/extent", &corners.with_colors([Color::from_unmultiplied_rgba(0, 0, 0, 0)]))
 }
 
 /// Where a link is logged.

@@ -19,7 +19,7 @@
 //! | `/arm/L/body`, `/arm/L/axis` | the link's capsules; the axis of the joint that moves it | m | static |
 //! | `/arm/L/load/NAME` | a known load where it is or was found to be, if anything knows it | m | `pose`, while attached |
 //! | `/arm/B/body` | from the base to the first joints | m | static |
-//! | `/arm/extent` | corners of the space where links are in any pose, not seen | m | static |
+//! | `/arm/extent` | corners of the space about the arm, not seen | m | static |
 //! | `/gravity/nominal`, `/gravity/E` | direction of gravity in base coordinates, drawn to the arm's size | – | static |
 //! | `/gravity/E/cone95` | cone that holds the true direction with 95 % probability, true to scale | – | static |
 //! | `/readings/C/measured` | readings | of the reading | `pose`, `time` |

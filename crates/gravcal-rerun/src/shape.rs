@@ -23,7 +23,9 @@ pub struct Shape {
     pub base: Vec<Piece>,
     /// Of each link.
     pub links: Vec<Vec<Piece>>,
-    /// Sum of all lengths along the longest way, m: what is drawn has a size in proportion to it.
+    /// Sum of the links' lengths, m.
+    pub reach: f64,
+    /// The same with what is attached: what is drawn has a size in proportion to it.
     pub size: f64,
 }
 
@@ -42,8 +44,9 @@ impl Shape {
         let base: Vec<Piece> = on(None).map(|end| [[0.0; 3], end]).filter(|piece| length(piece) > 0.0).collect();
         let links: Vec<Vec<Piece>> = (0..chain.link_count()).map(pieces).collect();
         let longest = |pieces: &Vec<Piece>| pieces.iter().map(length).sum::<f64>();
-        let reach = longest(&base) + links.iter().map(longest).sum::<f64>() + further.fold(0.0, f64::max);
-        Shape { base, links, size: if reach > 0.0 { reach } else { SOME_SIZE } }
+        let reach = longest(&base) + links.iter().map(longest).sum::<f64>();
+        let size = reach + further.fold(0.0, f64::max);
+        Shape { base, links, reach, size: if size > 0.0 { size } else { SOME_SIZE } }
     }
 
     /// Pieces as solid capsules.
