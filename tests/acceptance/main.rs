@@ -22,6 +22,8 @@ mod real_arm_in_motion;
 mod recordings;
 mod report_page;
 mod reproducible;
+#[cfg(feature = "rerun")]
+mod rerun;
 mod sensor_models;
 mod seven_joints;
 mod small_session;

@@ -10,7 +10,7 @@ use crate::joint::{
     EstimateError, Readings, Signals, Unknowns, estimate, estimate_briefly, pose_at_nominal, pose_by_pose, select,
     step_by_step, why_not_by_groups,
 };
-use crate::result::{Brief, CovarianceResult, EstimatorResult, ParameterResult, Verdict};
+use crate::result::{Brief, CovarianceResult, Detail, EstimatorResult, ParameterResult, Verdict};
 use crate::sequential::{Plan, SequentialValues, run_steps, tell_steps, tell_steps_briefly};
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -249,5 +249,6 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         outliers: Vec::new(),
         fit: None,
         notes: Vec::new(),
+        detail: Detail::default(),
     }
 }

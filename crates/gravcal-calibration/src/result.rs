@@ -2,6 +2,7 @@
 //!
 //! The types serialize as they stand in `calibration.json`; what is undetermined has no value, never a number.
 
+mod detail;
 mod positions;
 mod residuals;
 
@@ -10,6 +11,7 @@ use std::fmt;
 use gravcal_estimation::IterationRecord;
 use serde::Serialize;
 
+pub use detail::Detail;
 pub use positions::{DeflectionResult, PositionErrorResult};
 pub use residuals::ReadingResidual;
 
@@ -61,6 +63,9 @@ pub struct EstimatorResult {
     pub fit: Option<Fit>,
     /// Remarks a person should read.
     pub notes: Vec<String>,
+    /// What pictures need besides; no part of any file.
+    #[serde(skip)]
+    pub detail: Detail,
 }
 
 impl EstimatorResult {

@@ -6,10 +6,14 @@ use clap::Args;
 use gravcal_calibration::result::EstimatorResult;
 use gravcal_calibration::{EstimatorName, Session, Workbench};
 use gravcal_estimation::IterationRecord;
+#[cfg(feature = "rerun")]
+use gravcal_recording::Digest;
 use gravcal_report::{
     CalibrationFile, CalibrationPage, CalibrationTable, Contents, Input, Options, OutputError, OutputFolder,
     Provenance, Written,
 };
+#[cfg(feature = "rerun")]
+use gravcal_rerun::CalibrationRecording;
 use gravcal_solvers::SolverName;
 
 use crate::exit::Exit;
@@ -17,6 +21,8 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::names::{Choice, estimator_parser, solver_parser};
 use crate::progress::Progress;
+#[cfg(feature = "rerun")]
+use crate::rerun::RerunArguments;
 use crate::stopwatch::{Phase, Stopwatch};
 use crate::terminal;
 
@@ -64,6 +70,10 @@ pub struct Arguments {
     /// Number of threads; results do not depend on it [default: one for each processor]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
+
+    #[cfg(feature = "rerun")]
+    #[command(flatten)]
+    rerun: RerunArguments,
 }
 
 const EXAMPLES: &str = "\
@@ -89,6 +99,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let choice = Choice::new(&arguments.estimators, arguments.solver, &session, path)?;
     let folder = output_folder(arguments);
     folder.check().map_err(|error| refused(&error))?;
+    #[cfg(feature = "rerun")]
+    arguments.rerun.check(arguments.overwrite)?;
     let provenance = provenance(&session, path, &choice)?;
 
     let results = calibrate(&session, &choice, &watch, progress(arguments))?;
@@ -101,15 +113,17 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
         .as_ref()
         .map_err(Clone::clone)
         .and_then(|calibration| write(&folder, calibration, &page, &table, &watch));
-    if arguments.json {
-        written?;
-        terminal::print_exactly(&calibration?)?;
-        return Ok(Exit::of_calibration(&results));
-    }
-    if !arguments.quiet {
+    if !arguments.quiet && !arguments.json {
         terminal::print(&format!("{table}\n"))?;
     }
-    terminal::print(&format!("{}\n", where_to(&folder, written?)))?;
+    let (calibration, written) = (calibration?, written?);
+    if arguments.json {
+        terminal::print_exactly(&calibration)?;
+    } else {
+        terminal::print(&format!("{}\n", where_to(&folder, written)))?;
+    }
+    #[cfg(feature = "rerun")]
+    show(arguments, &session, &results, (&calibration, &table))?;
     Ok(Exit::of_calibration(&results))
 }
 
@@ -169,6 +183,19 @@ fn write(
     let page = page.to_html().map_err(|error| Failure::no_convergence(&error))?;
     let contents = Contents { calibration, table, page: &page, timing: &timing };
     folder.write(&contents).map_err(|error| refused(&error))
+}
+
+/// What decides the results decides the recording's name.
+#[cfg(feature = "rerun")]
+fn show(
+    arguments: &Arguments,
+    session: &Session,
+    results: &[EstimatorResult],
+    (calibration, table): (&str, &str),
+) -> Result<(), Failure> {
+    let id = &Digest::of_bytes(calibration.as_bytes()).sha256;
+    let told = arguments.rerun.show(&CalibrationRecording { id, session, results, table }, arguments.overwrite)?;
+    if arguments.json { Ok(()) } else { terminal::print(&told) }
 }
 
 fn refused(error: &OutputError) -> Failure {

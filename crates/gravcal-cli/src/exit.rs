@@ -52,7 +52,7 @@ impl From<Exit> for ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use gravcal_calibration::result::CovarianceResult;
+    use gravcal_calibration::result::{CovarianceResult, Detail};
 
     fn result(name: &str, verdict: Verdict) -> EstimatorResult {
         EstimatorResult {
@@ -77,6 +77,7 @@ mod tests {
             outliers: Vec::new(),
             fit: None,
             notes: Vec::new(),
+            detail: Detail::default(),
         }
     }
 

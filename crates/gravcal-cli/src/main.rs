@@ -13,6 +13,8 @@ mod inspect;
 mod interrupt;
 mod names;
 mod progress;
+#[cfg(feature = "rerun")]
+mod rerun;
 mod simulate;
 mod stopwatch;
 mod study;

@@ -106,6 +106,11 @@ impl Spectrum {
         self.rank + self.local.count()
     }
 
+    /// Singular values of the column-scaled Jacobian, local columns eliminated, largest first.
+    pub fn singular_values(&self) -> &[f64] {
+        &self.singular_values
+    }
+
     /// Condition of the scaled Jacobian among the directions that the data determine, local columns eliminated: largest over
     /// smallest singular value; infinite where they determine none.
     pub fn condition(&self) -> f64 {

@@ -26,6 +26,11 @@ pub struct DigestError {
 }
 
 impl Digest {
+    /// Of bytes that are at hand.
+    pub fn of_bytes(bytes: &[u8]) -> Digest {
+        Digest { sha256: hexadecimal(&Sha256::digest(bytes)), bytes: bytes.len() as u64 }
+    }
+
     /// Reads a file, or every file of a folder in the order of their names.
     ///
     /// # Errors
@@ -36,9 +41,12 @@ impl Digest {
         for file in files {
             bytes += hash_file(&file, &mut hash).map_err(|cause| DigestError { path: file.clone(), cause })?;
         }
-        let sha256 = hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
-        Ok(Digest { sha256, bytes })
+        Ok(Digest { sha256: hexadecimal(&hash.finalize()), bytes })
     }
+}
+
+fn hexadecimal(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
 fn files_of(path: &Path) -> io::Result<Vec<PathBuf>> {

@@ -215,7 +215,7 @@ fn far_gain(joint: &str, name: &str, ratio: f64) -> Concern {
 fn counted_less(result: &EstimatorResult) -> String {
     match (&result.loss, result.outliers.len()) {
         (Some(loss), count) if count > 0 => {
-            format!(" The {} loss counted {count} readings less than half; they are named below.", loss.kind)
+            format!(" The {} loss counted {count} readings less than half; report.html names them.", loss.kind)
         }
         _ => String::new(),
     }

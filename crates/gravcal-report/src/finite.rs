@@ -55,6 +55,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         outliers,
         fit,
         notes: _,
+        detail: _,
     } = result;
     let inside = gravity.iter().flat_map(of_gravity);
     let inside = inside.chain(parameters.iter().flat_map(of_parameter));

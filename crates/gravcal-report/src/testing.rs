@@ -2,7 +2,7 @@
 
 use gravcal_calibration::parameter::Quantity;
 use gravcal_calibration::result::{
-    CovarianceResult, EstimatorResult, Fit, GravityResult, HeldOut, JointFit, NoiseSource, ParameterResult,
+    CovarianceResult, Detail, EstimatorResult, Fit, GravityResult, HeldOut, JointFit, NoiseSource, ParameterResult,
     UncertaintyResult, Verdict,
 };
 
@@ -36,6 +36,7 @@ pub fn result(name: &str) -> EstimatorResult {
         outliers: Vec::new(),
         fit: None,
         notes: Vec::new(),
+        detail: Detail::default(),
     }
 }
 

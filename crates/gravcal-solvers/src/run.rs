@@ -81,6 +81,8 @@ pub(crate) struct Run<'p, M> {
     pub memory: M,
     /// The way so far, the start first.
     pub records: Vec<IterationRecord>,
+    /// Where it came by, as far as it was not before a checkpoint.
+    pub way: Vec<Values>,
     /// Where a checkpoint left it: values and scaling, to be linearized.
     pub restored: Option<(Values, Vec<f64>)>,
     /// Where it is; nowhere before the start.
@@ -94,6 +96,7 @@ impl<M: Default> Default for Run<'_, M> {
         Run {
             memory: M::default(),
             records: Vec::new(),
+            way: Vec::new(),
             restored: None,
             point: None,
             termination: Termination::NoProgress,
@@ -111,6 +114,7 @@ impl<'p, M> Run<'p, M> {
             values: point.values,
             termination: self.termination,
             iterations: self.records,
+            way: self.way,
         })
     }
 
@@ -123,6 +127,7 @@ impl<'p, M> Run<'p, M> {
             step,
             damping,
         };
+        self.way.push(point.values.clone());
         self.point = Some(point);
         lent.context.borrow_mut().tell(&record);
         self.records.push(record);

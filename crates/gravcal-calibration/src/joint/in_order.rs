@@ -165,6 +165,7 @@ impl Updated {
             values: self.values,
             termination: self.termination,
             iterations: self.iterations,
+            way: Vec::new(),
             active: Vec::new(),
             without_effect: Vec::new(),
         })

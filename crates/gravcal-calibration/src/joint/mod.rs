@@ -156,6 +156,7 @@ fn withdraw(result: &mut EstimatorResult) {
     result.deflections.clear();
     result.position_errors.clear();
     result.sensor_models.clear();
+    result.detail.way.clear();
     result.uncertainty = None;
     for parameter in result.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
         parameter.determined = false;

@@ -178,6 +178,7 @@ impl Solved {
             cost: posed.problem.cost(&posed.initial)?,
             termination: Termination::AsGiven,
             iterations: Vec::new(),
+            way: Vec::new(),
             active: Vec::new(),
             without_effect: Vec::new(),
         };

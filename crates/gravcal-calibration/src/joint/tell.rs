@@ -1,5 +1,6 @@
 //! A solved problem in words and numbers.
 
+use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
 use gravcal_kinematics::JointKind;
 
@@ -13,7 +14,8 @@ use crate::judgement::{
 };
 use crate::parameter::Quantity;
 use crate::result::{
-    Brief, CovarianceResult, EstimatorResult, Fit, Iteration, ParameterResult, UncertaintyResult, Undetermined, Verdict,
+    Brief, CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, UncertaintyResult, Undetermined,
+    Verdict,
 };
 use crate::session::{EarlierCalibration, LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
@@ -78,6 +80,7 @@ pub(super) fn tell(
         outliers,
         fit: Some(fit),
         notes,
+        detail: Detail { singular_values: solved.spectrum.singular_values().to_vec(), way: tell_way(session, solved) },
     })
 }
 
@@ -139,6 +142,12 @@ fn tell_trace(solved: &Solved) -> Vec<Iteration> {
         Order::Together => solved.estimate.iterations.iter().map(Iteration::from).collect(),
         Order::StepByStep(_) | Order::PoseByPose { .. } => Vec::new(),
     }
+}
+
+/// The sensors' parameters after each iteration of the trace.
+fn tell_way(session: &Session, solved: &Solved) -> Vec<Vec<f64>> {
+    let blocks: Vec<BlockId> = session.parameters().into_iter().map(|id| solved.posed.layout.block(id)).collect();
+    solved.estimate.way.iter().map(|values| blocks.iter().map(|block| values.scalar(*block)).collect()).collect()
 }
 
 fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {

@@ -20,7 +20,8 @@ use crate::joint::{self, EstimateError, Readings, Signals, Unknowns, solve_posed
 use crate::judgement::{determined_moments, gravity_result};
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::{
-    Brief, CovarianceResult, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined, Verdict,
+    Brief, CovarianceResult, Detail, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined,
+    Verdict,
 };
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -265,6 +266,7 @@ pub fn tell_steps(
         outliers: Vec::new(),
         fit: None,
         notes: tell_notes(session, known),
+        detail: Detail::default(),
         parameters,
     };
     if let Some(start) = known.as_start(session) {
@@ -285,6 +287,7 @@ pub fn tell_steps(
             solved.covariance(),
         );
         result.moments = moments.into_iter().map(|moment| moment.told).collect();
+        result.detail.singular_values = solved.spectrum.singular_values().to_vec();
         result.fit = Some(joint::fit_with_held_out(session, &solved, workbench)?);
     }
     Ok(result)
