@@ -107,7 +107,7 @@ mod tests {
         let mut nothing = Comparison { sensors: comparison.sensors[1..].to_vec(), ..comparison };
         let text = report(&nothing, &files, &[]).to_string();
         assert!(text.starts_with("Nothing that can be compared moved; not seen: joint1.position_offset\n"), "{text}");
-        assert!(text.contains("for 1 test (Holm)"), "{text}");
+        assert!(text.contains("  1 test (Holm);"), "{text}");
         nothing.sensors[0].left_out.clear();
         let text = report(&nothing, &files, &[]).to_string();
         assert!(text.starts_with("Nothing moved, as far as these calibrations tell\n"), "{text}");
