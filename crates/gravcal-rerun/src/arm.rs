@@ -14,7 +14,7 @@ use crate::shape::{Shape, quaternion, small};
 use crate::style;
 
 /// Corners of the space about the arm, as shares of its reach, and about what is drawn at its base, as shares of its size.
-const ABOUT_ARM: [[f64; 3]; 2] = [[-0.3, -0.3, -0.15], [0.3, 0.3, 0.8]];
+const ABOUT_ARM: [[f64; 3]; 2] = [[-0.4, -0.4, -0.15], [0.4, 0.4, 0.9]];
 const ABOUT_BASE: [[f64; 3]; 2] = [[-0.2, -0.2, -0.2], [0.2, 0.2, 0.1]];
 
 /// Logs the links' shapes, their poses, and the loads.
