@@ -14,8 +14,8 @@ use crate::shape::{Shape, quaternion, small};
 use crate::style;
 
 /// Corners of the space about the arm, as shares of its reach, and about what is drawn at its base, as shares of its size.
-const ABOUT_ARM: [[f64; 3]; 2] = [[-0.3, -0.3, -0.15], [0.3, 0.3, 0.55]];
-const ABOUT_BASE: [[f64; 3]; 2] = [[-0.15, -0.15, -0.15], [0.15, 0.15, 0.1]];
+const ABOUT_ARM: [[f64; 3]; 2] = [[-0.4, -0.4, -0.15], [0.4, 0.4, 0.9]];
+const ABOUT_BASE: [[f64; 3]; 2] = [[-0.2, -0.2, -0.2], [0.2, 0.2, 0.1]];
 
 /// Logs the links' shapes, their poses, and the loads.
 pub fn log(
