@@ -162,11 +162,10 @@ impl Calibrated {
 
 #[test]
 fn parameters_for_ros_2_reproduce_the_residuals_both_ways() {
-    use yaml_rust2::YamlLoader;
     let calibrated = Calibrated::new(|_| ());
-    let document = YamlLoader::load_from_str(&calibrated.text("ros2")).unwrap().remove(0);
-    let parameters = document["/**"]["ros__parameters"]["gravcal"].clone();
-    let names: Vec<&str> = parameters["joints"].as_vec().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
+    let document: serde_json::Value = serde_saphyr::from_str(&calibrated.text("ros2")).unwrap();
+    let parameters = &document["/**"]["ros__parameters"]["gravcal"];
+    let names: Vec<&str> = parameters["joints"].as_array().unwrap().iter().map(|name| name.as_str().unwrap()).collect();
     assert_eq!(names, ["joint1", "joint2", "joint3"]);
     let number = |joint: usize, what: &str, which: &str| parameters[names[joint]][what][which].as_f64().unwrap();
     let inverse =
@@ -177,7 +176,8 @@ fn parameters_for_ros_2_reproduce_the_residuals_both_ways() {
         let truth = inverse(joint, what, 123.0);
         assert!((number(joint, what, "gain") * truth + number(joint, what, "bias") - 123.0).abs() < TOLERANCE);
     }
-    let gravity = parameters["gravity_m_per_s2"].as_vec().unwrap().iter().map(|component| component.as_f64().unwrap());
+    let gravity =
+        parameters["gravity_m_per_s2"].as_array().unwrap().iter().map(|component| component.as_f64().unwrap());
     assert_eq!(gravity.collect::<Vec<_>>(), calibrated.estimate.gravity.unwrap());
 }
 
