@@ -7,7 +7,10 @@
 //!   undetermined. Left free, the gain (and the moments that only this joint sees) would explain its noise by a tilt that
 //!   is not there. The gain is held at zero: the joint's readings then say only what they can, its bias.
 //! - **Runaways.** Where the data say too little of a parameter, its estimate may end anywhere, and linearized there the
-//!   others' uncertainty would mean nothing. It is put back to its nominal value and held.
+//!   others' uncertainty would mean nothing. It is put back to its nominal value and held, unless the data rule that out: what is known
+//!   as 8.7 ± 0.1 is no runaway from a nominal 1.
+//!
+//! Either is taken back where the readings, with it held, are explained decidedly worse than before.
 //!
 //! The last two are held in the judgement too, and the result says so. A runaway that is part of a combination without
 //! effect takes the combination's anchor with it, or the held value would seem to fix the combination.
@@ -20,9 +23,10 @@ use super::in_order::estimate_in_order;
 use super::problem::{JointProblem, pose};
 use super::readings::Readings;
 use super::solve::Solved;
+use super::start::thinned;
 use super::twins::DECISIVE;
 use super::{EstimateError, Unknowns};
-use crate::judgement::Combination;
+use crate::judgement::{Combination, limit};
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -33,7 +37,7 @@ const RUNAWAY_SHARE: f64 = 0.5;
 const RUNAWAY_ANGLE: f64 = 1.0;
 const RUNAWAY_LIMITS: f64 = 5.0;
 /// Rounds at most until the holds no longer change.
-const ROUNDS: usize = 6;
+const ROUNDS: usize = 10;
 
 /// Why a parameter of which the data say too little is held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,16 +79,45 @@ pub(super) struct Holds {
     idle: Vec<bool>,
     /// Joints that looked idle, but whose readings need their gain.
     carrying: Vec<bool>,
-    /// Cost, and what of it counts as decisive, before gains of idle joints were held.
-    free: Option<(f64, f64)>,
+    /// Parameters that looked like runaways, but whose nominal values the readings rule out.
+    ruled_out: Vec<ParameterId>,
+    /// Before gains of idle joints were held, and before runaways were.
+    before_idle: Option<Before>,
+    before_runaways: Option<Before>,
+}
+
+/// How well the readings were explained before something was held.
+#[derive(Clone, Copy, Debug)]
+struct Before {
+    cost: f64,
+    /// What of it counts as decisive.
+    decisive: f64,
+}
+
+impl Before {
+    fn of(solved: &Solved) -> Before {
+        Before { cost: solved.estimate.cost, decisive: decisive(solved) }
+    }
+
+    /// Whether what has been held since leaves more of the readings unexplained than chance would.
+    fn explained_decidedly_better(self, solved: &Solved) -> bool {
+        solved.estimate.cost > self.cost + self.decisive
+    }
 }
 
 impl Holds {
     /// The gauges that the readings need, judged at `start`.
     pub fn at_start(session: &Session, readings: &Readings, start: &Unknowns) -> Result<Holds, EstimateError> {
         let none = vec![false; session.joints.len()];
-        let mut holds =
-            Holds { set_aside: Vec::new(), gauges: Vec::new(), idle: none.clone(), carrying: none, free: None };
+        let mut holds = Holds {
+            set_aside: Vec::new(),
+            gauges: Vec::new(),
+            idle: none.clone(),
+            carrying: none,
+            ruled_out: Vec::new(),
+            before_idle: None,
+            before_runaways: None,
+        };
         holds.start_over(session, readings, start)?;
         Ok(holds)
     }
@@ -92,8 +125,11 @@ impl Holds {
     /// Forgets what was held but for idle joints' gains, and finds the gauges anew.
     fn start_over(&mut self, session: &Session, readings: &Readings, start: &Unknowns) -> Result<(), EstimateError> {
         self.set_aside.retain(SetAside::is_idle_joint);
-        let posed = pose_with(session, readings, start, &self.set_aside)?;
-        let judged = Solved::at_start(readings.clone(), posed)?.with_holds(&self.set_aside, &self.idle);
+        self.before_runaways = None;
+        // A part of the poses shows what has no effect; what all of them say is judged where they lead.
+        let sample = thinned(readings);
+        let posed = pose_with(session, &sample, start, &self.set_aside)?;
+        let judged = Solved::at_start(sample, posed)?.with_holds(&self.set_aside, &self.idle);
         self.gauges = gauges(session, &judged);
         Ok(())
     }
@@ -114,11 +150,10 @@ impl Holds {
             let solved = Solved { gauges: held, ..Solved::judged(readings.clone(), posed, estimate)? };
             let newly_idle = self.find_idle(session, &solved.unknowns(&from));
             let solved = solved.with_holds(&self.set_aside, &self.idle);
-            let more = undetermined_to_hold(session, &solved);
+            let more = undetermined_to_hold(session, &solved, &self.ruled_out);
             let gauges = gauges(session, &solved);
             let settled = gauges == self.gauges && more.is_empty() && !self.held_wrongly(newly_idle);
-            if settled && self.explains_decidedly_worse(&solved) {
-                self.release_idle();
+            if settled && self.release_wrong(&solved) {
                 self.start_over(session, readings, start)?;
                 from = start.clone();
                 continue;
@@ -127,7 +162,9 @@ impl Holds {
                 return Ok(solved);
             }
             if more.iter().any(SetAside::is_idle_joint) {
-                self.free.get_or_insert((solved.estimate.cost, decisive(&solved)));
+                self.before_idle.get_or_insert(Before::of(&solved));
+            } else if !more.is_empty() {
+                self.before_runaways.get_or_insert(Before::of(&solved));
             }
             self.set_aside.extend(more.iter().cloned());
             if self.held_wrongly(newly_idle) || more.iter().any(SetAside::is_idle_joint) {
@@ -157,10 +194,23 @@ impl Holds {
         newly
     }
 
-    /// Whether the gains of idle joints, held, leave more of the readings unexplained than chance would.
-    fn explains_decidedly_worse(&self, solved: &Solved) -> bool {
-        let held = self.set_aside.iter().any(SetAside::is_idle_joint);
-        held && self.free.is_some_and(|(cost, decisive)| solved.estimate.cost > cost + decisive)
+    /// Takes back what was held last and leaves the readings decidedly worse explained; whether there is any.
+    fn release_wrong(&mut self, solved: &Solved) -> bool {
+        let wrong = |before: Option<Before>| before.is_some_and(|before| before.explained_decidedly_better(solved));
+        if wrong(self.before_runaways) {
+            self.release_runaways();
+        } else if wrong(self.before_idle) {
+            self.release_idle();
+        } else {
+            return false;
+        }
+        true
+    }
+
+    /// Takes the parameters that are held as runaways for ones that are as far from their nominal values as they were found.
+    fn release_runaways(&mut self) {
+        let runaways = self.set_aside.iter().filter(|aside| aside.reason == Reason::Runaway);
+        self.ruled_out.extend(runaways.map(|aside| aside.parameter));
     }
 
     /// Takes the joints whose gains are held as idle for ones that carry gravity.
@@ -170,7 +220,7 @@ impl Holds {
             self.idle[joint] = false;
         }
         self.set_aside.clear();
-        self.free = None;
+        self.before_idle = None;
     }
 
     /// Whether a joint that turned out to be idle anchors a combination.
@@ -202,7 +252,7 @@ pub(crate) fn judge_at_start(
 ) -> Result<Solved, EstimateError> {
     let idle = idle_joints(session, values);
     let free = Solved::at_start(readings.clone(), pose(session, readings, values)?)?.with_holds(&[], &idle);
-    let mut set_aside = undetermined_to_hold(session, &free);
+    let mut set_aside = undetermined_to_hold(session, &free, &[]);
     set_aside.retain(SetAside::is_idle_joint);
     let posed = pose_with(session, readings, values, &set_aside)?;
     Ok(Solved::at_start(readings.clone(), posed)?.with_holds(&set_aside, &idle))
@@ -235,14 +285,16 @@ fn gauges(session: &Session, solved: &Solved) -> Vec<ParameterId> {
 }
 
 /// What else needs to be held at a solution: idle joints' torque gains; once there are none, runaways, which may
-/// only have looked weak beside an idle joint, and the anchors that must go with them.
-fn undetermined_to_hold(session: &Session, solved: &Solved) -> Vec<SetAside> {
+/// only have looked weak beside an idle joint, and the anchors that must go with them. `ruled_out`: what has turned out to be no
+/// runaway.
+fn undetermined_to_hold(session: &Session, solved: &Solved, ruled_out: &[ParameterId]) -> Vec<SetAside> {
     let combinations = solved.judge(session).combinations;
     let idle = idle_gains(solved, &combinations);
     if !idle.is_empty() {
         return idle;
     }
     let mut found = runaways(session, solved, &combinations);
+    found.retain(|runaway| !ruled_out.contains(&runaway.parameter));
     let anchors = anchors_to_go_with(session, &combinations, &found);
     found.extend(anchors);
     found
@@ -284,9 +336,12 @@ fn runaways(session: &Session, solved: &Solved, combinations: &[Combination]) ->
     let (unknowns, spreads) = (solved.unknowns(&Unknowns::nominal(session)), session.spreads());
     let weak = free_parameters(solved, combinations).into_iter().filter(|(_, c, _)| c.std_over_limit.is_some());
     weak.filter_map(|(parameter, _, alone)| {
-        let value = session.nominal(parameter);
-        let distance = (unknowns.value(parameter) - value).abs();
-        ran_away(session, parameter, distance, &spreads).then_some(SetAside {
+        let (found, value) = (unknowns.value(parameter), session.nominal(parameter));
+        let distance = (found - value).abs();
+        let std = alone.std_over_limit? * limit(session, parameter, found, &spreads);
+        // What putting it back would cost, as far as the residuals are linear.
+        let ruled_out = 0.5 * (distance / std).powi(2) > decisive(solved);
+        (ran_away(session, parameter, distance, &spreads) && !ruled_out).then_some(SetAside {
             parameter,
             value,
             reason: Reason::Runaway,

@@ -1,8 +1,8 @@
 //! Solutions that look alike, of which a start may have found the wrong one.
 //!
 //! - **Upside down.** Gravity the other way up, with masses, moments and placements negative, gives the same torques, unless a
-//!   load of known mass hangs on known lengths. Where no hemisphere is declared both are solved for, and the readings
-//!   decide if they can.
+//!   load of known mass hangs on known lengths. Where no hemisphere is declared both are solved for, the one that explains the
+//!   readings better is taken, and the sign counts as known only if that is decisive.
 //! - **Mirrored placements.** The vector between two placements of a known distance shows in its length and in what the
 //!   joints carry of it; along the axis of the joint that carries it the latter may be little, and its sign a matter of
 //!   where the start lay.
@@ -45,10 +45,13 @@ fn right_way_up(session: &Session, solved: Solved, workbench: &Workbench<'_>) ->
     let [here, there] = [&solved, &other].map(|solution| solution.unknowns(&nominal).gravity);
     let opposite = here.iter().zip(there).map(|(a, b)| a * b).sum::<f64>() < 0.0;
     let gain = solved.estimate.cost - other.estimate.cost;
-    if opposite && gain > DECISIVE {
-        return solve_from(session, &solved.readings, other.unknowns(&nominal), workbench);
-    }
-    Ok(Solved { sign_known: !opposite || gain < -DECISIVE, ..solved })
+    let sign_known = !opposite || gain.abs() > DECISIVE;
+    let lower = if opposite && gain > LOWER * solved.estimate.cost {
+        solve_from(session, &solved.readings, other.unknowns(&nominal), workbench)?
+    } else {
+        solved
+    };
+    Ok(Solved { sign_known, ..lower })
 }
 
 fn unmirrored(session: &Session, solved: Solved, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {

@@ -85,6 +85,18 @@ pub(crate) fn judge(
     Judgement { gravity: !combinations.iter().any(|c| c.gravity), combinations }
 }
 
+/// Standard deviation beyond which the number found for a parameter would mislead, in its unit.
+pub(crate) fn limit(session: &Session, id: ParameterId, value: f64, spreads: &[f64]) -> f64 {
+    let limit = session.limit(id, spreads);
+    own_limit(id, value).map_or(limit, |own| limit.min(own))
+}
+
+/// The limit of a gain that comes from its own value.
+fn own_limit(id: ParameterId, value: f64) -> Option<f64> {
+    let is_gain = matches!(id, ParameterId::Sensor(_, Quantity::TorqueGain | Quantity::PositionGain));
+    is_gain.then(|| GAIN_LIMIT * value.abs())
+}
+
 /// The columns of parameters and gravity, each with what it is and its limit.
 struct ParameterColumns {
     columns: Vec<usize>,
@@ -118,14 +130,9 @@ impl ParameterColumns {
             all.push(column, None, limit, limit);
         }
         for id in session.parameters() {
-            let limit = session.limit(id, spreads);
-            let (limit, unit) = match id {
-                ParameterId::Sensor(_, Quantity::TorqueGain | Quantity::PositionGain) => {
-                    let unit = GAIN_LIMIT * values.scalar(layout.block(id)).abs();
-                    (limit.min(unit), unit)
-                }
-                _ => (limit, limit),
-            };
+            let value = values.scalar(layout.block(id));
+            let limit = limit(session, id, value, spreads);
+            let unit = own_limit(id, value).unwrap_or(limit);
             for column in problem.columns_of(layout.block(id)) {
                 let positive = |v: f64| v.max(f64::MIN_POSITIVE);
                 all.push(column, Some(id), positive(limit), positive(unit));

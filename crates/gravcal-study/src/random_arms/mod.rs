@@ -111,32 +111,49 @@ mod tests {
 
     use super::*;
 
-    fn arms(numbers: std::ops::Range<u64>) -> (Tally, Vec<Trial>) {
+    fn arms(knowing: Knowing, numbers: std::ops::Range<u64>) -> (Tally, Vec<Trial>) {
         let watched = Mutex::new(Tally::default());
         let watch = |trial: &Trial| watched.lock().unwrap().count(trial);
-        let (tallies, apart) = random_arms(1, numbers, Knowing::Nominal, &LevenbergMarquardt::default(), &watch);
+        let (tallies, apart) = random_arms(1, numbers, knowing, &LevenbergMarquardt::default(), &watch);
         let all = tallies.into_values().fold(Tally::default(), Tally::plus);
         assert_eq!(watched.into_inner().unwrap(), all);
         (all, apart)
     }
 
+    fn assert_global(knowing: Knowing, number: u64) {
+        let (tally, apart) = arms(knowing, number..number + 1);
+        assert_eq!((tally, &apart[..]), (Tally { arms: 1, global: 1, ..Tally::default() }, &[][..]));
+    }
+
     /// The most promising start of this one leads to another, higher minimum.
     #[test]
     fn an_arm_whose_best_start_leads_elsewhere_ends_at_the_global_optimum() {
-        let (tally, apart) = arms(1096..1097);
-        assert_eq!((tally, &apart[..]), (Tally { arms: 1, global: 1, ..Tally::default() }, &[][..]));
+        assert_global(Knowing::Nominal, 1096);
     }
 
     /// The first axis of this one is 1.8° off gravity, and carries enough of it to be told from noise.
     #[test]
     fn a_joint_that_carries_little_gravity_is_not_taken_to_carry_none() {
-        let (tally, apart) = arms(4222..4223);
-        assert_eq!((tally, &apart[..]), (Tally { arms: 1, global: 1, ..Tally::default() }, &[][..]));
+        assert_global(Knowing::Nominal, 4222);
+    }
+
+    /// Of the first gain of one the readings say 8.7 ± 0.1 count/(N·m), of the other's 6 ± 3: too little for a nominal 1 to be told
+    /// from, as it seems where they end, but with it the readings are not explained.
+    #[test]
+    fn a_gain_that_is_known_badly_is_not_put_back_to_a_nominal_value_that_the_readings_rule_out() {
+        assert_global(Knowing::Nothing, 581);
+        assert_global(Knowing::Nothing, 1673);
+    }
+
+    /// Gravity upside down explains the readings of this one a little better, too little to be told.
+    #[test]
+    fn of_two_twins_that_cannot_be_told_apart_the_better_one_is_taken() {
+        assert_global(Knowing::Nothing, 1072);
     }
 
     #[test]
     fn the_tallies_of_parts_add_up() {
-        let [first, second, all] = [0..2, 2..5, 0..5].map(|numbers| arms(numbers).0);
+        let [first, second, all] = [0..2, 2..5, 0..5].map(|numbers| arms(Knowing::Nominal, numbers).0);
         assert_eq!((first.plus(second), all.arms), (all, 5));
     }
 }
