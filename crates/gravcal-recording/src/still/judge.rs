@@ -5,19 +5,14 @@
 //! begins). Within what is left no window may depart (something touched the arm), no position may have a slope (it moves
 //! slowly), and a torque's slope must come to less than the noise of one sample (it still creeps).
 
-use std::fmt;
-
 use super::converter::roughness;
 use super::mean_noise::{Curve, variance_within};
+use super::rejected::{Reason, Rejected};
 use super::run::Run;
+use super::series::{Measure, Series, UNSETTLED, powers_of_two};
 use crate::motion::block::Sum;
-use crate::motion::median;
 use crate::motion::rough_noise::Scales;
 
-/// Standard deviations by which a beginning or an end departs.
-const UNSETTLED: f64 = 4.0;
-/// Standard deviations by which a part in the middle departs. There are many of them, so it takes more.
-const DISTURBED: f64 = 6.0;
 /// Standard deviations of a slope that is one.
 const SLOPE: f64 = 5.0;
 /// Standard deviations from which on a slope widens the standard error.
@@ -30,77 +25,6 @@ const OUTLIERS: f64 = 0.1;
 const GUARD: usize = 2;
 /// Fewest blocks of a standstill.
 pub(super) const LEAST_BLOCKS: usize = 6;
-
-/// A part of a recording in which the arm seemed to stand, and that is no pose.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Rejected {
-    /// Its first and last time, s, on the recording's clock.
-    pub interval: [f64; 2],
-    /// Why.
-    pub reason: Reason,
-}
-
-/// Why an interval in which the arm seemed to stand is no pose. Each names a column.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Reason {
-    /// It still settles when it ends.
-    Settling {
-        /// The column that does.
-        column: String,
-    },
-    /// A joint moves, slowly or a little.
-    Moving {
-        /// Of the joint.
-        column: String,
-    },
-    /// A reading drifts by more than its noise.
-    Drifting {
-        /// The column that does.
-        column: String,
-        /// Slope, its inside unit a second.
-        per_second: f64,
-    },
-    /// A reading departs and comes back: something touched the arm.
-    Touched {
-        /// The column that does.
-        column: String,
-        /// When, s.
-        at: f64,
-    },
-    /// A reading is much noisier than in other standstills.
-    Restless {
-        /// The column.
-        column: String,
-    },
-    /// The position of a joint is not recorded.
-    NoPosition {
-        /// Its column.
-        column: String,
-    },
-}
-
-impl fmt::Display for Rejected {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{:.2} to {:.2} s, {}", self.interval[0], self.interval[1], self.reason)
-    }
-}
-
-impl fmt::Display for Reason {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Reason::Settling { column } => write!(f, "`{column}` still settles when it ends"),
-            Reason::Moving { column } => write!(f, "`{column}` moves"),
-            Reason::Drifting { column, per_second } => {
-                write!(f, "`{column}` drifts by more than its noise, {per_second:.3e} a second")
-            }
-            Reason::Touched { column, at } => {
-                write!(f, "`{column}` departs and comes back at {at:.2} s, as if the arm were touched")
-            }
-            Reason::Restless { column } => write!(f, "`{column}` is much noisier than in other standstills"),
-            Reason::NoPosition { column } => write!(f, "`{column}` is not recorded"),
-        }
-    }
-}
 
 /// What a run is judged by.
 pub(super) struct Judge<'a> {
@@ -194,19 +118,8 @@ impl Judge<'_> {
             (Some(usual), Some(here)) if usual + flicker > 0.0 => (here / (usual + flicker)).max(1.0),
             _ => 1.0,
         };
-        let mut series = Series {
-            total: Vec::new(),
-            core: Vec::new(),
-            outlier: vec![false; windows.len()],
-            windows,
-            curve,
-            noisier,
-            blocks: f64::from(1 << run.doublings.min(30)),
-            tolerance: self.tolerance(channel),
-        };
-        series.leave_out_outliers(first, last);
-        series.sum_up(first, last);
-        series
+        let blocks = f64::from(1 << run.doublings.min(30));
+        Series::new(windows, (first, last), Measure { curve, noisier, blocks, tolerance: self.tolerance(channel) })
     }
 
     /// Differences of a channel that do not matter: those that do not matter for gravity, and the step of a converter that no
@@ -284,7 +197,7 @@ impl Judge<'_> {
         let is_position = channel < self.joints;
         let outliers = series.outlier[begin..end].iter().filter(|outlier| **outlier).count();
         let blocks = end - begin;
-        if series.noisier > RESTLESS * RESTLESS || outliers as f64 > (OUTLIERS * blocks as f64).max(1.0) {
+        if series.measure.noisier > RESTLESS * RESTLESS || outliers as f64 > (OUTLIERS * blocks as f64).max(1.0) {
             return Err(Reason::Restless { column: column() });
         }
         if let Some((window, _)) = series.disturbed(begin, end) {
@@ -304,7 +217,7 @@ impl Judge<'_> {
         let duration = run.blocks[end - 1].until - run.blocks[begin].from;
         let (drift, error) = drift(&counted, duration, |count| series.std(count, blocks as f64));
         let sample = if sum.count > 1.0 { (sum.squares / (sum.count - 1.0)).sqrt() } else { 0.0 };
-        let size = drift.abs() - series.tolerance;
+        let size = drift.abs() - series.measure.tolerance;
         if is_position && size > SLOPE * error {
             return Err(Reason::Moving { column: column() });
         }
@@ -336,127 +249,4 @@ fn drift(blocks: &[(f64, Sum)], duration: f64, std: impl Fn(f64) -> f64) -> (f64
     }
     let slope = mean(&|block| (block.0 - time) * (block.1.mean - level)) / spread;
     (slope * duration, std(total) / spread.sqrt() * duration)
-}
-
-/// 1, 2, 4, … up to the given number.
-fn powers_of_two(most: usize) -> impl Iterator<Item = usize> {
-    std::iter::successors(Some(1), |length| Some(2 * length)).take_while(move |length| *length <= most)
-}
-
-/// The blocks of one channel in a run.
-struct Series<'a> {
-    windows: Vec<Sum>,
-    /// Samples before each block, and the sum of them less the first mean.
-    total: Vec<(f64, f64)>,
-    /// The same without blocks that are far from where the later half is.
-    core: Vec<(f64, f64)>,
-    outlier: Vec<bool>,
-    curve: &'a Curve,
-    /// How many times the variance is that of other runs; 1 at least.
-    noisier: f64,
-    /// Of the recording in one block of the run.
-    blocks: f64,
-    tolerance: f64,
-}
-
-impl Series<'_> {
-    /// Standard deviation of the mean of so many samples in so many blocks.
-    fn std(&self, count: f64, blocks: f64) -> f64 {
-        (self.noisier * self.curve.of(blocks * self.blocks) / count).sqrt()
-    }
-
-    /// Single blocks far from the others count no more.
-    fn leave_out_outliers(&mut self, first: usize, last: usize) {
-        let means: Vec<f64> =
-            self.windows[first..last].iter().filter(|sum| sum.count > 0.0).map(|sum| sum.mean).collect();
-        if means.len() < 3 {
-            return;
-        }
-        let middle = median(means);
-        let departs = |sum: &Sum, by: f64| {
-            sum.count > 0.0 && (sum.mean - middle).abs() - self.tolerance > by * self.std(sum.count, 1.0)
-        };
-        let alone = |index: usize| {
-            let beside =
-                [index.checked_sub(1), Some(index + 1)].into_iter().flatten().filter(|at| (first..last).contains(at));
-            beside.into_iter().all(|at| !departs(&self.windows[at], UNSETTLED))
-        };
-        let found: Vec<usize> =
-            (first..last).filter(|index| departs(&self.windows[*index], UNSETTLED + 1.0) && alone(*index)).collect();
-        found.into_iter().for_each(|index| self.outlier[index] = true);
-    }
-
-    fn sum_up(&mut self, first: usize, last: usize) {
-        let says = |index: &usize| !self.outlier[*index] && self.windows[*index].count > 0.0;
-        let later: Vec<f64> =
-            (first + (last - first) / 2..last).filter(says).map(|index| self.windows[index].mean).collect();
-        let middle = if later.is_empty() { 0.0 } else { median(later) };
-        let sums = |counts: &dyn Fn(&usize) -> bool| {
-            let mut total = (0.0, 0.0);
-            let sum = |index: usize| {
-                if counts(&index) {
-                    let Sum { count, mean, .. } = self.windows[index];
-                    total = (total.0 + count, total.1 + count * (mean - middle));
-                }
-                total
-            };
-            std::iter::once((0.0, 0.0)).chain((0..self.windows.len()).map(sum)).collect()
-        };
-        let near = |index: &usize| {
-            let Sum { count, mean, .. } = self.windows[*index];
-            says(index) && (mean - middle).abs() - self.tolerance <= UNSETTLED * self.std(count, 1.0)
-        };
-        (self.total, self.core) = (sums(&says), sums(&near));
-    }
-
-    /// Samples that count in a part.
-    fn count(&self, begin: usize, end: usize) -> f64 {
-        self.total[end].0 - self.total[begin].0
-    }
-
-    /// By how many standard deviations the mean of a part differs from that of the rest, as far as that is near where the later
-    /// half is; 0 where one of them says nothing.
-    fn departure(&self, part: (usize, usize), rest: (usize, usize)) -> f64 {
-        self.distance(self.sum(&self.total, &[part]), self.sum(&self.core, &[rest]))
-    }
-
-    /// Samples, their sum, and blocks of some parts.
-    fn sum(&self, of: &[(f64, f64)], parts: &[(usize, usize)]) -> (f64, f64, f64) {
-        parts.iter().fold((0.0, 0.0, 0.0), |(count, sum, blocks), (begin, end)| {
-            (count + of[*end].0 - of[*begin].0, sum + of[*end].1 - of[*begin].1, blocks + (end - begin) as f64)
-        })
-    }
-
-    fn distance(&self, here: (f64, f64, f64), there: (f64, f64, f64)) -> f64 {
-        if here.0 == 0.0 || there.0 == 0.0 {
-            return 0.0;
-        }
-        let variance = self.std(here.0, here.2).powi(2) + self.std(there.0, there.2).powi(2);
-        let difference = (here.1 / here.0 - there.1 / there.0).abs() - self.tolerance;
-        if difference <= 0.0 { 0.0 } else { difference / variance.sqrt() }
-    }
-
-    /// The block at which the channel leaves the place where its later half is, having been there before.
-    fn comes_back(&self, first: usize, last: usize) -> Option<usize> {
-        let is_near = |index: usize| self.core[index + 1].0 > self.core[index].0;
-        let all = |from: usize, count: usize, near: bool| {
-            (from..from + count).all(|index| index < last && !self.outlier[index] && is_near(index) == near)
-        };
-        let there = (first..last).find(|index| all(*index, 3, true))?;
-        let leaves = (there + 3..last).find(|index| all(*index, 2, false))?;
-        (leaves + 2..last).any(|index| all(index, 2, true)).then_some(leaves)
-    }
-
-    /// A window that departs from the rest by more than [`DISTURBED`].
-    fn disturbed(&self, begin: usize, end: usize) -> Option<(usize, usize)> {
-        let lengths = powers_of_two(((end - begin) / 4).max(2)).filter(|length| *length >= 2);
-        let mut windows = lengths.flat_map(|length| {
-            (begin..=end - length).step_by((length / 2).max(1)).map(move |from| (from, from + length))
-        });
-        let all = &self.total;
-        windows.find(|(from, to)| {
-            let (window, rest) = (self.sum(all, &[(*from, *to)]), self.sum(all, &[(begin, *from), (*to, end)]));
-            self.distance(window, rest) > DISTURBED
-        })
-    }
 }

@@ -7,7 +7,7 @@
 //! 2. Low quantiles over the blocks say how noisy each channel is when nothing moves ([`crate::motion::rough_noise`]).
 //! 3. Blocks in which every joint stays are a run ([`run`]); the side from which each joint came is known ([`crate::motion::approach`]).
 //! 4. Many runs together say how noisy means are, by how long they are ([`mean_noise`]).
-//! 5. Each run is judged ([`judge`]): its beginning is cut off while it settles, its end where the next motion begins; it is
+//! 5. Each run is judged ([`judge`], by [`series`] of means): its beginning is cut off while it settles, its end where the next motion begins; it is
 //!    rejected, with the reason, where it moves, creeps or was touched.
 //! 6. All standstills together say how many independent samples each mean is worth ([`autocorrelation`], [`converter`]).
 //!
@@ -19,8 +19,10 @@ mod autocorrelation;
 mod converter;
 mod judge;
 mod mean_noise;
+mod rejected;
 mod run;
 mod segments;
+mod series;
 mod standstill;
 #[cfg(test)]
 mod tests;
@@ -35,7 +37,7 @@ use crate::rows::Rows;
 use segments::Segments;
 use standstill::Assessment;
 
-pub use judge::{Reason, Rejected};
+pub use rejected::{Reason, Rejected};
 pub use standstill::{Spread, Standstill};
 
 /// What a standstill is, beyond what the recording says itself.

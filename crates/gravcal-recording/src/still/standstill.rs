@@ -2,8 +2,9 @@
 
 use super::autocorrelation::Autocorrelation;
 use super::converter::rounding_of_readings;
-use super::judge::{Dwell, Judge, Reason, Rejected, Standing};
+use super::judge::{Dwell, Judge, Standing};
 use super::mean_noise::MeanNoise;
+use super::rejected::{Reason, Rejected};
 use super::run::Run;
 use super::segments::Segments;
 use crate::conditions::Conditions;

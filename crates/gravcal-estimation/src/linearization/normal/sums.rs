@@ -1,0 +1,153 @@
+//! Sums over the factors: rows of one shape wait in batches, each of which makes one small matrix product.
+
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::{Accum, Mat, MatMut, MatRef, Par};
+
+use super::super::vector_registers::give_up_upper_halves;
+use super::islands::IslandSums;
+use crate::problem::{Chunk, Rows};
+use crate::{EvaluateError, Problem, Values};
+
+/// Rows of one shape and place that are multiplied at once.
+const BATCH: usize = 64;
+
+/// Sums over the factors of one chunk.
+pub(super) struct Sums {
+    pub cost: f64,
+    /// Lower triangle over the shared columns.
+    pub hessian: Mat<f64>,
+    pub gradient: Vec<f64>,
+    pub islands: Vec<IslandSums>,
+}
+
+impl Sums {
+    pub fn new(shared: usize) -> Self {
+        Sums { cost: 0.0, hessian: Mat::zeros(shared, shared), gradient: vec![0.0; shared], islands: Vec::new() }
+    }
+
+    pub fn add(&mut self, other: Sums) {
+        self.cost += other.cost;
+        self.hessian += &other.hessian;
+        self.gradient.iter_mut().zip(&other.gradient).for_each(|(sum, part)| *sum += part);
+        self.islands.extend(other.islands);
+    }
+}
+
+/// Compact rows of one shape and place that wait for their product, and the sum of the products so far.
+struct Batch<'p> {
+    columns: &'p [usize],
+    waiting: usize,
+    multiplied: bool,
+    memory: Memory,
+}
+
+/// Room that one batch after another uses.
+#[derive(Default)]
+struct Memory {
+    /// Rows one after another, each its columns and the residual; what lies beyond those that wait is old.
+    rows: Vec<f64>,
+    /// Lower triangle of the sum, column-major.
+    product: Vec<f64>,
+}
+
+impl<'p> Batch<'p> {
+    fn new(columns: &'p [usize], mut memory: Memory) -> Self {
+        let width = columns.len() + 1;
+        memory.rows.resize(BATCH * width, 0.0);
+        memory.product.resize(width * width, 0.0);
+        Batch { columns, waiting: 0, multiplied: false, memory }
+    }
+
+    fn width(&self) -> usize {
+        self.columns.len() + 1
+    }
+
+    /// Room for one more row.
+    fn next_row(&mut self) -> &mut [f64] {
+        if self.waiting == BATCH {
+            self.multiply();
+        }
+        let width = self.width();
+        let start = self.waiting * width;
+        self.waiting += 1;
+        &mut self.memory.rows[start..start + width]
+    }
+
+    /// Adds the product of the waiting rows, the residual their last column.
+    fn multiply(&mut self) {
+        let width = self.width();
+        let rows = MatRef::from_column_major_slice(&self.memory.rows[..self.waiting * width], width, self.waiting);
+        let product = MatMut::from_column_major_slice_mut(&mut self.memory.product, width, width);
+        let (lower, full) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
+        let accumulate = if self.multiplied { Accum::Add } else { Accum::Replace };
+        matmul(product, lower, accumulate, rows, full, rows.transpose(), full, 1.0, Par::Seq);
+        give_up_upper_halves();
+        self.waiting = 0;
+        self.multiplied = true;
+    }
+
+    /// Adds the sum of products to its places, and gives its room back.
+    fn scatter(mut self, sums: &mut Sums) -> Memory {
+        self.multiply();
+        for (j, (column, product)) in
+            self.columns.iter().zip(self.memory.product.chunks_exact(self.width())).enumerate()
+        {
+            let sum = sums.hessian.col_as_slice_mut(*column);
+            self.columns[j..].iter().zip(&product[j..]).for_each(|(row, entry)| sum[*row] += entry);
+            sums.gradient[*column] += product[self.columns.len()];
+        }
+        self.memory
+    }
+}
+
+/// Sums one chunk of factors.
+pub(super) fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Result<Sums, EvaluateError> {
+    let structure = problem.structure();
+    // The step before was found by faer, too.
+    give_up_upper_halves();
+    let mut rows = Rows::new(problem, values);
+    let mut sums = Sums::new(structure.shared.len());
+    let mut batches: Vec<Vec<Batch<'_>>> = structure.shapes.iter().map(|_| Vec::new()).collect();
+    let islands = &structure.islands[chunk.islands.clone()];
+    let free_end = islands.first().map_or(chunk.factors.end, |first| first.factors.start);
+    let mut shape = None;
+    let mut spare = Vec::new();
+    for factor in &structure.order[chunk.factors.start..free_end] {
+        sums.cost += rows.linearize(*factor, true)?;
+        // One shape after another, so that few batches are alive and stay in cache.
+        let before = shape.replace(structure.shape_of[*factor]);
+        if let Some(before) = before.filter(|before| Some(*before) != shape) {
+            spare.extend(batches[before].drain(..).map(|batch| batch.scatter(&mut sums)));
+        }
+        collect(problem, &rows, *factor, &mut batches, &mut spare);
+    }
+    let mut position = vec![0; structure.shared.len()];
+    for island in islands {
+        island.shared.iter().enumerate().for_each(|(at, index)| position[*index] = at);
+        let mut own = IslandSums::new(island);
+        for factor in &structure.order[island.factors.clone()] {
+            sums.cost += rows.linearize(*factor, true)?;
+            own.add(problem, &rows, *factor, &position);
+            collect(problem, &rows, *factor, &mut batches, &mut spare);
+        }
+        sums.islands.push(own);
+    }
+    batches.into_iter().flatten().for_each(|batch| drop(batch.scatter(&mut sums)));
+    Ok(sums)
+}
+
+/// Puts the rows of a factor into the batches of its shape.
+fn collect<'p>(
+    problem: &'p Problem,
+    rows: &Rows<'_>,
+    factor: usize,
+    batches: &mut [Vec<Batch<'p>>],
+    spare: &mut Vec<Memory>,
+) {
+    let plans = problem.plans(factor);
+    let own = &mut batches[problem.structure().shape_of[factor]];
+    if own.is_empty() {
+        own.extend(plans.iter().map(|plan| Batch::new(&plan.columns, spare.pop().unwrap_or_default())));
+    }
+    plans.iter().zip(own).enumerate().for_each(|(row, (plan, batch))| rows.gather(plan, row, batch.next_row()));
+}
