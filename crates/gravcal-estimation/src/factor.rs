@@ -23,10 +23,11 @@ impl Factor {
 
     /// Cost ½ ρ of whitened residuals.
     pub(crate) fn cost(&self, whitened: &[f64]) -> f64 {
-        let cost = |rows: &[f64]| 0.5 * self.loss.at(square(rows)).value;
-        match self.noise {
-            Noise::Independent(_) => whitened.chunks(1).map(cost).sum(),
-            Noise::Correlated(_) => cost(whitened),
+        let cost = |square: f64| 0.5 * self.loss.at(square).value;
+        match (self.loss, &self.noise) {
+            (Loss::None, _) => 0.5 * square(whitened),
+            (_, Noise::Independent(_)) => whitened.iter().map(|r| cost(r * r)).sum(),
+            (_, Noise::Correlated(_)) => cost(square(whitened)),
         }
     }
 

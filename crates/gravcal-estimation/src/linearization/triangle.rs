@@ -2,6 +2,8 @@
 
 use faer::{Mat, MatRef};
 
+use super::vector_registers::give_up_upper_halves;
+
 /// Rows are factored together with the triangle when so many wait, as multiples of the width.
 const PENDING: usize = 4;
 
@@ -30,6 +32,7 @@ impl Triangle {
     pub fn factor(&mut self) {
         let count = self.rows.len() / self.width;
         let factored = MatRef::from_row_major_slice(&self.rows, count, self.width).qr();
+        give_up_upper_halves();
         let r = factored.thin_R();
         self.rows.clear();
         for i in 0..r.nrows() {

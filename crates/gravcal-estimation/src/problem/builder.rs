@@ -174,7 +174,7 @@ impl ProblemBuilder {
         if problem.columns.is_empty() {
             return Err(ProblemError::NoUnknowns);
         }
-        try_every_factor(&problem, &initial)?;
+        try_every_shape(&problem, &initial)?;
         Ok((problem, initial))
     }
 }
@@ -255,11 +255,12 @@ pub(super) fn check_factors(blocks: &[Block], factors: &[Factor]) -> Result<(), 
     }
 }
 
-/// Evaluates every factor once, so that one of the wrong shape is told by name before anything relies on it. A factor
-/// that has no value at the initial point is left to the solver.
-fn try_every_factor(problem: &Problem, initial: &Values) -> Result<(), ProblemError> {
+/// Evaluates one factor of every shape, so that a residual that does not keep to its own is told by name before anything relies on
+/// it. A factor that has no value at the initial point is left to the solver.
+fn try_every_shape(problem: &Problem, initial: &Values) -> Result<(), ProblemError> {
     let mut rows = Rows::new(problem, initial);
-    for (index, factor) in problem.factors.iter().enumerate() {
+    for index in problem.structure.first_of_shapes() {
+        let factor = &problem.factors[index];
         let outcome = catch_unwind(AssertUnwindSafe(|| rows.linearize(index, false).is_ok()));
         if let Err(panic) = outcome {
             let (blocks, message) = (names(problem, factor), panic_message(&*panic));

@@ -16,8 +16,8 @@ pub(crate) use evaluate::Rows;
 use structure::Shape;
 pub(crate) use structure::{Chunk, Island, Place, RowPlan, Structure};
 
-/// Multiplications of an orthogonal factorization that take about a tenth of a millisecond.
-const SMALL: usize = 100_000;
+/// Multiplications of an orthogonal factorization that take some hundredths of a millisecond.
+const SMALL: usize = 30_000;
 
 /// Starts of consecutive runs of the given lengths, and the total at the end.
 fn offsets(lengths: impl Iterator<Item = usize>) -> Vec<usize> {
@@ -47,15 +47,15 @@ pub struct Column {
 /// Blocks with names and units, and the factors between them.
 #[derive(Clone, Debug)]
 pub struct Problem {
-    blocks: Vec<Block>,
+    blocks: Arc<[Block]>,
     factors: Arc<[Factor]>,
     constraints: Vec<Constraint>,
     value_offsets: Arc<[usize]>,
     /// First column of each block, and the number of columns at the end.
-    column_offsets: Vec<usize>,
-    columns: Vec<Column>,
+    column_offsets: Arc<[usize]>,
+    columns: Arc<[Column]>,
     /// First row of each factor, and the number of rows at the end.
-    row_offsets: Vec<usize>,
+    row_offsets: Arc<[usize]>,
     structure: Arc<Structure>,
 }
 
@@ -66,16 +66,17 @@ impl Problem {
         constraints: Vec<Constraint>,
         value_offsets: Arc<[usize]>,
     ) -> Self {
-        let column_offsets = offsets(blocks.iter().map(Block::tangent_dimension));
-        let columns = blocks
+        let column_offsets: Arc<[usize]> = offsets(blocks.iter().map(Block::tangent_dimension)).into();
+        let columns: Arc<[Column]> = blocks
             .iter()
             .enumerate()
             .flat_map(|(block, b)| {
                 (0..b.tangent_dimension()).map(move |index| Column { block: BlockId(block as u32), index })
             })
             .collect();
-        let row_offsets = offsets(factors.iter().map(|f| f.residual.len()));
+        let row_offsets = offsets(factors.iter().map(|f| f.residual.len())).into();
         let structure = Arc::new(Structure::new(&blocks, &factors, &column_offsets));
+        let blocks = blocks.into();
         Problem { blocks, factors, constraints, value_offsets, column_offsets, columns, row_offsets, structure }
     }
 
@@ -131,7 +132,10 @@ impl Problem {
 
     /// The same problem with more blocks held at their initial values.
     pub fn holding(&self, ids: &[BlockId], reason: &str) -> Problem {
-        let mut blocks = self.blocks.clone();
+        if ids.iter().all(|id| self.block(*id).held.is_some()) {
+            return self.clone();
+        }
+        let mut blocks = self.blocks.to_vec();
         hold(&mut blocks, ids, reason);
         Problem::assemble(blocks, Arc::clone(&self.factors), self.constraints.clone(), Arc::clone(&self.value_offsets))
     }
@@ -164,7 +168,7 @@ impl Problem {
     }
 
     fn rebuilt(&self, held: &[BlockId], reason: &str, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
-        let mut blocks = self.blocks.clone();
+        let mut blocks = self.blocks.to_vec();
         hold(&mut blocks, held, reason);
         builder::check_factors(&blocks, &factors)?;
         Ok(Problem::assemble(blocks, factors.into(), self.constraints.clone(), Arc::clone(&self.value_offsets)))
@@ -195,7 +199,7 @@ impl Problem {
     }
 
     /// Whether an orthogonal factorization costs so little that the digits it spares need no second thought.
-    fn is_small(&self) -> bool {
+    pub(crate) fn is_small(&self) -> bool {
         self.structure.islands.is_empty() && self.rows() * self.columns.len().pow(2) <= SMALL
     }
 

@@ -118,6 +118,13 @@ impl Structure {
     }
 }
 
+impl Structure {
+    /// The first factor of each shape.
+    pub fn first_of_shapes(&self) -> impl Iterator<Item = usize> {
+        (0..self.shapes.len()).filter_map(|shape| self.shape_of.iter().position(|of| *of == shape))
+    }
+}
+
 /// The parts of a problem that its structure follows from.
 struct Layout<'a> {
     blocks: &'a [Block],
@@ -186,11 +193,17 @@ impl Layout<'_> {
             let (bx, by) = (&self.blocks[x.index()], &self.blocks[y.index()]);
             x == y || (bx.local && by.local && bx.len() == by.len())
         };
-        ra.blocks().len() == rb.blocks().len()
-            && ra.len() == rb.len()
-            && ra.blocks().iter().zip(rb.blocks()).all(same_block)
+        let same_blocks =
+            || ra.blocks().len() == rb.blocks().len() && ra.blocks().iter().zip(rb.blocks()).all(same_block);
+        let same_pattern = |row: usize| match (ra.row_pattern(row), rb.row_pattern(row)) {
+            (Some(a), Some(b)) => std::ptr::eq(a, b) || a == b,
+            (a, b) => a == b,
+        };
+        // Residuals that share a model have the very same lists.
+        ra.len() == rb.len()
+            && (std::ptr::eq(ra.blocks(), rb.blocks()) || same_blocks())
             && is_correlated(fa) == is_correlated(fb)
-            && (0..ra.len()).all(|row| ra.row_pattern(row) == rb.row_pattern(row))
+            && (0..ra.len()).all(same_pattern)
     }
 
     fn shape(&self, factor: usize, places: &[Place]) -> Shape {
@@ -243,6 +256,9 @@ impl Layout<'_> {
 
     /// Islands of local blocks, and the factors in order.
     fn islands(&self, shape_of: &[usize]) -> (Vec<Island>, Vec<usize>) {
+        if !self.blocks.iter().any(|block| block.local) {
+            return (Vec::new(), in_order_of_shapes((0..self.factors.len()).collect(), shape_of));
+        }
         let free_local = |id: &BlockId| self.is_local(*id) && !self.columns_of(*id).is_empty();
         let mut roots = Roots((0..self.blocks.len()).collect());
         for factor in self.factors {
@@ -267,7 +283,7 @@ impl Layout<'_> {
                 None => order.push(index),
             }
         }
-        order.sort_by_key(|factor| shape_of[*factor]); // stable: within a shape in the order of addition
+        let mut order = in_order_of_shapes(order, shape_of);
         let islands = islands
             .into_iter()
             .map(|(columns, factors)| {
@@ -278,6 +294,12 @@ impl Layout<'_> {
             .collect();
         (islands, order)
     }
+}
+
+/// One shape after another, within each in the order of addition.
+fn in_order_of_shapes(mut factors: Vec<usize>, shape_of: &[usize]) -> Vec<usize> {
+    factors.sort_by_key(|factor| shape_of[*factor]);
+    factors
 }
 
 fn is_correlated(factor: &Factor) -> bool {

@@ -123,6 +123,15 @@ impl<'p> Normal<'p> {
         Some(())
     }
 
+    /// `D⁻¹ JᵀJ D⁻¹` over some of the shared columns, with D the norms of these: the lower triangle.
+    pub fn scaled_hessian(&self, columns: &[usize]) -> Mat<f64> {
+        let shared = &self.problem.structure().shared;
+        let norm = |i: usize| self.column_norms[shared[columns[i]]];
+        Mat::from_fn(columns.len(), columns.len(), |i, j| {
+            self.hessian[(columns[i.max(j)], columns[i.min(j)])] / (norm(i) * norm(j))
+        })
+    }
+
     /// Subtracts what the islands take away: `H_se H_ee⁻¹ H_es` and `H_se H_ee⁻¹ g_e`.
     fn eliminate(&self, damping: &[f64], hessian: &mut Mat<f64>, right: &mut [f64]) -> Option<()> {
         let islands = &self.problem.structure().islands;

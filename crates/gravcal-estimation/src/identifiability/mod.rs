@@ -10,15 +10,17 @@
 //! A direction is a step of the parameters that changes the residuals not at all, or hardly.
 //! [`named_combinations`](crate::named_combinations) puts it into words.
 
+mod decomposition;
+
 use std::sync::Arc;
 
 use faer::Mat;
 
-use crate::linearization::Orthogonal;
 use crate::local_columns::LocalColumns;
 use crate::sparse_basis::sparse_basis;
 use crate::statistics::Covariance;
-use crate::{EvaluateError, Linearization, Problem, Values};
+use crate::{EvaluateError, Problem, Values};
+use decomposition::Decomposition;
 
 /// Singular values of the column-scaled Jacobian below this share of the largest are zero. The scaled matrix
 /// carries rounding errors of about (rows · 1e-16); a direction weaker than 1e-9 cannot be told from them.
@@ -67,38 +69,16 @@ impl Spectrum {
     /// # Errors
     /// Where a residual cannot be evaluated there.
     pub fn new(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
-        let linearization = Orthogonal::new(problem, values)?;
-        let local = Arc::new(linearization.local_columns(problem)?);
-        let column_scales = linearization.column_scales();
-        let shared = &problem.structure().shared;
-        let scales: Vec<f64> = shared.iter().map(|column| column_scales[*column]).collect();
-        let norms: Vec<f64> = shared.iter().map(|column| linearization.column_norms()[*column]).collect();
-        let triangle = linearization.triangle();
-        let columns = scales.len();
-        // A column of zeros is a direction without information by itself: decomposed along with the others it would
-        // mix with theirs.
-        let (active, idle): (Vec<usize>, Vec<usize>) = (0..columns).partition(|j| norms[*j] > 0.0);
-        // At least as many rows as columns, so that the whole null space comes out.
-        let scaled = Mat::from_fn(triangle.nrows().max(active.len()), active.len(), |i, j| {
-            if i < triangle.nrows() { triangle[(i, active[j])] / scales[active[j]] } else { 0.0 }
-        });
-        let svd =
-            scaled.thin_svd().map_err(|_| EvaluateError("the Jacobian has no singular value decomposition".into()))?;
-        let mut singular_values: Vec<f64> = (0..active.len()).map(|k| svd.S()[k]).collect();
+        let Decomposition { column_scales, local, idle, mut singular_values, mut directions } =
+            Decomposition::new(problem, values)?;
+        let scales: Vec<f64> = problem.structure().shared.iter().map(|column| column_scales[*column]).collect();
         let largest = singular_values.first().copied().unwrap_or(0.0);
         let rank = singular_values.iter().filter(|s| **s > RANK_TOLERANCE * largest).count();
-        let mut directions: Vec<Vec<f64>> = (0..active.len())
-            .map(|k| {
-                let mut direction = vec![0.0; columns];
-                active.iter().enumerate().for_each(|(j, column)| direction[*column] = svd.V()[(j, k)]);
-                direction
-            })
-            .collect();
         for column in &idle {
             singular_values.push(0.0);
-            directions.push((0..columns).map(|j| f64::from(j == *column)).collect());
+            directions.push((0..scales.len()).map(|j| f64::from(j == *column)).collect());
         }
-        Ok(Spectrum { column_scales, local, scales, singular_values, directions, rank, idle })
+        Ok(Spectrum { column_scales, local: Arc::new(local), scales, singular_values, directions, rank, idle })
     }
 
     /// Number of directions that the data determine.
