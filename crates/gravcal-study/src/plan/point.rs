@@ -51,14 +51,12 @@ pub(crate) struct Instance {
 impl Point {
     /// The trial of this number, which with the seed alone decides everything random.
     pub(crate) fn instance(&self, trial: u64, names: &[(String, String)]) -> Result<Instance, String> {
-        let Drawn { simulation, mut session } = self.source.draw(self.seed, trial)?;
+        let Drawn { simulation, mut session, stated } = self.source.draw(self.seed, trial)?;
         let drawn = simulation.session(trial);
-        let stated: Vec<_> = std::mem::take(&mut session.poses);
         session.poses = drawn.poses;
         session.saturated = drawn.saturated;
-        // A session may keep the noise of the readings to itself.
-        for (pose, stated) in session.poses.iter_mut().zip(&stated) {
-            for (reading, stated) in pose.torque.iter_mut().zip(&stated.torque) {
+        for (pose, stated) in session.poses.iter_mut().zip(stated) {
+            for (reading, stated) in pose.torque.iter_mut().zip(stated) {
                 if let (Some(reading), Some(stated)) = (reading, stated) {
                     reading.std = stated.std;
                 }

@@ -13,7 +13,7 @@ use super::change::Change;
 use super::draw::Draw;
 use super::file::{ChangeTable, DrawTable, StudyTable, VaryTable};
 use super::point_files::PointFiles;
-use super::source::Source;
+use super::source::{Said, Source};
 use super::{Axis, Compared, Point, Study, told};
 use crate::quantities::measured_quantities;
 use crate::random_arms::Knowing;
@@ -250,9 +250,11 @@ impl Reader<'_> {
                 let told = at(axes, &places);
                 let files =
                     PointFiles { document: self.document, path: &path, base: &base, changes: &changes, told: &told };
-                let (simulation, session) = files.make(hash)?;
+                let (mut simulation, session) = files.make(hash)?;
                 let seed = self.table.seed.unwrap_or(simulation.seed);
-                let source = Source::Simulation { simulation: Box::new(simulation), session: Box::new(session), draw };
+                simulation.seed = seed;
+                let said = Box::new(Said::of(session));
+                let source = Source::Simulation { simulation: Box::new(simulation), said, draw };
                 Ok(Point { places, source, seed })
             })
             .collect()
@@ -332,7 +334,7 @@ fn quantities(points: &[Point]) -> Vec<(String, String)> {
     };
     for point in points {
         match &point.source {
-            Source::Simulation { session, .. } => add(session),
+            Source::Simulation { said, .. } => add(&said.session),
             Source::RandomArms(_) => {
                 let drawn = (0..ARMS).filter_map(|trial| point.source.draw(point.seed, trial).ok());
                 let mut sessions: Vec<Session> = drawn.map(|drawn| drawn.session).collect();
