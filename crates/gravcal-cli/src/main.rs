@@ -27,6 +27,10 @@ use clap::{Parser, Subcommand};
 use exit::Exit;
 use failure::Failure;
 
+/// Studies pose thousands of small problems a second.
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 /// Calibrates a robot's joint torque and position sensors, and gravity in its base frame, from static poses.
 #[derive(Debug, Parser)]
 #[command(name = "gravcal", version, after_help = AFTER_HELP, after_long_help = AFTER_LONG_HELP)]
