@@ -3,7 +3,7 @@
 
 use gravcal_solvers::LevenbergMarquardt;
 
-use crate::joint::{self, Readings, Signals, Solved, Unknowns, estimate_jointly};
+use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
 use crate::parameter::Quantity;
 use crate::result::{EstimatorResult, Verdict};
 use crate::session::{InertiaKnowledge, Session};
@@ -22,10 +22,7 @@ struct Known {
 
 /// Judges the reference protocol's session at the truth, with the readings `(pose, joint)` that are kept.
 fn known(session: &Session, truth: &Unknowns, keep: impl Fn(usize, usize) -> bool) -> Known {
-    let mut readings = joint::select(session, Signals::All);
-    let used = readings.used.iter_mut().enumerate();
-    used.for_each(|(pose, used)| used.retain(|joint| keep(pose, *joint)));
-    let readings = Readings { ..readings };
+    let readings = joint::select(session, Signals::All).only(keep);
     let posed = joint::pose(session, &readings, truth).unwrap();
     let solved = Solved::at_start(readings, posed).unwrap();
     let open = |blocks: Vec<gravcal_estimation::BlockId>| {

@@ -17,9 +17,7 @@ fn with_workbench<T>(run: impl FnOnce(&Workbench<'_>) -> T) -> T {
 
 /// Only the channels for which `keep` holds.
 fn part(session: &Session, keep: impl Fn(usize) -> bool) -> Readings {
-    let mut readings = joint::select(session, Signals::All);
-    readings.used.iter_mut().for_each(|used| used.retain(|channel| keep(*channel)));
-    readings
+    joint::select(session, Signals::All).only(|_, channel| keep(channel))
 }
 
 fn at_truth(simulation: &Simulation, session: &Session, readings: Readings) -> Solved {

@@ -436,16 +436,3 @@ pub struct HeldOut {
     /// By joint.
     pub joints: Vec<JointFit>,
 }
-
-/// Probability below which the stated noise is taken not to explain the residuals.
-const SIGNIFICANCE: f64 = 1e-3;
-
-impl Fit {
-    /// How many times worse than their stated noise the readings are explained, where that is no accident: `√(χ²/dof)`,
-    /// under a loss by the median.
-    pub(crate) fn misfit(&self) -> Option<f64> {
-        let by_squares = || (self.chi_squared / self.degrees_of_freedom as f64).sqrt();
-        let ratio = self.median_ratio.unwrap_or_else(by_squares);
-        self.p_value.filter(|p| *p < SIGNIFICANCE).map(|_| ratio)
-    }
-}

@@ -4,6 +4,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use gravcal_estimation::{Estimate, IterationRecord, Problem, SolveContext, SolveError, Solver, Values};
 
+/// A brief solve ends where an iteration lowers the cost by no more than this share of it.
+const SETTLED: f64 = 1e-4;
+
 /// A solver and a listener.
 pub struct Workbench<'a> {
     solver: &'a dyn Solver,
@@ -38,7 +41,8 @@ impl<'a> Workbench<'a> {
         self.solver
     }
 
-    /// A few iterations from `initial`, of which nobody is told.
+    /// A few iterations from `initial`, of which nobody is told: so many at most, and no more where one lowers the cost by next to
+    /// nothing ([`SETTLED`]).
     pub(crate) fn solve_briefly(
         &self,
         problem: &Problem,
@@ -46,9 +50,12 @@ impl<'a> Workbench<'a> {
         iterations: usize,
     ) -> Result<Estimate, SolveError> {
         let enough = AtomicBool::new(false);
+        let mut before = f64::INFINITY;
         let mut observer = |record: &IterationRecord| {
             let stopped = self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
-            enough.store(stopped || record.iteration >= iterations, Ordering::Relaxed);
+            let settled = before - record.cost <= SETTLED * record.cost;
+            before = record.cost;
+            enough.store(stopped || settled || record.iteration >= iterations, Ordering::Relaxed);
         };
         let mut context = SolveContext { observer: Some(&mut observer), stop: Some(&enough), checkpoint: None };
         self.solver.solve(problem, initial, &mut context)

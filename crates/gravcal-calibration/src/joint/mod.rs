@@ -114,7 +114,7 @@ pub fn estimate(
     let solved = solve(session, readings, known, workbench)?;
     let fit = solve::fit_with_held_out(session, &solved, workbench)?;
     // What was stopped on its way explains the readings badly whatever the model.
-    let misfit = fit.misfit().filter(|_| solved.estimate.termination != Termination::Stopped);
+    let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
     let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
     let solved = Solved { uncertainty, ..solved };
     let mut result = tell(session, name, &solved, fit, told, workbench)?;

@@ -87,11 +87,10 @@ pub(crate) fn why_not_by_groups(session: &Session, posed: &JointProblem) -> Opti
 impl Readings {
     /// Those that enter first, from which values can be had to start with.
     pub(super) fn first(&self) -> Readings {
-        let mut first = self.clone();
-        if let Order::PoseByPose { from } = self.order {
-            first.used[from..].iter_mut().for_each(Vec::clear);
+        match self.order {
+            Order::PoseByPose { from } => self.only(|pose, _| pose < from),
+            _ => self.clone(),
         }
-        first
     }
 }
 

@@ -22,7 +22,7 @@ use super::readings::Readings;
 use super::unknowns::{Layout, Unknowns};
 use crate::parameter::Quantity;
 use crate::residuals::{PositionError, Prior};
-use crate::session::Session;
+use crate::session::{Deflection, Session};
 use crate::sweeps::{Sweep, find_sweeps};
 
 /// An unknown error of the positions of some joints, shared by some poses.
@@ -55,6 +55,10 @@ pub(super) fn add_unknowns(
     start: &Unknowns,
     builder: &mut ProblemBuilder,
 ) -> Vec<PositionUnknown> {
+    let Deflection { hold_std, pose_std, reading_std, .. } = &session.deflection;
+    if hold_std.is_none() && pose_std.is_none() && reading_std.iter().all(|std| *std == 0.0) {
+        return Vec::new();
+    }
     let mut adding = Adding { session, builder, unknowns: Vec::new() };
     let sweeps = if session.deflection.hold_std.is_some() { find_sweeps(session) } else { Vec::new() };
     for (index, sweep) in sweeps.iter().enumerate() {

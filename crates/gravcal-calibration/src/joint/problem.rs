@@ -76,6 +76,9 @@ impl JointProblem {
 
     /// The same problem with another loss of the readings.
     pub(crate) fn with_loss(&self, loss: Loss) -> Result<JointProblem, PosingError> {
+        if loss == self.loss {
+            return Ok(self.clone());
+        }
         let mut factors = self.problem.factors().to_vec();
         factors[..self.poses].iter_mut().for_each(|factor| factor.loss = loss);
         Ok(JointProblem { problem: self.problem.with_factors(factors)?, loss, ..self.clone() })

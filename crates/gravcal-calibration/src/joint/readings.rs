@@ -21,7 +21,7 @@ use crate::session::{Instrument, InstrumentKind, KnowledgeKind, Session};
 #[derive(Clone, Debug)]
 pub struct Readings {
     /// Channels that enter, for each pose of the session: see [`Session::channel_count`].
-    pub used: Vec<Vec<usize>>,
+    pub used: Vec<Arc<[usize]>>,
     /// Standard deviation, by channel, of readings that state none; unit of the reading.
     pub noise: Vec<f64>,
     /// How readings far beyond that are to be counted. [`super::pose`] leaves it to `JointProblem::with_loss`: at a start
@@ -34,14 +34,24 @@ pub struct Readings {
 impl Readings {
     /// Every reading of the session for which `keep(pose, channel)` holds.
     pub fn select(session: &Session, noise: Vec<f64>, keep: impl Fn(usize, usize) -> bool) -> Readings {
-        let enters = |pose, channel| session.reading(pose, channel).is_some() && keep(pose, channel);
-        let of_pose = |pose| (0..session.channel_count()).filter(|channel| enters(pose, *channel)).collect();
-        Readings {
-            used: (0..session.poses.len()).map(of_pose).collect(),
-            noise,
-            loss: session.loss,
-            order: Order::Together,
-        }
+        let all: Arc<[usize]> = (0..session.channel_count()).collect();
+        let used = vec![all; session.poses.len()];
+        let readings = Readings { used, noise, loss: session.loss, order: Order::Together };
+        readings.only(|pose, channel| session.reading(pose, channel).is_some() && keep(pose, channel))
+    }
+
+    /// The same, but only readings for which `keep(pose, channel)` holds.
+    pub fn only(&self, keep: impl Fn(usize, usize) -> bool) -> Readings {
+        let of_pose = |(pose, used): (usize, &Arc<[usize]>)| {
+            let kept = || used.iter().copied().filter(|channel| keep(pose, *channel));
+            match kept().count() {
+                0 => Arc::default(),
+                count if count == used.len() => Arc::clone(used),
+                _ => kept().collect(),
+            }
+        };
+        let used = self.used.iter().enumerate().map(of_pose).collect();
+        Readings { used, noise: self.noise.clone(), loss: self.loss, order: self.order.clone() }
     }
 
     /// How many poses have a reading that enters.
@@ -49,14 +59,24 @@ impl Readings {
         self.used.iter().filter(|used| !used.is_empty()).count()
     }
 
+    /// The channel of every reading that enters.
+    fn channels(&self) -> impl Iterator<Item = &usize> {
+        self.used.iter().flat_map(|used| used.iter())
+    }
+
+    /// How many readings enter.
+    pub fn count(&self) -> usize {
+        self.used.iter().map(|used| used.len()).sum()
+    }
+
     /// Whether any torque of a joint enters.
     pub(super) fn any_torque(&self, session: &Session) -> bool {
-        self.used.iter().flatten().any(|channel| *channel < session.joints.len())
+        self.channels().any(|channel| *channel < session.joints.len())
     }
 
     /// Whether the torque of any joint enters with which this one moves something.
     fn any_torque_met(&self, session: &Session, joint: usize) -> bool {
-        let mut torques = self.used.iter().flatten().filter(|channel| **channel < session.joints.len());
+        let mut torques = self.channels().filter(|channel| **channel < session.joints.len());
         torques.any(|channel| session.robot.chain.meet(*channel, joint))
     }
 
@@ -88,7 +108,7 @@ impl Readings {
 
     /// Instrument and axis of the readings of instruments that enter, each once.
     fn used_axes(&self, session: &Session) -> BTreeSet<(usize, usize)> {
-        self.used.iter().flatten().filter_map(|channel| session.axis(*channel)).collect()
+        self.channels().filter_map(|channel| session.axis(*channel)).collect()
     }
 
     /// Which loads hang on the robot in a pose of which something is read that feels them.

@@ -14,7 +14,7 @@ use super::readings::Readings;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
-use crate::judgement::{fit, held_out};
+use crate::judgement::{Explained, fit, held_out};
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::Fit;
 use crate::session::Session;
@@ -146,8 +146,7 @@ pub(super) fn first_noise(session: &Session) -> Vec<f64> {
 impl Solved {
     /// How many times worse than their stated noise the readings are explained, where that is no accident.
     pub(super) fn misfit(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
-        let whitened = self.posed.problem.residuals(&self.estimate.values)?;
-        Ok(fit(session, self, &whitened)?.misfit())
+        Ok(Explained::of(session, self, 2.0 * self.estimate.cost)?.misfit())
     }
 
     /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up.
@@ -258,12 +257,7 @@ pub(crate) fn fit_with_held_out(
     let mut told = fit(session, solved, &whitened)?;
     workbench.tell("predicting held-out poses");
     let is_held_out = |pose: usize| pose % HELD_OUT_SHARE == HELD_OUT_SHARE / 2;
-    let part = |held: bool| {
-        let mut readings = solved.readings.clone();
-        let other = readings.used.iter_mut().enumerate().filter(|(pose, _)| is_held_out(*pose) != held);
-        other.for_each(|(_, used)| used.clear());
-        readings
-    };
+    let part = |held: bool| solved.readings.only(|pose, _| is_held_out(pose) == held);
     let mut start = solved.unknowns(&Unknowns::nominal(session));
     if !solved.posed.problem.constraints().is_empty() {
         constraints::respect(session, &mut start); // of rounding errors

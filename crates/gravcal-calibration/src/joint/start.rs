@@ -43,7 +43,7 @@ pub(super) fn best_start(
     workbench: &Workbench<'_>,
 ) -> Result<Unknowns, PosingError> {
     let sample = thinned(readings);
-    let explained = EXPLAINED * sample.used.iter().map(Vec::len).sum::<usize>() as f64;
+    let explained = EXPLAINED * sample.count() as f64;
     let mut solved: Vec<(f64, Unknowns)> = Vec::new();
     for (index, (cost, start)) in candidates(session, &sample, known)?.enumerate() {
         if cost < explained {
@@ -135,7 +135,7 @@ pub(super) fn cost_nearby(
 }
 
 /// The same with where they lead to.
-fn solve_nearby(
+pub(super) fn solve_nearby(
     session: &Session,
     sample: &Readings,
     start: &Unknowns,
@@ -189,10 +189,8 @@ fn respect_distances(session: &Session, start: &mut Unknowns) {
 
 /// Every so many poses of the readings, so that about [`POSES`] are left.
 pub(super) fn thinned(readings: &Readings) -> Readings {
-    let stride = readings.used.iter().filter(|used| !used.is_empty()).count().div_ceil(POSES).max(1);
-    let mut thinned = readings.clone();
-    thinned.used.iter_mut().enumerate().filter(|(i, _)| i % stride != 0).for_each(|(_, used)| used.clear());
-    thinned
+    let stride = readings.poses().div_ceil(POSES).max(1);
+    readings.only(|pose, _| pose % stride == 0)
 }
 
 /// A direction [`OFF_AXIS`] away from the given one, towards no special side.

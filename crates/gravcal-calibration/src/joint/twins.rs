@@ -7,9 +7,11 @@
 //!   joints carry of it; along the axis of the joint that carries it the latter may be little, and its sign a matter of
 //!   where the start lay.
 
+use nalgebra::Vector3;
+
 use super::hold::Holds;
 use super::solve::{Solved, solve_from};
-use super::start::{cost_nearby, thinned};
+use super::start::{cost_nearby, solve_nearby, thinned};
 use super::{EstimateError, Unknowns};
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -56,9 +58,14 @@ fn right_way_up(session: &Session, solved: Solved, workbench: &Workbench<'_>) ->
 
 fn unmirrored(session: &Session, solved: Solved, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
     let found = solved.unknowns(&Unknowns::nominal(session));
-    let Some(mirrored) = mirrored_placements(session, &found) else { return Ok(solved) };
-    let [here, there] = nearby(session, &solved, [&found, &mirrored], workbench)?;
-    if there >= here * (1.0 - LOWER) {
+    let Some(along) = along_axis(session, &found) else { return Ok(solved) };
+    let mirrored = mirrored_placements(&found, along);
+    let sample = thinned(&solved.readings);
+    let (there, end) = solve_nearby(session, &sample, &mirrored, workbench)?;
+    if along_axis(session, &end).is_some_and(|end| end.vector.dot(&along.vector) > 0.0) {
+        return Ok(solved); // back where it was
+    }
+    if there >= cost_nearby(session, &sample, &found, workbench)? * (1.0 - LOWER) {
         return Ok(solved);
     }
     workbench.tell("placements the other way round");
@@ -79,16 +86,27 @@ fn nearby(
     Ok([here?, there?])
 }
 
-/// The vector between two placements of a known distance reversed along the axis of the joint that carries them. Nothing where
-/// there is no such pair.
-fn mirrored_placements(session: &Session, values: &Unknowns) -> Option<Unknowns> {
-    let [a, b] = session.pair_of_free_placements()?.between;
-    let joint = &session.robot.chain.movers()[session.loads[a].link];
-    let axis = nalgebra::Vector3::from(joint.after.inverse().rotate_vector(joint.axis));
-    let [p, q] = [a, b].map(|load| nalgebra::Vector3::from(values.loads[load]));
-    let along = axis * axis.dot(&(q - p));
+/// Of the vector between two placements, the part along the axis of the joint that carries them.
+#[derive(Clone, Copy)]
+struct AlongAxis {
+    loads: [usize; 2],
+    vector: Vector3<f64>,
+}
+
+/// That of the placements of a known distance. Nothing where there is no such pair.
+fn along_axis(session: &Session, values: &Unknowns) -> Option<AlongAxis> {
+    let loads = session.pair_of_free_placements()?.between;
+    let joint = &session.robot.chain.movers()[session.loads[loads[0]].link];
+    let axis = Vector3::from(joint.after.inverse().rotate_vector(joint.axis));
+    let [p, q] = loads.map(|load| Vector3::from(values.loads[load]));
+    Some(AlongAxis { loads, vector: axis * axis.dot(&(q - p)) })
+}
+
+/// The vector between two placements reversed along the axis.
+fn mirrored_placements(values: &Unknowns, along: AlongAxis) -> Unknowns {
+    let [a, b] = along.loads;
     let mut mirrored = values.clone();
-    mirrored.loads[a] = (p + along).into();
-    mirrored.loads[b] = (q - along).into();
-    Some(mirrored)
+    mirrored.loads[a] = (Vector3::from(values.loads[a]) + along.vector).into();
+    mirrored.loads[b] = (Vector3::from(values.loads[b]) - along.vector).into();
+    mirrored
 }

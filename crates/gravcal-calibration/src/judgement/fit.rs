@@ -7,6 +7,9 @@ use crate::joint::{NORMAL_MEDIAN, Readings, Solved, median};
 use crate::result::{Fit, HeldOut, JointFit, ReadingResidual};
 use crate::session::Session;
 
+/// Probability below which the stated noise is taken not to explain the residuals.
+const SIGNIFICANCE: f64 = 1e-3;
+
 /// Residuals of readings, collected by channel.
 #[derive(Clone, Debug)]
 pub(crate) struct JointResiduals {
@@ -47,16 +50,40 @@ impl JointResiduals {
     }
 }
 
+/// How well the readings are explained as a whole.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Explained {
+    chi_squared: f64,
+    degrees_of_freedom: usize,
+    p_value: Option<f64>,
+    median_ratio: Option<f64>,
+}
+
+impl Explained {
+    pub fn of(session: &Session, solved: &Solved, chi_squared: f64) -> Result<Explained, EvaluateError> {
+        let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.spectrum.rank());
+        let stated = !session.noise_estimated().iter().any(|e| *e);
+        let (p_value, median_ratio) = match (stated, solved.posed.loss) {
+            (false, _) => (None, None),
+            (true, Loss::None) => (by_chi_squared(chi_squared, degrees_of_freedom), None),
+            (true, _) => by_median(&solved.freed_residuals()?),
+        };
+        Ok(Explained { chi_squared, degrees_of_freedom, p_value, median_ratio })
+    }
+
+    /// How many times worse than their stated noise the readings are explained, where that is no accident: `√(χ²/dof)`,
+    /// under a loss by the median.
+    pub fn misfit(&self) -> Option<f64> {
+        let by_squares = || (self.chi_squared / self.degrees_of_freedom as f64).sqrt();
+        let ratio = self.median_ratio.unwrap_or_else(by_squares);
+        self.p_value.filter(|p| *p < SIGNIFICANCE).map(|_| ratio)
+    }
+}
+
 /// Tells the fit of a solved problem with these whitened residuals.
 pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Fit, EvaluateError> {
-    let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.spectrum.rank());
-    let chi_squared: f64 = whitened.iter().map(|r| r * r).sum();
-    let stated = !session.noise_estimated().iter().any(|e| *e);
-    let (p_value, median_ratio) = match (stated, solved.posed.loss) {
-        (false, _) => (None, None),
-        (true, Loss::None) => (by_chi_squared(chi_squared, degrees_of_freedom), None),
-        (true, _) => by_median(&solved.freed_residuals()?),
-    };
+    let chi_squared = whitened.iter().map(|r| r * r).sum();
+    let Explained { degrees_of_freedom, p_value, median_ratio, .. } = Explained::of(session, solved, chi_squared)?;
     Ok(Fit {
         chi_squared,
         degrees_of_freedom,

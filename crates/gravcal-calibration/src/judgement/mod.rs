@@ -12,7 +12,7 @@ mod remarks;
 
 pub(crate) use cure::Situation;
 pub(crate) use determined::{Combination, Judgement, judge, limit};
-pub(crate) use fit::{fit, held_out};
+pub(crate) use fit::{Explained, fit, held_out};
 pub(crate) use friction::driving_friction_notes;
 pub(crate) use gravity::gravity_result;
 pub(crate) use moments::{DeterminedMoment, determined_moments};

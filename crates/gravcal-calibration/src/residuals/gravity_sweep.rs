@@ -11,7 +11,7 @@
 
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 
-use crate::axis_frames::AxisFrames;
+use crate::axis_frames::{AxisFrames, Moved};
 
 /// Blocks of a [`GravitySweep`].
 #[derive(Clone, Debug)]
@@ -49,6 +49,15 @@ impl GravitySweep {
     }
 }
 
+impl GravitySweep {
+    /// Gravity in the axis frame of the swept joint, with the joints before it at these readings.
+    fn gravity_beyond(&self, x: LocalValues<'_>, position: &[f64]) -> Moved {
+        let coordinate = |(l, q): (usize, &f64)| x.scalar(1 + 2 * l) * q + x.scalar(2 + 2 * l);
+        let coordinates: Vec<f64> = position.iter().enumerate().map(coordinate).collect();
+        self.frames.gravity(x.block(0), &coordinates)
+    }
+}
+
 impl Residual for GravitySweep {
     fn blocks(&self) -> &[BlockId] {
         &self.blocks
@@ -67,10 +76,14 @@ impl Residual for GravitySweep {
         let own = 1 + 2 * self.swept;
         let (s, b) = (x.scalar(own), x.scalar(own + 1));
         let &[p, q] = x.block(own + 2) else { unreachable!("a lumped moment has two components") };
+        let mut standing: Option<(&[f64], Moved)> = None;
         for (row, (position, y)) in self.readings.iter().enumerate() {
-            let before: Vec<f64> =
-                (0..self.swept).map(|l| x.scalar(1 + 2 * l) * position[l] + x.scalar(2 + 2 * l)).collect();
-            let gravity = self.frames.gravity(x.block(0), &before);
+            // The joints before the swept one mostly stand where they stood in the pose before.
+            let here = &position[..self.swept];
+            let (_, gravity) = match standing.take().filter(|(there, _)| *there == here) {
+                Some(same) => standing.insert(same),
+                None => standing.insert((here, self.gravity_beyond(x, here))),
+            };
             let (sin, cos) = (s * position[self.swept]).sin_cos();
             // Coefficients of g_x and g_y.
             let (by_x, by_y) = (p * sin + q * cos, q * sin - p * cos);
