@@ -212,6 +212,11 @@ impl Problem {
         &self.shape_of(factor).rows
     }
 
+    /// The different lists of shared columns that the rows of a factor touch.
+    pub(crate) fn column_lists(&self, factor: usize) -> &[Vec<usize>] {
+        &self.shape_of(factor).columns
+    }
+
     /// How it is laid out for linearization.
     pub(crate) fn structure(&self) -> &Structure {
         &self.structure

@@ -59,6 +59,8 @@ pub(crate) struct Shape {
     pub patterned: bool,
     /// One a row.
     pub rows: Vec<RowPlan>,
+    /// The different lists of columns that its rows have.
+    pub columns: Vec<Vec<usize>>,
 }
 
 /// How the shared columns of one row are picked from the local stored ones.
@@ -68,6 +70,8 @@ pub(crate) struct RowPlan {
     pub pieces: Vec<Piece>,
     /// Index among the shared columns of each compact column, ascending.
     pub columns: Vec<usize>,
+    /// Place of these columns among [`Shape::columns`].
+    pub place: usize,
 }
 
 /// A run of columns.
@@ -210,7 +214,7 @@ impl Layout<'_> {
         let residual = &self.factors[factor].residual;
         let local_offsets = offsets(residual.blocks().iter().map(|id| self.blocks[id.index()].len()));
         let everything = 0..local_offsets[local_offsets.len() - 1];
-        let rows = (0..residual.len())
+        let mut rows: Vec<RowPlan> = (0..residual.len())
             .map(|row| {
                 // Whitening of correlated rows mixes them: each touches all columns then.
                 let pattern = residual.row_pattern(row).filter(|_| !is_correlated(&self.factors[factor]));
@@ -225,7 +229,14 @@ impl Layout<'_> {
         let local = residual.blocks().iter().any(|id| self.is_local(*id));
         let correlated = is_correlated(&self.factors[factor]);
         let patterned = !correlated && (0..residual.len()).all(|row| residual.row_pattern(row).is_some());
-        Shape { local_offsets, local, patterned, rows }
+        let mut columns: Vec<Vec<usize>> = Vec::new();
+        for row in &mut rows {
+            row.place = columns.iter().position(|known| *known == row.columns).unwrap_or(columns.len());
+            if row.place == columns.len() {
+                columns.push(row.columns.clone());
+            }
+        }
+        Shape { local_offsets, local, patterned, rows, columns }
     }
 
     fn row_plan(&self, ids: &[BlockId], offsets: &[usize], pattern: &[Range<usize>], places: &[Place]) -> RowPlan {
@@ -251,7 +262,7 @@ impl Layout<'_> {
         runs.sort_by_key(|(to, _)| *to);
         runs.dedup_by_key(|(to, _)| *to); // a sphere that several ranges touch
         let columns = runs.iter().flat_map(|(to, piece)| *to..to + piece.length).collect();
-        RowPlan { pieces: join(runs), columns }
+        RowPlan { pieces: join(runs), columns, place: 0 }
     }
 
     /// Islands of local blocks, and the factors in order.

@@ -1,4 +1,4 @@
-//! Sums over the factors: rows of one shape wait in batches, each of which makes one small matrix product.
+//! Sums over the factors: rows of one shape that touch the same columns wait in batches, each of which makes one small matrix product.
 
 use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
@@ -8,7 +8,7 @@ use super::islands::IslandSums;
 use crate::problem::{Chunk, Rows};
 use crate::{EvaluateError, Problem, Values};
 
-/// Rows of one shape and place that are multiplied at once.
+/// Rows of the same columns that are multiplied at once.
 const BATCH: usize = 64;
 
 /// Sums over the factors of one chunk.
@@ -144,10 +144,12 @@ fn collect<'p>(
     batches: &mut [Vec<Batch<'p>>],
     spare: &mut Vec<Memory>,
 ) {
-    let plans = problem.plans(factor);
     let own = &mut batches[problem.structure().shape_of[factor]];
     if own.is_empty() {
-        own.extend(plans.iter().map(|plan| Batch::new(&plan.columns, spare.pop().unwrap_or_default())));
+        let lists = problem.column_lists(factor).iter();
+        own.extend(lists.map(|columns| Batch::new(columns, spare.pop().unwrap_or_default())));
     }
-    plans.iter().zip(own).enumerate().for_each(|(row, (plan, batch))| rows.gather(plan, row, batch.next_row()));
+    for (row, plan) in problem.plans(factor).iter().enumerate() {
+        rows.gather(plan, row, own[plan.place].next_row());
+    }
 }
