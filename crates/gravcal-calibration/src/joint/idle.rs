@@ -15,6 +15,9 @@ pub(crate) fn idle_joints(session: &Session, unknowns: &Unknowns) -> Vec<bool> {
     let gravity = Vector3::from(unknowns.gravity);
     let mut idle: Vec<bool> = chain.movers().iter().map(|mover| mover.kind == JointKind::Revolute).collect();
     for pose in &session.poses {
+        if !idle.contains(&true) {
+            break;
+        }
         let axes = chain.axes(&session.terms.coordinates(&pose.position, unknowns));
         for (idle, axis) in idle.iter_mut().zip(axes) {
             *idle &= gravity.cross(&Vector3::from(axis)).norm() < IDLE_ANGLE * gravity.norm();

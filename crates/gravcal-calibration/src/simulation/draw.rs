@@ -7,16 +7,13 @@ use rand_pcg::Pcg64;
 
 use super::conditions::Course;
 use super::instruments;
+use super::statics::Statics;
 use super::{Outliers, Run, Simulation};
 use crate::parameter::Quantity;
 use crate::session::{Pose, Session};
 
 /// Keeps the stream of outliers apart from that of the noise.
 const OUTLIERS: u128 = 1 << 100;
-/// Rounds in which a compliant joint and its torque come to agree; each shrinks the error by (compliance · stiffness
-/// of gravity), a few per cent.
-const COMPLIANCE_ROUNDS: usize = 20;
-
 /// The session of trial number `trial`.
 pub(super) fn session(simulation: &Simulation, trial: u64) -> Session {
     let mut random = Pcg64::new(u128::from(simulation.seed), u128::from(trial));
@@ -24,12 +21,13 @@ pub(super) fn session(simulation: &Simulation, trial: u64) -> Session {
     let mut of_outliers = Pcg64::new(u128::from(simulation.seed) ^ OUTLIERS, u128::from(trial));
     let mut session = simulation.template.clone();
     let poses = simulation.runs.iter().map(Run::poses).sum();
+    let mut statics = Statics::new(simulation);
     let mut course = Course::new(&simulation.conditions, poses, simulation.seed, trial);
     for (table, run) in simulation.runs.iter().enumerate() {
         for (index, stand) in stands(simulation, run, &mut random).into_iter().enumerate() {
             let conditions = course.next(&stand.position);
             let generators = [&mut random, &mut of_outliers];
-            let pose = read_sensors(simulation, (table, index), &stand, conditions, generators);
+            let pose = read_sensors(&mut statics, (table, index), &stand, conditions, generators);
             session.poses.push(pose);
         }
     }
@@ -85,18 +83,19 @@ fn random_position(simulation: &Simulation, joint: usize, random: &mut Pcg64) ->
 }
 
 fn read_sensors(
-    simulation: &Simulation,
+    statics: &mut Statics<'_>,
     (table, index): (usize, usize),
     stand: &Stand,
     conditions: Conditions,
     [random, of_outliers]: [&mut Pcg64; 2],
 ) -> Pose {
+    let simulation = statics.simulation();
     let load = simulation.template.tables[table].load;
-    let (coordinates, torque) = statics(simulation, stand, load);
+    let (coordinates, torque) = statics.of(stand, load);
     let disturbance = &simulation.disturbance;
     let seen = simulation.seen_positions(stand, &coordinates);
     let position = seen.iter().zip(&disturbance.position_std).map(|(q, std)| q + std * normal(random)).collect();
-    let read = simulation.template.terms.torque_readings(&torque, &conditions, &simulation.truth);
+    let read = simulation.template.terms.torque_readings(torque, &conditions, &simulation.truth);
     let torque = read
         .iter()
         .enumerate()
@@ -124,35 +123,6 @@ impl Simulation {
         };
         stand.position.iter().enumerate().map(|(joint, q)| q + deflected(joint)).collect()
     }
-}
-
-/// True coordinates and torques, stationary joints deflected.
-pub(super) fn statics(simulation: &Simulation, stand: &Stand, load: Option<usize>) -> (Vec<f64>, Vec<f64>) {
-    let truth = &simulation.truth;
-    let mut inertia: Vec<f64> = truth.inertia.iter().flatten().copied().collect();
-    if let Some(load) = load {
-        let (mass, link) = (simulation.template.loads[load].mass, simulation.template.loads[load].link);
-        inertia[4 * link] += mass;
-        (0..3).for_each(|axis| inertia[4 * link + 1 + axis] += mass * truth.loads[load][axis]);
-    }
-    let compliance = &simulation.disturbance.deflection.compliance;
-    let mut torque = vec![0.0; stand.position.len()];
-    let sensed = simulation.template.terms.coordinates(&stand.position, truth);
-    let rounds = if compliance.iter().any(|c| *c != 0.0) { COMPLIANCE_ROUNDS } else { 1 };
-    let mut coordinates = sensed.clone();
-    for _ in 0..rounds {
-        coordinates = sensed
-            .iter()
-            .enumerate()
-            .map(|(joint, coordinate)| {
-                let deflection = stand.deflection[joint] + compliance[joint] * torque[joint];
-                let moving = stand.swept == Some(joint);
-                coordinate + if moving { 0.0 } else { deflection }
-            })
-            .collect();
-        simulation.template.robot.chain.gravity_torque(&coordinates, truth.gravity, &inertia, &mut torque);
-    }
-    (coordinates, torque)
 }
 
 impl Outliers {

@@ -14,6 +14,7 @@ mod draw;
 mod file;
 mod instruments;
 mod recording;
+mod statics;
 mod write;
 mod write_conditions;
 mod write_recording;

@@ -14,7 +14,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::Simulation;
-use super::draw::{Stand, normal, stands, statics};
+use super::draw::{Stand, normal, stands};
+use super::statics::Statics;
 use crate::session::{Pose, Session};
 
 /// Frequency of what vibrates after a move, Hz.
@@ -100,6 +101,7 @@ pub fn record<E>(simulation: &Simulation, motion: &Motion, trial: u64, sink: &mu
 
 struct Recorder<'a> {
     simulation: &'a Simulation,
+    statics: Statics<'a>,
     motion: &'a Motion,
     random: Pcg64,
     /// Of dirt.
@@ -133,6 +135,7 @@ impl<'a> Recorder<'a> {
         let standstills = Vec::new();
         Recorder {
             simulation,
+            statics: Statics::new(simulation),
             motion,
             random,
             dirty,
@@ -235,11 +238,11 @@ impl<'a> Recorder<'a> {
     }
 
     /// What all sensors would read without noise: positions, then torques.
-    fn readings(&self, table: usize, stand: &Stand) -> Vec<f64> {
+    fn readings(&mut self, table: usize, stand: &Stand) -> Vec<f64> {
         let simulation = self.simulation;
-        let (coordinates, torque) = statics(simulation, stand, simulation.template.tables[table].load);
-        let torques =
-            simulation.template.terms.torque_readings(&torque, &self.conditions(self.time()), &simulation.truth);
+        let conditions = self.conditions(self.time());
+        let (coordinates, torque) = self.statics.of(stand, simulation.template.tables[table].load);
+        let torques = simulation.template.terms.torque_readings(torque, &conditions, &simulation.truth);
         simulation.seen_positions(stand, &coordinates).into_iter().chain(torques).collect()
     }
 

@@ -98,7 +98,7 @@ impl Holds {
         let sample = thinned(readings);
         let posed = pose_with(session, &sample, start, &self.set_aside)?;
         let judged = Solved::at_start(sample, posed)?.with_holds(&self.set_aside, &self.idle);
-        self.gauges = gauges(session, &judged);
+        self.gauges = gauges(&judged.judge(session).combinations);
         Ok(())
     }
 
@@ -118,8 +118,9 @@ impl Holds {
             let solved = Solved { gauges: held, ..Solved::judged(readings.clone(), posed, estimate)? };
             let newly_idle = self.find_idle(session, &solved.unknowns(&from));
             let solved = solved.with_holds(&self.set_aside, &self.idle);
-            let more = undetermined_to_hold(session, &solved, &self.ruled_out);
-            let gauges = gauges(session, &solved);
+            let combinations = solved.judge(session).combinations;
+            let more = undetermined_to_hold(session, &solved, &combinations, &self.ruled_out);
+            let gauges = gauges(&combinations);
             let settled = gauges == self.gauges && more.is_empty() && !self.held_wrongly(newly_idle);
             if settled && self.release_wrong(&solved) {
                 self.start_over(session, readings, start)?;
@@ -207,7 +208,7 @@ pub(crate) fn judge_at_start(
 ) -> Result<Solved, EstimateError> {
     let idle = idle_joints(session, values);
     let free = Solved::at_start(readings.clone(), pose(session, readings, values)?)?.with_holds(&[], &idle);
-    let mut set_aside = undetermined_to_hold(session, &free, &[]);
+    let mut set_aside = undetermined_to_hold(session, &free, &free.judge(session).combinations, &[]);
     set_aside.retain(SetAside::is_idle_joint);
     let posed = pose_with(session, readings, values, &set_aside)?;
     Ok(Solved::at_start(readings.clone(), posed)?.with_holds(&set_aside, &idle))
@@ -233,8 +234,7 @@ pub(super) fn pose_with(
 }
 
 /// The anchor of each combination without any effect.
-fn gauges(session: &Session, solved: &Solved) -> Vec<ParameterId> {
+fn gauges(combinations: &[Combination]) -> Vec<ParameterId> {
     let without_effect = |c: &&Combination| c.std_over_limit.is_none() && !c.gravity;
-    let combinations = solved.judge(session).combinations;
     combinations.iter().filter(without_effect).filter_map(|c| c.anchor).collect()
 }

@@ -57,18 +57,22 @@ pub(super) fn decisive(solved: &Solved) -> f64 {
     DECISIVE * (2.0 * solved.estimate.cost / rows).max(1.0)
 }
 
-/// What else needs to be held at a solution: idle joints' torque gains; once there are none, runaways, which may
+/// What else needs to be held at a solution with these undetermined combinations: idle joints' torque gains; once there are none, runaways, which may
 /// only have looked weak beside an idle joint, and the anchors that must go with them. `ruled_out`: what has turned out to be no
 /// runaway.
-pub(super) fn undetermined_to_hold(session: &Session, solved: &Solved, ruled_out: &[ParameterId]) -> Vec<SetAside> {
-    let combinations = solved.judge(session).combinations;
-    let idle = idle_gains(solved, &combinations);
+pub(super) fn undetermined_to_hold(
+    session: &Session,
+    solved: &Solved,
+    combinations: &[Combination],
+    ruled_out: &[ParameterId],
+) -> Vec<SetAside> {
+    let idle = idle_gains(solved, combinations);
     if !idle.is_empty() {
         return idle;
     }
-    let mut found = runaways(session, solved, &combinations);
+    let mut found = runaways(session, solved, combinations);
     found.retain(|runaway| !ruled_out.contains(&runaway.parameter));
-    let anchors = anchors_to_go_with(session, &combinations, &found);
+    let anchors = anchors_to_go_with(session, combinations, &found);
     found.extend(anchors);
     found
 }

@@ -1,0 +1,59 @@
+//! Where the joints of a simulated pose truly are, and the torques that hold them.
+
+use gravcal_kinematics::GravityTorque;
+
+use super::Simulation;
+use super::draw::Stand;
+
+/// Rounds in which a compliant joint and its torque come to agree; each shrinks the error by (compliance · stiffness
+/// of gravity), a few per cent.
+const COMPLIANCE_ROUNDS: usize = 20;
+
+/// The true arm, for one pose after another.
+pub(super) struct Statics<'s> {
+    simulation: &'s Simulation,
+    /// Masses and moments of the links with nothing attached, then with each load.
+    inertia: Vec<Vec<f64>>,
+    torque: GravityTorque,
+}
+
+impl<'s> Statics<'s> {
+    pub fn new(simulation: &'s Simulation) -> Statics<'s> {
+        let bare: Vec<f64> = simulation.truth.inertia.iter().flatten().copied().collect();
+        let carrying = |load: usize| {
+            let (mass, link) = (simulation.template.loads[load].mass, simulation.template.loads[load].link);
+            let mut inertia = bare.clone();
+            inertia[4 * link] += mass;
+            (0..3).for_each(|axis| inertia[4 * link + 1 + axis] += mass * simulation.truth.loads[load][axis]);
+            inertia
+        };
+        let loads: Vec<Vec<f64>> = (0..simulation.template.loads.len()).map(carrying).collect();
+        let chain = &simulation.template.robot.chain;
+        let torque = GravityTorque::new(chain.joint_count(), chain.link_count());
+        Statics { simulation, inertia: std::iter::once(bare).chain(loads).collect(), torque }
+    }
+
+    pub fn simulation(&self) -> &'s Simulation {
+        self.simulation
+    }
+
+    /// True coordinates and torques, stationary joints deflected.
+    pub fn of(&mut self, stand: &Stand, load: Option<usize>) -> (Vec<f64>, &[f64]) {
+        let Simulation { truth, template, disturbance, .. } = self.simulation;
+        let inertia = &self.inertia[load.map_or(0, |load| load + 1)];
+        let compliance = &disturbance.deflection.compliance;
+        let sensed = template.terms.coordinates(&stand.position, truth);
+        let rounds = if compliance.iter().any(|c| *c != 0.0) { COMPLIANCE_ROUNDS } else { 1 };
+        self.torque.torque.fill(0.0);
+        let mut coordinates = sensed.clone();
+        for _ in 0..rounds {
+            for (joint, coordinate) in coordinates.iter_mut().enumerate() {
+                let deflection = stand.deflection[joint] + compliance[joint] * self.torque.torque[joint];
+                let moving = stand.swept == Some(joint);
+                *coordinate = sensed[joint] + if moving { 0.0 } else { deflection };
+            }
+            template.robot.chain.update_gravity_torque(&coordinates, truth.gravity, inertia, &mut self.torque);
+        }
+        (coordinates, &self.torque.torque)
+    }
+}
