@@ -40,7 +40,7 @@ pub(crate) fn fit_sinusoid(readings: &[(f64, f64)], position_gain: f64, bias: Op
     })
 }
 
-/// The position gain between a third and three times `nominal` at which the sweeps' sinusoids fit best, to some 1e-4 of it: where
+/// The position gain between a third and three times `nominal` at which the sweeps' sinusoids fit best, to some 1e-6 of it: where
 /// a fit of all unknowns may start.
 ///
 /// Gains of the other sign are never tried: that is the twin `(−s, π − φ)`.
@@ -54,9 +54,10 @@ pub(crate) fn search_position_gain(sweeps: &[Vec<(f64, f64)>], nominal: f64) -> 
     let coarse = misfits(least, step, STEPS + 1);
     let (best, lowest) = coarse.iter().enumerate().min_by(|(_, a), (_, b)| a.total_cmp(b))?;
     let around = least + best.clamp(1, STEPS - 1) as f64 * step;
-    let near = around + step * lowest_of_parabola(&coarse[best.clamp(1, STEPS - 1) - 1..]);
-    let fine = step / 10.0;
-    let found = near + fine * lowest_of_parabola(&misfits(near - fine, fine, 3));
+    let mut found = around + step * lowest_of_parabola(&coarse[best.clamp(1, STEPS - 1) - 1..]);
+    for fine in [step / 10.0, step / 100.0] {
+        found += fine * lowest_of_parabola(&misfits(found - fine, fine, 3));
+    }
     lowest.is_finite().then_some(found)
 }
 
@@ -139,7 +140,7 @@ mod tests {
             })
             .collect();
         let found = search_position_gain(std::slice::from_ref(&sweep), 1.1).unwrap();
-        assert!((found - s).abs() < 1e-4, "{found}");
+        assert!((found - s).abs() < 1e-6, "{found}");
         let fit = fit_sinusoid(&sweep, s, None).unwrap();
         assert!((fit.coefficients - Vector3::new(a, c, e)).amax() < 1e-9);
         let mut left = [0.0; 3];

@@ -47,9 +47,7 @@ impl GravitySweep {
         order.extend([blocks.position_gain, blocks.torque_bias, blocks.moment]);
         GravitySweep { frames: AxisFrames::new(axis_rotations), blocks: order, swept: blocks.before.len(), readings }
     }
-}
 
-impl GravitySweep {
     /// Gravity in the axis frame of the swept joint, with the joints before it at these readings.
     fn gravity_beyond(&self, x: LocalValues<'_>, position: &[f64]) -> Moved {
         let coordinate = |(l, q): (usize, &f64)| x.scalar(1 + 2 * l) * q + x.scalar(2 + 2 * l);

@@ -14,6 +14,7 @@ use crate::session::{Pose, Session};
 
 /// Keeps the stream of outliers apart from that of the noise.
 const OUTLIERS: u128 = 1 << 100;
+
 /// The session of trial number `trial`.
 pub(super) fn session(simulation: &Simulation, trial: u64) -> Session {
     let mut random = Pcg64::new(u128::from(simulation.seed), u128::from(trial));

@@ -120,9 +120,7 @@ impl Structure {
         let chunks = cut(order.len(), &islands, shared.len());
         Structure { shared, places, spheres, shapes, shape_of, islands, order, chunks }
     }
-}
 
-impl Structure {
     /// The first factor of each shape.
     pub fn first_of_shapes(&self) -> impl Iterator<Item = usize> {
         (0..self.shapes.len()).filter_map(|shape| self.shape_of.iter().position(|of| *of == shape))
