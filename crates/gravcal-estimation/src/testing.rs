@@ -85,6 +85,7 @@ impl Solver for Newton {
             way: Vec::new(),
             active: Vec::new(),
             without_effect: Vec::new(),
+            normal_equations: None,
         })
     }
 }

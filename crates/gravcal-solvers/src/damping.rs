@@ -8,7 +8,11 @@
 //! Nielsen, *Damping parameter in Marquardt's method*, IMM-REP-1999-05, eq. 2.5. Beyond the source, λ falls to a tenth (there
 //! to a third) and grows by at most 2 after an accepted step.
 //!
-//! The first step is bounded by `‖D δ‖ ≤ 0.2 ‖D x‖` (Moré, *The Levenberg-Marquardt algorithm: implementation and theory*,
+//! A start may be near the end already (the one of a fit that was handed down, or of the same fit to fewer readings). So a step that is
+//! all but undamped is tried first, and taken where it is short and does what the linear model says; from there on it is the method of
+//! Gauss and Newton. Else λ starts as if it had not been tried.
+//!
+//! The first step from afar is bounded by `‖D δ‖ ≤ 0.2 ‖D x‖` (Moré, *The Levenberg-Marquardt algorithm: implementation and theory*,
 //! 1978, section 3, with a smaller factor): without it a start with one parameter far too small is left for a plateau at
 //! infinity, as with NIST's BoxBOD from its far start.
 
@@ -20,6 +24,11 @@ use crate::Point;
 const MAX_DAMPING: f64 = 1e32;
 /// Damping at the start, relative to the column norms.
 const INITIAL_DAMPING: f64 = 1e-3;
+/// Damping of a first step that is tried before, as the start may be near the end already.
+const NEAR_DAMPING: f64 = 1e-8;
+/// The start is near where that step is at most this share of what it moves, and does what the linear model says but for so much.
+const NEAR_STEP: f64 = 0.005;
+const NEAR_RATIO: f64 = 0.1;
 /// The first step is at most this share of what it moves.
 const FIRST_STEP: f64 = 0.2;
 /// Growth of the damping while a step is too long, and where that ends.
@@ -31,17 +40,24 @@ const MAX_LONG_DAMPING: f64 = 1e4;
 pub struct Damping {
     lambda: f64,
     growth: f64,
+    /// Whether the start may still turn out to be near the end.
+    near: bool,
     /// Whether the first step has been bounded.
     bounded: bool,
 }
 
 impl Default for Damping {
     fn default() -> Self {
-        Damping { lambda: INITIAL_DAMPING, growth: 2.0, bounded: false }
+        Damping { lambda: NEAR_DAMPING, near: true, ..Damping::from_afar() }
     }
 }
 
 impl Damping {
+    /// Of a start that is not taken to be near the end.
+    pub(crate) fn from_afar() -> Self {
+        Damping { lambda: INITIAL_DAMPING, growth: 2.0, near: false, bounded: false }
+    }
+
     /// λ.
     pub(crate) fn lambda(&self) -> f64 {
         self.lambda
@@ -49,12 +65,26 @@ impl Damping {
 
     /// Whether the first step should be tried shorter: it is too long, and λ could be raised. Asked of no later step.
     pub(crate) fn shortens_first_step(&mut self, here: &Point<'_>, step: &[f64]) -> bool {
+        if self.near {
+            return here.scaled_length(step) > NEAR_STEP * here.size() && self.is_far();
+        }
         if self.bounded {
             return false;
         }
         let longest = FIRST_STEP * here.size();
         self.bounded = longest == 0.0 || here.scaled_length(step) <= longest || !self.raise();
         !self.bounded
+    }
+
+    /// Whether the first step was tried as if the start were near the end, and it is not. Asked of no later step.
+    pub(crate) fn was_not_near(&mut self, ratio: f64) -> bool {
+        self.near && !((ratio - 1.0).abs() <= NEAR_RATIO) && self.is_far()
+    }
+
+    fn is_far(&mut self) -> bool {
+        self.near = false;
+        self.lambda = INITIAL_DAMPING;
+        true
     }
 
     /// For a step that is too long to be tried. `false` where more damping would be of no use.
@@ -68,6 +98,7 @@ impl Damping {
 
     /// After an accepted step with this ratio of actual to predicted reduction.
     pub(crate) fn accept(&mut self, ratio: f64) {
+        (self.near, self.bounded) = (false, true);
         self.lambda *= (1.0 - (2.0 * ratio - 1.0).powi(3)).clamp(0.1, 2.0);
         self.growth = 2.0;
     }

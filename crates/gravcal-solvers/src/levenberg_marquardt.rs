@@ -74,6 +74,9 @@ pub(crate) fn damped_iteration<'p>(
                 continue;
             }
             let mut trial = here.attempt(&step, predicted);
+            if damping.was_not_near(trial.ratio()) {
+                continue;
+            }
             match here.decide(&mut trial, 0.0, rules) {
                 Decision::Accept(end) => {
                     damping.accept(trial.ratio());

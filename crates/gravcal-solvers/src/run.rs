@@ -110,6 +110,7 @@ impl<'p, M> Run<'p, M> {
         Ok(Estimate {
             active: point.active(),
             without_effect: point.without_effect(),
+            normal_equations: point.linearization.normal_equations(),
             cost: point.cost(),
             values: point.values,
             termination: self.termination,

@@ -91,12 +91,18 @@ fn fault(problem: &Problem) -> Option<String> {
 }
 
 /// What the method remembers.
-#[derive(Default, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 pub struct Memory {
     damping: Damping,
     /// Made of the problem when it is first needed.
     #[serde(skip)]
     linear: Option<LinearPart>,
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Memory { damping: Damping::from_afar(), linear: None }
+    }
 }
 
 impl Descent for VariableProjection {

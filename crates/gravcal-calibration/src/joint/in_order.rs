@@ -168,6 +168,7 @@ impl Updated {
             way: Vec::new(),
             active: Vec::new(),
             without_effect: Vec::new(),
+            normal_equations: None,
         })
     }
 }

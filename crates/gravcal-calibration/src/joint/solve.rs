@@ -180,12 +180,13 @@ impl Solved {
             way: Vec::new(),
             active: Vec::new(),
             without_effect: Vec::new(),
+            normal_equations: None,
         };
         Solved::judged(readings, posed, estimate)
     }
 
     pub(super) fn judged(readings: Readings, posed: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
-        let mut spectrum = Spectrum::new(&posed.problem, &estimate.values)?;
+        let mut spectrum = Spectrum::of(&posed.problem, &estimate)?;
         let along = along_constraints(&posed.problem, &estimate, &spectrum)?;
         if let Some(problem) = &along {
             spectrum = Spectrum::new(problem, &estimate.values)?;

@@ -22,7 +22,7 @@ impl StepFit {
         if !estimate.termination.converged() {
             return Err(refuse(format!("the fit ended without an answer: {}", estimate.termination)));
         }
-        let spectrum = Spectrum::new(&problem, &estimate.values).map_err(|e| refuse(e.to_string()))?;
+        let spectrum = Spectrum::of(&problem, &estimate).map_err(|e| refuse(e.to_string()))?;
         if spectrum.rank() < problem.columns().len() {
             return Err(refuse("the readings of this step leave a combination of its unknowns open".into()));
         }

@@ -1,7 +1,7 @@
 //! Singular values and right singular vectors of the whitened Jacobian, columns scaled to unit length.
 //!
-//! They are had from an orthogonal factorization, which loses no digit. A large problem without local blocks is looked at through its
-//! normal equations first, which cost a third of that:
+//! They are had from an orthogonal factorization, which loses no digit. A problem without local blocks that is not small is looked at
+//! through its normal equations first, which cost a third of that:
 //!
 //! ```text
 //!     D⁻¹ JᵀJ D⁻¹ = V Σ² Vᵀ
@@ -13,10 +13,10 @@
 use faer::{Mat, Side};
 
 use super::RANK_TOLERANCE;
-use crate::linearization::{Normal, Orthogonal};
+use crate::linearization::{Normal, Orthogonal, column_scales};
 use crate::local_columns::LocalColumns;
 use crate::problem::Rows;
-use crate::{EvaluateError, Linearization, Problem, Values};
+use crate::{EvaluateError, Linearization, NormalEquations, Problem, Values};
 
 /// Eigenvalues of the scaled `JᵀJ` above this keep ten digits.
 const PLAIN: f64 = 1e-6;
@@ -38,22 +38,30 @@ pub(super) struct Decomposition {
 }
 
 impl Decomposition {
+    /// `known`: the normal equations there, if they were summed before.
+    ///
     /// # Errors
     /// Where a residual cannot be evaluated there.
-    pub fn new(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
-        match Self::by_normal_equations(problem, values)? {
+    pub fn new(problem: &Problem, values: &Values, known: Option<&NormalEquations>) -> Result<Self, EvaluateError> {
+        match Self::by_normal_equations(problem, values, known)? {
             Some(plain) => Ok(plain),
             None => Self::orthogonally(problem, values),
         }
     }
 
-    fn by_normal_equations(problem: &Problem, values: &Values) -> Result<Option<Self>, EvaluateError> {
-        if problem.is_small() || !problem.structure().islands.is_empty() {
-            return Ok(None);
-        }
-        let normal = Normal::new(problem, values)?;
-        let (active, idle) = active_and_idle(problem, &normal);
-        let Ok(eigen) = normal.scaled_hessian(&active).self_adjoint_eigen(Side::Lower) else { return Ok(None) };
+    fn by_normal_equations(
+        problem: &Problem,
+        values: &Values,
+        known: Option<&NormalEquations>,
+    ) -> Result<Option<Self>, EvaluateError> {
+        let summed = match known.filter(|known| known.are_of(problem)) {
+            Some(known) => Some(known.clone()),
+            None if !problem.is_small() && problem.structure().islands.is_empty() => Normal::new(problem, values)?.normal_equations(),
+            None => None,
+        };
+        let Some(normal) = summed else { return Ok(None) };
+        let (active, idle) = active_and_idle(problem, normal.column_norms());
+        let Ok(eigen) = normal.scaled(&active).self_adjoint_eigen(Side::Lower) else { return Ok(None) };
         let value = |k: usize| eigen.S()[active.len() - 1 - k];
         let plain = (0..active.len()).take_while(|k| value(*k) > PLAIN).count();
         if (plain..active.len()).any(|k| value(k) > ROUNDING) {
@@ -61,7 +69,7 @@ impl Decomposition {
         }
         let vector = |k: usize| spread(&active, problem, |j| eigen.U()[(j, active.len() - 1 - k)]);
         let decomposition = Decomposition {
-            column_scales: normal.column_scales(),
+            column_scales: column_scales(normal.column_norms()),
             local: LocalColumns::new(problem, std::iter::empty())?,
             idle,
             singular_values: (0..active.len()).map(|k| if k < plain { value(k).sqrt() } else { 0.0 }).collect(),
@@ -99,7 +107,7 @@ impl Decomposition {
 
     fn orthogonally(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
         let linearization = Orthogonal::new(problem, values)?;
-        let (active, idle) = active_and_idle(problem, &linearization);
+        let (active, idle) = active_and_idle(problem, linearization.column_norms());
         let (triangle, norms) = (linearization.triangle(), linearization.column_norms());
         let shared = &problem.structure().shared;
         // At least as many rows as columns, so that the whole null space comes out.
@@ -119,9 +127,9 @@ impl Decomposition {
 }
 
 /// Shared columns with some effect, and without any.
-fn active_and_idle(problem: &Problem, linearization: &dyn Linearization) -> (Vec<usize>, Vec<usize>) {
+fn active_and_idle(problem: &Problem, norms: &[f64]) -> (Vec<usize>, Vec<usize>) {
     let shared = &problem.structure().shared;
-    (0..shared.len()).partition(|index| linearization.column_norms()[shared[*index]] > 0.0)
+    (0..shared.len()).partition(|index| norms[shared[*index]] > 0.0)
 }
 
 /// A vector over the active columns as one over all shared ones.

@@ -19,7 +19,7 @@ use faer::Mat;
 use crate::local_columns::LocalColumns;
 use crate::sparse_basis::sparse_basis;
 use crate::statistics::Covariance;
-use crate::{EvaluateError, Problem, Values};
+use crate::{Estimate, EvaluateError, NormalEquations, Problem, Values};
 use decomposition::Decomposition;
 
 /// Singular values of the column-scaled Jacobian below this share of the largest are zero. The scaled matrix
@@ -69,8 +69,24 @@ impl Spectrum {
     /// # Errors
     /// Where a residual cannot be evaluated there.
     pub fn new(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
+        Self::with_known(problem, values, None)
+    }
+
+    /// The same where an estimate of `problem` ended: what its method summed there is not summed again.
+    ///
+    /// # Errors
+    /// As [`Spectrum::new`].
+    pub fn of(problem: &Problem, estimate: &Estimate) -> Result<Self, EvaluateError> {
+        Self::with_known(problem, &estimate.values, estimate.normal_equations.as_ref())
+    }
+
+    fn with_known(
+        problem: &Problem,
+        values: &Values,
+        known: Option<&NormalEquations>,
+    ) -> Result<Self, EvaluateError> {
         let Decomposition { column_scales, local, idle, mut singular_values, mut directions } =
-            Decomposition::new(problem, values)?;
+            Decomposition::new(problem, values, known)?;
         let scales: Vec<f64> = problem.structure().shared.iter().map(|column| column_scales[*column]).collect();
         let largest = singular_values.first().copied().unwrap_or(0.0);
         let rank = singular_values.iter().filter(|s| **s > RANK_TOLERANCE * largest).count();

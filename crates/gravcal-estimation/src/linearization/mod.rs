@@ -5,6 +5,7 @@
 //! before elimination, and another damping reuses what was summed over the factors.
 
 mod normal;
+mod normal_equations;
 mod orthogonal;
 mod triangle;
 mod vector_registers;
@@ -13,6 +14,7 @@ use crate::problem::Rows;
 use crate::{Column, EvaluateError, Problem, Values};
 
 pub(crate) use normal::Normal;
+pub use normal_equations::NormalEquations;
 pub(crate) use orthogonal::Orthogonal;
 
 /// Columns smaller than this share of the largest are rounding errors: see [`dust`]. Units differ by far less (1e6 between a count
@@ -29,7 +31,7 @@ pub trait Linearization {
     fn column_norms(&self) -> &[f64];
     /// Scale of each column: its norm, or 1 for a column of zeros.
     fn column_scales(&self) -> Vec<f64> {
-        self.column_norms().iter().map(|norm| if *norm > 0.0 { *norm } else { 1.0 }).collect()
+        column_scales(self.column_norms())
     }
     /// Minimises `½ ‖J δ + r‖² + ½ λ ‖diag(scaling) δ‖²` and writes `δ`.
     fn damped_step(&mut self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> StepInfo;
@@ -39,6 +41,11 @@ pub trait Linearization {
 
     /// `JᵀJ`, row-major, of all columns: memory grows with their square.
     fn hessian(&self) -> Vec<f64>;
+
+    /// The same to be handed on, where there are no local blocks.
+    fn normal_equations(&self) -> Option<NormalEquations> {
+        None
+    }
 
     /// Largest |cosine| between the residual and a column of J: 0 at a stationary point, whatever the scales.
     fn largest_cosine(&self) -> f64 {
@@ -50,6 +57,11 @@ pub trait Linearization {
             .map(|(g, norm)| g.abs() / (norm * residual))
             .fold(0.0, f64::max)
     }
+}
+
+/// The norms of columns, or 1 for a column of zeros.
+pub(crate) fn column_scales(norms: &[f64]) -> Vec<f64> {
+    norms.iter().map(|norm| if *norm > 0.0 { *norm } else { 1.0 }).collect()
 }
 
 /// What a step promises.

@@ -16,8 +16,8 @@ pub(crate) use evaluate::Rows;
 use structure::Shape;
 pub(crate) use structure::{Chunk, Island, Place, RowPlan, Structure};
 
-/// Multiplications of an orthogonal factorization that take some hundredths of a millisecond.
-const SMALL: usize = 30_000;
+/// Multiplications of an orthogonal factorization that take no longer than normal equations.
+const SMALL: usize = 1_000;
 
 /// Starts of consecutive runs of the given lengths, and the total at the end.
 fn offsets(lengths: impl Iterator<Item = usize>) -> Vec<usize> {

@@ -164,6 +164,7 @@ mod tests {
             way: Vec::new(),
             active: vec![ActiveConstraint { name: "x is at most 1".into(), multiplier: 60.0, holds }],
             without_effect: Vec::new(),
+            normal_equations: None,
         };
         let spectrum = Spectrum::new(&problem, &estimate.values).unwrap();
         let along = along_constraints(&problem, &estimate, &spectrum).unwrap().unwrap();

@@ -18,7 +18,7 @@ use faer::linalg::solvers::Llt;
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-use super::{Linearization, Orthogonal, StepInfo, check_finite, dust};
+use super::{Linearization, NormalEquations, Orthogonal, StepInfo, check_finite, dust};
 use crate::problem::{Chunk, Island};
 use crate::{EvaluateError, Problem, Values};
 use islands::{Complement, ISLANDS_PER_BATCH, IslandSums};
@@ -123,15 +123,6 @@ impl<'p> Normal<'p> {
         Some(())
     }
 
-    /// `D⁻¹ JᵀJ D⁻¹` over some of the shared columns, with D the norms of these: the lower triangle.
-    pub fn scaled_hessian(&self, columns: &[usize]) -> Mat<f64> {
-        let shared = &self.problem.structure().shared;
-        let norm = |i: usize| self.column_norms[shared[columns[i]]];
-        Mat::from_fn(columns.len(), columns.len(), |i, j| {
-            self.hessian[(columns[i.max(j)], columns[i.min(j)])] / (norm(i) * norm(j))
-        })
-    }
-
     /// Subtracts what the islands take away: `H_se H_ee⁻¹ H_es` and `H_se H_ee⁻¹ g_e`.
     fn eliminate(&self, damping: &[f64], hessian: &mut Mat<f64>, right: &mut [f64]) -> Option<()> {
         let islands = &self.problem.structure().islands;
@@ -221,6 +212,11 @@ impl Linearization for Normal<'_> {
             }
         }
         hessian
+    }
+
+    fn normal_equations(&self) -> Option<NormalEquations> {
+        let whole = || NormalEquations::new(self.problem, self.hessian.clone(), self.column_norms.clone());
+        self.islands.is_empty().then(whole)
     }
 }
 
