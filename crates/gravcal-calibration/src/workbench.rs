@@ -41,23 +41,25 @@ impl<'a> Workbench<'a> {
         self.solver
     }
 
-    /// A few iterations from `initial`, of which nobody is told: so many at most, and no more where one lowers the cost by next to
-    /// nothing ([`SETTLED`]).
+    /// A few iterations from `initial`, of which nobody is told: so many at most, and no more where the cost is no higher than
+    /// `enough`, or where one lowers it by next to nothing ([`SETTLED`]).
     pub(crate) fn solve_briefly(
         &self,
         problem: &Problem,
         initial: &Values,
         iterations: usize,
+        enough: f64,
     ) -> Result<Estimate, SolveError> {
-        let enough = AtomicBool::new(false);
+        let ends = AtomicBool::new(false);
         let mut before = f64::INFINITY;
         let mut observer = |record: &IterationRecord| {
             let stopped = self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
             let settled = before - record.cost <= SETTLED * record.cost;
             before = record.cost;
-            enough.store(stopped || settled || record.iteration >= iterations, Ordering::Relaxed);
+            let reached = record.cost <= enough || record.iteration >= iterations;
+            ends.store(stopped || settled || reached, Ordering::Relaxed);
         };
-        let mut context = SolveContext { observer: Some(&mut observer), stop: Some(&enough), checkpoint: None };
+        let mut context = SolveContext { observer: Some(&mut observer), stop: Some(&ends), checkpoint: None };
         self.solver.solve(problem, initial, &mut context)
     }
 

@@ -60,7 +60,7 @@ fn step_by_step(
         // First what is open stays where it is, as the step would only wander along it; then it may follow.
         for held in [open.open_or_hardly_known, open.hardly_known] {
             let problem = problem.holding(&held, STEP_SAYS_LITTLE);
-            updated.go_to(workbench.solve_briefly(&problem, &updated.values, ENOUGH)?);
+            updated.go_to(workbench.solve_briefly(&problem, &updated.values, ENOUGH, 0.0)?);
         }
         known.extend(condensed(whole, &rows, &updated.values)?);
         last = Some(problem);

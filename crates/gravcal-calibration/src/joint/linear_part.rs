@@ -35,6 +35,10 @@ impl<'s> LinearPart<'s> {
         Ok(LinearPart { session, posed, linear })
     }
 
+    pub fn session(&self) -> &'s Session {
+        self.session
+    }
+
     /// The least-squares solution for the gravity and the sensors of a candidate; and the cost left.
     pub fn solve(&self, candidate: &Unknowns) -> (f64, Unknowns) {
         let layout = &self.posed.layout;

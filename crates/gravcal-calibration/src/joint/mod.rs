@@ -14,6 +14,7 @@ mod problem;
 mod readings;
 mod reversed;
 mod robust;
+mod sample;
 mod solve;
 mod start;
 mod sweep_moments;

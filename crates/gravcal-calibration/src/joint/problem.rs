@@ -74,6 +74,13 @@ impl JointProblem {
         Ok(predicted.collect())
     }
 
+    /// The same problem started from elsewhere.
+    pub(super) fn starting_at(&self, session: &Session, readings: &Readings, start: &Unknowns) -> JointProblem {
+        let mut builder = ProblemBuilder::new();
+        add_unknown_blocks(session, readings, start, &mut builder);
+        JointProblem { initial: builder.initial(), ..self.clone() }
+    }
+
     /// The same problem with another loss of the readings.
     pub(crate) fn with_loss(&self, loss: Loss) -> Result<JointProblem, PosingError> {
         if loss == self.loss {
@@ -91,8 +98,7 @@ impl JointProblem {
 /// Where there is nothing to measure or nothing unknown.
 pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, PosingError> {
     let mut builder = ProblemBuilder::new();
-    let mut layout = add_blocks(session, readings, start, true, &mut builder);
-    layout.position_unknowns = add_unknowns(session, readings, start, &mut builder);
+    let layout = add_unknown_blocks(session, readings, start, &mut builder);
     let rows = add_readings(session, readings, &layout, &mut builder)?;
     add_knowledge(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
@@ -118,6 +124,16 @@ pub(crate) fn pose_readings_alone(
     let rows = add_readings(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
     Ok(JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None })
+}
+
+fn add_unknown_blocks(
+    session: &Session,
+    readings: &Readings,
+    start: &Unknowns,
+    builder: &mut ProblemBuilder,
+) -> Layout {
+    let layout = add_blocks(session, readings, start, true, builder);
+    Layout { position_unknowns: add_unknowns(session, readings, start, builder), ..layout }
 }
 
 fn add_blocks(

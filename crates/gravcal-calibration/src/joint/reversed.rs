@@ -15,6 +15,7 @@ use gravcal_estimation::Termination;
 
 use super::hold::pose_with;
 use super::solve::first_noise;
+use super::sample::Sample;
 use super::start::{best_start, start_cost};
 use super::{EstimateError, Readings, Solved, Unknowns};
 use crate::parameter::Quantity;
@@ -145,7 +146,7 @@ fn solve_with(
     solved: &Solved,
     workbench: &Workbench<'_>,
 ) -> Result<(f64, Unknowns), EstimateError> {
-    let start = best_start(session, readings, None, workbench)?;
+    let start = best_start(session, &Sample::new(session, readings)?, None, workbench)?;
     let posed = pose_with(session, readings, &start, &[])?.with_loss(solved.posed.loss)?;
     let estimate = workbench.solve(&posed.problem, &posed.initial)?;
     Ok((estimate.cost, Unknowns::of(&estimate.values, &posed.layout, &start)))

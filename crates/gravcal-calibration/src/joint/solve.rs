@@ -11,6 +11,7 @@ use super::in_order::estimate_in_order;
 use super::order::Order;
 use super::problem::{JointProblem, pose};
 use super::readings::Readings;
+use super::sample::Sample;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
@@ -63,13 +64,17 @@ pub fn solve(
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     workbench.tell("starting values");
+    let sample = Sample::new(session, readings)?;
     let start = match (&readings.order, known) {
+        (Order::Together, _) => best_start(session, &sample, known, workbench)?,
         (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?,
-        _ => best_start(session, &readings.first(), known, workbench)?,
+        _ => best_start(session, &Sample::new(session, &readings.first())?, known, workbench)?,
     };
-    let solved = settled(session, solve_from(session, readings, start, workbench)?, workbench)?;
+    let solved = solve_from(session, readings, &sample, start, workbench)?;
+    let sample = sample.with_noise_of(session, &solved.readings)?;
+    let solved = settled(session, solved, &sample, workbench)?;
     if solved.misfit(session)?.is_some() && solved.estimate.termination != Termination::Stopped {
-        return lowest_elsewhere(session, readings, solved, known, workbench);
+        return lowest_elsewhere(session, readings, &sample, solved, known, workbench);
     }
     Ok(solved)
 }
@@ -78,31 +83,33 @@ pub fn solve(
 fn lowest_elsewhere(
     session: &Session,
     readings: &Readings,
+    sample: &Sample,
     mut solved: Solved,
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     workbench.tell("other starting values");
     let mut lower = false;
-    for start in further_starts(session, readings, known)? {
+    for start in further_starts(session, sample, known)? {
         // A start that leads nowhere says nothing of the others.
-        let Ok(other) = solve_from(session, readings, start, workbench) else { continue };
+        let Ok(other) = solve_from(session, readings, sample, start, workbench) else { continue };
         if other.estimate.cost < solved.estimate.cost - DECISIVE {
             (solved, lower) = (other, true);
         }
     }
-    if lower { settled(session, solved, workbench) } else { Ok(solved) }
+    if lower { settled(session, solved, sample, workbench) } else { Ok(solved) }
 }
 
 /// The same from where it is said to start.
 pub(super) fn solve_from(
     session: &Session,
     readings: &Readings,
+    sample: &Sample,
     mut start: Unknowns,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     let mut readings = readings.clone();
-    let mut holds = Holds::at_start(session, &readings, &start)?;
+    let mut holds = Holds::at_start(session, sample, &start)?;
     let loss = readings.loss;
     let estimated = session.noise_estimated().iter().any(|e| *e);
     for round in 0.. {

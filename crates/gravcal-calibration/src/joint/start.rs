@@ -6,8 +6,9 @@
 //! best are followed a little further, and the one that comes lowest wins.
 
 use super::linear_part::LinearPart;
-use super::problem::{PosingError, pose};
+use super::problem::PosingError;
 use super::readings::Readings;
+use super::sample::{Sample, thinned};
 use super::unknowns::Unknowns;
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -16,14 +17,9 @@ use crate::workbench::Workbench;
 const DIRECTIONS: usize = 48;
 /// One direction of so many suffices to compare signs.
 const FEW: usize = 6;
-/// Poses that suffice to compare candidates.
-const POSES: usize = 120;
-/// A candidate whose cost for each reading is below this explains them: noise alone makes it ½.
-const EXPLAINED: f64 = 1.0;
-/// Candidates that are solved for briefly, the least angle between their directions, rad, and the iterations for each.
+/// Candidates that are solved for briefly, and the least angle between their directions, rad.
 const CONTENDERS: usize = 4;
 const APART: f64 = 0.3;
-const BRIEF: usize = 30;
 /// Candidates that are followed to their end where the first one ended at what the noise does not explain.
 const FURTHER: usize = 12;
 /// Angle by which the declared direction is left, rad: exactly along an axis, the moments that the axis would carry
@@ -33,76 +29,71 @@ const OFF_AXIS: f64 = 0.02;
 /// The best of `known` (if any) and the nominal values under directions spread over the declared hemisphere, or over the
 /// sphere where none is declared.
 ///
-/// One that explains the readings is it, and so is what a few iterations from `known` lead to, with a part of the poses, if
-/// that does. Else the candidates that are left the lowest cost, and differ in direction, are solved for briefly so, and the
-/// best of them then is where the estimate starts.
+/// One that explains the readings of the sample is it, and so is what a few iterations from `known` lead to, if that does. Else the
+/// candidates that are left the lowest cost, and differ in direction, are solved for briefly so, and the best of them then is
+/// where the estimate starts.
 pub(super) fn best_start(
     session: &Session,
-    readings: &Readings,
+    sample: &Sample,
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
 ) -> Result<Unknowns, PosingError> {
-    let sample = thinned(readings);
-    let explained = EXPLAINED * sample.count() as f64;
+    let part = LinearPart::new(session, &sample.readings, &Unknowns::nominal(session))?;
+    if let Some(near) = known.and_then(|known| near_known(&part, sample, known, workbench)) {
+        return Ok(near);
+    }
     let mut solved: Vec<(f64, Unknowns)> = Vec::new();
-    for (index, (cost, start)) in candidates(session, &sample, known)?.enumerate() {
-        if cost < explained {
+    for (cost, start) in candidates(&part, known) {
+        if cost < sample.explained() {
             return Ok(start);
-        }
-        if index == 0 && known.is_some() {
-            let (cost, near) = solve_nearby(session, &sample, &start, workbench)?;
-            if cost < explained {
-                return Ok(near);
-            }
         }
         solved.push((cost, start));
     }
-    let best = lowest_nearby(session, &sample, contenders(solved, CONTENDERS), workbench)?;
-    Ok(best.unwrap_or_else(|| Unknowns::nominal(session)))
+    let starts = contenders(solved, CONTENDERS).into_iter();
+    let costs = starts.map(|start| (sample.nearby(session, &start, 0.0, workbench).cost, start));
+    let best = costs.reduce(|best, other| if other.0 < best.0 { other } else { best });
+    Ok(best.map_or_else(|| Unknowns::nominal(session), |(_, start)| start))
+}
+
+/// What suits `known` best, or a few iterations on, if that explains the readings of the sample.
+fn near_known(
+    part: &LinearPart<'_>,
+    sample: &Sample,
+    known: &Unknowns,
+    workbench: &Workbench<'_>,
+) -> Option<Unknowns> {
+    let (cost, mut start) = part.solve(known);
+    respect_distances(part.session(), &mut start);
+    if cost < sample.explained() {
+        return Some(start);
+    }
+    let near = sample.nearby(part.session(), &start, sample.explained(), workbench);
+    (near.cost < sample.explained()).then_some(near.end)
 }
 
 /// Where else an estimate may start whose end cannot be the right one, the most promising first.
 pub(super) fn further_starts(
     session: &Session,
-    readings: &Readings,
+    sample: &Sample,
     known: Option<&Unknowns>,
 ) -> Result<Vec<Unknowns>, PosingError> {
-    Ok(contenders(candidates(session, &thinned(readings), known)?.collect(), FURTHER))
+    let part = LinearPart::new(session, &sample.readings, &Unknowns::nominal(session))?;
+    let all = candidates(&part, known).collect();
+    Ok(contenders(all, FURTHER))
 }
 
 /// Each direction of gravity (and `known`) with what suits it best, and the cost of that.
-fn candidates(
-    session: &Session,
-    sample: &Readings,
-    known: Option<&Unknowns>,
-) -> Result<impl Iterator<Item = (f64, Unknowns)>, PosingError> {
+fn candidates(part: &LinearPart<'_>, known: Option<&Unknowns>) -> impl Iterator<Item = (f64, Unknowns)> {
+    let session = part.session();
     let nominal = Unknowns::nominal(session);
-    let part = LinearPart::new(session, sample, &nominal)?;
     let magnitude = session.gravity.magnitude;
     let directed = move |direction: [f64; 3]| Unknowns { gravity: direction.map(|c| magnitude * c), ..nominal.clone() };
     let places = known.cloned().into_iter().chain(directions(session.gravity.hemisphere).map(directed));
-    Ok(places.map(move |place| {
+    places.map(move |place| {
         let (cost, mut start) = part.solve_to_scale(&place);
         respect_distances(session, &mut start);
         (cost, start)
-    }))
-}
-
-/// The start from which a few iterations lead lowest.
-fn lowest_nearby(
-    session: &Session,
-    sample: &Readings,
-    starts: Vec<Unknowns>,
-    workbench: &Workbench<'_>,
-) -> Result<Option<Unknowns>, PosingError> {
-    let mut best: Option<(f64, Unknowns)> = None;
-    for start in starts {
-        let cost = cost_nearby(session, sample, &start, workbench)?;
-        if best.as_ref().is_none_or(|(lowest, _)| cost < *lowest) {
-            best = Some((cost, start));
-        }
-    }
-    Ok(best.map(|(_, start)| start))
+    })
 }
 
 /// The best few candidates that are apart from each other.
@@ -119,33 +110,6 @@ fn contenders(mut candidates: Vec<(f64, Unknowns)>, most: usize) -> Vec<Unknowns
 
 fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     nalgebra::Vector3::from(*a).angle(&nalgebra::Vector3::from(*b))
-}
-
-/// The cost, with a part of the poses, to which a few iterations lead; infinite where the solver takes no such problem.
-///
-/// # Errors
-/// Where no problem can be posed.
-pub(super) fn cost_nearby(
-    session: &Session,
-    sample: &Readings,
-    start: &Unknowns,
-    workbench: &Workbench<'_>,
-) -> Result<f64, PosingError> {
-    Ok(solve_nearby(session, sample, start, workbench)?.0)
-}
-
-/// The same with where they lead to.
-pub(super) fn solve_nearby(
-    session: &Session,
-    sample: &Readings,
-    start: &Unknowns,
-    workbench: &Workbench<'_>,
-) -> Result<(f64, Unknowns), PosingError> {
-    let posed = pose(session, sample, start)?;
-    Ok(match workbench.solve_briefly(&posed.problem, &posed.initial, BRIEF) {
-        Ok(estimate) => (estimate.cost, Unknowns::of(&estimate.values, &posed.layout, start)),
-        Err(_) => (f64::INFINITY, start.clone()),
-    })
 }
 
 /// What the best of the nominal values under some directions of gravity costs, for comparing sessions that differ in signs.
@@ -185,12 +149,6 @@ fn respect_distances(session: &Session, start: &mut Unknowns) {
         start.loads[a] = (p - shares[0] * excess * direction).into();
         start.loads[b] = (q + shares[1] * excess * direction).into();
     }
-}
-
-/// Every so many poses of the readings, so that about [`POSES`] are left.
-pub(super) fn thinned(readings: &Readings) -> Readings {
-    let stride = readings.poses().div_ceil(POSES).max(1);
-    readings.only(|pose, _| pose % stride == 0)
 }
 
 /// A direction [`OFF_AXIS`] away from the given one, towards no special side.

@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 
 use super::hold::Holds;
 use super::solve::{Solved, solve_from};
-use super::start::{cost_nearby, solve_nearby, thinned};
+use super::sample::Sample;
 use super::{EstimateError, Unknowns};
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -25,12 +25,22 @@ const LOWER: f64 = 1e-6;
 ///
 /// # Errors
 /// As [`super::solve`].
-pub(super) fn settled(session: &Session, solved: Solved, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
-    let solved = right_way_up(session, solved, workbench)?;
-    unmirrored(session, solved, workbench)
+pub(super) fn settled(
+    session: &Session,
+    solved: Solved,
+    sample: &Sample,
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
+    let solved = right_way_up(session, solved, sample, workbench)?;
+    unmirrored(session, solved, sample, workbench)
 }
 
-fn right_way_up(session: &Session, solved: Solved, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
+fn right_way_up(
+    session: &Session,
+    solved: Solved,
+    sample: &Sample,
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
     if session.gravity.hemisphere.is_some() {
         return Ok(solved);
     }
@@ -38,52 +48,45 @@ fn right_way_up(session: &Session, solved: Solved, workbench: &Workbench<'_>) ->
     let nominal = Unknowns::nominal(session);
     let found = solved.unknowns(&nominal);
     let start = found.upside_down(session);
-    let [here, there] = nearby(session, &solved, [&found, &start], workbench)?;
+    let [here, there] = [&found, &start].map(|start| sample.nearby(session, start, 0.0, workbench).cost);
     if there > here + DECISIVE {
         return Ok(solved);
     }
-    let other =
-        Holds::at_start(session, &solved.readings, &start)?.solve(session, &solved.readings, &start, workbench)?;
+    let other = Holds::at_start(session, sample, &start)?.solve(session, &solved.readings, &start, workbench)?;
     let [here, there] = [&solved, &other].map(|solution| solution.unknowns(&nominal).gravity);
     let opposite = here.iter().zip(there).map(|(a, b)| a * b).sum::<f64>() < 0.0;
     let gain = solved.estimate.cost - other.estimate.cost;
     let sign_known = !opposite || gain.abs() > DECISIVE;
     let lower = if opposite && gain > LOWER * solved.estimate.cost {
-        solve_from(session, &solved.readings, other.unknowns(&nominal), workbench)?
+        solve_from(session, &solved.readings, sample, other.unknowns(&nominal), workbench)?
     } else {
         solved
     };
     Ok(Solved { sign_known, ..lower })
 }
 
-fn unmirrored(session: &Session, solved: Solved, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
+fn unmirrored(
+    session: &Session,
+    solved: Solved,
+    sample: &Sample,
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
     let found = solved.unknowns(&Unknowns::nominal(session));
     let Some(along) = along_axis(session, &found) else { return Ok(solved) };
     let mirrored = mirrored_placements(&found, along);
-    let sample = thinned(&solved.readings);
-    let (there, end) = solve_nearby(session, &sample, &mirrored, workbench)?;
-    if along_axis(session, &end).is_some_and(|end| end.vector.dot(&along.vector) > 0.0) {
-        return Ok(solved); // back where it was
+    let is_back = |end: &Unknowns| along_axis(session, end).is_some_and(|end| end.vector.dot(&along.vector) > 0.0);
+    // Where the readings tell the sign well, one step leads back.
+    let mut there = sample.one_step(session, &mirrored, workbench);
+    if !is_back(&there.end) {
+        there = sample.nearby(session, &there.end, 0.0, workbench);
     }
-    if there >= cost_nearby(session, &sample, &found, workbench)? * (1.0 - LOWER) {
+    if is_back(&there.end) || there.cost >= sample.nearby(session, &found, 0.0, workbench).cost * (1.0 - LOWER) {
         return Ok(solved);
     }
     workbench.tell("placements the other way round");
-    let other = solve_from(session, &solved.readings, mirrored, workbench)?;
+    let other = solve_from(session, &solved.readings, sample, mirrored, workbench)?;
     let lower = other.estimate.cost < solved.estimate.cost * (1.0 - LOWER);
     Ok(if lower { Solved { sign_known: solved.sign_known, ..other } } else { solved })
-}
-
-/// Costs to which a few iterations lead from two starts, with a part of the poses.
-fn nearby(
-    session: &Session,
-    solved: &Solved,
-    starts: [&Unknowns; 2],
-    workbench: &Workbench<'_>,
-) -> Result<[f64; 2], EstimateError> {
-    let sample = thinned(&solved.readings);
-    let [here, there] = starts.map(|start| cost_nearby(session, &sample, start, workbench));
-    Ok([here?, there?])
 }
 
 /// Of the vector between two placements, the part along the axis of the joint that carries them.

@@ -6,6 +6,8 @@ mod check;
 mod error;
 mod topology;
 
+use std::sync::Arc;
+
 pub(crate) use attachment::Drive;
 pub use attachment::{Attachment, Mimic};
 pub use error::ChainError;
@@ -33,7 +35,7 @@ pub struct Chain {
     pub(crate) drives: Option<Vec<Drive>>,
     pub(crate) cut_joints: Vec<String>,
     /// The movers, re-cut for computing.
-    pub(crate) axis_frames: Vec<AxisFrame>,
+    pub(crate) axis_frames: Arc<[AxisFrame]>,
 }
 
 impl Chain {

@@ -1,16 +1,22 @@
 //! What hangs beyond each joint: frames outward, masses and moments inward.
 
+use std::sync::Arc;
+
 use nalgebra::{Matrix3, Vector3};
 
 use super::INERTIA;
-use crate::axis_frame::Motion;
+use crate::axis_frame::{AxisFrame, Motion};
 use crate::chain::{Chain, Run};
 use crate::transform::Transform;
 
 /// What hangs beyond one joint, in base coordinates.
 #[derive(Clone, Debug)]
 pub(super) struct BodyBeyond {
+    /// Of the joint, rad or m.
+    coordinate: f64,
     motion: Motion,
+    /// Whether the link is elsewhere than in the last pose.
+    moved: bool,
     /// z_i.
     pub axis: Vector3<f64>,
     /// o_i, m.
@@ -38,7 +44,9 @@ pub(super) struct Sensitivity {
 impl Default for BodyBeyond {
     fn default() -> Self {
         BodyBeyond {
+            coordinate: 0.0,
             motion: Motion::Slide(0.0),
+            moved: true,
             axis: Vector3::zeros(),
             point: Vector3::zeros(),
             link_rotation: Matrix3::zeros(),
@@ -75,28 +83,65 @@ impl BodyBeyond {
     }
 }
 
-/// Fills `bodies`, one for each link: frames outward, then masses and moments inward. `coordinates`: of each link's mover.
-pub(super) fn sweep(chain: &Chain, coordinates: &[f64], inertia: &[f64], bodies: &mut [BodyBeyond]) {
-    assert_eq!(inertia.len(), INERTIA * chain.link_count(), "four numbers for each link");
-    place(chain, coordinates, bodies);
-    gather(chain, inertia, bodies);
+/// One body for each link, from one pose to the next.
+#[derive(Clone, Debug)]
+pub(super) struct Bodies {
+    all: Vec<BodyBeyond>,
+    /// The chain whose links have been placed, by its axes.
+    placed: Option<Arc<[AxisFrame]>>,
 }
 
-/// Axes and link frames in base coordinates.
-fn place(chain: &Chain, coordinates: &[f64], bodies: &mut [BodyBeyond]) {
-    // All sines first: their branches would hold up the frames.
-    for ((frame, &coordinate), body) in chain.axis_frames.iter().zip(coordinates).zip(&mut *bodies) {
-        body.motion = frame.motion(coordinate);
+impl Bodies {
+    pub fn new(links: usize) -> Self {
+        Bodies { all: vec![BodyBeyond::default(); links], placed: None }
     }
-    for Run { links, parent } in &chain.topology.runs {
-        let mut link = parent.map_or_else(Transform::identity, |parent| bodies[parent].link_pose());
-        for (frame, body) in chain.axis_frames[links.clone()].iter().zip(&mut bodies[links.clone()]) {
-            let at_rest = frame.at_rest(&link);
-            link = frame.link_pose(&at_rest, body.motion);
-            body.axis = at_rest.rotation.column(2).into_owned();
-            body.point = at_rest.translation;
-            body.link_rotation = link.rotation;
-            body.link_origin = link.translation;
+
+    pub fn as_slice(&self) -> &[BodyBeyond] {
+        &self.all
+    }
+
+    /// Another pose: frames outward, then masses and moments inward. `coordinates`: of each link's mover.
+    pub fn sweep(&mut self, chain: &Chain, coordinates: &[f64], inertia: &[f64]) {
+        assert_eq!(inertia.len(), INERTIA * chain.link_count(), "four numbers for each link");
+        self.place(chain, coordinates);
+        gather(chain, inertia, &mut self.all);
+    }
+
+    /// Axes and link frames in base coordinates. While one joint sweeps those before it stand: what has not moved since the last
+    /// pose is left as it is.
+    fn place(&mut self, chain: &Chain, coordinates: &[f64]) {
+        let everything = self.placed.as_ref().is_none_or(|placed| !Arc::ptr_eq(placed, &chain.axis_frames));
+        if everything {
+            self.placed = Some(Arc::clone(&chain.axis_frames));
+        }
+        let bodies = &mut self.all;
+        // All sines first: their branches would hold up the frames.
+        for ((frame, &coordinate), body) in chain.axis_frames.iter().zip(coordinates).zip(&mut *bodies) {
+            body.moved = everything || body.coordinate.to_bits() != coordinate.to_bits();
+            if body.moved {
+                body.coordinate = coordinate;
+                body.motion = frame.motion(coordinate);
+            }
+        }
+        for Run { links, parent } in &chain.topology.runs {
+            let (mut link, mut moved) = match parent {
+                Some(parent) => (bodies[*parent].link_pose(), bodies[*parent].moved),
+                None => (Transform::identity(), false),
+            };
+            for (frame, body) in chain.axis_frames[links.clone()].iter().zip(&mut bodies[links.clone()]) {
+                moved |= body.moved;
+                body.moved = moved;
+                if !moved {
+                    link = body.link_pose();
+                    continue;
+                }
+                let at_rest = frame.at_rest(&link);
+                link = frame.link_pose(&at_rest, body.motion);
+                body.axis = at_rest.rotation.column(2).into_owned();
+                body.point = at_rest.translation;
+                body.link_rotation = link.rotation;
+                body.link_origin = link.translation;
+            }
         }
     }
 }

@@ -30,7 +30,7 @@
 mod body_beyond;
 mod coupled;
 
-use body_beyond::{BodyBeyond, Sensitivity, sweep};
+use body_beyond::{Bodies, BodyBeyond, Sensitivity};
 use nalgebra::Vector3;
 
 use crate::chain::Chain;
@@ -53,7 +53,7 @@ pub struct GravityTorque {
     /// By the links' `[mass, h_x, h_y, h_z]` (kg, kg·m in link coordinates), n × 4l: the gravity regressor. Zero for
     /// links that the joint does not move.
     pub by_inertia: Vec<f64>,
-    bodies: Vec<BodyBeyond>,
+    bodies: Bodies,
     /// The same by axes, where some joints mimic others.
     axes: Option<Box<Axes>>,
 }
@@ -74,7 +74,7 @@ impl GravityTorque {
             by_coordinate: vec![0.0; joint_count * joint_count],
             by_gravity: vec![0.0; joint_count * 3],
             by_inertia: vec![0.0; joint_count * link_count * INERTIA],
-            bodies: vec![BodyBeyond::default(); link_count],
+            bodies: Bodies::new(link_count),
             axes: (link_count > joint_count).then(|| Box::new(axes())),
         }
     }
@@ -84,7 +84,7 @@ impl GravityTorque {
         assert_eq!(self.by_coordinate.len(), n * n, "n × n derivatives by coordinates");
         assert_eq!(self.by_gravity.len(), n * 3, "n × 3 derivatives by gravity");
         assert_eq!(self.by_inertia.len(), n * links * INERTIA, "n × 4l derivatives by inertia");
-        assert_eq!(self.bodies.len(), links, "a workspace for as many links as the chain has");
+        assert_eq!(self.bodies.as_slice().len(), links, "a workspace for as many links as the chain has");
     }
 }
 
@@ -99,13 +99,13 @@ impl Chain {
     /// When a slice has another length.
     pub fn gravity_torque(&self, coordinates: &[f64], gravity: [f64; 3], inertia: &[f64], torque: &mut [f64]) {
         assert_eq!(torque.len(), self.joint_count(), "one torque for each joint");
-        let mut bodies = vec![BodyBeyond::default(); self.link_count()];
-        sweep(self, &self.axis_coordinates(coordinates), inertia, &mut bodies);
+        let mut bodies = Bodies::new(self.link_count());
+        bodies.sweep(self, &self.axis_coordinates(coordinates), inertia);
         match &self.drives {
-            None => torques(&bodies, gravity, torque),
+            None => torques(bodies.as_slice(), gravity, torque),
             Some(drives) => {
-                let mut by_axis = vec![0.0; bodies.len()];
-                torques(&bodies, gravity, &mut by_axis);
+                let mut by_axis = vec![0.0; self.link_count()];
+                torques(bodies.as_slice(), gravity, &mut by_axis);
                 coupled::gather(drives, &by_axis, torque);
             }
         }
@@ -128,12 +128,12 @@ impl Chain {
         out.assert_size(self.joint_count(), self.link_count());
         if let (Some(drives), Some(axes)) = (&self.drives, &mut out.axes) {
             axes.spread(drives, coordinates);
-            sweep(self, &axes.coordinates, inertia, &mut axes.torque.bodies);
-            torques(&axes.torque.bodies, gravity, &mut axes.torque.torque);
+            axes.torque.bodies.sweep(self, &axes.coordinates, inertia);
+            torques(axes.torque.bodies.as_slice(), gravity, &mut axes.torque.torque);
             coupled::gather(drives, &axes.torque.torque, &mut out.torque);
         } else {
-            sweep(self, coordinates, inertia, &mut out.bodies);
-            torques(&out.bodies, gravity, &mut out.torque);
+            out.bodies.sweep(self, coordinates, inertia);
+            torques(out.bodies.as_slice(), gravity, &mut out.torque);
         }
     }
 
@@ -166,7 +166,7 @@ impl Chain {
 
     /// As if every axis had a coordinate of its own.
     fn linearize_axes(&self, coordinates: &[f64], gravity: &Vector3<f64>, inertia: &[f64], out: &mut GravityTorque) {
-        sweep(self, coordinates, inertia, &mut out.bodies);
+        out.bodies.sweep(self, coordinates, inertia);
         for (i, end) in self.topology.ends.iter().enumerate() {
             out.fill_row(i, *end, gravity);
         }
@@ -183,7 +183,7 @@ fn torques(bodies: &[BodyBeyond], gravity: [f64; 3], torque: &mut [f64]) {
 impl GravityTorque {
     /// Axis i, which moves the links from i to before `end`: its torque, and its row of every derivative.
     fn fill_row(&mut self, i: usize, end: usize, gravity: &Vector3<f64>) {
-        let body = &self.bodies[i];
+        let body = &self.bodies.as_slice()[i];
         let sensitivity = body.sensitivity(gravity);
         self.torque[i] = body.torque(&sensitivity);
         self.by_gravity[3 * i..3 * i + 3].copy_from_slice(body.torque_by_gravity().as_slice());
@@ -193,8 +193,9 @@ impl GravityTorque {
 
     /// `w_i · v_j` for j from i to before `end`, zero for those after, and its mirror image.
     fn fill_by_coordinate(&mut self, i: usize, end: usize, sensitivity: &Sensitivity) {
-        let n = self.bodies.len();
-        for (j, body) in self.bodies[..end].iter().enumerate().skip(i) {
+        let bodies = self.bodies.as_slice();
+        let n = bodies.len();
+        for (j, body) in bodies[..end].iter().enumerate().skip(i) {
             let second = sensitivity.to_moment.dot(&body.moment_rate);
             self.by_coordinate[n * i + j] = second;
             self.by_coordinate[n * j + i] = second;
@@ -207,14 +208,15 @@ impl GravityTorque {
 
     /// Zero before link i, then `[∂τ_i/∂m_k, ∂τ_i/∂h_k]`, zero again from `end` on.
     fn fill_by_inertia(&mut self, i: usize, end: usize, sensitivity: &Sensitivity) {
-        let width = INERTIA * self.bodies.len();
+        let bodies = self.bodies.as_slice();
+        let width = INERTIA * bodies.len();
         let row = &mut self.by_inertia[width * i..width * (i + 1)];
         let (before, beyond) = row.as_chunks_mut::<INERTIA>().0.split_at_mut(i);
         let (beyond, elsewhere) = beyond.split_at_mut(end - i);
         before.fill([0.0; INERTIA]);
         elsewhere.fill([0.0; INERTIA]);
-        let (point, to_moment) = (self.bodies[i].point, sensitivity.to_moment);
-        for (entry, link) in beyond.iter_mut().zip(&self.bodies[i..end]) {
+        let (point, to_moment) = (bodies[i].point, sensitivity.to_moment);
+        for (entry, link) in beyond.iter_mut().zip(&bodies[i..end]) {
             let by_moment = link.link_rotation.tr_mul(&to_moment);
             let by_mass = sensitivity.to_mass + to_moment.dot(&(link.link_origin - point));
             *entry = [by_mass, by_moment.x, by_moment.y, by_moment.z];

@@ -25,7 +25,7 @@ use super::in_order::estimate_in_order;
 use super::problem::{JointProblem, pose};
 use super::readings::Readings;
 use super::solve::Solved;
-use super::start::thinned;
+use super::sample::Sample;
 use super::{EstimateError, Unknowns};
 use crate::judgement::Combination;
 use crate::parameter::{ParameterId, Quantity};
@@ -39,8 +39,9 @@ pub(crate) use set_aside::SetAside;
 const ROUNDS: usize = 10;
 
 /// What is held.
-#[derive(Clone, Debug)]
-pub(super) struct Holds {
+pub(super) struct Holds<'a> {
+    /// A part of the readings: it shows what has no effect.
+    sample: &'a Sample,
     set_aside: Vec<SetAside>,
     gauges: Vec<ParameterId>,
     /// Joints that were idle at any solution so far.
@@ -73,11 +74,12 @@ impl Before {
     }
 }
 
-impl Holds {
-    /// The gauges that the readings need, judged at `start`.
-    pub fn at_start(session: &Session, readings: &Readings, start: &Unknowns) -> Result<Holds, EstimateError> {
+impl<'a> Holds<'a> {
+    /// The gauges that the readings of `sample` need, judged at `start`.
+    pub fn at_start(session: &Session, sample: &'a Sample, start: &Unknowns) -> Result<Self, EstimateError> {
         let none = vec![false; session.joints.len()];
         let mut holds = Holds {
+            sample,
             set_aside: Vec::new(),
             gauges: Vec::new(),
             idle: none.clone(),
@@ -86,18 +88,18 @@ impl Holds {
             before_idle: None,
             before_runaways: None,
         };
-        holds.start_over(session, readings, start)?;
+        holds.start_over(session, start)?;
         Ok(holds)
     }
 
     /// Forgets what was held but for idle joints' gains, and finds the gauges anew.
-    fn start_over(&mut self, session: &Session, readings: &Readings, start: &Unknowns) -> Result<(), EstimateError> {
+    fn start_over(&mut self, session: &Session, start: &Unknowns) -> Result<(), EstimateError> {
         self.set_aside.retain(SetAside::is_idle_joint);
         self.before_runaways = None;
         // A part of the poses shows what has no effect; what all of them say is judged where they lead.
-        let sample = thinned(readings);
-        let posed = pose_with(session, &sample, start, &self.set_aside)?;
-        let judged = Solved::at_start(sample, posed)?.with_holds(&self.set_aside, &self.idle);
+        let start = allowed(session, start, &self.set_aside);
+        let posed = held(session, self.sample.posed_at(session, &start), &self.set_aside)?;
+        let judged = Solved::at_start(self.sample.readings.clone(), posed)?.with_holds(&self.set_aside, &self.idle);
         self.gauges = gauges(&judged.judge(session).combinations);
         Ok(())
     }
@@ -123,7 +125,7 @@ impl Holds {
             let gauges = gauges(&combinations);
             let settled = gauges == self.gauges && more.is_empty() && !self.held_wrongly(newly_idle);
             if settled && self.release_wrong(&solved) {
-                self.start_over(session, readings, start)?;
+                self.start_over(session, start)?;
                 from = start.clone();
                 continue;
             }
@@ -137,7 +139,7 @@ impl Holds {
             }
             self.set_aside.extend(more.iter().cloned());
             if self.held_wrongly(newly_idle) || more.iter().any(SetAside::is_idle_joint) {
-                self.start_over(session, readings, start)?;
+                self.start_over(session, start)?;
                 from = start.clone();
             } else if more.is_empty() {
                 from = solved.unknowns(&from);
@@ -220,12 +222,22 @@ pub(super) fn pose_with(
     start: &Unknowns,
     set_aside: &[SetAside],
 ) -> Result<JointProblem, EstimateError> {
+    let posed = pose(session, readings, &allowed(session, start, set_aside))?;
+    held(session, posed, set_aside)
+}
+
+/// A start that obeys the constraints and what is set aside.
+fn allowed(session: &Session, start: &Unknowns, set_aside: &[SetAside]) -> Unknowns {
     let mut start = start.clone();
     constraints::respect(session, &mut start);
     for SetAside { parameter, value, .. } in set_aside {
         *start.value_mut(*parameter) = *value;
     }
-    let mut posed = pose(session, readings, &start)?;
+    start
+}
+
+/// The problem with what is set aside held, under the session's constraints.
+fn held(session: &Session, mut posed: JointProblem, set_aside: &[SetAside]) -> Result<JointProblem, EstimateError> {
     for SetAside { parameter, reason, .. } in set_aside {
         let id = posed.layout.block(*parameter);
         posed.problem = posed.problem.holding(&[id], reason.in_words());

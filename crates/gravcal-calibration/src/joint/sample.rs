@@ -1,0 +1,90 @@
+//! A part of the poses, posed once: starts are compared and judged by it.
+
+use super::problem::{JointProblem, PosingError, pose};
+use super::readings::Readings;
+use super::unknowns::Unknowns;
+use crate::session::Session;
+use crate::workbench::Workbench;
+
+/// Poses that suffice to compare candidates.
+const POSES: usize = 120;
+/// Iterations from a start that tell how low it leads.
+const BRIEF: usize = 30;
+/// A cost for each reading below this explains them: noise alone makes it ½.
+const EXPLAINED: f64 = 1.0;
+
+/// The joint problem of a part of the poses.
+pub(super) struct Sample {
+    pub readings: Readings,
+    posed: JointProblem,
+}
+
+/// Where some iterations lead.
+pub(super) struct Nearby {
+    /// The cost there; infinite where the solver takes no such problem.
+    pub cost: f64,
+    pub end: Unknowns,
+}
+
+impl Sample {
+    /// Of these readings, to start from anywhere.
+    ///
+    /// # Errors
+    /// Where no problem can be posed.
+    pub fn new(session: &Session, readings: &Readings) -> Result<Sample, PosingError> {
+        let readings = thinned(readings);
+        let posed = pose(session, &readings, &Unknowns::nominal(session))?;
+        Ok(Sample { readings, posed })
+    }
+
+    /// The same with the noise of these readings, which are those that it is part of.
+    ///
+    /// # Errors
+    /// As [`Sample::new`].
+    pub fn with_noise_of(self, session: &Session, readings: &Readings) -> Result<Sample, PosingError> {
+        if self.readings.noise == readings.noise { Ok(self) } else { Sample::new(session, readings) }
+    }
+
+    /// Its problem, started from here.
+    pub fn posed_at(&self, session: &Session, start: &Unknowns) -> JointProblem {
+        self.posed.starting_at(session, &self.readings, start)
+    }
+
+    /// A cost that explains its readings.
+    pub fn explained(&self) -> f64 {
+        EXPLAINED * self.readings.count() as f64
+    }
+
+    /// Where a few iterations from `start` lead, or fewer where the cost is no higher than `enough` before.
+    pub fn nearby(&self, session: &Session, start: &Unknowns, enough: f64, workbench: &Workbench<'_>) -> Nearby {
+        self.follow(session, start, BRIEF, enough, workbench)
+    }
+
+    /// Where one iteration leads.
+    pub fn one_step(&self, session: &Session, start: &Unknowns, workbench: &Workbench<'_>) -> Nearby {
+        self.follow(session, start, 1, 0.0, workbench)
+    }
+
+    fn follow(
+        &self,
+        session: &Session,
+        start: &Unknowns,
+        iterations: usize,
+        enough: f64,
+        workbench: &Workbench<'_>,
+    ) -> Nearby {
+        let posed = self.posed_at(session, start);
+        match workbench.solve_briefly(&posed.problem, &posed.initial, iterations, enough) {
+            Ok(estimate) => {
+                Nearby { cost: estimate.cost, end: Unknowns::of(&estimate.values, &posed.layout, start) }
+            }
+            Err(_) => Nearby { cost: f64::INFINITY, end: start.clone() },
+        }
+    }
+}
+
+/// Every so many poses of the readings, so that about [`POSES`] are left.
+pub(super) fn thinned(readings: &Readings) -> Readings {
+    let stride = readings.poses().div_ceil(POSES).max(1);
+    readings.only(|pose, _| pose % stride == 0)
+}
