@@ -1,5 +1,7 @@
 //! How uncertain a measurement is.
 
+use std::sync::Arc;
+
 use faer::Mat;
 use faer::linalg::solvers::Llt;
 use thiserror::Error;
@@ -18,7 +20,7 @@ pub enum Noise {
 
 /// `1/σ` of each row, positive and finite.
 #[derive(Clone, Debug)]
-pub struct Weights(pub(crate) Vec<f64>);
+pub struct Weights(pub(crate) Arc<[f64]>);
 
 /// `L⁻¹` of a covariance `Σ = L Lᵀ`, row-major.
 #[derive(Clone, Debug)]
@@ -97,7 +99,7 @@ impl Noise {
     pub(crate) fn whiten(&self, rows: &mut [f64], width: usize) {
         match self {
             Noise::Independent(Weights(weights)) => {
-                for (row, weight) in rows.chunks_exact_mut(width).zip(weights) {
+                for (row, weight) in rows.chunks_exact_mut(width).zip(weights.iter()) {
                     row.iter_mut().for_each(|v| *v *= weight);
                 }
             }
@@ -119,7 +121,9 @@ impl Noise {
     /// The reverse of whitening, in place: what has unit variance and no correlation becomes an error of the readings.
     pub(crate) fn unwhiten(&self, rows: &mut [f64]) {
         match self {
-            Noise::Independent(Weights(weights)) => rows.iter_mut().zip(weights).for_each(|(v, weight)| *v /= weight),
+            Noise::Independent(Weights(weights)) => {
+                rows.iter_mut().zip(weights.iter()).for_each(|(v, weight)| *v /= weight)
+            }
             Noise::Correlated(Whitener(whitener)) => {
                 let n = self.rows();
                 for i in 0..n {

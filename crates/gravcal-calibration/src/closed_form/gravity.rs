@@ -30,6 +30,8 @@ pub(crate) struct SweepDirection {
 pub(crate) struct GravityStart {
     /// Unit vector in base coordinates, in the given hemisphere.
     pub direction: Vector3<f64>,
+    /// `(p, q)` of the lumped moment for gravity of unit length, where `a − i c = (p − i q) (u + i v)`: unit of the torque reading.
+    pub moment: [f64; 2],
     /// Predicted standard deviation of the direction, rad; good within a factor of 2.
     pub direction_std: f64,
 }
@@ -57,10 +59,14 @@ pub(crate) fn gravity_from_sweeps(sweeps: &[SweepDirection], hemisphere: Vector3
     let svd = system.svd().ok()?;
     let gravity = Vector3::new(svd.V()[(0, 4)], svd.V()[(1, 4)], svd.V()[(2, 4)]);
     let direction = gravity.try_normalize(1e-12)?;
-    let sign = if direction.dot(&hemisphere) < 0.0 { -1.0 } else { 1.0 };
+    let direction = if direction.dot(&hemisphere) < 0.0 { -direction } else { direction };
+    let beyond = |s: &SweepDirection| Complex::new(s.u.dot(&direction), s.v.dot(&direction));
+    let product: Complex<f64> = sweeps.iter().map(|s| beyond(s).conj() * s.measured).sum();
+    let moment = product / sweeps.iter().map(|s| beyond(s).norm_sqr()).sum::<f64>();
     let std = sweeps.iter().map(|s| s.std).fold(0.0, f64::max);
     Some(GravityStart {
-        direction: sign * direction,
+        direction,
+        moment: [moment.re, -moment.im],
         direction_std: std / (largest * svd.S()[3].max(f64::MIN_POSITIVE)),
     })
 }
@@ -82,6 +88,7 @@ mod tests {
         let gravity = Vector3::new(-3.43, -5.94, -7.0).normalize();
         let start = gravity_from_sweeps(&[sweep(-0.6, gravity), sweep(0.9, gravity)], -Vector3::z()).unwrap();
         assert!((start.direction - gravity).amax() < 1e-12);
+        assert!((start.moment[0] - 3.0).abs() < 1e-12 && (start.moment[1] - 1.2).abs() < 1e-12);
         assert!(start.direction_std < 0.1);
     }
 

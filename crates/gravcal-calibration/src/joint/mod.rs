@@ -221,16 +221,15 @@ fn tell_reversed(session: &Session, reversed: &reversed::Reversed, result: &mut 
 
 /// The torque readings that an estimator may use, with a first guess of unstated noise.
 pub fn select(session: &Session, signals: Signals) -> Readings {
-    let noise = solve::first_noise(session);
     let moments = sweep_moments::by_sweep(session).then(|| SweepMoments::of(session));
     let entering = |pose: usize, channel: usize| {
         channel >= session.joints.len() || moments.as_ref().is_none_or(|moments| moments.of_pose(pose).is_some())
     };
     match signals {
-        Signals::All => Readings::select(session, noise, entering),
+        Signals::All => Readings::select(session, entering),
         Signals::PaperSteps => {
             let read = Plan::new(session).readings();
-            Readings::select(session, noise, |pose, joint| read.contains(&(pose, joint)) && entering(pose, joint))
+            Readings::select(session, |pose, joint| read.contains(&(pose, joint)) && entering(pose, joint))
         }
     }
 }
@@ -243,7 +242,7 @@ pub(crate) fn pose_at_nominal(session: &Session) -> Result<JointProblem, Estimat
 impl Solved {
     /// What is determined, with what was set aside counted as not.
     pub(crate) fn judge(&self, session: &Session) -> Judgement {
-        self.judge_with_spreads(session, &session.spreads())
+        self.judge_with_spreads(session, &self.readings.spreads)
     }
 
     /// The same with given spreads (largest less smallest reading of each channel).

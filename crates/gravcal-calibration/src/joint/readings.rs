@@ -22,6 +22,8 @@ use crate::session::{Instrument, InstrumentKind, KnowledgeKind, Session};
 pub struct Readings {
     /// Channels that enter, for each pose of the session: see [`Session::channel_count`].
     pub used: Vec<Arc<[usize]>>,
+    /// Largest less smallest reading of each channel, of all poses of the session: see [`Session::spreads`].
+    pub spreads: Arc<[f64]>,
     /// Standard deviation, by channel, of readings that state none; unit of the reading.
     pub noise: Vec<f64>,
     /// How readings far beyond that are to be counted. [`super::pose`] leaves it to `JointProblem::with_loss`: at a start
@@ -32,11 +34,13 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Every reading of the session for which `keep(pose, channel)` holds.
-    pub fn select(session: &Session, noise: Vec<f64>, keep: impl Fn(usize, usize) -> bool) -> Readings {
+    /// Every reading of the session for which `keep(pose, channel)` holds, with a first guess of unstated noise.
+    pub fn select(session: &Session, keep: impl Fn(usize, usize) -> bool) -> Readings {
         let all: Arc<[usize]> = (0..session.channel_count()).collect();
         let used = vec![all; session.poses.len()];
-        let readings = Readings { used, noise, loss: session.loss, order: Order::Together };
+        let spreads: Arc<[f64]> = session.spreads().into();
+        let noise = first_noise(&spreads);
+        let readings = Readings { used, spreads, noise, loss: session.loss, order: Order::Together };
         readings.only(|pose, channel| session.reading(pose, channel).is_some() && keep(pose, channel))
     }
 
@@ -51,7 +55,7 @@ impl Readings {
             }
         };
         let used = self.used.iter().enumerate().map(of_pose).collect();
-        Readings { used, noise: self.noise.clone(), loss: self.loss, order: self.order.clone() }
+        Readings { used, ..self.clone() }
     }
 
     /// How many poses have a reading that enters.
@@ -127,6 +131,11 @@ impl Readings {
     }
 }
 
+/// A first standard deviation for channels whose readings state none: a hundredth of the readings' spread.
+pub(super) fn first_noise(spreads: &[f64]) -> Vec<f64> {
+    spreads.iter().map(|spread| if *spread > 0.0 { 0.01 * spread } else { 1.0 }).collect()
+}
+
 impl Instrument {
     /// Whether the readings of an axis depend on a parameter.
     fn reads(&self, session: &Session, axis: usize, id: ParameterId) -> bool {
@@ -154,17 +163,20 @@ pub(super) fn add_readings(
 ) -> Result<Vec<(usize, usize)>, NoiseError> {
     let around = Around::new(layout, builder.initial());
     let mut models = Models::new(session, layout);
-    let mut rows = Vec::new();
+    let mut rows = Vec::with_capacity(readings.count());
+    let (mut std, mut last) = (Vec::new(), None);
     for (pose, used) in readings.used.iter().enumerate().filter(|(_, used)| !used.is_empty()) {
-        let std: Vec<f64> = used.iter().map(|channel| readings.std(session, pose, *channel)).collect();
-        let noise = Noise::independent(&std)?;
-        let mut parts = models.residuals(pose, used);
-        let factor = match parts.len() {
-            1 => Factor { residual: parts.remove(0), noise, loss: Loss::None },
-            _ => Factor::new(Stacked::new(parts, |id| builder.block(id).len()), noise),
+        std.clear();
+        std.extend(used.iter().map(|channel| readings.std(session, pose, *channel)));
+        // Most poses are as noisy as the one before.
+        let noise = match last.take() {
+            Some((alike, noise)) if alike == std => noise,
+            _ => Noise::independent(&std)?,
         };
-        let factor = Factor { residual: around.residual(pose, factor.residual), ..factor };
+        let residual = models.residual(pose, used, |id| builder.block(id).len());
+        let factor = Factor { residual: around.residual(pose, residual), noise: noise.clone(), loss: Loss::None };
         builder.add_factor(factor);
+        last = Some((std.clone(), noise));
         rows.extend(used.iter().map(|channel| (pose, *channel)));
     }
     Ok(rows)
@@ -198,13 +210,16 @@ impl<'s> Models<'s> {
         }
     }
 
-    /// The residuals of the readings of one pose, in the order of their channels.
-    fn residuals(&mut self, index: usize, used: &[usize]) -> Vec<Arc<dyn Residual>> {
+    /// The residual of the readings of one pose, in the order of their channels. `length`: numbers that store a block.
+    fn residual(&mut self, index: usize, used: &[usize], length: impl Fn(BlockId) -> usize) -> Arc<dyn Residual> {
         let (session, pose) = (self.session, &self.session.poses[index]);
         let load = pose.load.map_or(0, |load| load + 1);
         let value = |channel: usize| session.reading(index, channel).map_or(f64::NAN, |reading| reading.value);
         let torques: Vec<(usize, f64)> =
             used.iter().filter(|channel| **channel < session.joints.len()).map(|c| (*c, value(*c))).collect();
+        if torques.len() == used.len() {
+            return self.torques.residual(session, index, torques);
+        }
         let mut parts: Vec<Arc<dyn Residual>> = Vec::new();
         if !torques.is_empty() {
             parts.push(self.torques.residual(session, index, torques));
@@ -220,7 +235,7 @@ impl<'s> Models<'s> {
                 parts.push(Arc::new(InstrumentReading::new(model, coordinates(session, index, instrument.link), own)));
             }
         }
-        parts
+        if parts.len() == 1 { parts.remove(0) } else { Arc::new(Stacked::new(parts, length)) }
     }
 }
 

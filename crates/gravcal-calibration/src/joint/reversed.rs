@@ -14,7 +14,7 @@
 use gravcal_estimation::Termination;
 
 use super::hold::pose_with;
-use super::solve::first_noise;
+use super::readings::first_noise;
 use super::sample::Sample;
 use super::start::{best_start, start_cost};
 use super::{EstimateError, Readings, Solved, Unknowns};
@@ -70,7 +70,7 @@ fn beside_the_others(
 ) -> Result<Option<Reversed>, EstimateError> {
     workbench.tell("looking for reversed sensors");
     // Noise found from residuals would excuse the very joint that is reversed.
-    let readings = Readings { noise: first_noise(session), ..solved.readings.clone() };
+    let readings = Readings { noise: first_noise(&solved.readings.spreads), ..solved.readings.clone() };
     let mut joints: Vec<usize> = Vec::new();
     let mut cost = start_cost(session, &readings)?;
     loop {

@@ -75,9 +75,7 @@ impl Sample {
     ) -> Nearby {
         let posed = self.posed_at(session, start);
         match workbench.solve_briefly(&posed.problem, &posed.initial, iterations, enough) {
-            Ok(estimate) => {
-                Nearby { cost: estimate.cost, end: Unknowns::of(&estimate.values, &posed.layout, start) }
-            }
+            Ok(estimate) => Nearby { cost: estimate.cost, end: Unknowns::of(&estimate.values, &posed.layout, start) },
             Err(_) => Nearby { cost: f64::INFINITY, end: start.clone() },
         }
     }

@@ -145,11 +145,6 @@ pub(crate) fn solve_posed(
     Solved::judged(readings, posed, estimate)
 }
 
-/// A first standard deviation for channels whose readings state none: a hundredth of the readings' spread.
-pub(super) fn first_noise(session: &Session) -> Vec<f64> {
-    session.spreads().iter().map(|spread| if *spread > 0.0 { 0.01 * spread } else { 1.0 }).collect()
-}
-
 impl Solved {
     /// How many times worse than their stated noise the readings are explained, where that is no accident.
     pub(super) fn misfit(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {

@@ -56,12 +56,7 @@ pub(super) fn best_start(
 }
 
 /// What suits `known` best, or a few iterations on, if that explains the readings of the sample.
-fn near_known(
-    part: &LinearPart<'_>,
-    sample: &Sample,
-    known: &Unknowns,
-    workbench: &Workbench<'_>,
-) -> Option<Unknowns> {
+fn near_known(part: &LinearPart<'_>, sample: &Sample, known: &Unknowns, workbench: &Workbench<'_>) -> Option<Unknowns> {
     let (cost, mut start) = part.solve(known);
     respect_distances(part.session(), &mut start);
     if cost < sample.explained() {

@@ -10,8 +10,8 @@
 use nalgebra::Vector3;
 
 use super::hold::Holds;
-use super::solve::{Solved, solve_from};
 use super::sample::Sample;
+use super::solve::{Solved, solve_from};
 use super::{EstimateError, Unknowns};
 use crate::session::Session;
 use crate::workbench::Workbench;

@@ -134,7 +134,7 @@ fn fit(
         builder.add_factor(Factor::new(Sinusoid::new(blocks, pairs[index].clone()), noise));
     }
     let fitted = StepFit::solve(builder, workbench, CURE)?;
-    let spread = session.spreads()[joint];
+    let spread = readings.spreads[joint];
     Ok(Bias {
         torque_bias: fitted.frozen(torque_bias, 0.5 * spread, CURE),
         position_gain: fitted.frozen(position_gain, 0.1 * nominal.abs(), CURE).and_then(|found| {

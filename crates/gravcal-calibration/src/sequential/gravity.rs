@@ -9,7 +9,7 @@ use super::fitting::StepFit;
 use super::found::Missing;
 use super::plan::Plan;
 use crate::axis_frames::AxisFrames;
-use crate::closed_form::{SweepDirection, fit_sinusoid, gravity_from_sweeps};
+use crate::closed_form::{GravityStart, SweepDirection, fit_sinusoid, gravity_from_sweeps};
 use crate::parameter::Quantity;
 use crate::residuals::{GravitySweep, GravitySweepBlocks};
 use crate::session::Session;
@@ -48,8 +48,8 @@ pub(super) fn find_gravity(
     }
     let step = Step { session, plan, known };
     let (sensors, assumed) = step.sensors()?;
-    let direction = step.closed_form(&sensors)?;
-    let fitted = step.fit(&sensors, direction, workbench)?;
+    let start = step.closed_form(&sensors)?;
+    let fitted = step.fit(&sensors, &start, workbench)?;
     step.judge(&fitted, assumed)
 }
 
@@ -107,8 +107,8 @@ impl Step<'_> {
         Ok((sensors, assumed))
     }
 
-    /// Gravity's direction in closed form, refused where it has a free direction.
-    fn closed_form(&self, sensors: &Sensors) -> Result<Vector3<f64>, Missing> {
+    /// Gravity's direction and the lumped moment in closed form, refused where gravity has a free direction.
+    fn closed_form(&self, sensors: &Sensors) -> Result<GravityStart, Missing> {
         let (first, second) = (self.joint(HELD), self.joint(SWEPT));
         if self.plan.gravity.len() < 2 {
             return Err(self.missing(format!("step 2 needs sweeps of {second} at two positions of {first} at least")));
@@ -122,7 +122,7 @@ impl Step<'_> {
         let start = gravity_from_sweeps(&sweeps, Vector3::from(hemisphere))
             .ok_or_else(|| self.missing(format!("the sweeps of {second} carry no gravity")))?;
         if start.direction_std <= LIMIT {
-            return Ok(start.direction);
+            return Ok(start);
         }
         let known_to = match start.direction_std.to_degrees() {
             degrees if degrees > 57.0 => "nothing".to_owned(),
@@ -154,17 +154,18 @@ impl Step<'_> {
         })
     }
 
-    fn fit(&self, sensors: &Sensors, direction: Vector3<f64>, workbench: &Workbench<'_>) -> Result<StepFit, Missing> {
+    fn fit(&self, sensors: &Sensors, start: &GravityStart, workbench: &Workbench<'_>) -> Result<StepFit, Missing> {
         let magnitude = self.session.gravity.magnitude;
         let mut builder = ProblemBuilder::new();
         let on_sphere = Block::vector(GRAVITY, "m/s²", &["x", "y", "z"]).on(Manifold::Sphere { radius: magnitude });
-        let gravity = builder.add_block(on_sphere, (magnitude * direction).as_slice());
+        let gravity = builder.add_block(on_sphere, (magnitude * start.direction).as_slice());
         let mut held =
             |name: &str, value: f64| builder.add_block(Block::scalar(name, "").held("found by step 1"), &[value]);
         let before = [held("held.position_gain", sensors.held_gain), held("held.position_offset", sensors.held_offset)];
         let (position_gain, torque_bias) =
             (held("position_gain", sensors.position_gain), held("torque_bias", sensors.torque_bias));
-        let moment = builder.add_block(Block::vector("moment", "", &["p", "q"]).linear(), &[0.0, 0.0]);
+        let moment =
+            builder.add_block(Block::vector("moment", "", &["p", "q"]).linear(), &start.moment.map(|m| m / magnitude));
         let blocks = GravitySweepBlocks { gravity, before: vec![before], position_gain, torque_bias, moment };
         let (rows, std): (Vec<_>, Vec<f64>) = self
             .plan

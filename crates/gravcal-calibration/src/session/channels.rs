@@ -60,9 +60,10 @@ impl Session {
     /// Largest less smallest reading of each channel, in its unit; 0 where there is none.
     pub fn spreads(&self) -> Vec<f64> {
         let spread = |channel| {
-            let values = || (0..self.poses.len()).filter_map(|pose| Some(self.reading(pose, channel)?.value));
-            let high = values().fold(f64::NEG_INFINITY, f64::max);
-            (high - values().fold(f64::INFINITY, f64::min)).max(0.0)
+            let values = (0..self.poses.len()).filter_map(|pose| Some(self.reading(pose, channel)?.value));
+            let range = |(low, high): (f64, f64), value: f64| (low.min(value), high.max(value));
+            let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), range);
+            (high - low).max(0.0)
         };
         (0..self.channel_count()).map(spread).collect()
     }

@@ -56,7 +56,9 @@ impl Decomposition {
     ) -> Result<Option<Self>, EvaluateError> {
         let summed = match known.filter(|known| known.are_of(problem)) {
             Some(known) => Some(known.clone()),
-            None if !problem.is_small() && problem.structure().islands.is_empty() => Normal::new(problem, values)?.normal_equations(),
+            None if !problem.is_small() && problem.structure().islands.is_empty() => {
+                Normal::new(problem, values)?.normal_equations()
+            }
             None => None,
         };
         let Some(normal) = summed else { return Ok(None) };

@@ -80,11 +80,7 @@ impl Spectrum {
         Self::with_known(problem, &estimate.values, estimate.normal_equations.as_ref())
     }
 
-    fn with_known(
-        problem: &Problem,
-        values: &Values,
-        known: Option<&NormalEquations>,
-    ) -> Result<Self, EvaluateError> {
+    fn with_known(problem: &Problem, values: &Values, known: Option<&NormalEquations>) -> Result<Self, EvaluateError> {
         let Decomposition { column_scales, local, idle, mut singular_values, mut directions } =
             Decomposition::new(problem, values, known)?;
         let scales: Vec<f64> = problem.structure().shared.iter().map(|column| column_scales[*column]).collect();

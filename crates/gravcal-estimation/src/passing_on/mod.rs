@@ -74,7 +74,7 @@ fn range(jacobian: MatRef<'_, f64>) -> Result<Mat<f64>, EvaluateError> {
 
 /// A factor of rows that are whitened already.
 fn unit_factor(residual: impl crate::Residual + 'static) -> Factor {
-    let noise = Noise::Independent(Weights(vec![1.0; residual.len()]));
+    let noise = Noise::Independent(Weights(vec![1.0; residual.len()].into()));
     Factor { residual: std::sync::Arc::new(residual), noise, loss: Loss::None }
 }
 

@@ -96,7 +96,7 @@ impl PublishedProblem {
         });
         let blocks = blocks.collect();
         let formula = Posed { blocks, rows: self.rows, equations: self.equations.clone() };
-        builder.add_factor(Factor::new(Automatic(formula), Noise::Independent(Weights(vec![1.0; self.rows]))));
+        builder.add_factor(Factor::new(Automatic(formula), Noise::Independent(Weights(vec![1.0; self.rows].into()))));
         builder.build()
     }
 

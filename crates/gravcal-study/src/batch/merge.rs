@@ -7,7 +7,7 @@ use parquet::errors::ParquetError;
 
 use super::BatchError;
 use super::folder::StudyFolder;
-use super::table::{TableReader, writer};
+use super::table::{TableReader, compressed, writer};
 
 /// Puts all parts together, those of the folder and of the others (which stay), into the folder's `trials.parquet` and
 /// `times.csv`. Memory does not grow with their number.
@@ -45,7 +45,7 @@ fn write_trials<'a>(
     let failed = |error: ParquetError| {
         BatchError::Write(WriteError::Io { path: path.clone(), cause: std::io::Error::other(error) })
     };
-    let mut table = writer(columns.schema(), NewFile::create(&path, false)?).map_err(failed)?;
+    let mut table = writer(columns.schema(), NewFile::create(&path, false)?, compressed()).map_err(failed)?;
     for (number, holder) in parts {
         let mut part = TableReader::open(&holder.part(number), &columns)?;
         while let Some(batch) = part.next_batch() {

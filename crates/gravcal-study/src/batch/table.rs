@@ -82,20 +82,27 @@ impl Columns {
         RecordBatch::try_new(self.schema(), arrays)
     }
 
-    /// A part's file in memory.
+    /// A part's file in memory. It is small, lives only until parts are merged, and is not compressed.
     pub(super) fn file(&self, rows: &[Row]) -> Result<Vec<u8>, ParquetError> {
-        let mut writer = writer(self.schema(), Vec::new())?;
+        let mut writer = writer(self.schema(), Vec::new(), Compression::UNCOMPRESSED)?;
         writer.write(&self.batch(rows)?)?;
         writer.into_inner()
     }
 }
 
+/// How the table that a study leaves is compressed.
+pub(super) fn compressed() -> Compression {
+    Compression::ZSTD(ZstdLevel::default())
+}
+
 /// Writes tables of trials.
-pub(super) fn writer<W: std::io::Write + Send>(schema: Arc<Schema>, to: W) -> Result<ArrowWriter<W>, ParquetError> {
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::ZSTD(ZstdLevel::default()))
-        .set_max_row_group_row_count(Some(ROW_GROUP))
-        .build();
+pub(super) fn writer<W: std::io::Write + Send>(
+    schema: Arc<Schema>,
+    to: W,
+    compression: Compression,
+) -> Result<ArrowWriter<W>, ParquetError> {
+    let properties =
+        WriterProperties::builder().set_compression(compression).set_max_row_group_row_count(Some(ROW_GROUP)).build();
     ArrowWriter::try_new(to, schema, Some(properties))
 }
 

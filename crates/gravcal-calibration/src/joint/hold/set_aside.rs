@@ -110,15 +110,15 @@ fn idle_gains(solved: &Solved, combinations: &[Combination]) -> Vec<SetAside> {
 }
 
 fn runaways(session: &Session, solved: &Solved, combinations: &[Combination]) -> Vec<SetAside> {
-    let (unknowns, spreads) = (solved.unknowns(&Unknowns::nominal(session)), session.spreads());
+    let (unknowns, spreads) = (solved.unknowns(&Unknowns::nominal(session)), &solved.readings.spreads);
     let weak = free_parameters(solved, combinations).into_iter().filter(|(_, c, _)| c.std_over_limit.is_some());
     weak.filter_map(|(parameter, _, alone)| {
         let (found, value) = (unknowns.value(parameter), session.nominal(parameter));
         let distance = (found - value).abs();
-        let std = alone.std_over_limit? * limit(session, parameter, found, &spreads);
+        let std = alone.std_over_limit? * limit(session, parameter, found, spreads);
         // What putting it back would cost, as far as the residuals are linear.
         let ruled_out = 0.5 * (distance / std).powi(2) > decisive(solved);
-        (ran_away(session, parameter, distance, &spreads) && !ruled_out).then_some(SetAside {
+        (ran_away(session, parameter, distance, spreads) && !ruled_out).then_some(SetAside {
             parameter,
             value,
             reason: Reason::Runaway,
