@@ -9,7 +9,7 @@ use crate::parameter::Quantity;
 use crate::session::{JointKnowledge, KnowledgeKind, LoadDistance, Session};
 
 /// Damping that leaves combinations without information where they are, and little else, column-relative.
-const FAINT_DAMPING: f64 = 1e-9;
+pub(super) const FAINT_DAMPING: f64 = 1e-9;
 /// Nominal torque gains are taken for wrong where they are off by more than this factor, and by lengths only where that
 /// lowers the cost by so much.
 const FAR_SCALE: f64 = 1.5;

@@ -1,5 +1,6 @@
 //! A part of the poses, posed once: starts are compared and judged by it.
 
+use super::linear_part::FAINT_DAMPING;
 use super::problem::{JointProblem, PosingError, pose};
 use super::readings::Readings;
 use super::unknowns::Unknowns;
@@ -57,27 +58,22 @@ impl Sample {
 
     /// Where a few iterations from `start` lead, or fewer where the cost is no higher than `enough` before.
     pub fn nearby(&self, session: &Session, start: &Unknowns, enough: f64, workbench: &Workbench<'_>) -> Nearby {
-        self.follow(session, start, BRIEF, enough, workbench)
-    }
-
-    /// Where one iteration leads.
-    pub fn one_step(&self, session: &Session, start: &Unknowns, workbench: &Workbench<'_>) -> Nearby {
-        self.follow(session, start, 1, 0.0, workbench)
-    }
-
-    fn follow(
-        &self,
-        session: &Session,
-        start: &Unknowns,
-        iterations: usize,
-        enough: f64,
-        workbench: &Workbench<'_>,
-    ) -> Nearby {
         let posed = self.posed_at(session, start);
-        match workbench.solve_briefly(&posed.problem, &posed.initial, iterations, enough) {
+        match workbench.solve_briefly(&posed.problem, &posed.initial, BRIEF, enough) {
             Ok(estimate) => Nearby { cost: estimate.cost, end: Unknowns::of(&estimate.values, &posed.layout, start) },
             Err(_) => Nearby { cost: f64::INFINITY, end: start.clone() },
         }
+    }
+
+    /// Where the step to the minimum of the linear model leads. Nowhere if the cost is no lower there.
+    pub fn one_step(&self, session: &Session, start: &Unknowns) -> Option<Unknowns> {
+        let JointProblem { problem, initial, layout, .. } = &self.posed_at(session, start);
+        let mut linearization = problem.linearize(initial).ok()?;
+        let mut step = vec![0.0; problem.columns().len()];
+        linearization.damped_step(FAINT_DAMPING, &linearization.column_scales(), &mut step);
+        let there = problem.retract(initial, &step);
+        let lower = problem.cost(&there).is_ok_and(|cost| cost < linearization.cost());
+        lower.then(|| Unknowns::of(&there, layout, start))
     }
 }
 

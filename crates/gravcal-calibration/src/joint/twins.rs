@@ -76,10 +76,10 @@ fn unmirrored(
     let mirrored = mirrored_placements(&found, along);
     let is_back = |end: &Unknowns| along_axis(session, end).is_some_and(|end| end.vector.dot(&along.vector) > 0.0);
     // Where the readings tell the sign well, one step leads back.
-    let mut there = sample.one_step(session, &mirrored, workbench);
-    if !is_back(&there.end) {
-        there = sample.nearby(session, &there.end, 0.0, workbench);
+    if sample.one_step(session, &mirrored).is_some_and(|end| is_back(&end)) {
+        return Ok(solved);
     }
+    let there = sample.nearby(session, &mirrored, 0.0, workbench);
     if is_back(&there.end) || there.cost >= sample.nearby(session, &found, 0.0, workbench).cost * (1.0 - LOWER) {
         return Ok(solved);
     }

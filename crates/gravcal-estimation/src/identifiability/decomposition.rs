@@ -10,9 +10,10 @@
 //! They serve where every eigenvalue is either well above rounding, so that the singular value and its vector keep ten digits, or
 //! as good as zero with a vector that J itself maps to zero.
 
+use faer::linalg::solvers::SelfAdjointEigen;
 use faer::{Mat, Side};
 
-use super::RANK_TOLERANCE;
+use super::{RANK_TOLERANCE, SHADOW_TOLERANCE};
 use crate::linearization::{Normal, Orthogonal, column_scales};
 use crate::local_columns::LocalColumns;
 use crate::problem::Rows;
@@ -63,12 +64,8 @@ impl Decomposition {
         };
         let Some(normal) = summed else { return Ok(None) };
         let (active, idle) = active_and_idle(problem, normal.column_norms());
-        let Ok(eigen) = normal.scaled(&active).self_adjoint_eigen(Side::Lower) else { return Ok(None) };
+        let Some((eigen, plain)) = clear_cut(&normal, &active) else { return Ok(None) };
         let value = |k: usize| eigen.S()[active.len() - 1 - k];
-        let plain = (0..active.len()).take_while(|k| value(*k) > PLAIN).count();
-        if (plain..active.len()).any(|k| value(k) > ROUNDING) {
-            return Ok(None);
-        }
         let vector = |k: usize| spread(&active, problem, |j| eigen.U()[(j, active.len() - 1 - k)]);
         let decomposition = Decomposition {
             column_scales: column_scales(normal.column_norms()),
@@ -125,6 +122,25 @@ impl Decomposition {
             singular_values: (0..active.len()).map(|k| svd.S()[k]).collect(),
             directions: (0..active.len()).map(|k| spread(&active, problem, |j| svd.V()[(j, k)])).collect(),
         })
+    }
+}
+
+/// Eigenvectors of the scaled normal equations over the active columns, smallest first, and how many are well above rounding, where all
+/// others may be zero.
+fn clear_cut(normal: &NormalEquations, active: &[usize]) -> Option<(SelfAdjointEigen<f64>, usize)> {
+    let eigen = normal.scaled(active).self_adjoint_eigen(Side::Lower).ok()?;
+    let null = (0..active.len()).take_while(|k| eigen.S()[*k] <= ROUNDING).count();
+    (null == active.len() || eigen.S()[null] > PLAIN).then(|| (eigen, active.len() - null))
+}
+
+impl NormalEquations {
+    /// Whether they show that each of these columns is determined: none takes part in a direction that may be without information.
+    /// `false` shows nothing: ask a [`Spectrum`](crate::Spectrum).
+    pub fn determine(&self, columns: &[usize]) -> bool {
+        let active: Vec<usize> = (0..self.column_norms().len()).filter(|j| self.column_norms()[*j] > 0.0).collect();
+        let Some((eigen, plain)) = clear_cut(self, &active) else { return false };
+        let takes_part = |at: usize| (0..active.len() - plain).any(|k| eigen.U()[(at, k)].abs() > SHADOW_TOLERANCE);
+        columns.iter().all(|column| active.binary_search(column).is_ok_and(|at| !takes_part(at)))
     }
 }
 

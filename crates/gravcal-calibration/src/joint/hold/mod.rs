@@ -99,6 +99,12 @@ impl<'a> Holds<'a> {
         // A part of the poses shows what has no effect; what all of them say is judged where they lead.
         let start = allowed(session, start, &self.set_aside);
         let posed = held(session, self.sample.posed_at(session, &start), &self.set_aside)?;
+        let asked = asked_columns(session, &posed);
+        let shown = posed.problem.linearize(&posed.initial)?.normal_equations();
+        if self.set_aside.is_empty() && shown.is_some_and(|shown| shown.determine(&asked)) {
+            self.gauges.clear();
+            return Ok(());
+        }
         let judged = Solved::at_start(self.sample.readings.clone(), posed)?.with_holds(&self.set_aside, &self.idle);
         self.gauges = gauges(&judged.judge(session).combinations);
         Ok(())
@@ -224,6 +230,13 @@ pub(super) fn pose_with(
 ) -> Result<JointProblem, EstimateError> {
     let posed = pose(session, readings, &allowed(session, start, set_aside))?;
     held(session, posed, set_aside)
+}
+
+/// The columns of gravity and of the parameters.
+fn asked_columns(session: &Session, posed: &JointProblem) -> Vec<usize> {
+    let parameters = session.parameters().into_iter().map(|id| posed.layout.block(id));
+    let blocks = std::iter::once(posed.layout.gravity).chain(parameters);
+    blocks.flat_map(|id| posed.problem.columns_of(id)).collect()
 }
 
 /// A start that obeys the constraints and what is set aside.
