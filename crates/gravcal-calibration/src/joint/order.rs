@@ -60,7 +60,7 @@ pub fn step_by_step(session: &Session) -> Readings {
 /// Where no problem can be posed.
 pub fn pose_by_pose(session: &Session, workbench: &Workbench<'_>) -> Result<Readings, EstimateError> {
     let readings = select(session, Signals::All);
-    let start = best_start(session, &Sample::new(session, &readings)?, None, workbench)?;
+    let start = best_start(session, &Sample::new(session, &readings)?, None, workbench)?.unknowns;
     let posed = pose_with(session, &readings, &start, &[])?;
     let first = first_factors(&posed)?;
     let mut used = (0..session.poses.len()).filter(|pose| !readings.used[*pose].is_empty());

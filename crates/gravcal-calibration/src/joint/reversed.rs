@@ -146,7 +146,7 @@ fn solve_with(
     solved: &Solved,
     workbench: &Workbench<'_>,
 ) -> Result<(f64, Unknowns), EstimateError> {
-    let start = best_start(session, &Sample::new(session, readings)?, None, workbench)?;
+    let start = best_start(session, &Sample::new(session, readings)?, None, workbench)?.unknowns;
     let posed = pose_with(session, readings, &start, &[])?.with_loss(solved.posed.loss)?;
     let estimate = workbench.solve(&posed.problem, &posed.initial)?;
     Ok((estimate.cost, Unknowns::of(&estimate.values, &posed.layout, &start)))

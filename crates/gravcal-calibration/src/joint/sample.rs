@@ -1,5 +1,7 @@
 //! A part of the poses, posed once: starts are compared and judged by it.
 
+use gravcal_estimation::NormalEquations;
+
 use super::linear_part::FAINT_DAMPING;
 use super::problem::{JointProblem, PosingError, pose};
 use super::readings::Readings;
@@ -25,6 +27,15 @@ pub(super) struct Nearby {
     /// The cost there; infinite where the solver takes no such problem.
     pub cost: f64,
     pub end: Unknowns,
+}
+
+/// Where one step leads.
+pub(super) struct OneStep {
+    /// The cost there.
+    pub cost: f64,
+    pub end: Unknowns,
+    /// Those of the sample where it starts.
+    pub normal_equations: Option<NormalEquations>,
 }
 
 impl Sample {
@@ -65,15 +76,24 @@ impl Sample {
         }
     }
 
-    /// Where the step to the minimum of the linear model leads. Nowhere if the cost is no lower there.
-    pub fn one_step(&self, session: &Session, start: &Unknowns) -> Option<Unknowns> {
+    /// The step to the minimum of the linear model; nothing if the cost is no lower where it leads.
+    pub fn one_step(&self, session: &Session, start: &Unknowns) -> Option<OneStep> {
         let JointProblem { problem, initial, layout, .. } = &self.posed_at(session, start);
         let mut linearization = problem.linearize(initial).ok()?;
         let mut step = vec![0.0; problem.columns().len()];
         linearization.damped_step(FAINT_DAMPING, &linearization.column_scales(), &mut step);
         let there = problem.retract(initial, &step);
-        let lower = problem.cost(&there).is_ok_and(|cost| cost < linearization.cost());
-        lower.then(|| Unknowns::of(&there, layout, start))
+        let cost = problem.cost(&there).ok().filter(|cost| *cost < linearization.cost())?;
+        let end = Unknowns::of(&there, layout, start);
+        Some(OneStep { cost, end, normal_equations: linearization.normal_equations() })
+    }
+
+    /// Whether normal equations of its problem show that gravity and every parameter is determined.
+    pub fn determines_all(&self, session: &Session, shown: &NormalEquations) -> bool {
+        let JointProblem { problem, layout, .. } = &self.posed;
+        let parameters = session.parameters().into_iter().map(|id| layout.block(id));
+        let blocks = std::iter::once(layout.gravity).chain(parameters);
+        shown.determine(&blocks.flat_map(|id| problem.columns_of(id)).collect::<Vec<_>>())
     }
 }
 

@@ -12,7 +12,7 @@ use super::order::Order;
 use super::problem::{JointProblem, pose};
 use super::readings::Readings;
 use super::sample::Sample;
-use super::start::{best_start, further_starts, start_around};
+use super::start::{Start, best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
 use crate::judgement::{Explained, fit, held_out};
@@ -67,7 +67,7 @@ pub fn solve(
     let sample = Sample::new(session, readings)?;
     let start = match (&readings.order, known) {
         (Order::Together, _) => best_start(session, &sample, known, workbench)?,
-        (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?,
+        (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?.into(),
         _ => best_start(session, &Sample::new(session, &readings.first())?, known, workbench)?,
     };
     let solved = solve_from(session, readings, &sample, start, workbench)?;
@@ -92,7 +92,7 @@ fn lowest_elsewhere(
     let mut lower = false;
     for start in further_starts(session, sample, known)? {
         // A start that leads nowhere says nothing of the others.
-        let Ok(other) = solve_from(session, readings, sample, start, workbench) else { continue };
+        let Ok(other) = solve_from(session, readings, sample, start.into(), workbench) else { continue };
         if other.estimate.cost < solved.estimate.cost - DECISIVE {
             (solved, lower) = (other, true);
         }
@@ -105,11 +105,12 @@ pub(super) fn solve_from(
     session: &Session,
     readings: &Readings,
     sample: &Sample,
-    mut start: Unknowns,
+    start: Start,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     let mut readings = readings.clone();
-    let mut holds = Holds::at_start(session, sample, &start)?;
+    let mut holds = Holds::at_start(session, sample, &start.unknowns, start.normal_equations.as_ref())?;
+    let mut start = start.unknowns;
     let loss = readings.loss;
     let estimated = session.noise_estimated().iter().any(|e| *e);
     for round in 0.. {

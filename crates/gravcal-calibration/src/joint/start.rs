@@ -5,10 +5,12 @@
 //! those that the sequential estimator found), and its worth is the cost after that linear problem is solved. A few of the
 //! best are followed a little further, and the one that comes lowest wins.
 
+use gravcal_estimation::NormalEquations;
+
 use super::linear_part::LinearPart;
 use super::problem::PosingError;
 use super::readings::Readings;
-use super::sample::{Sample, thinned};
+use super::sample::{OneStep, Sample, thinned};
 use super::unknowns::Unknowns;
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -26,6 +28,19 @@ const FURTHER: usize = 12;
 /// have no effect, and nothing could be said of them.
 const OFF_AXIS: f64 = 0.02;
 
+/// Where an estimate starts.
+pub(super) struct Start {
+    pub unknowns: Unknowns,
+    /// The sample's normal equations not far from there, if they were summed on the way.
+    pub normal_equations: Option<NormalEquations>,
+}
+
+impl From<Unknowns> for Start {
+    fn from(unknowns: Unknowns) -> Self {
+        Start { unknowns, normal_equations: None }
+    }
+}
+
 /// The best of `known` (if any) and the nominal values under directions spread over the declared hemisphere, or over the
 /// sphere where none is declared.
 ///
@@ -37,7 +52,7 @@ pub(super) fn best_start(
     sample: &Sample,
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
-) -> Result<Unknowns, PosingError> {
+) -> Result<Start, PosingError> {
     let part = LinearPart::new(session, &sample.readings, &Unknowns::nominal(session))?;
     if let Some(near) = known.and_then(|known| near_known(&part, sample, known, workbench)) {
         return Ok(near);
@@ -45,25 +60,29 @@ pub(super) fn best_start(
     let mut solved: Vec<(f64, Unknowns)> = Vec::new();
     for (cost, start) in candidates(&part, known) {
         if cost < sample.explained() {
-            return Ok(start);
+            return Ok(start.into());
         }
         solved.push((cost, start));
     }
     let starts = contenders(solved, CONTENDERS).into_iter();
     let costs = starts.map(|start| (sample.nearby(session, &start, 0.0, workbench).cost, start));
     let best = costs.reduce(|best, other| if other.0 < best.0 { other } else { best });
-    Ok(best.map_or_else(|| Unknowns::nominal(session), |(_, start)| start))
+    Ok(best.map_or_else(|| Unknowns::nominal(session), |(_, start)| start).into())
 }
 
-/// What suits `known` best, or a few iterations on, if that explains the readings of the sample.
-fn near_known(part: &LinearPart<'_>, sample: &Sample, known: &Unknowns, workbench: &Workbench<'_>) -> Option<Unknowns> {
+/// What suits `known` best, or one step or a few iterations on, if that explains the readings of the sample.
+fn near_known(part: &LinearPart<'_>, sample: &Sample, known: &Unknowns, workbench: &Workbench<'_>) -> Option<Start> {
     let (cost, mut start) = part.solve(known);
     respect_distances(part.session(), &mut start);
     if cost < sample.explained() {
-        return Some(start);
+        return Some(start.into());
+    }
+    let step = sample.one_step(part.session(), &start).filter(|step| step.cost < sample.explained());
+    if let Some(OneStep { end, normal_equations, .. }) = step {
+        return Some(Start { unknowns: end, normal_equations });
     }
     let near = sample.nearby(part.session(), &start, sample.explained(), workbench);
-    (near.cost < sample.explained()).then_some(near.end)
+    (near.cost < sample.explained()).then(|| near.end.into())
 }
 
 /// Where else an estimate may start whose end cannot be the right one, the most promising first.

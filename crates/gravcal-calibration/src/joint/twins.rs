@@ -52,13 +52,13 @@ fn right_way_up(
     if there > here + DECISIVE {
         return Ok(solved);
     }
-    let other = Holds::at_start(session, sample, &start)?.solve(session, &solved.readings, &start, workbench)?;
+    let other = Holds::at_start(session, sample, &start, None)?.solve(session, &solved.readings, &start, workbench)?;
     let [here, there] = [&solved, &other].map(|solution| solution.unknowns(&nominal).gravity);
     let opposite = here.iter().zip(there).map(|(a, b)| a * b).sum::<f64>() < 0.0;
     let gain = solved.estimate.cost - other.estimate.cost;
     let sign_known = !opposite || gain.abs() > DECISIVE;
     let lower = if opposite && gain > LOWER * solved.estimate.cost {
-        solve_from(session, &solved.readings, sample, other.unknowns(&nominal), workbench)?
+        solve_from(session, &solved.readings, sample, other.unknowns(&nominal).into(), workbench)?
     } else {
         solved
     };
@@ -76,7 +76,7 @@ fn unmirrored(
     let mirrored = mirrored_placements(&found, along);
     let is_back = |end: &Unknowns| along_axis(session, end).is_some_and(|end| end.vector.dot(&along.vector) > 0.0);
     // Where the readings tell the sign well, one step leads back.
-    if sample.one_step(session, &mirrored).is_some_and(|end| is_back(&end)) {
+    if sample.one_step(session, &mirrored).is_some_and(|step| is_back(&step.end)) {
         return Ok(solved);
     }
     let there = sample.nearby(session, &mirrored, 0.0, workbench);
@@ -84,7 +84,7 @@ fn unmirrored(
         return Ok(solved);
     }
     workbench.tell("placements the other way round");
-    let other = solve_from(session, &solved.readings, sample, mirrored, workbench)?;
+    let other = solve_from(session, &solved.readings, sample, mirrored.into(), workbench)?;
     let lower = other.estimate.cost < solved.estimate.cost * (1.0 - LOWER);
     Ok(if lower { Solved { sign_known: solved.sign_known, ..other } } else { solved })
 }

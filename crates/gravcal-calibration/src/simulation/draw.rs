@@ -22,6 +22,7 @@ pub(super) fn session(simulation: &Simulation, trial: u64) -> Session {
     let mut of_outliers = Pcg64::new(u128::from(simulation.seed) ^ OUTLIERS, u128::from(trial));
     let mut session = simulation.template.clone();
     let poses = simulation.runs.iter().map(Run::poses).sum();
+    session.poses.reserve(poses);
     let mut statics = Statics::new(simulation);
     let mut course = Course::new(&simulation.conditions, poses, simulation.seed, trial);
     for (table, run) in simulation.runs.iter().enumerate() {
@@ -117,10 +118,12 @@ fn read_sensors(
 impl Simulation {
     /// Position readings without noise, the joints at their true coordinates.
     pub(super) fn seen_positions(&self, stand: &Stand, coordinates: &[f64]) -> Vec<f64> {
+        if !self.disturbance.deflection.seen {
+            return stand.position.clone();
+        }
         let sent = self.template.terms.coordinates(&stand.position, &self.truth);
-        let deflected = |joint: usize| match self.disturbance.deflection.seen {
-            true => (coordinates[joint] - sent[joint]) / self.truth.sensors[joint][Quantity::PositionGain as usize],
-            false => 0.0,
+        let deflected = |joint: usize| {
+            (coordinates[joint] - sent[joint]) / self.truth.sensors[joint][Quantity::PositionGain as usize]
         };
         stand.position.iter().enumerate().map(|(joint, q)| q + deflected(joint)).collect()
     }

@@ -84,20 +84,30 @@ impl Decomposition {
         if null.is_empty() {
             return Ok(true);
         }
-        let scaled = |direction: &Vec<f64>| direction.iter().zip(&self.column_scales).map(|(v, d)| v / d).collect();
-        let steps: Vec<Vec<f64>> = null.iter().map(scaled).collect();
-        let mut squares = vec![0.0; steps.len()];
+        let step = |column: usize| null.iter().map(move |direction| direction[column] / self.column_scales[column]);
+        let mut squares = vec![0.0; null.len()];
+        let mut along = vec![0.0; null.len()];
         let mut rows = Rows::new(problem, values);
         let mut entries = Vec::new();
-        for factor in 0..problem.factors().len() {
+        // What the columns of each list contribute to each direction, column by column.
+        let mut steps: Vec<Vec<f64>> = Vec::new();
+        let mut shape = None;
+        for factor in problem.structure().order.iter().copied() {
             rows.linearize(factor, true)?;
+            if shape.replace(problem.structure().shape_of[factor]) != shape {
+                steps.clear();
+                steps.extend(
+                    problem.column_lists(factor).iter().map(|list| list.iter().flat_map(|c| step(*c)).collect()),
+                );
+            }
             for (row, plan) in problem.plans(factor).iter().enumerate() {
                 entries.resize(plan.columns.len() + 1, 0.0);
                 rows.gather(plan, row, &mut entries);
-                for (sum, step) in squares.iter_mut().zip(&steps) {
-                    let along = plan.columns.iter().zip(&entries).map(|(column, entry)| entry * step[*column]);
-                    *sum += along.sum::<f64>().powi(2);
+                along.fill(0.0);
+                for (entry, steps) in entries.iter().zip(steps[plan.place].chunks_exact(null.len())) {
+                    along.iter_mut().zip(steps).for_each(|(sum, step)| *sum += entry * step);
                 }
+                squares.iter_mut().zip(&along).for_each(|(sum, along)| *sum += along * along);
             }
         }
         let largest = self.singular_values.first().copied().unwrap_or(0.0);
@@ -155,4 +165,54 @@ fn spread(active: &[usize], problem: &Problem, entry: impl Fn(usize) -> f64) -> 
     let mut vector = vec![0.0; problem.structure().shared.len()];
     active.iter().enumerate().for_each(|(j, column)| vector[*column] = entry(j));
     vector
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{Line, add};
+    use crate::{Block, ProblemBuilder};
+
+    /// `a + b t + c t² + (1 + unlike) d t²` at a hundred times, `unlike` at every other one: of c and d only the sum shows if it is zero.
+    fn alike(unlike: f64) -> (Problem, Values) {
+        let mut builder = ProblemBuilder::new();
+        let blocks = ["a", "b", "c", "d"].map(|name| builder.add_block(Block::scalar(name, ""), &[1.0]));
+        for k in 0..100 {
+            let t = 0.01 * f64::from(k) - 0.3;
+            let share = 1.0 + unlike * f64::from(k % 2);
+            add(&mut builder, Line::new(&blocks, &[1.0, t, t * t, share * t * t], t));
+        }
+        builder.build().unwrap()
+    }
+
+    #[test]
+    fn normal_equations_tell_the_same_as_the_orthogonal_factorization() {
+        let (problem, values) = alike(0.0);
+        let plain = Decomposition::by_normal_equations(&problem, &values, None).unwrap().unwrap();
+        let careful = Decomposition::orthogonally(&problem, &values).unwrap();
+        for (a, b) in plain.singular_values.iter().zip(&careful.singular_values) {
+            assert!((a - b).abs() < 1e-10, "{a} {b}");
+        }
+        let along: f64 = plain.directions[3].iter().zip(&careful.directions[3]).map(|(a, b)| a * b).sum();
+        assert!((along.abs() - 1.0).abs() < 1e-12, "{along}");
+    }
+
+    #[test]
+    fn normal_equations_do_not_serve_where_a_direction_is_faint_but_not_without_information() {
+        for faint in [1e-4, 1e-6, 1e-8] {
+            let (problem, values) = alike(faint);
+            assert!(Decomposition::by_normal_equations(&problem, &values, None).unwrap().is_none(), "{faint}");
+            assert!(Decomposition::new(&problem, &values, None).unwrap().singular_values[3] > 1e-10, "{faint}");
+        }
+    }
+
+    #[test]
+    fn normal_equations_show_what_no_open_direction_touches() {
+        let determined = |unlike: f64, columns: &[usize]| {
+            let (problem, values) = alike(unlike);
+            Normal::new(&problem, &values).unwrap().normal_equations().unwrap().determine(columns)
+        };
+        assert!(determined(0.0, &[0, 1]) && determined(1e-8, &[0, 1]) && determined(0.1, &[0, 1, 2, 3]));
+        assert!(!determined(0.0, &[0, 2]) && !determined(0.0, &[3]) && !determined(1e-8, &[2]));
+    }
 }

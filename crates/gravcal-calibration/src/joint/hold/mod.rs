@@ -17,7 +17,7 @@
 
 mod set_aside;
 
-use gravcal_estimation::BlockId;
+use gravcal_estimation::{BlockId, NormalEquations};
 
 use super::constraints::{self, constrained};
 use super::idle::idle_joints;
@@ -75,8 +75,14 @@ impl Before {
 }
 
 impl<'a> Holds<'a> {
-    /// The gauges that the readings of `sample` need, judged at `start`.
-    pub fn at_start(session: &Session, sample: &'a Sample, start: &Unknowns) -> Result<Self, EstimateError> {
+    /// The gauges that the readings of `sample` need, judged at `start`; or by its normal equations not far from there, if these show
+    /// that none is needed.
+    pub fn at_start(
+        session: &Session,
+        sample: &'a Sample,
+        start: &Unknowns,
+        shown: Option<&NormalEquations>,
+    ) -> Result<Self, EstimateError> {
         let none = vec![false; session.joints.len()];
         let mut holds = Holds {
             sample,
@@ -88,7 +94,9 @@ impl<'a> Holds<'a> {
             before_idle: None,
             before_runaways: None,
         };
-        holds.start_over(session, start)?;
+        if !shown.is_some_and(|shown| sample.determines_all(session, shown)) {
+            holds.start_over(session, start)?;
+        }
         Ok(holds)
     }
 
@@ -99,12 +107,6 @@ impl<'a> Holds<'a> {
         // A part of the poses shows what has no effect; what all of them say is judged where they lead.
         let start = allowed(session, start, &self.set_aside);
         let posed = held(session, self.sample.posed_at(session, &start), &self.set_aside)?;
-        let asked = asked_columns(session, &posed);
-        let shown = posed.problem.linearize(&posed.initial)?.normal_equations();
-        if self.set_aside.is_empty() && shown.is_some_and(|shown| shown.determine(&asked)) {
-            self.gauges.clear();
-            return Ok(());
-        }
         let judged = Solved::at_start(self.sample.readings.clone(), posed)?.with_holds(&self.set_aside, &self.idle);
         self.gauges = gauges(&judged.judge(session).combinations);
         Ok(())
@@ -230,13 +232,6 @@ pub(super) fn pose_with(
 ) -> Result<JointProblem, EstimateError> {
     let posed = pose(session, readings, &allowed(session, start, set_aside))?;
     held(session, posed, set_aside)
-}
-
-/// The columns of gravity and of the parameters.
-fn asked_columns(session: &Session, posed: &JointProblem) -> Vec<usize> {
-    let parameters = session.parameters().into_iter().map(|id| posed.layout.block(id));
-    let blocks = std::iter::once(posed.layout.gravity).chain(parameters);
-    blocks.flat_map(|id| posed.problem.columns_of(id)).collect()
 }
 
 /// A start that obeys the constraints and what is set aside.
