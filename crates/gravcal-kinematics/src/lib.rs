@@ -62,7 +62,7 @@ mod random_chain;
 
 pub use chain::{Attachment, Chain, ChainError, Mimic};
 pub use dh::{DhConvention, DhRow, chain_from_dh, joint_from_dh};
-pub use gravity::GravityTorque;
+pub use gravity::{GravityTorque, GravityTorqueRows};
 pub use joint::{Joint, JointKind};
 pub use link::{Link, LinkInertia};
 pub use link_gravity::LinkGravity;

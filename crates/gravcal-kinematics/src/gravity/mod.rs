@@ -25,7 +25,7 @@
 //! ```
 //!
 //! and all of it is zero for axes and links on different branches. One sweep outward for the frames and one inward for the
-//! sums, then n² / 2 products. Where joints mimic others, see `coupled.rs`.
+//! sums, then n² products. Where joints mimic others, see `coupled.rs`.
 
 mod body_beyond;
 mod coupled;
@@ -164,11 +164,91 @@ impl Chain {
         }
     }
 
+    /// The same row by row, each written where it is wanted. Nothing where joints mimic others: their rows are sums.
+    ///
+    /// # Panics
+    ///
+    /// As [`Chain::linearize_gravity_torque`].
+    pub fn gravity_torque_rows<'a>(
+        &'a self,
+        coordinates: &[f64],
+        gravity: [f64; 3],
+        inertia: &[f64],
+        workspace: &'a mut GravityTorque,
+    ) -> Option<GravityTorqueRows<'a>> {
+        assert_eq!(coordinates.len(), self.joint_count(), "one coordinate for each joint");
+        workspace.assert_size(self.joint_count(), self.link_count());
+        if self.drives.is_some() {
+            return None;
+        }
+        workspace.bodies.sweep(self, coordinates, inertia);
+        Some(GravityTorqueRows { chain: self, gravity: gravity.into(), bodies: workspace.bodies.as_slice() })
+    }
+
     /// As if every axis had a coordinate of its own.
     fn linearize_axes(&self, coordinates: &[f64], gravity: &Vector3<f64>, inertia: &[f64], out: &mut GravityTorque) {
         out.bodies.sweep(self, coordinates, inertia);
-        for (i, end) in self.topology.ends.iter().enumerate() {
-            out.fill_row(i, *end, gravity);
+        let rows = GravityTorqueRows { chain: self, gravity: *gravity, bodies: out.bodies.as_slice() };
+        let n = out.torque.len();
+        out.by_inertia.fill(0.0);
+        for (i, by_inertia) in out.by_inertia.chunks_exact_mut(INERTIA * n).enumerate() {
+            let (by_gravity, by_coordinate) = (&mut out.by_gravity[3 * i..3 * i + 3], &mut out.by_coordinate[n * i..]);
+            out.torque[i] = rows.write(i, 1.0, by_gravity, &mut by_coordinate[..n], by_inertia);
+        }
+    }
+}
+
+/// The holding torques of one pose and their derivatives, of a chain whose joints all have a coordinate of their own.
+pub struct GravityTorqueRows<'a> {
+    chain: &'a Chain,
+    gravity: Vector3<f64>,
+    bodies: &'a [BodyBeyond],
+}
+
+impl GravityTorqueRows<'_> {
+    /// Writes the derivatives of joint i's torque, times `scale`, and gives the torque itself: by gravity (3), by all coordinates (n), and
+    /// by the inertia (4 a link) of the links that it moves; what stands for the other links stays as it is.
+    #[inline]
+    pub fn write(
+        &self,
+        i: usize,
+        scale: f64,
+        by_gravity: &mut [f64],
+        by_coordinate: &mut [f64],
+        by_inertia: &mut [f64],
+    ) -> f64 {
+        let body = &self.bodies[i];
+        let sensitivity = body.sensitivity(&self.gravity);
+        let direct = body.torque_by_gravity();
+        by_gravity.iter_mut().zip(direct.as_slice()).for_each(|(entry, by)| *entry = scale * by);
+        self.write_by_coordinate(i, scale, &sensitivity, by_coordinate);
+        self.write_by_inertia(i, scale, &sensitivity, by_inertia);
+        body.torque(&sensitivity)
+    }
+
+    /// `w_i · v_j` for joints j beyond i, `w_j · v_i` for those before, zero for those on other branches.
+    #[inline]
+    fn write_by_coordinate(&self, i: usize, scale: f64, sensitivity: &Sensitivity, row: &mut [f64]) {
+        let ends = &self.chain.topology.ends;
+        for (j, (entry, body)) in row.iter_mut().zip(self.bodies).enumerate() {
+            let second = match j {
+                _ if j >= i && j < ends[i] => sensitivity.to_moment.dot(&body.moment_rate),
+                _ if j < i && i < ends[j] => body.sensitivity(&self.gravity).to_moment.dot(&self.bodies[i].moment_rate),
+                _ => 0.0,
+            };
+            *entry = scale * second;
+        }
+    }
+
+    /// `[∂τ_i/∂m_k, ∂τ_i/∂h_k]` of the links k from i on that it moves.
+    #[inline]
+    fn write_by_inertia(&self, i: usize, scale: f64, sensitivity: &Sensitivity, row: &mut [f64]) {
+        let moved = i..self.chain.topology.ends[i];
+        let (point, to_moment) = (self.bodies[i].point, sensitivity.to_moment);
+        for (entry, link) in row.as_chunks_mut::<INERTIA>().0[moved.clone()].iter_mut().zip(&self.bodies[moved]) {
+            let by_moment = link.link_rotation.tr_mul(&to_moment);
+            let by_mass = sensitivity.to_mass + to_moment.dot(&(link.link_origin - point));
+            *entry = [by_mass, by_moment.x, by_moment.y, by_moment.z].map(|by| scale * by);
         }
     }
 }
@@ -177,50 +257,6 @@ fn torques(bodies: &[BodyBeyond], gravity: [f64; 3], torque: &mut [f64]) {
     let gravity = Vector3::from(gravity);
     for (torque, body) in torque.iter_mut().zip(bodies) {
         *torque = body.torque(&body.sensitivity(&gravity));
-    }
-}
-
-impl GravityTorque {
-    /// Axis i, which moves the links from i to before `end`: its torque, and its row of every derivative.
-    fn fill_row(&mut self, i: usize, end: usize, gravity: &Vector3<f64>) {
-        let body = &self.bodies.as_slice()[i];
-        let sensitivity = body.sensitivity(gravity);
-        self.torque[i] = body.torque(&sensitivity);
-        self.by_gravity[3 * i..3 * i + 3].copy_from_slice(body.torque_by_gravity().as_slice());
-        self.fill_by_coordinate(i, end, &sensitivity);
-        self.fill_by_inertia(i, end, &sensitivity);
-    }
-
-    /// `w_i · v_j` for j from i to before `end`, zero for those after, and its mirror image.
-    fn fill_by_coordinate(&mut self, i: usize, end: usize, sensitivity: &Sensitivity) {
-        let bodies = self.bodies.as_slice();
-        let n = bodies.len();
-        for (j, body) in bodies[..end].iter().enumerate().skip(i) {
-            let second = sensitivity.to_moment.dot(&body.moment_rate);
-            self.by_coordinate[n * i + j] = second;
-            self.by_coordinate[n * j + i] = second;
-        }
-        for j in end..n {
-            self.by_coordinate[n * i + j] = 0.0;
-            self.by_coordinate[n * j + i] = 0.0;
-        }
-    }
-
-    /// Zero before link i, then `[∂τ_i/∂m_k, ∂τ_i/∂h_k]`, zero again from `end` on.
-    fn fill_by_inertia(&mut self, i: usize, end: usize, sensitivity: &Sensitivity) {
-        let bodies = self.bodies.as_slice();
-        let width = INERTIA * bodies.len();
-        let row = &mut self.by_inertia[width * i..width * (i + 1)];
-        let (before, beyond) = row.as_chunks_mut::<INERTIA>().0.split_at_mut(i);
-        let (beyond, elsewhere) = beyond.split_at_mut(end - i);
-        before.fill([0.0; INERTIA]);
-        elsewhere.fill([0.0; INERTIA]);
-        let (point, to_moment) = (bodies[i].point, sensitivity.to_moment);
-        for (entry, link) in beyond.iter_mut().zip(&bodies[i..end]) {
-            let by_moment = link.link_rotation.tr_mul(&to_moment);
-            let by_mass = sensitivity.to_mass + to_moment.dot(&(link.link_origin - point));
-            *entry = [by_mass, by_moment.x, by_moment.y, by_moment.z];
-        }
     }
 }
 

@@ -18,7 +18,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
-use gravcal_kinematics::{Chain, GravityTorque};
+use gravcal_kinematics::{Chain, GravityTorque, GravityTorqueRows};
 use gravcal_recording::Conditions;
 
 pub(crate) use model::joined;
@@ -118,14 +118,10 @@ impl PoseTorque {
         }
     }
 
+    /// The row of a joint's reading, times `gain`, from derivatives of all torques.
     fn fill_row(&self, gain: f64, joint: usize, torque: &GravityTorque, row: &mut [f64]) {
         let (n, links) = (self.position.len(), self.model.chain.link_count());
-        let (by_gravity, rest) = row.split_at_mut(GRAVITY);
-        let (by_torque_sensors, rest) = rest.split_at_mut(2 * n);
-        let (by_position_gains, rest) = rest.split_at_mut(n);
-        let (by_offsets, rest) = rest.split_at_mut(n);
-        let (by_links, by_load) = rest.split_at_mut(INERTIA * links);
-        let (by_links, _) = by_links.as_chunks_mut::<INERTIA>();
+        let [by_gravity, by_torque_sensors, by_position_gains, by_offsets, by_links, by_load] = self.parts(row);
         for (entry, by) in by_gravity.iter_mut().zip(&torque.by_gravity[3 * joint..]) {
             *entry = gain * by;
         }
@@ -133,20 +129,45 @@ impl PoseTorque {
         for (by_offset, by) in by_offsets.iter_mut().zip(&torque.by_coordinate[n * joint..]) {
             *by_offset = gain * by;
         }
-        for ((by_gain, q), by_offset) in by_position_gains.iter_mut().zip(&self.position).zip(&*by_offsets) {
+        // Links before the joint do not load it: their entries stay zero, unless they make a joint give way.
+        let felt = &self.model.links[joint];
+        let felt = INERTIA * felt.start..INERTIA * felt.end;
+        let by_inertia = &torque.by_inertia[INERTIA * links * joint..];
+        by_links[felt.clone()].iter_mut().zip(&by_inertia[felt]).for_each(|(entry, by)| *entry = gain * by);
+        self.finish_row(by_position_gains, by_offsets, by_links, by_load);
+    }
+
+    /// The same written straight from where the arm stands; gives the joint's torque.
+    fn write_row(&self, gain: f64, joint: usize, torques: &GravityTorqueRows<'_>, row: &mut [f64]) -> f64 {
+        let [by_gravity, by_torque_sensors, by_position_gains, by_offsets, by_links, by_load] = self.parts(row);
+        let torque = torques.write(joint, gain, by_gravity, by_offsets, by_links);
+        [by_torque_sensors[joint], by_torque_sensors[self.position.len() + joint]] = [torque, 1.0];
+        self.finish_row(by_position_gains, by_offsets, by_links, by_load);
+        torque
+    }
+
+    /// The columns of gravity, torque gains and biases, position gains, offsets, links and load.
+    #[inline(always)]
+    fn parts<'r>(&self, row: &'r mut [f64]) -> [&'r mut [f64]; 6] {
+        let n = self.position.len();
+        let (by_gravity, rest) = row.split_at_mut(GRAVITY);
+        let (by_torque_sensors, rest) = rest.split_at_mut(2 * n);
+        let (by_position_gains, rest) = rest.split_at_mut(n);
+        let (by_offsets, rest) = rest.split_at_mut(n);
+        let (by_links, by_load) = rest.split_at_mut(INERTIA * self.model.chain.link_count());
+        [by_gravity, by_torque_sensors, by_position_gains, by_offsets, by_links, by_load]
+    }
+
+    /// What follows from the columns of offsets and links.
+    #[inline(always)]
+    fn finish_row(&self, by_position_gains: &mut [f64], by_offsets: &[f64], by_links: &[f64], by_load: &mut [f64]) {
+        for ((by_gain, q), by_offset) in by_position_gains.iter_mut().zip(&self.position).zip(by_offsets) {
             *by_gain = q * by_offset;
         }
-        let (by_inertia, _) = torque.by_inertia[INERTIA * links * joint..].as_chunks::<INERTIA>();
-        // Links before the joint do not load it: their entries stay zero, unless they make a joint give way.
-        let felt = self.model.links[joint].clone();
-        for (entries, by) in by_links[felt.clone()].iter_mut().zip(&by_inertia[felt]) {
-            *entries = by.map(|by| gain * by);
-        }
         if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
-            let by_load = &mut by_load[..3 * position.len()];
-            let [_, by_moment @ ..] = by_inertia[link];
-            for part in by_load.as_chunks_mut().0 {
-                *part = by_moment.map(|by| gain * mass * by);
+            let [_, by_moment @ ..] = by_links.as_chunks::<INERTIA>().0[link];
+            for part in by_load[..3 * position.len()].as_chunks_mut().0 {
+                *part = by_moment.map(|by| mass * by);
             }
         }
     }
@@ -156,7 +177,7 @@ impl PoseTorque {
         Workspace { coordinates, inertia, torque, row: scratch }: &mut Workspace,
         x: &[f64],
         residual: &mut [f64],
-        jacobian: Option<RowsMut<'_>>,
+        mut jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError> {
         let terms = self.model.terms.as_ref();
         self.set_coordinates(x, coordinates);
@@ -165,6 +186,17 @@ impl PoseTorque {
         }
         self.set_inertia(&x[..self.model.affine_columns], inertia);
         let gravity = [x[0], x[1], x[2]];
+        let (gain, bias) = (self.sensors(x, Quantity::TorqueGain), self.sensors(x, Quantity::TorqueBias));
+        let affine = terms.is_none() && self.model.compliance.is_none();
+        if let Some(rows) = jacobian.as_mut().filter(|_| affine)
+            && let Some(torques) = self.model.chain.gravity_torque_rows(coordinates, gravity, inertia, torque)
+        {
+            for (row, (residual, (joint, reading))) in residual.iter_mut().zip(&self.readings).enumerate() {
+                let torque = self.write_row(gain[*joint], *joint, &torques, rows.row(row));
+                *residual = gain[*joint] * torque + bias[*joint] - reading;
+            }
+            return Ok(());
+        }
         if let Some(column) = self.model.compliance {
             let compliance = self.compliance(&x[column..]);
             compliance::settle(&self.model.chain, coordinates, gravity, inertia, &compliance, torque)?;
@@ -173,7 +205,6 @@ impl PoseTorque {
         } else {
             self.model.chain.update_gravity_torque(coordinates, gravity, inertia, torque);
         }
-        let (gain, bias) = (self.sensors(x, Quantity::TorqueGain), self.sensors(x, Quantity::TorqueBias));
         for (residual, (joint, reading)) in residual.iter_mut().zip(&self.readings) {
             let (gain, bias) = (gain[*joint], bias[*joint]);
             *residual = gain * torque.torque[*joint] + bias - reading;
