@@ -98,6 +98,9 @@ impl Noise {
     /// Whitens rows of `width` numbers in place; afterwards each row has unit variance and no correlation.
     pub(crate) fn whiten(&self, rows: &mut [f64], width: usize) {
         match self {
+            Noise::Independent(Weights(weights)) if width == 1 => {
+                rows.iter_mut().zip(weights.iter()).for_each(|(v, weight)| *v *= weight);
+            }
             Noise::Independent(Weights(weights)) => {
                 for (row, weight) in rows.chunks_exact_mut(width).zip(weights.iter()) {
                     row.iter_mut().for_each(|v| *v *= weight);

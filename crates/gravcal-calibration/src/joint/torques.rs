@@ -22,8 +22,8 @@ pub(super) struct Torques<'a> {
     by_sweep: HashMap<(Vec<usize>, Option<usize>), Arc<SweepTorqueModel>>,
     /// The joint that sweeps, by pose; empty where that makes no difference.
     sweeping: Vec<Option<usize>>,
-    /// By load.
-    by_link: HashMap<Option<usize>, Arc<PoseTorqueModel>>,
+    /// With nothing attached, then by load.
+    by_link: Vec<Option<Arc<PoseTorqueModel>>>,
 }
 
 impl<'a> Torques<'a> {
@@ -32,7 +32,14 @@ impl<'a> Torques<'a> {
         let chain = &session.robot.chain;
         let chain = Arc::new(if moments.is_some() { chain.without_lengths() } else { chain.clone() });
         let sweeping = if session.compliances().is_empty() { Vec::new() } else { sweeping(session) };
-        Torques { layout, chain, moments, sweeping, by_sweep: HashMap::new(), by_link: HashMap::new() }
+        Torques {
+            layout,
+            chain,
+            moments,
+            sweeping,
+            by_sweep: HashMap::new(),
+            by_link: vec![None; 1 + session.loads.len()],
+        }
     }
 
     /// The readings `(joint, torque)` of a pose.
@@ -46,7 +53,6 @@ impl<'a> Torques<'a> {
             let torque = PoseTorque::new(Arc::clone(model), position.clone(), readings);
             torque.under(conditions.clone()).sweeping(sweeping)
         };
-        let carried = load.and_then(|load| carried(session, self.layout, load));
         let (layout, chain) = (self.layout, &self.chain);
         let model = |inertia: Vec<BlockId>| {
             let blocks = PoseTorqueBlocks {
@@ -56,11 +62,12 @@ impl<'a> Torques<'a> {
                 terms: layout.further[..session.terms.len()].to_vec(),
                 compliance: layout.further[session.compliances()].to_vec(),
             };
+            let carried = load.and_then(|load| carried(session, layout, load));
             Arc::new(PoseTorqueModel::new(Arc::clone(chain), &blocks, &session.terms, carried))
         };
         let Some(moments) = &self.moments else {
-            let model = self.by_link.entry(load).or_insert_with(|| model(layout.inertia.clone()));
-            return Arc::new(of(model));
+            let own = &mut self.by_link[load.map_or(0, |load| load + 1)];
+            return Arc::new(of(own.get_or_insert_with(|| model(layout.inertia.clone()))));
         };
         let own = moments.of_pose(pose).expect("only poses of sweeps are selected").to_vec();
         let inertia = own.iter().map(|moment| layout.sweep_moments[*moment]).collect();

@@ -24,6 +24,9 @@ const PLAIN: f64 = 1e-6;
 /// Those below this are zero but for rounding, or too small to be told from it.
 const ROUNDING: f64 = 1e-12;
 
+/// Directions along which J is applied at once: their sums stay in registers.
+const TOGETHER: usize = 8;
+
 /// What is decomposed are the shared columns, local ones eliminated.
 pub(super) struct Decomposition {
     /// Scale of every column of J, see [`Linearization::column_scales`].
@@ -84,34 +87,41 @@ impl Decomposition {
         if null.is_empty() {
             return Ok(true);
         }
-        let step = |column: usize| null.iter().map(move |direction| direction[column] / self.column_scales[column]);
-        let mut squares = vec![0.0; null.len()];
-        let mut along = vec![0.0; null.len()];
+        let mut squares = vec![[0.0; TOGETHER]; null.len().div_ceil(TOGETHER)];
         let mut rows = Rows::new(problem, values);
         let mut entries = Vec::new();
-        // What the columns of each list contribute to each direction, column by column.
-        let mut steps: Vec<Vec<f64>> = Vec::new();
+        // By list of columns, the steps along some directions at a time, column by column.
+        let mut steps: Vec<Vec<Vec<[f64; TOGETHER]>>> = Vec::new();
         let mut shape = None;
         for factor in problem.structure().order.iter().copied() {
             rows.linearize(factor, true)?;
             if shape.replace(problem.structure().shape_of[factor]) != shape {
-                steps.clear();
-                steps.extend(
-                    problem.column_lists(factor).iter().map(|list| list.iter().flat_map(|c| step(*c)).collect()),
-                );
+                let of_list = |list: &Vec<usize>| null.chunks(TOGETHER).map(|some| self.steps(some, list)).collect();
+                steps = problem.column_lists(factor).iter().map(of_list).collect();
             }
             for (row, plan) in problem.plans(factor).iter().enumerate() {
                 entries.resize(plan.columns.len() + 1, 0.0);
                 rows.gather(plan, row, &mut entries);
-                along.fill(0.0);
-                for (entry, steps) in entries.iter().zip(steps[plan.place].chunks_exact(null.len())) {
-                    along.iter_mut().zip(steps).for_each(|(sum, step)| *sum += entry * step);
+                for (squares, steps) in squares.iter_mut().zip(&steps[plan.place]) {
+                    let mut along = [0.0; TOGETHER];
+                    for (entry, step) in entries.iter().zip(steps) {
+                        along.iter_mut().zip(step).for_each(|(sum, step)| *sum += entry * step);
+                    }
+                    squares.iter_mut().zip(&along).for_each(|(sum, along)| *sum += along * along);
                 }
-                squares.iter_mut().zip(&along).for_each(|(sum, along)| *sum += along * along);
             }
         }
         let largest = self.singular_values.first().copied().unwrap_or(0.0);
-        Ok(squares.iter().all(|sum| sum.sqrt() <= RANK_TOLERANCE * largest))
+        Ok(squares.as_flattened().iter().all(|sum| sum.sqrt() <= RANK_TOLERANCE * largest))
+    }
+
+    /// Steps along some directions by some of the shared columns, in their units; zero for directions that there are not.
+    fn steps(&self, directions: &[Vec<f64>], columns: &[usize]) -> Vec<[f64; TOGETHER]> {
+        let by_column = |column: &usize| {
+            let along = |k: usize| directions.get(k).map_or(0.0, |d| d[*column] / self.column_scales[*column]);
+            std::array::from_fn(along)
+        };
+        columns.iter().map(by_column).collect()
     }
 
     fn orthogonally(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {

@@ -71,10 +71,12 @@ impl BodyBeyond {
         Transform { rotation: self.link_rotation, translation: self.link_origin }
     }
 
+    #[inline(always)]
     pub fn torque(&self, sensitivity: &Sensitivity) -> f64 {
         sensitivity.to_mass * self.mass + sensitivity.to_moment.dot(&self.moment)
     }
 
+    #[inline(always)]
     pub fn torque_by_gravity(&self) -> Vector3<f64> {
         match self.motion {
             Motion::Turn { .. } => self.moment.cross(&self.axis),

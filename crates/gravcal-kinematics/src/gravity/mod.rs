@@ -227,7 +227,7 @@ impl GravityTorqueRows<'_> {
     }
 
     /// `w_i · v_j` for joints j beyond i, `w_j · v_i` for those before, zero for those on other branches.
-    #[inline]
+    #[inline(always)]
     fn write_by_coordinate(&self, i: usize, scale: f64, sensitivity: &Sensitivity, row: &mut [f64]) {
         let ends = &self.chain.topology.ends;
         for (j, (entry, body)) in row.iter_mut().zip(self.bodies).enumerate() {
@@ -241,7 +241,7 @@ impl GravityTorqueRows<'_> {
     }
 
     /// `[∂τ_i/∂m_k, ∂τ_i/∂h_k]` of the links k from i on that it moves.
-    #[inline]
+    #[inline(always)]
     fn write_by_inertia(&self, i: usize, scale: f64, sensitivity: &Sensitivity, row: &mut [f64]) {
         let moved = i..self.chain.topology.ends[i];
         let (point, to_moment) = (self.bodies[i].point, sensitivity.to_moment);

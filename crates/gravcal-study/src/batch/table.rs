@@ -14,6 +14,7 @@ use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchR
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
+use parquet::schema::types::ColumnPath;
 
 use super::BatchError;
 use super::row::{Cell, Row};
@@ -95,15 +96,21 @@ pub(super) fn compressed() -> Compression {
     Compression::ZSTD(ZstdLevel::default())
 }
 
-/// Writes tables of trials.
+/// Writes tables of trials. Numbers hardly ever repeat: only texts are written as places in a dictionary.
 pub(super) fn writer<W: std::io::Write + Send>(
     schema: Arc<Schema>,
     to: W,
     compression: Compression,
 ) -> Result<ArrowWriter<W>, ParquetError> {
-    let properties =
-        WriterProperties::builder().set_compression(compression).set_max_row_group_row_count(Some(ROW_GROUP)).build();
-    ArrowWriter::try_new(to, schema, Some(properties))
+    let properties = WriterProperties::builder()
+        .set_compression(compression)
+        .set_dictionary_enabled(false)
+        .set_max_row_group_row_count(Some(ROW_GROUP));
+    let texts = schema.fields().iter().filter(|field| matches!(field.data_type(), DataType::Dictionary(..)));
+    let properties = texts.fold(properties, |properties, field| {
+        properties.set_column_dictionary_enabled(ColumnPath::from(field.name().as_str()), true)
+    });
+    ArrowWriter::try_new(to, schema, Some(properties.build()))
 }
 
 /// The rows of a table of trials, batch by batch.
