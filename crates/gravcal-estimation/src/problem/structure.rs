@@ -238,7 +238,7 @@ impl Layout<'_> {
     }
 
     fn row_plan(&self, ids: &[BlockId], offsets: &[usize], pattern: &[Range<usize>], places: &[Place]) -> RowPlan {
-        let mut runs: Vec<(usize, Piece)> = Vec::new();
+        let mut runs: Vec<(usize, Piece)> = Vec::with_capacity(ids.len());
         for (local, id) in ids.iter().enumerate().filter(|(_, id)| !self.is_local(**id)) {
             let columns = self.columns_of(*id);
             let Some(Place::Shared(first)) = columns.clone().next().map(|column| places[column]) else { continue };
@@ -317,7 +317,7 @@ fn is_correlated(factor: &Factor) -> bool {
 
 /// Runs that continue each other become one.
 fn join(runs: Vec<(usize, Piece)>) -> Vec<Piece> {
-    let mut pieces: Vec<Piece> = Vec::new();
+    let mut pieces: Vec<Piece> = Vec::with_capacity(runs.len());
     for (_, piece) in runs {
         match pieces.last_mut() {
             Some(last) if last.sphere.is_none() && piece.sphere.is_none() && last.from + last.length == piece.from => {

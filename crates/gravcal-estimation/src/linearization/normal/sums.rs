@@ -53,8 +53,8 @@ struct Memory {
 impl<'p> Batch<'p> {
     fn new(columns: &'p [usize], mut memory: Memory) -> Self {
         let width = columns.len() + 1;
-        memory.rows.resize(BATCH * width, 0.0);
-        memory.product.resize(width * width, 0.0);
+        grow(&mut memory.rows, BATCH * width);
+        grow(&mut memory.product, width * width);
         Batch { columns, waiting: 0, multiplied: false, memory }
     }
 
@@ -77,7 +77,7 @@ impl<'p> Batch<'p> {
     fn multiply(&mut self) {
         let width = self.width();
         let rows = MatRef::from_column_major_slice(&self.memory.rows[..self.waiting * width], width, self.waiting);
-        let product = MatMut::from_column_major_slice_mut(&mut self.memory.product, width, width);
+        let product = MatMut::from_column_major_slice_mut(&mut self.memory.product[..width * width], width, width);
         let (lower, full) = (BlockStructure::TriangularLower, BlockStructure::Rectangular);
         let accumulate = if self.multiplied { Accum::Add } else { Accum::Replace };
         matmul(product, lower, accumulate, rows, full, rows.transpose(), full, 1.0, Par::Seq);
@@ -97,6 +97,13 @@ impl<'p> Batch<'p> {
             sums.gradient[*column] += product[self.columns.len()];
         }
         self.memory
+    }
+}
+
+/// Room for so many numbers, whatever they are.
+fn grow(room: &mut Vec<f64>, length: usize) {
+    if room.len() < length {
+        *room = vec![0.0; length];
     }
 }
 
