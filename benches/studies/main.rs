@@ -28,8 +28,8 @@ struct Arguments {
     #[arg(value_name = "STUDY", default_value = concat!(env!("CARGO_MANIFEST_DIR"), "/studies/study.toml"))]
     study: String,
     /// Numbers of threads.
-    #[arg(long, value_delimiter = ',', default_values_t = [1, 2])]
-    threads: Vec<usize>,
+    #[arg(long, value_delimiter = ',', default_values_t = [1, 2], value_parser = clap::value_parser!(u16).range(1..=256))]
+    threads: Vec<u16>,
     /// How often each runs.
     #[arg(long, default_value = "5", value_parser = clap::value_parser!(u32).range(1..))]
     runs: u32,
@@ -43,14 +43,14 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let study = Study::read(Path::new(&arguments.study)).map_err(|error| error.to_string())?;
     let solvers: Vec<NamedSolver> = vec![("levenberg-marquardt".into(), Box::<LevenbergMarquardt>::default())];
     batch::check(&study, &solvers).map_err(|error| error.to_string())?;
-    println!("threads   trials/s   of one thread's   processor ms/trial");
+    println!("threads   trials/s   a thread, of the first   processor ms/trial");
     for _ in 0..arguments.runs {
-        let mut of_one = None;
+        let mut first = None;
         for threads in &arguments.threads {
-            let (rate, processor) = timed(&study, &solvers, *threads)?;
-            let first = *of_one.get_or_insert(rate / *threads as f64);
-            let efficiency = rate / *threads as f64 / first;
-            println!("{threads:7} {rate:10.0} {:16.0} % {:20.2}", 100.0 * efficiency, 1e3 * processor);
+            let (rate, processor) = timed(&study, &solvers, usize::from(*threads))?;
+            let of_thread = rate / f64::from(*threads);
+            let share = 100.0 * of_thread / *first.get_or_insert(of_thread);
+            println!("{threads:7} {rate:10.0} {share:23.0} % {:20.2}", 1e3 * processor);
         }
     }
     Ok(())

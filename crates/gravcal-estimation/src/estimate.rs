@@ -111,7 +111,7 @@ pub struct Estimate {
     /// Unknowns without any effect where it ended: their columns of the Jacobian are zero, or nothing but rounding. They
     /// stand where they started.
     pub without_effect: Vec<Column>,
-    /// The problem's normal equations where it ended, if the method had them: [`Spectrum::of`](crate::Spectrum::of) need not sum them
-    /// again.
+    /// The problem's normal equations at `values`, with its factors and their losses, if the method had them:
+    /// [`Spectrum::of`](crate::Spectrum::of) need not sum them again.
     pub normal_equations: Option<NormalEquations>,
 }

@@ -27,7 +27,7 @@ const INITIAL_DAMPING: f64 = 1e-3;
 /// Damping of a first step that is tried before, as the start may be near the end already.
 const NEAR_DAMPING: f64 = 1e-8;
 /// The start is near where that step is at most this share of what it moves, and does what the linear model says but for so much.
-const NEAR_STEP: f64 = 0.005;
+const NEAR_START: f64 = 0.005;
 const NEAR_RATIO: f64 = 0.1;
 /// The first step is at most this share of what it moves.
 const FIRST_STEP: f64 = 0.2;
@@ -41,6 +41,7 @@ pub struct Damping {
     lambda: f64,
     growth: f64,
     /// Whether the start may still turn out to be near the end.
+    #[serde(default)]
     near: bool,
     /// Whether the first step has been bounded.
     bounded: bool,
@@ -63,10 +64,14 @@ impl Damping {
         self.lambda
     }
 
-    /// Whether the first step should be tried shorter: it is too long, and λ could be raised. Asked of no later step.
+    /// Whether the first step should be tried shorter: it is too long, and λ was raised. Asked of no later step.
     pub(crate) fn shortens_first_step(&mut self, here: &Point<'_>, step: &[f64]) -> bool {
         if self.near {
-            return here.scaled_length(step) > NEAR_STEP * here.size() && self.is_far();
+            let is_far = here.scaled_length(step) > NEAR_START * here.size();
+            if is_far {
+                *self = Damping::from_afar();
+            }
+            return is_far;
         }
         if self.bounded {
             return false;
@@ -76,15 +81,14 @@ impl Damping {
         !self.bounded
     }
 
-    /// Whether the first step was tried as if the start were near the end, and it is not. Asked of no later step.
-    pub(crate) fn was_not_near(&mut self, ratio: f64) -> bool {
-        self.near && !((ratio - 1.0).abs() <= NEAR_RATIO) && self.is_far()
-    }
-
-    fn is_far(&mut self) -> bool {
-        self.near = false;
-        self.lambda = INITIAL_DAMPING;
-        true
+    /// Whether the first step was tried as if the start were near the end, and must be tried anew, as it is not.
+    pub(crate) fn begins_from_afar(&mut self, ratio: f64) -> bool {
+        let as_predicted = (ratio - 1.0).abs() <= NEAR_RATIO; // which no NaN is
+        let begins = self.near && !as_predicted;
+        if begins {
+            *self = Damping::from_afar();
+        }
+        begins
     }
 
     /// For a step that is too long to be tried. `false` where more damping would be of no use.
@@ -105,6 +109,10 @@ impl Damping {
 
     /// After a rejected step. `false` where no step is left to try.
     pub(crate) fn reject(&mut self) -> bool {
+        if self.near {
+            *self = Damping::from_afar();
+            return true;
+        }
         let go_on = self.lambda <= MAX_DAMPING;
         self.lambda *= self.growth;
         self.growth *= 2.0;

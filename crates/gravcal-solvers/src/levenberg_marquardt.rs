@@ -61,7 +61,7 @@ impl Descent for LevenbergMarquardt {
     }
 }
 
-/// Tries steps of growing damping until one lowers the cost.
+/// Tries steps of growing damping until one lowers the cost; the first perhaps nearly undamped (see [`Damping`]).
 pub(crate) fn damped_iteration<'p>(
     damping: &mut Damping,
     here: &mut Point<'p>,
@@ -74,7 +74,7 @@ pub(crate) fn damped_iteration<'p>(
                 continue;
             }
             let mut trial = here.attempt(&step, predicted);
-            if damping.was_not_near(trial.ratio()) {
+            if damping.begins_from_afar(trial.ratio()) {
                 continue;
             }
             match here.decide(&mut trial, 0.0, rules) {
@@ -89,5 +89,28 @@ pub(crate) fn damped_iteration<'p>(
         if !damping.reject() {
             return Ok(Move::Stay(Termination::NoProgress));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{DECAY_ROWS, decay, far_decay, linear, posed, scalar};
+
+    fn dampings((problem, initial): &(Problem, Values)) -> Vec<f64> {
+        let found = LevenbergMarquardt::default().solve(problem, initial, &mut SolveContext::default()).unwrap();
+        assert!(found.termination.converged(), "{}", found.termination);
+        found.iterations.iter().map(|record| record.damping).collect()
+    }
+
+    #[test]
+    fn the_first_step_is_hardly_damped_only_where_the_start_is_near() {
+        let far = far_decay();
+        assert!(dampings(&far)[1] >= 1e-3);
+        let end = LevenbergMarquardt::default().solve(&far.0, &far.1, &mut SolveContext::default()).unwrap().values;
+        let [rate, amplitude, level] = ["rate", "amplitude", "level"].map(|name| end.scalar(far.0.find(name).unwrap()));
+        let near = vec![scalar("rate", 1.001 * rate), linear("amplitude", amplitude), linear("level", level)];
+        let near = posed(near, DECAY_ROWS, decay);
+        assert!(dampings(&near)[1] < 1e-7);
     }
 }

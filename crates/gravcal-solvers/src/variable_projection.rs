@@ -100,6 +100,7 @@ pub struct Memory {
 }
 
 impl Default for Memory {
+    // With the linear blocks at their optimum a short way of the others is no sign of being near.
     fn default() -> Self {
         Memory { damping: Damping::from_afar(), linear: None }
     }

@@ -19,7 +19,7 @@ use crate::workbench::Workbench;
 const HARDLY_KNOWN: f64 = 10.0;
 /// Iterations that bring a step that others follow near enough to its end: where it ends is no more than where its readings are
 /// condensed.
-const ENOUGH: usize = 30;
+const BRIEF: usize = 30;
 /// Why.
 const STEP_SAYS_LITTLE: &str = "the steps so far say hardly anything of it";
 
@@ -60,7 +60,7 @@ fn step_by_step(
         // First what is open stays where it is, as the step would only wander along it; then it may follow.
         for held in [open.open_or_hardly_known, open.hardly_known] {
             let problem = problem.holding(&held, STEP_SAYS_LITTLE);
-            updated.go_to(workbench.solve_briefly(&problem, &updated.values, ENOUGH, 0.0)?);
+            updated.go_to(workbench.solve_briefly(&problem, &updated.values, BRIEF, 0.0)?);
         }
         known.extend(condensed(whole, &rows, &updated.values)?);
         last = Some(problem);

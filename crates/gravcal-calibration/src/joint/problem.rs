@@ -74,7 +74,7 @@ impl JointProblem {
         Ok(predicted.collect())
     }
 
-    /// The same problem started from elsewhere.
+    /// The same problem started from elsewhere; that the start makes sense is seen when it is evaluated there.
     pub(super) fn starting_at(&self, session: &Session, readings: &Readings, start: &Unknowns) -> JointProblem {
         let mut builder = ProblemBuilder::new();
         add_unknown_blocks(session, readings, start, &mut builder);

@@ -164,19 +164,18 @@ pub(super) fn add_readings(
     let around = Around::new(layout, builder.initial());
     let mut models = Models::new(session, layout);
     let mut rows = Vec::with_capacity(readings.count());
-    let (mut std, mut last) = (Vec::new(), None);
+    let (mut std, mut last): (Vec<f64>, Option<(Vec<f64>, Noise)>) = (Vec::new(), None);
     for (pose, used) in readings.used.iter().enumerate().filter(|(_, used)| !used.is_empty()) {
         std.clear();
         std.extend(used.iter().map(|channel| readings.std(session, pose, *channel)));
         // Most poses are as noisy as the one before.
-        let noise = match last.take() {
-            Some((alike, noise)) if alike == std => noise,
-            _ => Noise::independent(&std)?,
+        let noise = match &last {
+            Some((alike, noise)) if *alike == std => noise.clone(),
+            _ => last.insert((std.clone(), Noise::independent(&std)?)).1.clone(),
         };
         let residual = models.residual(pose, used, |id| builder.block(id).len());
-        let factor = Factor { residual: around.residual(pose, residual), noise: noise.clone(), loss: Loss::None };
+        let factor = Factor { residual: around.residual(pose, residual), noise, loss: Loss::None };
         builder.add_factor(factor);
-        last = Some((std.clone(), noise));
         rows.extend(used.iter().map(|channel| (pose, *channel)));
     }
     Ok(rows)

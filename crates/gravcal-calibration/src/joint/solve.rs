@@ -68,7 +68,8 @@ pub fn solve(
     let start = match (&readings.order, known) {
         (Order::Together, _) => best_start(session, &sample, known, workbench)?,
         (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?.into(),
-        _ => best_start(session, &Sample::new(session, &readings.first())?, known, workbench)?,
+        // What fewer readings show need not be so for all.
+        _ => best_start(session, &Sample::new(session, &readings.first())?, known, workbench)?.unknowns.into(),
     };
     let solved = solve_from(session, readings, &sample, start, workbench)?;
     let sample = sample.with_noise_of(session, &solved.readings)?;

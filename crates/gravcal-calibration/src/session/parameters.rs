@@ -154,8 +154,9 @@ impl Session {
                     let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
                     let no_sensor = self.joints[joint].torque_unit.is_none()
                         && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
-                    let no_choice = || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason));
-                    name.starts_with(&j.name) && q.name(&j.name) == name && (no_sensor || no_choice())
+                    let frame_choice = || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason));
+                    // Names are formatted only where they could be the one.
+                    name.starts_with(&j.name) && q.name(&j.name) == name && (no_sensor || frame_choice())
                 })
             });
         (by_default || listed(&self.ask.add)) && !listed(&self.ask.drop)

@@ -10,6 +10,8 @@
 //! They serve where every eigenvalue is either well above rounding, so that the singular value and its vector keep ten digits, or
 //! as good as zero with a vector that J itself maps to zero.
 
+use std::borrow::Cow;
+
 use faer::linalg::solvers::SelfAdjointEigen;
 use faer::{Mat, Side};
 
@@ -59,9 +61,9 @@ impl Decomposition {
         known: Option<&NormalEquations>,
     ) -> Result<Option<Self>, EvaluateError> {
         let summed = match known.filter(|known| known.are_of(problem)) {
-            Some(known) => Some(known.clone()),
+            Some(known) => Some(Cow::Borrowed(known)),
             None if !problem.is_small() && problem.structure().islands.is_empty() => {
-                Normal::new(problem, values)?.normal_equations()
+                Normal::new(problem, values)?.normal_equations().map(Cow::Owned)
             }
             None => None,
         };

@@ -72,7 +72,7 @@ impl Spectrum {
         Self::with_known(problem, values, None)
     }
 
-    /// The same where an estimate of `problem` ended: what its method summed there is not summed again.
+    /// The same where an estimate of this very problem ended: what its method summed there is not summed again.
     ///
     /// # Errors
     /// As [`Spectrum::new`].

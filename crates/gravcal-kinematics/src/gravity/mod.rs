@@ -164,7 +164,8 @@ impl Chain {
         }
     }
 
-    /// The same row by row, each written where it is wanted. Nothing where joints mimic others: their rows are sums.
+    /// The same row by row, each written where it is wanted; the numbers in `workspace` stay as they are. Nothing where joints mimic
+    /// others: their rows are sums.
     ///
     /// # Panics
     ///
@@ -217,6 +218,8 @@ impl GravityTorqueRows<'_> {
         by_coordinate: &mut [f64],
         by_inertia: &mut [f64],
     ) -> f64 {
+        let n = self.bodies.len();
+        debug_assert_eq!([by_gravity.len(), by_coordinate.len(), by_inertia.len()], [3, n, INERTIA * n]);
         let body = &self.bodies[i];
         let sensitivity = body.sensitivity(&self.gravity);
         let direct = body.torque_by_gravity();

@@ -164,6 +164,19 @@ proptest! {
             prop_assert_eq!(&reused.by_gravity, &fresh.by_gravity);
         }
     }
+
+    #[test]
+    fn links_that_stay_where_they_were_make_no_difference(first in pose(), moved in any::<u16>()) {
+        let mut second = first.clone();
+        let joints = second.coordinates.iter_mut().enumerate();
+        joints.filter(|(joint, _)| moved >> (joint % 16) & 1 == 1).for_each(|(_, coordinate)| *coordinate += 0.3);
+        let (fresh, mut reused) = (second.linearized(), first.linearized());
+        second.chain.linearize_gravity_torque(&second.coordinates, second.gravity, &second.inertia, &mut reused);
+        prop_assert_eq!(&reused.torque, &fresh.torque);
+        prop_assert_eq!(&reused.by_inertia, &fresh.by_inertia);
+        prop_assert_eq!(&reused.by_coordinate, &fresh.by_coordinate);
+        prop_assert_eq!(&reused.by_gravity, &fresh.by_gravity);
+    }
 }
 
 #[test]

@@ -83,7 +83,7 @@ impl Columns {
         RecordBatch::try_new(self.schema(), arrays)
     }
 
-    /// A part's file in memory. It is small, lives only until parts are merged, and is not compressed.
+    /// A part's file in memory. It is small, and not compressed: the merged table is.
     pub(super) fn file(&self, rows: &[Row]) -> Result<Vec<u8>, ParquetError> {
         let mut writer = writer(self.schema(), Vec::new(), Compression::UNCOMPRESSED)?;
         writer.write(&self.batch(rows)?)?;
@@ -96,7 +96,7 @@ pub(super) fn compressed() -> Compression {
     Compression::ZSTD(ZstdLevel::default())
 }
 
-/// Writes tables of trials. Numbers hardly ever repeat: only texts are written as places in a dictionary.
+/// Writes tables of trials. Errors hardly ever repeat: only texts are written as places in a dictionary.
 pub(super) fn writer<W: std::io::Write + Send>(
     schema: Arc<Schema>,
     to: W,

@@ -40,7 +40,7 @@ const ROUNDS: usize = 10;
 
 /// What is held.
 pub(super) struct Holds<'a> {
-    /// A part of the readings: it shows what has no effect.
+    /// A part of the readings, with the noise of the start: it shows what has no effect.
     sample: &'a Sample,
     set_aside: Vec<SetAside>,
     gauges: Vec<ParameterId>,

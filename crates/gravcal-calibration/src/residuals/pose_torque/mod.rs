@@ -118,7 +118,8 @@ impl PoseTorque {
         }
     }
 
-    /// The row of a joint's reading, times `gain`, from derivatives of all torques.
+    /// The row of a joint's reading, times `gain`, from derivatives of all torques: where sensors have terms, joints give way or mimic
+    /// others.
     fn fill_row(&self, gain: f64, joint: usize, torque: &GravityTorque, row: &mut [f64]) {
         let (n, links) = (self.position.len(), self.model.chain.link_count());
         let [by_gravity, by_torque_sensors, by_position_gains, by_offsets, by_links, by_load] = self.parts(row);
