@@ -216,6 +216,7 @@ impl<'s> Models<'s> {
         let value = |channel: usize| session.reading(index, channel).map_or(f64::NAN, |reading| reading.value);
         let torques: Vec<(usize, f64)> =
             used.iter().filter(|channel| **channel < session.joints.len()).map(|c| (*c, value(*c))).collect();
+        // Most poses are read by joints alone.
         if torques.len() == used.len() {
             return self.torques.residual(session, index, torques);
         }

@@ -44,10 +44,9 @@ impl From<Unknowns> for Start {
 /// The best of `known` (if any) and the nominal values under directions spread over the declared hemisphere, or over the
 /// sphere where none is declared.
 ///
-/// One that explains the readings of the sample is it, and so is what one step or a few iterations from `known`
-/// lead to, if that does. Else the
-/// candidates that are left the lowest cost, and differ in direction, are solved for briefly so, and the best of them then is
-/// where the estimate starts.
+/// One that explains the readings of the sample is it, and so is what one step or a few iterations from `known` lead to, if that
+/// does. Else the candidates that are left the lowest cost, and differ in direction, are solved for briefly so, and the best of
+/// them then is where the estimate starts.
 pub(super) fn best_start(
     session: &Session,
     sample: &Sample,

@@ -57,9 +57,9 @@ pub(super) fn decisive(solved: &Solved) -> f64 {
     DECISIVE * (2.0 * solved.estimate.cost / rows).max(1.0)
 }
 
-/// What else needs to be held at a solution with these undetermined combinations: idle joints' torque gains; once there are none, runaways, which may
-/// only have looked weak beside an idle joint, and the anchors that must go with them. `ruled_out`: what has turned out to be no
-/// runaway.
+/// What else needs to be held at a solution with these undetermined combinations: idle joints' torque gains; once there are none,
+/// runaways, which may only have looked weak beside an idle joint, and the anchors that must go with them. `ruled_out`: what has
+/// turned out to be no runaway.
 pub(super) fn undetermined_to_hold(
     session: &Session,
     solved: &Solved,

@@ -1,0 +1,220 @@
+//! Derivatives, patterns and loads of the pose torque; chains that other residuals are tested with.
+
+use gravcal_kinematics::{Attachment, DhConvention, DhRow, Joint, JointKind, Link, Mimic, Transform, chain_from_dh};
+
+use rand::{RngExt, SeedableRng};
+
+use super::*;
+use crate::residuals::testing::{check_at_random_points, ids};
+use crate::sensors::SensorTerms;
+use crate::sensors::testing::every_term;
+
+/// Position readings of a pose of [`some_chain`].
+pub const READ_POSITIONS: [f64; 3] = [0.3, 0.2, -0.8];
+
+/// Turning, sliding and turning joint.
+pub fn some_chain() -> Chain {
+    let row = |i: usize, kind, a, alpha, d| DhRow {
+        name: format!("joint{i}"),
+        kind,
+        a,
+        alpha,
+        d,
+        theta: 0.1,
+        limits: None,
+        link: Link { name: format!("link{i}"), inertia: None },
+    };
+    let rows = [
+        row(1, JointKind::Revolute, 0.1, 1.2, 0.3),
+        row(2, JointKind::Prismatic, 0.2, -0.7, 0.1),
+        row(3, JointKind::Revolute, -0.3, 0.4, 0.2),
+    ];
+    chain_from_dh("base", DhConvention::Standard, &rows).unwrap()
+}
+
+/// A trunk with two branches of two joints; the last joint mimics the first of the other branch.
+fn branched_chain() -> Chain {
+    let joint = |i: usize, kind| Joint {
+        name: format!("joint{i}"),
+        kind,
+        before: Transform::from_xyz_rpy([0.1, 0.3 - 0.1 * i as f64, 0.2], [0.3, 0.2 * i as f64, -0.4]),
+        axis: [0.0, 0.6, 0.8],
+        after: Transform::about_x(0.5),
+        limits: None,
+    };
+    let mut kinds = [JointKind::Revolute; 5];
+    kinds[2] = JointKind::Prismatic;
+    let joints = kinds.into_iter().enumerate().map(|(i, kind)| joint(i, kind)).collect();
+    let links = (0..5).map(|i| Link { name: format!("link{i}"), inertia: None }).collect();
+    let mut attachments = [None, Some(0), Some(1), Some(0), Some(3)].map(|parent| Attachment { parent, mimic: None });
+    attachments[4].mimic = Some(Mimic { leader: 1, multiplier: -0.5, offset: 0.2 });
+    Chain::branched("base", joints, links, &attachments).unwrap()
+}
+
+/// Readings of three of its four joints with a load on the last link, and so many compliances; lengths of the blocks.
+fn on_branches(compliances: usize) -> (PoseTorque, Vec<usize>) {
+    let lengths = [vec![3], vec![1; 16], vec![4; 5], vec![3], vec![1; compliances]].concat();
+    let ids = ids(&lengths);
+    let blocks = PoseTorqueBlocks {
+        gravity: ids[0],
+        sensors: (0..4).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
+        inertia: ids[17..22].to_vec(),
+        terms: Vec::new(),
+        compliance: ids[23..].to_vec(),
+    };
+    let load = CarriedLoad { position: vec![ids[22]], mass: 1.7, link: 4 };
+    let model = PoseTorqueModel::new(Arc::new(branched_chain()), &blocks, &SensorTerms::default(), Some(load));
+    let readings = vec![(0, 2.0), (1, 1.0), (2, -1.0)];
+    (PoseTorque::new(Arc::new(model), vec![0.3, 0.2, -0.8, 0.5], readings), lengths)
+}
+
+#[test]
+fn derivatives_on_branches() {
+    let (residual, lengths) = on_branches(0);
+    check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+    assert_rows_within_their_patterns(&residual, &lengths);
+    // The sliding joint of one branch: its own sensors, positions of trunk and branch, its link, the load's columns.
+    assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..6, 9..10, 11..14, 15..18, 27..31, 39..42]);
+
+    let (compliant, lengths) = on_branches(4);
+    assert_rows_within_their_patterns(&compliant, &lengths);
+    let width: usize = lengths.iter().sum();
+    let mut x: Vec<f64> = (0..width).map(|k| 0.5 + (k as f64).sin()).collect();
+    x[width - 4..].iter_mut().for_each(|c| *c *= 0.01);
+    gravcal_estimation::check_derivatives(&compliant, &lengths, &x, 1e-5).unwrap();
+}
+
+/// Lengths of the blocks of a chain of three joints with a load, and so many of one number beyond.
+pub fn lengths(beyond: usize) -> Vec<usize> {
+    [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3], vec![1; beyond]].concat()
+}
+
+/// A chain of three joints with a load on the second link; blocks after it are those of the terms, then compliances.
+pub fn model_of(chain: Chain, terms: &SensorTerms, ids: &[BlockId]) -> PoseTorqueModel {
+    let blocks = PoseTorqueBlocks {
+        gravity: ids[0],
+        sensors: (0..3).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
+        inertia: ids[13..16].to_vec(),
+        terms: ids[18..18 + terms.len()].to_vec(),
+        compliance: ids[18 + terms.len()..].to_vec(),
+    };
+    let load = CarriedLoad { position: ids[16..18].to_vec(), mass: 1.7, link: 1 };
+    PoseTorqueModel::new(Arc::new(chain), &blocks, terms, Some(load))
+}
+
+/// Readings of the given joints of [`some_chain`], and the lengths of the blocks.
+pub fn loaded(joints: &[usize]) -> (PoseTorque, Vec<usize>) {
+    let lengths = lengths(0);
+    let model = Arc::new(model_of(some_chain(), &SensorTerms::default(), &ids(&lengths)));
+    let readings = joints.iter().map(|joint| (*joint, 2.0)).collect();
+    (PoseTorque::new(model, READ_POSITIONS.to_vec(), readings), lengths)
+}
+
+#[test]
+fn derivatives() {
+    let (residual, lengths) = loaded(&[0, 2]);
+    check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+}
+
+/// Joints that give way, the second one sweeping.
+fn compliant() -> (PoseTorque, Vec<usize>) {
+    let lengths = lengths(3);
+    let model = Arc::new(model_of(some_chain(), &SensorTerms::default(), &ids(&lengths)));
+    let pose = PoseTorque::new(model, READ_POSITIONS.to_vec(), vec![(0, 2.0), (2, 1.0)]).sweeping(Some(1));
+    (pose, lengths)
+}
+
+#[test]
+fn derivatives_of_joints_that_give_way() {
+    let (residual, lengths) = compliant();
+    let width: usize = lengths.iter().sum();
+    let mut random = rand_pcg::Pcg64::seed_from_u64(3);
+    for _ in 0..20 {
+        let mut x: Vec<f64> = (0..width).map(|_| random.random_range(-1.5..2.5)).collect();
+        // Differences are rough where much depends on a number as small as a compliance.
+        x[33..].iter_mut().for_each(|c| *c *= 0.02);
+        gravcal_estimation::check_derivatives(&residual, &lengths, &x, 1e-5).unwrap();
+    }
+}
+
+/// A joint rests where its unloaded place and compliance times torque put it.
+#[test]
+fn joints_rest_where_their_torque_leaves_them() {
+    let chain = some_chain();
+    let (unloaded, inertia) = ([0.3, 0.2, -0.8], [1.0, 0.1, 0.2, 0.3].repeat(3));
+    let (gravity, compliance) = ([1.0, -2.0, -9.0], [0.02, 0.0, 0.03]);
+    let (mut coordinates, mut torque) = (unloaded, GravityTorque::new(3, 3));
+    compliance::settle(&chain, &mut coordinates, gravity, &inertia, &compliance, &mut torque).unwrap();
+    let mut expected = [0.0; 3];
+    chain.gravity_torque(&coordinates, gravity, &inertia, &mut expected);
+    for joint in 0..3 {
+        assert!((torque.torque[joint] - expected[joint]).abs() < 1e-12);
+        assert!((coordinates[joint] - unloaded[joint] - compliance[joint] * expected[joint]).abs() < 1e-12);
+    }
+    let error = compliance::settle(&chain, &mut coordinates, gravity, &inertia, &[f64::NAN; 3], &mut torque);
+    assert!(error.unwrap_err().to_string().contains("no rest"));
+}
+
+/// The same with every sensor model on every joint that can have it; the lengths of its blocks.
+fn with_all_terms(compliances: usize) -> (PoseTorque, Vec<usize>) {
+    let terms = every_term();
+    let lengths = lengths(terms.len() + compliances);
+    let model = Arc::new(model_of(some_chain(), &terms, &ids(&lengths)));
+    let conditions = Conditions {
+        time: Some(1.3),
+        temperature: vec![24.0, 26.0, 29.0],
+        velocity: vec![0.3, -0.2, 0.4],
+        acceleration: Vec::new(),
+        direction: vec![1.0, -1.0, 0.0],
+    };
+    let readings = vec![(0, 2.0), (1, 2.0), (2, 2.0)];
+    (PoseTorque::new(model, READ_POSITIONS.to_vec(), readings).under(conditions), lengths)
+}
+
+#[test]
+fn derivatives_with_every_term() {
+    let (residual, lengths) = with_all_terms(0);
+    check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+}
+
+#[test]
+fn joints_that_give_way_go_with_every_term() {
+    let (residual, lengths) = with_all_terms(3);
+    assert_rows_within_their_patterns(&residual, &lengths);
+    let width: usize = lengths.iter().sum();
+    let mut x: Vec<f64> = (0..width).map(|k| 0.5 + (k as f64).sin()).collect();
+    x[width - 3..].iter_mut().for_each(|c| *c *= 0.01);
+    gravcal_estimation::check_derivatives(&residual, &lengths, &x, 1e-5).unwrap();
+}
+
+#[test]
+fn rows_with_terms_touch_only_the_columns_of_their_pattern() {
+    let (residual, lengths) = with_all_terms(0);
+    assert_rows_within_their_patterns(&residual, &lengths);
+}
+
+#[test]
+fn rows_touch_only_the_columns_of_their_pattern() {
+    let (residual, _) = compliant();
+    assert_eq!(residual.row_pattern(0).unwrap(), [0..4, 6..7, 9..36]);
+    let (residual, lengths) = loaded(&[0, 1, 2]);
+    assert_eq!(residual.row_pattern(0).unwrap(), [0..4, 6..7, 9..33]);
+    assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 4..5, 7..8, 9..15, 19..33]);
+    assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..6, 8..15, 23..33]);
+    assert_rows_within_their_patterns(&residual, &lengths);
+}
+
+fn assert_rows_within_their_patterns(residual: &PoseTorque, lengths: &[usize]) {
+    let offsets: Vec<usize> = (0..=lengths.len()).map(|blocks| lengths[..blocks].iter().sum()).collect();
+    let width: usize = lengths.iter().sum();
+    // Small, so that joints that give way find a rest.
+    let x: Vec<f64> = (0..width).map(|k| 0.2 + 0.1 * (k as f64).sin()).collect();
+    let (mut values, mut jacobian) = ([0.0; 3], vec![0.0; 3 * width]);
+    let rows = RowsMut::new(&mut jacobian, width);
+    residual.evaluate(LocalValues::new(&x, &offsets), &mut values, Some(rows)).unwrap();
+    for (row, entries) in jacobian.chunks(width).enumerate() {
+        let pattern = residual.row_pattern(row).unwrap();
+        let touched = entries.iter().enumerate().filter(|(_, entry)| **entry != 0.0);
+        touched.for_each(|(column, _)| assert!(pattern.iter().any(|range| range.contains(&column)), "{row}, {column}"));
+    }
+}
