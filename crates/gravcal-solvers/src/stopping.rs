@@ -3,12 +3,13 @@
 //! ```text
 //!     gradient     max_j |j_jᵀ r| / (‖j_j‖ ‖r‖) ≤ cosine tolerance       r orthogonal to every column j_j of J
 //!     step         max_b ‖D_b δ_b‖ / max(‖D_b x_b‖, ‖r‖) ≤ step tolerance    over the blocks b
+//!     promise      ½ (‖r‖² − min_δ ‖J δ + r‖²) ≤ 1e-16 · cost                    no step is worth the last digit of the cost
 //!     cost         predicted and actual reduction ≤ cost tolerance · cost or rounding, and no less to gain there than here
 //! ```
 //!
 //! Under constraints what they hold back is taken off the cosine, and the full step is the best of those that obey them.
 //!
-//! All three are pure numbers: no unit and no scale of a parameter or a residual changes them. They are those of MINPACK
+//! All are pure numbers: no unit and no scale of a parameter or a residual changes them. Three are those of MINPACK
 //! (Moré, Garbow, Hillstrom, *User guide for MINPACK-1*, 1980: `gtol`, `xtol`, `ftol`), the second by block, so that one
 //! block of wandering values cannot make the steps of the others look small.
 //!
@@ -21,6 +22,9 @@ use serde::Deserialize;
 use serde::de::{Deserializer, Error, Unexpected};
 
 use crate::Point;
+
+/// Share of the cost below which a step would not change its last digit.
+const LAST_DIGIT: f64 = 0.5 * f64::EPSILON;
 
 /// The options that every method has.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -57,7 +61,12 @@ impl StoppingRules {
             return Some(Termination::NoEffect);
         }
         let cosine = point.cosine();
-        (cosine <= self.cosine_tolerance).then_some(Termination::Gradient { cosine })
+        if cosine <= self.cosine_tolerance {
+            return Some(Termination::Gradient { cosine });
+        }
+        // A step along one column alone promises cos² of the cost: others need no look before that is little.
+        let relative = (cosine * cosine <= LAST_DIGIT).then(|| point.promised_share()).flatten();
+        relative.filter(|relative| *relative <= LAST_DIGIT).map(|relative| Termination::Cost { relative })
     }
 }
 

@@ -75,11 +75,12 @@ fn unmirrored(
     let Some(along) = along_axis(session, &found) else { return Ok(solved) };
     let mirrored = mirrored_placements(&found, along);
     let is_back = |end: &Unknowns| along_axis(session, end).is_some_and(|end| end.vector.dot(&along.vector) > 0.0);
-    // Where the readings tell the sign well, one step leads back.
-    if sample.one_step(session, &mirrored).is_some_and(|step| is_back(&step.end)) {
+    // Where the readings tell the sign well, one step leads back; else it is the first of some.
+    let step = sample.one_step(session, &mirrored).map(|step| step.end);
+    if step.as_ref().is_some_and(is_back) {
         return Ok(solved);
     }
-    let there = sample.nearby(session, &mirrored, 0.0, workbench);
+    let there = sample.nearby(session, step.as_ref().unwrap_or(&mirrored), 0.0, workbench);
     if is_back(&there.end) || there.cost >= sample.nearby(session, &found, 0.0, workbench).cost * (1.0 - LOWER) {
         return Ok(solved);
     }
