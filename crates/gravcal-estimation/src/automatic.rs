@@ -160,7 +160,7 @@ impl<F: Formula> Automatic<F> {
     }
 }
 
-impl<F: Formula> Residual for Automatic<F> {
+impl<F: Formula + 'static> Residual for Automatic<F> {
     fn blocks(&self) -> &[BlockId] {
         self.0.blocks()
     }

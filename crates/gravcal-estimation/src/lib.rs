@@ -64,7 +64,7 @@ pub use loss_name::{LossName, UnknownLoss};
 pub use manifold::Manifold;
 pub use noise::{Noise, NoiseError, Weights, Whitener};
 pub use problem::{Column, Problem, ProblemBuilder, ProblemError};
-pub use residual::{EvaluateError, LocalValues, Residual, RowsMut};
+pub use residual::{ABREAST, EvaluateError, LocalValues, Residual, RowsMut};
 pub use solver::{Observer, SolveContext, SolveError, Solver, Unsupported};
 pub use sparse_basis::sparse_basis;
 pub use statistics::{Covariance, Uncertainty};

@@ -1,5 +1,6 @@
 //! What an author of a measurement model writes.
 
+use std::any::Any;
 use std::fmt::Debug;
 use std::ops::Range;
 
@@ -7,10 +8,13 @@ use thiserror::Error;
 
 use crate::BlockId;
 
+/// Residuals that may be evaluated at once.
+pub const ABREAST: usize = 4;
+
 /// `r(x)` in the unit of the reading: prediction minus measurement.
 ///
 /// Whitening is the [`Noise`](crate::Noise)'s, steps on manifolds are the linearization's: an author meets neither.
-pub trait Residual: Debug + Send + Sync {
+pub trait Residual: Any + Debug + Send + Sync {
     /// The blocks it reads, in column order.
     fn blocks(&self) -> &[BlockId];
 
@@ -40,6 +44,19 @@ pub trait Residual: Debug + Send + Sync {
         residual: &mut [f64],
         jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError>;
+
+    /// The same of some residuals at once, where vector instructions evaluate them abreast: `all` begins with this one, they read the
+    /// same blocks, and their rows have the same patterns. `jacobian`: rows by local columns, row-major; of each entry the numbers of
+    /// all residuals lie together. `false` where that cannot be: they are evaluated one by one then, to the same bits.
+    fn evaluate_abreast(
+        &self,
+        _all: [&dyn Residual; ABREAST],
+        _x: LocalValues<'_>,
+        _residual: &mut [[f64; ABREAST]],
+        _jacobian: &mut [[f64; ABREAST]],
+    ) -> bool {
+        false
+    }
 }
 
 /// The model has no value at the point where it was asked.

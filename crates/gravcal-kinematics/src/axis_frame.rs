@@ -17,16 +17,18 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::arithmetic::{Arithmetic, Single, Stored, columns, matrix};
+use crate::frame::Frame;
 use crate::joint::{Joint, JointKind};
 use crate::transform::Transform;
 
 /// What a coordinate does in the axis frame.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Motion {
+pub(crate) enum Motion<L> {
     /// `Rot_z`.
-    Turn { sin: f64, cos: f64 },
+    Turn { sin: L, cos: L },
     /// `Trans_z`, m.
-    Slide(f64),
+    Slide(L),
 }
 
 /// A joint, re-cut to turn about or slide along z.
@@ -55,10 +57,10 @@ impl FixedTransform {
         &self.transform.rotation
     }
 
-    /// The pose that this transform leads to from `pose`.
+    /// The frame that this transform leads to from another.
     #[inline(always)]
-    fn beyond(&self, pose: &Transform) -> Transform {
-        if self.is_identity { *pose } else { pose.compose(&self.transform) }
+    fn beyond<A: Arithmetic>(&self, on: A, frame: &Frame<A::Number>) -> Frame<A::Number> {
+        if self.is_identity { *frame } else { frame.compose(on, &self.transform) }
     }
 }
 
@@ -75,16 +77,16 @@ impl AxisFrame {
 
     /// The axis frame at rest (before the motion) in base coordinates.
     #[inline(always)]
-    pub fn at_rest(&self, parent: &Transform) -> Transform {
-        self.from_parent.beyond(parent)
+    pub fn at_rest<A: Arithmetic>(&self, on: A, parent: &Frame<A::Number>) -> Frame<A::Number> {
+        self.from_parent.beyond(on, parent)
     }
 
     /// The motion by a coordinate, rad or m.
-    pub fn motion(&self, coordinate: f64) -> Motion {
+    #[inline(always)]
+    pub fn motion<L: Stored>(&self, coordinate: L) -> Motion<L> {
         match self.kind {
             JointKind::Revolute => {
-                // Not the system's: a pose has the same bits on every system.
-                let (sin, cos) = libm::sincos(coordinate);
+                let (sin, cos) = coordinate.sin_cos();
                 Motion::Turn { sin, cos }
             }
             JointKind::Prismatic => Motion::Slide(coordinate),
@@ -93,22 +95,33 @@ impl AxisFrame {
 
     /// The link's frame in base coordinates, from the axis frame at rest and the motion.
     #[inline(always)]
-    pub fn link_pose(&self, at_rest: &Transform, motion: Motion) -> Transform {
-        self.to_link.beyond(&moved(at_rest, motion))
+    pub fn link_pose<A: Arithmetic>(
+        &self,
+        on: A,
+        at_rest: &Frame<A::Number>,
+        motion: &Motion<A::Stored>,
+    ) -> Frame<A::Number> {
+        self.to_link.beyond(on, &moved(on, at_rest, motion))
+    }
+
+    /// The same of one pose, from the parent link's and the coordinate.
+    pub fn link_after(&self, parent: &Transform, coordinate: f64) -> Transform {
+        let at_rest = self.at_rest(Single, &Frame::from(*parent));
+        self.link_pose(Single, &at_rest, &self.motion(coordinate)).into()
     }
 }
 
 /// `frame · Rot_z` or `frame · Trans_z`: touches two columns, or the translation only.
 #[inline(always)]
-fn moved(frame: &Transform, motion: Motion) -> Transform {
-    let column = |index: usize| frame.rotation.column(index).into_owned();
-    let (x, y, z) = (column(0), column(1), column(2));
+fn moved<A: Arithmetic>(on: A, frame: &Frame<A::Number>, motion: &Motion<A::Stored>) -> Frame<A::Number> {
+    let [x, y, z] = columns(&frame.rotation);
     match motion {
         Motion::Turn { sin, cos } => {
-            let rotation = Matrix3::from_columns(&[x * cos + y * sin, y * cos - x * sin, z]);
-            Transform { rotation, translation: frame.translation }
+            let (sin, cos) = (on.load(*sin), on.load(*cos));
+            let rotation = matrix(x * cos + y * sin, y * cos - x * sin, z);
+            Frame { rotation, translation: frame.translation }
         }
-        Motion::Slide(way) => Transform { rotation: frame.rotation, translation: frame.translation + z * way },
+        Motion::Slide(way) => Frame { rotation: frame.rotation, translation: frame.translation + z * on.load(*way) },
     }
 }
 

@@ -17,7 +17,7 @@ impl Chain {
         let mut poses: Vec<Transform> = Vec::with_capacity(self.link_count());
         for ((frame, parent), &coordinate) in self.axis_frames.iter().zip(&self.topology.parents).zip(&*coordinates) {
             let parent = parent.map_or_else(Transform::identity, |parent| poses[parent]);
-            poses.push(frame.link_pose(&frame.at_rest(&parent), frame.motion(coordinate)));
+            poses.push(frame.link_after(&parent, coordinate));
         }
         poses
     }

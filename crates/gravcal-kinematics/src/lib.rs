@@ -43,11 +43,13 @@
 //!
 //! No closed loops, no dynamics beyond gravity, no sensors.
 
+mod arithmetic;
 mod axis_frame;
 mod axis_rotations;
 mod chain;
 mod dh;
 mod forward;
+mod frame;
 mod gravity;
 mod joint;
 mod link;
@@ -60,9 +62,10 @@ mod without_lengths;
 #[cfg(test)]
 mod random_chain;
 
+pub use arithmetic::{Abreast, Arithmetic, LANES, Lanes, Number, Single, Stored};
 pub use chain::{Attachment, Chain, ChainError, Mimic};
 pub use dh::{DhConvention, DhRow, chain_from_dh, joint_from_dh};
-pub use gravity::{GravityTorque, GravityTorqueRows};
+pub use gravity::{Bodies, GravityTorque, GravityTorqueRow, GravityTorqueRows};
 pub use joint::{Joint, JointKind};
 pub use link::{Link, LinkInertia};
 pub use link_gravity::LinkGravity;

@@ -10,7 +10,9 @@
 
 use nalgebra::Vector3;
 
+use crate::arithmetic::Single;
 use crate::chain::Chain;
+use crate::frame::Frame;
 use crate::joint::JointKind;
 use crate::transform::Transform;
 
@@ -34,15 +36,15 @@ impl Chain {
     pub fn link_gravity(&self, link: usize, coordinates: &[f64], gravity: [f64; 3]) -> LinkGravity {
         let gravity = Vector3::from(gravity);
         let coordinates = self.axis_coordinates(coordinates);
-        let mut pose = Transform::identity();
+        let mut pose = Frame::from(Transform::identity());
         let mut turned = vec![Vector3::zeros(); self.joint_count()];
         for axis in self.topology.path(link) {
             let (frame, drive) = (&self.axis_frames[axis], self.drive(axis));
-            let at_rest = frame.at_rest(&pose);
+            let at_rest = frame.at_rest(Single, &pose);
             if self.movers()[axis].kind == JointKind::Revolute {
                 turned[drive.joint] += gravity.cross(&at_rest.rotation.column(2)) * drive.multiplier;
             }
-            pose = frame.link_pose(&at_rest, frame.motion(coordinates[axis]));
+            pose = frame.link_pose(Single, &at_rest, &frame.motion(coordinates[axis]));
         }
         let seen = |vector: &Vector3<f64>| pose.rotation.tr_mul(vector).into();
         let row = |axis: usize| pose.rotation.column(axis).into_owned().into();

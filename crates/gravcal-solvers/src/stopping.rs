@@ -3,9 +3,12 @@
 //! ```text
 //!     gradient     max_j |j_jᵀ r| / (‖j_j‖ ‖r‖) ≤ cosine tolerance       r orthogonal to every column j_j of J
 //!     step         max_b ‖D_b δ_b‖ / max(‖D_b x_b‖, ‖r‖) ≤ step tolerance    over the blocks b
-//!     promise      ½ (‖r‖² − min_δ ‖J δ + r‖²) ≤ 1e-16 · cost                    no step is worth the last digit of the cost
+//!     promise      ‖r‖² − min_δ ‖J δ + r‖² ≤ 1e-16 ‖r‖²                         no step is worth the last digit of the cost
 //!     cost         predicted and actual reduction ≤ cost tolerance · cost or rounding, and no less to gain there than here
 //! ```
+//!
+//! What a step promises is asked of one so little damped that only what is 1e4 times weaker than the columns is held back, which makes
+//! the rule stricter there. It is not asked under constraints.
 //!
 //! Under constraints what they hold back is taken off the cosine, and the full step is the best of those that obey them.
 //!

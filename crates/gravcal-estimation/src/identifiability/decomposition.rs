@@ -95,21 +95,26 @@ impl Decomposition {
         // By list of columns, the steps along some directions at a time, column by column.
         let mut steps: Vec<Vec<Vec<[f64; TOGETHER]>>> = Vec::new();
         let mut shape = None;
-        for factor in problem.structure().order.iter().copied() {
-            rows.linearize(factor, true)?;
+        let mut left = &problem.structure().order[..];
+        while let Some(factor) = left.first().copied() {
+            let (count, _) = rows.linearize_some(left, true)?;
+            left = &left[count..];
             if shape.replace(problem.structure().shape_of[factor]) != shape {
                 let of_list = |list: &Vec<usize>| null.chunks(TOGETHER).map(|some| self.steps(some, list)).collect();
                 steps = problem.column_lists(factor).iter().map(of_list).collect();
             }
             for (row, plan) in problem.plans(factor).iter().enumerate() {
-                entries.resize(plan.columns.len() + 1, 0.0);
+                let width = plan.columns.len() + 1;
+                entries.resize(count * width, 0.0);
                 rows.gather(plan, row, &mut entries);
-                for (squares, steps) in squares.iter_mut().zip(&steps[plan.place]) {
-                    let mut along = [0.0; TOGETHER];
-                    for (entry, step) in entries.iter().zip(steps) {
-                        along.iter_mut().zip(step).for_each(|(sum, step)| *sum += entry * step);
+                for entries in entries.chunks_exact(width) {
+                    for (squares, steps) in squares.iter_mut().zip(&steps[plan.place]) {
+                        let mut along = [0.0; TOGETHER];
+                        for (entry, step) in entries.iter().zip(steps) {
+                            along.iter_mut().zip(step).for_each(|(sum, step)| *sum += entry * step);
+                        }
+                        squares.iter_mut().zip(&along).for_each(|(sum, along)| *sum += along * along);
                     }
-                    squares.iter_mut().zip(&along).for_each(|(sum, along)| *sum += along * along);
                 }
             }
         }

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use super::{Place, Problem, RowPlan};
+use super::{Place, Problem, RowPlan, Structure};
 use crate::noise::Weights;
-use crate::{EvaluateError, Factor, LocalValues, Loss, Noise, RowsMut, Values};
+use crate::{ABREAST, EvaluateError, Factor, LocalValues, Loss, Noise, RowsMut, Values};
 
 /// Factors evaluated by one task: fixed, so that the work is cut the same way on any number of threads.
 const FACTORS_PER_BATCH: usize = 64;
@@ -113,7 +113,7 @@ impl Problem {
     }
 }
 
-/// The rows of one factor after another, in buffers that are used again.
+/// The rows of one factor after another, or of some abreast, in buffers that are used again.
 pub(crate) struct Rows<'a> {
     problem: &'a Problem,
     values: &'a Values,
@@ -122,10 +122,15 @@ pub(crate) struct Rows<'a> {
     loaded: Option<usize>,
     /// Rows by local stored columns, row-major.
     jacobian: Vec<f64>,
+    /// The same of factors that were evaluated abreast.
+    abreast: Vec<[f64; ABREAST]>,
+    /// How many factors' rows are loaded.
+    loaded_factors: usize,
     /// The shape for which `jacobian` is zero outside of its patterns.
     cleared: Option<usize>,
-    /// Whitened residuals.
+    /// Whitened residuals, of one factor after the other.
     residual: Vec<f64>,
+    residual_abreast: Vec<[f64; ABREAST]>,
     /// Factors that are still to be applied to each row of the Jacobian and to its residual.
     scales: Vec<(f64, f64)>,
     /// Tangent basis of each shared block on a sphere.
@@ -142,14 +147,24 @@ impl<'a> Rows<'a> {
             local: buffer(),
             loaded: None,
             jacobian: buffer(),
+            abreast: Vec::new(),
+            loaded_factors: 1,
             cleared: None,
             residual: buffer(),
+            residual_abreast: Vec::new(),
             scales: Vec::new(),
             bases: bases.collect(),
         }
     }
 
     fn load_values(&mut self, factor: usize) {
+        self.load_local(factor);
+        self.loaded_factors = 1;
+        self.residual.clear();
+        self.residual.resize(self.problem.factors[factor].residual.len(), 0.0);
+    }
+
+    fn load_local(&mut self, factor: usize) {
         let shape = self.problem.structure.shape_of[factor];
         if self.loaded != Some(shape) {
             self.local.clear();
@@ -158,8 +173,6 @@ impl<'a> Rows<'a> {
             }
             self.loaded = (!self.problem.structure.shapes[shape].local).then_some(shape);
         }
-        self.residual.clear();
-        self.residual.resize(self.problem.factors[factor].residual.len(), 0.0);
     }
 
     /// Loads the whitened residuals of a factor, and nothing else.
@@ -190,17 +203,60 @@ impl<'a> Rows<'a> {
         self.check_residual(factor)?;
         noise.whiten(&mut self.residual, 1);
         let cost = self.problem.factors[factor].cost(&self.residual);
+        self.scales.clear();
         self.scale(factor, width, with_loss);
         Ok(cost)
     }
 
-    /// Finds what is still to be applied to each row; correlated rows are whitened and corrected right away.
+    /// The same of the first of these factors, or of the first few abreast; gives how many they are, and their cost.
+    pub fn linearize_some(&mut self, factors: &[usize], with_loss: bool) -> Result<(usize, f64), EvaluateError> {
+        match factors.first_chunk().map(|some| self.linearize_abreast(some, with_loss)).transpose()?.flatten() {
+            Some(cost) => Ok((ABREAST, cost)),
+            None => Ok((1, self.linearize(factors[0], with_loss)?)),
+        }
+    }
+
+    /// Nothing where these factors cannot be evaluated abreast.
+    fn linearize_abreast(&mut self, factors: &[usize; ABREAST], with_loss: bool) -> Result<Option<f64>, EvaluateError> {
+        let Structure { shapes, shape_of, .. } = &*self.problem.structure;
+        let index = shape_of[factors[0]];
+        let shape = &shapes[index];
+        if shape.local || !shape.patterned || factors.iter().any(|factor| shape_of[*factor] != index) {
+            return Ok(None);
+        }
+        self.load_local(factors[0]);
+        let all = factors.map(|factor| &*self.problem.factors[factor].residual);
+        let (rows, width) = (shape.rows.len(), self.local.len());
+        // Nothing outside of the patterns is read.
+        self.abreast.resize(rows * width, [0.0; ABREAST]);
+        self.residual_abreast.resize(rows, [0.0; ABREAST]);
+        let x = LocalValues::new(&self.local, &shape.local_offsets);
+        if !all[0].evaluate_abreast(all, x, &mut self.residual_abreast, &mut self.abreast[..rows * width]) {
+            return Ok(None);
+        }
+        self.loaded_factors = ABREAST;
+        self.residual.clear();
+        self.scales.clear();
+        let mut cost = 0.0;
+        for (lane, factor) in factors.iter().enumerate() {
+            let start = self.residual.len();
+            self.residual.extend(self.residual_abreast.iter().map(|lanes| lanes[lane]));
+            self.check_residual(*factor)?;
+            let Factor { noise, .. } = &self.problem.factors[*factor];
+            noise.whiten(&mut self.residual[start..], 1);
+            cost += self.problem.factors[*factor].cost(&self.residual[start..]);
+            self.scale(*factor, width, with_loss);
+        }
+        Ok(Some(cost))
+    }
+
+    /// Finds what is still to be applied to each of a factor's rows; correlated rows are whitened and corrected right away.
     fn scale(&mut self, factor: usize, width: usize, with_loss: bool) {
         let Factor { noise, loss, .. } = &self.problem.factors[factor];
-        self.scales.clear();
         match noise {
             Noise::Independent(Weights(weights)) if with_loss && *loss != Loss::None => {
-                self.scales.extend(weights.iter().zip(&self.residual).map(|(weight, r)| {
+                let residual = &self.residual[self.scales.len()..];
+                self.scales.extend(weights.iter().zip(residual).map(|(weight, r)| {
                     let (residual, jacobian) = loss.at(r * r).correction(r * r);
                     (weight * jacobian, residual)
                 }));
@@ -226,8 +282,40 @@ impl<'a> Rows<'a> {
         self.scales[row].1 * self.residual[row]
     }
 
-    /// Writes the shared columns of a row, compact, and its residual last.
-    pub fn gather(&self, plan: &RowPlan, row: usize, mut out: &mut [f64]) {
+    /// Writes the shared columns of a row of each loaded factor, compact, and its residual last.
+    pub fn gather(&self, plan: &RowPlan, row: usize, out: &mut [f64]) {
+        match self.loaded_factors {
+            1 => self.gather_one(plan, row, out),
+            _ => self.gather_abreast(plan, row, out),
+        }
+    }
+
+    fn gather_abreast(&self, plan: &RowPlan, row: usize, out: &mut [f64]) {
+        let width = self.local.len();
+        let local = &self.abreast[row * width..(row + 1) * width];
+        let row_of = |lane: usize| lane * (self.residual.len() / ABREAST) + row;
+        let scales: [f64; ABREAST] = std::array::from_fn(|lane| self.scales[row_of(lane)].0);
+        let mut out = out.chunks_exact_mut(plan.columns.len() + 1);
+        let mut out: [&mut [f64]; ABREAST] = std::array::from_fn(|_| out.next().unwrap_or_default());
+        let mut at = 0;
+        for piece in &plan.pieces {
+            let stored = &local[piece.from..];
+            match piece.sphere.and_then(|sphere| self.bases[sphere]) {
+                None => spread_lanes(&stored[..piece.length], &scales, at, &mut out),
+                Some(basis) => {
+                    let along = |t: usize, lane: usize| (0..3).map(|s| stored[s][lane] * basis[s * 2 + t]).sum();
+                    let tangent: [_; 2] = std::array::from_fn(|t| std::array::from_fn(|lane| along(t, lane)));
+                    spread_lanes(&tangent, &scales, at, &mut out);
+                }
+            }
+            at += piece.length;
+        }
+        for (lane, out) in out.into_iter().enumerate() {
+            out[at] = self.residual(row_of(lane));
+        }
+    }
+
+    fn gather_one(&self, plan: &RowPlan, row: usize, mut out: &mut [f64]) {
         let (scale, local) = (self.scales[row].0, self.local_row(row));
         for piece in &plan.pieces {
             let (own, rest) = out.split_at_mut(piece.length);
@@ -299,6 +387,20 @@ impl<'a> Rows<'a> {
 
     fn not_finite(&self, factor: usize, what: String) -> EvaluateError {
         EvaluateError(format!("factor {factor}: {what} at {}", self.problem.told_at(factor, self.values)))
+    }
+}
+
+/// Writes each lane, times its scale, to its own row from `at` on.
+#[inline]
+fn spread_lanes(lanes: &[[f64; ABREAST]], scales: &[f64; ABREAST], at: usize, out: &mut [&mut [f64]; ABREAST]) {
+    let range = at..at + lanes.len();
+    let [a, b, c, d] = out;
+    let (a, b, c, d) = (&mut a[range.clone()], &mut b[range.clone()], &mut c[range.clone()], &mut d[range]);
+    for (k, lanes) in lanes.iter().enumerate() {
+        a[k] = scales[0] * lanes[0];
+        b[k] = scales[1] * lanes[1];
+        c[k] = scales[2] * lanes[2];
+        d[k] = scales[3] * lanes[3];
     }
 }
 

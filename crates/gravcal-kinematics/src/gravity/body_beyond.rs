@@ -5,113 +5,152 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 
 use super::INERTIA;
+use crate::arithmetic::{Arithmetic, Stored, columns, cross, dot, matrix, times};
 use crate::axis_frame::{AxisFrame, Motion};
 use crate::chain::{Chain, Run};
+use crate::frame::{Frame, constant};
 use crate::transform::Transform;
 
-/// What hangs beyond one joint, in base coordinates.
+/// What hangs beyond one joint, in base coordinates, as it lies in memory.
 #[derive(Clone, Debug)]
-pub(super) struct BodyBeyond {
+pub(super) struct BodyBeyond<L> {
     /// Of the joint, rad or m.
-    coordinate: f64,
-    motion: Motion,
+    coordinate: L,
+    motion: Motion<L>,
     /// Whether the link is elsewhere than in the last pose.
     moved: bool,
     /// z_i.
-    pub axis: Vector3<f64>,
+    axis: Vector3<L>,
     /// o_i, m.
-    pub point: Vector3<f64>,
+    point: Vector3<L>,
     /// R_k of the joint's own link.
-    pub link_rotation: Matrix3<f64>,
+    link_rotation: Matrix3<L>,
     /// p_k of the joint's own link, m.
-    pub link_origin: Vector3<f64>,
+    link_origin: Vector3<L>,
     /// m_i⁺, kg.
-    pub mass: f64,
+    mass: f64,
     /// M_i, kg·m.
-    pub moment: Vector3<f64>,
+    moment: Vector3<L>,
     /// v_i = ∂M/∂q_i of this joint and of every one that carries it, kg·m over rad or m.
-    pub moment_rate: Vector3<f64>,
+    moment_rate: Vector3<L>,
 }
 
 /// The torque as a linear function of what hangs beyond the joint: `τ = to_mass · m⁺ + to_moment · M`.
-pub(super) struct Sensitivity {
+pub(super) struct Sensitivity<N> {
     /// u_i, m/s².
-    pub to_mass: f64,
+    pub to_mass: N,
     /// w_i, m/s².
-    pub to_moment: Vector3<f64>,
+    pub to_moment: Vector3<N>,
 }
 
-impl Default for BodyBeyond {
-    fn default() -> Self {
+impl<L: Stored> BodyBeyond<L> {
+    fn nowhere() -> Self {
+        let zero = Vector3::new(L::ZERO, L::ZERO, L::ZERO);
         BodyBeyond {
-            coordinate: 0.0,
-            motion: Motion::Slide(0.0),
+            coordinate: L::ZERO,
+            motion: Motion::Slide(L::ZERO),
             moved: true,
-            axis: Vector3::zeros(),
-            point: Vector3::zeros(),
-            link_rotation: Matrix3::zeros(),
-            link_origin: Vector3::zeros(),
+            axis: zero,
+            point: zero,
+            link_rotation: matrix(zero, zero, zero),
+            link_origin: zero,
             mass: 0.0,
-            moment: Vector3::zeros(),
-            moment_rate: Vector3::zeros(),
+            moment: zero,
+            moment_rate: zero,
+        }
+    }
+
+    #[inline(always)]
+    pub fn sensitivity<A: Arithmetic<Stored = L>>(
+        &self,
+        on: A,
+        gravity: &Vector3<A::Number>,
+    ) -> Sensitivity<A::Number> {
+        let axis = load(on, &self.axis);
+        match self.motion {
+            Motion::Turn { .. } => Sensitivity { to_mass: on.constant(0.0), to_moment: cross(&axis, gravity) },
+            Motion::Slide(_) => {
+                Sensitivity { to_mass: -dot(gravity, &axis), to_moment: constant(on, &Vector3::zeros()) }
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn link_pose<A: Arithmetic<Stored = L>>(&self, on: A) -> Frame<A::Number> {
+        let [x, y, z] = self.link_axes(on);
+        Frame { rotation: matrix(x, y, z), translation: load(on, &self.link_origin) }
+    }
+
+    /// The columns of R_k.
+    #[inline(always)]
+    pub fn link_axes<A: Arithmetic<Stored = L>>(&self, on: A) -> [Vector3<A::Number>; 3] {
+        let [x, y, z] = columns(&self.link_rotation);
+        [load(on, &x), load(on, &y), load(on, &z)]
+    }
+
+    /// p_k − o, m.
+    #[inline(always)]
+    pub fn link_origin_from<A: Arithmetic<Stored = L>>(&self, on: A, point: &BodyBeyond<L>) -> Vector3<A::Number> {
+        load(on, &self.link_origin) - load(on, &point.point)
+    }
+
+    /// v_i.
+    #[inline(always)]
+    pub fn moment_rate<A: Arithmetic<Stored = L>>(&self, on: A) -> Vector3<A::Number> {
+        load(on, &self.moment_rate)
+    }
+
+    #[inline(always)]
+    pub fn torque<A: Arithmetic<Stored = L>>(&self, on: A, sensitivity: &Sensitivity<A::Number>) -> A::Number {
+        sensitivity.to_mass * on.constant(self.mass) + dot(&sensitivity.to_moment, &load(on, &self.moment))
+    }
+
+    #[inline(always)]
+    pub fn torque_by_gravity<A: Arithmetic<Stored = L>>(&self, on: A) -> Vector3<A::Number> {
+        let axis = load(on, &self.axis);
+        match self.motion {
+            Motion::Turn { .. } => cross(&load(on, &self.moment), &axis),
+            Motion::Slide(_) => axis * on.constant(-self.mass),
         }
     }
 }
 
-impl BodyBeyond {
-    #[inline(always)]
-    pub fn sensitivity(&self, gravity: &Vector3<f64>) -> Sensitivity {
-        match self.motion {
-            Motion::Turn { .. } => Sensitivity { to_mass: 0.0, to_moment: self.axis.cross(gravity) },
-            Motion::Slide(_) => Sensitivity { to_mass: -gravity.dot(&self.axis), to_moment: Vector3::zeros() },
-        }
-    }
-
-    fn link_pose(&self) -> Transform {
-        Transform { rotation: self.link_rotation, translation: self.link_origin }
-    }
-
-    #[inline(always)]
-    pub fn torque(&self, sensitivity: &Sensitivity) -> f64 {
-        sensitivity.to_mass * self.mass + sensitivity.to_moment.dot(&self.moment)
-    }
-
-    #[inline(always)]
-    pub fn torque_by_gravity(&self) -> Vector3<f64> {
-        match self.motion {
-            Motion::Turn { .. } => self.moment.cross(&self.axis),
-            Motion::Slide(_) => self.axis * -self.mass,
-        }
-    }
-}
-
-/// One body for each link, from one pose to the next.
+/// One body for each link of a chain, from one pose to the next, or from some poses abreast to the next.
 #[derive(Clone, Debug)]
-pub(super) struct Bodies {
-    all: Vec<BodyBeyond>,
+pub struct Bodies<L = f64> {
+    all: Vec<BodyBeyond<L>>,
     /// The chain whose links have been placed, by its axes.
     placed: Option<Arc<[AxisFrame]>>,
 }
 
-impl Bodies {
+impl<L: Stored> Bodies<L> {
+    /// Of a chain of so many links, nowhere yet.
     pub fn new(links: usize) -> Self {
-        Bodies { all: vec![BodyBeyond::default(); links], placed: None }
+        Bodies { all: vec![BodyBeyond::nowhere(); links], placed: None }
     }
 
-    pub fn as_slice(&self) -> &[BodyBeyond] {
+    pub(super) fn as_slice(&self) -> &[BodyBeyond<L>] {
         &self.all
     }
 
     /// Another pose: frames outward, then masses and moments inward. `coordinates`: of each link's mover.
-    pub fn sweep(&mut self, chain: &Chain, coordinates: &[f64], inertia: &[f64]) {
+    #[inline(always)]
+    pub(super) fn sweep<A: Arithmetic<Stored = L>>(
+        &mut self,
+        on: A,
+        chain: &Chain,
+        coordinates: &[L],
+        inertia: &[f64],
+    ) {
         assert_eq!(inertia.len(), INERTIA * chain.link_count(), "four numbers for each link");
-        self.place(chain, coordinates);
-        gather(chain, inertia, &mut self.all);
+        self.place(on, chain, coordinates);
+        gather(on, chain, inertia, &mut self.all);
     }
 
     /// Axes and link frames in base coordinates. While one joint sweeps those before it stand: what has not moved since the last
     /// pose is left as it is.
-    fn place(&mut self, chain: &Chain, coordinates: &[f64]) {
+    #[inline(always)]
+    fn place<A: Arithmetic<Stored = L>>(&mut self, on: A, chain: &Chain, coordinates: &[L]) {
         let everything = self.placed.as_ref().is_none_or(|placed| !Arc::ptr_eq(placed, &chain.axis_frames));
         if everything {
             self.placed = Some(Arc::clone(&chain.axis_frames));
@@ -119,7 +158,7 @@ impl Bodies {
         let bodies = &mut self.all;
         // All sines first: their branches would hold up the frames.
         for ((frame, &coordinate), body) in chain.axis_frames.iter().zip(coordinates).zip(&mut *bodies) {
-            body.moved = everything || body.coordinate.to_bits() != coordinate.to_bits();
+            body.moved = everything || !body.coordinate.same(coordinate);
             if body.moved {
                 body.coordinate = coordinate;
                 body.motion = frame.motion(coordinate);
@@ -127,53 +166,71 @@ impl Bodies {
         }
         for Run { links, parent } in &chain.topology.runs {
             let (mut link, mut moved) = match parent {
-                Some(parent) => (bodies[*parent].link_pose(), bodies[*parent].moved),
-                None => (Transform::identity(), false),
+                Some(parent) => (bodies[*parent].link_pose(on), bodies[*parent].moved),
+                None => (Frame::constant(on, &Transform::identity()), false),
             };
             for (frame, body) in chain.axis_frames[links.clone()].iter().zip(&mut bodies[links.clone()]) {
                 moved |= body.moved;
                 body.moved = moved;
                 if !moved {
-                    link = body.link_pose();
+                    link = body.link_pose(on);
                     continue;
                 }
-                let at_rest = frame.at_rest(&link);
-                link = frame.link_pose(&at_rest, body.motion);
-                body.axis = at_rest.rotation.column(2).into_owned();
-                body.point = at_rest.translation;
-                body.link_rotation = link.rotation;
-                body.link_origin = link.translation;
+                let at_rest = frame.at_rest(on, &link);
+                link = frame.link_pose(on, &at_rest, &body.motion);
+                body.axis = store(on, &columns(&at_rest.rotation)[2]);
+                body.point = store(on, &at_rest.translation);
+                let [x, y, z] = columns(&link.rotation);
+                body.link_rotation = matrix(store(on, &x), store(on, &y), store(on, &z));
+                body.link_origin = store(on, &link.translation);
             }
         }
     }
 }
 
 /// Masses and first moments, each about its own axis point, from the tips to the base.
-fn gather(chain: &Chain, inertia: &[f64], bodies: &mut [BodyBeyond]) {
+#[inline(always)]
+fn gather<A: Arithmetic>(on: A, chain: &Chain, inertia: &[f64], bodies: &mut [BodyBeyond<A::Stored>]) {
     let runs = &chain.topology.runs;
     for (index, Run { links, .. }) in runs.iter().enumerate().rev() {
         let last = links.end - 1;
-        let mut about = bodies[last].point;
+        let mut about = load(on, &bodies[last].point);
         let mut mass = 0.0;
-        let mut moment = Vector3::zeros();
+        let mut moment = constant(on, &Vector3::zeros());
         for branch in runs[index + 1..].iter().filter(|run| run.parent == Some(last)) {
             let first = &bodies[branch.links.start];
             mass += first.mass;
-            moment += first.moment + (first.point - about) * first.mass;
+            moment += load(on, &first.moment) + (load(on, &first.point) - about) * on.constant(first.mass);
         }
-        let own = inertia[INERTIA * links.start..INERTIA * links.end].chunks_exact(INERTIA);
-        for (body, own) in bodies[links.clone()].iter_mut().zip(own).rev() {
-            moment += (about - body.point) * mass;
-            about = body.point;
-            mass += own[0];
-            moment += (body.link_origin - body.point) * own[0];
-            moment += body.link_rotation * Vector3::new(own[1], own[2], own[3]);
+        let own = inertia[INERTIA * links.start..INERTIA * links.end].as_chunks::<INERTIA>().0;
+        for (body, [own_mass, own_moment @ ..]) in bodies[links.clone()].iter_mut().zip(own).rev() {
+            let point = load(on, &body.point);
+            moment += (about - point) * on.constant(mass);
+            about = point;
+            mass += own_mass;
+            let link = body.link_pose(on);
+            moment += (link.translation - point) * on.constant(*own_mass);
+            moment += times(&link.rotation, &constant(on, &Vector3::from(*own_moment)));
             body.mass = mass;
-            body.moment = moment;
-            body.moment_rate = match body.motion {
-                Motion::Turn { .. } => body.axis.cross(&moment),
-                Motion::Slide(_) => body.axis * mass,
-            };
+            body.moment = store(on, &moment);
+            let axis = load(on, &body.axis);
+            body.moment_rate = store(
+                on,
+                &match body.motion {
+                    Motion::Turn { .. } => cross(&axis, &moment),
+                    Motion::Slide(_) => axis * on.constant(mass),
+                },
+            );
         }
     }
+}
+
+#[inline(always)]
+fn load<A: Arithmetic>(on: A, vector: &Vector3<A::Stored>) -> Vector3<A::Number> {
+    Vector3::new(on.load(vector.x), on.load(vector.y), on.load(vector.z))
+}
+
+#[inline(always)]
+fn store<A: Arithmetic>(on: A, vector: &Vector3<A::Number>) -> Vector3<A::Stored> {
+    Vector3::new(on.store(vector.x), on.store(vector.y), on.store(vector.z))
 }

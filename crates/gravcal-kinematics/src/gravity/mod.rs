@@ -30,10 +30,15 @@
 mod body_beyond;
 mod coupled;
 
-use body_beyond::{Bodies, BodyBeyond, Sensitivity};
+use std::ops::Range;
+
+pub use body_beyond::Bodies;
+use body_beyond::{BodyBeyond, Sensitivity};
 use nalgebra::Vector3;
 
+use crate::arithmetic::{Arithmetic, Single, dot};
 use crate::chain::Chain;
+use crate::frame::constant;
 
 /// Numbers of one link's inertia: mass and three components of the first moment.
 const INERTIA: usize = 4;
@@ -100,7 +105,7 @@ impl Chain {
     pub fn gravity_torque(&self, coordinates: &[f64], gravity: [f64; 3], inertia: &[f64], torque: &mut [f64]) {
         assert_eq!(torque.len(), self.joint_count(), "one torque for each joint");
         let mut bodies = Bodies::new(self.link_count());
-        bodies.sweep(self, &self.axis_coordinates(coordinates), inertia);
+        bodies.sweep(Single, self, &self.axis_coordinates(coordinates), inertia);
         match &self.drives {
             None => torques(bodies.as_slice(), gravity, torque),
             Some(drives) => {
@@ -128,11 +133,11 @@ impl Chain {
         out.assert_size(self.joint_count(), self.link_count());
         if let (Some(drives), Some(axes)) = (&self.drives, &mut out.axes) {
             axes.spread(drives, coordinates);
-            axes.torque.bodies.sweep(self, &axes.coordinates, inertia);
+            axes.torque.bodies.sweep(Single, self, &axes.coordinates, inertia);
             torques(axes.torque.bodies.as_slice(), gravity, &mut axes.torque.torque);
             coupled::gather(drives, &axes.torque.torque, &mut out.torque);
         } else {
-            out.bodies.sweep(self, coordinates, inertia);
+            out.bodies.sweep(Single, self, coordinates, inertia);
             torques(out.bodies.as_slice(), gravity, &mut out.torque);
         }
     }
@@ -153,113 +158,145 @@ impl Chain {
     ) {
         assert_eq!(coordinates.len(), self.joint_count(), "one coordinate for each joint");
         out.assert_size(self.joint_count(), self.link_count());
-        let gravity = Vector3::from(gravity);
         if let (Some(drives), Some(mut axes)) = (&self.drives, out.axes.take()) {
             axes.spread(drives, coordinates);
-            self.linearize_axes(&axes.coordinates, &gravity, inertia, &mut axes.torque);
+            self.linearize_axes(&axes.coordinates, gravity, inertia, &mut axes.torque);
             out.gather(drives, &axes.torque);
             out.axes = Some(axes);
         } else {
-            self.linearize_axes(coordinates, &gravity, inertia, out);
+            self.linearize_axes(coordinates, gravity, inertia, out);
         }
     }
 
-    /// The same row by row, each written where it is wanted; the numbers in `workspace` stay as they are. Nothing where joints mimic
-    /// others: their rows are sums.
+    /// The same joint by joint, of one pose or of several abreast. Nothing where joints mimic others: their rows are sums.
+    ///
+    /// `coordinates`: of each joint, rad or m; gravity and inertia are those of all poses. `bodies` is a workspace to be reused.
     ///
     /// # Panics
     ///
-    /// As [`Chain::linearize_gravity_torque`].
-    pub fn gravity_torque_rows<'a>(
+    /// When a slice has another length, or `bodies` was made for another number of links.
+    #[inline(always)]
+    pub fn gravity_torque_rows<'a, A: Arithmetic>(
         &'a self,
-        coordinates: &[f64],
+        on: A,
+        coordinates: &[A::Stored],
         gravity: [f64; 3],
         inertia: &[f64],
-        workspace: &'a mut GravityTorque,
-    ) -> Option<GravityTorqueRows<'a>> {
+        bodies: &'a mut Bodies<A::Stored>,
+    ) -> Option<GravityTorqueRows<'a, A>> {
         assert_eq!(coordinates.len(), self.joint_count(), "one coordinate for each joint");
-        workspace.assert_size(self.joint_count(), self.link_count());
+        assert_eq!(bodies.as_slice().len(), self.link_count(), "a workspace for as many links as the chain has");
         if self.drives.is_some() {
             return None;
         }
-        workspace.bodies.sweep(self, coordinates, inertia);
-        Some(GravityTorqueRows { chain: self, gravity: gravity.into(), bodies: workspace.bodies.as_slice() })
+        bodies.sweep(on, self, coordinates, inertia);
+        Some(GravityTorqueRows::new(on, self, gravity, bodies.as_slice()))
     }
 
     /// As if every axis had a coordinate of its own.
-    fn linearize_axes(&self, coordinates: &[f64], gravity: &Vector3<f64>, inertia: &[f64], out: &mut GravityTorque) {
-        out.bodies.sweep(self, coordinates, inertia);
-        let rows = GravityTorqueRows { chain: self, gravity: *gravity, bodies: out.bodies.as_slice() };
+    fn linearize_axes(&self, coordinates: &[f64], gravity: [f64; 3], inertia: &[f64], out: &mut GravityTorque) {
+        out.bodies.sweep(Single, self, coordinates, inertia);
+        let rows = GravityTorqueRows::new(Single, self, gravity, out.bodies.as_slice());
         let n = out.torque.len();
         out.by_inertia.fill(0.0);
         for (i, by_inertia) in out.by_inertia.chunks_exact_mut(INERTIA * n).enumerate() {
-            let (by_gravity, by_coordinate) = (&mut out.by_gravity[3 * i..3 * i + 3], &mut out.by_coordinate[n * i..]);
-            out.torque[i] = rows.write(i, 1.0, by_gravity, &mut by_coordinate[..n], by_inertia);
+            let row = rows.of_joint(i);
+            out.torque[i] = row.torque();
+            out.by_gravity[3 * i..3 * i + 3].copy_from_slice(&row.by_gravity());
+            let by_coordinate = out.by_coordinate[n * i..].iter_mut().zip(row.by_coordinate());
+            by_coordinate.for_each(|(entry, by)| *entry = by);
+            let moved = &mut by_inertia.as_chunks_mut::<INERTIA>().0[row.moved()];
+            moved.iter_mut().zip(row.by_inertia()).for_each(|(entry, by)| *entry = by);
         }
     }
 }
 
-/// The holding torques of one pose and their derivatives, of a chain whose joints all have a coordinate of their own.
-pub struct GravityTorqueRows<'a> {
+/// The holding torques of one pose, or of several abreast, and their derivatives; of a chain whose joints all have a coordinate of their
+/// own.
+pub struct GravityTorqueRows<'a, A: Arithmetic> {
+    on: A,
     chain: &'a Chain,
-    gravity: Vector3<f64>,
-    bodies: &'a [BodyBeyond],
+    gravity: Vector3<A::Number>,
+    bodies: &'a [BodyBeyond<A::Stored>],
 }
 
-impl GravityTorqueRows<'_> {
-    /// Writes the derivatives of joint i's torque, times `scale`, and gives the torque itself: by gravity (3), by all coordinates (n), and
-    /// by the inertia (4 a link) of the links that it moves; what stands for the other links stays as it is.
-    #[inline]
-    pub fn write(
-        &self,
-        i: usize,
-        scale: f64,
-        by_gravity: &mut [f64],
-        by_coordinate: &mut [f64],
-        by_inertia: &mut [f64],
-    ) -> f64 {
-        let n = self.bodies.len();
-        debug_assert_eq!([by_gravity.len(), by_coordinate.len(), by_inertia.len()], [3, n, INERTIA * n]);
-        let body = &self.bodies[i];
-        let sensitivity = body.sensitivity(&self.gravity);
-        let direct = body.torque_by_gravity();
-        by_gravity.iter_mut().zip(direct.as_slice()).for_each(|(entry, by)| *entry = scale * by);
-        self.write_by_coordinate(i, scale, &sensitivity, by_coordinate);
-        self.write_by_inertia(i, scale, &sensitivity, by_inertia);
-        body.torque(&sensitivity)
+impl<'a, A: Arithmetic> GravityTorqueRows<'a, A> {
+    #[inline(always)]
+    fn new(on: A, chain: &'a Chain, gravity: [f64; 3], bodies: &'a [BodyBeyond<A::Stored>]) -> Self {
+        GravityTorqueRows { on, chain, gravity: constant(on, &gravity.into()), bodies }
     }
 
-    /// `w_i · v_j` for joints j beyond i, `w_j · v_i` for those before, zero for those on other branches.
+    /// The torque of joint i.
     #[inline(always)]
-    fn write_by_coordinate(&self, i: usize, scale: f64, sensitivity: &Sensitivity, row: &mut [f64]) {
-        let ends = &self.chain.topology.ends;
-        for (j, (entry, body)) in row.iter_mut().zip(self.bodies).enumerate() {
-            let second = match j {
-                _ if j >= i && j < ends[i] => sensitivity.to_moment.dot(&body.moment_rate),
-                _ if j < i && i < ends[j] => body.sensitivity(&self.gravity).to_moment.dot(&self.bodies[i].moment_rate),
-                _ => 0.0,
-            };
-            *entry = scale * second;
-        }
-    }
-
-    /// `[∂τ_i/∂m_k, ∂τ_i/∂h_k]` of the links k from i on that it moves.
-    #[inline(always)]
-    fn write_by_inertia(&self, i: usize, scale: f64, sensitivity: &Sensitivity, row: &mut [f64]) {
-        let moved = i..self.chain.topology.ends[i];
-        let (point, to_moment) = (self.bodies[i].point, sensitivity.to_moment);
-        for (entry, link) in row.as_chunks_mut::<INERTIA>().0[moved.clone()].iter_mut().zip(&self.bodies[moved]) {
-            let by_moment = link.link_rotation.tr_mul(&to_moment);
-            let by_mass = sensitivity.to_mass + to_moment.dot(&(link.link_origin - point));
-            *entry = [by_mass, by_moment.x, by_moment.y, by_moment.z].map(|by| scale * by);
-        }
+    pub fn of_joint(&self, i: usize) -> GravityTorqueRow<'_, A> {
+        GravityTorqueRow { all: self, joint: i, sensitivity: self.bodies[i].sensitivity(self.on, &self.gravity) }
     }
 }
 
-fn torques(bodies: &[BodyBeyond], gravity: [f64; 3], torque: &mut [f64]) {
+/// The holding torque of one joint, N·m (N for a prismatic joint), and its derivatives.
+pub struct GravityTorqueRow<'a, A: Arithmetic> {
+    all: &'a GravityTorqueRows<'a, A>,
+    joint: usize,
+    sensitivity: Sensitivity<A::Number>,
+}
+
+impl<A: Arithmetic> GravityTorqueRow<'_, A> {
+    /// The torque itself.
+    #[inline(always)]
+    pub fn torque(&self) -> A::Number {
+        self.all.bodies[self.joint].torque(self.all.on, &self.sensitivity)
+    }
+
+    /// By gravity in base coordinates (m/s²).
+    #[inline(always)]
+    pub fn by_gravity(&self) -> [A::Number; 3] {
+        self.all.bodies[self.joint].torque_by_gravity(self.all.on).into()
+    }
+
+    /// By the coordinate of each joint (rad or m): `w_i · v_j` for joints j beyond i, `w_j · v_i` for those before, zero for those on other
+    /// branches.
+    #[inline(always)]
+    pub fn by_coordinate(&self) -> impl Iterator<Item = A::Number> {
+        let (GravityTorqueRows { on, chain, gravity, bodies }, i) = (self.all, self.joint);
+        let ends = &chain.topology.ends;
+        bodies.iter().enumerate().map(
+            #[inline(always)]
+            move |(j, body)| match j {
+                _ if j >= i && j < ends[i] => dot(&self.sensitivity.to_moment, &body.moment_rate(*on)),
+                _ if j < i && i < ends[j] => {
+                    dot(&body.sensitivity(*on, gravity).to_moment, &bodies[i].moment_rate(*on))
+                }
+                _ => on.constant(0.0),
+            },
+        )
+    }
+
+    /// The links that the joint moves.
+    #[inline(always)]
+    pub fn moved(&self) -> Range<usize> {
+        self.joint..self.all.chain.topology.ends[self.joint]
+    }
+
+    /// By mass and first moment `[m, h_x, h_y, h_z]` (kg, kg·m in link coordinates) of each of these.
+    #[inline(always)]
+    pub fn by_inertia(&self) -> impl Iterator<Item = [A::Number; INERTIA]> {
+        let (on, own) = (self.all.on, &self.all.bodies[self.joint]);
+        let Sensitivity { to_mass, to_moment } = &self.sensitivity;
+        self.all.bodies[self.moved()].iter().map(
+            #[inline(always)]
+            move |link| {
+                let [x, y, z] = link.link_axes(on);
+                let by_mass = *to_mass + dot(to_moment, &link.link_origin_from(on, own));
+                [by_mass, dot(&x, to_moment), dot(&y, to_moment), dot(&z, to_moment)]
+            },
+        )
+    }
+}
+
+fn torques(bodies: &[BodyBeyond<f64>], gravity: [f64; 3], torque: &mut [f64]) {
     let gravity = Vector3::from(gravity);
     for (torque, body) in torque.iter_mut().zip(bodies) {
-        *torque = body.torque(&body.sensitivity(&gravity));
+        *torque = body.torque(Single, &body.sensitivity(Single, &gravity));
     }
 }
 

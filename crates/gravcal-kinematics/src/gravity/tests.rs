@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::arithmetic::{Abreast, LANES};
 use crate::joint::JointKind;
 use crate::random_chain::{Pose, dh_row, pose, standard_chain};
 
@@ -176,6 +177,58 @@ proptest! {
         prop_assert_eq!(&reused.by_inertia, &fresh.by_inertia);
         prop_assert_eq!(&reused.by_coordinate, &fresh.by_coordinate);
         prop_assert_eq!(&reused.by_gravity, &fresh.by_gravity);
+    }
+}
+
+/// Torques and derivatives of all joints, by what computes them.
+struct Flat<'a, A: Arithmetic> {
+    chain: &'a Chain,
+    coordinates: &'a [A::Stored],
+    pose: &'a Pose,
+}
+
+impl<A: Arithmetic> Flat<'_, A> {
+    fn rows(&self, on: A) -> Option<Vec<A::Stored>> {
+        let mut bodies = Bodies::new(self.chain.link_count());
+        let Pose { gravity, inertia, .. } = self.pose;
+        let rows = self.chain.gravity_torque_rows(on, self.coordinates, *gravity, inertia, &mut bodies)?;
+        let of_joint = |joint: usize| {
+            let row = rows.of_joint(joint);
+            let by_inertia: Vec<A::Number> = row.by_inertia().flatten().collect();
+            let by: Vec<A::Number> = row.by_gravity().into_iter().chain(row.by_coordinate()).collect();
+            let all = std::iter::once(row.torque()).chain(by).chain(by_inertia);
+            all.map(|number| on.store(number)).collect::<Vec<_>>()
+        };
+        Some((0..self.chain.joint_count()).flat_map(of_joint).collect())
+    }
+}
+
+/// Nothing where the processor has no registers of so many lanes, or joints mimic others.
+struct AbreastRows<'a>(&'a Pose, &'a [[f64; LANES]]);
+
+impl pulp::WithSimd for AbreastRows<'_> {
+    type Output = Option<Vec<[f64; LANES]>>;
+
+    fn with_simd<S: pulp::Simd>(self, simd: S) -> Self::Output {
+        let AbreastRows(pose, coordinates) = self;
+        Flat { chain: &pose.chain, coordinates, pose }.rows(Abreast::new(simd)?)
+    }
+}
+
+proptest! {
+    #[test]
+    fn poses_abreast_have_the_bits_that_each_has_alone(pose in pose()) {
+        let shifted = |lane: usize, q: &f64| q + 0.1 * lane as f64;
+        let abreast: Vec<[f64; LANES]> =
+            pose.coordinates.iter().map(|q| std::array::from_fn(|lane| shifted(lane, q))).collect();
+        let together = pulp::Arch::new().dispatch(AbreastRows(&pose, &abreast));
+        for lane in 0..LANES {
+            let own: Vec<f64> = pose.coordinates.iter().map(|q| shifted(lane, q)).collect();
+            let alone = Flat { chain: &pose.chain, coordinates: &own, pose: &pose }.rows(Single);
+            let Some(together) = &together else { continue };
+            let lane: Vec<f64> = together.iter().map(|lanes| lanes[lane]).collect();
+            prop_assert_eq!(&lane, &alone.unwrap());
+        }
     }
 }
 

@@ -9,6 +9,8 @@
 //! reading have no row. What sensors do beyond this is in [`crate::sensors`]; where all are affine it costs nothing.
 //! Joints that give way under their torque are where `compliance.rs` finds them.
 
+mod abreast;
+mod affine;
 mod compliance;
 mod model;
 mod terms;
@@ -17,8 +19,8 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::Arc;
 
-use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
-use gravcal_kinematics::{Chain, GravityTorque, GravityTorqueRows};
+use gravcal_estimation::{ABREAST, BlockId, EvaluateError, LocalValues, Residual, RowsMut};
+use gravcal_kinematics::{Bodies, Chain, GravityTorque, Single};
 use gravcal_recording::Conditions;
 
 pub(crate) use model::joined;
@@ -46,6 +48,8 @@ struct Workspace {
     coordinates: Vec<f64>,
     inertia: Vec<f64>,
     torque: GravityTorque,
+    bodies: Bodies,
+    abreast: abreast::Workspace,
     /// A row of the Jacobian, for terms of sensors that read other joints' torques.
     row: Vec<f64>,
 }
@@ -56,6 +60,8 @@ impl Workspace {
             coordinates: vec![0.0; joints],
             inertia: vec![0.0; INERTIA * links],
             torque: GravityTorque::new(joints, links),
+            bodies: Bodies::new(links),
+            abreast: abreast::Workspace::new(joints, links),
             row: Vec::new(),
         }
     }
@@ -83,6 +89,17 @@ impl PoseTorque {
     /// The same in a sweep of this joint: where joints give way, it does not.
     pub fn sweeping(self, joint: Option<usize>) -> Self {
         PoseTorque { sweeping: joint, ..self }
+    }
+
+    /// Does something in this thread's workspace.
+    fn with_workspace<T>(&self, task: impl FnOnce(&mut Workspace) -> T) -> T {
+        WORKSPACE.with_borrow_mut(|workspace| {
+            let chain = &self.model.chain;
+            if !workspace.is_for(chain) {
+                *workspace = Workspace::new(chain.joint_count(), chain.link_count());
+            }
+            task(workspace)
+        })
     }
 
     /// The joint whose reading a row is.
@@ -138,18 +155,9 @@ impl PoseTorque {
         self.finish_row(by_position_gains, by_offsets, by_links, by_load);
     }
 
-    /// The same written straight from where the arm stands; gives the joint's torque.
-    fn write_row(&self, gain: f64, joint: usize, torques: &GravityTorqueRows<'_>, row: &mut [f64]) -> f64 {
-        let [by_gravity, by_torque_sensors, by_position_gains, by_offsets, by_links, by_load] = self.parts(row);
-        let torque = torques.write(joint, gain, by_gravity, by_offsets, by_links);
-        [by_torque_sensors[joint], by_torque_sensors[self.position.len() + joint]] = [torque, 1.0];
-        self.finish_row(by_position_gains, by_offsets, by_links, by_load);
-        torque
-    }
-
     /// The columns of gravity, torque gains and biases, position gains, offsets, links and load.
     #[inline(always)]
-    fn parts<'r>(&self, row: &'r mut [f64]) -> [&'r mut [f64]; 6] {
+    fn parts<'r, L>(&self, row: &'r mut [L]) -> [&'r mut [L]; 6] {
         let n = self.position.len();
         let (by_gravity, rest) = row.split_at_mut(GRAVITY);
         let (by_torque_sensors, rest) = rest.split_at_mut(2 * n);
@@ -175,7 +183,7 @@ impl PoseTorque {
 
     fn evaluate_in(
         &self,
-        Workspace { coordinates, inertia, torque, row: scratch }: &mut Workspace,
+        Workspace { coordinates, inertia, torque, bodies, row: scratch, .. }: &mut Workspace,
         x: &[f64],
         residual: &mut [f64],
         mut jacobian: Option<RowsMut<'_>>,
@@ -188,13 +196,11 @@ impl PoseTorque {
         self.set_inertia(&x[..self.model.affine_columns], inertia);
         let gravity = [x[0], x[1], x[2]];
         let (gain, bias) = (self.sensors(x, Quantity::TorqueGain), self.sensors(x, Quantity::TorqueBias));
-        let affine = terms.is_none() && self.model.compliance.is_none();
-        if let Some(rows) = jacobian.as_mut().filter(|_| affine)
-            && let Some(torques) = self.model.chain.gravity_torque_rows(coordinates, gravity, inertia, torque)
+        if let Some(rows) = jacobian.as_mut().filter(|_| self.model.is_affine())
+            && let Some(torques) = self.model.chain.gravity_torque_rows(Single, coordinates, gravity, inertia, bodies)
         {
             for (row, (residual, (joint, reading))) in residual.iter_mut().zip(&self.readings).enumerate() {
-                let torque = self.write_row(gain[*joint], *joint, &torques, rows.row(row));
-                *residual = gain[*joint] * torque + bias[*joint] - reading;
+                *residual = self.write_affine(Single, &torques, *joint, x, &self.position, rows.row(row)) - reading;
             }
             return Ok(());
         }
@@ -263,13 +269,20 @@ impl Residual for PoseTorque {
         residual: &mut [f64],
         jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError> {
-        WORKSPACE.with_borrow_mut(|workspace| {
-            let chain = &self.model.chain;
-            if !workspace.is_for(chain) {
-                *workspace = Workspace::new(chain.joint_count(), chain.link_count());
-            }
-            self.evaluate_in(workspace, x.as_slice(), residual, jacobian)
-        })
+        self.with_workspace(|workspace| self.evaluate_in(workspace, x.as_slice(), residual, jacobian))
+    }
+
+    fn evaluate_abreast(
+        &self,
+        all: [&dyn Residual; ABREAST],
+        x: LocalValues<'_>,
+        residual: &mut [[f64; ABREAST]],
+        jacobian: &mut [[f64; ABREAST]],
+    ) -> bool {
+        match abreast::Poses::of(all) {
+            Some(poses) => self.with_workspace(|workspace| poses.evaluate(workspace, x.as_slice(), residual, jacobian)),
+            None => false,
+        }
     }
 }
 

@@ -95,6 +95,11 @@ impl PoseTorqueModel {
         PoseTorqueModel { chain, blocks: order, load, patterns, links, terms, affine_columns: end, compliance }
     }
 
+    /// Whether all sensors are affine, and no joint gives way.
+    pub(super) fn is_affine(&self) -> bool {
+        self.terms.is_none() && self.compliance.is_none()
+    }
+
     /// Indices of the links' blocks.
     pub(crate) fn inertia_blocks(&self) -> Range<usize> {
         let first = 1 + SENSORS * self.chain.joint_count();

@@ -2,6 +2,7 @@
 
 use gravcal_kinematics::{Attachment, DhConvention, DhRow, Joint, JointKind, Link, Mimic, Transform, chain_from_dh};
 
+use gravcal_estimation::{Block, Factor, Loss, Manifold, Noise, ProblemBuilder};
 use rand::{RngExt, SeedableRng};
 
 use super::*;
@@ -216,5 +217,143 @@ fn assert_rows_within_their_patterns(residual: &PoseTorque, lengths: &[usize]) {
         let pattern = residual.row_pattern(row).unwrap();
         let touched = entries.iter().enumerate().filter(|(_, entry)| **entry != 0.0);
         touched.for_each(|(column, _)| assert!(pattern.iter().any(|range| range.contains(&column)), "{row}, {column}"));
+    }
+}
+
+/// Four poses of the branches, a load on one of them: no joint mimics another.
+fn on_plain_branches() -> Vec<PoseTorque> {
+    let joints = 4;
+    let lengths = [vec![3], vec![1; 16], vec![4; 4], vec![3]].concat();
+    let ids = ids(&lengths);
+    let blocks = PoseTorqueBlocks {
+        gravity: ids[0],
+        sensors: (0..joints).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
+        inertia: ids[17..21].to_vec(),
+        terms: Vec::new(),
+        compliance: Vec::new(),
+    };
+    let branched = branched_chain();
+    let attachments = [None, Some(0), Some(1), Some(0)].map(|parent| Attachment { parent, mimic: None });
+    let movers = branched.movers()[..joints].to_vec();
+    let chain = Chain::branched("base", movers, branched.links()[..joints].to_vec(), &attachments).unwrap();
+    let load = CarriedLoad { position: vec![ids[21]], mass: 1.7, link: 2 };
+    let model = Arc::new(PoseTorqueModel::new(Arc::new(chain), &blocks, &SensorTerms::default(), Some(load)));
+    let pose = |shift: f64| {
+        let position = READ_POSITIONS.iter().chain(&[0.5]).map(|q| q + shift).collect();
+        PoseTorque::new(Arc::clone(&model), position, vec![(0, 2.0 + shift), (3, 1.0), (2, shift)])
+    };
+    [0.0, 0.3, -0.4, 1.0].map(pose).to_vec()
+}
+
+/// Whether these are evaluated abreast; if so, to the bits that each has alone.
+fn are_evaluated_abreast(poses: &[PoseTorque], x: &[f64]) -> bool {
+    let all: [&dyn Residual; ABREAST] = std::array::from_fn(|lane| &poses[lane] as &dyn Residual);
+    let offsets = [0, x.len()];
+    let rows = poses[0].len();
+    // What was there before is not to be read.
+    let (mut residual, mut jacobian) = (vec![[f64::NAN; ABREAST]; rows], vec![[f64::NAN; ABREAST]; rows * x.len()]);
+    if !poses[0].evaluate_abreast(all, LocalValues::new(x, &offsets), &mut residual, &mut jacobian) {
+        return false;
+    }
+    for (lane, pose) in poses.iter().enumerate() {
+        let (mut alone, mut entries) = (vec![0.0; rows], vec![0.0; rows * x.len()]);
+        let into = RowsMut::new(&mut entries, x.len());
+        pose.evaluate(LocalValues::new(x, &offsets), &mut alone, Some(into)).unwrap();
+        for row in 0..rows {
+            assert_eq!(residual[row][lane], alone[row]);
+            for column in pose.row_pattern(row).unwrap().iter().cloned().flatten() {
+                let at = row * x.len() + column;
+                assert_eq!(jacobian[at][lane], entries[at], "pose {lane}, row {row}, column {column}");
+            }
+        }
+    }
+    true
+}
+
+#[test]
+fn poses_are_evaluated_abreast_to_the_bits_that_each_has_alone() {
+    let numbers = |width: usize| (0..width).map(|k| 0.5 + (k as f64).sin()).collect::<Vec<f64>>();
+    let (one, lengths) = loaded(&[0, 2]);
+    let x = numbers(lengths.iter().sum());
+    let other = PoseTorque { position: vec![-1.2, 0.4, 2.2], ..one.clone() };
+    let have_lanes = are_evaluated_abreast(&[one.clone(), other.clone(), other.clone(), one.clone()], &x);
+    if !have_lanes {
+        eprintln!("not tested: no vector instructions of {ABREAST} lanes");
+    }
+    let branches = on_plain_branches();
+    let width = branches[0].model.affine_columns;
+    assert_eq!(are_evaluated_abreast(&branches, &numbers(width)), have_lanes);
+
+    let other_joints = PoseTorque { readings: vec![(0, 2.0), (1, 1.0)], ..one.clone() };
+    assert!(!are_evaluated_abreast(&[one.clone(), other_joints, one.clone(), one.clone()], &x));
+    let (alike_but_of_another_model, _) = loaded(&[0, 2]);
+    assert!(!are_evaluated_abreast(&[one.clone(), one.clone(), one, alike_but_of_another_model], &x));
+    for (pose, lengths) in [compliant(), with_all_terms(0), on_branches(0)] {
+        assert!(!are_evaluated_abreast(&vec![pose; 4], &numbers(lengths.iter().sum())));
+    }
+}
+
+/// Hides from the problem that it could be evaluated abreast with others.
+#[derive(Debug)]
+struct Alone(PoseTorque);
+
+impl Residual for Alone {
+    fn blocks(&self) -> &[BlockId] {
+        self.0.blocks()
+    }
+
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    fn row_pattern(&self, row: usize) -> Option<&[Range<usize>]> {
+        self.0.row_pattern(row)
+    }
+
+    fn evaluate(
+        &self,
+        x: LocalValues<'_>,
+        residual: &mut [f64],
+        jacobian: Option<RowsMut<'_>>,
+    ) -> Result<(), EvaluateError> {
+        self.0.evaluate(x, residual, jacobian)
+    }
+}
+
+/// Nineteen poses: four times four abreast, and three.
+#[test]
+fn sums_over_poses_abreast_have_the_bits_of_those_one_by_one() {
+    let linearized = |alone: bool, loss: Loss| {
+        let (pose, lengths) = loaded(&[0, 2]);
+        let mut builder = ProblemBuilder::new();
+        for (index, length) in lengths.iter().enumerate() {
+            let name = format!("block {index}");
+            let (block, start): (Block, Vec<f64>) = match (index, *length) {
+                (0, _) => {
+                    let gravity: Vec<f64> = vec![1.0, -2.0, -2.0];
+                    (Block::vector(name, "m/s²", &["x", "y", "z"]).on(Manifold::Sphere { radius: 3.0 }), gravity)
+                }
+                (_, 1) => (Block::scalar(name, ""), vec![0.5 + 0.1 * index as f64]),
+                (_, length) => (Block::vector(name, "", &vec!["part"; length]), vec![0.3; length]),
+            };
+            builder.add_block(block, &start);
+        }
+        for k in 0..19 {
+            let position = pose.position.iter().map(|q| q + 0.3 * f64::from(k)).collect();
+            let readings = vec![(0, f64::from(k)), (2, 1.0)];
+            let one = PoseTorque { position, readings, ..pose.clone() };
+            let noise = Noise::independent(&[0.5 + f64::from(k), 2.0]).unwrap();
+            let factor = if alone { Factor::new(Alone(one), noise) } else { Factor::new(one, noise) };
+            builder.add_factor(factor.with_loss(loss));
+        }
+        let (problem, values) = builder.build().unwrap();
+        let linear = problem.linearize(&values).unwrap();
+        (linear.cost(), linear.gradient().to_vec(), linear.hessian())
+    };
+    for loss in [Loss::None, Loss::Huber(1.3)] {
+        let [(cost, gradient, hessian), one_by_one] = [false, true].map(|alone| linearized(alone, loss));
+        assert!(gradient == one_by_one.1 && hessian == one_by_one.2, "{loss:?}");
+        // The cost is summed by fours first.
+        assert!((cost / one_by_one.0 - 1.0).abs() < 1e-14, "{loss:?}");
     }
 }

@@ -62,15 +62,15 @@ impl<'p> Batch<'p> {
         self.columns.len() + 1
     }
 
-    /// Room for one more row.
-    fn next_row(&mut self) -> &mut [f64] {
-        if self.waiting == BATCH {
+    /// Room for some more rows.
+    fn next_rows(&mut self, count: usize) -> &mut [f64] {
+        if self.waiting + count > BATCH {
             self.multiply();
         }
         let width = self.width();
         let start = self.waiting * width;
-        self.waiting += 1;
-        &mut self.memory.rows[start..start + width]
+        self.waiting += count;
+        &mut self.memory.rows[start..start + count * width]
     }
 
     /// Adds the product of the waiting rows, the residual their last column.
@@ -119,14 +119,17 @@ pub(super) fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Re
     let free_end = islands.first().map_or(chunk.factors.end, |first| first.factors.start);
     let mut shape = None;
     let mut spare = Vec::new();
-    for factor in &structure.order[chunk.factors.start..free_end] {
-        sums.cost += rows.linearize(*factor, true)?;
+    let mut free = &structure.order[chunk.factors.start..free_end];
+    while let Some(factor) = free.first() {
+        let (count, cost) = rows.linearize_some(free, true)?;
+        sums.cost += cost;
         // One shape after another, so that few batches are alive and stay in cache.
         let before = shape.replace(structure.shape_of[*factor]);
         if let Some(before) = before.filter(|before| Some(*before) != shape) {
             spare.extend(batches[before].drain(..).map(|batch| batch.scatter(&mut sums)));
         }
-        collect(problem, &rows, *factor, &mut batches, &mut spare);
+        collect(problem, &rows, *factor, count, &mut batches, &mut spare);
+        free = &free[count..];
     }
     let mut position = vec![0; structure.shared.len()];
     for island in islands {
@@ -135,7 +138,7 @@ pub(super) fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Re
         for factor in &structure.order[island.factors.clone()] {
             sums.cost += rows.linearize(*factor, true)?;
             own.add(problem, &rows, *factor, &position);
-            collect(problem, &rows, *factor, &mut batches, &mut spare);
+            collect(problem, &rows, *factor, 1, &mut batches, &mut spare);
         }
         sums.islands.push(own);
     }
@@ -143,11 +146,12 @@ pub(super) fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Re
     Ok(sums)
 }
 
-/// Puts the rows of a factor into the batches of its shape.
+/// Puts the rows of a factor, or of so many of which it is the first, into the batches of their shape.
 fn collect<'p>(
     problem: &'p Problem,
     rows: &Rows<'_>,
     factor: usize,
+    count: usize,
     batches: &mut [Vec<Batch<'p>>],
     spare: &mut Vec<Memory>,
 ) {
@@ -157,6 +161,6 @@ fn collect<'p>(
         own.extend(lists.map(|columns| Batch::new(columns, spare.pop().unwrap_or_default())));
     }
     for (row, plan) in problem.plans(factor).iter().enumerate() {
-        rows.gather(plan, row, own[plan.place].next_row());
+        rows.gather(plan, row, own[plan.place].next_rows(count));
     }
 }

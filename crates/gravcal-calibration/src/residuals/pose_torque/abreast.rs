@@ -1,0 +1,116 @@
+//! Poses whose torques are evaluated abreast, by vector instructions: those of one model, with affine sensors, that read the same joints.
+
+use std::any::Any;
+use std::sync::Arc;
+
+use gravcal_estimation::{ABREAST, Residual};
+use gravcal_kinematics::{Abreast, Arithmetic, Bodies, LANES};
+use pulp::{Arch, Simd, WithSimd};
+
+use super::PoseTorque;
+use crate::parameter::Quantity;
+
+const _: () = assert!(ABREAST == LANES, "as many poses as a register has lanes");
+
+/// What an evaluation computes on the way.
+pub(super) struct Workspace {
+    /// Nothing where no vector instructions have so many lanes.
+    instructions: Option<Arch>,
+    /// Of each joint.
+    position: Vec<[f64; LANES]>,
+    coordinates: Vec<[f64; LANES]>,
+    bodies: Bodies<[f64; LANES]>,
+}
+
+impl Workspace {
+    pub fn new(joints: usize, links: usize) -> Self {
+        let instructions = Arch::new();
+        Workspace {
+            instructions: instructions.dispatch(HaveLanes).then_some(instructions),
+            position: vec![[0.0; LANES]; joints],
+            coordinates: vec![[0.0; LANES]; joints],
+            bodies: Bodies::new(links),
+        }
+    }
+}
+
+/// Poses that can be evaluated abreast.
+pub(super) struct Poses<'a>([&'a PoseTorque; ABREAST]);
+
+impl<'a> Poses<'a> {
+    /// These, if they are.
+    pub fn of(all: [&'a dyn Residual; ABREAST]) -> Option<Self> {
+        let of = |residual: &'a dyn Residual| (residual as &dyn Any).downcast_ref::<PoseTorque>();
+        let [Some(a), Some(b), Some(c), Some(d)] = all.map(of) else { return None };
+        let joint = |(joint, _): &(usize, f64)| *joint;
+        let same_joints = |pose: &PoseTorque| pose.readings.iter().map(joint).eq(a.readings.iter().map(joint));
+        let alike = |pose: &PoseTorque| Arc::ptr_eq(&pose.model, &a.model) && same_joints(pose);
+        (a.model.is_affine() && [b, c, d].into_iter().all(alike)).then_some(Poses([a, b, c, d]))
+    }
+
+    /// As [`Residual::evaluate_abreast`].
+    pub fn evaluate(
+        &self,
+        workspace: &mut super::Workspace,
+        x: &[f64],
+        residual: &mut [[f64; LANES]],
+        jacobian: &mut [[f64; LANES]],
+    ) -> bool {
+        let super::Workspace { inertia, abreast, .. } = workspace;
+        let Some(instructions) = abreast.instructions else { return false };
+        let pose = self.0[0];
+        let (gains, offsets) = (pose.sensors(x, Quantity::PositionGain), pose.sensors(x, Quantity::PositionOffset));
+        for (lane, pose) in self.0.iter().enumerate() {
+            for (joint, q) in pose.position.iter().enumerate() {
+                abreast.position[joint][lane] = *q;
+                abreast.coordinates[joint][lane] = gains[joint] * q + offsets[joint];
+            }
+        }
+        pose.set_inertia(x, inertia);
+        instructions.dispatch(Evaluation { poses: &self.0, abreast, inertia, x, residual, jacobian })
+    }
+}
+
+/// Whether the instructions have as many lanes as there are poses.
+struct HaveLanes;
+
+impl WithSimd for HaveLanes {
+    type Output = bool;
+
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        Abreast::new(simd).is_some()
+    }
+}
+
+struct Evaluation<'a> {
+    poses: &'a [&'a PoseTorque; ABREAST],
+    abreast: &'a mut Workspace,
+    inertia: &'a [f64],
+    x: &'a [f64],
+    residual: &'a mut [[f64; LANES]],
+    jacobian: &'a mut [[f64; LANES]],
+}
+
+impl WithSimd for Evaluation<'_> {
+    /// Whether there are instructions for so many lanes, and rows for such a chain.
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        let Some(on) = Abreast::new(simd) else { return false };
+        let Evaluation { poses, abreast, inertia, x, residual, jacobian } = self;
+        let (pose, gravity) = (poses[0], [x[0], x[1], x[2]]);
+        let Workspace { position, coordinates, bodies, .. } = abreast;
+        let chain = &pose.model.chain;
+        let Some(torques) = chain.gravity_torque_rows(on, coordinates, gravity, inertia, bodies) else { return false };
+        let rows = jacobian.chunks_exact_mut(x.len());
+        for (row, (entries, residual)) in rows.zip(residual).enumerate() {
+            let (joint, _) = pose.readings[row];
+            let predicted = pose.write_affine(on, &torques, joint, x, position, entries);
+            let mut reading = [0.0; LANES];
+            reading.iter_mut().zip(poses).for_each(|(reading, pose)| *reading = pose.readings[row].1);
+            *residual = on.store(predicted - on.load(reading));
+        }
+        true
+    }
+}
