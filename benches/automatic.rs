@@ -14,7 +14,7 @@ const ROWS: usize = 250;
 const REPETITIONS: usize = 20_000;
 
 /// Rows over one block of numbers, with their derivatives by hand.
-trait Twin: std::fmt::Debug + Send + Sync {
+trait Twin: std::fmt::Debug + Send + Sync + 'static {
     fn value<N: Number>(b: &[N], t: f64) -> N;
     fn slope(b: &[f64], t: f64, row: &mut [f64]);
 }

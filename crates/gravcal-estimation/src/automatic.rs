@@ -76,7 +76,7 @@ impl<T: DualNum<Primitive = f64> + Copy> Number for T {}
 ///
 /// [`Automatic`] makes it a [`Residual`]. It must be differentiable where it is evaluated; a branch on values is
 /// differentiated as the branch taken.
-pub trait Formula: Debug + Send + Sync {
+pub trait Formula: Debug + Send + Sync + 'static {
     /// The blocks it reads, in column order.
     fn blocks(&self) -> &[BlockId];
 
@@ -160,7 +160,7 @@ impl<F: Formula> Automatic<F> {
     }
 }
 
-impl<F: Formula + 'static> Residual for Automatic<F> {
+impl<F: Formula> Residual for Automatic<F> {
     fn blocks(&self) -> &[BlockId] {
         self.0.blocks()
     }

@@ -13,6 +13,11 @@ pub enum Termination {
         /// Largest |cosine| between the residual and a column of the Jacobian.
         cosine: f64,
     },
+    /// The residual is orthogonal to whatever the Jacobian leads to.
+    Offset {
+        /// Length of what the full step would take off the residual, relative to that of the residual.
+        offset: f64,
+    },
     /// The step no longer changes the parameters.
     Step {
         /// Length of the step relative to that of the parameters, both scaled by the Jacobian's column norms.
@@ -46,6 +51,7 @@ impl Termination {
         matches!(
             self,
             Termination::Gradient { .. }
+                | Termination::Offset { .. }
                 | Termination::Step { .. }
                 | Termination::Cost { .. }
                 | Termination::ZeroResidual
@@ -58,6 +64,9 @@ impl fmt::Display for Termination {
         match self {
             Termination::Gradient { cosine } => {
                 write!(f, "converged: residual orthogonal to the Jacobian (largest cosine {cosine:.1e})")
+            }
+            Termination::Offset { offset } => {
+                write!(f, "converged: residual orthogonal to the Jacobian (relative offset {offset:.1e})")
             }
             Termination::Step { relative } => write!(f, "converged: steps too small to matter ({relative:.1e})"),
             Termination::Cost { relative } => write!(f, "converged: cost no longer falls ({relative:.1e})"),

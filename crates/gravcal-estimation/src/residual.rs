@@ -46,14 +46,14 @@ pub trait Residual: Any + Debug + Send + Sync {
     ) -> Result<(), EvaluateError>;
 
     /// The same of some residuals at once, where vector instructions evaluate them abreast: `all` begins with this one, they read the
-    /// same blocks, and their rows have the same patterns. `jacobian`: rows by local columns, row-major; of each entry the numbers of
+    /// same blocks, and their rows have the same patterns. `jacobian`, where asked: rows by local columns, row-major; of each entry the numbers of
     /// all residuals lie together. `false` where that cannot be: they are evaluated one by one then, to the same bits.
     fn evaluate_abreast(
         &self,
         _all: [&dyn Residual; ABREAST],
         _x: LocalValues<'_>,
         _residual: &mut [[f64; ABREAST]],
-        _jacobian: &mut [[f64; ABREAST]],
+        _jacobian: Option<&mut [[f64; ABREAST]]>,
     ) -> bool {
         false
     }

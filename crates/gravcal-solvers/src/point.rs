@@ -272,9 +272,9 @@ impl<'p> Point<'p> {
         if self.is_free() { self.damped_step(WEIGHING_DAMPING).1 } else { self.cosine() }
     }
 
-    /// The same as a share of the cost, where there are no constraints.
-    pub(crate) fn promised_share(&mut self) -> Option<f64> {
-        self.is_free().then(|| self.promise() / self.cost())
+    /// `‖J δ‖ / ‖r‖` of that step, where there are no constraints.
+    pub(crate) fn relative_offset(&mut self) -> Option<f64> {
+        self.is_free().then(|| (self.promise() / self.cost()).max(0.0).sqrt())
     }
 
     /// Share of the cost that rounding may hide: the terms of a residual, of the size of `D x`, may be far larger than it is.

@@ -2,13 +2,13 @@
 //!
 //! ```text
 //!     gradient     max_j |j_jᵀ r| / (‖j_j‖ ‖r‖) ≤ cosine tolerance       r orthogonal to every column j_j of J
+//!     offset       ‖J δ‖ / ‖r‖ ≤ 10 · cosine tolerance                   r orthogonal to whatever J δ there is
 //!     step         max_b ‖D_b δ_b‖ / max(‖D_b x_b‖, ‖r‖) ≤ step tolerance    over the blocks b
-//!     promise      ‖r‖² − min_δ ‖J δ + r‖² ≤ 1e-16 ‖r‖²                         no step is worth the last digit of the cost
 //!     cost         predicted and actual reduction ≤ cost tolerance · cost or rounding, and no less to gain there than here
 //! ```
 //!
-//! What a step promises is asked of one so little damped that only what is 1e4 times weaker than the columns is held back, which makes
-//! the rule stricter there. It is not asked under constraints.
+//! The offset (Bates and Watts, *Technometrics* 23, 1981) is that of the full step δ; of one so little damped that only directions
+//! 1e4 times weaker than the columns are held back, which makes the rule stricter for these. It is not asked under constraints.
 //!
 //! Under constraints what they hold back is taken off the cosine, and the full step is the best of those that obey them.
 //!
@@ -26,8 +26,9 @@ use serde::de::{Deserializer, Error, Unexpected};
 
 use crate::Point;
 
-/// Share of the cost below which a step would not change its last digit.
-const LAST_DIGIT: f64 = 0.5 * f64::EPSILON;
+/// The relative offset may be so many times the cosine tolerance: it is the cosine of all directions together, and one of them
+/// is no column.
+const OFFSET: f64 = 10.0;
 
 /// The options that every method has.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -36,7 +37,8 @@ pub struct StoppingRules {
     /// Iterations allowed; at least 1.
     #[serde(deserialize_with = "count")]
     pub max_iterations: usize,
-    /// Ends where the largest |cosine| between the residual and a column of J is at most this; between 0 and 1.
+    /// Ends where the largest |cosine| between the residual and a column of J is at most this, or the relative offset ten times this;
+    /// between 0 and 1.
     #[serde(deserialize_with = "tolerance")]
     pub cosine_tolerance: f64,
     /// Ends where the step of every block is at most this share of the block or of the residual, scaled by D.
@@ -67,9 +69,10 @@ impl StoppingRules {
         if cosine <= self.cosine_tolerance {
             return Some(Termination::Gradient { cosine });
         }
-        // A step along one column alone promises cos² of the cost: others need no look before that is little.
-        let relative = (cosine * cosine <= LAST_DIGIT).then(|| point.promised_share()).flatten();
-        relative.filter(|relative| *relative <= LAST_DIGIT).map(|relative| Termination::Cost { relative })
+        // The offset is no less than the cosine, and need not be looked at before that is small.
+        let tolerance = OFFSET * self.cosine_tolerance;
+        let offset = (cosine <= tolerance).then(|| point.relative_offset()).flatten();
+        offset.filter(|offset| *offset <= tolerance).map(|offset| Termination::Offset { offset })
     }
 }
 

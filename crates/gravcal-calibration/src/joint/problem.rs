@@ -200,7 +200,7 @@ fn add_knowledge(
         builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
     }
     for id in session.parameters() {
-        if let Knowledge { nominal, kind: KnowledgeKind::Prior { std } } = session.parameter(id).knowledge {
+        if let Knowledge { nominal, kind: KnowledgeKind::Prior { std } } = session.knowledge(id) {
             add_prior(builder, layout.block(id), vec![nominal], &[std])?;
         }
     }

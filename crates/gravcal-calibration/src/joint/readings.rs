@@ -86,13 +86,13 @@ impl Readings {
 
     /// Free parameters on which no reading that enters depends.
     pub(super) fn unread(&self, session: &Session) -> Vec<ParameterId> {
-        let free = |id: &ParameterId| session.parameter(*id).held.is_none() && !self.reads(session, *id);
+        let free = |id: &ParameterId| session.held(*id).is_none() && !self.reads(session, *id);
         session.parameters().into_iter().filter(free).collect()
     }
 
     /// The same, but for those that are known with a standard deviation.
     pub(super) fn unread_and_unknown(&self, session: &Session) -> Vec<ParameterId> {
-        let known = |id: &ParameterId| matches!(session.parameter(*id).knowledge.kind, KnowledgeKind::Prior { .. });
+        let known = |id: &ParameterId| matches!(session.knowledge(*id).kind, KnowledgeKind::Prior { .. });
         self.unread(session).into_iter().filter(|id| !known(id)).collect()
     }
 

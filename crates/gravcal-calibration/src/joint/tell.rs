@@ -207,7 +207,7 @@ fn tell_covariance(
     if judgement.gravity {
         blocks.push(layout.gravity);
     }
-    let free = session.parameters().into_iter().filter(|id| session.parameter(*id).held.is_none());
+    let free = session.parameters().into_iter().filter(|id| session.held(*id).is_none());
     blocks.extend(free.filter(|id| judgement.determines(*id)).map(|id| layout.block(id)));
     let problem = &solved.posed.problem;
     let mut functions = stored_coordinates(problem, &solved.estimate.values, &blocks);

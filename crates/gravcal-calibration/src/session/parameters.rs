@@ -50,14 +50,36 @@ impl Session {
             convention: quantity.convention(),
             knowledge: self.joints[joint].of(quantity),
             held: self.held_reason(joint, quantity),
-            limit: match quantity {
-                Quantity::TorqueGain | Quantity::PositionGain => Limit::ShareOfNominal(GAIN_LIMIT),
-                Quantity::TorqueBias => Limit::HalfSpread { channel: joint },
-                Quantity::PositionOffset if described.kind == JointKind::Revolute => Limit::Absolute(ANGLE_LIMIT),
-                Quantity::PositionOffset => Limit::Absolute(DISPLACEMENT_LIMIT),
-            },
+            limit: self.sensor_limit(joint, quantity),
             cure: MOVE_MORE,
             linear: quantity == Quantity::TorqueBias,
+        }
+    }
+
+    fn sensor_limit(&self, joint: usize, quantity: Quantity) -> Limit {
+        match quantity {
+            Quantity::TorqueGain | Quantity::PositionGain => Limit::ShareOfNominal(GAIN_LIMIT),
+            Quantity::TorqueBias => Limit::HalfSpread { channel: joint },
+            Quantity::PositionOffset => match self.robot.chain.joints()[joint].kind {
+                JointKind::Revolute => Limit::Absolute(ANGLE_LIMIT),
+                JointKind::Prismatic => Limit::Absolute(DISPLACEMENT_LIMIT),
+            },
+        }
+    }
+
+    /// What is known of a parameter.
+    pub fn knowledge(&self, id: ParameterId) -> Knowledge {
+        match id {
+            ParameterId::Sensor(joint, quantity) => self.joints[joint].of(quantity),
+            ParameterId::Further(index) => self.further[index].knowledge,
+        }
+    }
+
+    /// Why a parameter is held and not estimated, if it is.
+    pub(crate) fn held(&self, id: ParameterId) -> Option<&'static str> {
+        match id {
+            ParameterId::Sensor(joint, quantity) => self.held_reason(joint, quantity),
+            ParameterId::Further(index) => self.further[index].held,
         }
     }
 
@@ -79,18 +101,18 @@ impl Session {
 
     /// Where the estimation of a parameter starts.
     pub fn nominal(&self, id: ParameterId) -> f64 {
-        match id {
-            ParameterId::Sensor(joint, quantity) => self.joints[joint].of(quantity).nominal,
-            ParameterId::Further(index) => self.further[index].knowledge.nominal,
-        }
+        self.knowledge(id).nominal
     }
 
     /// Standard deviation beyond which a parameter's number would mislead. `spreads`: largest less smallest torque
     /// reading of each joint.
     pub(crate) fn limit(&self, id: ParameterId, spreads: &[f64]) -> f64 {
-        let parameter = self.parameter(id);
-        match parameter.limit {
-            Limit::ShareOfNominal(share) => share * parameter.knowledge.nominal.abs(),
+        let limit = match id {
+            ParameterId::Sensor(joint, quantity) => self.sensor_limit(joint, quantity),
+            ParameterId::Further(index) => self.further[index].limit,
+        };
+        match limit {
+            Limit::ShareOfNominal(share) => share * self.nominal(id).abs(),
             Limit::Absolute(limit) => limit,
             Limit::HalfSpread { channel } => 0.5 * spreads[channel] / self.lever(id),
             Limit::GainChange { joint, power } => {

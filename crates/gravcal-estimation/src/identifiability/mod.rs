@@ -137,6 +137,13 @@ impl Spectrum {
         let active: Vec<(usize, usize)> =
             (0..columns.len()).filter(|i| !is_idle(i)).filter_map(|i| Some((i, shared[i]?))).collect();
         let size = active.len();
+        let entries = null.iter().flat_map(|null| active.iter().map(|(_, index)| null[*index]));
+        if entries.map(|entry| entry * entry).sum::<f64>() <= SHADOW_TOLERANCE * SHADOW_TOLERANCE {
+            // No singular value is larger than this sum's root.
+            let axis = |place: usize| (0..columns.len()).map(|i| f64::from(i == place)).collect();
+            let idle = (0..columns.len()).filter(is_idle).map(axis).collect();
+            return (idle, active.iter().map(|(place, _)| axis(*place)).collect());
+        }
         // Square at least, so that the complement comes out of the same decomposition.
         let shadow = Mat::from_fn(size, null.len().max(size), |i, k| null.get(k).map_or(0.0, |null| null[active[i].1]));
         let Ok(svd) = shadow.svd() else {

@@ -18,9 +18,13 @@ impl Problem {
     /// Where a model has no value there, or gives one that is not finite.
     pub fn residuals(&self, values: &Values) -> Result<Vec<f64>, EvaluateError> {
         let mut out = vec![0.0; self.rows()];
-        self.for_each_batch(values, &mut out, 1, |rows, factor, out| {
-            rows.evaluate(factor)?;
-            out.copy_from_slice(&rows.residual);
+        self.for_each_batch(values, &mut out, 1, |rows, mut factors, out| {
+            let mut written = 0;
+            while !factors.is_empty() {
+                factors = &factors[rows.evaluate_some(factors)?..];
+                out[written..][..rows.residual.len()].copy_from_slice(&rows.residual);
+                written += rows.residual.len();
+            }
             Ok(())
         })?;
         Ok(out)
@@ -72,19 +76,23 @@ impl Problem {
     pub fn augmented_jacobian(&self, values: &Values) -> Result<Vec<f64>, EvaluateError> {
         let width = self.columns.len() + 1;
         let mut out = vec![0.0; self.rows() * width];
-        self.for_each_batch(values, &mut out, width, |rows, factor, out| {
-            rows.linearize(factor, false)?;
-            rows.check_jacobian(factor)?;
-            out.chunks_exact_mut(width).enumerate().for_each(|(row, out)| rows.scatter(factor, row, out));
+        self.for_each_batch(values, &mut out, width, |rows, factors, mut out| {
+            for factor in factors {
+                rows.linearize(*factor, false)?;
+                rows.check_jacobian(*factor)?;
+                let (own, rest) = out.split_at_mut(self.rows_of(*factor).len() * width);
+                own.chunks_exact_mut(width).enumerate().for_each(|(row, out)| rows.scatter(*factor, row, out));
+                out = rest;
+            }
             Ok(())
         })?;
         Ok(out)
     }
 
-    /// Runs `task` on every factor, batches in parallel, each writing only its own rows of `width` numbers.
+    /// Runs `task` on batches of factors in parallel, each writing only its own rows of `width` numbers.
     fn for_each_batch<F>(&self, values: &Values, out: &mut [f64], width: usize, task: F) -> Result<(), EvaluateError>
     where
-        F: Fn(&mut Rows<'_>, usize, &mut [f64]) -> Result<(), EvaluateError> + Sync,
+        F: Fn(&mut Rows<'_>, &[usize], &mut [f64]) -> Result<(), EvaluateError> + Sync,
     {
         let mut batches = Vec::new();
         let mut rest = out;
@@ -94,14 +102,8 @@ impl Problem {
             batches.push((start..end, batch));
             rest = tail;
         }
-        let run = |(factors, mut out): (Range<usize>, &mut [f64])| {
-            let mut rows = Rows::new(self, values);
-            for factor in factors {
-                let (own, tail) = out.split_at_mut(self.rows_of(factor).len() * width);
-                task(&mut rows, factor, own)?;
-                out = tail;
-            }
-            Ok(())
+        let run = |(factors, out): (Range<usize>, &mut [f64])| {
+            task(&mut Rows::new(self, values), &factors.collect::<Vec<_>>(), out)
         };
         // The first error in the order of the factors, whichever task met its own first.
         let outcomes: Vec<Result<(), EvaluateError>> = if batches.len() < 4 {
@@ -175,13 +177,23 @@ impl<'a> Rows<'a> {
         }
     }
 
-    /// Loads the whitened residuals of a factor, and nothing else.
-    pub fn evaluate(&mut self, factor: usize) -> Result<(), EvaluateError> {
+    /// Loads the whitened residuals of the first of these factors, or of the first few abreast, and nothing else; gives how many they are.
+    pub fn evaluate_some(&mut self, factors: &[usize]) -> Result<usize, EvaluateError> {
+        if let Some(some) = factors.first_chunk()
+            && self.load_abreast(some, false)?
+        {
+            return Ok(ABREAST);
+        }
+        self.evaluate(factors[0])?;
+        Ok(1)
+    }
+
+    fn evaluate(&mut self, factor: usize) -> Result<(), EvaluateError> {
         self.load_values(factor);
         let Factor { residual: model, noise, .. } = &self.problem.factors[factor];
         let local = LocalValues::new(&self.local, &self.problem.shape_of(factor).local_offsets);
         model.evaluate(local, &mut self.residual, None)?;
-        self.check_residual(factor)?;
+        self.check_residual(factor, 0)?;
         noise.whiten(&mut self.residual, 1);
         Ok(())
     }
@@ -200,7 +212,7 @@ impl<'a> Rows<'a> {
         }
         let rows = RowsMut::new(&mut self.jacobian, width);
         model.evaluate(LocalValues::new(&self.local, offsets), &mut self.residual, Some(rows))?;
-        self.check_residual(factor)?;
+        self.check_residual(factor, 0)?;
         noise.whiten(&mut self.residual, 1);
         let cost = self.problem.factors[factor].cost(&self.residual);
         self.scales.clear();
@@ -210,44 +222,49 @@ impl<'a> Rows<'a> {
 
     /// The same of the first of these factors, or of the first few abreast; gives how many they are, and their cost.
     pub fn linearize_some(&mut self, factors: &[usize], with_loss: bool) -> Result<(usize, f64), EvaluateError> {
-        match factors.first_chunk().map(|some| self.linearize_abreast(some, with_loss)).transpose()?.flatten() {
-            Some(cost) => Ok((ABREAST, cost)),
-            None => Ok((1, self.linearize(factors[0], with_loss)?)),
+        let Some(some) = factors.first_chunk::<ABREAST>() else {
+            return Ok((1, self.linearize(factors[0], with_loss)?));
+        };
+        if !self.load_abreast(some, true)? {
+            return Ok((1, self.linearize(factors[0], with_loss)?));
         }
+        self.scales.clear();
+        let (rows, width) = (self.residual_abreast.len(), self.local.len());
+        let mut cost = 0.0;
+        for (factor, start) in some.iter().zip((0..).step_by(rows)) {
+            cost += self.problem.factors[*factor].cost(&self.residual[start..start + rows]);
+            self.scale(*factor, width, with_loss);
+        }
+        Ok((ABREAST, cost))
     }
 
-    /// Nothing where these factors cannot be evaluated abreast.
-    fn linearize_abreast(&mut self, factors: &[usize; ABREAST], with_loss: bool) -> Result<Option<f64>, EvaluateError> {
+    /// Loads the whitened residuals of these factors and their Jacobians, if they can be evaluated abreast.
+    fn load_abreast(&mut self, factors: &[usize; ABREAST], with_jacobian: bool) -> Result<bool, EvaluateError> {
         let Structure { shapes, shape_of, .. } = &*self.problem.structure;
         let index = shape_of[factors[0]];
         let shape = &shapes[index];
         if shape.local || !shape.patterned || factors.iter().any(|factor| shape_of[*factor] != index) {
-            return Ok(None);
+            return Ok(false);
         }
         self.load_local(factors[0]);
         let all = factors.map(|factor| &*self.problem.factors[factor].residual);
-        let (rows, width) = (shape.rows.len(), self.local.len());
         // Nothing outside of the patterns is read.
-        self.abreast.resize(rows * width, [0.0; ABREAST]);
-        self.residual_abreast.resize(rows, [0.0; ABREAST]);
+        self.abreast.resize(shape.rows.len() * self.local.len(), [0.0; ABREAST]);
+        self.residual_abreast.resize(shape.rows.len(), [0.0; ABREAST]);
         let x = LocalValues::new(&self.local, &shape.local_offsets);
-        if !all[0].evaluate_abreast(all, x, &mut self.residual_abreast, &mut self.abreast[..rows * width]) {
-            return Ok(None);
+        let jacobian = with_jacobian.then_some(&mut self.abreast[..]);
+        if !all[0].evaluate_abreast(all, x, &mut self.residual_abreast, jacobian) {
+            return Ok(false);
         }
         self.loaded_factors = ABREAST;
         self.residual.clear();
-        self.scales.clear();
-        let mut cost = 0.0;
         for (lane, factor) in factors.iter().enumerate() {
             let start = self.residual.len();
             self.residual.extend(self.residual_abreast.iter().map(|lanes| lanes[lane]));
-            self.check_residual(*factor)?;
-            let Factor { noise, .. } = &self.problem.factors[*factor];
-            noise.whiten(&mut self.residual[start..], 1);
-            cost += self.problem.factors[*factor].cost(&self.residual[start..]);
-            self.scale(*factor, width, with_loss);
+            self.check_residual(*factor, start)?;
+            self.problem.factors[*factor].noise.whiten(&mut self.residual[start..], 1);
         }
-        Ok(Some(cost))
+        Ok(true)
     }
 
     /// Finds what is still to be applied to each of a factor's rows; correlated rows are whitened and corrected right away.
@@ -255,6 +272,7 @@ impl<'a> Rows<'a> {
         let Factor { noise, loss, .. } = &self.problem.factors[factor];
         match noise {
             Noise::Independent(Weights(weights)) if with_loss && *loss != Loss::None => {
+                // Those of the factors before have theirs.
                 let residual = &self.residual[self.scales.len()..];
                 self.scales.extend(weights.iter().zip(residual).map(|(weight, r)| {
                     let (residual, jacobian) = loss.at(r * r).correction(r * r);
@@ -369,9 +387,11 @@ impl<'a> Rows<'a> {
         }
     }
 
-    fn check_residual(&self, factor: usize) -> Result<(), EvaluateError> {
-        match self.residual.iter().position(|r| !r.is_finite()) {
-            Some(row) => Err(self.not_finite(factor, format!("row {row} gives {}", self.residual[row]))),
+    /// Of the residuals from `start` on.
+    fn check_residual(&self, factor: usize, start: usize) -> Result<(), EvaluateError> {
+        let own = &self.residual[start..];
+        match own.iter().position(|r| !r.is_finite()) {
+            Some(row) => Err(self.not_finite(factor, format!("row {row} gives {}", own[row]))),
             None => Ok(()),
         }
     }

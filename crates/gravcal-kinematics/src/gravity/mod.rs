@@ -241,6 +241,12 @@ pub struct GravityTorqueRow<'a, A: Arithmetic> {
 }
 
 impl<A: Arithmetic> GravityTorqueRow<'_, A> {
+    /// Which joint it is.
+    #[inline(always)]
+    pub fn joint(&self) -> usize {
+        self.joint
+    }
+
     /// The torque itself.
     #[inline(always)]
     pub fn torque(&self) -> A::Number {

@@ -54,7 +54,7 @@ impl<'a> Poses<'a> {
         workspace: &mut super::Workspace,
         x: &[f64],
         residual: &mut [[f64; LANES]],
-        jacobian: &mut [[f64; LANES]],
+        jacobian: Option<&mut [[f64; LANES]]>,
     ) -> bool {
         let super::Workspace { inertia, abreast, .. } = workspace;
         let Some(instructions) = abreast.instructions else { return false };
@@ -88,7 +88,7 @@ struct Evaluation<'a> {
     inertia: &'a [f64],
     x: &'a [f64],
     residual: &'a mut [[f64; LANES]],
-    jacobian: &'a mut [[f64; LANES]],
+    jacobian: Option<&'a mut [[f64; LANES]]>,
 }
 
 impl WithSimd for Evaluation<'_> {
@@ -103,10 +103,14 @@ impl WithSimd for Evaluation<'_> {
         let Workspace { position, coordinates, bodies, .. } = abreast;
         let chain = &pose.model.chain;
         let Some(torques) = chain.gravity_torque_rows(on, coordinates, gravity, inertia, bodies) else { return false };
-        let rows = jacobian.chunks_exact_mut(x.len());
-        for (row, (entries, residual)) in rows.zip(residual).enumerate() {
+        let mut jacobian = jacobian.map(|jacobian| jacobian.chunks_exact_mut(x.len()));
+        for (row, residual) in residual.iter_mut().enumerate() {
             let (joint, _) = pose.readings[row];
-            let predicted = pose.write_affine(on, &torques, joint, x, position, entries);
+            let torque = torques.of_joint(joint);
+            if let Some(entries) = jacobian.as_mut().and_then(Iterator::next) {
+                pose.write_affine(on, &torque, x, position, entries);
+            }
+            let predicted = pose.predict_affine(on, &torque, x);
             let mut reading = [0.0; LANES];
             reading.iter_mut().zip(poses).for_each(|(reading, pose)| *reading = pose.readings[row].1);
             *residual = on.store(predicted - on.load(reading));

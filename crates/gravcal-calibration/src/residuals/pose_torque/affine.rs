@@ -1,41 +1,50 @@
 //! What affine sensors read of the torques, of one pose or of several abreast.
 
-use gravcal_kinematics::{Arithmetic, GravityTorqueRows};
+use gravcal_kinematics::{Arithmetic, GravityTorqueRow};
 
 use super::PoseTorque;
 use crate::parameter::Quantity;
 
 impl PoseTorque {
-    /// Writes the row of a joint's reading, straight from where the arm stands, and gives what the sensor should read: `k τ + b`.
+    /// What the sensor of a joint should read: `k τ + b`.
+    #[inline(always)]
+    pub(super) fn predict_affine<A: Arithmetic>(
+        &self,
+        on: A,
+        torque: &GravityTorqueRow<'_, A>,
+        x: &[f64],
+    ) -> A::Number {
+        let of = |quantity| on.constant(self.sensors(x, quantity)[torque.joint()]);
+        of(Quantity::TorqueGain) * torque.torque() + of(Quantity::TorqueBias)
+    }
+
+    /// Writes the row of its reading, straight from where the arm stands.
     ///
     /// `position`: reading of each joint. What lies outside of the row's pattern stays as it is.
     #[inline(always)]
     pub(super) fn write_affine<A: Arithmetic>(
         &self,
         on: A,
-        torques: &GravityTorqueRows<'_, A>,
-        joint: usize,
+        torque: &GravityTorqueRow<'_, A>,
         x: &[f64],
         position: &[A::Stored],
         row: &mut [A::Stored],
-    ) -> A::Number {
-        let n = self.position.len();
+    ) {
+        let (n, joint) = (self.position.len(), torque.joint());
         let [by_gravity, by_torque_sensors, by_position_gains, by_offsets, by_links, by_load] = self.parts(row);
         let gain = on.constant(self.sensors(x, Quantity::TorqueGain)[joint]);
-        let bias = on.constant(self.sensors(x, Quantity::TorqueBias)[joint]);
-        let of_joint = torques.of_joint(joint);
-        for (entry, by) in by_gravity.iter_mut().zip(of_joint.by_gravity()) {
+        for (entry, by) in by_gravity.iter_mut().zip(torque.by_gravity()) {
             *entry = on.store(gain * by);
         }
         let positions = by_position_gains.iter_mut().zip(by_offsets).zip(position);
-        for (((by_gain, by_offset), q), by) in positions.zip(of_joint.by_coordinate()) {
+        for (((by_gain, by_offset), q), by) in positions.zip(torque.by_coordinate()) {
             let by = gain * by;
             (*by_offset, *by_gain) = (on.store(by), on.store(on.load(*q) * by));
         }
         let zero = on.store(on.constant(0.0));
         let mut by_position = [zero; 3];
-        let links = &mut by_links.as_chunks_mut().0[of_joint.moved()];
-        for (link, (entries, by)) in of_joint.moved().zip(links.iter_mut().zip(of_joint.by_inertia())) {
+        let links = &mut by_links.as_chunks_mut().0[torque.moved()];
+        for (link, (entries, by)) in torque.moved().zip(links.iter_mut().zip(torque.by_inertia())) {
             let [m, x, y, z] = by;
             let [m, x, y, z] = [gain * m, gain * x, gain * y, gain * z];
             *entries = [on.store(m), on.store(x), on.store(y), on.store(z)];
@@ -45,8 +54,7 @@ impl PoseTorque {
             }
         }
         by_load.as_chunks_mut().0.fill(by_position);
-        let torque = of_joint.torque();
-        [by_torque_sensors[joint], by_torque_sensors[n + joint]] = [on.store(torque), on.store(on.constant(1.0))];
-        gain * torque + bias
+        by_torque_sensors[joint] = on.store(torque.torque());
+        by_torque_sensors[n + joint] = on.store(on.constant(1.0));
     }
 }

@@ -200,7 +200,9 @@ impl PoseTorque {
             && let Some(torques) = self.model.chain.gravity_torque_rows(Single, coordinates, gravity, inertia, bodies)
         {
             for (row, (residual, (joint, reading))) in residual.iter_mut().zip(&self.readings).enumerate() {
-                *residual = self.write_affine(Single, &torques, *joint, x, &self.position, rows.row(row)) - reading;
+                let torque = torques.of_joint(*joint);
+                self.write_affine(Single, &torque, x, &self.position, rows.row(row));
+                *residual = self.predict_affine(Single, &torque, x) - reading;
             }
             return Ok(());
         }
@@ -277,7 +279,7 @@ impl Residual for PoseTorque {
         all: [&dyn Residual; ABREAST],
         x: LocalValues<'_>,
         residual: &mut [[f64; ABREAST]],
-        jacobian: &mut [[f64; ABREAST]],
+        jacobian: Option<&mut [[f64; ABREAST]]>,
     ) -> bool {
         match abreast::Poses::of(all) {
             Some(poses) => self.with_workspace(|workspace| poses.evaluate(workspace, x.as_slice(), residual, jacobian)),

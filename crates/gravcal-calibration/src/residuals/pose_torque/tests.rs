@@ -252,9 +252,12 @@ fn are_evaluated_abreast(poses: &[PoseTorque], x: &[f64]) -> bool {
     let rows = poses[0].len();
     // What was there before is not to be read.
     let (mut residual, mut jacobian) = (vec![[f64::NAN; ABREAST]; rows], vec![[f64::NAN; ABREAST]; rows * x.len()]);
-    if !poses[0].evaluate_abreast(all, LocalValues::new(x, &offsets), &mut residual, &mut jacobian) {
+    if !poses[0].evaluate_abreast(all, LocalValues::new(x, &offsets), &mut residual, Some(&mut jacobian)) {
         return false;
     }
+    let mut without = vec![[f64::NAN; ABREAST]; rows];
+    assert!(poses[0].evaluate_abreast(all, LocalValues::new(x, &offsets), &mut without, None));
+    assert_eq!(residual, without);
     for (lane, pose) in poses.iter().enumerate() {
         let (mut alone, mut entries) = (vec![0.0; rows], vec![0.0; rows * x.len()]);
         let into = RowsMut::new(&mut entries, x.len());
@@ -348,11 +351,11 @@ fn sums_over_poses_abreast_have_the_bits_of_those_one_by_one() {
         }
         let (problem, values) = builder.build().unwrap();
         let linear = problem.linearize(&values).unwrap();
-        (linear.cost(), linear.gradient().to_vec(), linear.hessian())
+        (linear.cost(), linear.gradient().to_vec(), linear.hessian(), problem.residuals(&values).unwrap())
     };
     for loss in [Loss::None, Loss::Huber(1.3)] {
-        let [(cost, gradient, hessian), one_by_one] = [false, true].map(|alone| linearized(alone, loss));
-        assert!(gradient == one_by_one.1 && hessian == one_by_one.2, "{loss:?}");
+        let [(cost, gradient, hessian, residuals), one_by_one] = [false, true].map(|alone| linearized(alone, loss));
+        assert!(gradient == one_by_one.1 && hessian == one_by_one.2 && residuals == one_by_one.3, "{loss:?}");
         // The cost is summed by fours first.
         assert!((cost / one_by_one.0 - 1.0).abs() < 1e-14, "{loss:?}");
     }
