@@ -45,9 +45,14 @@ pub trait Residual: Any + Debug + Send + Sync {
         jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError>;
 
-    /// The same of some residuals at once, where vector instructions evaluate them abreast: `all` begins with this one, they read the
-    /// same blocks, and their rows have the same patterns. `jacobian`, where asked: rows by local columns, row-major; of each entry the numbers of
-    /// all residuals lie together. `false` where that cannot be: they are evaluated one by one then, to the same bits.
+    /// The same of some residuals at once, this one the first of `all`, where vector instructions evaluate them abreast.
+    ///
+    /// They read the same blocks, none of them local, have as many rows with the same [patterns](Residual::row_pattern), and independent
+    /// noise; but they may be of any type (`dyn Residual` is [`Any`]). `residual`: one entry a row; `jacobian`, where asked: rows by local
+    /// columns, row-major, in which every entry of the patterns must be written; each entry has a number for each of them.
+    ///
+    /// `true` promises the bits of [`Residual::evaluate`]. With `false`, what was written counts nothing, and they are evaluated one by
+    /// one: so it is where that may fail.
     fn evaluate_abreast(
         &self,
         _all: [&dyn Residual; ABREAST],

@@ -156,10 +156,10 @@ pub struct Lanes<S: Simd> {
     register: S::f64s,
 }
 
+/// To the bit: what nalgebra asks of a scalar.
 impl<S: Simd> PartialEq for Lanes<S> {
     fn eq(&self, other: &Self) -> bool {
-        let numbers = |lanes: &Self| bytemuck::bytes_of(&lanes.register).to_vec();
-        numbers(self) == numbers(other)
+        bytemuck::bytes_of(&self.register) == bytemuck::bytes_of(&other.register)
     }
 }
 

@@ -113,4 +113,21 @@ mod tests {
         let near = posed(near, DECAY_ROWS, decay);
         assert!(dampings(&near)[1] < 1e-7);
     }
+
+    #[test]
+    fn the_offset_that_ends_a_fit_follows_the_cosine_tolerance() {
+        let (problem, initial) = far_decay();
+        let iterations = [1e-4, 1e-7, 1e-10].map(|cosine_tolerance| {
+            let stopping = StoppingRules { cosine_tolerance, ..StoppingRules::default() };
+            let found =
+                LevenbergMarquardt { stopping }.solve(&problem, &initial, &mut SolveContext::default()).unwrap();
+            let (Termination::Offset { offset: last } | Termination::Gradient { cosine: last }) = found.termination
+            else {
+                panic!("{}", found.termination)
+            };
+            assert!(last <= (10.0 * cosine_tolerance).min(1e-3), "{}", found.termination);
+            found.iterations.len()
+        });
+        assert!(iterations.is_sorted() && iterations[0] < iterations[2], "{iterations:?}");
+    }
 }

@@ -9,7 +9,7 @@ use crate::stopping::StoppingRules;
 
 /// Damping of the full step, relative to the column norms: see [`Point::full_step`].
 pub(crate) const FAINT_DAMPING: f64 = 1e-14;
-/// Damping of the step whose promise tells the better of two points where their costs are the same but for rounding.
+/// Damping of the step whose promise tells how far off the minimum is, and the better of two points where their costs are the same but for rounding.
 const WEIGHING_DAMPING: f64 = 1e-8;
 /// No less damping than this: the square of a rounding error.
 const FAINTEST_DAMPING: f64 = 1e-32;
@@ -272,9 +272,11 @@ impl<'p> Point<'p> {
         if self.is_free() { self.damped_step(WEIGHING_DAMPING).1 } else { self.cosine() }
     }
 
-    /// `‖J δ‖ / ‖r‖` of that step, where there are no constraints.
+    /// `‖J δ‖ / ‖r‖` of the step with [`WEIGHING_DAMPING`], ½ ‖r‖² being the cost; where there are constraints, or rounding is all that is
+    /// left of it, nothing.
     pub(crate) fn relative_offset(&mut self) -> Option<f64> {
-        self.is_free().then(|| (self.promise() / self.cost()).max(0.0).sqrt())
+        let square = if self.is_free() { self.promise() / self.cost() } else { 0.0 };
+        (square > 0.0).then(|| square.sqrt())
     }
 
     /// Share of the cost that rounding may hide: the terms of a residual, of the size of `D x`, may be far larger than it is.

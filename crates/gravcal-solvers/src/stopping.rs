@@ -7,8 +7,8 @@
 //!     cost         predicted and actual reduction ≤ cost tolerance · cost or rounding, and no less to gain there than here
 //! ```
 //!
-//! The offset (Bates and Watts, *Technometrics* 23, 1981) is that of the full step δ; of one so little damped that only directions
-//! 1e4 times weaker than the columns are held back, which makes the rule stricter for these. It is not asked under constraints.
+//! The offset (Bates and Watts, *Technometrics* 23, 1981) is that of a step with a damping of 1e-8: directions 1e4 times weaker than the
+//! columns count for less in it than by themselves, though for more than in the cosine. It is not asked under constraints.
 //!
 //! Under constraints what they hold back is taken off the cosine, and the full step is the best of those that obey them.
 //!
@@ -26,9 +26,11 @@ use serde::de::{Deserializer, Error, Unexpected};
 
 use crate::Point;
 
-/// The relative offset may be so many times the cosine tolerance: it is the cosine of all directions together, and one of them
-/// is no column.
+/// The relative offset may be so many times the cosine tolerance: it takes all directions together, and is larger than the largest
+/// cosine of a single column, typically by the square root of their number.
 const OFFSET: f64 = 10.0;
+/// However large the cosine tolerance, an offset above this ends nothing: that of Bates and Watts.
+const LARGEST_OFFSET: f64 = 1e-3;
 
 /// The options that every method has.
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
@@ -70,7 +72,7 @@ impl StoppingRules {
             return Some(Termination::Gradient { cosine });
         }
         // The offset is no less than the cosine, and need not be looked at before that is small.
-        let tolerance = OFFSET * self.cosine_tolerance;
+        let tolerance = (OFFSET * self.cosine_tolerance).min(LARGEST_OFFSET);
         let offset = (cosine <= tolerance).then(|| point.relative_offset()).flatten();
         offset.filter(|offset| *offset <= tolerance).map(|offset| Termination::Offset { offset })
     }

@@ -12,10 +12,10 @@
 
 use std::borrow::Cow;
 
-use faer::linalg::solvers::{Llt, SelfAdjointEigen};
+use faer::linalg::solvers::SelfAdjointEigen;
 use faer::{Mat, Side};
 
-use super::RANK_TOLERANCE;
+use super::{RANK_TOLERANCE, SHADOW_TOLERANCE};
 use crate::linearization::{Normal, Orthogonal, column_scales};
 use crate::local_columns::LocalColumns;
 use crate::problem::Rows;
@@ -161,22 +161,13 @@ fn clear_cut(normal: &NormalEquations, active: &[usize]) -> Option<(SelfAdjointE
 }
 
 impl NormalEquations {
-    /// Whether they show that each of these columns is determined: none lies in the span of all others, scaled to unit length, but for
-    /// a thousandth. `false` shows nothing: ask a [`Spectrum`](crate::Spectrum).
-    ///
-    /// What the others leave of the columns, one after the other, are the last pivots of a Cholesky factor. Directions without
-    /// information among the others themselves are filled up by what is below rounding.
+    /// Whether they show that each of these columns is determined: none takes part in a direction that may be without information.
+    /// `false` shows nothing: ask a [`Spectrum`](crate::Spectrum).
     pub fn determine(&self, columns: &[usize]) -> bool {
-        let active = |j: &usize| self.column_norms()[*j] > 0.0;
-        let mut order: Vec<usize> =
-            (0..self.column_norms().len()).filter(|j| active(j) && !columns.contains(j)).collect();
-        let others = order.len();
-        order.extend(columns);
-        let mut scaled = self.scaled(&order);
-        (0..others).for_each(|j| scaled[(j, j)] += ROUNDING);
-        columns.iter().all(active)
-            && Llt::new(scaled.as_ref(), Side::Lower)
-                .is_ok_and(|factor| (others..order.len()).all(|j| factor.L()[(j, j)].powi(2) > PLAIN))
+        let active: Vec<usize> = (0..self.column_norms().len()).filter(|j| self.column_norms()[*j] > 0.0).collect();
+        let Some((eigen, plain)) = clear_cut(self, &active) else { return false };
+        let takes_part = |at: usize| (0..active.len() - plain).any(|k| eigen.U()[(at, k)].abs() > SHADOW_TOLERANCE);
+        columns.iter().all(|column| active.binary_search(column).is_ok_and(|at| !takes_part(at)))
     }
 }
 

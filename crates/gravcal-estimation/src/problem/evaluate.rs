@@ -126,10 +126,11 @@ pub(crate) struct Rows<'a> {
     jacobian: Vec<f64>,
     /// The same of factors that were evaluated abreast.
     abreast: Vec<[f64; ABREAST]>,
-    /// How many factors' rows are loaded.
+    /// How many factors' rows are loaded: one, in `jacobian`, or some, in `abreast`.
     loaded_factors: usize,
-    /// The shape for which `jacobian` is zero outside of its patterns.
+    /// The shapes for which `jacobian` and `abreast` are zero outside of their patterns.
     cleared: Option<usize>,
+    cleared_abreast: Option<usize>,
     /// Whitened residuals, of one factor after the other.
     residual: Vec<f64>,
     residual_abreast: Vec<[f64; ABREAST]>,
@@ -152,6 +153,7 @@ impl<'a> Rows<'a> {
             abreast: Vec::new(),
             loaded_factors: 1,
             cleared: None,
+            cleared_abreast: None,
             residual: buffer(),
             residual_abreast: Vec::new(),
             scales: Vec::new(),
@@ -222,12 +224,10 @@ impl<'a> Rows<'a> {
 
     /// The same of the first of these factors, or of the first few abreast; gives how many they are, and their cost.
     pub fn linearize_some(&mut self, factors: &[usize], with_loss: bool) -> Result<(usize, f64), EvaluateError> {
-        let Some(some) = factors.first_chunk::<ABREAST>() else {
-            return Ok((1, self.linearize(factors[0], with_loss)?));
+        let some = match factors.first_chunk() {
+            Some(some) if self.load_abreast(some, true)? => some,
+            _ => return Ok((1, self.linearize(factors[0], with_loss)?)),
         };
-        if !self.load_abreast(some, true)? {
-            return Ok((1, self.linearize(factors[0], with_loss)?));
-        }
         self.scales.clear();
         let (rows, width) = (self.residual_abreast.len(), self.local.len());
         let mut cost = 0.0;
@@ -248,8 +248,10 @@ impl<'a> Rows<'a> {
         }
         self.load_local(factors[0]);
         let all = factors.map(|factor| &*self.problem.factors[factor].residual);
-        // Nothing outside of the patterns is read.
-        self.abreast.resize(shape.rows.len() * self.local.len(), [0.0; ABREAST]);
+        if self.cleared_abreast.replace(index) != Some(index) {
+            self.abreast.clear();
+            self.abreast.resize(shape.rows.len() * self.local.len(), [0.0; ABREAST]);
+        }
         self.residual_abreast.resize(shape.rows.len(), [0.0; ABREAST]);
         let x = LocalValues::new(&self.local, &shape.local_offsets);
         let jacobian = with_jacobian.then_some(&mut self.abreast[..]);
@@ -280,6 +282,7 @@ impl<'a> Rows<'a> {
                 }));
             }
             Noise::Independent(Weights(weights)) => self.scales.extend(weights.iter().map(|weight| (*weight, 1.0))),
+            // Never abreast: such rows have no patterns.
             Noise::Correlated(_) => {
                 noise.whiten(&mut self.jacobian, width.max(1));
                 if with_loss {

@@ -115,7 +115,8 @@ impl<L: Stored> BodyBeyond<L> {
     }
 }
 
-/// One body for each link of a chain, from one pose to the next, or from some poses abreast to the next.
+/// What hangs beyond each joint of a chain: a workspace of [`Chain::gravity_torque_rows`], to be reused from one pose to the next
+/// (`L = f64`), or from some poses abreast to the next (`L = [f64; LANES]`).
 #[derive(Clone, Debug)]
 pub struct Bodies<L = f64> {
     all: Vec<BodyBeyond<L>>,
@@ -124,7 +125,7 @@ pub struct Bodies<L = f64> {
 }
 
 impl<L: Stored> Bodies<L> {
-    /// Of a chain of so many links, nowhere yet.
+    /// For a chain of so many links ([`Chain::link_count`]).
     pub fn new(links: usize) -> Self {
         Bodies { all: vec![BodyBeyond::nowhere(); links], placed: None }
     }

@@ -227,6 +227,10 @@ impl<'a, A: Arithmetic> GravityTorqueRows<'a, A> {
     }
 
     /// The torque of joint i.
+    ///
+    /// # Panics
+    ///
+    /// When there is no such joint.
     #[inline(always)]
     pub fn of_joint(&self, i: usize) -> GravityTorqueRow<'_, A> {
         GravityTorqueRow { all: self, joint: i, sensitivity: self.bodies[i].sensitivity(self.on, &self.gravity) }
@@ -259,7 +263,7 @@ impl<A: Arithmetic> GravityTorqueRow<'_, A> {
         self.all.bodies[self.joint].torque_by_gravity(self.all.on).into()
     }
 
-    /// By the coordinate of each joint (rad or m): `w_i · v_j` for joints j beyond i, `w_j · v_i` for those before, zero for those on other
+    /// By the coordinate of each joint (rad or m), as many as there are: `w_i · v_j` for joints j beyond i, `w_j · v_i` for those before, zero for those on other
     /// branches.
     #[inline(always)]
     pub fn by_coordinate(&self) -> impl Iterator<Item = A::Number> {
@@ -283,7 +287,7 @@ impl<A: Arithmetic> GravityTorqueRow<'_, A> {
         self.joint..self.all.chain.topology.ends[self.joint]
     }
 
-    /// By mass and first moment `[m, h_x, h_y, h_z]` (kg, kg·m in link coordinates) of each of these.
+    /// By mass and first moment `[m, h_x, h_y, h_z]` (kg, kg·m in link coordinates) of each link that it [moves](Self::moved).
     #[inline(always)]
     pub fn by_inertia(&self) -> impl Iterator<Item = [A::Number; INERTIA]> {
         let (on, own) = (self.all.on, &self.all.bodies[self.joint]);

@@ -45,7 +45,10 @@ impl<'a> Poses<'a> {
         let joint = |(joint, _): &(usize, f64)| *joint;
         let same_joints = |pose: &PoseTorque| pose.readings.iter().map(joint).eq(a.readings.iter().map(joint));
         let alike = |pose: &PoseTorque| Arc::ptr_eq(&pose.model, &a.model) && same_joints(pose);
-        (a.model.is_affine() && [b, c, d].into_iter().all(alike)).then_some(Poses([a, b, c, d]))
+        let chain = &a.model.chain;
+        // Where joints mimic others, rows are sums.
+        let direct = a.model.is_affine() && chain.joint_count() == chain.link_count();
+        (direct && [b, c, d].into_iter().all(alike)).then_some(Poses([a, b, c, d]))
     }
 
     /// As [`Residual::evaluate_abreast`].
@@ -71,7 +74,8 @@ impl<'a> Poses<'a> {
     }
 }
 
-/// Whether the instructions have as many lanes as there are poses.
+/// Whether the instructions have as many lanes as there are poses: AVX2 has. (With its feature `x86-v4`, pulp would choose AVX-512, which has
+/// twice as many.)
 struct HaveLanes;
 
 impl WithSimd for HaveLanes {

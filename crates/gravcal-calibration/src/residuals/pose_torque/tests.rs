@@ -323,7 +323,8 @@ impl Residual for Alone {
     }
 }
 
-/// Nineteen poses: four times four abreast, and three.
+/// Nineteen poses: four times four abreast, and three. The rows of a pose touch different columns here; of rows that touch the same, those
+/// of one pose do not follow each other abreast, and sums differ in their last digits.
 #[test]
 fn sums_over_poses_abreast_have_the_bits_of_those_one_by_one() {
     let linearized = |alone: bool, loss: Loss| {
