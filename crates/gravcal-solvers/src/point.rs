@@ -9,7 +9,8 @@ use crate::stopping::StoppingRules;
 
 /// Damping of the full step, relative to the column norms: see [`Point::full_step`].
 pub(crate) const FAINT_DAMPING: f64 = 1e-14;
-/// Damping of the step whose promise tells how far off the minimum is, and the better of two points where their costs are the same but for rounding.
+/// Damping of the step whose promise tells how far off the minimum is, and the better of two points where their costs are the same but
+/// for rounding.
 const WEIGHING_DAMPING: f64 = 1e-8;
 /// No less damping than this: the square of a rounding error.
 const FAINTEST_DAMPING: f64 = 1e-32;

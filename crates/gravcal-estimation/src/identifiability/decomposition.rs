@@ -97,7 +97,7 @@ impl Decomposition {
         let mut shape = None;
         let mut left = &problem.structure().order[..];
         while let Some(factor) = left.first().copied() {
-            let (count, _) = rows.linearize_some(left, true)?;
+            let (count, _) = rows.linearize_some(left)?;
             left = &left[count..];
             if shape.replace(problem.structure().shape_of[factor]) != shape {
                 let of_list = |list: &Vec<usize>| null.chunks(TOGETHER).map(|some| self.steps(some, list)).collect();

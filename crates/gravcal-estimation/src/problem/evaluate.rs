@@ -222,18 +222,18 @@ impl<'a> Rows<'a> {
         Ok(cost)
     }
 
-    /// The same of the first of these factors, or of the first few abreast; gives how many they are, and their cost.
-    pub fn linearize_some(&mut self, factors: &[usize], with_loss: bool) -> Result<(usize, f64), EvaluateError> {
+    /// The same with the loss of the first of these factors, or of the first few abreast; gives how many they are, and their cost.
+    pub fn linearize_some(&mut self, factors: &[usize]) -> Result<(usize, f64), EvaluateError> {
         let some = match factors.first_chunk() {
             Some(some) if self.load_abreast(some, true)? => some,
-            _ => return Ok((1, self.linearize(factors[0], with_loss)?)),
+            _ => return Ok((1, self.linearize(factors[0], true)?)),
         };
         self.scales.clear();
         let (rows, width) = (self.residual_abreast.len(), self.local.len());
         let mut cost = 0.0;
         for (factor, start) in some.iter().zip((0..).step_by(rows)) {
             cost += self.problem.factors[*factor].cost(&self.residual[start..start + rows]);
-            self.scale(*factor, width, with_loss);
+            self.scale(*factor, width, true);
         }
         Ok((ABREAST, cost))
     }

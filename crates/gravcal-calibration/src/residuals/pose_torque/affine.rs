@@ -1,6 +1,6 @@
 //! What affine sensors read of the torques, of one pose or of several abreast.
 
-use gravcal_kinematics::{Arithmetic, GravityTorqueRow};
+use gravcal_kinematics::{Arithmetic, GravityTorqueRow, Stored};
 
 use super::PoseTorque;
 use crate::parameter::Quantity;
@@ -41,8 +41,7 @@ impl PoseTorque {
             let by = gain * by;
             (*by_offset, *by_gain) = (on.store(by), on.store(on.load(*q) * by));
         }
-        let zero = on.store(on.constant(0.0));
-        let mut by_position = [zero; 3];
+        let mut by_position = [A::Stored::ZERO; 3];
         let links = &mut by_links.as_chunks_mut().0[torque.moved()];
         for (link, (entries, by)) in torque.moved().zip(links.iter_mut().zip(torque.by_inertia())) {
             let [m, x, y, z] = by;

@@ -121,7 +121,7 @@ pub(super) fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Re
     let mut spare = Vec::new();
     let mut free = &structure.order[chunk.factors.start..free_end];
     while let Some(factor) = free.first() {
-        let (count, cost) = rows.linearize_some(free, true)?;
+        let (count, cost) = rows.linearize_some(free)?;
         sums.cost += cost;
         // One shape after another, so that few batches are alive and stay in cache.
         let before = shape.replace(structure.shape_of[*factor]);
