@@ -2,10 +2,16 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use gravcal_estimation::{Estimate, IterationRecord, Problem, SolveContext, SolveError, Solver, Values};
+use gravcal_estimation::{Estimate, IterationRecord, Problem, SolveContext, SolveError, Solver, Termination, Values};
 
 /// A brief solve ends where an iteration lowers the cost by no more than this share of it.
 const SETTLED: f64 = 1e-4;
+
+/// Iterations after which a solve that creeps far above the noise is given up; the share of the cost that the second half of them must
+/// take off; and the rms of whitened residuals that no noise explains.
+const PATIENCE: usize = 100;
+const LITTLE: f64 = 0.05;
+const BEYOND_NOISE: f64 = 3.0;
 
 /// A solver and a listener.
 pub struct Workbench<'a> {
@@ -63,10 +69,30 @@ impl<'a> Workbench<'a> {
         self.solver.solve(problem, initial, &mut context)
     }
 
+    /// Solves to the end. Where the model contradicts the readings a method may creep for thousands of iterations: one that has had
+    /// [`PATIENCE`] of them at a cost beyond all noise, and has lowered it by little since half as many, ends without convergence.
     pub(crate) fn solve(&self, problem: &Problem, initial: &Values) -> Result<Estimate, SolveError> {
         self.solver.check(problem)?;
-        let mut observer = |record: &IterationRecord| (self.observer)(record);
-        let mut context = SolveContext { observer: Some(&mut observer), stop: self.stop, checkpoint: None };
-        self.solver.solve(problem, initial, &mut context)
+        let hopeless = 0.5 * BEYOND_NOISE * BEYOND_NOISE * problem.rows() as f64;
+        let (ends, given_up) = (AtomicBool::new(false), AtomicBool::new(false));
+        let mut costs: Vec<f64> = Vec::new();
+        let mut observer = |record: &IterationRecord| {
+            (self.observer)(record);
+            costs.push(record.cost);
+            let before = costs.len().checked_sub(PATIENCE).map(|first| costs[first + PATIENCE / 2]);
+            let creeps = before.is_some_and(|before| record.cost > hopeless && before - record.cost < LITTLE * before);
+            let stopped = self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+            given_up.store(creeps && !stopped, Ordering::Relaxed);
+            ends.store(creeps || stopped, Ordering::Relaxed);
+        };
+        let mut context = SolveContext { observer: Some(&mut observer), stop: Some(&ends), checkpoint: None };
+        let estimate = self.solver.solve(problem, initial, &mut context)?;
+        Ok(match (estimate.termination, given_up.into_inner()) {
+            (Termination::Stopped, true) => {
+                let limit = estimate.iterations.len() - 1;
+                Estimate { termination: Termination::IterationLimit { limit }, ..estimate }
+            }
+            _ => estimate,
+        })
     }
 }

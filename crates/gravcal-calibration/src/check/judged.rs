@@ -4,7 +4,9 @@ use gravcal_estimation::BlockId;
 
 use super::CheckedParameter;
 use super::sign;
-use crate::joint::{EstimateError, Readings, Solved, Unknowns, judge_at_start, last_frame_choices, unknown_sign};
+use crate::joint::{
+    EstimateError, Readings, Solved, Unknowns, last_frame_choices, pose_with_constraints, unknown_sign,
+};
 use crate::result::Undetermined;
 use crate::session::Session;
 
@@ -38,7 +40,7 @@ pub(super) fn judge_at(
     readings: &Readings,
     values: &Unknowns,
 ) -> Result<NominalVerdict, EstimateError> {
-    let judged = judge_at_start(session, readings, values)?;
+    let judged = Solved::at_start(readings.clone(), pose_with_constraints(session, readings, values)?)?;
     // Readings count, not their values: a bias is judged against the torque that the nominal model predicts.
     let judgement = judged.judge_with_spreads(session, &predicted_spreads(session, readings, &judged)?);
     let (posed, covariance) = (&judged.posed, judged.covariance());

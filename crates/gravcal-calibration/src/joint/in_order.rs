@@ -11,7 +11,7 @@ use super::EstimateError;
 use super::order::{NOT_YET, Order, first_of};
 use super::problem::{JointProblem, PosingError};
 use super::readings::Readings;
-use super::robust::{GAUGE, solve_with_loss};
+use super::robust::solve_with_loss;
 use crate::workbench::Workbench;
 
 /// An unknown in which readings are not linear stays where it is in a step of whose readings, and those before, it follows so
@@ -23,29 +23,27 @@ const BRIEF: usize = 30;
 /// Why.
 const STEP_SAYS_LITTLE: &str = "the steps so far say hardly anything of it";
 
-/// Estimates the unknowns of a problem, with some more blocks held.
+/// Estimates the unknowns of a problem.
 pub(super) fn estimate_in_order(
     posed: &JointProblem,
-    held: &[BlockId],
     readings: &Readings,
     workbench: &Workbench<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
-    let whole = posed.problem.holding(held, GAUGE);
     let updated = match &readings.order {
-        Order::Together => return solve_with_loss(posed, held, readings.loss, workbench),
-        Order::StepByStep(steps) => step_by_step(posed, &whole, steps, workbench)?,
-        Order::PoseByPose { from } => pose_by_pose(posed, &whole, *from, workbench)?,
+        Order::Together => return solve_with_loss(posed, readings.loss, workbench),
+        Order::StepByStep(steps) => step_by_step(posed, steps, workbench)?,
+        Order::PoseByPose { from } => pose_by_pose(posed, *from, workbench)?,
     };
-    Ok((posed.clone(), updated.estimate(&whole)?))
+    Ok((posed.clone(), updated.estimate(&posed.problem)?))
 }
 
 /// Each step from where the one before ended, with what those before determine.
 fn step_by_step(
     posed: &JointProblem,
-    whole: &Problem,
     steps: &[BTreeSet<(usize, usize)>],
     workbench: &Workbench<'_>,
 ) -> Result<Updated, EstimateError> {
+    let whole = &posed.problem;
     let in_the_end = Spectrum::new(whole, &posed.initial)?.covariance();
     let mut known = first_of(posed, 0);
     let (mut updated, mut last) = (Updated::from(&posed.initial), None);
@@ -104,12 +102,8 @@ impl Open {
 }
 
 /// The poses before `from` together, then each with all before it as an information matrix.
-fn pose_by_pose(
-    posed: &JointProblem,
-    whole: &Problem,
-    from: usize,
-    workbench: &Workbench<'_>,
-) -> Result<Updated, EstimateError> {
+fn pose_by_pose(posed: &JointProblem, from: usize, workbench: &Workbench<'_>) -> Result<Updated, EstimateError> {
+    let whole = &posed.problem;
     let poses: BTreeSet<usize> = posed.rows.iter().map(|(pose, _)| *pose).collect();
     let together = poses.range(..from).count();
     let mut problem = whole.with_only(first_of(posed, together), NOT_YET).map_err(PosingError::from)?;

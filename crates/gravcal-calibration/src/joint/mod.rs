@@ -2,7 +2,7 @@
 
 mod constraints;
 mod earlier;
-mod hold;
+mod fit;
 mod idle;
 mod in_order;
 mod linear_part;
@@ -12,6 +12,7 @@ mod placements;
 mod position_unknowns;
 mod problem;
 mod readings;
+mod reference;
 mod reversed;
 mod robust;
 mod sample;
@@ -28,20 +29,21 @@ use gravcal_estimation::statistics::{LinearFunction, StatisticsError, TooFewBloc
 use gravcal_estimation::{EvaluateError, SolveError, Termination};
 use thiserror::Error;
 
-use crate::judgement::{Combination, Judgement, Situation, gravity_result, judge};
+use crate::judgement::{Judged, Judgement, Situation, gravity_result, judge};
 use crate::result::{Brief, CovarianceResult, EstimatorResult, GravityResult, UncertaintyResult, Verdict};
 use crate::sequential::Plan;
 use crate::session::Session;
 use crate::workbench::Workbench;
+use idle::idle_joints;
 
-pub(crate) use hold::judge_at_start;
 pub(crate) use order::why_not_by_groups;
 pub use order::{Order, pose_by_pose, step_by_step};
 pub use position_unknowns::PositionUnknown;
 pub(crate) use position_unknowns::sweeping;
+pub(crate) use problem::pose_with_constraints;
 pub use problem::{JointProblem, PosingError, pose};
 pub use readings::Readings;
-pub(crate) use robust::{GAUGE, NORMAL_MEDIAN, median};
+pub(crate) use robust::{NORMAL_MEDIAN, median};
 pub use solve::{Solved, solve};
 pub(crate) use solve::{fit_with_held_out, solve_posed};
 pub(crate) use start::start_around;
@@ -236,30 +238,22 @@ pub fn select(session: &Session, signals: Signals) -> Readings {
 
 /// The joint problem at nominal values, with its constraints: what a solver must be able to take.
 pub(crate) fn pose_at_nominal(session: &Session) -> Result<JointProblem, EstimateError> {
-    hold::pose_with(session, &select(session, Signals::All), &Unknowns::nominal(session), &[])
+    Ok(pose_with_constraints(session, &select(session, Signals::All), &Unknowns::nominal(session))?)
 }
 
 impl Solved {
-    /// What is determined, with what was set aside counted as not.
+    /// What is determined.
     pub(crate) fn judge(&self, session: &Session) -> Judgement {
         self.judge_with_spreads(session, &self.readings.spreads)
     }
 
     /// The same with given spreads (largest less smallest reading of each channel).
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
-        let (posed, values) = (&self.posed, &self.estimate.values);
-        let mut judgement = judge(
-            session,
-            &posed.problem,
-            values,
-            &posed.layout,
-            (&self.spectrum, self.covariance()),
-            spreads,
-            &self.idle,
-        );
+        let JointProblem { problem, layout, .. } = &self.posed;
+        let solution = Judged { problem, values: &self.estimate.values, layout, spectrum: &self.spectrum };
+        let mut judgement = judge(session, &solution, self.covariance(), spreads);
         judgement.gravity &= self.sign_known;
-        judgement.combinations.extend(self.set_aside.iter().map(|aside| aside.combination.clone()));
-        judgement.combinations.extend(self.readings.unread_and_unknown(session).into_iter().map(Combination::alone));
+        judgement.leave_open(self.readings.unread_and_unknown(session));
         judgement
     }
 
@@ -267,7 +261,8 @@ impl Solved {
         let g = self.estimate.values.get(self.posed.layout.gravity);
         let read = (0..session.joints.len()).map(|joint| self.posed.rows.iter().any(|(_, j)| *j == joint)).collect();
         let unread = self.readings.unread_and_unknown(session);
-        Situation { session, gravity: [g[0], g[1], g[2]], read, unread, idle: self.idle.clone() }
+        let idle = idle_joints(session, &self.unknowns(&Unknowns::nominal(session)));
+        Situation { session, gravity: [g[0], g[1], g[2]], read, unread, idle }
     }
 
     fn gravity(&self, session: &Session) -> GravityResult {

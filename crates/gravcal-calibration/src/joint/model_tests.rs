@@ -14,7 +14,8 @@ use gravcal_estimation::{BlockId, Loss};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
-use super::hold::pose_with;
+use super::fit::fit;
+use super::problem::{JointProblem, pose_with_constraints};
 use super::{EstimateError, Solved, Unknowns};
 use crate::judgement::Judgement;
 use crate::parameter::ParameterId;
@@ -92,10 +93,10 @@ impl ModelTests<'_> {
         let solved = self.solved;
         let mut start = solved.unknowns(&Unknowns::nominal(self.session));
         parameters.iter().for_each(|id| *start.value_mut(*id) = 0.0);
-        let posed = pose_with(self.session, &solved.readings, &start, &solved.set_aside)?;
+        let posed = pose_with_constraints(self.session, &solved.readings, &start)?.with_loss(solved.posed.loss)?;
         let held: Vec<BlockId> = parameters.iter().map(|id| posed.layout.block(*id)).collect();
-        let problem = posed.problem.holding(&solved.gauges, super::GAUGE).holding(&held, ABSENT);
-        let without = workbench.solve(&problem, &posed.initial)?;
+        let absent = JointProblem { problem: posed.problem.holding(&held, ABSENT), ..posed };
+        let (_, without) = fit(&absent, &solved.readings, workbench)?;
         Ok(without.termination.converged().then(|| 2.0 * (without.cost - solved.estimate.cost).max(0.0)))
     }
 

@@ -17,8 +17,7 @@ use std::collections::BTreeSet;
 
 use gravcal_estimation::{BlockId, EvaluateError, Factor, Loss, Problem, Spectrum, Values};
 
-use super::hold::pose_with;
-use super::problem::JointProblem;
+use super::problem::{JointProblem, pose_with_constraints};
 use super::readings::Readings;
 use super::sample::Sample;
 use super::start::best_start;
@@ -60,8 +59,8 @@ pub fn step_by_step(session: &Session) -> Readings {
 /// Where no problem can be posed.
 pub fn pose_by_pose(session: &Session, workbench: &Workbench<'_>) -> Result<Readings, EstimateError> {
     let readings = select(session, Signals::All);
-    let start = best_start(session, &Sample::new(session, &readings)?, None, workbench)?.unknowns;
-    let posed = pose_with(session, &readings, &start, &[])?;
+    let start = best_start(session, &Sample::new(session, &readings)?, None, workbench)?;
+    let posed = pose_with_constraints(session, &readings, &start)?;
     let first = first_factors(&posed)?;
     let mut used = (0..session.poses.len()).filter(|pose| !readings.used[*pose].is_empty());
     let from = used.nth(first).unwrap_or(session.poses.len());

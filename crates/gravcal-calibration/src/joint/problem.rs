@@ -9,10 +9,12 @@ use gravcal_estimation::{
 };
 use thiserror::Error;
 
+use super::constraints::{self, constrained};
 use super::earlier::with_earlier;
 use super::placements::{add_placements, distances_left};
 use super::position_unknowns::{add_priors, add_unknowns};
 use super::readings::{Readings, add_readings};
+use super::reference::{reference, with_reference};
 use super::sweep_moments::{SweepMoments, by_sweep};
 use super::unknowns::{Layout, Unknowns};
 use crate::parameter::{Parameter, ParameterId, Quantity};
@@ -103,10 +105,25 @@ pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<
     add_knowledge(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
     let posed = JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None };
+    let posed = with_reference(session, readings, posed);
     match &session.earlier {
         None => Ok(posed),
         Some(earlier) => with_earlier(earlier, posed),
     }
+}
+
+/// The same under the session's constraints, from the nearest start that obeys them.
+///
+/// # Errors
+/// As [`pose`].
+pub(crate) fn pose_with_constraints(
+    session: &Session,
+    readings: &Readings,
+    start: &Unknowns,
+) -> Result<JointProblem, PosingError> {
+    let mut start = start.clone();
+    constraints::respect(session, &mut start);
+    constrained(session, pose(session, readings, &start)?)
 }
 
 /// The same with the readings alone: no prior and nothing that needs one, no known norm, no known distance. A characteristic
@@ -123,10 +140,14 @@ pub(crate) fn pose_readings_alone(
     let layout = add_blocks(session, readings, start, false, &mut builder);
     let rows = add_readings(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
+    let mut nominal = ProblemBuilder::new();
+    add_blocks(session, readings, &Unknowns::nominal(session), false, &mut nominal);
+    let reference = reference(session, readings, &problem, &layout, nominal.initial());
+    let problem = problem.with_reference(reference);
     Ok(JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None })
 }
 
-fn add_unknown_blocks(
+pub(super) fn add_unknown_blocks(
     session: &Session,
     readings: &Readings,
     start: &Unknowns,

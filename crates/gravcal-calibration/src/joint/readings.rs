@@ -26,6 +26,8 @@ pub struct Readings {
     pub spreads: Arc<[f64]>,
     /// Standard deviation, by channel, of readings that state none; unit of the reading.
     pub noise: Vec<f64>,
+    /// No reading counts as less uncertain than this, by channel; unit of the reading. Zero but where a start is looked for.
+    pub floor: Arc<[f64]>,
     /// How readings far beyond that are to be counted. [`super::pose`] leaves it to `JointProblem::with_loss`: at a start
     /// every reading looks far off.
     pub loss: Loss,
@@ -39,8 +41,9 @@ impl Readings {
         let all: Arc<[usize]> = (0..session.channel_count()).collect();
         let used = vec![all; session.poses.len()];
         let spreads: Arc<[f64]> = session.spreads().into();
-        let noise = first_noise(&spreads);
-        let readings = Readings { used, spreads, noise, loss: session.loss, order: Order::Together };
+        let noise = first_noise(session, &spreads);
+        let floor = vec![0.0; noise.len()].into();
+        let readings = Readings { used, spreads, noise, floor, loss: session.loss, order: Order::Together };
         readings.only(|pose, channel| session.reading(pose, channel).is_some() && keep(pose, channel))
     }
 
@@ -56,6 +59,12 @@ impl Readings {
         };
         let used = self.used.iter().enumerate().map(of_pose).collect();
         Readings { used, ..self.clone() }
+    }
+
+    /// The same as if each were uncertain by a hundredth of its channel's spread at least. What explains readings so roughly lies where
+    /// the reference prior has a say: at plausible values, and not in one of the deep and narrow minima that small noise makes of odd ones.
+    pub(super) fn roughly(&self, session: &Session) -> Readings {
+        Readings { floor: first_noise(session, &self.spreads).into(), ..self.clone() }
     }
 
     /// How many poses have a reading that enters.
@@ -127,13 +136,22 @@ impl Readings {
 
     /// Standard deviation of one reading, unit of the reading.
     pub fn std(&self, session: &Session, pose: usize, channel: usize) -> f64 {
-        session.reading(pose, channel).and_then(|r| r.std).unwrap_or(self.noise[channel])
+        let std = session.reading(pose, channel).and_then(|r| r.std).unwrap_or(self.noise[channel]);
+        std.max(self.floor[channel])
     }
 }
 
-/// A first standard deviation for channels whose readings state none: a hundredth of the readings' spread.
-pub(super) fn first_noise(spreads: &[f64]) -> Vec<f64> {
-    spreads.iter().map(|spread| if *spread > 0.0 { 0.01 * spread } else { 1.0 }).collect()
+/// A first standard deviation for channels whose readings state none: a hundredth of the readings' spread, but of a joint at least a
+/// thousandth of the largest torque's. The readings of a joint that carries nothing spread by their noise alone.
+pub(super) fn first_noise(session: &Session, spreads: &[f64]) -> Vec<f64> {
+    let gain = |joint: usize| session.nominal(ParameterId::Sensor(joint, Quantity::TorqueGain)).abs();
+    let largest = (0..session.joints.len()).map(|joint| spreads[joint] / gain(joint)).fold(0.0, f64::max);
+    let of_channel = |(channel, spread): (usize, &f64)| {
+        let floor = if channel < session.joints.len() { 1e-3 * largest * gain(channel) } else { 0.0 };
+        let noise = floor.max(0.01 * spread);
+        if noise > 0.0 { noise } else { 1.0 }
+    };
+    spreads.iter().enumerate().map(of_channel).collect()
 }
 
 impl Instrument {

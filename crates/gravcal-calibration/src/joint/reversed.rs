@@ -13,7 +13,7 @@
 
 use gravcal_estimation::Termination;
 
-use super::hold::pose_with;
+use super::problem::pose_with_constraints;
 use super::readings::first_noise;
 use super::sample::Sample;
 use super::start::{best_start, start_cost};
@@ -70,7 +70,7 @@ fn beside_the_others(
 ) -> Result<Option<Reversed>, EstimateError> {
     workbench.tell("looking for reversed sensors");
     // Noise found from residuals would excuse the very joint that is reversed.
-    let readings = Readings { noise: first_noise(&solved.readings.spreads), ..solved.readings.clone() };
+    let readings = Readings { noise: first_noise(session, &solved.readings.spreads), ..solved.readings.clone() };
     let mut joints: Vec<usize> = Vec::new();
     let mut cost = start_cost(session, &readings)?;
     loop {
@@ -146,8 +146,8 @@ fn solve_with(
     solved: &Solved,
     workbench: &Workbench<'_>,
 ) -> Result<(f64, Unknowns), EstimateError> {
-    let start = best_start(session, &Sample::new(session, readings)?, None, workbench)?.unknowns;
-    let posed = pose_with(session, readings, &start, &[])?.with_loss(solved.posed.loss)?;
+    let start = best_start(session, &Sample::new(session, readings)?, None, workbench)?;
+    let posed = pose_with_constraints(session, readings, &start)?.with_loss(solved.posed.loss)?;
     let estimate = workbench.solve(&posed.problem, &posed.initial)?;
     Ok((estimate.cost, Unknowns::of(&estimate.values, &posed.layout, &start)))
 }

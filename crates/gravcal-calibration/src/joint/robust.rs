@@ -12,7 +12,7 @@
 //!
 //! The first round of it is by least squares, when nothing is known of the noise yet.
 
-use gravcal_estimation::{BlockId, Estimate, EvaluateError, Loss, LossName, Values};
+use gravcal_estimation::{Estimate, EvaluateError, Loss, LossName, Values};
 
 use super::EstimateError;
 use super::problem::JointProblem;
@@ -20,20 +20,16 @@ use super::solve::Solved;
 use crate::session::Session;
 use crate::workbench::Workbench;
 
-/// Why a parameter is held while the rest is solved for, though it is judged as free.
-pub(crate) const GAUGE: &str = "a combination that has no effect is fixed by it";
-
 /// Median of |r| of normal residuals of unit variance.
 pub(crate) const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 
-/// Solves a problem posed without a loss under `loss`, with some blocks held.
+/// Solves a problem posed without a loss under `loss`.
 pub(super) fn solve_with_loss(
     posed: &JointProblem,
-    held: &[BlockId],
     loss: Loss,
     workbench: &Workbench<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
-    let solve = |posed: &JointProblem, from: &Values| workbench.solve(&posed.problem.holding(held, GAUGE), from);
+    let solve = |posed: &JointProblem, from: &Values| workbench.solve(&posed.problem, from);
     let mut values = posed.initial.clone();
     for stage in stages_before(loss) {
         values = solve(&posed.with_loss(stage)?, &values)?.values;

@@ -1,6 +1,6 @@
 //! A part of the poses, posed once: starts are compared and judged by it.
 
-use gravcal_estimation::NormalEquations;
+use std::collections::HashMap;
 
 use super::linear_part::FAINT_DAMPING;
 use super::problem::{JointProblem, PosingError, pose};
@@ -11,6 +11,8 @@ use crate::workbench::Workbench;
 
 /// Poses that suffice to compare candidates.
 const POSES: usize = 120;
+/// The multiples of this, less their whole parts, spread evenly and without a period (Weyl, *Mathematische Annalen* 77, 1916).
+const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_9;
 /// Iterations from a start that tell how low it leads.
 const BRIEF: usize = 30;
 /// A cost for each reading below this explains them: noise alone makes it ½.
@@ -34,8 +36,6 @@ pub(super) struct OneStep {
     /// The cost there.
     pub cost: f64,
     pub end: Unknowns,
-    /// Those of the sample where it starts.
-    pub normal_equations: Option<NormalEquations>,
 }
 
 impl Sample {
@@ -44,7 +44,7 @@ impl Sample {
     /// # Errors
     /// Where no problem can be posed.
     pub fn new(session: &Session, readings: &Readings) -> Result<Sample, PosingError> {
-        let readings = thinned(readings);
+        let readings = thinned(session, readings);
         let posed = pose(session, &readings, &Unknowns::nominal(session))?;
         Ok(Sample { readings, posed })
     }
@@ -85,20 +85,23 @@ impl Sample {
         let there = problem.retract(initial, &step);
         let cost = problem.cost(&there).ok().filter(|cost| *cost < linearization.cost())?;
         let end = Unknowns::of(&there, layout, start);
-        Some(OneStep { cost, end, normal_equations: linearization.normal_equations() })
-    }
-
-    /// Whether normal equations of its problem show that gravity and every parameter is determined.
-    pub fn determines_all(&self, session: &Session, shown: &NormalEquations) -> bool {
-        let JointProblem { problem, layout, .. } = &self.posed;
-        let parameters = session.parameters().into_iter().map(|id| layout.block(id));
-        let blocks = std::iter::once(layout.gravity).chain(parameters);
-        shown.determine(&blocks.flat_map(|id| problem.columns_of(id)).collect::<Vec<_>>())
+        Some(OneStep { cost, end })
     }
 }
 
-/// Every so many poses of the readings, so that about [`POSES`] are left.
-pub(super) fn thinned(readings: &Readings) -> Readings {
-    let stride = readings.poses().div_ceil(POSES).max(1);
-    readings.only(|pose, _| pose % stride == 0)
+/// About [`POSES`] poses of the readings, spread evenly over each table and load. Which they are has no period: every so many of
+/// them could be those that were approached from one side.
+pub(super) fn thinned(session: &Session, readings: &Readings) -> Readings {
+    let share = POSES as f64 / readings.poses() as f64;
+    if share >= 1.0 {
+        return readings.clone();
+    }
+    let mut seen: HashMap<(usize, Option<usize>), usize> = HashMap::new();
+    let kept = session.poses.iter().zip(&readings.used).map(|(pose, used)| {
+        let place = seen.entry((pose.table, pose.load)).or_default();
+        *place += usize::from(!used.is_empty());
+        (*place as f64 * GOLDEN_SECTION).fract() < share
+    });
+    let kept: Vec<bool> = kept.collect();
+    readings.only(|pose, _| kept[pose])
 }

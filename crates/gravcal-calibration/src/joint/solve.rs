@@ -1,21 +1,17 @@
 //! Solving the joint problem: start, unstated noise, the second fit that leaves a tenth of the poses out.
 
 use gravcal_estimation::statistics::{NoiseKnowledge, Solution, along_constraints};
-use gravcal_estimation::{
-    BlockId, Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty,
-};
+use gravcal_estimation::{Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty};
 
-use super::constraints;
-use super::hold::{Holds, SetAside};
-use super::in_order::estimate_in_order;
+use super::fit::fit;
 use super::order::Order;
-use super::problem::{JointProblem, pose};
+use super::problem::{JointProblem, pose, pose_with_constraints};
 use super::readings::Readings;
 use super::sample::Sample;
-use super::start::{Start, best_start, further_starts, start_around};
+use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
-use crate::judgement::{Explained, fit, held_out};
+use crate::judgement::{self, Explained, held_out};
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::Fit;
 use crate::session::Session;
@@ -42,12 +38,6 @@ pub struct Solved {
     pub(super) along_constraints: Option<Problem>,
     /// How well: from the noise, unless another uncertainty was chosen.
     pub uncertainty: Uncertainty,
-    /// Blocks that were held while the rest was solved for, each to fix a combination that has no effect.
-    pub(crate) gauges: Vec<BlockId>,
-    /// Parameters of which the data say too little, and which were held.
-    pub(crate) set_aside: Vec<SetAside>,
-    /// Joints that carry no gravity.
-    pub(crate) idle: Vec<bool>,
     /// Whether gravity's sign is declared, or decided by the readings.
     pub(crate) sign_known: bool,
 }
@@ -67,20 +57,23 @@ pub fn solve(
     let sample = Sample::new(session, readings)?;
     let start = match (&readings.order, known) {
         (Order::Together, _) => best_start(session, &sample, known, workbench)?,
-        (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?.into(),
+        (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?,
         // What fewer readings show need not be so for all.
-        _ => best_start(session, &Sample::new(session, &readings.first())?, known, workbench)?.unknowns.into(),
+        _ => best_start(session, &Sample::new(session, &readings.first())?, known, workbench)?,
     };
-    let solved = solve_from(session, readings, &sample, start, workbench)?;
+    let solved = solve_from(session, readings, start, workbench)?;
     let sample = sample.with_noise_of(session, &solved.readings)?;
     let solved = settled(session, solved, &sample, workbench)?;
-    if solved.misfit(session)?.is_some() && solved.estimate.termination != Termination::Stopped {
+    let stopped = solved.estimate.termination == Termination::Stopped;
+    let noise_is_found = session.noise_estimated().contains(&true) && readings.order == Order::Together;
+    if (noise_is_found || solved.misfit(session)?.is_some()) && !stopped {
         return lowest_elsewhere(session, readings, &sample, solved, known, workbench);
     }
     Ok(solved)
 }
 
-/// The solution, or a lower one from another start: a minimum that the stated noise rules out may be a local one.
+/// The solution, or a likelier one from another start: a minimum that the stated noise rules out may be a local one, and noise that was
+/// found at a minimum excuses it.
 fn lowest_elsewhere(
     session: &Session,
     readings: &Readings,
@@ -91,10 +84,10 @@ fn lowest_elsewhere(
 ) -> Result<Solved, EstimateError> {
     workbench.tell("other starting values");
     let mut lower = false;
-    for start in further_starts(session, sample, known)? {
+    for start in further_starts(session, sample, known, workbench)? {
         // A start that leads nowhere says nothing of the others.
-        let Ok(other) = solve_from(session, readings, sample, start.into(), workbench) else { continue };
-        if other.estimate.cost < solved.estimate.cost - DECISIVE {
+        let Ok(other) = solve_from(session, readings, start, workbench) else { continue };
+        if other.minus_log_likelihood(session) < solved.minus_log_likelihood(session) - DECISIVE {
             (solved, lower) = (other, true);
         }
     }
@@ -105,20 +98,18 @@ fn lowest_elsewhere(
 pub(super) fn solve_from(
     session: &Session,
     readings: &Readings,
-    sample: &Sample,
-    start: Start,
+    start: Unknowns,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     let mut readings = readings.clone();
-    let mut holds = Holds::at_start(session, sample, &start.unknowns, start.normal_equations.as_ref())?;
-    let mut start = start.unknowns;
+    let mut start = start;
     let loss = readings.loss;
     let estimated = session.noise_estimated().iter().any(|e| *e);
     for round in 0.. {
         workbench.tell("all unknowns together");
         // Where nothing is known of the noise, nothing is known of outliers.
         readings.loss = if estimated && round == 0 { Loss::None } else { loss };
-        let solved = holds.solve(session, &readings, &start, workbench)?;
+        let solved = solve_posed(readings.clone(), pose_with_constraints(session, &readings, &start)?, workbench)?;
         if !estimated || round == NOISE_ROUNDS {
             return Ok(solved);
         }
@@ -143,11 +134,17 @@ pub(crate) fn solve_posed(
     posed: JointProblem,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
-    let estimate = workbench.solve(&posed.problem, &posed.initial)?;
+    let (posed, estimate) = fit(&posed, &readings, workbench)?;
     Solved::judged(readings, posed, estimate)
 }
 
 impl Solved {
+    /// − ln of the likelihood with the noise as stated or found here, but for what all solutions share.
+    fn minus_log_likelihood(&self, session: &Session) -> f64 {
+        let size = |(pose, channel): &(usize, usize)| self.readings.std(session, *pose, *channel).ln();
+        self.estimate.cost + self.posed.rows.iter().map(size).sum::<f64>()
+    }
+
     /// How many times worse than their stated noise the readings are explained, where that is no accident.
     pub(super) fn misfit(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
         Ok(Explained::of(session, self, 2.0 * self.estimate.cost)?.misfit())
@@ -198,28 +195,12 @@ impl Solved {
         let problem = along.as_ref().unwrap_or(&posed.problem);
         let solution = Solution { problem, values: &estimate.values, spectrum: &spectrum };
         let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
-        let (gauges, set_aside, idle) = (Vec::new(), Vec::new(), vec![false; posed.layout.sensors.len()]);
-        Ok(Solved {
-            readings,
-            posed,
-            estimate,
-            spectrum,
-            along_constraints: along,
-            uncertainty,
-            gauges,
-            set_aside,
-            idle,
-            sign_known: true,
-        })
+        Ok(Solved { readings, posed, estimate, spectrum, along_constraints: along, uncertainty, sign_known: true })
     }
 
     /// The problem as it is judged: along the active constraints.
     pub(crate) fn judged_problem(&self) -> &Problem {
         self.along_constraints.as_ref().unwrap_or(&self.posed.problem)
-    }
-
-    pub(super) fn with_holds(self, set_aside: &[SetAside], idle: &[bool]) -> Solved {
-        Solved { set_aside: set_aside.to_vec(), idle: idle.to_vec(), ..self }
     }
 
     /// Covariance of the columns.
@@ -251,38 +232,32 @@ impl Solved {
 
 /// Tells the fit, with the prediction of a tenth of the poses by a second fit that did not see them.
 ///
-/// What the first problem held beyond the session's own choices, the second holds too. Where it does not converge, nothing
-/// is predicted.
+/// Where the second fit does not converge, nothing is predicted.
 pub(crate) fn fit_with_held_out(
     session: &Session,
     solved: &Solved,
     workbench: &Workbench<'_>,
 ) -> Result<Fit, EstimateError> {
     let whitened = solved.posed.problem.residuals(&solved.estimate.values)?;
-    let mut told = fit(session, solved, &whitened)?;
+    let mut told = judgement::fit(session, solved, &whitened)?;
     workbench.tell("predicting held-out poses");
     let is_held_out = |pose: usize| pose % HELD_OUT_SHARE == HELD_OUT_SHARE / 2;
     let part = |held: bool| solved.readings.only(|pose, _| is_held_out(pose) == held);
-    let mut start = solved.unknowns(&Unknowns::nominal(session));
-    if !solved.posed.problem.constraints().is_empty() {
-        constraints::respect(session, &mut start); // of rounding errors
-    }
+    let start = solved.unknowns(&Unknowns::nominal(session));
     let seen_readings = part(false);
-    let Ok(seen) = pose(session, &seen_readings, &start) else { return Ok(told) };
+    let Ok(seen) = pose_with_constraints(session, &seen_readings, &start) else { return Ok(told) };
+    // What the first fit held, by the sequential steps say, the second holds too.
     let also_held: Vec<_> = seen
         .problem
         .block_ids()
         .filter(|id| {
-            let twin = solved.posed.problem.find(&seen.problem.block(*id).name);
-            twin.is_some_and(|twin| solved.posed.problem.block(twin).held.is_some())
+            let same = solved.posed.problem.find(&seen.problem.block(*id).name);
+            same.is_some_and(|same| solved.posed.problem.block(same).held.is_some())
         })
         .collect();
     let mut seen = seen.with_loss(solved.posed.loss)?;
     seen.problem = seen.problem.holding(&also_held, "held in the first fit");
-    if !solved.posed.problem.constraints().is_empty() {
-        seen = constraints::constrained(session, seen)?;
-    }
-    let (seen, estimate) = estimate_in_order(&seen, &[], &seen_readings, workbench)?;
+    let (seen, estimate) = fit(&seen, &seen_readings, workbench)?;
     if !estimate.termination.converged() {
         return Ok(told);
     }

@@ -5,12 +5,10 @@
 //! those that the sequential estimator found), and its worth is the cost after that linear problem is solved. A few of the
 //! best are followed a little further, and the one that comes lowest wins.
 
-use gravcal_estimation::NormalEquations;
-
 use super::linear_part::LinearPart;
 use super::problem::PosingError;
 use super::readings::Readings;
-use super::sample::{OneStep, Sample, thinned};
+use super::sample::{Nearby, Sample, thinned};
 use super::unknowns::Unknowns;
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -24,65 +22,88 @@ const CONTENDERS: usize = 4;
 const APART: f64 = 0.3;
 /// Candidates that are followed to their end where the first one ended at what the noise does not explain.
 const FURTHER: usize = 12;
+/// Ends are the same where their gravities are so near, rad.
+const SAME_END: f64 = 0.02;
 /// Angle by which the declared direction is left, rad: exactly along an axis, the moments that the axis would carry
 /// have no effect, and nothing could be said of them.
 const OFF_AXIS: f64 = 0.02;
 
-/// Where an estimate starts.
-pub(super) struct Start {
-    pub unknowns: Unknowns,
-    /// The sample's normal equations not far from there, if they were summed on the way.
-    pub normal_equations: Option<NormalEquations>,
-}
-
-impl From<Unknowns> for Start {
-    fn from(unknowns: Unknowns) -> Self {
-        Start { unknowns, normal_equations: None }
-    }
-}
-
 /// The best of `known` (if any) and the nominal values under directions spread over the declared hemisphere, or over the
 /// sphere where none is declared.
 ///
-/// One that explains the readings of the sample is it, and so is what one step or a few iterations from `known` lead to, if that
-/// does. Else the candidates that are left the lowest cost, and differ in direction, are solved for briefly so, and the best of
-/// them then is where the estimate starts.
+/// What `known` leads to by one step or a few iterations is it, if that explains the readings of the sample. Else a candidate that
+/// explains them roughly, or those that are left the lowest cost and differ in direction, are followed so, and the lowest end is
+/// where the estimate starts.
 pub(super) fn best_start(
     session: &Session,
     sample: &Sample,
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
-) -> Result<Start, PosingError> {
-    let part = LinearPart::new(session, &sample.readings, &Unknowns::nominal(session))?;
-    if let Some(near) = known.and_then(|known| near_known(&part, sample, known, workbench)) {
-        return Ok(near);
+) -> Result<Unknowns, PosingError> {
+    if let Some(known) = known {
+        let part = LinearPart::new(session, &sample.readings, &Unknowns::nominal(session))?;
+        if let Some(near) = near_known(&part, sample, known, workbench) {
+            return Ok(near);
+        }
     }
+    let ends = rough_ends(session, sample, known, Extent::Sufficient, workbench)?;
+    Ok(ends.into_iter().next().unwrap_or_else(|| Unknowns::nominal(session)))
+}
+
+/// How many candidates are followed.
+#[derive(Clone, Copy, PartialEq)]
+enum Extent {
+    /// The first that explains the readings; without such, a few.
+    Sufficient,
+    /// All that are apart, up to so many.
+    All(usize),
+}
+
+/// Where the best candidates lead if the sample's readings are explained roughly, the lowest first.
+fn rough_ends(
+    session: &Session,
+    sample: &Sample,
+    known: Option<&Unknowns>,
+    extent: Extent,
+    workbench: &Workbench<'_>,
+) -> Result<Vec<Unknowns>, PosingError> {
+    let rough = Sample::new(session, &sample.readings.roughly(session))?;
+    let part = LinearPart::new(session, &rough.readings, &Unknowns::nominal(session))?;
     let mut solved: Vec<(f64, Unknowns)> = Vec::new();
     for (cost, start) in candidates(&part, known) {
-        if cost < sample.explained() {
-            return Ok(start.into());
-        }
+        let explains = cost < rough.explained();
         solved.push((cost, start));
+        if explains && extent == Extent::Sufficient {
+            solved.drain(..solved.len() - 1);
+            break;
+        }
     }
-    let starts = contenders(solved, CONTENDERS).into_iter();
-    let costs = starts.map(|start| (sample.nearby(session, &start, 0.0, workbench).cost, start));
-    let best = costs.reduce(|best, other| if other.0 < best.0 { other } else { best });
-    Ok(best.map_or_else(|| Unknowns::nominal(session), |(_, start)| start).into())
+    let most = if let Extent::All(most) = extent { most } else { CONTENDERS };
+    let follow = |start: Unknowns| rough.nearby(session, &start, 0.0, workbench);
+    let mut ends: Vec<Nearby> = contenders(solved, most).into_iter().map(follow).collect();
+    ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut different: Vec<Unknowns> = Vec::new();
+    for Nearby { end, .. } in ends {
+        if different.iter().all(|other| angle(&other.gravity, &end.gravity) > SAME_END) {
+            different.push(end);
+        }
+    }
+    Ok(different)
 }
 
 /// What suits `known` best, or one step or a few iterations on, if that explains the readings of the sample.
-fn near_known(part: &LinearPart<'_>, sample: &Sample, known: &Unknowns, workbench: &Workbench<'_>) -> Option<Start> {
+fn near_known(part: &LinearPart<'_>, sample: &Sample, known: &Unknowns, workbench: &Workbench<'_>) -> Option<Unknowns> {
     let (cost, mut start) = part.solve(known);
     respect_distances(part.session(), &mut start);
     if cost < sample.explained() {
-        return Some(start.into());
+        return Some(start);
     }
     let step = sample.one_step(part.session(), &start).filter(|step| step.cost < sample.explained());
-    if let Some(OneStep { end, normal_equations, .. }) = step {
-        return Some(Start { unknowns: end, normal_equations });
+    if let Some(step) = step {
+        return Some(step.end);
     }
     let near = sample.nearby(part.session(), &start, sample.explained(), workbench);
-    (near.cost < sample.explained()).then(|| near.end.into())
+    (near.cost < sample.explained()).then_some(near.end)
 }
 
 /// Where else an estimate may start whose end cannot be the right one, the most promising first.
@@ -90,10 +111,9 @@ pub(super) fn further_starts(
     session: &Session,
     sample: &Sample,
     known: Option<&Unknowns>,
+    workbench: &Workbench<'_>,
 ) -> Result<Vec<Unknowns>, PosingError> {
-    let part = LinearPart::new(session, &sample.readings, &Unknowns::nominal(session))?;
-    let all = candidates(&part, known).collect();
-    Ok(contenders(all, FURTHER))
+    rough_ends(session, sample, known, Extent::All(FURTHER), workbench)
 }
 
 /// Each direction of gravity (and `known`) with what suits it best, and the cost of that.
@@ -129,7 +149,7 @@ fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 /// What the best of the nominal values under some directions of gravity costs, for comparing sessions that differ in signs.
 pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, PosingError> {
     let nominal = Unknowns::nominal(session);
-    let part = LinearPart::new(session, &thinned(readings), &nominal)?;
+    let part = LinearPart::new(session, &thinned(session, readings), &nominal)?;
     let cost = |direction: [f64; 3]| {
         let gravity = direction.map(|c| session.gravity.magnitude * c);
         part.solve(&Unknowns { gravity, ..nominal.clone() }).0
@@ -139,7 +159,7 @@ pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, 
 
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.
 pub(crate) fn start_around(session: &Session, readings: &Readings, known: &Unknowns) -> Result<Unknowns, PosingError> {
-    let (_, solved) = LinearPart::new(session, &thinned(readings), known)?.solve(known);
+    let (_, solved) = LinearPart::new(session, &thinned(session, readings), known)?.solve(known);
     let mut start =
         Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved };
     respect_distances(session, &mut start);

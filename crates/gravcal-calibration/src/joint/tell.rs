@@ -4,7 +4,6 @@ use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
 use gravcal_kinematics::JointKind;
 
-use super::hold::SetAside;
 use super::model_tests::ModelTests;
 use super::order::Order;
 use super::{EstimateError, Solved, constraints, contradiction_in_words, contradicts, sweep_moments};
@@ -46,7 +45,6 @@ pub(super) fn tell(
     let mirrored = mirrored_gains(session, solved, &parameters);
     let mut notes = session_notes(session);
     notes.extend(session.earlier.iter().flat_map(EarlierCalibration::notes));
-    notes.extend(set_aside_notes(session, solved));
     notes.extend(sweep_moments::left_out_note(session));
     notes.extend(mirrored.iter().cloned());
     notes.extend(driving_friction_notes(session, &parameters));
@@ -247,22 +245,6 @@ pub(crate) fn unknown_sign() -> Undetermined {
                lengths"
             .into(),
     }
-}
-
-/// Which parameters were set aside, in words.
-fn set_aside_notes(session: &Session, solved: &Solved) -> Vec<String> {
-    let tell = |aside: &SetAside| {
-        let parameter = session.parameter(aside.parameter);
-        if aside.is_idle_joint() {
-            return format!("{} carries no gravity: its torque readings enter through its bias only.", parameter.owner);
-        }
-        format!(
-            "The data say too little of {}: the rest, moments included, is estimated with it at {}.",
-            parameter.name(),
-            aside.value
-        )
-    };
-    solved.set_aside.iter().map(tell).collect()
 }
 
 /// What every estimator's reader should know of frames, positions and loads.

@@ -9,9 +9,9 @@
 
 use nalgebra::Vector3;
 
-use super::hold::Holds;
+use super::problem::pose_with_constraints;
 use super::sample::Sample;
-use super::solve::{Solved, solve_from};
+use super::solve::{Solved, solve_from, solve_posed};
 use super::{EstimateError, Unknowns};
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -52,13 +52,14 @@ fn right_way_up(
     if there > here + DECISIVE {
         return Ok(solved);
     }
-    let other = Holds::at_start(session, sample, &start, None)?.solve(session, &solved.readings, &start, workbench)?;
+    let posed = pose_with_constraints(session, &solved.readings, &start)?.with_loss(solved.posed.loss)?;
+    let other = solve_posed(solved.readings.clone(), posed, workbench)?;
     let [here, there] = [&solved, &other].map(|solution| solution.unknowns(&nominal).gravity);
     let opposite = here.iter().zip(there).map(|(a, b)| a * b).sum::<f64>() < 0.0;
     let gain = solved.estimate.cost - other.estimate.cost;
     let sign_known = !opposite || gain.abs() > DECISIVE;
     let lower = if opposite && gain > LOWER * solved.estimate.cost {
-        solve_from(session, &solved.readings, sample, other.unknowns(&nominal).into(), workbench)?
+        solve_from(session, &solved.readings, other.unknowns(&nominal), workbench)?
     } else {
         solved
     };
@@ -85,7 +86,7 @@ fn unmirrored(
         return Ok(solved);
     }
     workbench.tell("placements the other way round");
-    let other = solve_from(session, &solved.readings, sample, mirrored.into(), workbench)?;
+    let other = solve_from(session, &solved.readings, mirrored, workbench)?;
     let lower = other.estimate.cost < solved.estimate.cost * (1.0 - LOWER);
     Ok(if lower { Solved { sign_known: solved.sign_known, ..other } } else { solved })
 }

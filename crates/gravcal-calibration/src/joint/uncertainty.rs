@@ -39,7 +39,7 @@ impl Solved {
             UncertaintyChoice::Bootstrap { block_poses, replicates, seed } => {
                 workbench.tell("judging by bootstrap");
                 let blocks = blocks(block_poses)?;
-                let resampling = Resampling { blocks: &blocks, replicates, seed, held: &self.gauges };
+                let resampling = Resampling { blocks: &blocks, replicates, seed, held: &[] };
                 // Replicates obey the constraints by themselves, and need not lean on the same ones.
                 let (problem, values) = (&self.posed.problem, &self.estimate.values);
                 let solution = Solution { problem, values, spectrum: &Spectrum::new(problem, values)? };

@@ -6,6 +6,10 @@
 //! bias, 0.1 rad of gravity's direction. The second test is needed because at a noisy estimate a direction without information looks
 //! weak instead of empty: an upright base is never estimated as exactly upright. Noise may then be explained by a sensor that hardly
 //! reads anything, with a gain that is zero but for its error: precise beside the nominal value, and of no use, not even for its sign.
+//!
+//! Numbers decide; combinations are what is told of it, with their small parts left out.
+
+use std::collections::BTreeSet;
 
 use gravcal_estimation::{Covariance, Problem, Spectrum, Values, sparse_basis};
 
@@ -16,6 +20,9 @@ use crate::session::parameters::GAIN_LIMIT;
 
 /// Coefficients of a combination below this share of the largest are not told.
 const READABLE: f64 = 0.02;
+/// A direction without information touches a column if the column's part of it, in scaled coordinates, exceeds this. Null vectors are
+/// accurate to 1e-7 at the tolerance of the rank.
+const TOUCHED: f64 = 1e-5;
 
 /// What the data say of the parameters and gravity.
 #[derive(Debug)]
@@ -24,12 +31,23 @@ pub(crate) struct Judgement {
     pub gravity: bool,
     /// Combinations without information, and those with too little.
     pub combinations: Vec<Combination>,
+    /// Every parameter that is not determined.
+    open: BTreeSet<ParameterId>,
 }
 
 impl Judgement {
     /// Whether a parameter is determined; held ones count as such.
     pub fn determines(&self, id: ParameterId) -> bool {
-        !self.combinations.iter().any(|combination| combination.contains(id))
+        !self.open.contains(&id)
+    }
+
+    /// Counts parameters as without any information.
+    pub fn leave_open(&mut self, parameters: impl IntoIterator<Item = ParameterId>) {
+        for id in parameters {
+            if self.open.insert(id) {
+                self.combinations.push(Combination::alone(id, None));
+            }
+        }
     }
 }
 
@@ -42,47 +60,33 @@ pub(crate) struct Combination {
     pub gravity: bool,
     /// Standard deviation in units of the limit; `None` where there is no information at all.
     pub std_over_limit: Option<f64>,
-    /// The parameter in it on which the readings depend most: held, it fixes the combination.
-    pub anchor: Option<ParameterId>,
 }
 
 impl Combination {
-    /// One parameter without any information.
-    pub fn alone(parameter: ParameterId) -> Combination {
-        Combination { parameters: vec![(parameter, 1.0)], gravity: false, std_over_limit: None, anchor: None }
+    fn alone(parameter: ParameterId, std_over_limit: Option<f64>) -> Combination {
+        Combination { parameters: vec![(parameter, 1.0)], gravity: false, std_over_limit }
     }
 
-    /// Whether it is this one parameter.
-    fn is_only(&self, parameter: ParameterId) -> bool {
-        !self.gravity && self.parameters.len() == 1 && self.contains(parameter)
-    }
-
-    /// Whether a parameter takes part.
-    pub fn contains(&self, parameter: ParameterId) -> bool {
+    fn contains(&self, parameter: ParameterId) -> bool {
         self.parameters.iter().any(|(id, _)| *id == parameter)
-    }
-
-    /// Whether holding this parameter would fix a combination that has no effect.
-    pub fn breaks_with(&self, parameter: ParameterId) -> bool {
-        self.std_over_limit.is_none() && self.contains(parameter)
     }
 }
 
-/// Judges a solution. `spreads`: largest less smallest torque reading of each joint; `idle`: joints that carry no
-/// gravity, which cannot anchor a combination.
-pub(crate) fn judge(
-    session: &Session,
-    problem: &Problem,
-    values: &Values,
-    layout: &Layout,
-    (spectrum, covariance): (&Spectrum, &Covariance),
-    spreads: &[f64],
-    idle: &[bool],
-) -> Judgement {
-    let asked = ParameterColumns::new(session, problem, values, layout, spreads, idle);
-    let mut combinations = asked.without_information(spectrum);
-    combinations.extend(asked.with_little_information(covariance, &combinations));
-    Judgement { gravity: !combinations.iter().any(|c| c.gravity), combinations }
+/// A solution as it is judged.
+pub(crate) struct Judged<'a> {
+    pub problem: &'a Problem,
+    pub values: &'a Values,
+    pub layout: &'a Layout,
+    /// Of the problem at the values.
+    pub spectrum: &'a Spectrum,
+}
+
+/// Judges a solution by its rank and this covariance. `spreads`: largest less smallest torque reading of each joint.
+pub(crate) fn judge(session: &Session, solution: &Judged<'_>, covariance: &Covariance, spreads: &[f64]) -> Judgement {
+    let asked = ParameterColumns::new(session, solution, spreads);
+    let mut judgement = asked.without_information(solution.spectrum);
+    asked.add_little_information(covariance, &mut judgement);
+    judgement
 }
 
 /// Standard deviation beyond which the number found for a parameter would mislead, in its unit.
@@ -97,129 +101,90 @@ fn own_limit(id: ParameterId, value: f64) -> Option<f64> {
     is_gain.then(|| GAIN_LIMIT * value.abs())
 }
 
-/// The columns of parameters and gravity, each with what it is and its limit.
-struct ParameterColumns {
-    columns: Vec<usize>,
+/// A column of a parameter or of gravity.
+struct Asked {
+    column: usize,
     /// `None`: gravity.
-    identity: Vec<Option<ParameterId>>,
+    identity: Option<ParameterId>,
     /// Standard deviation beyond which a number would mislead.
-    limits: Vec<f64>,
+    limit: f64,
     /// Unit in which a combination is told: the value itself for a gain, so that a common scale shows as such.
-    units: Vec<f64>,
-    idle: Vec<bool>,
+    unit: f64,
 }
 
+/// All of them.
+struct ParameterColumns(Vec<Asked>);
+
 impl ParameterColumns {
-    fn new(
-        session: &Session,
-        problem: &Problem,
-        values: &Values,
-        layout: &Layout,
-        spreads: &[f64],
-        idle: &[bool],
-    ) -> Self {
-        let mut all = ParameterColumns {
-            columns: Vec::new(),
-            identity: Vec::new(),
-            limits: Vec::new(),
-            units: Vec::new(),
-            idle: idle.to_vec(),
-        };
-        for column in problem.columns_of(layout.gravity) {
-            let limit = 0.1 * session.gravity.magnitude;
-            all.push(column, None, limit, limit);
-        }
+    fn new(session: &Session, solution: &Judged<'_>, spreads: &[f64]) -> Self {
+        let Judged { problem, values, layout, .. } = solution;
+        let of_gravity = 0.1 * session.gravity.magnitude;
+        let gravity = problem.columns_of(layout.gravity);
+        let mut all: Vec<Asked> =
+            gravity.map(|column| Asked { column, identity: None, limit: of_gravity, unit: of_gravity }).collect();
         for id in session.parameters() {
             let value = values.scalar(layout.block(id));
             let limit = limit(session, id, value, spreads);
             let unit = own_limit(id, value).unwrap_or(limit);
+            let positive = |v: f64| v.max(f64::MIN_POSITIVE);
             for column in problem.columns_of(layout.block(id)) {
-                let positive = |v: f64| v.max(f64::MIN_POSITIVE);
-                all.push(column, Some(id), positive(limit), positive(unit));
+                all.push(Asked { column, identity: Some(id), limit: positive(limit), unit: positive(unit) });
             }
         }
-        all
+        ParameterColumns(all)
     }
 
-    fn push(&mut self, column: usize, identity: Option<ParameterId>, limit: f64, unit: f64) {
-        self.columns.push(column);
-        self.identity.push(identity);
-        self.limits.push(limit);
-        self.units.push(unit);
+    fn without_information(&self, spectrum: &Spectrum) -> Judgement {
+        let touched = |asked: &&Asked| spectrum.null_share(asked.column) > TOUCHED;
+        let touched: Vec<Option<ParameterId>> = self.0.iter().filter(touched).map(|asked| asked.identity).collect();
+        let columns: Vec<usize> = self.0.iter().map(|asked| asked.column).collect();
+        let in_units = |v: Vec<f64>| unit_length(v.iter().zip(&self.0).map(|(c, asked)| c / asked.unit).collect());
+        let directions: Vec<Vec<f64>> = spectrum.null_space_within(&columns).into_iter().map(in_units).collect();
+        let basis = sparse_basis(&directions, TOUCHED);
+        let combinations = basis.iter().map(|direction| self.combination(direction));
+        let mut judgement = Judgement {
+            gravity: !touched.contains(&None),
+            combinations: combinations.collect(),
+            open: touched.into_iter().flatten().collect(),
+        };
+        // What takes so small a part that no combination tells it.
+        let told = |id: &ParameterId| judgement.combinations.iter().any(|c| c.contains(*id));
+        let untold: Vec<ParameterId> = judgement.open.iter().copied().filter(|id| !told(id)).collect();
+        judgement.combinations.extend(untold.into_iter().map(|id| Combination::alone(id, None)));
+        judgement
     }
 
-    fn without_information(&self, spectrum: &Spectrum) -> Vec<Combination> {
-        let directions: Vec<Vec<f64>> = spectrum
-            .null_space_within(&self.columns)
-            .iter()
-            .map(|v| unit_length(v.iter().zip(&self.units).map(|(c, unit)| c / unit).collect()))
-            .collect();
-        let mut combinations: Vec<Combination> = Vec::new();
-        for direction in sparse_basis(&directions, 1e-5) {
-            let taken: Vec<_> = combinations.iter().filter_map(|c| c.anchor).collect();
-            let anchor = self.anchor(&direction, spectrum, &taken);
-            combinations.push(Combination { anchor, ..self.combination(&direction, None) });
+    /// Parameters beyond their limit, told one by one.
+    fn add_little_information(&self, covariance: &Covariance, judgement: &mut Judgement) {
+        let mut gravity: f64 = 0.0;
+        for Asked { column, identity, limit, .. } in &self.0 {
+            let ratio = covariance.std(*column) / limit;
+            match identity {
+                None => gravity = gravity.max(ratio),
+                Some(id) if ratio > 1.0 && judgement.open.insert(*id) => {
+                    judgement.combinations.push(Combination::alone(*id, Some(ratio)));
+                }
+                Some(_) => {}
+            }
         }
-        combinations
+        if gravity > 1.0 && judgement.gravity {
+            judgement.gravity = false;
+            judgement.combinations.push(Combination {
+                parameters: Vec::new(),
+                gravity: true,
+                std_over_limit: Some(gravity),
+            });
+        }
     }
 
-    fn anchor(&self, direction: &[f64], spectrum: &Spectrum, taken: &[ParameterId]) -> Option<ParameterId> {
+    fn combination(&self, direction: &[f64]) -> Combination {
         let largest = direction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        let effect = |i: &usize| spectrum.column_scale(self.columns[*i]) * self.units[*i];
-        (0..direction.len())
-            .filter(|i| direction[*i].abs() > READABLE * largest)
-            .filter(|i| self.identity[*i].is_some_and(|identity| !taken.contains(&identity)))
-            .filter(|i| !matches!(self.identity[*i], Some(ParameterId::Sensor(joint, _)) if self.idle[joint]))
-            .max_by(|a, b| effect(a).total_cmp(&effect(b)))
-            .and_then(|i| self.identity[i])
-    }
-
-    /// Parameters beyond their limit, told one by one: as they are known when the combinations without information
-    /// are fixed by their anchors. An anchor itself is told in its combination only.
-    fn with_little_information(&self, covariance: &Covariance, without: &[Combination]) -> Vec<Combination> {
-        let mut weak: Vec<Combination> = Vec::new();
-        for (index, identity) in self.identity.iter().enumerate() {
-            let told = match identity {
-                None => weak.iter().chain(without).any(|c| c.gravity),
-                Some(identity) => without.iter().any(|c| c.anchor == Some(*identity) || c.is_only(*identity)),
-            };
-            let ratio = covariance.std_of(&self.anchored(index, without)) / self.limits[index];
-            if ratio > 1.0 && !told {
-                let mut direction = vec![0.0; self.columns.len()];
-                direction[index] = 1.0;
-                weak.push(self.combination(&direction, Some(ratio)));
-            }
-        }
-        weak
-    }
-
-    /// The change of one column, with the combinations without information fixed by their anchors.
-    fn anchored(&self, index: usize, without: &[Combination]) -> Vec<(usize, f64)> {
-        let mut terms = vec![(self.columns[index], 1.0)];
-        let identity = self.identity[index];
-        for combination in without.iter().filter(|c| c.anchor != identity) {
-            let coefficient =
-                |identity: ParameterId| combination.parameters.iter().find(|(id, _)| *id == identity).map(|(_, c)| *c);
-            let own = identity.and_then(coefficient);
-            if let (Some(own), Some(anchor), Some(of_anchor)) =
-                (own, combination.anchor, combination.anchor.and_then(coefficient))
-                && let Some(at) = self.identity.iter().position(|i| *i == Some(anchor))
-            {
-                let in_units = own * self.units[index] / (of_anchor * self.units[at]);
-                terms.push((self.columns[at], -in_units));
-            }
-        }
-        terms
-    }
-
-    fn combination(&self, direction: &[f64], std_over_limit: Option<f64>) -> Combination {
-        let largest = direction.iter().fold(0.0_f64, |m, c| m.max(c.abs()));
-        let mut combination = Combination { parameters: Vec::new(), gravity: false, std_over_limit, anchor: None };
-        for (coefficient, identity) in direction.iter().zip(&self.identity) {
+        let mut combination = Combination { parameters: Vec::new(), gravity: false, std_over_limit: None };
+        for (coefficient, asked) in direction.iter().zip(&self.0) {
             if coefficient.abs() > READABLE * largest {
-                match identity {
+                match asked.identity {
                     None => combination.gravity = true,
-                    Some(id) => combination.parameters.push((*id, *coefficient)),
+                    Some(id) => combination.parameters.push((id, *coefficient)),
                 }
             }
         }

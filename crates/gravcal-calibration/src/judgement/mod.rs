@@ -11,7 +11,7 @@ mod positions;
 mod remarks;
 
 pub(crate) use cure::Situation;
-pub(crate) use determined::{Combination, Judgement, judge, limit};
+pub(crate) use determined::{Judged, Judgement, judge};
 pub(crate) use fit::{Explained, fit, held_out};
 pub(crate) use friction::driving_friction_notes;
 pub(crate) use gravity::gravity_result;

@@ -2,7 +2,7 @@
 
 use gravcal_estimation::{Loss, NamedCombination, held_blocks, named_combinations};
 
-use crate::joint::{GAUGE, Layout, Solved};
+use crate::joint::{Layout, Solved};
 use crate::result::{HeldBlock, LossResult, WeakCombination};
 
 /// The loss, if there is one.
@@ -10,16 +10,16 @@ pub(crate) fn loss(loss: Loss) -> Option<LossResult> {
     loss.width().map(|width| LossResult { kind: loss.name().as_str(), width })
 }
 
-/// Everything that was held: by the session, because the data say too little of it, or to fix a gauge.
+/// Everything that was held by the session.
 pub(crate) fn held(solved: &Solved) -> Vec<HeldBlock> {
-    let problem = solved.posed.problem.holding(&solved.gauges, GAUGE);
+    let problem = &solved.posed.problem;
     let values = &solved.estimate.values;
     let tell = |(id, why): (_, &str)| HeldBlock {
         name: problem.block(id).name.clone(),
         value: values.get(id).to_vec(),
         why: why.to_owned(),
     };
-    held_blocks(&problem).map(tell).collect()
+    held_blocks(problem).map(tell).collect()
 }
 
 /// Steps of gravity and the sensor parameters that change the readings hardly, whatever masses and moments are.

@@ -132,7 +132,7 @@ impl Decomposition {
     }
 
     fn orthogonally(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
-        let linearization = Orthogonal::new(problem, values)?;
+        let linearization = Orthogonal::new(&problem.without_reference(), values)?;
         let (active, idle) = active_and_idle(problem, linearization.column_norms());
         let (triangle, norms) = (linearization.triangle(), linearization.column_norms());
         let shared = &problem.structure().shared;

@@ -114,6 +114,13 @@ impl Spectrum {
         self.column_scales[column]
     }
 
+    /// How much a column takes part in the directions without information: the length of the projection of its axis on them, in scaled
+    /// coordinates, between 0 and 1. Of a local column, which follows the others, 0.
+    pub fn null_share(&self, column: usize) -> f64 {
+        let Some(index) = self.local.shared(column) else { return 0.0 };
+        self.directions[self.rank..].iter().map(|null| null[index] * null[index]).sum::<f64>().sqrt()
+    }
+
     /// Basis of what the directions without information do to the given columns, in the columns' units: empty where
     /// every one of these columns is determined. One vector a direction, one entry a column.
     pub fn null_space_within(&self, columns: &[usize]) -> Vec<Vec<f64>> {

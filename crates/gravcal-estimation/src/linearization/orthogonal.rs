@@ -20,6 +20,7 @@ use super::triangle::Triangle;
 use super::{Linearization, StepInfo, check_finite, dust};
 use crate::local_columns::LocalColumns;
 use crate::problem::{Chunk, Island, Rows};
+use crate::reference::Pull;
 use crate::{EvaluateError, Problem, Values};
 
 #[derive(Debug)]
@@ -67,6 +68,17 @@ impl Orthogonal {
             cost += part.cost;
             all.push(part.triangle.rows());
             islands.extend(part.islands);
+        }
+        let pull = Pull::of(problem, values);
+        cost += pull.cost();
+        let mut row = vec![0.0; structure.shared.len() + 1];
+        for (column, weight, distance) in &pull.entries {
+            // Only shared columns have one.
+            if let Ok(index) = structure.shared.binary_search(column) {
+                row.fill(0.0);
+                (row[index], row[structure.shared.len()]) = (*weight, *distance);
+                all.push(&row);
+            }
         }
         all.factor();
         let columns = problem.columns().len();

@@ -37,7 +37,7 @@ pub fn linearized(problem: &Problem, values: &Values) -> Result<Factor, Evaluate
     if !problem.structure().islands.is_empty() {
         return Err(EvaluateError("blocks that are local cannot be passed on in linear form".into()));
     }
-    let linearization = Orthogonal::new(problem, values)?;
+    let linearization = Orthogonal::new(&problem.without_reference(), values)?;
     let residual = Linear::new(problem, values, linearization.augmented_triangle());
     Ok(unit_factor(residual))
 }

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use super::{Place, Problem, RowPlan, Structure};
 use crate::noise::Weights;
+use crate::reference::Pull;
 use crate::{ABREAST, EvaluateError, Factor, LocalValues, Loss, Noise, RowsMut, Values};
 
 /// Factors evaluated by one task: fixed, so that the work is cut the same way on any number of threads.
@@ -30,14 +31,14 @@ impl Problem {
         Ok(out)
     }
 
-    /// Cost ½ Σ ρ of the whitened residuals, with ρ each factor's loss.
+    /// Cost ½ Σ ρ of the whitened residuals, with ρ each factor's loss, and of the [reference](crate::Reference) if there is one.
     ///
     /// # Errors
     /// As [`Problem::residuals`].
     pub fn cost(&self, values: &Values) -> Result<f64, EvaluateError> {
         let residuals = self.residuals(values)?;
         let of_factor = |(index, factor): (usize, &Factor)| factor.cost(&residuals[self.rows_of(index)]);
-        Ok(self.factors.iter().enumerate().map(of_factor).sum())
+        Ok(self.factors.iter().enumerate().map(of_factor).sum::<f64>() + Pull::of(self, values).cost())
     }
 
     /// Why the cost is zero, infinite or no number where it should be neither, in words: the factor that says most to it.

@@ -9,7 +9,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use crate::linearization::{Normal, Orthogonal};
-use crate::{Block, BlockId, Constraint, EvaluateError, Factor, Linearization, Values};
+use crate::{Block, BlockId, Constraint, EvaluateError, Factor, Linearization, Reference, Values};
 
 pub use builder::{ProblemBuilder, ProblemError};
 pub(crate) use evaluate::Rows;
@@ -57,6 +57,7 @@ pub struct Problem {
     /// First row of each factor, and the number of rows at the end.
     row_offsets: Arc<[usize]>,
     structure: Arc<Structure>,
+    reference: Option<Arc<Reference>>,
 }
 
 impl Problem {
@@ -77,7 +78,17 @@ impl Problem {
         let row_offsets = offsets(factors.iter().map(|f| f.residual.len())).into();
         let structure = Arc::new(Structure::new(&blocks, &factors, &column_offsets));
         let blocks = blocks.into();
-        Problem { blocks, factors, constraints, value_offsets, column_offsets, columns, row_offsets, structure }
+        Problem {
+            blocks,
+            factors,
+            constraints,
+            value_offsets,
+            column_offsets,
+            columns,
+            row_offsets,
+            structure,
+            reference: None,
+        }
     }
 
     /// All blocks, in the order of addition.
@@ -137,7 +148,33 @@ impl Problem {
         }
         let mut blocks = self.blocks.to_vec();
         hold(&mut blocks, ids, reason);
-        Problem::assemble(blocks, Arc::clone(&self.factors), self.constraints.clone(), Arc::clone(&self.value_offsets))
+        let factors = Arc::clone(&self.factors);
+        self.reassembled(blocks, factors)
+    }
+
+    /// The same with other blocks and factors; the reference stays.
+    fn reassembled(&self, blocks: Vec<Block>, factors: Arc<[Factor]>) -> Problem {
+        let assembled = Problem::assemble(blocks, factors, self.constraints.clone(), Arc::clone(&self.value_offsets));
+        Problem { reference: self.reference.clone(), ..assembled }
+    }
+
+    /// The same with a reference prior, in place of the one that it may have.
+    ///
+    /// # Panics
+    /// If the reference is about values of another problem.
+    pub fn with_reference(&self, reference: Reference) -> Problem {
+        assert!(reference.is_of(self), "the reference is about values of another problem");
+        Problem { reference: Some(Arc::new(reference)), ..self.clone() }
+    }
+
+    /// The same without.
+    pub fn without_reference(&self) -> Problem {
+        Problem { reference: None, ..self.clone() }
+    }
+
+    /// Where unknowns rest of which the readings say nothing, if anywhere.
+    pub fn reference(&self) -> Option<&Reference> {
+        self.reference.as_deref()
     }
 
     /// The same blocks with other factors: other losses, other samples.
@@ -171,7 +208,7 @@ impl Problem {
         let mut blocks = self.blocks.to_vec();
         hold(&mut blocks, held, reason);
         builder::check_factors(&blocks, &factors)?;
-        Ok(Problem::assemble(blocks, factors.into(), self.constraints.clone(), Arc::clone(&self.value_offsets)))
+        Ok(self.reassembled(blocks, factors.into()))
     }
 
     /// Whether values have a number for each of its blocks: those of another problem may not.

@@ -20,6 +20,7 @@ use rayon::prelude::*;
 
 use super::{Linearization, NormalEquations, Orthogonal, StepInfo, check_finite, dust};
 use crate::problem::{Chunk, Island};
+use crate::reference::Pull;
 use crate::{EvaluateError, Problem, Values};
 use islands::{Complement, ISLANDS_PER_BATCH, IslandSums};
 use sums::{Sums, sum_chunk};
@@ -34,7 +35,10 @@ pub(crate) struct Normal<'p> {
     values: Values,
     cost: f64,
     gradient: Vec<f64>,
+    /// With the reference in them, and of the factors alone.
     column_norms: Vec<f64>,
+    factor_norms: Vec<f64>,
+    pull: Pull,
     /// Lower triangle over the shared columns.
     hessian: Mat<f64>,
     islands: Vec<IslandSums>,
@@ -62,6 +66,8 @@ impl<'p> Normal<'p> {
             cost: sums.cost,
             gradient: vec![0.0; columns],
             column_norms: vec![0.0; columns],
+            factor_norms: Vec::new(),
+            pull: Pull::of(problem, values),
             hessian: sums.hessian,
             islands: sums.islands,
             orthogonal: None,
@@ -69,6 +75,7 @@ impl<'p> Normal<'p> {
         this.spread(&sums.gradient);
         check_finite(problem, values, [&this.gradient, &this.column_norms])?;
         this.clear_dust();
+        this.add_pull();
         Ok(this)
     }
 
@@ -103,10 +110,21 @@ impl<'p> Normal<'p> {
         }
     }
 
+    /// Adds the reference to cost, gradient and norms; the Hessian stays that of the factors.
+    fn add_pull(&mut self) {
+        self.factor_norms = self.column_norms.clone();
+        self.cost += self.pull.cost();
+        for (column, weight, distance) in &self.pull.entries {
+            self.gradient[*column] += weight * distance;
+            self.column_norms[*column] = self.column_norms[*column].hypot(*weight);
+        }
+    }
+
     /// The damped step, unless it would lose too many digits.
     fn reduced_step(&self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> Option<()> {
         let structure = self.problem.structure();
-        let damping: Vec<f64> = scaling.iter().map(|d| lambda * d * d).collect();
+        let mut damping: Vec<f64> = scaling.iter().map(|d| lambda * d * d).collect();
+        self.pull.entries.iter().for_each(|(column, weight, _)| damping[*column] += weight * weight);
         let mut hessian = self.hessian.clone();
         let mut right: Vec<f64> = structure.shared.iter().map(|column| -self.gradient[*column]).collect();
         for (index, column) in structure.shared.iter().enumerate() {
@@ -181,7 +199,7 @@ impl Linearization for Normal<'_> {
     fn image_norm_squared(&self, v: &[f64]) -> f64 {
         let structure = self.problem.structure();
         let shared: Vec<f64> = structure.shared.iter().map(|column| v[*column]).collect();
-        let mut sum = 0.0;
+        let mut sum: f64 = self.pull.entries.iter().map(|(column, weight, _)| (weight * v[*column]).powi(2)).sum();
         for (j, own) in shared.iter().enumerate() {
             let column = self.hessian.col_as_slice(j);
             let below: f64 = column[j + 1..].iter().zip(&shared[j + 1..]).map(|(entry, other)| entry * other).sum();
@@ -211,11 +229,14 @@ impl Linearization for Normal<'_> {
                 (0..touched).for_each(|j| set(*a, structure.shared[island.shared[j]], sums.mixed[i * touched + j]));
             }
         }
+        for (column, weight, _) in &self.pull.entries {
+            hessian[column * (columns + 1)] += weight * weight;
+        }
         hessian
     }
 
     fn normal_equations(&self) -> Option<NormalEquations> {
-        let whole = || NormalEquations::new(self.problem, self.hessian.clone(), self.column_norms.clone());
+        let whole = || NormalEquations::new(self.problem, self.hessian.clone(), self.factor_norms.clone());
         self.islands.is_empty().then(whole)
     }
 }

@@ -1,0 +1,64 @@
+//! The fit of a posed problem: least squares with a reference prior that follows.
+//!
+//! The reference keeps what the readings do not determine near its nominal values, so that every fit is well posed. What they do
+//! determine it pulls by next to nothing, and by nothing in the end: it is moved to where the fit ended, and the fit goes on, until
+//! that gains nothing (the proximal point method: Rockafellar, *SIAM J. Control and Optimization* 14, 1976). A pull of κ limits leaves
+//! of a bias a tenth a round where a standard deviation is as large as its limit, and less where it is smaller; along a direction
+//! without information there is nothing to gain, and nothing moves.
+
+use gravcal_estimation::{Estimate, IterationRecord};
+
+use super::EstimateError;
+use super::in_order::estimate_in_order;
+use super::order::Order;
+use super::problem::JointProblem;
+use super::readings::Readings;
+use crate::workbench::Workbench;
+
+/// Rounds in which the reference follows, at most.
+const ROUNDS: usize = 5;
+/// A round that lowers ½ χ² by less is the last: the next would by a hundredth of it, 4e-4 standard deviations.
+const WORTHWHILE: f64 = 1e-5;
+
+/// Minimises what readings and knowledge cost: the problem with its reference where the fit ended, and its end. The cost is
+/// that of readings and knowledge alone.
+pub(super) fn fit(
+    posed: &JointProblem,
+    readings: &Readings,
+    workbench: &Workbench<'_>,
+) -> Result<(JointProblem, Estimate), EstimateError> {
+    let (mut posed, mut estimate) = estimate_in_order(posed, readings, workbench)?;
+    let Some(mut reference) = posed.problem.reference().cloned() else { return Ok((posed, estimate)) };
+    estimate.cost -= reference.cost(&posed.problem, &estimate.values);
+    for _ in 0..ROUNDS {
+        reference = reference.centered_at(&estimate.values);
+        posed.problem = posed.problem.with_reference(reference.clone());
+        if !estimate.termination.converged() || readings.order != Order::Together {
+            break;
+        }
+        // A start that rounding has put outside of a constraint, say, ends the rounds, and not the fit.
+        let Ok(mut next) = workbench.solve(&posed.problem, &estimate.values) else { break };
+        next.cost -= reference.cost(&posed.problem, &next.values);
+        let gained = estimate.cost - next.cost;
+        if !next.termination.converged() || gained < 0.0 {
+            break;
+        }
+        let noise = (2.0 * next.cost / posed.rows.len().max(1) as f64).max(1.0);
+        estimate = followed(estimate, next);
+        if gained < WORTHWHILE * noise {
+            break;
+        }
+    }
+    posed.problem = posed.problem.with_reference(reference.centered_at(&estimate.values));
+    Ok((posed, estimate))
+}
+
+/// One estimate behind the other, which began where the first one ended.
+fn followed(before: Estimate, after: Estimate) -> Estimate {
+    let mut iterations = before.iterations;
+    for record in after.iterations.into_iter().skip(1) {
+        iterations.push(IterationRecord { iteration: iterations.len(), ..record });
+    }
+    let way = before.way.into_iter().chain(after.way.into_iter().skip(1)).collect();
+    Estimate { iterations, way, ..after }
+}

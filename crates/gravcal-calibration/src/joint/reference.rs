@@ -1,0 +1,98 @@
+//! The reference prior of the joint problem: where unknowns rest of which the readings say nothing.
+//!
+//! ```text
+//!     ½ Σ ((x − nominal)/(κ · limit))²         what is asked for; limit: the standard deviation beyond which a number would mislead
+//!     ½ Σ ((x − nominal)/(10 · typical))²      biases of joints, masses, moments and placements
+//! ```
+//!
+//! None on directions (gravity, vectors of known length), and none on what the session states with a standard deviation. It is
+//! no information: what the readings determine is judged without it, and [`super::fit`] takes its pull away.
+
+use gravcal_estimation::{Problem, ProblemBuilder, Reference, Values};
+
+use super::problem::{JointProblem, add_unknown_blocks};
+use super::readings::Readings;
+use super::unknowns::{Layout, Unknowns};
+use crate::parameter::{ParameterId, Quantity};
+use crate::session::{KnowledgeKind, Session};
+
+/// κ. From 1 to 3 as many parameters are found, from 5 on some run away (60 random arms of each kind: upright, bare, nearly upright).
+const WIDTH: f64 = 3.0;
+/// Widths of what is not asked for, in typical sizes; between 0.2 and 1000 of them make hardly a difference.
+const WIDE: f64 = 10.0;
+/// Distance of a centre of mass from its link's origin, and of a link's end from it, m.
+const TYPICAL_LEVER: f64 = 0.1;
+const TYPICAL_LENGTH: f64 = 0.3;
+/// Standard gravity, m/s².
+const STANDARD_GRAVITY: f64 = 9.80665;
+
+/// The problem with its reference about nominal values.
+pub(super) fn with_reference(session: &Session, readings: &Readings, posed: JointProblem) -> JointProblem {
+    let mut builder = ProblemBuilder::new();
+    add_unknown_blocks(session, readings, &Unknowns::nominal(session), &mut builder);
+    let reference = reference(session, readings, &posed.problem, &posed.layout, builder.initial());
+    JointProblem { problem: posed.problem.with_reference(reference), ..posed }
+}
+
+/// That of a problem with these blocks.
+pub(super) fn reference(
+    session: &Session,
+    readings: &Readings,
+    problem: &Problem,
+    layout: &Layout,
+    nominal: Values,
+) -> Reference {
+    let mut reference = Reference::new(nominal);
+    let typical = Typical::of(session, readings);
+    for id in session.parameters() {
+        let width = match id {
+            // What spreads a joint's readings says nothing of where they lie.
+            ParameterId::Sensor(joint, Quantity::TorqueBias) => {
+                let gain = session.nominal(ParameterId::Sensor(joint, Quantity::TorqueGain)).abs();
+                WIDE * typical.moment * STANDARD_GRAVITY * gain
+            }
+            _ => WIDTH * session.limit(id, &readings.spreads),
+        };
+        if !matches!(session.knowledge(id).kind, KnowledgeKind::Prior { .. }) {
+            reference = reference.with(layout.block(id), &[width]);
+        }
+    }
+    let inertia = [typical.mass, typical.moment, typical.moment, typical.moment].map(|size| WIDE * size);
+    for id in &layout.inertia {
+        reference = reference.with(*id, &inertia);
+    }
+    for id in &layout.sweep_moments {
+        reference = reference.with(*id, &vec![WIDE * typical.mass.max(typical.moment); problem.block(*id).len()]);
+    }
+    for id in layout.loads.iter().flatten().flatten() {
+        reference = reference.with(*id, &[WIDE * TYPICAL_LEVER; 3]);
+    }
+    reference
+}
+
+/// Sizes of a robot's masses, kg, and first moments, kg·m.
+struct Typical {
+    mass: f64,
+    moment: f64,
+}
+
+impl Typical {
+    /// The larger of what the robot's file assumes and of what swings the readings as widely as they do.
+    fn of(session: &Session, readings: &Readings) -> Typical {
+        let assumed = session.robot.chain.links().iter().filter_map(|link| link.inertia.as_ref());
+        let (mut mass, mut moment): (f64, f64) = (0.0, 0.0);
+        for inertia in assumed {
+            let length = inertia.first_moment.iter().map(|h| h * h).sum::<f64>().sqrt();
+            (mass, moment) = (mass.max(inertia.mass), moment.max(length).max(TYPICAL_LEVER * inertia.mass));
+        }
+        for joint in 0..session.joints.len() {
+            let gain = session.nominal(ParameterId::Sensor(joint, Quantity::TorqueGain)).abs();
+            let swing = 0.5 * readings.spreads[joint] / gain / STANDARD_GRAVITY;
+            if swing.is_finite() {
+                moment = moment.max(swing);
+            }
+        }
+        let mass = mass.max(moment / TYPICAL_LENGTH);
+        if mass > 0.0 { Typical { mass, moment } } else { Typical { mass: 1.0, moment: TYPICAL_LEVER } }
+    }
+}
