@@ -400,6 +400,9 @@ pub struct Fit {
     pub joints: Vec<JointFit>,
     /// The same for a tenth of the poses that a second fit did not see.
     pub held_out: Option<HeldOut>,
+    /// Why no poses were predicted that a second fit did not see, if that failed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub held_out_missing: Option<String>,
     /// Every reading beside what the model makes of it, in the order of the poses; not in `calibration.json`.
     #[serde(skip)]
     pub residuals: Vec<ReadingResidual>,

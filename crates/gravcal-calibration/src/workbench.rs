@@ -1,5 +1,6 @@
 //! What an estimator is handed: the method that minimises, who is told how far it is, and who may stop it.
 
+use std::cell::Cell;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use gravcal_estimation::{Estimate, IterationRecord, Problem, SolveContext, SolveError, Solver, Termination, Values};
@@ -7,6 +8,12 @@ use gravcal_estimation::{Estimate, IterationRecord, Problem, SolveContext, Solve
 /// A brief solve ends where an iteration lowers the cost by no more than this share of it.
 const SETTLED: f64 = 1e-4;
 
+/// So many iterations that lower the cost by no more than this, for residuals of unit size, end a solve: together a hundredth of a standard
+/// deviation.
+const STILL: usize = 10;
+const NOTHING: f64 = 1e-4;
+/// Damping, relative to the column norms, of the step whose promise is looked at.
+const WEIGHING_DAMPING: f64 = 1e-8;
 /// Iterations after which a solve that creeps far above the noise is given up; the share of the cost that the second half of them must
 /// take off; and the rms of whitened residuals that no noise explains.
 const PATIENCE: usize = 100;
@@ -19,12 +26,13 @@ pub struct Workbench<'a> {
     progress: &'a (dyn Fn(&str) + Sync),
     observer: &'a (dyn Fn(&IterationRecord) + Sync),
     stop: Option<&'a AtomicBool>,
+    iterations: Option<usize>,
 }
 
 impl<'a> Workbench<'a> {
     /// `progress` is told in a few words what is being done.
     pub fn new(solver: &'a dyn Solver, progress: &'a (dyn Fn(&str) + Sync)) -> Self {
-        Workbench { solver, progress, observer: &|_| {}, stop: None }
+        Workbench { solver, progress, observer: &|_| {}, stop: None, iterations: None }
     }
 
     /// The same with someone who is told of every iteration of the solver.
@@ -36,6 +44,16 @@ impl<'a> Workbench<'a> {
     /// then has failed: its termination says so.
     pub fn stopped_by(self, stop: &'a AtomicBool) -> Self {
         Workbench { stop: Some(stop), ..self }
+    }
+
+    /// The same for solves of so many iterations at most.
+    pub(crate) fn within(&self, iterations: usize) -> Workbench<'a> {
+        Workbench { iterations: Some(iterations), ..*self }
+    }
+
+    /// Whether someone asked to stop.
+    pub(crate) fn stopped(&self) -> bool {
+        self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
     /// Tells what is being done.
@@ -59,7 +77,7 @@ impl<'a> Workbench<'a> {
         let ends = AtomicBool::new(false);
         let mut before = f64::INFINITY;
         let mut observer = |record: &IterationRecord| {
-            let stopped = self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+            let stopped = self.stopped();
             let settled = before - record.cost <= SETTLED * record.cost;
             before = record.cost;
             let reached = record.cost <= enough || record.iteration >= iterations;
@@ -69,30 +87,57 @@ impl<'a> Workbench<'a> {
         self.solver.solve(problem, initial, &mut context)
     }
 
-    /// Solves to the end. Where the model contradicts the readings a method may creep for thousands of iterations: one that has had
-    /// [`PATIENCE`] of them at a cost beyond all noise, and has lowered it by little since half as many, ends without convergence.
+    /// Solves to the end.
+    ///
+    /// Along a curved valley of hardly any slope a method may creep for thousands of iterations. It has converged where [`STILL`] of them
+    /// lowered the cost by next to nothing; and where the model contradicts the readings, one that has had [`PATIENCE`] of them at a cost
+    /// beyond all noise, and has lowered it by little since half as many, ends without convergence.
     pub(crate) fn solve(&self, problem: &Problem, initial: &Values) -> Result<Estimate, SolveError> {
         self.solver.check(problem)?;
+        let still = 2.0 * NOTHING / problem.rows().max(1) as f64;
         let hopeless = 0.5 * BEYOND_NOISE * BEYOND_NOISE * problem.rows() as f64;
-        let (ends, given_up) = (AtomicBool::new(false), AtomicBool::new(false));
+        let (ends, end) = (AtomicBool::new(false), Cell::new(None));
         let mut costs: Vec<f64> = Vec::new();
         let mut observer = |record: &IterationRecord| {
             (self.observer)(record);
             costs.push(record.cost);
-            let before = costs.len().checked_sub(PATIENCE).map(|first| costs[first + PATIENCE / 2]);
-            let creeps = before.is_some_and(|before| record.cost > hopeless && before - record.cost < LITTLE * before);
-            let stopped = self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
-            given_up.store(creeps && !stopped, Ordering::Relaxed);
-            ends.store(creeps || stopped, Ordering::Relaxed);
+            let share_since = |iterations: usize| {
+                let before = costs[costs.len().checked_sub(1 + iterations)?];
+                (before > 0.0).then(|| (before - record.cost) / before)
+            };
+            let stopped = self.stopped();
+            end.set(match (share_since(STILL), share_since(PATIENCE / 2)) {
+                _ if stopped => None,
+                (Some(relative), _) if relative < still => Some(Termination::Cost { relative }),
+                (_, Some(share)) if costs.len() > PATIENCE && record.cost > hopeless && share < LITTLE => {
+                    Some(Termination::IterationLimit { limit: costs.len() - 1 })
+                }
+                _ if self.iterations.is_some_and(|most| costs.len() > most) => {
+                    Some(Termination::IterationLimit { limit: costs.len() - 1 })
+                }
+                _ => None,
+            });
+            ends.store(stopped || end.get().is_some(), Ordering::Relaxed);
         };
         let mut context = SolveContext { observer: Some(&mut observer), stop: Some(&ends), checkpoint: None };
         let estimate = self.solver.solve(problem, initial, &mut context)?;
-        Ok(match (estimate.termination, given_up.into_inner()) {
-            (Termination::Stopped, true) => {
-                let limit = estimate.iterations.len() - 1;
-                Estimate { termination: Termination::IterationLimit { limit }, ..estimate }
-            }
+        Ok(match (estimate.termination, end.get()) {
+            (Termination::Stopped, Some(termination)) => Estimate { termination, ..estimate },
+            (Termination::NoProgress, _) => at_rest(problem, estimate),
             _ => estimate,
         })
     }
+}
+
+/// An estimate from which no step was found that lowers the cost: converged if what the linear model still promises is next to nothing.
+fn at_rest(problem: &Problem, estimate: Estimate) -> Estimate {
+    let Ok(mut linearization) = problem.linearize(&estimate.values) else { return estimate };
+    let scaling = linearization.column_scales();
+    let mut step = vec![0.0; scaling.len()];
+    let promise = linearization.damped_step(WEIGHING_DAMPING, &scaling, &mut step).predicted_reduction;
+    let size = 2.0 * estimate.cost / problem.rows().max(1) as f64;
+    let rests = promise <= NOTHING * size && problem.constraints().is_empty();
+    let termination =
+        if rests { Termination::Cost { relative: promise / estimate.cost } } else { estimate.termination };
+    Estimate { termination, ..estimate }
 }

@@ -37,6 +37,11 @@ impl Reference {
         self
     }
 
+    /// The same, so many times as firm: every σ divided by it.
+    pub fn times_as_firm(&self, times: f64) -> Reference {
+        Reference { center: self.center.clone(), weights: self.weights.iter().map(|weight| times * weight).collect() }
+    }
+
     /// What it adds to the cost of a problem at these values.
     pub fn cost(&self, problem: &Problem, values: &Values) -> f64 {
         Pull::to(self, problem, values).cost()

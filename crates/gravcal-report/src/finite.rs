@@ -175,7 +175,16 @@ fn of_outlier(outlier: &Outlier) -> Vec<Number> {
 
 fn of_fit(fit: &Fit) -> Vec<Number> {
     // Residuals of single readings are in no file.
-    let Fit { chi_squared, degrees_of_freedom: _, p_value, median_ratio, joints, held_out, residuals: _ } = fit;
+    let Fit {
+        chi_squared,
+        degrees_of_freedom: _,
+        p_value,
+        median_ratio,
+        joints,
+        held_out,
+        held_out_missing: _,
+        residuals: _,
+    } = fit;
     let mut numbers = each("χ²", [chi_squared]);
     numbers.extend(each("p-value", p_value));
     numbers.extend(each("median of the residuals", median_ratio));

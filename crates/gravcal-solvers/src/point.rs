@@ -294,6 +294,18 @@ impl<'p> Point<'p> {
         predicted <= NEAR_COST * self.cost() || predicted.is_finite() && self.relative_length(&step) <= NEAR_STEP
     }
 
+    /// Why a method ends here that has found no step to take. What the model still promises may be less than rounding can hide of the cost:
+    /// then this is the minimum, as far as the cost can tell.
+    pub(crate) fn at_rest(&mut self) -> Termination {
+        if self.is_free() {
+            let relative = self.promise() / self.cost();
+            if relative <= self.rounding() {
+                return Termination::Cost { relative };
+            }
+        }
+        Termination::NoProgress
+    }
+
     /// `‖D x‖` over the free blocks, each with the largest entry of D that is its own.
     pub fn size(&self) -> f64 {
         let squares = self.problem.block_ids().map(|id| (self.weight(id) * norm(self.values.get(id))).powi(2));

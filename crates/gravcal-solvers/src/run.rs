@@ -179,6 +179,7 @@ impl<'p, M> Run<'p, M> {
             return Ok(Some(Termination::IterationLimit { limit: rules.max_iterations }));
         }
         match lent.method.iterate(&mut self.memory, here)? {
+            Move::Stay(Termination::NoProgress) => Ok(Some(here.at_rest())),
             Move::Stay(end) => Ok(Some(end)),
             Move::To { trial, damping, end } => {
                 let Trial { values, length, there, .. } = *trial;

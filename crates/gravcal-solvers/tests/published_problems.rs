@@ -122,7 +122,7 @@ fn a_direction_without_information_is_left_alone_and_named() {
         assert_eq!(spectrum.rank(), 1);
         let null = spectrum.null_space_within(&[0, 1]);
         assert!((null[0][0] + null[0][1]).abs() < 1e-12);
-        let determined = spectrum.determined_within(&[0, 1]);
+        let determined = spectrum.determined_within(&[0, 1], &[]);
         assert!((determined[0][0] - determined[0][1]).abs() < 1e-12);
         assert!((spectrum.covariance().std_of(&[(0, 1.0), (1, 1.0)]) - 0.2f64.sqrt()).abs() < 1e-12);
     }

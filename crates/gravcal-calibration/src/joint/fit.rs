@@ -15,7 +15,7 @@ use super::problem::JointProblem;
 use super::readings::Readings;
 use crate::workbench::Workbench;
 
-/// Rounds in which the reference follows, at most.
+/// Rounds in which the reference follows, at most; where more fits come, of better known noise, one.
 const ROUNDS: usize = 5;
 /// A round that lowers ½ χ² by less is the last: the next would by a hundredth of it, 4e-4 standard deviations.
 const WORTHWHILE: f64 = 1e-5;
@@ -27,10 +27,20 @@ pub(super) fn fit(
     readings: &Readings,
     workbench: &Workbench<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
+    fit_in_rounds(posed, readings, ROUNDS, workbench)
+}
+
+/// The same in so many rounds at most.
+pub(super) fn fit_in_rounds(
+    posed: &JointProblem,
+    readings: &Readings,
+    rounds: usize,
+    workbench: &Workbench<'_>,
+) -> Result<(JointProblem, Estimate), EstimateError> {
     let (mut posed, mut estimate) = estimate_in_order(posed, readings, workbench)?;
     let Some(mut reference) = posed.problem.reference().cloned() else { return Ok((posed, estimate)) };
     estimate.cost -= reference.cost(&posed.problem, &estimate.values);
-    for _ in 0..ROUNDS {
+    for _ in 0..rounds {
         reference = reference.centered_at(&estimate.values);
         posed.problem = posed.problem.with_reference(reference.clone());
         if !estimate.termination.converged() || readings.order != Order::Together {

@@ -1,11 +1,13 @@
 //! The joint estimator: every torque reading once, all unknowns together.
 
+mod conclusion;
 mod constraints;
 mod earlier;
 mod fit;
 mod idle;
 mod in_order;
 mod linear_part;
+mod mistakes;
 mod model_tests;
 mod order;
 mod placements;
@@ -25,15 +27,17 @@ mod twins;
 mod uncertainty;
 mod unknowns;
 
-use gravcal_estimation::statistics::{LinearFunction, StatisticsError, TooFewBlocks, stored_coordinates};
-use gravcal_estimation::{EvaluateError, SolveError, Termination};
+use gravcal_estimation::statistics::{DECIDED, LinearFunction, StatisticsError, TooFewBlocks, stored_coordinates};
+use gravcal_estimation::{BlockId, EvaluateError, SolveError};
 use thiserror::Error;
 
 use crate::judgement::{Judged, Judgement, Situation, gravity_result, judge};
-use crate::result::{Brief, CovarianceResult, EstimatorResult, GravityResult, UncertaintyResult, Verdict};
+use crate::parameter::ParameterId;
+use crate::result::{Brief, EstimatorResult, GravityResult};
 use crate::sequential::Plan;
 use crate::session::Session;
 use crate::workbench::Workbench;
+use conclusion::{Conclusion, conclude};
 use idle::idle_joints;
 
 pub(crate) use order::why_not_by_groups;
@@ -114,28 +118,13 @@ pub fn estimate(
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
-    let solved = solve(session, readings, known, workbench)?;
-    let fit = solve::fit_with_held_out(session, &solved, workbench)?;
-    // What was stopped on its way explains the readings badly whatever the model.
-    let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
-    let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
-    let solved = Solved { uncertainty, ..solved };
-    let mut result = tell(session, name, &solved, fit, told, workbench)?;
-    if let Some(misfit) = misfit {
-        tell_misfit(misfit, &mut result);
-    }
-    let doubtful = session.noise_estimated().contains(&true) || result.verdict == Verdict::Failed;
-    if let Some(reversed) = reversed::reversed_sensors(session, &solved, doubtful, workbench)? {
-        tell_reversed(session, &reversed, &mut result);
-    }
-    if result.verdict == Verdict::Failed {
-        withdraw(&mut result);
-    }
-    Ok(result)
+    let conclusion = conclude(session, readings, known, workbench)?;
+    let fit = solve::fit_with_held_out(session, &conclusion.solved, workbench)?;
+    tell(session, name, conclusion, fit, workbench)
 }
 
 /// The same answer without what only a reader needs: no prediction of poses that were held out, no moments, no tests of sensor
-/// models, no search for reversed sensors. For batches.
+/// models. For batches.
 ///
 /// # Errors
 /// Where there is no answer at all; not converging is a verdict.
@@ -145,80 +134,10 @@ pub fn estimate_briefly(
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
 ) -> Result<Brief, EstimateError> {
-    let solved = solve(session, readings, known, workbench)?;
-    let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
-    let (uncertainty, _) = solved.chosen_uncertainty(session, misfit, workbench)?;
-    Ok(tell::tell_briefly(session, &Solved { uncertainty, ..solved }, misfit))
-}
-
-/// Takes the values of a failed estimate back: only what was held has one.
-fn withdraw(result: &mut EstimatorResult) {
-    result.gravity = None;
-    result.covariance = CovarianceResult::default();
-    result.moments.clear();
-    result.deflections.clear();
-    result.position_errors.clear();
-    result.sensor_models.clear();
-    result.detail.way.clear();
-    result.uncertainty = None;
-    for parameter in result.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
-        parameter.determined = false;
-        (parameter.value, parameter.std, parameter.ci95) = (None, None, None);
-    }
-}
-
-/// Readings explained this many times worse than their stated noise contradict the model: no number can be relied on.
-const CONTRADICTION: f64 = 3.0;
-
-fn contradicts(misfit: f64) -> bool {
-    misfit > CONTRADICTION
-}
-
-fn contradiction_in_words(misfit: f64) -> String {
-    format!("the model contradicts the readings: residuals {misfit:.0} times the stated noise")
-}
-
-/// Says that the stated noise does not explain the residuals; beyond [`CONTRADICTION`] the estimate has failed.
-fn tell_misfit(misfit: f64, result: &mut EstimatorResult) {
-    let consequence = match result.uncertainty {
-        Some(UncertaintyResult::Noise { widened_by: Some(_), .. }) => {
-            "All standard deviations are widened by that factor."
-        }
-        _ => "Standard deviations come from the residuals, and need no widening.",
-    };
-    result.notes.push(format!(
-        "The readings are explained {misfit:.1} times worse than their stated noise (p < 0.001). {consequence}"
-    ));
-    if contradicts(misfit) {
-        result.verdict = Verdict::Failed;
-        result.termination = contradiction_in_words(misfit);
-        result.notes.push(
-            "What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
-             hemisphere of gravity, the loads' masses and distances, values given as fixed, poses that are not static, \
-             single bad rows. If the model is known to be this rough, leave std away: the noise is then estimated from \
-             the residuals."
-                .into(),
-        );
-    }
-}
-
-/// Says which torque sensors are reversed; values for the wrong signs are none.
-fn tell_reversed(session: &Session, reversed: &reversed::Reversed, result: &mut EstimatorResult) {
-    let names: Vec<&str> = reversed.joints.iter().map(|j| session.robot.chain.joints()[*j].name.as_str()).collect();
-    let (names, sensors, each) = match names.as_slice() {
-        [only] => ((*only).to_owned(), "sensor", "in its [[joint]]"),
-        several => (several.join(", "), "sensors", "in the [[joint]] of each"),
-    };
-    result.verdict = Verdict::Failed;
-    result.termination = format!("reversed torque {sensors}: {names}");
-    result.notes.insert(
-        0,
-        format!(
-            "The torque {sensors} of {names} read the other way: {}. Say torque_sign = \"reversed\" {each}; or \
-             \"normal\", if that is how it is.",
-            reversed.why
-        ),
-    );
+    let Conclusion { solved, gravity, parameters, verdict, termination, .. } =
+        conclude(session, readings, known, workbench)?;
+    let iterations = solved.estimate.iterations.len().saturating_sub(1);
+    Ok(Brief { verdict, termination, iterations, gravity, parameters })
 }
 
 /// The torque readings that an estimator may use, with a first guess of unstated noise.
@@ -250,10 +169,17 @@ impl Solved {
     /// The same with given spreads (largest less smallest reading of each channel).
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
         let JointProblem { problem, layout, .. } = &self.posed;
-        let solution = Judged { problem, values: &self.estimate.values, layout, spectrum: &self.spectrum };
+        let solution = Judged {
+            problem,
+            values: &self.estimate.values,
+            layout,
+            spectrum: &self.spectrum,
+            insignificant: &self.insignificant,
+        };
         let mut judgement = judge(session, &solution, self.covariance(), spreads);
         judgement.gravity &= self.sign_known;
         judgement.leave_open(self.readings.unread_and_unknown(session));
+        judgement.leave_open(self.on_bound(session));
         judgement
     }
 
@@ -262,7 +188,15 @@ impl Solved {
         let read = (0..session.joints.len()).map(|joint| self.posed.rows.iter().any(|(_, j)| *j == joint)).collect();
         let unread = self.readings.unread_and_unknown(session);
         let idle = idle_joints(session, &self.unknowns(&Unknowns::nominal(session)));
-        Situation { session, gravity: [g[0], g[1], g[2]], read, unread, idle }
+        Situation { session, gravity: [g[0], g[1], g[2]], read, unread, on_bound: self.on_bound(session), idle }
+    }
+
+    /// Parameters that a constraint holds which the readings would like to pass: no interval about its bound would mean anything.
+    fn on_bound(&self, session: &Session) -> Vec<ParameterId> {
+        let decided = self.estimate.active.iter().zip(&self.leans).filter(|(_, lean)| **lean >= DECIDED);
+        let held: Vec<BlockId> =
+            decided.flat_map(|(active, _)| &active.holds).flat_map(|f| f.terms.iter().map(|(id, ..)| *id)).collect();
+        session.parameters().into_iter().filter(|id| held.contains(&self.posed.layout.block(*id))).collect()
     }
 
     fn gravity(&self, session: &Session) -> GravityResult {

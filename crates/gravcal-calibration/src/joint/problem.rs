@@ -83,6 +83,17 @@ impl JointProblem {
         JointProblem { initial: builder.initial(), ..self.clone() }
     }
 
+    /// The same with its reference about its start.
+    pub(super) fn resting_at_start(self) -> JointProblem {
+        match self.problem.reference() {
+            Some(reference) => {
+                let reference = reference.centered_at(&self.initial);
+                JointProblem { problem: self.problem.with_reference(reference), ..self }
+            }
+            None => self,
+        }
+    }
+
     /// The same problem with another loss of the readings.
     pub(crate) fn with_loss(&self, loss: Loss) -> Result<JointProblem, PosingError> {
         if loss == self.loss {

@@ -36,7 +36,7 @@ pub struct Readings {
 }
 
 impl Readings {
-    /// Every reading of the session for which `keep(pose, channel)` holds, with a first guess of unstated noise.
+    /// Every reading of the session for which `keep(pose, channel)` holds, copies of rows left out, with a first guess of unstated noise.
     pub fn select(session: &Session, keep: impl Fn(usize, usize) -> bool) -> Readings {
         let all: Arc<[usize]> = (0..session.channel_count()).collect();
         let used = vec![all; session.poses.len()];
@@ -44,7 +44,9 @@ impl Readings {
         let noise = first_noise(session, &spreads);
         let floor = vec![0.0; noise.len()].into();
         let readings = Readings { used, spreads, noise, floor, loss: session.loss, order: Order::Together };
-        readings.only(|pose, channel| session.reading(pose, channel).is_some() && keep(pose, channel))
+        let repeated = session.repeated();
+        readings
+            .only(|pose, channel| !repeated[pose] && session.reading(pose, channel).is_some() && keep(pose, channel))
     }
 
     /// The same, but only readings for which `keep(pose, channel)` holds.

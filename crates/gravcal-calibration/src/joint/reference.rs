@@ -18,6 +18,8 @@ use crate::session::{KnowledgeKind, Session};
 
 /// κ. From 1 to 3 as many parameters are found, from 5 on some run away (60 random arms of each kind: upright, bare, nearly upright).
 const WIDTH: f64 = 3.0;
+/// So many times as firm, it lets what is asked for vary by its limits of use.
+pub(super) const WITHIN_USE: f64 = WIDTH;
 /// Widths of what is not asked for, in typical sizes; between 0.2 and 1000 of them make hardly a difference.
 const WIDE: f64 = 10.0;
 /// Distance of a centre of mass from its link's origin, and of a link's end from it, m.

@@ -13,6 +13,7 @@
 
 use gravcal_estimation::Termination;
 
+use super::mistakes::Mistake;
 use super::problem::pose_with_constraints;
 use super::readings::first_noise;
 use super::sample::Sample;
@@ -32,15 +33,42 @@ const OPPOSED: f64 = -0.5;
 
 /// Sensors that are reversed, and how that is known.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Reversed {
+struct Reversed {
     /// Indices of the joints.
-    pub joints: Vec<usize>,
+    joints: Vec<usize>,
     /// In words.
-    pub why: String,
+    why: String,
+}
+
+impl Reversed {
+    fn tell(&self, session: &Session) -> Mistake {
+        let names: Vec<&str> = self.joints.iter().map(|j| session.robot.chain.joints()[*j].name.as_str()).collect();
+        let (names, sensors, each) = match names.as_slice() {
+            [only] => ((*only).to_owned(), "sensor", "in its [[joint]]"),
+            several => (several.join(", "), "sensors", "in the [[joint]] of each"),
+        };
+        Mistake {
+            what: format!("reversed torque {sensors}: {names}"),
+            advice: format!(
+                "The torque {sensors} of {names} read the other way: {}. Say torque_sign = \"reversed\" {each}; or \
+                 \"normal\", if that is how it is.",
+                self.why
+            ),
+        }
+    }
 }
 
 /// Looks for reversed torque sensors behind a solution. `doubtful`: whether its fit says nothing for its signs.
 pub(super) fn reversed_sensors(
+    session: &Session,
+    solved: &Solved,
+    doubtful: bool,
+    workbench: &Workbench<'_>,
+) -> Result<Option<Mistake>, EstimateError> {
+    Ok(search(session, solved, doubtful, workbench)?.map(|reversed| reversed.tell(session)))
+}
+
+fn search(
     session: &Session,
     solved: &Solved,
     doubtful: bool,
@@ -140,7 +168,7 @@ fn turned(session: &Session, joints: &[usize]) -> Session {
 }
 
 /// Cost and unknowns of a session with these readings and their noise, under the loss of the solution.
-fn solve_with(
+pub(super) fn solve_with(
     session: &Session,
     readings: &Readings,
     solved: &Solved,

@@ -1,17 +1,18 @@
 //! Solving the joint problem: start, unstated noise, the second fit that leaves a tenth of the poses out.
 
-use gravcal_estimation::statistics::{NoiseKnowledge, Solution, along_constraints};
+use gravcal_estimation::statistics::{NoiseKnowledge, Solution, along_constraints, leans};
 use gravcal_estimation::{Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty};
 
-use super::fit::fit;
+use super::fit::{fit, fit_in_rounds};
 use super::order::Order;
 use super::problem::{JointProblem, pose, pose_with_constraints};
 use super::readings::Readings;
+use super::reference::WITHIN_USE;
 use super::sample::Sample;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
-use crate::judgement::{self, Explained, held_out};
+use crate::judgement::{self, Explained, Judged, held_out, insignificant, limits_of_use};
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::Fit;
 use crate::session::Session;
@@ -22,6 +23,10 @@ const HELD_OUT_SHARE: usize = 10;
 /// Rounds of noise estimation at most, and the relative change at which they end.
 const NOISE_ROUNDS: usize = 8;
 const NOISE_TOLERANCE: f64 = 1e-3;
+/// Iterations of each: the next goes on from there.
+const NOISE_ITERATIONS: usize = 100;
+/// Iterations of a fit at most: what has not converged by then creeps.
+const ITERATIONS: usize = 2000;
 
 /// A solved and judged joint problem.
 #[derive(Debug)]
@@ -38,8 +43,14 @@ pub struct Solved {
     pub(super) along_constraints: Option<Problem>,
     /// How well: from the noise, unless another uncertainty was chosen.
     pub uncertainty: Uncertainty,
+    /// Directions whose effect on the readings is not significantly different from none, in scaled coordinates.
+    pub(super) insignificant: Vec<Vec<f64>>,
+    /// By how many standard deviations the readings would like to pass each active constraint.
+    pub(super) leans: Vec<f64>,
     /// Whether gravity's sign is declared, or decided by the readings.
     pub(crate) sign_known: bool,
+    /// Whether the readings decide for the other hemisphere than the declared one.
+    pub(super) hemisphere_contradicted: bool,
 }
 
 /// Solves for everything, from `known` values if they start the problem better than the nominal ones; noise that no
@@ -101,18 +112,21 @@ pub(super) fn solve_from(
     start: Unknowns,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
-    let mut readings = readings.clone();
-    let mut start = start;
+    let (mut readings, mut start) = (readings.clone(), start);
     let loss = readings.loss;
-    let estimated = session.noise_estimated().iter().any(|e| *e);
-    for round in 0.. {
+    let posed = |readings: &Readings, start: &Unknowns| pose_with_constraints(session, readings, start);
+    if !session.noise_estimated().contains(&true) {
         workbench.tell("all unknowns together");
-        // Where nothing is known of the noise, nothing is known of outliers.
-        readings.loss = if estimated && round == 0 { Loss::None } else { loss };
-        let solved = solve_posed(readings.clone(), pose_with_constraints(session, &readings, &start)?, workbench)?;
-        if !estimated || round == NOISE_ROUNDS {
-            return Ok(solved);
-        }
+        return solve_posed(readings.clone(), posed(&readings, &start)?, workbench);
+    }
+    for round in 0..NOISE_ROUNDS {
+        workbench.tell("all unknowns together");
+        // Where nothing is known of the noise, nothing is known of outliers, nor where unknowns should rest.
+        readings.loss = if round == 0 { Loss::None } else { loss };
+        let problem = posed(&readings, &start)?;
+        let problem = if round == 0 { problem } else { problem.resting_at_start() };
+        let (problem, estimate) = fit_in_rounds(&problem, &readings, 1, &workbench.within(NOISE_ITERATIONS))?;
+        let solved = Solved::judged(readings.clone(), problem, estimate)?;
         let noise = match loss {
             Loss::None => solved.residual_noise(session)?,
             _ => solved.median_noise(session)?,
@@ -121,11 +135,13 @@ pub(super) fn solve_from(
             && noise.iter().zip(&readings.noise).all(|(new, old)| (new / old - 1.0).abs() < NOISE_TOLERANCE);
         start = Unknowns::of(&solved.estimate.values, &solved.posed.layout, &start);
         readings.noise = noise;
-        if settled {
-            return Ok(solved);
+        if settled || solved.estimate.termination == Termination::Stopped {
+            break;
         }
     }
-    unreachable!("the loop returns")
+    readings.loss = loss;
+    workbench.tell("all unknowns together");
+    solve_posed(readings.clone(), posed(&readings, &start)?.resting_at_start(), workbench)
 }
 
 /// Solves a problem as it is posed, and judges the solution.
@@ -134,7 +150,7 @@ pub(crate) fn solve_posed(
     posed: JointProblem,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
-    let (posed, estimate) = fit(&posed, &readings, workbench)?;
+    let (posed, estimate) = fit(&posed, &readings, &workbench.within(ITERATIONS))?;
     Solved::judged(readings, posed, estimate)
 }
 
@@ -188,6 +204,7 @@ impl Solved {
 
     pub(super) fn judged(readings: Readings, posed: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
         let mut spectrum = Spectrum::of(&posed.problem, &estimate)?;
+        let leans = leans(&posed.problem, &estimate, &spectrum);
         let along = along_constraints(&posed.problem, &estimate, &spectrum)?;
         if let Some(problem) = &along {
             spectrum = Spectrum::new(problem, &estimate.values)?;
@@ -195,7 +212,30 @@ impl Solved {
         let problem = along.as_ref().unwrap_or(&posed.problem);
         let solution = Solution { problem, values: &estimate.values, spectrum: &spectrum };
         let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
-        Ok(Solved { readings, posed, estimate, spectrum, along_constraints: along, uncertainty, sign_known: true })
+        Ok(Solved {
+            readings,
+            posed,
+            estimate,
+            spectrum,
+            along_constraints: along,
+            uncertainty,
+            leans,
+            insignificant: Vec::new(),
+            sign_known: true,
+            hemisphere_contradicted: false,
+        })
+    }
+
+    /// The same with what of it rests on the estimate's own errors found out.
+    pub(super) fn with_significance(self, session: &Session) -> Result<Solved, EvaluateError> {
+        let (problem, values) = (self.judged_problem(), &self.estimate.values);
+        let Some(reference) = self.posed.problem.reference() else { return Ok(self) };
+        let solution =
+            Judged { problem, values, layout: &self.posed.layout, spectrum: &self.spectrum, insignificant: &[] };
+        let asked = limits_of_use(session, &solution, &self.readings.spreads);
+        let plausible = reference.times_as_firm(WITHIN_USE);
+        let insignificant = insignificant((problem, values, &self.spectrum), &asked, &plausible)?;
+        Ok(Solved { insignificant, ..self })
     }
 
     /// The problem as it is judged: along the active constraints.
@@ -259,6 +299,7 @@ pub(crate) fn fit_with_held_out(
     seen.problem = seen.problem.holding(&also_held, "held in the first fit");
     let (seen, estimate) = fit(&seen, &seen_readings, workbench)?;
     if !estimate.termination.converged() {
+        told.held_out_missing = Some(estimate.termination.to_string());
         return Ok(told);
     }
     let prediction = Unknowns::of(&estimate.values, &seen.layout, &start);

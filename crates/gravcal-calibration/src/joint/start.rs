@@ -22,6 +22,8 @@ const CONTENDERS: usize = 4;
 const APART: f64 = 0.3;
 /// Candidates that are followed to their end where the first one ended at what the noise does not explain.
 const FURTHER: usize = 12;
+/// Ends whose cost is so many times the lowest, beyond what explains the readings roughly, are not followed.
+const WORTH_FOLLOWING: f64 = 3.0;
 /// Ends are the same where their gravities are so near, rad.
 const SAME_END: f64 = 0.02;
 /// Angle by which the declared direction is left, rad: exactly along an axis, the moments that the axis would carry
@@ -82,6 +84,8 @@ fn rough_ends(
     let follow = |start: Unknowns| rough.nearby(session, &start, 0.0, workbench);
     let mut ends: Vec<Nearby> = contenders(solved, most).into_iter().map(follow).collect();
     ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let lowest = ends.first().map_or(0.0, |near| near.cost);
+    ends.retain(|near| near.cost <= WORTH_FOLLOWING * lowest + rough.explained());
     let mut different: Vec<Unknowns> = Vec::new();
     for Nearby { end, .. } in ends {
         if different.iter().all(|other| angle(&other.gravity, &end.gravity) > SAME_END) {

@@ -4,49 +4,52 @@ use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
 use gravcal_kinematics::JointKind;
 
+use super::conclusion::Conclusion;
 use super::model_tests::ModelTests;
 use super::order::Order;
-use super::{EstimateError, Solved, constraints, contradiction_in_words, contradicts, sweep_moments};
+use super::{EstimateError, Solved, constraints, sweep_moments};
 use crate::judgement::{
     DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss, outlier_note,
     outliers, position_errors, weak_combinations, weak_note,
 };
 use crate::parameter::Quantity;
 use crate::result::{
-    Brief, CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, UncertaintyResult, Undetermined,
-    Verdict,
+    CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, Undetermined, Verdict,
 };
-use crate::session::{EarlierCalibration, LAST_FRAME_CHOICE, Session};
+use crate::session::{EarlierCalibration, KnowledgeKind, LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
 
-/// Tells a solved problem in words and numbers.
+/// Tells a conclusion in words and numbers.
 pub(super) fn tell(
     session: &Session,
     name: &str,
-    solved: &Solved,
+    conclusion: Conclusion,
     fit: Fit,
-    uncertainty: UncertaintyResult,
     workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
-    let judgement = solved.judge(session);
+    let Conclusion { solved, judgement, uncertainty, gravity, parameters, verdict, termination, remarks } = conclusion;
+    let solved = &solved;
     let situation = solved.situation(session);
-    let gravity = judgement.gravity.then(|| solved.gravity(session));
-    let parameters = tell_parameters(session, solved, &judgement);
     let moments = determined_moments(
         &solved.posed.problem,
         &solved.estimate.values,
         &solved.posed.layout,
         &solved.spectrum,
         solved.covariance(),
+        &open_columns(session, solved, &judgement),
     );
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
     undetermined.extend((!solved.sign_known).then(unknown_sign));
     undetermined.extend(last_frame_choices(session));
-    let mirrored = mirrored_gains(session, solved, &parameters);
-    let mut notes = session_notes(session);
+    let mut notes = remarks;
+    notes.extend(
+        fit.held_out_missing
+            .iter()
+            .map(|why| format!("No poses are predicted that a second fit did not see: that fit was {why}.")),
+    );
+    notes.extend(session_notes(session));
     notes.extend(session.earlier.iter().flat_map(EarlierCalibration::notes));
     notes.extend(sweep_moments::left_out_note(session));
-    notes.extend(mirrored.iter().cloned());
     notes.extend(driving_friction_notes(session, &parameters));
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
     let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
@@ -56,10 +59,10 @@ pub(super) fn tell(
     let weak = weak_combinations(solved);
     // Where the solver stopped anywhere, so did these.
     notes.extend(weak.iter().filter(|_| solved.estimate.termination.converged()).map(weak_note));
-    Ok(EstimatorResult {
+    let mut result = EstimatorResult {
         name: name.to_owned(),
-        verdict: verdict(session, solved, &parameters, gravity.is_some(), &mirrored),
-        termination: tell_termination(solved),
+        verdict,
+        termination,
         iterations: solved.estimate.iterations.len().saturating_sub(1),
         trace: tell_trace(solved),
         covariance: tell_covariance(session, solved, &judgement, &moments),
@@ -79,47 +82,25 @@ pub(super) fn tell(
         fit: Some(fit),
         notes,
         detail: Detail { singular_values: solved.spectrum.singular_values().to_vec(), way: tell_way(session, solved) },
-    })
-}
-
-/// What is said of sensors and gravity alone: see [`Brief`].
-pub(super) fn tell_briefly(session: &Session, solved: &Solved, misfit: Option<f64>) -> Brief {
-    let judgement = solved.judge(session);
-    let gravity = judgement.gravity.then(|| solved.gravity(session));
-    let parameters = tell_parameters(session, solved, &judgement);
-    let mirrored = mirrored_gains(session, solved, &parameters);
-    let contradiction = misfit.filter(|misfit| contradicts(*misfit));
-    Brief {
-        verdict: match contradiction {
-            None => verdict(session, solved, &parameters, gravity.is_some(), &mirrored),
-            Some(_) => Verdict::Failed,
-        },
-        termination: contradiction
-            .map(contradiction_in_words)
-            .or_else(|| mirrored.first().cloned())
-            .unwrap_or_else(|| tell_termination(solved)),
-        iterations: solved.estimate.iterations.len().saturating_sub(1),
-        gravity,
-        parameters,
+    };
+    if verdict == Verdict::Failed {
+        withdraw(&mut result);
     }
+    Ok(result)
 }
 
-fn verdict(
-    session: &Session,
-    solved: &Solved,
-    parameters: &[ParameterResult],
-    gravity: bool,
-    mirrored: &[String],
-) -> Verdict {
-    let complete = parameters.iter().all(|p| p.determined || !p.asked) && (gravity || !session.asks("gravity"));
-    match (solved.estimate.termination.converged() && mirrored.is_empty(), complete) {
-        (false, _) => Verdict::Failed,
-        (true, true) => Verdict::Determined,
-        (true, false) => Verdict::PartlyDetermined,
-    }
+/// Takes back what a failed estimate says besides its parameters.
+fn withdraw(result: &mut EstimatorResult) {
+    result.covariance = CovarianceResult::default();
+    result.moments.clear();
+    result.deflections.clear();
+    result.position_errors.clear();
+    result.sensor_models.clear();
+    result.detail.way.clear();
+    result.uncertainty = None;
 }
 
-fn tell_termination(solved: &Solved) -> String {
+pub(super) fn tell_termination(solved: &Solved) -> String {
     let termination = solved.estimate.termination;
     let last = if termination.converged() { "the last" } else { "one" };
     match &solved.readings.order {
@@ -148,7 +129,7 @@ fn tell_way(session: &Session, solved: &Solved) -> Vec<Vec<f64>> {
     solved.estimate.way.iter().map(|values| blocks.iter().map(|block| values.scalar(*block)).collect()).collect()
 }
 
-fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
+pub(super) fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
     let mut parameters = Vec::new();
     for parameter in session.parameters() {
         let id = solved.posed.layout.block(parameter);
@@ -171,7 +152,7 @@ const ALONG_CONSTRAINTS: &str = "Standard deviations hold along the active const
 
 /// A gain of the other sign than declared is the mirror image of a solution, not an answer. Nothing is said of what did not
 /// converge.
-fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
+pub(super) fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
     let mut mirrored = Vec::new();
     if !solved.estimate.termination.converged() {
         return mirrored;
@@ -191,6 +172,14 @@ fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterRes
         }
     }
     mirrored
+}
+
+/// Columns of gravity and of the parameters, as far as they are not determined.
+fn open_columns(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<usize> {
+    let layout = &solved.posed.layout;
+    let gravity = (!judgement.gravity).then_some(layout.gravity);
+    let open = session.parameters().into_iter().filter(|id| !judgement.determines(*id)).map(|id| layout.block(id));
+    gravity.into_iter().chain(open).flat_map(|id| solved.posed.problem.columns_of(id)).collect()
 }
 
 /// The covariance of what is determined: gravity, sensor parameters, and the combinations of moments by their place.
@@ -249,7 +238,9 @@ pub(crate) fn unknown_sign() -> Undetermined {
 
 /// What every estimator's reader should know of frames, positions and loads.
 pub(crate) fn session_notes(session: &Session) -> Vec<String> {
-    let mut notes: Vec<String> = base_frame_note(session).into_iter().collect();
+    let mut notes: Vec<String> = session.repeated_note().into_iter().collect();
+    notes.extend(base_frame_note(session));
+    notes.extend(load_mass_note(session));
     notes.extend(mimic_notes(session));
     for (index, joint) in session.robot.chain.joints().iter().enumerate() {
         let gain = session.joints[index].of(Quantity::PositionGain).nominal;
@@ -279,6 +270,17 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
         }
     }
     notes
+}
+
+/// What the torque gains take over from the loads.
+fn load_mass_note(session: &Session) -> Option<String> {
+    let open = session.joints.iter().any(|joint| joint.of(Quantity::TorqueGain).kind == KnowledgeKind::Start);
+    let carried = session.poses.iter().any(|pose| pose.load.is_some());
+    (open && carried).then(|| {
+        "Torque gains are measured against the loads' masses, taken as exact: a mass that is 1 % off puts every torque gain \
+         1 % off, and no standard deviation here says so."
+            .to_owned()
+    })
 }
 
 /// What the frame of the base is, where a joint defines it.

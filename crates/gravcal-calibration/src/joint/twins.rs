@@ -2,7 +2,7 @@
 //!
 //! - **Upside down.** Gravity the other way up, with masses, moments and placements negative, gives the same torques, unless a
 //!   load of known mass hangs on known lengths. Where no hemisphere is declared both are solved for, the one that explains the
-//!   readings better is taken, and the sign counts as known only if that is decisive.
+//!   readings better is taken, and the sign counts as known only if that is decisive. Where one is declared the end must lie in it.
 //! - **Mirrored placements.** The vector between two placements of a known distance shows in its length and in what the
 //!   joints carry of it; along the axis of the joint that carries it the latter may be little, and its sign a matter of
 //!   where the start lay.
@@ -13,6 +13,7 @@ use super::problem::pose_with_constraints;
 use super::sample::Sample;
 use super::solve::{Solved, solve_from, solve_posed};
 use super::{EstimateError, Unknowns};
+use crate::parameter::{ParameterId, Quantity};
 use crate::session::Session;
 use crate::workbench::Workbench;
 
@@ -41,8 +42,8 @@ fn right_way_up(
     sample: &Sample,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
-    if session.gravity.hemisphere.is_some() {
-        return Ok(solved);
+    if let Some(pole) = session.gravity.hemisphere {
+        return in_hemisphere(session, solved, pole, workbench);
     }
     workbench.tell("gravity the other way up");
     let nominal = Unknowns::nominal(session);
@@ -64,6 +65,47 @@ fn right_way_up(
         solved
     };
     Ok(Solved { sign_known, ..lower })
+}
+
+/// The solution, or, where it lies in the other hemisphere than the declared one, an image of it that does not: gravity, masses, moments and
+/// placements negative; or gravity negative and a joint across it half a turn on, which is as good where those before it carry nothing.
+/// Without such an image the readings contradict the declaration.
+fn in_hemisphere(
+    session: &Session,
+    solved: Solved,
+    pole: [f64; 3],
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
+    let nominal = Unknowns::nominal(session);
+    let found = solved.unknowns(&nominal);
+    let lies_within = |values: &Unknowns| Vector3::from(values.gravity).dot(&Vector3::from(pole)) >= 0.0;
+    if lies_within(&found) || !solved.estimate.termination.converged() {
+        return Ok(solved);
+    }
+    workbench.tell("gravity in the declared hemisphere");
+    let free = |joint: &usize| session.held_reason(*joint, Quantity::PositionOffset).is_none();
+    let turned = (0..session.joints.len()).find(free).map(|joint| half_a_turn_on(session, &found, joint));
+    let mut best: Option<Solved> = None;
+    for image in std::iter::once(found.upside_down(session)).chain(turned) {
+        let Ok(other) = solve_from(session, &solved.readings, image, workbench) else { continue };
+        let lower = best.as_ref().is_none_or(|best| other.estimate.cost < best.estimate.cost);
+        if other.estimate.termination.converged() && lies_within(&other.unknowns(&nominal)) && lower {
+            best = Some(other);
+        }
+    }
+    match best.filter(|best| best.estimate.cost < solved.estimate.cost + DECISIVE) {
+        Some(within) => Ok(within),
+        None => Ok(Solved { hemisphere_contradicted: true, ..solved }),
+    }
+}
+
+/// Gravity negative, and the offset of a joint half a turn towards its nominal value.
+fn half_a_turn_on(session: &Session, found: &Unknowns, joint: usize) -> Unknowns {
+    let id = ParameterId::Sensor(joint, Quantity::PositionOffset);
+    let mut image = Unknowns { gravity: found.gravity.map(|component| -component), ..found.clone() };
+    let towards = (session.nominal(id) - found.value(id)).signum();
+    *image.value_mut(id) += towards * std::f64::consts::PI;
+    image
 }
 
 fn unmirrored(

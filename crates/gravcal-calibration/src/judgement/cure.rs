@@ -22,6 +22,8 @@ pub(crate) struct Situation<'a> {
     pub read: Vec<bool>,
     /// Parameters on which no reading in use depends.
     pub unread: Vec<ParameterId>,
+    /// Parameters that a constraint holds at its bound.
+    pub on_bound: Vec<ParameterId>,
     /// Joints that carry no gravity.
     pub idle: Vec<bool>,
 }
@@ -64,6 +66,14 @@ impl Situation<'_> {
             };
             let why = "all masses and moments are unknown, so readings in any unit of torque explain the data";
             return (words, why.into(), self.scale_cure(combination));
+        }
+        if combination.parameters.iter().any(|(id, _)| self.on_bound.contains(id)) {
+            let why = "the estimate leans on its constraint: the readings put it beyond, and its interval is one-sided";
+            return (
+                list,
+                why.into(),
+                "widen the constraint or drop it; or look for what makes the readings pass it".into(),
+            );
         }
         if combination.parameters.iter().any(|(id, _)| self.unread.contains(id)) {
             let cure = "record the torque of a joint or an instrument that depends on it";

@@ -24,6 +24,9 @@ const READABLE: f64 = 0.02;
 /// accurate to 1e-7 at the tolerance of the rank.
 const TOUCHED: f64 = 1e-5;
 
+/// The same of a direction of an estimate, which noise has moved.
+const TAKES_PART: f64 = 5e-4;
+
 /// What the data say of the parameters and gravity.
 #[derive(Debug)]
 pub(crate) struct Judgement {
@@ -79,14 +82,23 @@ pub(crate) struct Judged<'a> {
     pub layout: &'a Layout,
     /// Of the problem at the values.
     pub spectrum: &'a Spectrum,
+    /// Directions whose effect is not significantly different from none, by all columns in scaled coordinates.
+    pub insignificant: &'a [Vec<f64>],
 }
 
 /// Judges a solution by its rank and this covariance. `spreads`: largest less smallest torque reading of each joint.
 pub(crate) fn judge(session: &Session, solution: &Judged<'_>, covariance: &Covariance, spreads: &[f64]) -> Judgement {
     let asked = ParameterColumns::new(session, solution, spreads);
     let mut judgement = asked.without_information(solution.spectrum);
+    asked.add_insignificant(solution, &mut judgement);
     asked.add_little_information(covariance, &mut judgement);
     judgement
+}
+
+/// Column and limit of use of gravity and every parameter.
+pub(crate) fn limits_of_use(session: &Session, solution: &Judged<'_>, spreads: &[f64]) -> Vec<(usize, f64)> {
+    let asked = ParameterColumns::new(session, solution, spreads);
+    asked.0.iter().map(|asked| (asked.column, asked.limit)).collect()
 }
 
 /// Standard deviation beyond which the number found for a parameter would mislead, in its unit.
@@ -142,16 +154,36 @@ impl ParameterColumns {
         let directions: Vec<Vec<f64>> = spectrum.null_space_within(&columns).into_iter().map(in_units).collect();
         let basis = sparse_basis(&directions, TOUCHED);
         let combinations = basis.iter().map(|direction| self.combination(direction));
-        let mut judgement = Judgement {
+        Judgement {
             gravity: !touched.contains(&None),
             combinations: combinations.collect(),
             open: touched.into_iter().flatten().collect(),
-        };
+        }
+    }
+
+    /// What takes part in directions whose effect is not significant.
+    fn add_insignificant(&self, solution: &Judged<'_>, judgement: &mut Judgement) {
+        for direction in solution.insignificant {
+            let touched = |asked: &&Asked| direction[asked.column].abs() > TAKES_PART;
+            let newly = self.0.iter().filter(touched).any(|asked| match asked.identity {
+                None => std::mem::replace(&mut judgement.gravity, false),
+                Some(id) => judgement.open.insert(id),
+            });
+            for asked in self.0.iter().filter(touched) {
+                judgement.open.extend(asked.identity);
+                judgement.gravity &= asked.identity.is_some();
+            }
+            if newly {
+                let scale = |asked: &Asked| solution.spectrum.column_scale(asked.column) * asked.unit;
+                let in_units: Vec<f64> = self.0.iter().map(|asked| direction[asked.column] / scale(asked)).collect();
+                judgement.combinations.push(self.combination(&in_units));
+            }
+        }
         // What takes so small a part that no combination tells it.
-        let told = |id: &ParameterId| judgement.combinations.iter().any(|c| c.contains(*id));
-        let untold: Vec<ParameterId> = judgement.open.iter().copied().filter(|id| !told(id)).collect();
+        let told = |id: &ParameterId, combinations: &[Combination]| combinations.iter().any(|c| c.contains(*id));
+        let untold: Vec<ParameterId> =
+            judgement.open.iter().copied().filter(|id| !told(id, &judgement.combinations)).collect();
         judgement.combinations.extend(untold.into_iter().map(|id| Combination::alone(id, None)));
-        judgement
     }
 
     /// Parameters beyond their limit, told one by one.

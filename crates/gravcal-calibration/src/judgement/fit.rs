@@ -91,6 +91,7 @@ pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Resul
         median_ratio,
         joints: JointResiduals::new(session, &solved.readings, &solved.posed.rows, whitened).tell(session),
         held_out: None,
+        held_out_missing: None,
         residuals: by_reading(session, solved, whitened)?,
     })
 }

@@ -9,9 +9,10 @@ mod moments;
 mod outliers;
 mod positions;
 mod remarks;
+mod significance;
 
 pub(crate) use cure::Situation;
-pub(crate) use determined::{Judged, Judgement, judge};
+pub(crate) use determined::{Judged, Judgement, judge, limits_of_use};
 pub(crate) use fit::{Explained, fit, held_out};
 pub(crate) use friction::driving_friction_notes;
 pub(crate) use gravity::gravity_result;
@@ -19,3 +20,4 @@ pub(crate) use moments::{DeterminedMoment, determined_moments};
 pub(crate) use outliers::{outlier_note, outliers};
 pub(crate) use positions::{deflections, position_errors};
 pub(crate) use remarks::{held, loss, weak_combinations, weak_note};
+pub(crate) use significance::insignificant;

@@ -1,6 +1,9 @@
 //! Masses, moments and placements in the combinations that the data determine (base parameters).
 //!
 //! Any masses and moments that reproduce these combinations predict the same gravity torques.
+//!
+//! What moves with a parameter that is not determined is no number either: of combinations only those are told that stay where they are
+//! when such a parameter takes another value, and everything else follows (to first order `cov(·, p) / var(p)`).
 
 use gravcal_estimation::statistics::{LinearFunction, stored_coordinates};
 use gravcal_estimation::{BlockId, Covariance, Manifold, Problem, Spectrum, Values, sparse_basis};
@@ -14,13 +17,14 @@ pub(crate) struct DeterminedMoment {
     pub function: LinearFunction,
 }
 
-/// The combinations with value and standard deviation.
+/// The combinations with value and standard deviation. `open`: columns of parameters that are not determined.
 pub(crate) fn determined_moments(
     problem: &Problem,
     values: &Values,
     layout: &Layout,
     spectrum: &Spectrum,
     covariance: &Covariance,
+    open: &[usize],
 ) -> Vec<DeterminedMoment> {
     let mut placements: Vec<BlockId> = layout.loads.iter().flatten().flatten().copied().collect();
     placements.sort_unstable();
@@ -28,7 +32,7 @@ pub(crate) fn determined_moments(
     let (on_sphere, euclidean): (Vec<BlockId>, Vec<BlockId>) =
         placements.into_iter().partition(|id| problem.block(*id).manifold != Manifold::Euclidean);
     let blocks: Vec<BlockId> = layout.inertia.iter().chain(&layout.sweep_moments).copied().chain(euclidean).collect();
-    let mut results = combinations(problem, values, &blocks, spectrum, covariance);
+    let mut results = combinations(problem, values, &blocks, spectrum, covariance, open);
     for id in on_sphere {
         results.extend(determined_vector(problem, values, id, spectrum, covariance));
     }
@@ -42,13 +46,19 @@ fn combinations(
     blocks: &[BlockId],
     spectrum: &Spectrum,
     covariance: &Covariance,
+    open: &[usize],
 ) -> Vec<DeterminedMoment> {
     let coordinates: Vec<(usize, BlockId, usize)> = blocks
         .iter()
         .flat_map(|id| problem.columns_of(*id).enumerate().map(|(component, column)| (column, *id, component)))
         .collect();
     let columns: Vec<usize> = coordinates.iter().map(|(column, _, _)| *column).collect();
-    sparse_basis(&spectrum.determined_within(&columns), 1e-7)
+    let moves_with = |open: &usize| -> Option<Vec<f64>> {
+        let variance = covariance.at(*open, *open);
+        (variance > 0.0).then(|| columns.iter().map(|column| covariance.at(*column, *open) / variance).collect())
+    };
+    let moved: Vec<Vec<f64>> = open.iter().filter_map(moves_with).collect();
+    sparse_basis(&spectrum.determined_within(&columns, &moved), 1e-7)
         .iter()
         .map(|coefficients| {
             let used = || coordinates.iter().zip(coefficients).filter(|(_, c)| **c != 0.0);

@@ -285,6 +285,7 @@ pub fn tell_steps(
             &solved.posed.layout,
             &solved.spectrum,
             solved.covariance(),
+            &[],
         );
         result.moments = moments.into_iter().map(|moment| moment.told).collect();
         result.detail.singular_values = solved.spectrum.singular_values().to_vec();

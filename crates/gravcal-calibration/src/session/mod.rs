@@ -7,6 +7,7 @@ mod earlier;
 mod file;
 mod instrument;
 pub(crate) mod parameters;
+mod repeated;
 mod searched;
 mod solver;
 pub(crate) mod travel;

@@ -128,9 +128,16 @@ impl Spectrum {
         shown.iter().map(|v| v.iter().zip(columns).map(|(c, j)| c / self.column_scales[*j]).collect()).collect()
     }
 
-    /// Basis of the linear functions of the given columns alone that the data determine: coefficients by column.
-    pub fn determined_within(&self, columns: &[usize]) -> Vec<Vec<f64>> {
-        let (_, complement) = self.null_space_shadow(columns);
+    /// Basis of the linear functions of the given columns alone that the data determine, and that none of some further steps by these
+    /// columns (in their units) changes: coefficients by column.
+    pub fn determined_within(&self, columns: &[usize], unchanged_by: &[Vec<f64>]) -> Vec<Vec<f64>> {
+        let scaled = |step: &Vec<f64>| -> Vec<f64> {
+            let scaled: Vec<f64> = step.iter().zip(columns).map(|(c, j)| c * self.column_scales[*j]).collect();
+            let length = scaled.iter().map(|c| c * c).sum::<f64>().sqrt();
+            scaled.iter().map(|c| if length > 0.0 { c / length } else { 0.0 }).collect()
+        };
+        let further: Vec<Vec<f64>> = unchanged_by.iter().map(scaled).collect();
+        let (_, complement) = self.shadow_of(columns, &further);
         complement.iter().map(|v| v.iter().zip(columns).map(|(c, j)| c * self.column_scales[*j]).collect()).collect()
     }
 
@@ -138,13 +145,20 @@ impl Spectrum {
     /// orthogonal complement. Columns of zeros come as directions of their own; columns of local blocks, which follow the
     /// others, are in none.
     fn null_space_shadow(&self, columns: &[usize]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
+        self.shadow_of(columns, &[])
+    }
+
+    /// The same of the null space and of further directions, given by these columns in scaled coordinates.
+    fn shadow_of(&self, columns: &[usize], further: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let null = &self.directions[self.rank..self.directions.len() - self.idle.len()];
         let shared: Vec<Option<usize>> = columns.iter().map(|column| self.local.shared(*column)).collect();
         let is_idle = |i: &usize| shared[*i].is_some_and(|index| self.idle.contains(&index));
         let active: Vec<(usize, usize)> =
             (0..columns.len()).filter(|i| !is_idle(i)).filter_map(|i| Some((i, shared[i]?))).collect();
         let size = active.len();
-        let entries = null.iter().flat_map(|null| active.iter().map(|(_, index)| null[*index]));
+        let of_null = null.iter().flat_map(|null| active.iter().map(|(_, index)| null[*index]));
+        let of_further = further.iter().flat_map(|step| active.iter().map(|(place, _)| step[*place]));
+        let entries = of_null.chain(of_further);
         if entries.map(|entry| entry * entry).sum::<f64>() <= SHADOW_TOLERANCE * SHADOW_TOLERANCE {
             // No singular value is larger than this sum's root.
             let axis = |place: usize| (0..columns.len()).map(|i| f64::from(i == place)).collect();
@@ -152,7 +166,10 @@ impl Spectrum {
             return (idle, active.iter().map(|(place, _)| axis(*place)).collect());
         }
         // Square at least, so that the complement comes out of the same decomposition.
-        let shadow = Mat::from_fn(size, null.len().max(size), |i, k| null.get(k).map_or(0.0, |null| null[active[i].1]));
+        let shadow = Mat::from_fn(size, (null.len() + further.len()).max(size), |i, k| {
+            let of_further = || further.get(k - null.len()).map_or(0.0, |step| step[active[i].0]);
+            null.get(k).map_or_else(of_further, |null| null[active[i].1])
+        });
         let Ok(svd) = shadow.svd() else {
             return (Vec::new(), Vec::new());
         };
@@ -232,6 +249,16 @@ impl Spectrum {
         }
         let shared = Covariance::new(tangent, size);
         if self.has_local() { shared.with_local(Arc::clone(&self.local)) } else { shared }
+    }
+
+    /// Singular values and directions (over all columns, of unit length in scaled coordinates) that the data determine, largest first; of a
+    /// problem with local blocks, none.
+    pub fn determined_in_scale(&self) -> Vec<(f64, Vec<f64>)> {
+        if self.has_local() {
+            return Vec::new();
+        }
+        let determined = self.singular_values.iter().copied().zip(self.directions.iter().cloned());
+        determined.take(self.rank).collect()
     }
 
     /// Whether the problem has local blocks.

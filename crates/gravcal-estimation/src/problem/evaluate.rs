@@ -90,6 +90,26 @@ impl Problem {
         Ok(out)
     }
 
+    /// `Jᵀ u` of the whitened Jacobian, before any loss, one entry a column; `u` has one a row.
+    ///
+    /// # Errors
+    /// As [`Problem::residuals`].
+    pub fn transposed_product(&self, values: &Values, u: &[f64]) -> Result<Vec<f64>, EvaluateError> {
+        let mut rows = Rows::new(self, values);
+        let mut row_of_all = vec![0.0; self.columns.len() + 1];
+        let mut product = vec![0.0; self.columns.len()];
+        for factor in 0..self.factors.len() {
+            rows.linearize(factor, false)?;
+            rows.check_jacobian(factor)?;
+            for (row, weight) in u[self.rows_of(factor)].iter().enumerate() {
+                row_of_all.fill(0.0);
+                rows.scatter(factor, row, &mut row_of_all);
+                product.iter_mut().zip(&row_of_all).for_each(|(sum, entry)| *sum += weight * entry);
+            }
+        }
+        Ok(product)
+    }
+
     /// Runs `task` on batches of factors in parallel, each writing only its own rows of `width` numbers.
     fn for_each_batch<F>(&self, values: &Values, out: &mut [f64], width: usize, task: F) -> Result<(), EvaluateError>
     where

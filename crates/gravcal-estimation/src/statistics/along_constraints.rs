@@ -9,8 +9,15 @@
 //! ```
 //!
 //! which takes the direction across the constraint from what the readings leave open. **Assumption:** with other readings of
-//! the same noise the same constraints would hold. Where the multiplier is within the noise they might not, and intervals are
-//! one-sided; nothing here tells.
+//! the same noise the same constraints would hold. So only those count whose lean,
+//!
+//! ```text
+//!     λ σ      λ: multiplier,  σ: standard deviation of f by the readings alone
+//! ```
+//!
+//! the distance by which the readings would like to pass the constraint, in standard deviations, is at least [`DECIDED`]. What leans by less
+//! might as well not hold with other readings, and what holds a direction without information leans by nothing: both leave open what
+//! they hold.
 
 use crate::{
     ActiveConstraint, Affine, BlockId, Estimate, EvaluateError, Factor, LocalValues, Noise, Problem, Residual, RowsMut,
@@ -22,6 +29,10 @@ use super::StatisticsError;
 /// How much stiffer a held function is than the data make the unknowns it reads: enough to stand for exact, and little
 /// enough to leave weak directions to be told from empty ones.
 const STIFFNESS: f64 = 1e3;
+/// A constraint that leans by less, in standard deviations, leaves open what it holds.
+pub const DECIDED: f64 = 3.0;
+/// Part of a function's slope, in scaled coordinates, along directions without information beyond which these touch it.
+const TOUCHED: f64 = 1e-6;
 /// A function whose slope is but for this share that of others follows from them.
 const DEPENDENT: f64 = 1e-6;
 
@@ -35,15 +46,36 @@ pub fn along_constraints(
     estimate: &Estimate,
     spectrum: &Spectrum,
 ) -> Result<Option<Problem>, StatisticsError> {
-    if estimate.active.is_empty() {
+    let leans = leans(problem, estimate, spectrum);
+    let decided = estimate.active.iter().zip(leans).filter(|(_, lean)| *lean >= DECIDED);
+    let decided: Vec<ActiveConstraint> = decided.map(|(active, _)| active.clone()).collect();
+    if decided.is_empty() {
         return Ok(None);
     }
     let mut factors = problem.factors().to_vec();
-    for (function, norm) in independent(problem, &estimate.active, spectrum) {
+    for (function, norm) in independent(problem, &decided, spectrum) {
         let noise = Noise::independent(&[norm / STIFFNESS])?;
         factors.push(Factor::new(HeldFunction::new(function, &estimate.values), noise));
     }
     Ok(Some(problem.with_factors(factors)?))
+}
+
+/// By how many standard deviations the readings would like to pass each active constraint of an estimate; 0 where a constraint holds what the
+/// readings say nothing of. `spectrum` is that of the problem at the estimate, without its constraints.
+pub fn leans(problem: &Problem, estimate: &Estimate, spectrum: &Spectrum) -> Vec<f64> {
+    let covariance = spectrum.covariance();
+    let std = |function: &Affine| {
+        let column = |(id, component, c): &(BlockId, usize, f64)| Some((problem.columns_of(*id).nth(*component)?, *c));
+        let slope: Vec<(usize, f64)> = function.terms.iter().filter_map(column).collect();
+        let scaled = |(column, c): &(usize, f64)| c / spectrum.column_scale(*column);
+        let length = slope.iter().map(|term| scaled(term).powi(2)).sum::<f64>().sqrt();
+        let open = slope.iter().any(|term| scaled(term).abs() * spectrum.null_share(term.0) > TOUCHED * length);
+        if open { 0.0 } else { covariance.std_of(&slope) }
+    };
+    let lean = |active: &ActiveConstraint| {
+        active.multiplier.abs() * active.holds.iter().map(std).fold(f64::INFINITY, f64::min)
+    };
+    estimate.active.iter().map(lean).collect()
 }
 
 /// The held functions that do not follow from those before them, each with the norm of its slope by columns that count

@@ -12,7 +12,7 @@ mod redrawn;
 mod sandwich;
 mod uncertainty;
 
-pub use along_constraints::along_constraints;
+pub use along_constraints::{DECIDED, along_constraints, leans};
 pub use blocks::{MIN_BLOCKS, SampleBlocks};
 pub use bootstrap::{Bootstrap, Resampling};
 pub use covariance::{Covariance, LinearFunction, stored_coordinates};

@@ -1,0 +1,254 @@
+//! What readings come to: the solution, what of it is determined, and the verdict, decided here for reports and batches alike.
+
+use gravcal_estimation::Termination;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::mistakes::{Mistake, find_mistake};
+use super::readings::Readings;
+use super::solve::{Solved, solve, solve_from};
+use super::tell::{mirrored_gains, tell_parameters, tell_termination};
+use super::{EstimateError, Unknowns};
+use crate::judgement::Judgement;
+use crate::parameter::Quantity;
+use crate::result::{GravityResult, NoiseSource, ParameterResult, UncertaintyResult, Verdict};
+use crate::session::Session;
+use crate::workbench::Workbench;
+
+/// Readings explained this many times worse than their stated noise contradict the model: no number can be relied on.
+const CONTRADICTION: f64 = 3.0;
+/// From here on intervals cannot be relied on though the values may.
+const DOUBT: f64 = 1.5;
+/// Readings scatter so many times less than stated, where that is no accident: the stated noise is another.
+const TOO_WELL: f64 = 0.8;
+const SIGNIFICANCE: f64 = 1e-3;
+/// Probability below which an earlier calibration is contradicted.
+const CONTRADICTED_PRIOR: f64 = 1e-4;
+/// Standard deviations by which readings pass a constraint that they contradict.
+const PASSED: f64 = 5.0;
+/// A position gain so many times larger or smaller than its nominal value is of another unit: 180/π is 57.3.
+const OTHER_UNIT: f64 = 3.0;
+
+/// The solution, judged.
+pub(super) struct Conclusion {
+    pub solved: Solved,
+    pub judgement: Judgement,
+    /// Where its standard deviations come from.
+    pub uncertainty: UncertaintyResult,
+    pub gravity: Option<GravityResult>,
+    pub parameters: Vec<ParameterResult>,
+    pub verdict: Verdict,
+    /// Why the solver ended, or why there is no answer to rely on.
+    pub termination: String,
+    /// What a reader must know before any number.
+    pub remarks: Vec<String>,
+}
+
+/// Solves and judges the joint problem of these readings.
+///
+/// # Errors
+/// Where there is no answer at all; not converging is a verdict.
+pub(super) fn conclude(
+    session: &Session,
+    readings: &Readings,
+    known: Option<&Unknowns>,
+    workbench: &Workbench<'_>,
+) -> Result<Conclusion, EstimateError> {
+    let solved = solve(session, readings, known, workbench)?;
+    // What was stopped on its way explains the readings badly whatever the model.
+    let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
+    let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
+    let solved = Solved { uncertainty, ..solved }.with_significance(session)?;
+    let judgement = solved.judge(session);
+    let gravity = judgement.gravity.then(|| solved.gravity(session));
+    let parameters = tell_parameters(session, &solved, &judgement);
+    let complete =
+        parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));
+    let reliable = misfit.is_none_or(|misfit| misfit < DOUBT);
+    let mut conclusion = Conclusion {
+        verdict: if complete && reliable { Verdict::Determined } else { Verdict::PartlyDetermined },
+        termination: tell_termination(&solved),
+        remarks: Vec::new(),
+        uncertainty: told,
+        gravity,
+        parameters,
+        judgement,
+        solved,
+    };
+    conclusion.remark_on_noise(session, misfit);
+    conclusion.remark_on_contradictions(session, misfit);
+    conclusion.remark_on_earlier(session, workbench)?;
+    let doubtful = session.noise_estimated().contains(&true) || conclusion.verdict == Verdict::Failed;
+    if let Some(mistake) = find_mistake(session, &conclusion.solved, doubtful, workbench)? {
+        conclusion.fail_first(mistake);
+    }
+    if conclusion.verdict == Verdict::Failed {
+        conclusion.withdraw();
+    }
+    Ok(conclusion)
+}
+
+impl Conclusion {
+    /// Says where residuals are larger or smaller than the stated noise makes them.
+    fn remark_on_noise(&mut self, session: &Session, misfit: Option<f64>) {
+        if let Some(misfit) = misfit {
+            let consequence = match self.uncertainty {
+                UncertaintyResult::Noise { widened_by: Some(_), .. } => {
+                    "All standard deviations are widened by that factor, which is honest only if the errors are noise."
+                }
+                _ => "Standard deviations come from the residuals, and need no widening.",
+            };
+            self.remarks.push(format!(
+                "The readings are explained {misfit:.1} times worse than their stated noise (p < 0.001). {consequence} \
+                 Look at the residuals of each joint: wrong lengths or load masses, friction, motion or a few bad rows \
+                 make such errors; or state the std that the sensors have."
+            ));
+        }
+        if let Some(ratio) = self.too_well_explained(session) {
+            self.remarks.push(format!(
+                "The readings scatter only {ratio:.2} times as much as their stated noise: its std is stated about {:.1} \
+                 times too large, and so is every standard deviation here. State the std of what is recorded (a mean of \
+                 n samples has 1/√n of the noise), or leave it away.",
+                1.0 / ratio
+            ));
+        }
+    }
+
+    /// `√(χ²/dof)` where it is far below 1 and no accident.
+    fn too_well_explained(&self, session: &Session) -> Option<f64> {
+        let stated = !session.noise_estimated().contains(&true);
+        let by_noise = matches!(self.uncertainty, UncertaintyResult::Noise { source: NoiseSource::Stated, .. });
+        let freedom =
+            self.solved.judged_problem().rows().checked_sub(self.solved.spectrum.rank()).filter(|dof| *dof > 0);
+        let (dof, chi_squared) = (freedom? as f64, 2.0 * self.solved.estimate.cost);
+        let ratio = (chi_squared / dof).sqrt();
+        let accident = ChiSquared::new(dof).ok()?.cdf(chi_squared);
+        (stated && by_noise && ratio < TOO_WELL && accident < SIGNIFICANCE).then_some(ratio)
+    }
+
+    /// Finds what the readings contradict: then there is no answer to rely on.
+    fn remark_on_contradictions(&mut self, session: &Session, misfit: Option<f64>) {
+        let solved = &self.solved;
+        let termination = solved.estimate.termination;
+        if !termination.converged() {
+            self.verdict = Verdict::Failed;
+        }
+        if let Some(misfit) = misfit.filter(|misfit| *misfit > CONTRADICTION) {
+            self.fail(Mistake {
+                what: format!("the model contradicts the readings: residuals {misfit:.0} times the stated noise"),
+                advice: "What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped \
+                         columns, the hemisphere of gravity, the loads' masses and distances, values given as fixed, \
+                         poses that are not static, single bad rows. If the model is known to be this rough, leave std \
+                         away: the noise is then estimated from the residuals."
+                    .into(),
+            });
+        }
+        if !termination.converged() {
+            return;
+        }
+        if self.solved.hemisphere_contradicted {
+            self.fail(Mistake {
+                what: "gravity came out in the other hemisphere than the declared one".into(),
+                advice:
+                    "The readings decide against [gravity] hemisphere: correct it, or look for torque sensors that \
+                         are all reversed."
+                        .into(),
+            });
+        }
+        let passed = self.solved.estimate.active.iter().zip(&self.solved.leans).filter(|(_, lean)| **lean > PASSED);
+        let passed: Vec<String> =
+            passed.map(|(active, lean)| format!("\"{}\" by {lean:.0} standard deviations", active.name)).collect();
+        if !passed.is_empty() {
+            self.fail(Mistake {
+                what: format!("the readings contradict {}", passed.join(", ")),
+                advice: "A constraint that the readings would like to pass so far spoils what is estimated under it: \
+                         widen it, or drop it and look at what comes out."
+                    .into(),
+            });
+        }
+        for told in mirrored_gains(session, &self.solved, &self.parameters) {
+            self.fail(Mistake { what: told, advice: String::new() });
+        }
+        if let Some(mistake) = other_unit(session, &self.solved, &self.parameters) {
+            self.fail(mistake);
+        }
+    }
+
+    /// Holds an earlier calibration against the readings: χ² must not grow by more than chance where it is heeded.
+    fn remark_on_earlier(&mut self, session: &Session, workbench: &Workbench<'_>) -> Result<(), EstimateError> {
+        let solved = &self.solved;
+        if session.earlier.is_none() || !solved.estimate.termination.converged() {
+            return Ok(());
+        }
+        workbench.tell("holding the earlier calibration against the readings");
+        let alone = Session { earlier: None, ..session.clone() };
+        let start = solved.unknowns(&Unknowns::nominal(session));
+        let without = solve_from(&alone, &solved.readings, start, workbench)?;
+        let freedom = |solved: &Solved| solved.judged_problem().rows().saturating_sub(solved.spectrum.rank());
+        let gained = freedom(solved).saturating_sub(freedom(&without)) as f64;
+        let size = match session.noise_estimated().contains(&true) {
+            true => 2.0 * without.estimate.cost / freedom(&without).max(1) as f64,
+            false => 1.0,
+        };
+        let growth = 2.0 * (solved.estimate.cost - without.estimate.cost) / size;
+        let Ok(distribution) = ChiSquared::new(gained) else { return Ok(()) };
+        let p = distribution.sf(growth.max(0.0));
+        if without.estimate.termination.converged() && p < CONTRADICTED_PRIOR {
+            self.fail(Mistake {
+                what: format!("the readings contradict the earlier calibration: χ² grows by {growth:.0} for {gained:.0} numbers"),
+                advice: "What [prior] knows is not what was read here: a base that was moved, links or loads that are not as \
+                         they were (leave them out of prior.unchanged), or a sensor that has changed (compare the two \
+                         calibrations, `gravcal compare`)."
+                    .into(),
+            });
+        }
+        Ok(())
+    }
+
+    /// Nothing can be relied on, for this reason if there is none yet.
+    fn fail(&mut self, mistake: Mistake) {
+        if self.verdict != Verdict::Failed || !self.solved.estimate.termination.converged() {
+            self.termination = mistake.what.clone();
+        }
+        self.verdict = Verdict::Failed;
+        self.remarks.push(if mistake.advice.is_empty() { mistake.what } else { mistake.advice });
+    }
+
+    /// Nothing can be relied on, and this is why.
+    fn fail_first(&mut self, mistake: Mistake) {
+        self.verdict = Verdict::Failed;
+        self.termination = mistake.what;
+        self.remarks.insert(0, mistake.advice);
+    }
+
+    /// Takes the values of a failed estimate back: only what was held has one.
+    fn withdraw(&mut self) {
+        self.gravity = None;
+        for parameter in self.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
+            parameter.determined = false;
+            (parameter.value, parameter.std, parameter.ci95) = (None, None, None);
+        }
+    }
+}
+
+/// Position readings that are in another unit than declared, as their gain tells.
+fn other_unit(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Option<Mistake> {
+    let joints = session.robot.chain.joints().iter().enumerate();
+    let mut found = joints.filter_map(|(joint, described)| {
+        let name = Quantity::PositionGain.name(&described.name);
+        let determined = parameters.iter().any(|p| p.name == name && p.determined && p.held.is_none());
+        let value = solved.estimate.values.scalar(solved.posed.layout.sensors[joint][Quantity::PositionGain as usize]);
+        let ratio = value / session.joints[joint].of(Quantity::PositionGain).nominal;
+        let other = determined && (ratio.abs() > OTHER_UNIT || ratio.abs() < 1.0 / OTHER_UNIT);
+        other.then(|| (name, ratio))
+    });
+    let (name, ratio) = found.next()?;
+    let degrees = if ratio.abs() > 1.0 { "rad, and declared as deg" } else { "deg, and declared as rad" };
+    Some(Mistake {
+        what: format!("{name} is {ratio:.3} times its nominal value"),
+        advice: format!(
+            "No position sensor is so far off its nominal gain: its readings are in another unit than declared. A factor \
+             of 57.3 (or 0.01745) is that of readings in {degrees}; else state the gain ([[joint]] position_gain = {{ nominal \
+             = …, unit = … }})."
+        ),
+    })
+}

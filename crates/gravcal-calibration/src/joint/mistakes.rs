@@ -1,0 +1,136 @@
+//! What a session may have got wrong, found by trying: where the readings contradict the model, a session that differs from it in one
+//! thing and explains them names that thing.
+//!
+//! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, and columns of two joints that are
+//! swapped, of torques or of positions.
+
+use super::readings::{Readings, first_noise};
+use super::reversed::{reversed_sensors, solve_with};
+use super::start::start_cost;
+use super::{EstimateError, Solved};
+use crate::parameter::Quantity;
+use crate::session::Session;
+use crate::workbench::Workbench;
+use gravcal_estimation::Termination;
+
+/// A mistake must lower the cost of a start to this share of it; the cost of a solution likewise.
+const BETTER_START: f64 = 0.7;
+const BETTER: f64 = 0.2;
+/// How many of the most promising are solved for.
+const SOLVED: usize = 3;
+
+/// A mistake, and what to do about it.
+pub(super) struct Mistake {
+    /// In a few words.
+    pub what: String,
+    /// In sentences.
+    pub advice: String,
+}
+
+/// Looks for a mistake behind a solution. `doubtful`: whether its fit says nothing for it.
+pub(super) fn find_mistake(
+    session: &Session,
+    solved: &Solved,
+    doubtful: bool,
+    workbench: &Workbench<'_>,
+) -> Result<Option<Mistake>, EstimateError> {
+    if solved.estimate.termination == Termination::Stopped {
+        return Ok(None);
+    }
+    if let Some(reversed) = reversed_sensors(session, solved, doubtful, workbench)? {
+        return Ok(Some(reversed));
+    }
+    if doubtful { mistaken_columns(session, solved, workbench) } else { Ok(None) }
+}
+
+/// One thing that a session may have got wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Hypothesis {
+    PositionReversed(usize),
+    TorquesSwapped(usize, usize),
+    PositionsSwapped(usize, usize),
+}
+
+fn mistaken_columns(
+    session: &Session,
+    solved: &Solved,
+    workbench: &Workbench<'_>,
+) -> Result<Option<Mistake>, EstimateError> {
+    // Noise found from residuals would excuse the very joints that are swapped.
+    let readings = Readings { noise: first_noise(session, &solved.readings.spreads), ..solved.readings.clone() };
+    let start = start_cost(session, &readings)?;
+    let mut promising = Vec::new();
+    for hypothesis in hypotheses(session) {
+        let cost = start_cost(&hypothesis.made(session), &readings)?;
+        if cost < BETTER_START * start {
+            promising.push((cost, hypothesis));
+        }
+    }
+    if promising.is_empty() {
+        return Ok(None);
+    }
+    promising.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+    workbench.tell("looking for swapped columns");
+    let (before, _) = solve_with(session, &readings, solved, workbench)?;
+    let mut best: Option<(f64, Hypothesis)> = None;
+    for (_, hypothesis) in promising.into_iter().take(SOLVED) {
+        let (after, _) = solve_with(&hypothesis.made(session), &readings, solved, workbench)?;
+        if after < BETTER * before && best.is_none_or(|(lowest, _)| after < lowest) {
+            best = Some((after, hypothesis));
+        }
+    }
+    Ok(best.map(|(after, hypothesis)| hypothesis.tell(session, 100.0 * (after / before).sqrt())))
+}
+
+fn hypotheses(session: &Session) -> Vec<Hypothesis> {
+    let joints = session.joints.len();
+    let pairs = || (0..joints).flat_map(|second| (0..second).map(move |first| (first, second)));
+    let torques = pairs().filter(|(a, b)| {
+        let [a, b] = [a, b].map(|joint| &session.joints[*joint]);
+        a.torque_unit.is_some() && a.torque_unit == b.torque_unit
+    });
+    let positions = pairs().filter(|(a, b)| session.joints[*a].position_unit == session.joints[*b].position_unit);
+    (0..joints)
+        .map(Hypothesis::PositionReversed)
+        .chain(torques.map(|(a, b)| Hypothesis::TorquesSwapped(a, b)))
+        .chain(positions.map(|(a, b)| Hypothesis::PositionsSwapped(a, b)))
+        .collect()
+}
+
+impl Hypothesis {
+    /// The session as it would be right.
+    fn made(self, session: &Session) -> Session {
+        let mut made = session.clone();
+        match self {
+            Hypothesis::PositionReversed(joint) => {
+                made.joints[joint].parameters[Quantity::PositionGain as usize].nominal *= -1.0;
+            }
+            Hypothesis::TorquesSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.torque.swap(a, b)),
+            Hypothesis::PositionsSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.position.swap(a, b)),
+        }
+        made
+    }
+
+    fn tell(self, session: &Session, share: f64) -> Mistake {
+        let name = |joint: usize| session.robot.chain.joints()[joint].name.as_str();
+        let (what, cure) = match self {
+            Hypothesis::PositionReversed(joint) => (
+                format!("reversed position sensor: {}", name(joint)),
+                "Say position_sign = \"reversed\" in its [[joint]].".to_owned(),
+            ),
+            Hypothesis::TorquesSwapped(a, b) => (
+                format!("swapped torque columns: {} and {}", name(a), name(b)),
+                "Exchange them in [readings] torque columns.".to_owned(),
+            ),
+            Hypothesis::PositionsSwapped(a, b) => (
+                format!("swapped position columns: {} and {}", name(a), name(b)),
+                "Exchange them in [readings] position columns.".to_owned(),
+            ),
+        };
+        let advice = format!(
+            "The likely cause is {what}: with that mended, the residuals of all readings fall to {share:.2} % of what they \
+             were. {cure}"
+        );
+        Mistake { what, advice }
+    }
+}

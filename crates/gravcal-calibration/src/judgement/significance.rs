@@ -1,0 +1,134 @@
+//! Directions whose effect on the readings is not significantly different from none.
+//!
+//! At an estimate, which noise moves, a direction that has no effect at the truth has some: an upright base comes out a little tilted, a
+//! joint that stands at zero a little off it. Its singular value `s = uᵀ J v` is then made of that error, and a standard deviation that rests on
+//! it says nothing. To first order `s` changes with the unknowns by
+//!
+//! ```text
+//!     a = ∂(uᵀ J v)/∂x = uᵀ (J(x + h v) − J(x − h v)) / 2h,      var s = aᵀ (JᵀJ + W)⁻¹ a
+//! ```
+//!
+//! as second derivatives commute; u and v are those of the estimate, and `W` is the reference prior, as narrow as what would be of use, for what
+//! the readings leave open. Where `s` is within [`SIGNIFICANT`] of its standard deviations of zero, the direction counts as one without
+//! information.
+
+use gravcal_estimation::{EvaluateError, Problem, Reference, Spectrum, Values};
+use nalgebra::{DMatrix, DVector};
+
+/// Standard deviations from zero at which a singular value is one.
+const SIGNIFICANT: f64 = 3.0;
+/// Only directions that make up this share of a limit of use are looked at.
+const MATTERS: f64 = 0.03;
+/// Length of the step of a difference, in limits of use of what is asked for.
+const DIFFERENCE: f64 = 1e-3;
+/// Problems with more columns are not looked at: such have unknowns of single poses, which have knowledge of their own.
+const MOST_COLUMNS: usize = 400;
+
+/// The directions, each of unit length in scaled coordinates. `asked`: column and limit of use of what is asked for; `plausible`: where unknowns lie
+/// of which the readings say nothing.
+///
+/// # Errors
+/// Where a residual cannot be evaluated nearby.
+pub(crate) fn insignificant(
+    (problem, values, spectrum): (&Problem, &Values, &Spectrum),
+    asked: &[(usize, f64)],
+    plausible: &Reference,
+) -> Result<Vec<Vec<f64>>, EvaluateError> {
+    if problem.columns().len() > MOST_COLUMNS {
+        return Ok(Vec::new());
+    }
+    let matters = |(value, direction): &(f64, Vec<f64>)| {
+        let share = |(column, limit): &(usize, f64)| direction[*column].abs() / spectrum.column_scale(*column) / limit;
+        asked.iter().map(share).fold(0.0, f64::max) > MATTERS * value
+    };
+    let faint: Vec<(f64, Vec<f64>)> = spectrum.determined_in_scale().into_iter().filter(matters).collect();
+    if faint.is_empty() {
+        return Ok(Vec::new());
+    }
+    let Some(covariance) = plausible_covariance(problem, values, plausible)? else { return Ok(Vec::new()) };
+    let mut found = Vec::new();
+    for (value, direction) in faint {
+        let step: Vec<f64> = direction.iter().enumerate().map(|(j, v)| v / spectrum.column_scale(j)).collect();
+        let longest = asked.iter().map(|(column, limit)| step[*column].abs() / limit).fold(f64::MIN_POSITIVE, f64::max);
+        let change = DVector::from_vec(change_of_effect(problem, values, &step, DIFFERENCE / longest)?);
+        let std = (change.transpose() * &covariance * &change)[(0, 0)].max(0.0).sqrt();
+        if value < SIGNIFICANT * std {
+            found.push(direction);
+        }
+    }
+    Ok(found)
+}
+
+/// `a`, with `s u = J v` by differences of the residuals.
+fn change_of_effect(problem: &Problem, values: &Values, step: &[f64], h: f64) -> Result<Vec<f64>, EvaluateError> {
+    let [there, back] = [h, -h].map(|h| problem.retract(values, &step.iter().map(|c| h * c).collect::<Vec<f64>>()));
+    let [ahead, behind] = [problem.residuals(&there)?, problem.residuals(&back)?];
+    let effect: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * h)).collect();
+    let length = effect.iter().map(|e| e * e).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
+    let unit: Vec<f64> = effect.iter().map(|e| e / length).collect();
+    let [ahead, behind] = [problem.transposed_product(&there, &unit)?, problem.transposed_product(&back, &unit)?];
+    Ok(ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * h)).collect())
+}
+
+/// `(JᵀJ + W)⁻¹`; nothing where that is no positive definite matrix to the last digit.
+fn plausible_covariance(
+    problem: &Problem,
+    values: &Values,
+    plausible: &Reference,
+) -> Result<Option<DMatrix<f64>>, EvaluateError> {
+    let problem = problem.with_reference(plausible.clone());
+    let linearization = problem.linearize(values)?;
+    let (size, scales) = (problem.columns().len(), linearization.column_scales());
+    let hessian = linearization.hessian();
+    let scaled = DMatrix::from_fn(size, size, |i, j| hessian[i * size + j] / scales[i] / scales[j]);
+    let ridge = DMatrix::identity(size, size) * 1e-14;
+    let inverse = (scaled + ridge).cholesky().map(|factor| factor.inverse());
+    Ok(inverse.map(|inverse| DMatrix::from_fn(size, size, |i, j| inverse[(i, j)] / scales[i] / scales[j])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use gravcal_estimation::{Automatic, Block, BlockId, Factor, Formula, LocalNumbers, Noise, Number, ProblemBuilder};
+
+    /// Readings of `tilt` itself and of `gain · tilt`: without a tilt nothing is known of the gain.
+    #[derive(Debug)]
+    struct Tilted {
+        blocks: [BlockId; 2],
+        tilt: f64,
+    }
+
+    impl Formula for Tilted {
+        fn blocks(&self) -> &[BlockId] {
+            &self.blocks
+        }
+
+        fn len(&self) -> usize {
+            2
+        }
+
+        fn evaluate<N: Number>(&self, x: LocalNumbers<'_, N>, residual: &mut [N]) -> Result<(), EvaluateError> {
+            let (tilt, gain) = (x.block(0)[0], x.block(1)[0]);
+            (residual[0], residual[1]) = (tilt - self.tilt, gain * tilt - self.tilt);
+            Ok(())
+        }
+    }
+
+    fn judged(tilt: f64) -> usize {
+        let mut builder = ProblemBuilder::new();
+        let blocks =
+            [("tilt", tilt), ("gain", 1.0)].map(|(name, value)| builder.add_block(Block::scalar(name, ""), &[value]));
+        let residual = Automatic(Tilted { blocks, tilt });
+        builder.add_factor(Factor::new(residual, Noise::independent(&[1.0, 1.0]).unwrap()));
+        let (problem, values) = builder.build().unwrap();
+        let spectrum = Spectrum::new(&problem, &values).unwrap();
+        let plausible = Reference::new(values.clone()).with(blocks[1], &[0.1]);
+        insignificant((&problem, &values, &spectrum), &[(1, 0.1)], &plausible).unwrap().len()
+    }
+
+    #[test]
+    fn what_rests_on_a_tilt_within_its_error_is_insignificant() {
+        // The tilt is known to about 0.7; three of these are 2.1.
+        assert_eq!([0.3, 1.0, 10.0, 40.0].map(judged), [1, 1, 0, 0]);
+    }
+}

@@ -1,0 +1,68 @@
+//! Rows that repeat another one exactly: they are no new readings.
+
+use std::collections::HashSet;
+
+use super::Session;
+
+/// Repeats are left out where they are more than this share of the poses, and more than so many. With a converter's round readings some
+/// poses may agree by chance.
+const BY_CHANCE: f64 = 0.02;
+const FEW: usize = 2;
+
+impl Session {
+    /// By pose, whether it repeats an earlier one in every number that was read; all `false` where that may be chance.
+    pub(crate) fn repeated(&self) -> Vec<bool> {
+        let mut seen: HashSet<(Option<usize>, Vec<u64>)> = HashSet::new();
+        let channels = 0..self.channel_count();
+        let of_pose = |index: usize| {
+            let pose = &self.poses[index];
+            let readings = channels.clone().map(|channel| self.reading(index, channel).map_or(f64::NAN, |r| r.value));
+            let conditions = &pose.conditions;
+            let lists =
+                [&conditions.temperature, &conditions.velocity, &conditions.acceleration, &conditions.direction];
+            let conditions = conditions.time.iter().chain(lists.into_iter().flatten());
+            let numbers = pose.position.iter().chain(conditions).copied().chain(readings);
+            (pose.load, numbers.map(f64::to_bits).collect::<Vec<u64>>())
+        };
+        let repeated: Vec<bool> = (0..self.poses.len()).map(|pose| !seen.insert(of_pose(pose))).collect();
+        let count = repeated.iter().filter(|repeated| **repeated).count();
+        let by_chance = count <= FEW || count as f64 <= BY_CHANCE * self.poses.len() as f64;
+        if by_chance { vec![false; self.poses.len()] } else { repeated }
+    }
+
+    /// The same in words.
+    pub(crate) fn repeated_note(&self) -> Option<String> {
+        let repeated = self.repeated();
+        let count = repeated.iter().filter(|repeated| **repeated).count();
+        let pose = &self.poses[repeated.iter().position(|repeated| *repeated)?];
+        let path = &self.tables[pose.table].path;
+        let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        Some(format!(
+            "{count} of {} rows repeat another one in every number (the first is line {} of {file}), and count once: a copy is \
+             no new reading.",
+            self.poses.len(),
+            pose.line
+        ))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::testing::sarcos_shoulder;
+
+    #[test]
+    fn copies_of_rows_are_found_and_chance_is_not() {
+        let mut session = sarcos_shoulder().session(0);
+        assert!(session.repeated_note().is_none());
+        let copies: Vec<_> = session.poses[..40].to_vec();
+        session.poses.extend(copies);
+        let repeated = session.repeated();
+        assert!(repeated[repeated.len() - 40..].iter().all(|repeated| *repeated));
+        assert_eq!(repeated.iter().filter(|repeated| **repeated).count(), 40);
+        assert!(session.repeated_note().unwrap().starts_with("40 of 447 rows repeat another one"));
+        let mut other = sarcos_shoulder().session(0);
+        let copy = other.poses[0].clone();
+        other.poses.push(copy);
+        assert!(!other.repeated().contains(&true), "one may be chance");
+    }
+}
