@@ -12,7 +12,7 @@ use super::sample::Sample;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
-use crate::judgement::{self, Explained, Judged, held_out, insignificant, limits_of_use};
+use crate::judgement::{self, Explained, Insignificant, Judged, held_out, insignificant, limits_of_use};
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::Fit;
 use crate::session::Session;
@@ -43,8 +43,8 @@ pub struct Solved {
     pub(super) along_constraints: Option<Problem>,
     /// How well: from the noise, unless another uncertainty was chosen.
     pub uncertainty: Uncertainty,
-    /// Directions whose effect on the readings is not significantly different from none, in scaled coordinates.
-    pub(super) insignificant: Vec<Vec<f64>>,
+    /// Directions whose effect on the readings is not significantly different from none.
+    pub(super) insignificant: Vec<Insignificant>,
     /// By how many standard deviations the readings would like to pass each active constraint.
     pub(super) leans: Vec<f64>,
     /// Whether gravity's sign is declared, or decided by the readings.

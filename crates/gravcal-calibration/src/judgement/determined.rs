@@ -13,6 +13,7 @@ use std::collections::BTreeSet;
 
 use gravcal_estimation::{Covariance, Problem, Spectrum, Values, sparse_basis};
 
+use super::significance::Insignificant;
 use crate::joint::Layout;
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::Session;
@@ -24,8 +25,8 @@ const READABLE: f64 = 0.02;
 /// accurate to 1e-7 at the tolerance of the rank.
 const TOUCHED: f64 = 1e-5;
 
-/// The same of a direction of an estimate, which noise has moved.
-const TAKES_PART: f64 = 5e-4;
+/// A parameter takes part in an insignificant direction that may move it by more than this share of its standard deviation.
+const TAKES_PART: f64 = 0.3;
 
 /// What the data say of the parameters and gravity.
 #[derive(Debug)]
@@ -82,15 +83,15 @@ pub(crate) struct Judged<'a> {
     pub layout: &'a Layout,
     /// Of the problem at the values.
     pub spectrum: &'a Spectrum,
-    /// Directions whose effect is not significantly different from none, by all columns in scaled coordinates.
-    pub insignificant: &'a [Vec<f64>],
+    /// Directions whose effect is not significantly different from none.
+    pub insignificant: &'a [Insignificant],
 }
 
 /// Judges a solution by its rank and this covariance. `spreads`: largest less smallest torque reading of each joint.
 pub(crate) fn judge(session: &Session, solution: &Judged<'_>, covariance: &Covariance, spreads: &[f64]) -> Judgement {
     let asked = ParameterColumns::new(session, solution, spreads);
     let mut judgement = asked.without_information(solution.spectrum);
-    asked.add_insignificant(solution, &mut judgement);
+    asked.add_insignificant(solution, covariance, &mut judgement);
     asked.add_little_information(covariance, &mut judgement);
     judgement
 }
@@ -162,9 +163,12 @@ impl ParameterColumns {
     }
 
     /// What takes part in directions whose effect is not significant.
-    fn add_insignificant(&self, solution: &Judged<'_>, judgement: &mut Judgement) {
-        for direction in solution.insignificant {
-            let touched = |asked: &&Asked| direction[asked.column].abs() > TAKES_PART;
+    fn add_insignificant(&self, solution: &Judged<'_>, covariance: &Covariance, judgement: &mut Judgement) {
+        for Insignificant { direction, extent } in solution.insignificant {
+            let touched = |asked: &&Asked| {
+                let moved = extent * direction[asked.column].abs() / solution.spectrum.column_scale(asked.column);
+                moved > TAKES_PART * covariance.std(asked.column)
+            };
             let newly = self.0.iter().filter(touched).any(|asked| match asked.identity {
                 None => std::mem::replace(&mut judgement.gravity, false),
                 Some(id) => judgement.open.insert(id),

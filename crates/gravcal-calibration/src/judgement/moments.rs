@@ -3,13 +3,19 @@
 //! Any masses and moments that reproduce these combinations predict the same gravity torques.
 //!
 //! What moves with a parameter that is not determined is no number either: of combinations only those are told that stay where they are
-//! when such a parameter takes another value, and everything else follows (to first order `cov(·, p) / var(p)`).
+//! when such a parameter takes another value, and everything else follows (to first order `cov(·, p) / var(p)`). And where the scale of torque
+//! gains is open, so is that of all moments: combinations that do not change with it are zero by themselves and say nothing, and linear
+//! knowledge of them would not hold at another scale.
 
 use gravcal_estimation::statistics::{LinearFunction, stored_coordinates};
 use gravcal_estimation::{BlockId, Covariance, Manifold, Problem, Spectrum, Values, sparse_basis};
 
 use crate::joint::Layout;
+use crate::parameter::Quantity;
 use crate::result::MomentResult;
+
+/// Part in directions without information, in scaled coordinates, from which on one counts; all but as much is a direction of its own.
+const SHARED: f64 = 1e-5;
 
 /// A combination, and how it depends on the problem's columns.
 pub(crate) struct DeterminedMoment {
@@ -26,6 +32,9 @@ pub(crate) fn determined_moments(
     covariance: &Covariance,
     open: &[usize],
 ) -> Vec<DeterminedMoment> {
+    if scale_is_open(problem, layout, spectrum) {
+        return Vec::new();
+    }
     let mut placements: Vec<BlockId> = layout.loads.iter().flatten().flatten().copied().collect();
     placements.sort_unstable();
     placements.dedup();
@@ -37,6 +46,12 @@ pub(crate) fn determined_moments(
         results.extend(determined_vector(problem, values, id, spectrum, covariance));
     }
     results
+}
+
+/// Whether a torque gain takes part in a direction without information, together with something else.
+fn scale_is_open(problem: &Problem, layout: &Layout, spectrum: &Spectrum) -> bool {
+    let gains = layout.sensors.iter().flat_map(|ids| problem.columns_of(ids[Quantity::TorqueGain as usize]));
+    gains.map(|column| spectrum.null_share(column)).any(|share| (SHARED..1.0 - SHARED).contains(&share))
 }
 
 /// Combinations of blocks whose columns are their stored coordinates.

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! as second derivatives commute; u and v are those of the estimate, and `W` is the reference prior, as narrow as what would be of use, for what
-//! the readings leave open. Where `s` is within [`SIGNIFICANT`] of its standard deviations of zero, the direction counts as one without
-//! information.
+//! the readings leave open. Where `s` is within [`SIGNIFICANT`] of its standard deviations of zero, the unknowns may be anywhere along the
+//! direction within `W`, and no parameter is determined which that moves.
 
 use gravcal_estimation::{EvaluateError, Problem, Reference, Spectrum, Values};
 use nalgebra::{DMatrix, DVector};
@@ -24,7 +24,16 @@ const DIFFERENCE: f64 = 1e-3;
 /// Problems with more columns are not looked at: such have unknowns of single poses, which have knowledge of their own.
 const MOST_COLUMNS: usize = 400;
 
-/// The directions, each of unit length in scaled coordinates. `asked`: column and limit of use of what is asked for; `plausible`: where unknowns lie
+/// A direction whose effect is not significantly different from none.
+#[derive(Clone, Debug)]
+pub(crate) struct Insignificant {
+    /// By all columns, of unit length in scaled coordinates.
+    pub direction: Vec<f64>,
+    /// How far the unknowns may be along it by the reference.
+    pub extent: f64,
+}
+
+/// The directions that there are. `asked`: column and limit of use of what is asked for; `plausible`: where unknowns lie
 /// of which the readings say nothing.
 ///
 /// # Errors
@@ -33,7 +42,7 @@ pub(crate) fn insignificant(
     (problem, values, spectrum): (&Problem, &Values, &Spectrum),
     asked: &[(usize, f64)],
     plausible: &Reference,
-) -> Result<Vec<Vec<f64>>, EvaluateError> {
+) -> Result<Vec<Insignificant>, EvaluateError> {
     if problem.columns().len() > MOST_COLUMNS {
         return Ok(Vec::new());
     }
@@ -53,7 +62,8 @@ pub(crate) fn insignificant(
         let change = DVector::from_vec(change_of_effect(problem, values, &step, DIFFERENCE / longest)?);
         let std = (change.transpose() * &covariance * &change)[(0, 0)].max(0.0).sqrt();
         if value < SIGNIFICANT * std {
-            found.push(direction);
+            let extent = 1.0 / plausible.norm(problem, &step).max(f64::MIN_POSITIVE);
+            found.push(Insignificant { direction, extent });
         }
     }
     Ok(found)
