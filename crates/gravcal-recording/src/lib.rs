@@ -68,7 +68,9 @@ mod sweep;
 mod table;
 mod unit;
 mod write;
+mod write_files;
 mod write_table;
+mod write_temporary;
 
 pub use columns::is_saturated;
 pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions, MotionSource, Slope};
@@ -93,4 +95,6 @@ pub use sweep::{RejectedStroke, StrokeReason, Sweep, SweepRule, Sweeps, SweptBin
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
 pub use write::{NewFile, WriteError, write_atomically};
+pub use write_files::NewFiles;
 pub use write_table::{Cell, table_contents, write_table};
+pub use write_temporary::{clear_abandoned, is_temporary};

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use crate::error::missing_folder;
+use crate::write_temporary::{clear_abandoned, temporary_file};
 
 /// Why a file could not be written. What stood there before still does.
 #[derive(Debug, thiserror::Error)]
@@ -121,6 +122,29 @@ pub enum WriteError {
     },
 }
 
+impl WriteError {
+    /// The same of a file that was written under another name.
+    pub fn at(mut self, file: &Path) -> WriteError {
+        use WriteError::*;
+        match &mut self {
+            NoFolder { path, .. }
+            | IsFolder { path }
+            | Exists { path }
+            | NotAFile { path }
+            | UnknownKind { path }
+            | NoPlace { path, .. }
+            | Time { path, .. }
+            | Io { path, .. }
+            | NoColumns { path }
+            | ColumnName { path, .. }
+            | Ragged { path, .. }
+            | NotFinite { path, .. }
+            | LineBreak { path, .. } => file.clone_into(path),
+        }
+        self
+    }
+}
+
 /// Writes a file so that, whatever happens, either the old or the new contents stand there in full.
 ///
 /// The contents go into a new file in the same folder (renaming works within a file system only), reach the disk, and
@@ -150,7 +174,7 @@ fn write(path: &Path, contents: &[u8]) -> io::Result<()> {
 
 /// Writes a new file beside `path` and renames it. On the way out by error the new file is deleted.
 fn replace(path: &Path, contents: &[u8], permissions: Option<Permissions>) -> io::Result<()> {
-    let mut file = new_file().tempfile_in(folder_of(path))?;
+    let mut file = temporary_file(folder_of(path))?;
     file.write_all(contents)?;
     if let Some(permissions) = permissions {
         file.as_file().set_permissions(permissions)?;
@@ -166,7 +190,8 @@ pub(crate) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A file that is written bit by bit under a temporary name beside its own, which it has in full or not at all.
+/// A file that is written bit by bit under a temporary name beside its own, which it has in full or not at all. What programs that were
+/// killed have left in its folder is cleared away first: it may be as large as a recording.
 #[derive(Debug)]
 pub struct NewFile {
     path: PathBuf,
@@ -182,7 +207,8 @@ impl NewFile {
     /// There is such a file and it is not to be replaced, or the operating system refuses.
     pub fn create(path: &Path, overwrite: bool) -> Result<NewFile, WriteError> {
         check_target(path, overwrite)?;
-        let file = new_file().tempfile_in(folder_of(path)).map_err(|cause| io_error(path, cause))?;
+        clear_abandoned(folder_of(path));
+        let file = temporary_file(folder_of(path)).map_err(|cause| io_error(path, cause))?;
         Ok(NewFile { path: path.to_owned(), file: BufWriter::with_capacity(1 << 18, file), overwrite })
     }
 
@@ -241,15 +267,6 @@ pub(crate) fn check_target(path: &Path, overwrite: bool) -> Result<(), WriteErro
 
 fn io_error(path: &Path, cause: io::Error) -> WriteError {
     WriteError::Io { path: path.to_owned(), cause }
-}
-
-fn new_file() -> tempfile::Builder<'static, 'static> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".gravcal-").suffix(".tmp");
-    // Temporary files are readable by their owner only; a result is readable by whom the user's umask lets.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder
 }
 
 #[cfg(test)]
