@@ -4,7 +4,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::{WriteError, write_atomically};
+use gravcal_recording::{NewFiles, WriteError, clear_abandoned};
 use thiserror::Error;
 
 const CALIBRATION: &str = "calibration.json";
@@ -92,6 +92,11 @@ impl OutputFolder {
         &self.path
     }
 
+    /// The files that results are written to.
+    pub fn files(&self) -> [PathBuf; 4] {
+        [CALIBRATION, TABLE, PAGE, TIMING].map(|name| self.path.join(name))
+    }
+
     /// Whether results can be written, as far as can be seen before there are any. Leaves nothing behind.
     ///
     /// # Errors
@@ -102,7 +107,7 @@ impl OutputFolder {
             return Err(OutputError::NotFolder { path: existing });
         }
         // Rights alone do not tell: the file system may be read-only or full.
-        match tempfile::Builder::new().prefix(".gravcal-").tempfile_in(&existing) {
+        match tempfile::Builder::new().prefix(".gravcal-").suffix(".tmp").tempfile_in(&existing) {
             Ok(_deleted_at_once) => Ok(()),
             // Only the kind of error: its text names the temporary file, which means nothing to anyone.
             Err(error) => Err(OutputError::Refused { path: existing, cause: error.kind().into() }),
@@ -123,22 +128,28 @@ impl OutputFolder {
     /// # Errors
     /// Where other results are there and may not be overwritten, or the operating system refuses.
     pub fn write(&self, contents: &Contents<'_>) -> Result<Written, OutputError> {
+        clear_abandoned(&self.path);
         let results = [(CALIBRATION, contents.calibration), (TABLE, contents.table)];
         if !self.overwrite {
             let states = [self.state(CALIBRATION, contents.calibration)?, self.state(TABLE, contents.table)?];
             if states == [State::Same, State::Same] {
                 if self.state(PAGE, contents.page)? != State::Same {
-                    write_atomically(&self.path.join(PAGE), contents.page.as_bytes())?;
+                    self.put(&[(PAGE, contents.page)])?;
                 }
                 return Ok(Written::Unchanged);
             }
             self.refuse_to_replace(states)?;
         }
-        fs::create_dir_all(&self.path).map_err(|cause| self.refused(cause))?;
-        for (name, text) in results.into_iter().chain([(PAGE, contents.page), (TIMING, contents.timing)]) {
-            write_atomically(&self.path.join(name), text.as_bytes())?;
-        }
+        let [calibration, table] = results;
+        self.put(&[calibration, table, (PAGE, contents.page), (TIMING, contents.timing)])?;
         Ok(Written::New)
+    }
+
+    /// All of them or none.
+    fn put(&self, files: &[(&str, &str)]) -> Result<(), WriteError> {
+        let mut new = NewFiles::begin(&self.path)?;
+        files.iter().try_for_each(|(name, text)| new.write(Path::new(name), text.as_bytes()))?;
+        new.finish()
     }
 
     fn state(&self, name: &str, text: &str) -> Result<State, OutputError> {
@@ -161,10 +172,6 @@ impl OutputFolder {
                 .map(|(name, _)| self.path.join(name))
                 .collect();
         if files.is_empty() { Ok(()) } else { Err(OutputError::Occupied { files }) }
-    }
-
-    fn refused(&self, cause: io::Error) -> OutputError {
-        OutputError::Refused { path: self.path.clone(), cause }
     }
 }
 
@@ -277,6 +284,15 @@ mod tests {
             let error = output.check().unwrap_err();
             assert!(matches!(&error, OutputError::NotFolder { path } if *path == file), "{error}");
         }
+    }
+
+    #[test]
+    fn results_that_cannot_all_be_written_are_not_written_at_all() {
+        let place = Place::new();
+        fs::create_dir_all(place.folder().join("timing.json")).unwrap();
+        let error = place.output(true).write(&CONTENTS).unwrap_err().to_string();
+        assert!(error.starts_with(&place.folder().join("timing.json").display().to_string()), "{error}");
+        assert_eq!(fs::read_dir(place.folder()).unwrap().count(), 1);
     }
 
     #[test]

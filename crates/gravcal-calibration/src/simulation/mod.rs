@@ -30,7 +30,7 @@ use crate::session::Session;
 
 pub use conditions::SimulatedConditions;
 pub use recording::{Dirt, Motion, Recorded, Sink, TrueStandstill, record};
-pub use write::{SimulateError, write_session};
+pub use write::{SimulateError, session_files, write_session};
 
 /// A simulated experiment.
 #[derive(Clone, Debug)]

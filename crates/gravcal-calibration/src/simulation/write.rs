@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::{Cell, TorqueUnit, WriteError, is_saturated, table_contents, write_atomically};
+use gravcal_recording::{Cell, NewFiles, TorqueUnit, WriteError, clear_abandoned, is_saturated, table_contents};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -12,6 +12,9 @@ use crate::document::relative_path;
 use crate::sensors::ModelTable;
 use crate::session::Session;
 use crate::session::compliance::compliance_parameters;
+
+const SESSION: &str = "session.toml";
+const TRUTH: &str = "truth.toml";
 
 /// A simulated session cannot be written.
 #[derive(Debug, Error)]
@@ -27,29 +30,30 @@ pub enum SimulateError {
     Toml(#[from] toml::ser::Error),
 }
 
-/// Writes one trial into a folder, which is made if it is missing. Gives the files, `session.toml` first.
+/// Writes one trial into a folder, which is made if it is missing: all files or none. Gives them, `session.toml` first.
 ///
-/// A file that already holds the same bytes is left alone.
+/// Where all files hold the same bytes already they are left alone, unless they are recordings.
 ///
 /// # Errors
-/// Where a file differs and `overwrite` is not set (then nothing is written), or cannot be written.
+/// Where a file differs and `overwrite` is not set, or cannot be written; then nothing is.
 pub fn write_session(
     simulation: &Simulation,
     trial: u64,
     folder: &Path,
     overwrite: bool,
 ) -> Result<Vec<PathBuf>, SimulateError> {
-    let is_new = !folder.exists();
-    std::fs::create_dir_all(folder).map_err(|cause| WriteError::Io { path: folder.to_owned(), cause })?;
-    let written = match &simulation.motion {
+    clear_abandoned(folder);
+    match &simulation.motion {
         None => write_files(simulation, &draw::session(simulation, trial), folder, overwrite),
         Some(motion) => write_recording::write(simulation, motion, trial, folder, overwrite),
-    };
-    if is_new && written.is_err() {
-        // Only an empty folder can be removed: a refusal leaves nothing behind.
-        std::fs::remove_dir(folder).ok();
     }
-    written
+}
+
+/// The files that [`write_session`] writes, `session.toml` first.
+pub fn session_files(simulation: &Simulation, folder: &Path) -> Vec<PathBuf> {
+    let tables = simulation.template.tables.iter().map(|table| folder.join(&table.path));
+    let [session, truth] = [SESSION, TRUTH].map(|name| folder.join(name));
+    [session].into_iter().chain(tables).chain([truth]).collect()
 }
 
 fn write_files(
@@ -58,13 +62,20 @@ fn write_files(
     folder: &Path,
     overwrite: bool,
 ) -> Result<Vec<PathBuf>, SimulateError> {
-    let mut files: Vec<(PathBuf, Vec<u8>)> =
-        vec![("session.toml".into(), session_toml(simulation, session, folder)?.into())];
+    let mut files: Vec<(PathBuf, Vec<u8>)> = vec![(SESSION.into(), session_toml(simulation, session, folder)?.into())];
     for (index, table) in session.tables.iter().enumerate() {
         files.push((table.path.clone(), table_bytes(simulation, session, index)?));
     }
-    files.push(("truth.toml".into(), truth_toml(simulation)?.into()));
-    write_all(&files, folder, overwrite)
+    files.push((TRUTH.into(), truth_toml(simulation)?.into()));
+    refuse_others(&files, folder, overwrite)?;
+    let stands =
+        |(name, bytes): &(PathBuf, Vec<u8>)| std::fs::read(folder.join(name)).is_ok_and(|there| there == *bytes);
+    if !files.iter().all(stands) {
+        let mut new = NewFiles::begin(folder)?;
+        files.iter().try_for_each(|(name, bytes)| new.write(name, bytes))?;
+        new.finish()?;
+    }
+    Ok(session_files(simulation, folder))
 }
 
 /// `session.toml` and `truth.toml` of a simulation whose tables are recordings.
@@ -73,24 +84,7 @@ pub(super) fn texts_of_recording(
     folder: &Path,
 ) -> Result<Vec<(PathBuf, Vec<u8>)>, SimulateError> {
     let session = session_toml(simulation, &simulation.template, folder)?;
-    Ok(vec![("session.toml".into(), session.into()), ("truth.toml".into(), truth_toml(simulation)?.into())])
-}
-
-/// Writes files that do not stand there with the same bytes.
-pub(super) fn write_all(
-    files: &[(PathBuf, Vec<u8>)],
-    folder: &Path,
-    overwrite: bool,
-) -> Result<Vec<PathBuf>, SimulateError> {
-    refuse_others(files, folder, overwrite)?;
-    for (name, bytes) in files {
-        let path = folder.join(name);
-        if std::fs::read(&path).is_ok_and(|existing| existing == *bytes) {
-            continue;
-        }
-        write_atomically(&path, bytes)?;
-    }
-    Ok(files.iter().map(|(name, _)| folder.join(name)).collect())
+    Ok(vec![(SESSION.into(), session.into()), (TRUTH.into(), truth_toml(simulation)?.into())])
 }
 
 /// Refuses to replace a file that holds other bytes, unless told.

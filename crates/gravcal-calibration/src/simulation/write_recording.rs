@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::{Heading, RowWriter, create};
+use gravcal_recording::{Heading, NewFiles, RowWriter, create};
 
 use super::write::{self, SimulateError, position_column, torque_column};
 use super::{Motion, Simulation, record};
@@ -21,17 +21,21 @@ pub(super) fn write(
     if let Some(path) = recordings.iter().find(|path| !overwrite && path.exists()) {
         return Err(SimulateError::Exists(path.clone()));
     }
-    let headings = (0..recordings.len()).map(|table| heading(simulation, table));
-    let mut writers: Vec<Box<dyn RowWriter>> = recordings
-        .iter()
-        .zip(headings)
-        .map(|(path, heading)| create(path, &heading, overwrite))
-        .collect::<Result<_, _>>()?;
-    record(simulation, motion, trial, &mut |table, cells| writers[table].write(cells))?;
-    writers.into_iter().try_for_each(RowWriter::finish)?;
-    let mut files = write::write_all(&texts, folder, overwrite)?;
-    files.splice(1..1, recordings);
-    Ok(files)
+    let mut new = NewFiles::begin(folder)?;
+    let mut writers: Vec<Box<dyn RowWriter>> = Vec::new();
+    for (table, path) in recordings.iter().enumerate() {
+        let place = new.place(&simulation.template.tables[table].path)?;
+        writers.push(create(&place, &heading(simulation, table), false).map_err(|error| error.at(path))?);
+    }
+    let mut sink =
+        |table: usize, cells: &[f64]| writers[table].write(cells).map_err(|error| error.at(&recordings[table]));
+    record(simulation, motion, trial, &mut sink)?;
+    for (writer, path) in writers.into_iter().zip(&recordings) {
+        writer.finish().map_err(|error| error.at(path))?;
+    }
+    texts.iter().try_for_each(|(name, bytes)| new.write(name, bytes))?;
+    new.finish()?;
+    Ok(write::session_files(simulation, folder))
 }
 
 fn heading(simulation: &Simulation, table: usize) -> Heading {
