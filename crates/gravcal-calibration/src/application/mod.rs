@@ -19,7 +19,7 @@ mod gravity;
 #[cfg(test)]
 mod tests;
 
-use gravcal_recording::{Conditions, EarlierEstimate, MotionSource, is_saturated};
+use gravcal_recording::{Conditions, EarlierEstimate, EarlierParameter, MotionSource, is_saturated};
 
 pub use self::gravity::GravityModel;
 
@@ -41,6 +41,19 @@ pub enum ApplicationError {
     OtherSession {
         /// The parameter.
         name: String,
+    },
+    /// A parameter in another unit: readings in one unit are not turned back by gains of another.
+    #[error(
+        "{name} is in {there} in the calibration, but in {here} in the session: it is of a session whose sensors are read in another \
+         unit"
+    )]
+    Unit {
+        /// The parameter.
+        name: String,
+        /// Its unit in the calibration.
+        there: String,
+        /// Its unit in the session.
+        here: String,
     },
     /// Parameters without a value.
     #[error("the calibration does not determine {}", names.join(", "))]
@@ -328,6 +341,26 @@ fn check_conditions(session: &Session) -> Result<(), ApplicationError> {
     Ok(())
 }
 
+/// Sees to it that a calibration's parameters are in the units of a session, as far as it has them.
+///
+/// # Errors
+/// Names the first parameter that is in another unit.
+pub fn check_units(session: &Session, calibration: &EarlierEstimate) -> Result<(), ApplicationError> {
+    session.parameters().into_iter().try_for_each(|id| {
+        let name = session.parameter_name(id);
+        let found = calibration.parameters.iter().find(|found| found.name == name);
+        found.map_or(Ok(()), |found| check_unit(session, id, found))
+    })
+}
+
+fn check_unit(session: &Session, id: ParameterId, found: &EarlierParameter) -> Result<(), ApplicationError> {
+    let here = session.parameter(id).unit;
+    match found.unit == here {
+        true => Ok(()),
+        false => Err(ApplicationError::Unit { name: found.name.clone(), there: found.unit.clone(), here }),
+    }
+}
+
 /// A value for every parameter that readings depend on.
 fn values(session: &Session, calibration: &EarlierEstimate, nominal: bool) -> Result<Unknowns, ApplicationError> {
     let mut values = Unknowns::nominal(session);
@@ -347,6 +380,7 @@ fn values(session: &Session, calibration: &EarlierEstimate, nominal: bool) -> Re
         let name = session.parameter_name(id);
         let found = calibration.parameters.iter().find(|found| found.name == name);
         let found = found.ok_or_else(|| ApplicationError::OtherSession { name: name.clone() })?;
+        check_unit(session, id, found)?;
         // What is held by a choice of frame has the value that was chosen.
         match found.value.or(found.held.as_ref().map(|_| found.nominal)) {
             Some(value) => *values.value_mut(id) = value,

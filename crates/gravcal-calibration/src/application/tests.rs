@@ -1,6 +1,6 @@
 use gravcal_recording::{
-    ConditionColumn, ConditionColumns, ConditionUnit, EarlierParameter, EarlierQuantity, MotionLimits, MotionSource,
-    PoseMapping, PositionColumn, PositionUnit, ReadingColumn, Selection, TorqueUnit,
+    ConditionColumn, ConditionColumns, ConditionUnit, EarlierQuantity, MotionLimits, MotionSource, PoseMapping,
+    PositionColumn, PositionUnit, ReadingColumn, Selection, TorqueUnit,
 };
 
 use super::*;
@@ -42,7 +42,7 @@ fn truth(simulation: &Simulation) -> (Session, EarlierEstimate) {
     let truth = &simulation.truth;
     let parameter = |id| EarlierParameter {
         name: session.parameter_name(id),
-        unit: String::new(),
+        unit: session.parameter(id).unit,
         value: Some(truth.value(id)),
         std: None,
         ci95: None,
@@ -138,6 +138,20 @@ fn readings_become_what_they_truly_say() {
             assert!((cells[7 + joint] - velocity).abs() < 1e-4, "{} {velocity}", cells[7 + joint]);
         }
         assert_eq!(application.remarks(), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn gains_of_other_units_are_refused() {
+    let (session, calibration) = truth(&sarcos_shoulder());
+    assert_eq!(check_units(&session, &calibration), Ok(()));
+    for name in ["joint2.torque_gain", "joint3.position_gain"] {
+        let mut other = calibration.clone();
+        let parameter = other.parameters.iter_mut().find(|parameter| parameter.name == name).unwrap();
+        parameter.unit = "N·m/(N·m)".to_owned();
+        let refused = Application::new(&session, &other, &Effort::Torque, true).unwrap_err();
+        assert!(matches!(&refused, ApplicationError::Unit { name: told, .. } if told == name), "{refused}");
+        assert_eq!(check_units(&session, &other), Err(refused));
     }
 }
 
