@@ -232,6 +232,7 @@ impl Estimator {
         if self.covariance.matrix.len() != size || self.covariance.matrix.iter().any(|row| row.len() != size) {
             return Err(format!("its covariance must be a matrix of {size} rows and columns, as its order names them"));
         }
+        check_covariance(&self.covariance)?;
         let quantity = |name: &String| {
             self.quantity(name).ok_or_else(|| format!("its covariance is of `{name}`, which has no value in the file"))
         };
@@ -258,6 +259,32 @@ impl Estimator {
         let index: usize = name.strip_prefix("moments[")?.strip_suffix(']')?.parse().ok()?;
         self.moments.get(index).cloned()
     }
+}
+
+/// Share of the standard deviations by which a covariance may miss what every covariance is: far more than rounding.
+const ROUNDING: f64 = 1e-6;
+
+/// That variances are not negative, and covariances the same both ways and no larger than variances allow.
+fn check_covariance(Matrix { order, matrix }: &Matrix) -> Result<(), String> {
+    for (i, row) in matrix.iter().enumerate() {
+        if row[i] < 0.0 {
+            return Err(format!("its covariance gives `{}` the variance {}, and none is negative", order[i], row[i]));
+        }
+        for (j, entry) in row[..i].iter().enumerate() {
+            let (other, most) = (matrix[j][i], row[i].sqrt() * matrix[j][j].sqrt());
+            if (entry - other).abs() > ROUNDING * most {
+                let [a, b] = [&order[i], &order[j]];
+                return Err(format!("its covariance is not symmetric: {entry} and {other} stand for `{a}` with `{b}`"));
+            }
+            if entry.abs() > (1.0 + ROUNDING) * most {
+                let [a, b] = [&order[i], &order[j]];
+                return Err(format!(
+                    "its covariance of `{a}` with `{b}` is {entry}, larger than their variances allow"
+                ));
+            }
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -310,6 +337,24 @@ mod tests {
         assert!(refused(", [0, 0, 1]", "", "joint").contains("a matrix of 3 rows"));
         let none = refused(r#"["gravity.y", "j.torque_gain", "moments[0]"]"#, "[]", "joint");
         assert!(none.ends_with("it has no covariance"), "{none}");
+        let covariances = [
+            ("[[4, 1, 0], [1, 9, 0]", "[[-4, 1, 0], [1, 9, 0]", "gives `gravity.y` the variance -4"),
+            (
+                "[[4, 1, 0], [1, 9, 0]",
+                "[[4, 1, 0], [1.1, 9, 0]",
+                "not symmetric: 1.1 and 1 stand for `j.torque_gain` with",
+            ),
+            (
+                "[[4, 1, 0], [1, 9, 0]",
+                "[[4, 7, 0], [7, 9, 0]",
+                "with `gravity.y` is 7, larger than their variances allow",
+            ),
+        ];
+        for (old, new, told) in covariances {
+            let refused = refused(old, new, "joint");
+            assert!(refused.contains(told), "{refused}");
+        }
+        assert!(read(("[[4, 1, 0]", "[[4, 1.00000001, 0]"), "joint").is_ok());
         assert!(refused("\"nominal\"", "\"start\"", "joint").contains("not a calibration.json that gravcal wrote"));
         assert!(read_earlier(Path::new("no-such.json"), "joint").unwrap_err().to_string().starts_with("no-such.json"));
     }
