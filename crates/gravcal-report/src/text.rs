@@ -1,5 +1,20 @@
 //! Plain text within the width of a terminal.
 
+use std::borrow::Cow;
+
+/// The text as a terminal may be told it. Names come from files, and whatever in them would move its cursor, change its colours or turn
+/// its lines round becomes `�`; only line breaks and tabs stay.
+pub fn plain(text: &str) -> Cow<'_, str> {
+    let acts = |c: char| {
+        let turns = matches!(c, '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+        turns || c.is_control() && !matches!(c, '\n' | '\t')
+    };
+    match text.contains(acts) {
+        true => text.replace(acts, "\u{fffd}").into(),
+        false => text.into(),
+    }
+}
+
 /// Columns of a table.
 pub(crate) const WIDTH: usize = 80;
 
@@ -40,6 +55,13 @@ pub(crate) fn push_line(text: &mut String, line: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_acts_on_a_terminal_is_not_told() {
+        let named = "\u{1b}]0;title\u{7}joint\u{1b}[2J\u{9b}31m\r\u{202e}1\n\té ± 中";
+        assert_eq!(plain(named), "�]0;title�joint�[2J�31m��1\n\té ± 中");
+        assert!(matches!(plain("7.1 ± 0.2 N·m\n"), Cow::Borrowed(_)));
+    }
 
     #[test]
     fn lines_break_between_words() {

@@ -1,11 +1,12 @@
 //! Every parameter in a row, with all digits, in SI units and rad: `parameter, unit, value, std, ci95_low, ci95_high, nominal, status,
 //! note, convention`. What is not determined has an empty value; what is held has the value at which it is, and no deviation.
 //!
-//! The convention stands in a column of its own, as CSV has no comments that every reader skips.
+//! A text that a spreadsheet would compute has an apostrophe before it. The convention stands in a column of its own, as CSV has no comments that every reader skips.
 
 use super::numbers::float;
 use super::rows::{Row, Status, rows};
 use super::{Export, ExportError, Exported};
+use crate::spreadsheet::text_cell;
 
 const HEADER: [&str; 10] =
     ["parameter", "unit", "value", "std", "ci95_low", "ci95_high", "nominal", "status", "note", "convention"];
@@ -30,16 +31,17 @@ fn record(row: &Row<'_>) -> [String; 10] {
         Status::Undetermined => (None, None, None, "undetermined", ""),
     };
     let [low, high] = ci95.map_or([None; 2], |interval| interval.map(Some));
+    let text = |text: &str| text_cell(text).into_owned();
     [
-        row.name.clone(),
-        row.unit.to_owned(),
+        text(&row.name),
+        text(row.unit),
         number(value),
         number(std),
         number(low),
         number(high),
         number(row.nominal),
         status.to_owned(),
-        note.to_owned(),
-        row.convention.to_owned(),
+        text(note),
+        text(row.convention),
     ]
 }

@@ -3,6 +3,7 @@
 use gravcal_study::measures::Measure;
 
 use super::StudyReport;
+use crate::spreadsheet::text_cell;
 
 /// `measures.csv`. Empty cells are what there is no number for; an axis that bears the name of another column is `varied NAME`.
 ///
@@ -38,14 +39,14 @@ pub(super) fn csv(report: &StudyReport<'_>) -> Result<String, csv::Error> {
         name if fixed.contains(&name) => format!("varied {name}"),
         name => name.to_owned(),
     });
-    table.write_record(axes.chain(fixed.map(str::to_owned)))?;
+    table.write_record(axes.map(|name| text_cell(&name).into_owned()).chain(fixed.map(str::to_owned)))?;
     for series in report.series {
         let places = manifest.axes.iter().zip(&manifest.points[series.point]);
-        let labels: Vec<String> = places.map(|(axis, place)| axis.labels[*place].clone()).collect();
+        let labels: Vec<String> = places.map(|(axis, place)| text_cell(&axis.labels[*place]).into_owned()).collect();
         for ((name, unit), quantity) in manifest.quantities.iter().zip(&series.quantities) {
             let mut cells = labels.clone();
             let (estimator, solver) = (&manifest.estimators[series.estimator], &manifest.solvers[series.solver]);
-            cells.extend([estimator, solver, name, unit].map(String::clone));
+            cells.extend([estimator, solver, name, unit].map(|text| text_cell(text).into_owned()));
             cells.push(series.trials.to_string());
             cells.extend(series.outcomes.map(|count| count.to_string()));
             cells.extend([number(series.iterations.value), quantity.estimates.to_string()]);

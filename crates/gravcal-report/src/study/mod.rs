@@ -13,6 +13,8 @@ use std::fmt;
 use gravcal_study::batch::Manifest;
 use gravcal_study::measures::Series;
 
+use crate::text::plain;
+
 use thiserror::Error;
 
 /// A report cannot be made.
@@ -55,7 +57,7 @@ impl StudyReport<'_> {
 
 impl fmt::Display for StudyReport<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&text::text(self))
+        f.write_str(&plain(&text::text(self)))
     }
 }
 
@@ -67,7 +69,7 @@ impl fmt::Display for StudyReport<'_> {
 pub fn report_files(report: &StudyReport<'_>) -> Result<Vec<(String, String)>, ReportError> {
     let mut files = vec![
         ("report.txt".to_owned(), report.to_string()),
-        ("report.md".to_owned(), markdown::markdown(report)),
+        ("report.md".to_owned(), plain(&markdown::markdown(report)).into_owned()),
         ("measures.csv".to_owned(), csv::csv(report)?),
     ];
     let figures = panels::figures(report).into_iter().map(|(name, figure)| Ok((format!("{name}.svg"), figure.svg()?)));

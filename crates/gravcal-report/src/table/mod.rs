@@ -12,7 +12,7 @@ use std::fmt;
 
 use gravcal_calibration::result::EstimatorResult;
 
-use crate::text::wrapped;
+use crate::text::{plain, wrapped};
 use crate::undetermined::{Entry, tell_undetermined};
 use shared::{Shared, by_content};
 
@@ -44,7 +44,7 @@ impl fmt::Display for CalibrationTable<'_> {
             notes(self.results),
         ];
         let told: Vec<String> = sections.into_iter().filter(|section| !section.is_empty()).collect();
-        f.write_str(&told.join("\n"))
+        f.write_str(&plain(&told.join("\n")))
     }
 }
 
