@@ -2,81 +2,31 @@
 //!
 //! `study.json` says which study they are of; `parts/` holds what is done, until `trials.parquet` holds all of it; `times.csv` says
 //! how long it took, which differs from run to run and is in no other file.
+//!
+//! A folder is a study's if its `study.json` says so; another one is taken only if it is empty. Nothing is written through a link.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File, TryLockError};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::write_atomically;
-use serde::{Deserialize, Serialize};
+use gravcal_recording::{clear_abandoned, is_temporary, write_atomically};
 
 use super::BatchError;
-use super::part::{Part, parts};
+use super::manifest::Manifest;
+use super::part::Part;
 use super::row::Row;
-use super::table::{Columns, TableReader};
+use super::table::TableReader;
 use super::trial::Took;
-use crate::plan::{Axis, Study, told};
-
-/// What stands in `study.json`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Manifest {
-    /// Version of the program.
-    pub gravcal: String,
-    /// SHA-256 of all that the results depend on.
-    pub fingerprint: String,
-    /// Trials at each point.
-    pub trials: u64,
-    /// Names of the estimators.
-    pub estimators: Vec<String>,
-    /// Names of the solvers.
-    pub solvers: Vec<String>,
-    /// What is varied.
-    pub axes: Vec<Axis>,
-    /// The grid: of each point the place on each axis.
-    pub points: Vec<Vec<usize>>,
-    /// Name and unit of each quantity.
-    pub quantities: Vec<(String, String)>,
-}
-
-impl Manifest {
-    /// That of a study with these solvers.
-    pub fn new(study: &Study, solvers: &[String]) -> Manifest {
-        Manifest {
-            gravcal: env!("CARGO_PKG_VERSION").to_owned(),
-            fingerprint: study.fingerprint.clone(),
-            trials: study.trials,
-            estimators: study.estimators.iter().map(ToString::to_string).collect(),
-            solvers: solvers.to_vec(),
-            axes: study.axes.clone(),
-            points: study.points.iter().map(|point| point.places.clone()).collect(),
-            quantities: study.quantities.clone(),
-        }
-    }
-
-    /// The columns of its tables.
-    pub fn columns(&self) -> Columns {
-        Columns {
-            estimators: self.estimators.clone(),
-            solvers: self.solvers.clone(),
-            quantities: self.quantities.iter().map(|(name, _)| name.clone()).collect(),
-        }
-    }
-
-    pub(super) fn parts(&self) -> Vec<Part> {
-        parts(self.points.len(), self.trials)
-    }
-
-    /// `noise = 0.3 count, range = 90 deg`; nothing where nothing is varied.
-    pub fn told(&self, point: usize) -> String {
-        told(&self.axes, &self.points[point])
-    }
-}
 
 const MANIFEST: &str = "study.json";
 const PARTS: &str = "parts";
 const TRIALS: &str = "trials.parquet";
 const TIMES: &str = "times.csv";
 const LOCK: &str = "lock";
+/// How the names of a part's files end, behind its number.
+const PART: &str = ".parquet";
+const PART_TIMES: &str = ".times.csv";
 
 /// A folder with the results of a study, or a part of them.
 #[derive(Debug)]
@@ -92,17 +42,24 @@ impl StudyFolder {
     /// Opens the folder of a study to write there; it is made if it is missing.
     ///
     /// # Errors
-    /// The results of another study are there, another program writes there, or the operating system refuses.
+    /// The results of another study are there, or files of no study; another program writes there, or the operating system refuses.
     pub fn begin(path: &Path, manifest: Manifest) -> Result<StudyFolder, BatchError> {
-        fs::create_dir_all(path.join(PARTS)).map_err(|cause| BatchError::Io { path: path.to_owned(), cause })?;
-        let folder = StudyFolder { path: path.to_owned(), manifest, _lock: Some(lock(path)?) };
+        let refused = |cause| BatchError::Io { path: path.to_owned(), cause };
+        let there = names_in(path).map_err(refused)?;
+        let before = match there.iter().any(|name| name == MANIFEST) {
+            true => Some(StudyFolder::open(path)?.manifest),
+            false => check_empty(path, &there).map(|()| None)?,
+        };
+        fs::create_dir_all(path).map_err(refused)?;
+        let folder = StudyFolder { path: path.to_owned(), manifest, _lock: None }.locked()?;
         let begun = folder.is_complete() || !folder.done()?.is_empty();
-        if begun && StudyFolder::open(path)?.manifest != folder.manifest {
+        if begun && before.as_ref() != Some(&folder.manifest) {
             return Err(BatchError::Another { folder: path.to_owned() });
         }
         let text = serde_json::to_string_pretty(&folder.manifest);
         let text = text.map_err(|error| BatchError::NoStudy { folder: path.to_owned(), why: error.to_string() })?;
-        write_atomically(&path.join(MANIFEST), format!("{text}\n").as_bytes())?;
+        folder.put(MANIFEST, format!("{text}\n").as_bytes())?;
+        fs::create_dir_all(path.join(PARTS)).map_err(refused)?;
         Ok(folder)
     }
 
@@ -111,8 +68,7 @@ impl StudyFolder {
     /// # Errors
     /// There are none, or another program writes there.
     pub fn open_to_write(path: &Path) -> Result<StudyFolder, BatchError> {
-        let folder = StudyFolder::open(path)?;
-        Ok(StudyFolder { _lock: Some(lock(path)?), ..folder })
+        StudyFolder::open(path)?.locked()
     }
 
     /// Opens a folder that has results, to read them.
@@ -122,8 +78,27 @@ impl StudyFolder {
     pub fn open(path: &Path) -> Result<StudyFolder, BatchError> {
         let refuse = |why: String| BatchError::NoStudy { folder: path.to_owned(), why };
         let text = fs::read_to_string(path.join(MANIFEST)).map_err(|error| refuse(error.to_string()))?;
-        let manifest = serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))?;
+        let manifest: Manifest = serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))?;
+        manifest.check().map_err(|why| refuse(why.to_owned()))?;
         Ok(StudyFolder { path: path.to_owned(), manifest, _lock: None })
+    }
+
+    /// Keeps others out, and clears away what killed runs have left.
+    fn locked(self) -> Result<StudyFolder, BatchError> {
+        [MANIFEST, PARTS, TRIALS, TIMES, LOCK].iter().try_for_each(|name| refuse_link(&self.path.join(name)))?;
+        let lock = lock(&self.path)?;
+        [self.path.clone(), self.path.join(PARTS)].iter().for_each(|folder| clear_abandoned(folder));
+        Ok(StudyFolder { _lock: Some(lock), ..self })
+    }
+
+    /// Writes one of the files of results.
+    ///
+    /// # Errors
+    /// A link stands in its place, or it cannot be written.
+    pub fn put(&self, name: &str, contents: &[u8]) -> Result<(), BatchError> {
+        let path = self.path.join(name);
+        refuse_link(&path)?;
+        Ok(write_atomically(&path, contents)?)
     }
 
     /// Where it is.
@@ -136,8 +111,9 @@ impl StudyFolder {
         self.path.join(TRIALS)
     }
 
-    pub(super) fn times(&self) -> PathBuf {
-        self.path.join(TIMES)
+    /// How long trials took.
+    pub(super) fn write_times(&self, text: &str) -> Result<(), BatchError> {
+        self.put(TIMES, text.as_bytes())
     }
 
     /// Whether all trials are there.
@@ -162,11 +138,11 @@ impl StudyFolder {
     }
 
     pub(super) fn part(&self, number: usize) -> PathBuf {
-        self.path.join(PARTS).join(format!("{number:08}.parquet"))
+        self.path.join(part_name(number, PART))
     }
 
     pub(super) fn part_times(&self, number: usize) -> PathBuf {
-        self.path.join(PARTS).join(format!("{number:08}.times.csv"))
+        self.path.join(part_name(number, PART_TIMES))
     }
 
     /// Numbers of the parts that are done, and can be read.
@@ -179,7 +155,7 @@ impl StudyFolder {
         };
         let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
         let columns = self.manifest.columns();
-        let numbers = names.filter_map(|name| name.strip_suffix(".parquet")?.parse().ok());
+        let numbers = names.filter_map(|name| number_of(&name, PART));
         Ok(numbers.filter(|number| TableReader::open(&self.part(*number), &columns).is_ok()).collect())
     }
 
@@ -192,24 +168,72 @@ impl StudyFolder {
         let trials = part.trials.end - part.trials.start;
         let Took { simulating, calibrating } = took;
         let times = format!("{},{trials},{simulating},{calibrating}\n", part.point);
-        write_atomically(&self.part_times(part.number), times.as_bytes())?;
-        Ok(write_atomically(&path, &bytes)?)
+        self.put(&part_name(part.number, PART_TIMES), times.as_bytes())?;
+        self.put(&part_name(part.number, PART), &bytes)
     }
 
-    /// Takes the parts away.
+    /// Takes the parts away; what else is among them stays.
     pub(super) fn forget_parts(&self) -> Result<(), BatchError> {
         let folder = self.path.join(PARTS);
-        match fs::remove_dir_all(&folder) {
-            Err(cause) if cause.kind() != std::io::ErrorKind::NotFound => Err(BatchError::Io { path: folder, cause }),
+        for name in names_in(&folder).map_err(|cause| BatchError::Io { path: folder.clone(), cause })? {
+            if [PART, PART_TIMES].iter().any(|ending| number_of(&name, ending).is_some()) {
+                let path = folder.join(&name);
+                fs::remove_file(&path).map_err(|cause| BatchError::Io { path, cause })?;
+            }
+        }
+        match fs::remove_dir(&folder) {
+            Err(cause) if ![ErrorKind::NotFound, ErrorKind::DirectoryNotEmpty].contains(&cause.kind()) => {
+                Err(BatchError::Io { path: folder, cause })
+            }
             _ => Ok(()),
         }
+    }
+}
+
+/// A part's file within the folder.
+fn part_name(number: usize, ending: &str) -> String {
+    format!("{PARTS}/{number:08}{ending}")
+}
+
+/// The number of the part that has this file.
+fn number_of(name: &str, ending: &str) -> Option<usize> {
+    let number = name.strip_suffix(ending)?.parse().ok()?;
+    part_name(number, ending).ends_with(&format!("/{name}")).then_some(number)
+}
+
+/// Names in a folder, in order; none where there is no folder.
+fn names_in(folder: &Path) -> std::io::Result<Vec<String>> {
+    let entries = match fs::read_dir(folder) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+        entries => entries?,
+    };
+    let names = entries.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned()));
+    let mut names = names.collect::<std::io::Result<Vec<String>>>()?;
+    names.sort();
+    Ok(names)
+}
+
+/// That a folder that is no study's holds nothing but what a run has left that was killed when it had just begun.
+fn check_empty(folder: &Path, names: &[String]) -> Result<(), BatchError> {
+    let is_lock = |name: &str| {
+        name == LOCK && fs::symlink_metadata(folder.join(name)).is_ok_and(|lock| lock.is_file() && lock.len() == 0)
+    };
+    let foreign = names.iter().find(|name| !is_temporary(name.as_ref()) && !is_lock(name));
+    foreign.map_or(Ok(()), |name| Err(BatchError::Foreign { folder: folder.to_owned(), name: name.clone() }))
+}
+
+fn refuse_link(path: &Path) -> Result<(), BatchError> {
+    match path.is_symlink() {
+        true => Err(BatchError::Link { path: path.to_owned() }),
+        false => Ok(()),
     }
 }
 
 /// Held as long as what it gives lives, however the program ends.
 fn lock(folder: &Path) -> Result<File, BatchError> {
     let path = folder.join(LOCK);
-    let file = File::create(&path).map_err(|cause| BatchError::Io { path: path.clone(), cause })?;
+    let file = File::options().create(true).write(true).truncate(false).open(&path);
+    let file = file.map_err(|cause| BatchError::Io { path: path.clone(), cause })?;
     match file.try_lock() {
         Ok(()) => Ok(file),
         Err(TryLockError::WouldBlock) => Err(BatchError::AtWork { folder: folder.to_owned() }),

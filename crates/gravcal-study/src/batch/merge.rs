@@ -7,13 +7,15 @@ use parquet::errors::ParquetError;
 
 use super::BatchError;
 use super::folder::StudyFolder;
+use super::order::Expected;
+use super::part::Part;
 use super::table::{TableReader, compressed, writer};
 
 /// Puts all parts together, those of the folder and of the others (which stay), into the folder's `trials.parquet` and
 /// `times.csv`. Memory does not grow with their number.
 ///
 /// # Errors
-/// A part is missing or damaged, or another folder is of another study.
+/// A part is missing, damaged or holds the trials of another, or another folder is of another study.
 pub fn merge(folder: &StudyFolder, others: &[StudyFolder]) -> Result<(), BatchError> {
     if let Some(other) = others.iter().find(|other| other.manifest != folder.manifest) {
         return Err(BatchError::Another { folder: other.path().to_owned() });
@@ -30,7 +32,7 @@ pub fn merge(folder: &StudyFolder, others: &[StudyFolder]) -> Result<(), BatchEr
         let folders = folders.iter().map(|folder| folder.path().to_owned()).collect();
         return Err(BatchError::Incomplete { missing, parts: parts.len(), folders });
     }
-    let held = || parts.iter().filter_map(|part| Some((part.number, holder(part.number)?)));
+    let held = || parts.iter().filter_map(|part| Some((part, holder(part.number)?)));
     write_times(folder, held())?;
     write_trials(folder, held())?;
     folder.forget_parts()
@@ -38,7 +40,7 @@ pub fn merge(folder: &StudyFolder, others: &[StudyFolder]) -> Result<(), BatchEr
 
 fn write_trials<'a>(
     folder: &StudyFolder,
-    parts: impl Iterator<Item = (usize, &'a StudyFolder)>,
+    parts: impl Iterator<Item = (&'a Part, &'a StudyFolder)>,
 ) -> Result<(), BatchError> {
     let path = folder.trials();
     let columns = folder.manifest.columns();
@@ -46,11 +48,16 @@ fn write_trials<'a>(
         BatchError::Write(WriteError::Io { path: path.clone(), cause: std::io::Error::other(error) })
     };
     let mut table = writer(columns.schema(), NewFile::create(&path, false)?, compressed()).map_err(failed)?;
-    for (number, holder) in parts {
-        let mut part = TableReader::open(&holder.part(number), &columns)?;
-        while let Some(batch) = part.next_batch() {
-            table.write(&batch?).map_err(failed)?;
+    for (part, holder) in parts {
+        let of_part = holder.part(part.number);
+        let mut rows = TableReader::open(&of_part, &columns)?;
+        let mut expected = Expected::new(&of_part, &folder.manifest, std::iter::once(part.clone()));
+        while let Some(batch) = rows.next_batch() {
+            let batch = batch?;
+            rows.rows(&batch)?.iter().try_for_each(|row| expected.take(row))?;
+            table.write(&batch).map_err(failed)?;
         }
+        expected.end()?;
     }
     Ok(table.into_inner().map_err(failed)?.finish()?)
 }
@@ -58,12 +65,12 @@ fn write_trials<'a>(
 /// How long the trials of each point took, all threads together.
 fn write_times<'a>(
     folder: &StudyFolder,
-    parts: impl Iterator<Item = (usize, &'a StudyFolder)>,
+    parts: impl Iterator<Item = (&'a Part, &'a StudyFolder)>,
 ) -> Result<(), BatchError> {
     let mut sums = vec![[0.0; 3]; folder.manifest.points.len()];
-    for (number, holder) in parts {
+    for (part, holder) in parts {
         // Times decide nothing: where they are lost, they count as none.
-        let text = fs::read_to_string(holder.part_times(number)).unwrap_or_default();
+        let text = fs::read_to_string(holder.part_times(part.number)).unwrap_or_default();
         let mut cells = text.trim().split(',');
         let Some(point) = cells.next().and_then(|point| point.parse::<usize>().ok()) else { continue };
         if let Some(sums) = sums.get_mut(point) {
@@ -75,5 +82,5 @@ fn write_times<'a>(
     for (point, [trials, simulating, calibrating]) in sums.iter().enumerate() {
         text.push_str(&format!("{point},{trials},{simulating:.6},{calibrating:.6}\n"));
     }
-    Ok(gravcal_recording::write_atomically(&folder.times(), text.as_bytes())?)
+    folder.write_times(&text)
 }

@@ -6,7 +6,9 @@
 //! byte however it came about.
 
 mod folder;
+mod manifest;
 mod merge;
+mod order;
 mod part;
 mod row;
 mod run;
@@ -19,11 +21,14 @@ use gravcal_calibration::UnsuitableChoice;
 use gravcal_recording::WriteError;
 use thiserror::Error;
 
-pub use folder::{Manifest, StudyFolder};
+pub use folder::StudyFolder;
+pub use manifest::Manifest;
 pub use merge::merge;
 pub use row::{Cell, Outcome, Row};
 pub use run::{Ended, Helpers, NamedSolver, Shard, check, run};
 pub use table::{Columns, TableReader};
+
+pub(crate) use order::Expected;
 
 /// A study cannot be run, or its results not be put in place. What was there before still is.
 #[derive(Debug, Error)]
@@ -37,6 +42,24 @@ pub enum BatchError {
     Another {
         /// The folder.
         folder: PathBuf,
+    },
+    /// The folder holds files of no study.
+    #[error(
+        "{}: this is no study's folder, and it is not empty (`{name}` is there); all in it stays. Name another folder, or one that is \
+         not there yet",
+        folder.display()
+    )]
+    Foreign {
+        /// The folder.
+        folder: PathBuf,
+        /// The first of what is there.
+        name: String,
+    },
+    /// A link stands in the place of a file of the study.
+    #[error("{}: this is a link, and a study writes through none; delete it, or name another folder", path.display())]
+    Link {
+        /// The link.
+        path: PathBuf,
     },
     /// The folder holds no results of a study.
     #[error("{}: study.json cannot be read ({why}), so nothing tells of which study results here are; name another folder, or move \

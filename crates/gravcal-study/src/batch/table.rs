@@ -149,11 +149,12 @@ impl TableReader {
             Ok(batch) => batch,
             Err(error) => return Some(Err(error)),
         };
-        let rows = rows(&batch, &self.columns);
-        Some(rows.ok_or_else(|| BatchError::Table {
-            path: self.path.clone(),
-            why: "a column has an unexpected kind".into(),
-        }))
+        Some(self.rows(&batch))
+    }
+
+    pub(super) fn rows(&self, batch: &RecordBatch) -> Result<Vec<Row>, BatchError> {
+        let why = || "a column has an unexpected kind, or a cell a name that the study has not".to_owned();
+        rows(batch, &self.columns).ok_or_else(|| BatchError::Table { path: self.path.clone(), why: why() })
     }
 }
 

@@ -15,7 +15,7 @@
 
 mod sums;
 
-use crate::batch::{BatchError, Outcome, StudyFolder, TableReader};
+use crate::batch::{BatchError, Expected, Outcome, StudyFolder, TableReader};
 
 use sums::{Mean, Sums};
 
@@ -83,21 +83,21 @@ const REASONS: usize = 20;
 /// The result is in the order of points, estimators, solvers.
 ///
 /// # Errors
-/// The table is missing or damaged.
+/// The table is missing or damaged, or holds other rows than the study has.
 pub fn measure(folder: &StudyFolder) -> Result<Vec<Series>, BatchError> {
     let manifest = &folder.manifest;
     let (estimators, solvers) = (manifest.estimators.len(), manifest.solvers.len());
-    let mut sums = vec![Sums::new(manifest.quantities.len()); manifest.points.len() * estimators * solvers];
     folder.check_complete()?;
     let mut table = TableReader::open(&folder.trials(), &manifest.columns())?;
+    let mut sums = vec![Sums::new(manifest.quantities.len()); manifest.points.len() * estimators * solvers];
+    let mut expected = Expected::whole(&folder.trials(), manifest);
     while let Some(rows) = table.next_rows() {
         for row in rows? {
-            let place = (row.point * estimators + row.estimator) * solvers + row.solver;
-            if let Some(sums) = sums.get_mut(place) {
-                sums.add(&row);
-            }
+            expected.take(&row)?;
+            sums[(row.point * estimators + row.estimator) * solvers + row.solver].add(&row);
         }
     }
+    expected.end()?;
     let places = sums.into_iter().enumerate();
     Ok(places
         .map(|(place, sums)| {

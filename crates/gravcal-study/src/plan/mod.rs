@@ -50,14 +50,15 @@ mod point_files;
 mod read;
 mod source;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use gravcal_calibration::document::{Document, Field, FileError};
 
 pub use compared::Compared;
 pub use point::{Axis, Point};
-pub(crate) use point::{Instance, told};
+pub(crate) use point::{Instance, places, told};
 pub use read::StudyError;
+pub(crate) use read::{MOST_POINTS, MOST_TRIALS};
 
 /// A study, with everything that its results depend on.
 #[derive(Debug)]
@@ -75,6 +76,8 @@ pub struct Study {
     pub points: Vec<Point>,
     /// Name and unit of each quantity whose errors are measured.
     pub quantities: Vec<(String, String)>,
+    /// Every file that was read, the study first.
+    pub inputs: Vec<PathBuf>,
     /// SHA-256 of all that the results depend on: the version of the program, what is said, the contents of the files that
     /// are named.
     pub fingerprint: String,

@@ -30,6 +30,21 @@ pub(crate) fn told(axes: &[Axis], places: &[usize]) -> String {
     each.collect::<Vec<_>>().join(", ")
 }
 
+/// Place on each axis of a point of the grid, of axes of these sizes; the last axis runs fastest.
+pub(crate) fn places(mut index: usize, sizes: &[usize]) -> Vec<usize> {
+    let mut places: Vec<usize> = sizes
+        .iter()
+        .rev()
+        .map(|size| {
+            let place = index % size;
+            index /= size;
+            place
+        })
+        .collect();
+    places.reverse();
+    places
+}
+
 /// One point.
 #[derive(Debug)]
 pub struct Point {

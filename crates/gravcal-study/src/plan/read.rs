@@ -1,6 +1,6 @@
 //! Reads `study.toml`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use gravcal_calibration::document::{Document, Field, FileError};
 use gravcal_calibration::session::{Session, SessionError};
@@ -12,6 +12,7 @@ use toml::{Table, Value};
 use super::change::Change;
 use super::draw::Draw;
 use super::file::{ChangeTable, DrawTable, StudyTable, VaryTable};
+use super::point::places;
 use super::point_files::PointFiles;
 use super::source::{Said, Source};
 use super::{Axis, Compared, Point, Study, told};
@@ -49,9 +50,9 @@ pub enum StudyError {
 }
 
 /// Points beyond which a grid is a mistake.
-const MOST_POINTS: usize = 10_000;
+pub(crate) const MOST_POINTS: usize = 10_000;
 /// Trials of a point beyond which a number is a mistake.
-const MOST_TRIALS: u64 = 100_000_000;
+pub(crate) const MOST_TRIALS: u64 = 100_000_000;
 /// Arms that are looked at for the names of their joints.
 const ARMS: u64 = 100;
 
@@ -82,9 +83,10 @@ impl Reader<'_> {
         let cases = self.cases()?;
         let axes: Vec<Axis> = self.table.vary.iter().zip(&cases).map(|(vary, cases)| axis(vary, cases)).collect();
         let mut hash = Sha256::new();
+        let mut inputs = vec![self.document.path().to_owned()];
         self.hash_what_is_said(&mut hash);
         let points = match (&self.table.simulation, &self.table.random_arms) {
-            (Some(written), None) => self.grid(written, &common, &axes, &cases, &mut hash)?,
+            (Some(written), None) => self.grid(written, &common, &axes, &cases, &mut hash, &mut inputs)?,
             (None, Some(family)) => {
                 let point = self.random_arms(&family.know, &common, &cases)?;
                 vec![point]
@@ -107,6 +109,7 @@ impl Reader<'_> {
             axes,
             points,
             quantities,
+            inputs,
             fingerprint: hex(&hash.finalize()),
         })
     }
@@ -235,22 +238,28 @@ impl Reader<'_> {
         axes: &[Axis],
         cases: &[Vec<Case>],
         hash: &mut Sha256,
+        inputs: &mut Vec<PathBuf>,
     ) -> Result<Vec<Point>, StudyError> {
         let field = Field::new("simulation");
         let path = self.document.resolve_path(&field, written)?;
         let named_by = |error: FileError| error.with_note(self.document.named_by(&field, written));
         let base: Table = Document::read(&path).map_err(named_by)?.parse()?;
         let draw = self.table.draw.map(|table| self.draw(&table)).transpose()?;
-        let count: usize = cases.iter().map(Vec::len).product();
-        (0..count)
+        let sizes: Vec<usize> = cases.iter().map(Vec::len).collect();
+        (0..sizes.iter().product())
             .map(|index| {
-                let places = places(index, cases);
+                let places = places(index, &sizes);
                 let chosen = cases.iter().zip(&places).flat_map(|(cases, place)| &cases[*place].changes);
                 let changes: Vec<&Change> = common.iter().chain(chosen).collect();
                 let told = at(axes, &places);
                 let files =
                     PointFiles { document: self.document, path: &path, base: &base, changes: &changes, told: &told };
                 let (mut simulation, session) = files.make(hash)?;
+                for input in simulation.template.inputs.iter().chain(&session.inputs) {
+                    if !inputs.contains(input) {
+                        inputs.push(input.clone());
+                    }
+                }
                 let seed = self.table.seed.unwrap_or(simulation.seed);
                 simulation.seed = seed;
                 let said = Box::new(Said::of(session));
@@ -304,21 +313,6 @@ fn axis(vary: &VaryTable, cases: &[Case]) -> Axis {
 fn at(axes: &[Axis], places: &[usize]) -> String {
     let told = told(axes, places);
     if told.is_empty() { told } else { format!("at {told}") }
-}
-
-/// Place on each axis of a point of the grid; the last axis runs fastest.
-fn places(mut index: usize, cases: &[Vec<Case>]) -> Vec<usize> {
-    let mut places: Vec<usize> = cases
-        .iter()
-        .rev()
-        .map(|cases| {
-            let place = index % cases.len();
-            index /= cases.len();
-            place
-        })
-        .collect();
-    places.reverse();
-    places
 }
 
 /// Name and unit of everything that any trial measures.
