@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use gravcal_kinematics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
-use super::{Disturbance, Simulation};
+use super::{Disturbance, Run, Simulation};
 use crate::document::{Document, Field, FileError, OneOrMany};
 use crate::robot::{Robot, resolve_robot};
 use crate::sensors::{DeclaredModels, ModelTable};
@@ -55,8 +55,9 @@ impl Reader<'_> {
         let read = instruments::read(self.document, self.robot, &template.inputs[1])?;
         template.instruments = read.instruments.behind(&mut template.further);
         truth.further.extend(read.truth);
+        let poses = runs.iter().map(Run::poses).sum();
         let disturbance = Disturbance { instrument_std: read.std, ..self.disturbance()? };
-        let (conditions, motion, seed) = (self.conditions()?, self.motion()?, self.table.seed);
+        let (conditions, motion, seed) = (self.conditions()?, self.motion(poses)?, self.table.seed);
         if motion.is_some() && !template.instruments.is_empty() {
             let message = "instruments are not recorded in motion: delete them, or this";
             return Err(self.document.error(&Field::new("recording"), message));

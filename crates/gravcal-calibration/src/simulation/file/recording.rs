@@ -4,8 +4,16 @@ use super::Reader;
 use crate::document::{Field, FileError};
 use crate::simulation::{Dirt, Motion};
 
+/// Samples of all recordings at most: a day of them, a thousand a second.
+const MOST_SAMPLES: f64 = 86.4e6;
+/// Samples a second at most: times of messages are told in nanoseconds.
+const HIGHEST_RATE: f64 = 1e6;
+/// Time between the first sample and the last at most, s: a year.
+const LONGEST: f64 = 3.2e7;
+
 impl Reader<'_> {
-    pub fn motion(&self) -> Result<Option<Motion>, FileError> {
+    /// `poses`: of all tables.
+    pub fn motion(&self, poses: usize) -> Result<Option<Motion>, FileError> {
         let Some(table) = &self.table.recording else { return Ok(None) };
         let field = |key: &str| Field::new("recording").key(key);
         if self.table.conditions.is_some() {
@@ -24,7 +32,7 @@ impl Reader<'_> {
         if table.samples < 2 {
             return Err(self.document.error(&field("samples"), "expected 2 samples at least"));
         }
-        Ok(Some(Motion {
+        let motion = Motion {
             rate: positive("rate_hz", table.rate_hz, "Hz")?,
             samples: table.samples,
             moving: positive("move_s", table.move_s, "s")?,
@@ -37,6 +45,33 @@ impl Reader<'_> {
                 dropped: share("dropped", table.dropped)?,
                 touched: table.touched.unwrap_or(0),
             },
-        }))
+        };
+        self.check_size(&motion, poses)?;
+        Ok(Some(motion))
+    }
+
+    /// Whatever is recorded has an end that disks and clocks can hold.
+    fn check_size(&self, motion: &Motion, poses: usize) -> Result<(), FileError> {
+        let refuse = |key: &str, message: String| Err(self.document.error(&Field::new("recording").key(key), message));
+        if motion.rate > HIGHEST_RATE {
+            return refuse("rate_hz", format!("{} Hz are too many: expected {HIGHEST_RATE} Hz at most", motion.rate));
+        }
+        // The first of a move counts, however short the move is.
+        let moving = (motion.rate * motion.moving).max(1.0) + motion.rate * motion.settling;
+        let samples = poses as f64 * (moving + motion.samples as f64);
+        if samples > MOST_SAMPLES {
+            let message = format!(
+                "{poses} poses at this rate, with these times, are {samples:.0} samples in all: expected {MOST_SAMPLES} at most"
+            );
+            return refuse("samples", message);
+        }
+        if samples / motion.rate > LONGEST {
+            let message = format!(
+                "{poses} poses at this rate take {:.1e} s: expected {LONGEST} s at most",
+                samples / motion.rate
+            );
+            return refuse("rate_hz", message);
+        }
+        Ok(())
     }
 }
