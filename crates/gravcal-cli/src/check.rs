@@ -41,6 +41,7 @@ Examples:
 
 Exit codes:
   0  everything that is asked for can be determined
+  1  what was found could not be printed or shown in full; files are complete
   2  bad input or usage
   3  something that is asked for cannot be determined";
 

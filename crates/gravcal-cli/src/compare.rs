@@ -50,6 +50,7 @@ Examples:
 
 Exit codes:
   0  nothing that can be compared moved
+  1  what was found could not be printed or shown in full; files are complete
   2  bad input or usage
   3  a sensor moved";
 

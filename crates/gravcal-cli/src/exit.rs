@@ -9,6 +9,8 @@ use gravcal_calibration::result::{EstimatorResult, Verdict, deciding};
 pub enum Exit {
     /// Everything that is asked for is, or can be, determined.
     Determined = 0,
+    /// What was found could not be printed or shown; what is written to files is complete.
+    NotShown = 1,
     /// Bad input or usage.
     BadInput = 2,
     /// Solved, but something that is asked for is undetermined.
@@ -20,7 +22,8 @@ pub enum Exit {
 impl Exit {
     /// Every way to end.
     #[cfg(test)]
-    pub const ALL: [Exit; 4] = [Exit::Determined, Exit::BadInput, Exit::PartlyDetermined, Exit::NoConvergence];
+    pub const ALL: [Exit; 5] =
+        [Exit::Determined, Exit::NotShown, Exit::BadInput, Exit::PartlyDetermined, Exit::NoConvergence];
 
     /// The number that the shell sees.
     pub fn code(self) -> u8 {
@@ -83,7 +86,7 @@ mod tests {
 
     #[test]
     fn codes_are_those_of_the_contract() {
-        assert_eq!(Exit::ALL.map(Exit::code), [0, 2, 3, 4]);
+        assert_eq!(Exit::ALL.map(Exit::code), [0, 1, 2, 3, 4]);
         assert_eq!(
             [Verdict::Determined, Verdict::PartlyDetermined, Verdict::Failed].map(|verdict| Exit::from(verdict).code()),
             [0, 3, 4]

@@ -1,5 +1,6 @@
 //! An error as its reader sees it: what, why, and what to do.
 
+use std::borrow::Cow;
 use std::error::Error;
 use std::fmt;
 
@@ -24,6 +25,11 @@ impl Failure {
     /// There is no answer to the input.
     pub fn no_convergence(error: &dyn Error) -> Failure {
         Failure::new(Exit::NoConvergence, error)
+    }
+
+    /// What was found cannot be printed or shown.
+    pub fn not_shown(error: &dyn Error) -> Failure {
+        Failure::new(Exit::NotShown, error)
     }
 
     /// Bad input that no library tells.
@@ -66,14 +72,31 @@ fn causes(error: &dyn Error) -> Vec<String> {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "error: {}", self.message)?;
+        write!(f, "error: {}", shortened(&self.message))?;
         for cause in &self.causes {
-            write!(f, "\n  cause: {cause}")?;
+            write!(f, "\n  cause: {}", shortened(cause))?;
         }
         match &self.hint {
-            Some(hint) => write!(f, "\nhint: {hint}"),
+            Some(hint) => write!(f, "\nhint: {}", shortened(hint)),
             None => Ok(()),
         }
+    }
+}
+
+/// Characters of a text at its beginning and at its end that are told of a long one: place and cause stand first, what to do last.
+const TOLD: [usize; 2] = [1500, 500];
+
+/// A text that may quote whatever stands in a file, no longer than anyone reads.
+fn shortened(text: &str) -> Cow<'_, str> {
+    let [begin, end] = TOLD;
+    let cut = |count: usize| text.char_indices().nth(count).map(|(place, _)| place);
+    let from_end = text.char_indices().rev().nth(end - 1).map(|(place, _)| place);
+    match (cut(begin), cut(begin + end), from_end) {
+        (Some(begin), Some(_), Some(end)) => {
+            let left_out = text[begin..end].chars().count();
+            format!("{} … ({left_out} characters left out) … {}", &text[..begin], &text[end..]).into()
+        }
+        _ => text.into(),
     }
 }
 
@@ -109,6 +132,20 @@ mod tests {
             Failure::bad_input(&error).to_string(),
             "error: joint: singular\n  cause: no pose\n  cause: disk full"
         );
+    }
+
+    #[test]
+    fn of_a_message_without_end_beginning_and_end_are_told() {
+        let long = format!("session.toml:3: found `{}`, expected a number", "é".repeat(1 << 22));
+        let told = Failure::said(&long).hint("write a number").to_string();
+        assert!(told.chars().count() < 2200, "{}", told.len());
+        assert!(
+            told.starts_with("error: session.toml:3: found `é")
+                && told.ends_with("expected a number\nhint: write a number")
+        );
+        let most = "é".repeat(2000);
+        assert_eq!(shortened(&most), most);
+        assert!(shortened(&format!("{most}é")).contains("(1 characters left out)"));
     }
 
     #[test]

@@ -83,6 +83,8 @@ Conventions of what comes out:
 
 Exit codes:
   0  everything that is asked for is determined
+  1  what was found could not be printed or shown in full; results that are
+     written to files are complete
   2  bad input or usage; nothing is written
   3  solved, but something that is asked for is undetermined; of
      `gravcal compare`: a sensor moved

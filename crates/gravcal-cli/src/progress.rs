@@ -9,6 +9,7 @@ use std::time::Duration;
 use gravcal_calibration::Session;
 use gravcal_calibration::session::SessionError;
 use gravcal_estimation::IterationRecord;
+use gravcal_report::plain;
 use indicatif::ProgressBar;
 
 use crate::terminal;
@@ -65,7 +66,7 @@ impl Progress {
 
     /// Another stage begins.
     pub fn stage(&self, stage: &str) {
-        self.tell(|| Told::Stage(stage.to_owned()));
+        self.tell(|| Told::Stage(plain(stage).into_owned()));
     }
 
     /// A session is read, of which long recordings are worth a word.

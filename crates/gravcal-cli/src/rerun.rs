@@ -27,6 +27,11 @@ pub struct RerunArguments {
 }
 
 impl RerunArguments {
+    /// The file that is asked for.
+    pub fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
     /// Whether the file can be written, as far as can be seen before the solve. Leaves nothing behind.
     pub fn check(&self, overwrite: bool) -> Result<(), Failure> {
         match &self.file {
@@ -40,7 +45,7 @@ impl RerunArguments {
         let mut told = String::new();
         if let Some(path) = &self.file {
             let bytes = recording.to_rrd().map_err(|error| failed(&error))?;
-            write(path, &bytes, overwrite).map_err(|error| unwritable(&error))?;
+            write(path, &bytes, overwrite).map_err(|error| not_shown(&error))?;
             told += &format!("Rerun recording in {} (show it with `rerun {0}`)\n", path.display());
         }
         if let Some(url) = &self.connect {
@@ -71,11 +76,15 @@ fn unwritable(error: &WriteError) -> Failure {
 
 /// The results are there already: only who wanted to see them in Rerun does not.
 fn failed(error: &RecordingError) -> Failure {
-    let failure = Failure::bad_input(error);
+    let failure = not_shown(error);
     match error {
         RecordingError::Unreachable { .. } => failure.hint(
             "start `rerun` first, or write a file with --rerun FILE.rrd; the results of the calibration are written",
         ),
-        _ => failure.hint("the results of the calibration are written all the same"),
+        _ => failure,
     }
+}
+
+fn not_shown(error: &dyn std::error::Error) -> Failure {
+    Failure::not_shown(error).hint("the results of the calibration are written all the same")
 }

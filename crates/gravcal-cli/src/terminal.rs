@@ -1,8 +1,10 @@
-//! What is printed. Colours are for terminals only, and not where `NO_COLOR` is set (`anstream` decides).
+//! What is printed. Colours are for terminals only, and not where `NO_COLOR` is set (`anstream` decides). Names may hold anything, but a
+//! terminal is told no control characters of theirs.
 
-use std::io::{self, ErrorKind, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
 
 use anstyle::{AnsiColor, Style};
+use gravcal_report::plain;
 
 use crate::failure::Failure;
 
@@ -26,15 +28,22 @@ const MARKS: [(&str, Style); 10] = [
 
 /// Prints a table, with colours where a terminal shows it. A reader who has seen enough (`gravcal … | head`) is no failure.
 pub fn print(text: &str) -> Result<(), Failure> {
-    print_exactly(&painted(text))
+    put(&mut anstream::stdout().lock(), &painted(&plain(text)))
 }
 
-/// Prints what programs read.
+/// Prints what programs read: to a program every byte.
 pub fn print_exactly(text: &str) -> Result<(), Failure> {
-    let mut stdout = anstream::stdout().lock();
+    let mut stdout = io::stdout().lock();
+    match stdout.is_terminal() {
+        true => put(&mut stdout, &plain(text)),
+        false => put(&mut stdout, text),
+    }
+}
+
+fn put(stdout: &mut dyn Write, text: &str) -> Result<(), Failure> {
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Failure::bad_input(&error).about("results cannot be printed"))
+            Err(Failure::not_shown(&error).about("what was found cannot be printed (results in files are complete)"))
         }
         _ => Ok(()),
     }
@@ -42,7 +51,7 @@ pub fn print_exactly(text: &str) -> Result<(), Failure> {
 
 /// Tells an error. Where even that is not possible, the exit code must do.
 pub fn complain(text: &str) {
-    let _: io::Result<()> = writeln!(anstream::stderr(), "{}", painted(text));
+    let _: io::Result<()> = writeln!(anstream::stderr(), "{}", painted(&plain(text)));
 }
 
 /// The text with [`MARKS`] in their colours.
