@@ -12,11 +12,13 @@ use gravcal_recording::{
 };
 use gravcal_report::Input;
 
+use crate::attached::Attached;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::names::{estimator_of, estimator_parser};
 use crate::progress::Progress;
+use crate::targets;
 use crate::terminal;
 
 /// What is said of a recording that a calibration has been applied to.
@@ -54,7 +56,8 @@ pub struct Arguments {
     #[arg(long)]
     residual: bool,
 
-    /// Load of the session that is attached [default: what the recording says of itself as `load`]
+    /// Load of the session that is attached [default: what the recording says of itself as `load`, else what the session's [[poses]]
+    /// says of it]
     #[arg(long, value_name = "NAME", requires = "residual")]
     load: Option<String>,
 
@@ -78,6 +81,7 @@ Examples:
 
 Exit codes:
   0  the new recording is written
+  1  what was found could not be printed or shown in full; files are complete
   2  bad input or usage; nothing is written
   4  stopped by Ctrl-C; nothing is written";
 
@@ -88,6 +92,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let calibration = read_earlier(&arguments.calibration, estimator.as_str()).map_err(|error| bad(&error))?;
     let session = Session::read(&session_path(&arguments.calibration, arguments.session.as_deref())?)
         .map_err(|error| bad(&error))?;
+    let own = [&arguments.calibration, &arguments.input];
+    targets::check(own.into_iter().chain(&session.inputs), std::slice::from_ref(&arguments.output))?;
     let recording = open_as(&arguments.input, &session.readings.csv).map_err(|error| bad(&error))?;
     let said = recording.metadata();
     if let Some(by) = said.get(CALIBRATED) {
@@ -95,13 +101,15 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
         let hint = "apply calibrations to the recording as it was read from the sensors";
         return Err(Failure::said(format!("{subject}: it is calibrated already, by {by}")).hint(hint));
     }
-    let effort = effort(arguments, &said);
-    let mut application = application(arguments, &session, &calibration, &effort)?;
+    let attached = attached(arguments, &session, &said)?;
+    let mut application = application(arguments, &session, &calibration, attached.as_ref())?;
     application.find(recording.columns()).map_err(|error| bad(&error).about(arguments.input.display()))?;
     drop(recording);
 
-    let remarks = write(arguments, &mut application, session.readings.csv, &notes(arguments, estimator, &effort)?)?;
-    let remarks = remarks.into_iter().chain(application.remarks());
+    let remarks =
+        write(arguments, &mut application, session.readings.csv, &notes(arguments, estimator, attached.as_ref())?)?;
+    let assumed = attached.and_then(|attached| attached.remark());
+    let remarks = remarks.into_iter().chain(application.remarks()).chain(assumed);
     let told: String = remarks.map(|remark| format!("note: {remark}\n")).collect();
     terminal::print(&format!("{told}{}\n", arguments.output.display()))?;
     Ok(Exit::Determined)
@@ -136,26 +144,37 @@ pub fn session_path(calibration: &Path, named: Option<&Path>) -> Result<PathBuf,
     }
 }
 
-fn effort(arguments: &Arguments, said: &BTreeMap<String, String>) -> Effort {
-    match arguments.residual {
-        true => Effort::Residual { load: arguments.load.clone().or_else(|| said.get("load").cloned()) },
-        false => Effort::Torque,
-    }
+/// What is attached, where that matters.
+fn attached(
+    arguments: &Arguments,
+    session: &Session,
+    said: &BTreeMap<String, String>,
+) -> Result<Option<Attached>, Failure> {
+    let said = said.get("load").map(String::as_str);
+    let attached = || Attached::new(arguments.load.as_deref(), said, session, &arguments.input);
+    arguments.residual.then(attached).transpose()
 }
 
 fn application<'a>(
     arguments: &Arguments,
     session: &'a Session,
     calibration: &EarlierEstimate,
-    effort: &Effort,
+    attached: Option<&Attached>,
 ) -> Result<Application<'a>, Failure> {
-    Application::new(session, calibration, effort, arguments.nominal).map_err(|error| {
+    let effort = match attached {
+        None => Effort::Torque,
+        Some(attached) => Effort::Residual { load: attached.load.clone() },
+    };
+    Application::new(session, calibration, &effort, arguments.nominal).map_err(|error| {
         let failure = Failure::bad_input(&error).about(arguments.calibration.display());
         match error {
             ApplicationError::Undetermined { .. }
             | ApplicationError::NoGravity
             | ApplicationError::NoMoments { .. } => {
                 failure.hint("`gravcal check` tells what would; --nominal takes nominal values instead")
+            }
+            ApplicationError::Unit { .. } => {
+                failure.hint("apply it with the session that it was made from, or calibrate with this one")
             }
             _ => failure,
         }
@@ -166,16 +185,16 @@ fn application<'a>(
 fn notes(
     arguments: &Arguments,
     estimator: EstimatorName,
-    effort: &Effort,
+    attached: Option<&Attached>,
 ) -> Result<BTreeMap<String, String>, Failure> {
     let input = Input::read(&arguments.calibration, Path::new("")).map_err(|error| Failure::bad_input(&error))?;
     let name = arguments.calibration.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-    let effort = match effort {
-        Effort::Torque => "torque, N·m or N",
-        Effort::Residual { .. } => "torque without that which carries gravity, N·m or N",
+    let effort = match attached {
+        None => "torque, N·m or N".to_owned(),
+        Some(attached) => format!("torque without that which carries gravity, N·m or N; {}", attached.told()),
     };
     let by = format!("{name} ({estimator}, sha256 {})", input.sha256);
-    Ok(BTreeMap::from([(CALIBRATED.to_owned(), by), ("effort".to_owned(), effort.to_owned())]))
+    Ok(BTreeMap::from([(CALIBRATED.to_owned(), by), ("effort".to_owned(), effort)]))
 }
 
 fn write(

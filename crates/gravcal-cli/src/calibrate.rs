@@ -24,6 +24,7 @@ use crate::progress::Progress;
 #[cfg(feature = "rerun")]
 use crate::rerun::RerunArguments;
 use crate::stopwatch::{Phase, Stopwatch};
+use crate::targets;
 use crate::terminal;
 
 /// Find gains, offsets and gravity of a session, with their uncertainty
@@ -48,7 +49,7 @@ pub struct Arguments {
     solver: Option<SolverName>,
 
     /// Folder for the results [default: `calibration` beside session.toml, `NAME-calibration` beside NAME.toml]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     output: Option<PathBuf>,
 
     /// Replace other results in the output folder
@@ -84,6 +85,7 @@ Examples:
 
 Exit codes, of the joint estimator if it ran:
   0  everything that is asked for is determined
+  1  what was found could not be printed or shown in full; files are complete
   2  bad input or usage; nothing is written
   3  solved, but something that is asked for is undetermined
   4  no answer to rely on: no convergence, stopped by Ctrl-C, or readings that contradict the model
@@ -98,12 +100,14 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let session = progress(arguments).read_session(path).map_err(|error| Failure::bad_input(&error))?;
     let choice = Choice::new(&arguments.estimators, arguments.solver, &session, path)?;
     let folder = output_folder(arguments);
+    targets::check(&session.inputs, &written_files(arguments, &folder))?;
     folder.check().map_err(|error| refused(&error))?;
     #[cfg(feature = "rerun")]
     arguments.rerun.check(arguments.overwrite)?;
     let provenance = provenance(&session, path, &choice)?;
 
-    let results = calibrate(&session, &choice, &watch, progress(arguments))?;
+    let interrupt = Interrupt::listen()?;
+    let results = calibrate(&session, &choice, &watch, (progress(arguments), &interrupt));
 
     let table = CalibrationTable { robot: &session.robot.name, results: &results }.to_string();
     let page = CalibrationPage { session: &session, results: &results, provenance: &provenance };
@@ -113,10 +117,12 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
         .as_ref()
         .map_err(Clone::clone)
         .and_then(|calibration| write(&folder, calibration, &page, &table, &watch));
-    if !arguments.quiet && !arguments.json {
-        terminal::print(&format!("{table}\n"))?;
-    }
+    let printed = match arguments.quiet || arguments.json {
+        true => Ok(()),
+        false => terminal::print(&format!("{table}\n")),
+    };
     let (calibration, written) = (calibration?, written?);
+    printed?;
     if arguments.json {
         terminal::print_exactly(&calibration)?;
     } else {
@@ -124,6 +130,10 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     }
     #[cfg(feature = "rerun")]
     show(arguments, &session, &results, (&calibration, &table))?;
+    if interrupt.is_asked() {
+        terminal::complain("note: stopped by Ctrl-C: what would have come after that is not in the results");
+        return Ok(Exit::NoConvergence);
+    }
     Ok(Exit::of_calibration(&results))
 }
 
@@ -135,6 +145,15 @@ pub fn limit_threads(threads: Option<u16>) -> Result<(), Failure> {
     let Some(threads) = threads else { return Ok(()) };
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into());
     pool.build_global().map_err(|error| Failure::bad_input(&error).about(format!("--threads {threads}")))
+}
+
+fn written_files(arguments: &Arguments, folder: &OutputFolder) -> Vec<PathBuf> {
+    let files = folder.files().into_iter();
+    #[cfg(feature = "rerun")]
+    let files = files.chain(arguments.rerun.file().map(Path::to_owned));
+    #[cfg(not(feature = "rerun"))]
+    let _ = arguments;
+    files.collect()
 }
 
 fn output_folder(arguments: &Arguments) -> OutputFolder {
@@ -158,9 +177,8 @@ fn calibrate(
     session: &Session,
     choice: &Choice,
     watch: &Stopwatch,
-    progress: Progress,
-) -> Result<Vec<EstimatorResult>, Failure> {
-    let interrupt = Interrupt::listen()?;
+    (progress, interrupt): (Progress, &Interrupt),
+) -> Vec<EstimatorResult> {
     let tell = |stage: &str| {
         watch.enter(Phase::of_stage(stage));
         progress.stage(stage);
@@ -169,7 +187,7 @@ fn calibrate(
     watch.enter(Phase::Start);
     let workbench = Workbench::new(choice.solver.method.as_ref(), &tell);
     let workbench = workbench.observed_by(&observe).stopped_by(interrupt.flag());
-    Ok(gravcal_calibration::calibrate(session, &choice.estimators, &workbench))
+    gravcal_calibration::calibrate(session, &choice.estimators, &workbench)
 }
 
 fn write(

@@ -4,8 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
+use gravcal_calibration::application::check_units;
 use gravcal_calibration::{EstimatorName, Session};
-use gravcal_recording::{Digest, read_earlier, read_earlier_inputs};
+use gravcal_recording::{Digest, EarlierEstimate, read_earlier, read_earlier_inputs};
 use gravcal_report::Input;
 use gravcal_report::export::{Export, ExportError, ExportFormat, RobotDescription};
 
@@ -13,6 +14,7 @@ use crate::apply::session_path;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::names::{estimator_of, estimator_parser};
+use crate::targets;
 use crate::terminal;
 
 /// Write a calibration for a driver, a program, a robot description or a paper
@@ -60,6 +62,7 @@ Examples:
 
 Exit codes:
   0  it is written
+  1  what was found could not be printed or shown in full; files are complete
   2  bad input or usage, or something is not determined; nothing is written";
 
 fn format_parser() -> impl TypedValueParser<Value = ExportFormat> {
@@ -72,10 +75,12 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let estimator = estimator_of(calibration, arguments.estimator)?;
     let estimate = read_earlier(calibration, estimator.as_str()).map_err(|error| Failure::bad_input(&error))?;
     let robot = match arguments.to {
-        ExportFormat::Urdf => Some(read_urdf(arguments)?),
+        ExportFormat::Urdf => Some(read_urdf(arguments, &estimate)?),
         _ => None,
     };
-    let robot = robot.as_ref().map(|(base, urdf)| RobotDescription { urdf, base });
+    let read = robot.iter().flat_map(|robot| &robot.read).chain([calibration]);
+    targets::check(read, arguments.output.as_slice())?;
+    let robot = robot.as_ref().map(|Urdf { base, text, .. }| RobotDescription { urdf: text, base });
     let source = source(calibration, estimator)?;
     let export = Export { estimate: &estimate, source: &source, nominal: arguments.nominal, robot };
     let exported = export.to(arguments.to).map_err(|error| refused(&error).about(calibration.display()))?;
@@ -98,10 +103,19 @@ fn source(calibration: &Path, estimator: EstimatorName) -> Result<String, Failur
     Ok(format!("{name} ({estimator}, sha256 {})", input.sha256))
 }
 
-/// Base link and text of the session's URDF.
-fn read_urdf(arguments: &Arguments) -> Result<(String, String), Failure> {
+/// A session's URDF.
+struct Urdf {
+    /// Base link.
+    base: String,
+    text: String,
+    /// Every file that was read for it.
+    read: Vec<PathBuf>,
+}
+
+fn read_urdf(arguments: &Arguments, estimate: &EarlierEstimate) -> Result<Urdf, Failure> {
     let path = session_path(&arguments.calibration, arguments.session.as_deref())?;
     let session = Session::read(&path).map_err(|error| Failure::bad_input(&error))?;
+    check_units(&session, estimate).map_err(|error| Failure::bad_input(&error).about(path.display()))?;
     let no_urdf = || refused(&ExportError::NoUrdf).about(path.display());
     // A session reads itself, then its robot.
     let robot = session.inputs.get(1).ok_or_else(no_urdf)?;
@@ -110,7 +124,7 @@ fn read_urdf(arguments: &Arguments) -> Result<(String, String), Failure> {
     }
     let text = std::fs::read_to_string(robot).map_err(|error| Failure::bad_input(&error).about(robot.display()))?;
     match text.trim_start().starts_with('<') {
-        true => Ok((session.robot.chain.base().to_owned(), text)),
+        true => Ok(Urdf { base: session.robot.chain.base().to_owned(), text, read: session.inputs }),
         false => Err(no_urdf()),
     }
 }

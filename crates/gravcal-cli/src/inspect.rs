@@ -5,12 +5,13 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use gravcal_calibration::Session;
 use gravcal_calibration::session::{Draft, DraftError, DraftRobot, Searched};
-use gravcal_recording::{Inspection, inspect, write_atomically};
+use gravcal_recording::{Inspection, clear_abandoned, inspect, write_atomically};
 use serde::Serialize;
 
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::progress::Progress;
+use crate::targets;
 use crate::terminal;
 
 /// Tell what is in a recording, and draw up a session of it
@@ -66,6 +67,7 @@ Examples:
 
 Exit codes:
   0  the recording was read, and the session written
+  1  what was found could not be printed or shown in full; files are complete
   2  bad input or usage; nothing is written";
 
 /// What to do about a recording in which nothing stands and nothing sweeps slowly.
@@ -93,6 +95,7 @@ struct Told<'a> {
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let file = arguments.file.as_path();
+    targets::check([Some(file), arguments.robot.as_deref()].into_iter().flatten(), arguments.session.as_slice())?;
     if let Some(session) = arguments.session.as_deref().filter(|session| session.exists() && !arguments.overwrite) {
         let message = format!("{}: there is such a file already", session.display());
         return Err(Failure::said(message).hint("--overwrite replaces it, --session OUT.toml writes elsewhere"));
@@ -111,9 +114,13 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let search = |draft: &Draft<'_>| draft.search(&|share| watch("searching", share));
     let searched = draft.as_ref().map(search).transpose().map_err(|error| Failure::bad_input(&error))?.flatten();
     drop(progress);
+    let session = arguments.session.as_deref().zip(draft.as_ref());
+    if let Some((path, draft)) = session {
+        write(path, draft, searched.as_ref())?;
+    }
     tell(arguments, &inspection, draft.as_ref(), searched.as_ref())?;
-    if let (Some(session), Some(draft)) = (&arguments.session, &draft) {
-        write(session, draft, searched.as_ref(), arguments.json)?;
+    if let Some((path, draft)) = session.filter(|_| !arguments.json) {
+        tell_session(path, draft)?;
     }
     Ok(Exit::Determined)
 }
@@ -163,14 +170,15 @@ fn tell(
     terminal::print(&format!("{inspection}\nPoses, if columns mean what they seem to\n{poses}\n{next}"))
 }
 
-/// Writes the session, and tells whether it can be read as it is.
-fn write(path: &Path, draft: &Draft<'_>, searched: Option<&Searched>, quiet: bool) -> Result<(), Failure> {
+fn write(path: &Path, draft: &Draft<'_>, searched: Option<&Searched>) -> Result<(), Failure> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let text = draft.text(searched, folder);
-    write_atomically(path, text.as_bytes()).map_err(|error| Failure::bad_input(&error))?;
-    if quiet {
-        return Ok(());
-    }
+    clear_abandoned(folder);
+    write_atomically(path, text.as_bytes()).map_err(|error| Failure::bad_input(&error))
+}
+
+/// Tells whether the session that is written can be read as it is.
+fn tell_session(path: &Path, draft: &Draft<'_>) -> Result<(), Failure> {
     let notes: String = draft.notes().iter().map(|note| format!("note: {note}\n")).collect();
     let next = match Session::read(path) {
         Ok(session) => {

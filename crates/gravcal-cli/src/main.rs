@@ -3,6 +3,7 @@
 //! Only here is anything printed, and the clock read.
 
 mod apply;
+mod attached;
 mod calibrate;
 mod check;
 mod compare;
@@ -18,6 +19,7 @@ mod rerun;
 mod simulate;
 mod stopwatch;
 mod study;
+mod targets;
 mod terminal;
 
 use std::process::ExitCode;

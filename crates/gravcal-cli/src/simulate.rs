@@ -3,10 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use gravcal_calibration::simulation::{Simulation, write_session};
+use gravcal_calibration::simulation::{Simulation, session_files, write_session};
 
 use crate::exit::Exit;
 use crate::failure::Failure;
+use crate::targets;
 use crate::terminal;
 
 /// Write a session of simulated poses with known truth
@@ -21,7 +22,7 @@ pub struct Arguments {
     simulation: PathBuf,
 
     /// Folder for the session [default: that of the simulation]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     output: Option<PathBuf>,
 
     /// Number of the draw of everything random
@@ -41,6 +42,7 @@ Examples:
 
 Exit codes:
   0  the session is written
+  1  what was found could not be printed or shown in full; files are complete
   2  bad input or usage; nothing is written";
 
 /// Runs the command.
@@ -48,6 +50,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let simulation = Simulation::read(&arguments.simulation).map_err(|error| Failure::bad_input(&error))?;
     let beside = || folder_of(&arguments.simulation);
     let folder = arguments.output.clone().unwrap_or_else(beside);
+    targets::check(&simulation.template.inputs, &session_files(&simulation, &folder))?;
     let files = write_session(&simulation, arguments.trial, &folder, arguments.overwrite)
         .map_err(|error| Failure::bad_input(&error))?;
     let told: String = files.iter().map(|file| format!("{}\n", file.display())).collect();

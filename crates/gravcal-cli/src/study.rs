@@ -43,7 +43,7 @@ struct RunArguments {
     study: PathBuf,
 
     /// Folder for the results [default: `results` beside study.toml, `NAME-results` beside NAME.toml]
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, short, value_name = "DIR")]
     output: Option<PathBuf>,
 
     /// Run only the K-th of N shares, such as 1/4; `gravcal study merge` puts them together
@@ -68,6 +68,7 @@ Examples:
 
 Exit codes:
   0  all trials (of the shard) are done; one that fails is a row with its reason
+  1  what was found could not be printed in full; files are complete
   2  bad input or usage; earlier results are untouched
   4  stopped by Ctrl-C: run the same command again to go on";
 
@@ -112,6 +113,9 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     }
 }
 
+/// How the names of results end.
+const KINDS: [&str; 7] = ["json", "parquet", "csv", "txt", "md", "html", "svg"];
+
 fn run_study(arguments: &RunArguments) -> Result<Exit, Failure> {
     crate::calibrate::limit_threads(arguments.threads)?;
     let study = Study::read(&arguments.study).map_err(|error| Failure::bad_input(&error))?;
@@ -119,6 +123,7 @@ fn run_study(arguments: &RunArguments) -> Result<Exit, Failure> {
     batch::check(&study, &solvers).map_err(|error| refused(&error))?;
     let names: Vec<String> = solvers.iter().map(|(name, _)| name.clone()).collect();
     let path = arguments.output.clone().unwrap_or_else(|| folder_beside(&arguments.study));
+    check_apart(&study.inputs, &path)?;
     let folder = StudyFolder::begin(&path, Manifest::new(&study, &names)).map_err(|error| refused(&error))?;
 
     let interrupt = Interrupt::listen()?;
@@ -171,8 +176,7 @@ fn report(folder: &StudyFolder, quiet: bool) -> Result<Exit, Failure> {
     let report = StudyReport { manifest: &folder.manifest, series: &series };
     let files = report_files(&report).map_err(|error| Failure::bad_input(&error))?;
     for (name, contents) in &files {
-        let path = folder.path().join(name);
-        gravcal_recording::write_atomically(&path, contents.as_bytes()).map_err(|error| Failure::bad_input(&error))?;
+        folder.put(name, contents.as_bytes()).map_err(|error| refused(&error))?;
     }
     if !quiet {
         terminal::print(&format!("{report}\n"))?;
@@ -193,8 +197,23 @@ fn open(path: &Path) -> Result<StudyFolder, Failure> {
 fn refused(error: &BatchError) -> Failure {
     let failure = Failure::bad_input(error);
     match error {
-        BatchError::Another { .. } => failure.hint("--output DIR writes elsewhere"),
+        BatchError::Another { .. } | BatchError::Foreign { .. } => failure.hint("--output DIR writes elsewhere"),
         _ => failure,
+    }
+}
+
+/// Results do not replace what the study is made of.
+fn check_apart(inputs: &[PathBuf], results: &Path) -> Result<(), Failure> {
+    let Ok(results) = results.canonicalize() else { return Ok(()) };
+    let is_result = |path: &Path| path.extension().is_some_and(|ending| KINDS.iter().any(|kind| ending == *kind));
+    let lies_there =
+        |path: &Path| path.canonicalize().is_ok_and(|path| path.parent() == Some(&results) && is_result(&path));
+    match inputs.iter().find(|input| lies_there(input)) {
+        None => Ok(()),
+        Some(input) => {
+            let message = format!("{}: the study reads this file, which stands among its results", input.display());
+            Err(Failure::said(message).hint("--output DIR writes elsewhere"))
+        }
     }
 }
 
