@@ -16,6 +16,7 @@ mod extreme_numbers;
 mod first_session;
 mod instruments;
 mod invariants;
+mod kept;
 mod program;
 mod readme;
 mod real_arm_in_motion;

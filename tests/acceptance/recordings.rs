@@ -167,7 +167,8 @@ fn a_bag_is_inspected_and_applied() {
     }
 }
 
-/// Ended by force midway, `apply` leaves the recording as it is and no half file under the final name; a temporary file may stay.
+/// Ended by force midway, `apply` leaves the recording as it is and no half file under the final name; a temporary file stays until
+/// the next try.
 #[test]
 fn apply_that_is_killed_leaves_no_half_file() {
     let calibrated = Calibrated::new();
@@ -195,4 +196,6 @@ fn apply_that_is_killed_leaves_no_half_file() {
     assert_eq!(fs::read_to_string(folder.join("large.csv")).unwrap(), large);
     // Nothing that is left stands in the way of another try.
     assert_eq!(calibrated.run(&given).code, 0);
+    let left: Vec<String> = tree::entries(folder).iter().map(|file| tree::name(file)).collect();
+    assert!(left.iter().all(|name| !name.starts_with(".gravcal-")), "{left:?}");
 }

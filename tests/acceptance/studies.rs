@@ -34,7 +34,7 @@ impl Study {
     }
 
     /// Two points, noise of two sizes.
-    fn small(trials: u64) -> Study {
+    pub fn small(trials: u64) -> Study {
         Study::new(&format!(
             "trials = {trials}\nestimators = ['sequential', 'joint']\n\
              [[vary]]\nname = 'noise'\nunit = 'count'\nfield = 'torque.std'\nvalues = [0.4, 0.8]\n"

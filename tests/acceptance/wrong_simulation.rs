@@ -73,6 +73,26 @@ fn mistakes_in_a_simulation_are_told() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }
 
+/// A recording whose numbers are large has an end all the same, or is refused.
+#[test]
+fn recordings_without_end_are_refused() {
+    let recording = "\n[recording]\nrate_hz = 500\nsamples = 150\nmove_s = 0.4\n";
+    let simulation = SIMULATION.replace(".csv", ".mcap") + recording;
+    let cases = [
+        ("samples = 150", "samples = 9223372036854775807", "recording.samples: 19 poses at this rate"),
+        ("rate_hz = 500", "rate_hz = 1e17", "recording.rate_hz: 100000000000000000 Hz are too many"),
+        ("rate_hz = 500", "rate_hz = 1e-9", "recording.rate_hz: 19 poses at this rate take"),
+        ("move_s = 0.4", "move_s = 1e300", "recording.samples: "),
+        ("move_s = 0.4", "move_s = 0.4\nsettling_s = 1e12", "recording.samples: "),
+    ];
+    for (old, new, told) in cases {
+        let folder = prepared(&simulation.replacen(old, new, 1));
+        let run = gravcal_in(folder.path(), ["simulate", "simulation.toml", "--output", "made"]);
+        assert_eq!(run.refusal(&[told]), None, "{new}");
+        assert!(!folder.path().join("made").exists());
+    }
+}
+
 #[test]
 fn a_session_that_cannot_be_written_is_told() {
     let folder = prepared(SIMULATION);
