@@ -175,9 +175,7 @@ fn report(folder: &StudyFolder, quiet: bool) -> Result<Exit, Failure> {
     let series = measure(folder).map_err(|error| refused(&error))?;
     let report = StudyReport { manifest: &folder.manifest, series: &series };
     let files = report_files(&report).map_err(|error| Failure::bad_input(&error))?;
-    for (name, contents) in &files {
-        folder.put(name, contents.as_bytes()).map_err(|error| refused(&error))?;
-    }
+    folder.put_report(&files).map_err(|error| refused(&error))?;
     if !quiet {
         terminal::print(&format!("{report}\n"))?;
     }

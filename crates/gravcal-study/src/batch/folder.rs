@@ -10,7 +10,7 @@ use std::fs::{self, File, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::{clear_abandoned, is_temporary, write_atomically};
+use gravcal_recording::{NewFiles, clear_abandoned, is_temporary, write_atomically};
 
 use super::BatchError;
 use super::manifest::Manifest;
@@ -91,11 +91,20 @@ impl StudyFolder {
         Ok(StudyFolder { _lock: Some(lock), ..self })
     }
 
-    /// Writes one of the files of results.
+    /// Writes a report, by the names of its files and what they hold: all of them or none.
     ///
     /// # Errors
-    /// A link stands in its place, or it cannot be written.
-    pub fn put(&self, name: &str, contents: &[u8]) -> Result<(), BatchError> {
+    /// A link stands in the place of one, or they cannot be written.
+    pub fn put_report(&self, files: &[(String, String)]) -> Result<(), BatchError> {
+        let mut new = NewFiles::begin(&self.path)?;
+        for (name, contents) in files {
+            refuse_link(&self.path.join(name))?;
+            new.write(name.as_ref(), contents.as_bytes())?;
+        }
+        Ok(new.finish()?)
+    }
+
+    fn put(&self, name: &str, contents: &[u8]) -> Result<(), BatchError> {
         let path = self.path.join(name);
         refuse_link(&path)?;
         Ok(write_atomically(&path, contents)?)

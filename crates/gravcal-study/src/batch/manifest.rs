@@ -60,10 +60,11 @@ impl Manifest {
         let sizes: Vec<usize> = self.axes.iter().map(|axis| axis.labels.len()).collect();
         let is_whole = |axis: &Axis| axis.numbers.as_ref().is_none_or(|numbers| numbers.len() == axis.labels.len());
         let count = sizes.iter().try_fold(1usize, |count, size| count.checked_mul(*size));
+        let trials = self.trials.saturating_mul(self.points.len() as u64);
         let grid = || self.points.iter().enumerate().all(|(index, point)| *point == places(index, &sizes));
         match () {
-            () if !(1..=MOST_TRIALS).contains(&self.trials) => Err("its number of trials is none of a study"),
             () if !(1..=MOST_POINTS).contains(&self.points.len()) => Err("its number of points is none of a study"),
+            () if !(1..=MOST_TRIALS).contains(&trials) => Err("its number of trials is none of a study"),
             () if self.estimators.is_empty() || self.solvers.is_empty() => Err("it compares nothing"),
             () if !self.axes.iter().all(is_whole) => Err("an axis has more or fewer numbers than labels"),
             () if count != Some(self.points.len()) || !grid() => Err("its points are not the grid of what is varied"),
@@ -112,7 +113,7 @@ mod tests {
             ("nothing", |manifest| manifest.solvers.clear()),
             ("numbers than labels", |manifest| manifest.axes[0].numbers = Some(vec![0.1])),
             ("grid", |manifest| manifest.points[1][0] = 2),
-            ("grid", |manifest| drop(manifest.points[1].pop())),
+            ("grid", |manifest| manifest.points[1].truncate(1)),
             ("grid", |manifest| manifest.points.push(vec![0, 0])),
             ("grid", |manifest| manifest.axes[1].labels.clear()),
         ];

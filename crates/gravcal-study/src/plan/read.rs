@@ -51,7 +51,7 @@ pub enum StudyError {
 
 /// Points beyond which a grid is a mistake.
 pub(crate) const MOST_POINTS: usize = 10_000;
-/// Trials of a point beyond which a number is a mistake.
+/// Trials of all points beyond which a number is a mistake.
 pub(crate) const MOST_TRIALS: u64 = 100_000_000;
 /// Arms that are looked at for the names of their joints.
 const ARMS: u64 = 100;
@@ -100,6 +100,11 @@ impl Reader<'_> {
                     .into());
             }
         };
+        if trials.saturating_mul(points.len() as u64) > MOST_TRIALS {
+            let message =
+                format!("{} points have more than {MOST_TRIALS} trials in all: vary less at once", points.len());
+            return Err(self.error("trials", message).into());
+        }
         let quantities = quantities(&points);
         Ok(Study {
             document: self.document.clone(),
