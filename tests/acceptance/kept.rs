@@ -2,18 +2,18 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+#[cfg(target_os = "linux")]
 use std::process::{Command, Stdio};
 
 use tempfile::TempDir;
 
 use crate::experiments::say;
-use crate::program::{BAD_INPUT, Run, gravcal, gravcal_in};
+#[cfg(target_os = "linux")]
+use crate::program::{BAD_INPUT, NOT_SHOWN, Run};
+use crate::program::{gravcal, gravcal_in};
 use crate::small_session::{RESULTS, calibrate, small_session};
 use crate::studies::Study;
 use crate::tree;
-
-/// Exit code of results that cannot be shown.
-const NOT_SHOWN: i32 = 1;
 
 /// Every file below a folder with its contents.
 fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
@@ -163,14 +163,15 @@ fn half_of_the_results_is_none() {
     let largest = |name: &str| fs::metadata(path(RESULTS).join(name)).unwrap().len() / 1024;
     let enough_for_some = u32::try_from(largest("table.txt") + 1).unwrap();
     assert!(u64::from(enough_for_some) < largest("report.html"));
-    for arguments in
-        ["calibrate session.toml -o new/deep", "calibrate session.toml --estimator joint -o results --overwrite"]
-    {
+    for arguments in [
+        "calibrate session.toml --output new/deep",
+        "calibrate session.toml --estimator joint --output results --overwrite",
+    ] {
         let run = within(enough_for_some, arguments);
         assert_eq!((run.code, run.stderr.contains("cannot be written")), (BAD_INPUT, true), "{arguments}: {run:?}");
         assert!(contents(folder.path()) == before && !path("new").exists(), "{arguments}");
     }
-    for arguments in ["simulate simulation.toml -o new", "simulate simulation.toml --trial 1 --overwrite"] {
+    for arguments in ["simulate simulation.toml --output new", "simulate simulation.toml --trial 1 --overwrite"] {
         let run = within(1, arguments);
         assert_eq!((run.code, run.stderr.contains("cannot be written")), (BAD_INPUT, true), "{arguments}: {run:?}");
         assert!(contents(folder.path()) == before && !path("new").exists(), "{arguments}");

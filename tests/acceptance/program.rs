@@ -13,6 +13,9 @@ use crate::tree;
 /// Exit code of bad input and usage.
 pub const BAD_INPUT: i32 = 2;
 
+/// Exit code of results that cannot be printed or shown.
+pub const NOT_SHOWN: i32 = 1;
+
 /// How one run of the program ended, and what it said.
 #[derive(Debug)]
 pub struct Run {

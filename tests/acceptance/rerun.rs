@@ -5,7 +5,7 @@ use std::path::Path;
 
 use tempfile::TempDir;
 
-use crate::program::{Run, gravcal};
+use crate::program::{NOT_SHOWN, Run, gravcal};
 use crate::tree;
 
 #[path = "../../crates/gravcal-rerun/src/read_back.rs"]
@@ -74,14 +74,20 @@ fn a_viewer_that_is_not_there_costs_no_result() {
     let folder = TempDir::new().unwrap();
     // Nobody listens at a port below 1024 that is given to no service.
     let run = calibrate(folder.path(), &["--rerun-connect=rerun+http://127.0.0.1:4/proxy"]);
-    assert_eq!(run.refusal(&["no Rerun viewer", "127.0.0.1:4", "results of the calibration are written"]), None);
+    // Nothing is bad about the input.
+    assert_eq!(run.code, NOT_SHOWN, "{run:?}");
+    for told in ["no Rerun viewer", "127.0.0.1:4", "results of the calibration are written"] {
+        assert!(run.stderr.contains(told), "{run:?}");
+    }
     assert_eq!(
         names_in(&folder.path().join("results")),
         ["calibration.json", "report.html", "table.txt", "timing.json"]
     );
 
-    let run = calibrate(folder.path(), &["--rerun-connect=somewhere"]);
-    assert_eq!(run.refusal(&["somewhere"]), None);
+    let other = TempDir::new().unwrap();
+    let run = calibrate(other.path(), &["--rerun-connect=somewhere"]);
+    assert_eq!(run.refusal(&["`somewhere` is no address of a Rerun viewer"]), None);
+    assert!(names_in(other.path()).is_empty());
 }
 
 #[test]

@@ -56,8 +56,7 @@ pub struct Arguments {
     #[arg(long)]
     residual: bool,
 
-    /// Load of the session that is attached [default: what the recording says of itself as `load`, else what the session's [[poses]]
-    /// says of it]
+    /// Load of the session that is attached [default: what the recording says of itself as `load`, else what the session says of it]
     #[arg(long, value_name = "NAME", requires = "residual")]
     load: Option<String>,
 

@@ -128,6 +128,16 @@ mod tests {
     }
 
     #[test]
+    fn an_output_has_one_name_everywhere() {
+        fn shorts(command: &clap::Command) -> Vec<Option<char>> {
+            let own = command.get_arguments().filter(|argument| argument.get_long() == Some("output"));
+            own.map(clap::Arg::get_short).chain(command.get_subcommands().flat_map(shorts)).collect()
+        }
+        let shorts = shorts(&Arguments::command());
+        assert_eq!(shorts, vec![Some('o'); 4], "calibrate, simulate, export, study run");
+    }
+
+    #[test]
     fn usage_errors_exit_with_the_code_of_bad_input() {
         for line in [&["gravcal", "calibrate"][..], &["gravcal", "fly"], &["gravcal", "check", "a", "--colour"]] {
             let error = Arguments::try_parse_from(line).unwrap_err();

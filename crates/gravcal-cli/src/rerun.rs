@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use gravcal_recording::{NewFile, WriteError};
-use gravcal_rerun::{CalibrationRecording, RecordingError, VIEWER_URL};
+use gravcal_rerun::{CalibrationRecording, RecordingError, VIEWER_URL, check_address};
 
 use crate::failure::Failure;
 
@@ -32,8 +32,11 @@ impl RerunArguments {
         self.file.as_deref()
     }
 
-    /// Whether the file can be written, as far as can be seen before the solve. Leaves nothing behind.
+    /// Whether the file can be written and the address names a viewer, as far as can be seen before the solve. Leaves nothing behind.
     pub fn check(&self, overwrite: bool) -> Result<(), Failure> {
+        if let Some(url) = &self.connect {
+            check_address(url).map_err(|error| Failure::bad_input(&error).about("--rerun-connect"))?;
+        }
         match &self.file {
             Some(path) => NewFile::create(path, overwrite).map(drop).map_err(|error| unwritable(&error)),
             None => Ok(()),

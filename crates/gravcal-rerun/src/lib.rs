@@ -71,4 +71,4 @@ mod read_back;
 #[cfg(test)]
 mod testing;
 
-pub use recording::{CalibrationRecording, RecordingError, VIEWER_URL};
+pub use recording::{CalibrationRecording, RecordingError, VIEWER_URL, check_address};

@@ -45,6 +45,12 @@ pub enum RecordingError {
     /// It cannot be put into bytes.
     #[error("Rerun cannot encode the recording")]
     Encode(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// What should name a viewer does not.
+    #[error("`{url}` is no address of a Rerun viewer, such as {VIEWER_URL}")]
+    Address {
+        /// What was given.
+        url: String,
+    },
     /// No viewer listens, or it does not receive everything.
     #[error("no Rerun viewer receives the recording at {url}")]
     Unreachable {
@@ -136,6 +142,17 @@ impl CalibrationRecording<'_> {
         let explanations = self.explanations();
         let told = |channel: &usize| explanations.iter().any(|explanation| explanation.tells(*channel));
         (0..self.session.channel_count()).filter(told).collect()
+    }
+}
+
+/// Sees to it that a text names a viewer, whether or not one listens there.
+///
+/// # Errors
+/// It does not.
+pub fn check_address(url: &str) -> Result<(), RecordingError> {
+    match url.parse::<ProxyUri>() {
+        Ok(_) => Ok(()),
+        Err(_) => Err(RecordingError::Address { url: url.to_owned() }),
     }
 }
 
