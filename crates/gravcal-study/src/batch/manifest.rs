@@ -102,12 +102,14 @@ mod tests {
         }
     }
 
+    type Change = fn(&mut Manifest);
+
     #[test]
     fn what_contradicts_itself_is_seen() {
         assert_eq!(manifest().check(), Ok(()));
-        let changes: [(&str, fn(&mut Manifest)); 10] = [
-            ("trials", |manifest| manifest.trials = 0),
-            ("trials", |manifest| manifest.trials = u64::MAX),
+        let changes: [(&str, Change); 10] = [
+            ("number of trials", |manifest| manifest.trials = 0),
+            ("number of trials", |manifest| manifest.trials = u64::MAX),
             ("number of points", |manifest| manifest.points.clear()),
             ("nothing", |manifest| manifest.estimators.clear()),
             ("nothing", |manifest| manifest.solvers.clear()),
@@ -115,16 +117,14 @@ mod tests {
             ("grid", |manifest| manifest.points[1][0] = 2),
             ("grid", |manifest| manifest.points[1].truncate(1)),
             ("grid", |manifest| manifest.points.push(vec![0, 0])),
-            ("grid", |manifest| manifest.axes[1].labels.clear()),
+            ("grid", |manifest| {
+                manifest.axes[1] = Axis { labels: Vec::new(), numbers: None, ..manifest.axes[1].clone() }
+            }),
         ];
-        for (told, change) in changes.into_iter().take(9) {
+        for (told, change) in changes {
             let mut changed = manifest();
             change(&mut changed);
             assert!(changed.check().is_err_and(|why| why.contains(told)), "{told}: {:?}", changed.check());
         }
-        let mut empty = manifest();
-        changes[9].1(&mut empty);
-        empty.axes[1].numbers = None;
-        assert!(empty.check().is_err_and(|why| why.contains("grid")));
     }
 }
