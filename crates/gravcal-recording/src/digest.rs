@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest as _, Sha256};
 use thiserror::Error;
 
+use crate::file::opened;
+
 /// Hash and size of what is in a file, or in all files of a folder (a recording in several files).
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Digest {
@@ -61,7 +63,7 @@ fn files_of(path: &Path) -> io::Result<Vec<PathBuf>> {
 
 /// Hashes a file piece by piece, as it may be longer than memory. Gives its length.
 fn hash_file(path: &Path, hash: &mut Sha256) -> io::Result<u64> {
-    let mut file = fs::File::open(path)?;
+    let mut file = opened(path)?;
     let (mut piece, mut bytes) = (vec![0; 1 << 16], 0);
     loop {
         match file.read(&mut piece)? {

@@ -55,6 +55,7 @@ mod csv_lines;
 mod digest;
 mod earlier;
 mod error;
+mod file;
 mod mapping;
 mod merge;
 mod motion;

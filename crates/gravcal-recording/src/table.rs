@@ -1,12 +1,13 @@
 //! A file as cells of text, each with its line.
 
-use std::fs;
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 
 use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::{Place, ReadError};
+use crate::file::opened;
 use crate::rows::{self, Kind, Rows, kind, open};
 
 /// A table of text cells with named columns, as read from a file, mostly CSV.
@@ -50,7 +51,9 @@ impl Table {
     pub fn read_as(path: &Path, csv: &CsvWriting) -> Result<Table, ReadError> {
         match kind(path)? {
             Kind::Csv => {
-                let bytes = fs::read(path).map_err(|cause| ReadError::opening(path, cause))?;
+                let mut bytes = Vec::new();
+                let read = opened(path).and_then(|mut file| file.read_to_end(&mut bytes));
+                read.map_err(|cause| ReadError::opening(path, cause))?;
                 Table::parse(path, &bytes, CsvFormat::found(&mut Lines::new(path, &bytes[..]), csv)?)
             }
             Kind::Mcap | Kind::Folder | Kind::Parquet => Table::of_rows(path, open(path)?.as_mut()),
@@ -227,6 +230,8 @@ fn check_rows(path: &Path, expected: usize, rows: &[Row]) -> Result<(), ReadErro
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use proptest::prelude::*;
 
     use super::*;

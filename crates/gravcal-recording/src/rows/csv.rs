@@ -15,6 +15,7 @@ use csv::StringRecord;
 use super::{Row, Rows, Source};
 use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::ReadError;
+use crate::file::opened;
 use crate::table::{column_names, numbered_columns};
 
 /// Rows of a CSV file.
@@ -220,7 +221,7 @@ fn write_lines(new: &mut impl Write, lines: &[Vec<u8>]) -> io::Result<()> {
 }
 
 fn open_lines(path: &Path) -> Result<(Lines<Counted>, u64), ReadError> {
-    let file = File::open(path).map_err(|cause| ReadError::opening(path, cause))?;
+    let file = opened(path).map_err(|cause| ReadError::opening(path, cause))?;
     let length = file.metadata().map_err(|cause| ReadError::opening(path, cause))?.len();
     let input = BufReader::with_capacity(1 << 16, file);
     Ok((Lines::new(path, Counted { input, read: 0 }), length))

@@ -20,7 +20,6 @@ mod write;
 mod tests;
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
@@ -28,6 +27,7 @@ use serde::Serialize;
 
 use crate::csv_lines::CsvWriting;
 use crate::error::ReadError;
+use crate::file::opened;
 
 pub use inspect::{Clipped, ColumnFound, Gap, Guess, Inspection, JointFound, Meaning, Stuck, TimeFound, inspect};
 pub use rewrite::{Change, RewriteError, Rewriting, Watch, rewrite};
@@ -139,7 +139,7 @@ pub(crate) fn kind(path: &Path) -> Result<Kind, ReadError> {
         return Ok(Kind::Folder);
     }
     let mut first = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(16).read_to_end(&mut first));
+    let read = opened(path).and_then(|file| file.take(16).read_to_end(&mut first));
     read.map_err(|cause| ReadError::opening(path, cause))?;
     if let Some((_, what)) = OTHERS.iter().find(|(magic, _)| first.starts_with(magic)) {
         return Err(ReadError::NotRecording { path: path.to_owned(), what: (*what).to_owned() });

@@ -1,7 +1,6 @@
 //! A Parquet file as rows, read batch by batch.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use arrow_array::{Array, Float64Array, RecordBatch, cast::AsArray, types::Float64Type};
@@ -12,6 +11,7 @@ use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchR
 
 use super::{Row, Rows, Source};
 use crate::error::ReadError;
+use crate::file::opened;
 
 /// Rows that are decoded together.
 const BATCH: usize = 4096;
@@ -34,7 +34,7 @@ pub(crate) struct ParquetRows {
 impl ParquetRows {
     /// Opens a file.
     pub(crate) fn open(path: &Path) -> Result<ParquetRows, ReadError> {
-        let file = File::open(path).map_err(|cause| ReadError::opening(path, cause))?;
+        let file = opened(path).map_err(|cause| ReadError::opening(path, cause))?;
         let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| failed(path, &error))?;
         let fields = builder.schema().fields();
         let numbers: Vec<usize> = (0..fields.len()).filter(|field| is_number(fields[*field].data_type())).collect();

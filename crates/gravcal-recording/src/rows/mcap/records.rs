@@ -17,6 +17,7 @@ use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 use mcap::{MAGIC, McapError};
 
 use crate::error::ReadError;
+use crate::file::opened;
 
 /// Opcode and length.
 const FRAME: u64 = 9;
@@ -135,7 +136,7 @@ impl Records {
     ///
     /// It cannot be opened, or does not begin as an MCAP file does.
     pub(crate) fn open(path: &Path) -> Result<Records, ReadError> {
-        let file = File::open(path).map_err(|cause| ReadError::opening(path, cause))?;
+        let file = opened(path).map_err(|cause| ReadError::opening(path, cause))?;
         let length = file.metadata().map_err(|cause| ReadError::opening(path, cause))?.len();
         let mut file = BufReader::with_capacity(BUFFER, file);
         let mut magic = Vec::new();
