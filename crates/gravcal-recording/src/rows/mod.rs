@@ -13,6 +13,7 @@ mod joint_state;
 mod mcap;
 mod parquet;
 mod rewrite;
+mod shield;
 mod watched;
 mod write;
 

@@ -1,6 +1,9 @@
-//! A Parquet file as rows, read batch by batch.
+//! A Parquet file as rows, read batch by batch. On damaged bytes the libraries that read it may panic: they are shielded.
+
+mod lengths;
 
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
 use arrow_array::{Array, Float64Array, RecordBatch, cast::AsArray, types::Float64Type};
@@ -9,6 +12,8 @@ use arrow_schema::{DataType, TimeUnit};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
+use self::lengths::CheckedFile;
+use super::shield::shielded;
 use super::{Row, Rows, Source};
 use crate::error::ReadError;
 use crate::file::opened;
@@ -35,7 +40,8 @@ impl ParquetRows {
     /// Opens a file.
     pub(crate) fn open(path: &Path) -> Result<ParquetRows, ReadError> {
         let file = opened(path).map_err(|cause| ReadError::opening(path, cause))?;
-        let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| failed(path, &error))?;
+        let file = taken_apart(path, || CheckedFile::new(file))?;
+        let builder = taken_apart(path, || ParquetRecordBatchReaderBuilder::try_new(file))?;
         let fields = builder.schema().fields();
         let numbers: Vec<usize> = (0..fields.len()).filter(|field| is_number(fields[*field].data_type())).collect();
         let columns: Vec<String> = numbers.iter().map(|field| fields[*field].name().clone()).collect();
@@ -52,8 +58,7 @@ impl ParquetRows {
             return Err(ReadError::NoRows { path: path.to_owned() });
         }
         let mask = ProjectionMask::roots(builder.parquet_schema(), numbers);
-        let batches = builder.with_projection(mask).with_batch_size(BATCH).build();
-        let batches = batches.map_err(|error| failed(path, &error))?;
+        let batches = taken_apart(path, || builder.with_projection(mask).with_batch_size(BATCH).build())?;
         let (path, not_finite) = (path.to_owned(), vec![0; columns.len()]);
         Ok(ParquetRows {
             path,
@@ -71,9 +76,10 @@ impl ParquetRows {
 
     /// Goes on to the next batch; false at the end.
     fn next_batch(&mut self) -> Result<bool, ReadError> {
-        let Some(batch) = self.batches.next() else { return Ok(false) };
-        let batch = batch.map_err(|error| failed(&self.path, &error))?;
-        self.batch = numbers(&batch).map_err(|error| failed(&self.path, &error))?;
+        let batches = &mut self.batches;
+        let batch = taken_apart(&self.path, || batches.next().map(|batch| numbers(&batch?)).transpose())?;
+        let Some(batch) = batch else { return Ok(false) };
+        self.batch = batch;
         self.next = 0;
         Ok(true)
     }
@@ -162,7 +168,13 @@ fn metadata(pairs: Option<&Vec<parquet::file::metadata::KeyValue>>) -> BTreeMap<
     pairs.filter_map(|pair| Some((pair.key.clone(), pair.value.clone()?))).collect()
 }
 
-fn failed(path: &Path, error: &dyn std::fmt::Display) -> ReadError {
-    let what = format!("this Parquet file cannot be read: {error}");
-    ReadError::NotRecording { path: path.to_owned(), what }
+/// What the libraries make of the bytes; where they fail or panic, the file is damaged, or no Parquet file they know.
+fn taken_apart<T, E: Display>(path: &Path, call: impl FnOnce() -> Result<T, E>) -> Result<T, ReadError> {
+    let cause = match shielded(call) {
+        Ok(Ok(made)) => return Ok(made),
+        Ok(Err(error)) => error.to_string(),
+        Err(panicked) => panicked.to_string(),
+    };
+    let what = format!("this Parquet file cannot be read, it seems to be damaged: {cause}; copy or write it again");
+    Err(ReadError::NotRecording { path: path.to_owned(), what })
 }

@@ -69,6 +69,10 @@ struct Said {
     metadata: BTreeMap<String, String>,
 }
 
+fn notes() -> BTreeMap<String, String> {
+    BTreeMap::from([("load".to_owned(), "plate-a".to_owned())])
+}
+
 fn read(path: &Path) -> Result<Said, ReadError> {
     said(open(path)?)
 }
@@ -331,6 +335,32 @@ fn a_damaged_chunk_is_lost_and_said_and_the_others_are_read() {
     }
 }
 
+#[test]
+fn any_damaged_byte_of_a_parquet_file_ends_in_rows_or_an_error() {
+    let bag = Bag::new();
+    let path = bag.path("a.parquet");
+    let heading = Heading { columns: vec!["time_s".into(), "q".into()], metadata: notes() };
+    let mut writer = create(&path, &heading, false).unwrap();
+    (0..50).for_each(|row| writer.write(&[f64::from(row), f64::from(row % 3)]).unwrap());
+    writer.finish().unwrap();
+    let whole = fs::read(&path).unwrap();
+    let mut refused = 0;
+    for at in 0..whole.len() {
+        for change in [0xFF, 0x01, 0x80, 0x10] {
+            let mut bytes = whole.clone();
+            bytes[at] ^= change;
+            // Of what cannot be read the error says that it is damaged; other first bytes are of another kind.
+            if let Err(error) = read(&bag.text("bad.parquet", bytes))
+                && at >= 4
+            {
+                assert!(error.to_string().contains("bad.parquet: "), "{error}");
+                refused += 1;
+            }
+        }
+    }
+    assert!(refused > 100);
+}
+
 /// Found by fuzzing: the reader of the `mcap` crate counts on records not going on over the end of theirs.
 #[test]
 fn a_chunk_that_is_longer_than_its_records_is_lost() {
@@ -420,7 +450,7 @@ fn what_is_no_recording_is_told_apart() {
         (b"#ROSBAG V2.0\n", "a bag of ROS 1"),
         (b"\x1f\x8b\x08", "compressed"),
         (b"\x89MCAP1\r\n", "it does not begin as an MCAP file does"),
-        (b"PAR1....", "this Parquet file cannot be read"),
+        (b"PAR1....", "this Parquet file cannot be read, it seems to be damaged"),
         (b"", "the file is empty"),
         (b"q,tau\n", "the file has a header but no rows"),
     ] {
