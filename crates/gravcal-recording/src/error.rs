@@ -253,14 +253,29 @@ pub enum ReadError {
     },
     /// No message in the file is one of joint states.
     #[error(
-        "{}: it has no messages of joint states (sensor_msgs/JointState) that can be read; {}",
-        path.display(), topics(found)
+        "{}: it has no messages of joint states (sensor_msgs/JointState) that can be read; {}{}",
+        path.display(), topics(found), lost_parts(lost)
     )]
     NoJointStates {
         /// The file.
         path: PathBuf,
         /// Topics that it has, each with its type.
         found: Vec<String>,
+        /// What of it is damaged or could not be read, in words.
+        lost: Vec<String>,
+    },
+    /// It has more columns than any recording.
+    #[error(
+        "{}: it has {found} columns, and no more than {most} are read; leave out those that are no readings of the arm",
+        path.display()
+    )]
+    TooManyColumns {
+        /// The file.
+        path: PathBuf,
+        /// How many it has.
+        found: usize,
+        /// How many are read.
+        most: usize,
     },
     /// A line of a CSV file is longer than any row can be.
     #[error("{}:{line}: the line is longer than {most} bytes; is this a CSV file?", path.display())]
@@ -331,6 +346,15 @@ fn topics(found: &[String]) -> String {
         0 => "it has no messages at all".to_owned(),
         count if count > MOST => format!("its topics are {} and {} more", found[..MOST].join(", "), count - MOST),
         _ => format!("its topics are {}", found.join(", ")),
+    }
+}
+
+/// What is lost of a file of which nothing could be read; of many parts only the first.
+fn lost_parts(lost: &[String]) -> String {
+    match lost {
+        [] => String::new(),
+        [only] => format!("; {only}"),
+        [first, others @ ..] => format!("; of it is lost: {first}; and {} more parts", others.len()),
     }
 }
 

@@ -1,5 +1,6 @@
 //! A file as cells of text, each with its line.
 
+use std::collections::HashSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -8,7 +9,7 @@ use csv::StringRecord;
 use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::{Place, ReadError};
 use crate::file::opened;
-use crate::rows::{self, Kind, Rows, kind, open};
+use crate::rows::{self, Kind, MOST_COLUMNS, Rows, kind, open};
 
 /// A table of text cells with named columns, as read from a file, mostly CSV.
 ///
@@ -83,7 +84,7 @@ impl Table {
         let first = rows.first().ok_or_else(|| ReadError::NoHeader { path: path.to_owned() })?;
         let columns = match format.header {
             true => column_names(path, first.line, &first.cells)?,
-            false => numbered_columns(first.cells.len()),
+            false => numbered_columns(path, first.cells.len())?,
         };
         if format.header {
             rows.remove(0);
@@ -193,20 +194,31 @@ fn records(path: &Path, bytes: &[u8], delimiter: u8) -> Result<Vec<Row>, ReadErr
 }
 
 /// Names of columns without a header: by their numbers.
-pub(crate) fn numbered_columns(count: usize) -> Vec<String> {
-    (1..=count).map(|column| format!("column{column}")).collect()
+pub(crate) fn numbered_columns(path: &Path, count: usize) -> Result<Vec<String>, ReadError> {
+    check_count(path, count)?;
+    Ok((1..=count).map(|column| format!("column{column}")).collect())
+}
+
+/// Refuses more columns than any recording has.
+pub(crate) fn check_count(path: &Path, found: usize) -> Result<(), ReadError> {
+    match found <= MOST_COLUMNS {
+        true => Ok(()),
+        false => Err(ReadError::TooManyColumns { path: path.to_owned(), found, most: MOST_COLUMNS }),
+    }
 }
 
 /// The names in a header.
 pub(crate) fn column_names(path: &Path, line: u64, header: &StringRecord) -> Result<Vec<String>, ReadError> {
+    check_count(path, header.len())?;
     let mut names: Vec<String> = Vec::with_capacity(header.len());
+    let mut seen = HashSet::with_capacity(header.len());
     for cell in header {
         let name = cell.trim();
         if name.is_empty() {
             let position = names.len() + 1;
             return Err(ReadError::NoColumnName { path: path.to_owned(), line, position });
         }
-        if names.iter().any(|earlier| earlier == name) {
+        if !seen.insert(name) {
             let column = name.to_owned();
             return Err(ReadError::DuplicateColumn { path: path.to_owned(), line, column });
         }

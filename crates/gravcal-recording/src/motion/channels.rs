@@ -1,5 +1,7 @@
 //! The numbers of a row that matter, in SI units: positions first, then torques, instruments, temperatures, velocities.
 
+use std::collections::HashMap;
+
 use crate::conditions::{ConditionColumn, MotionSource};
 use crate::mapping::{PoseMapping, ReadingColumn};
 use crate::rows::Row;
@@ -99,15 +101,10 @@ impl Channels {
     /// Looks for the columns among those that have come since the last look.
     pub fn look(&mut self, columns: &[String]) {
         let new = columns.iter().enumerate().skip(self.known);
-        for (place, name) in new {
-            for (channel, found) in self.list.iter().zip(&mut self.places) {
-                if channel.column == *name {
-                    *found = place;
-                }
-            }
-            if self.time.column == *name {
-                self.time_place = place;
-            }
+        let new: HashMap<&str, usize> = new.map(|(place, name)| (name.as_str(), place)).collect();
+        let wanted = self.list.iter().zip(&mut self.places).chain([(&self.time, &mut self.time_place)]);
+        for (channel, found) in wanted {
+            *found = new.get(channel.column.as_str()).copied().unwrap_or(*found);
         }
         self.known = columns.len();
     }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::channels::Channels;
-use super::sampler::{FIRST, Samples};
+use super::sampler::Samples;
 use crate::error::ReadError;
 use crate::rows::{Row, Rows};
 
@@ -61,7 +61,7 @@ impl<'a> Reader<'a> {
     /// The first samples, and the time from sample to sample, s.
     pub fn first(&mut self) -> Result<(Samples, f64), ReadError> {
         let mut first = Samples::default();
-        while first.len() < FIRST
+        while !first.is_full()
             && let Some((time, row)) = self.next()?
         {
             first.push(time, row, &self.values);

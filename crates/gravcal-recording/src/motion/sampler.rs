@@ -8,8 +8,9 @@ use super::channels::Channels;
 use super::median;
 use super::rough_noise::{RoughNoise, Scales};
 
-/// Samples that are looked at twice.
-pub(crate) const FIRST: usize = 8192;
+/// Samples that are looked at twice, and the most values in them.
+const FIRST: usize = 8192;
+const FIRST_VALUES: usize = 1 << 21;
 /// Shortest block, s, and how many samples of the slowest channel it holds at least.
 const BLOCK: f64 = 0.01;
 const SAMPLES: f64 = 4.0;
@@ -29,8 +30,9 @@ pub(crate) struct Samples {
 }
 
 impl Samples {
-    pub fn len(&self) -> usize {
-        self.times.len()
+    /// Whether enough of them are kept.
+    pub fn is_full(&self) -> bool {
+        self.times.len() >= FIRST || self.values.len() >= FIRST_VALUES
     }
 
     pub fn push(&mut self, time: f64, row: u64, values: &[f64]) {

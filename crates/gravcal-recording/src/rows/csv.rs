@@ -73,7 +73,7 @@ impl CsvRows {
         let line = read_header(path, &mut lines, format.delimiter, &mut header)?;
         let columns = match format.header {
             true => column_names(path, line, &header)?,
-            false => numbered_columns(header.len()),
+            false => numbered_columns(path, header.len())?,
         };
         let not_numbers = vec![(0, 0); columns.len()];
         let (comments, skipped) = (lines.skipped().to_vec(), Vec::new());

@@ -11,6 +11,7 @@ mod csv;
 mod inspect;
 mod joint_state;
 mod mcap;
+mod messages;
 mod parquet;
 mod rewrite;
 mod shield;
@@ -34,6 +35,9 @@ pub use inspect::{Clipped, ColumnFound, Gap, Guess, Inspection, JointFound, Mean
 pub use rewrite::{Change, RewriteError, Rewriting, Watch, rewrite};
 pub use watched::Watched;
 pub use write::{Heading, RowWriter, create};
+
+/// No recording has more columns: what is kept for each must not fill the memory.
+pub(crate) const MOST_COLUMNS: usize = 4096;
 
 /// What a recording says at one instant.
 #[derive(Clone, Debug, Default, PartialEq)]

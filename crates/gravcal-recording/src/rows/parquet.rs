@@ -17,6 +17,7 @@ use super::shield::shielded;
 use super::{Row, Rows, Source};
 use crate::error::ReadError;
 use crate::file::opened;
+use crate::table::check_count;
 
 /// Rows that are decoded together.
 const BATCH: usize = 4096;
@@ -54,6 +55,7 @@ impl ParquetRows {
             let what = "it has no column of numbers".to_owned();
             return Err(ReadError::NotRecording { path: path.to_owned(), what });
         }
+        check_count(path, columns.len())?;
         if total == 0 {
             return Err(ReadError::NoRows { path: path.to_owned() });
         }

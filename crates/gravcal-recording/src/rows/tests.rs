@@ -221,7 +221,8 @@ fn a_bag_without_joint_states_tells_its_topics() {
     assert!(
         error.ends_with(
             "it has no messages of joint states (sensor_msgs/JointState) that can be read; its topics are /scan \
-             (sensor_msgs/msg/LaserScan in cdr), /js (sensor_msgs/msg/JointState in ros1)"
+             (sensor_msgs/msg/LaserScan in cdr), /js (sensor_msgs/msg/JointState in ros1); /js: joint states in the \
+             encoding `ros1` are not read, only cdr and json"
         ),
         "{error}"
     );
@@ -333,6 +334,76 @@ fn a_damaged_chunk_is_lost_and_said_and_the_others_are_read() {
         }
         assert!(losses > 100);
     }
+}
+
+#[test]
+fn a_bag_of_damaged_chunks_says_so() {
+    let bag = Bag::new();
+    let mut bytes = fs::read(nine(&bag, None)).unwrap();
+    for chunk in ::mcap::Summary::read(&bytes).unwrap().unwrap().chunk_indexes {
+        bytes[chunk.compressed_data_offset().unwrap() as usize] ^= 0x40;
+    }
+    let error = read(&bag.text("bad.mcap", bytes)).unwrap_err().to_string();
+    let expected = "; of it is lost: the chunk at byte";
+    assert!(error.contains(expected) && error.ends_with("; and 2 more parts"), "{error}");
+}
+
+#[test]
+fn records_that_announce_more_than_there_is_are_lost_and_said() {
+    let bag = Bag::new();
+    let path = bag.path("a.mcap");
+    let mut writer = WriteOptions::new().use_chunks(false).create(File::create(&path).unwrap()).unwrap();
+    let mut data = Vec::new();
+    cdr::write(&mut data, (1, 0), &["j"], [&[1.0], &[], &[]]);
+    send(&mut writer, "/js", "sensor_msgs/JointState", "cdr", 1, &data);
+    send(&mut writer, "/other", "std_msgs/String", "cdr", 1, b"");
+    let metadata = ::mcap::records::Metadata { name: "who".into(), metadata: BTreeMap::new() };
+    writer.write_metadata(&metadata).unwrap();
+    writer.finish().unwrap();
+    let whole = fs::read(&path).unwrap();
+    for (find, what) in [
+        ("std_msgs/String", "the schema at byte"),
+        ("/other", "the description of a channel at byte"),
+        ("who", "the metadata record at byte"),
+    ] {
+        let mut bytes = whole.clone();
+        let at = bytes.windows(find.len()).position(|window| window == find.as_bytes()).unwrap();
+        bytes[at - 4..at].fill(0xFF);
+        let said = read(&bag.text("bad.mcap", bytes)).unwrap();
+        assert_eq!(said.column("j.position"), [1.0]);
+        assert!(said.remarks[0].starts_with(what), "{:?}", said.remarks);
+    }
+}
+
+#[test]
+fn more_columns_than_any_recording_has_are_refused() {
+    let bag = Bag::new();
+    let names: Vec<String> = (0..4097).map(|joint| format!("j{joint}")).collect();
+    let row = vec!["0"; names.len()].join(",");
+    let expected = "it has 4097 columns, and no more than 4096 are read";
+    for text in [format!("{}\n{row}\n", names.join(",")), format!("{row}\n{row}\n")] {
+        let path = bag.text("a.csv", text);
+        for error in [read(&path).unwrap_err(), crate::Table::read(&path).unwrap_err()] {
+            assert!(error.to_string().contains(expected), "{error}");
+        }
+    }
+    let names: Vec<&str> = names[..1366].iter().map(String::as_str).collect();
+    let most = [0.0; 1366];
+    let few = bag.messages("few.mcap", None, &[("/js", 1.0, &names[..1365], &most[..1365])]);
+    assert_eq!(read(&few).unwrap().columns.len(), 1 + 2 * 1365);
+    let error = read(&bag.messages("many.mcap", None, &[("/js", 1.0, &names, &most)])).unwrap_err().to_string();
+    assert!(error.contains("a message of /js names 1366 joints, and no more than 1365 are read"), "{error}");
+}
+
+#[test]
+fn nodes_that_take_turns_on_a_topic_have_their_columns() {
+    let bag = Bag::new();
+    let turns: [Sent<'_>; 2] = [("/js", 1.0, &["a", "b"], &[1.0, 2.0]), ("/js", 2.0, &["c", "a"], &[3.0, 4.0])];
+    let sent: Vec<Sent<'_>> = turns.into_iter().cycle().take(6).collect();
+    let said = read(&bag.messages("a.mcap", None, &sent)).unwrap();
+    assert_eq!(said.columns, ["time_s", "a.position", "b.position", "a.effort", "b.effort", "c.position", "c.effort"]);
+    assert_eq!(said.column("a.position"), [1.0, 4.0].repeat(3));
+    assert_eq!(some(&said.column("c.position")), [None, Some(3.0)].repeat(3));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The channels of an MCAP file: which topics hold joint states, and in which encoding.
+//! The channels of an MCAP file: which of them hold joint states, and in which encoding.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -6,36 +6,20 @@ use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
 
-use mcap::parse_record;
 use mcap::records::{Metadata, Record, op};
 
+use super::parsed::parsed;
 use super::summary::{LARGEST, Summary};
-use crate::rows;
+use crate::rows::messages::{Encoding, Topics};
 use crate::rows::write::mcap::METADATA;
 
-/// How a message is written.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Encoding {
-    /// Common Data Representation.
-    Cdr,
-    /// JSON.
-    Json,
-}
-
-/// The names under which schemas of joint states go.
-const JOINT_STATE: [&str; 3] =
-    ["sensor_msgs/msg/JointState", "sensor_msgs/JointState", "sensor_msgs::msg::dds_::JointState_"];
-
-/// The channels of the present file, and the topics of all.
+/// The channels of the present file.
 #[derive(Default)]
 pub(crate) struct Channels {
-    /// Of the present file, by identifier: names of schemas, and channels.
+    /// By identifier: names of schemas, and channels.
     schemas: BTreeMap<u16, String>,
     channels: BTreeMap<u16, Channel>,
     summary: Option<Summary>,
-    /// Names of topics in the order of their first appearance.
-    names: Vec<String>,
-    topics: Vec<Topic>,
     /// The channel of the last message.
     last: Option<(u16, usize, Encoding)>,
     /// Messages of channels that nothing describes.
@@ -45,16 +29,6 @@ pub(crate) struct Channels {
 struct Channel {
     topic: usize,
     encoding: Option<Encoding>,
-}
-
-/// What is known of a topic.
-#[derive(Default)]
-struct Topic {
-    kind: String,
-    encoding: String,
-    messages: u64,
-    /// Why messages could not be read, how many of each, and the first.
-    malformed: BTreeMap<String, (u64, u64)>,
 }
 
 impl Channels {
@@ -72,11 +46,6 @@ impl Channels {
         self.summary = Summary::of(path);
     }
 
-    /// Names of all topics so far.
-    pub(crate) fn topics(&self) -> &[String] {
-        &self.names
-    }
-
     /// What is said of the recording in records that the summary points to.
     pub(crate) fn metadata(&self, path: &Path) -> BTreeMap<String, String> {
         let indexes = self.summary.iter().flat_map(|summary| &summary.metadata);
@@ -88,61 +57,46 @@ impl Channels {
                 file.take(index.length).read_to_end(&mut record)
             });
             if read.is_ok() && record.first() == Some(&op::METADATA) {
-                said.extend(said_in(record.get(9..).unwrap_or_default()));
+                said.extend(said_in(record.get(9..).unwrap_or_default()).unwrap_or_default());
             }
         }
         said
     }
 
-    /// Takes a schema or a channel; other records are passed over, and so are damaged ones.
-    pub(crate) fn take(&mut self, opcode: u8, body: &[u8]) {
-        if !matches!(opcode, op::SCHEMA | op::CHANNEL) {
-            return;
-        }
-        match parse_record(opcode, body) {
-            Ok(Record::Schema { header, .. }) => {
+    /// Takes a schema or a channel; false where it is damaged.
+    pub(crate) fn take(&mut self, opcode: u8, body: &[u8], topics: &mut Topics) -> bool {
+        match parsed(opcode, body) {
+            Some(Record::Schema { header, .. }) => {
                 self.schemas.insert(header.id, header.name);
             }
-            Ok(Record::Channel(channel)) => {
+            Some(Record::Channel(channel)) => {
                 let kind = self.schemas.get(&channel.schema_id).cloned().unwrap_or_default();
-                self.add(channel.id, &channel.topic, kind, &channel.message_encoding);
+                self.add(channel.id, topics.add(&channel.topic, kind, &channel.message_encoding));
             }
-            _ => {}
+            _ => return false,
         }
+        true
     }
 
-    fn add(&mut self, id: u16, topic: &str, kind: String, encoding: &str) {
-        let read = match encoding {
-            "cdr" => Some(Encoding::Cdr),
-            "json" => Some(Encoding::Json),
-            _ => None,
-        };
-        let is_joint_state = JOINT_STATE.contains(&kind.as_str());
-        let index = self.names.iter().position(|name| name == topic).unwrap_or_else(|| {
-            self.names.push(topic.to_owned());
-            self.topics.push(Topic::default());
-            self.names.len() - 1
-        });
-        self.topics[index].kind = kind;
-        self.topics[index].encoding = encoding.to_owned();
-        self.channels.insert(id, Channel { topic: index, encoding: read.filter(|_| is_joint_state) });
+    fn add(&mut self, id: u16, (topic, encoding): (usize, Option<Encoding>)) {
+        self.channels.insert(id, Channel { topic, encoding });
         self.last = None;
     }
 
     /// Counts a message of a channel; its topic and encoding if it is one of joint states that can be read.
-    pub(crate) fn count(&mut self, id: u16) -> Option<(usize, Encoding)> {
+    pub(crate) fn count(&mut self, id: u16, topics: &mut Topics) -> Option<(usize, Encoding)> {
         if let Some((last, topic, encoding)) = self.last
             && last == id
         {
-            self.topics[topic].messages += 1;
+            topics.count(topic);
             return Some((topic, encoding));
         }
-        if !self.channels.contains_key(&id) && !self.add_from_summary(id) {
+        if !self.channels.contains_key(&id) && !self.add_from_summary(id, topics) {
             self.unknown += 1;
             return None;
         }
         let channel = self.channels.get(&id)?;
-        self.topics[channel.topic].messages += 1;
+        topics.count(channel.topic);
         let encoding = channel.encoding?;
         self.last = Some((id, channel.topic, encoding));
         Some((channel.topic, encoding))
@@ -159,63 +113,25 @@ impl Channels {
         self.summary.as_ref()?.channel(id)
     }
 
-    fn add_from_summary(&mut self, id: u16) -> bool {
+    fn add_from_summary(&mut self, id: u16, topics: &mut Topics) -> bool {
         let Some(channel) = self.in_summary(id) else { return false };
         let kind = channel.schema.as_ref().map_or_else(String::new, |schema| schema.name.clone());
-        self.add(id, &channel.topic, kind, &channel.message_encoding);
+        self.add(id, topics.add(&channel.topic, kind, &channel.message_encoding));
         true
-    }
-
-    /// Notes a message that could not be read.
-    pub(crate) fn malformed(&mut self, topic: usize, what: String, message: u64) {
-        self.topics[topic].malformed.entry(what).or_insert((0, message)).0 += 1;
-    }
-
-    /// The topics in the order of their first appearance.
-    pub(crate) fn found(&self) -> Vec<rows::Topic> {
-        let found = self.names.iter().zip(&self.topics).map(|(name, topic)| rows::Topic {
-            name: name.clone(),
-            kind: topic.kind.clone(),
-            encoding: topic.encoding.clone(),
-            messages: topic.messages,
-        });
-        found.collect()
-    }
-
-    /// The topics with their types.
-    pub(crate) fn described(&self) -> Vec<String> {
-        let described = |(name, topic): (&String, &Topic)| match (topic.kind.as_str(), topic.encoding.as_str()) {
-            ("", "") => name.clone(),
-            ("", encoding) => format!("{name} ({encoding})"),
-            (kind, "") => format!("{name} ({kind})"),
-            (kind, encoding) => format!("{name} ({kind} in {encoding})"),
-        };
-        self.names.iter().zip(&self.topics).map(described).collect()
     }
 
     pub(crate) fn remarks(&self) -> impl Iterator<Item = String> + '_ {
         let unknown = (self.unknown > 0).then(|| {
             format!("{} messages are left out, because the record that describes their channel is lost", self.unknown)
         });
-        let unread = self.names.iter().zip(&self.topics).filter(|(_, topic)| {
-            JOINT_STATE.contains(&topic.kind.as_str()) && !["cdr", "json"].contains(&topic.encoding.as_str())
-        });
-        let unread = unread.map(|(name, topic)| {
-            format!("{name}: joint states in the encoding `{}` are not read, only cdr and json", topic.encoding)
-        });
-        let malformed = self.names.iter().zip(&self.topics).flat_map(|(name, topic)| {
-            topic.malformed.iter().map(move |(what, (count, first))| {
-                format!("{name}: {count} messages are damaged and left out ({what}), the first is message {first}")
-            })
-        });
-        unknown.into_iter().chain(unread).chain(malformed)
+        unknown.into_iter()
     }
 }
 
-/// What a metadata record says of the recording; nothing if it is another.
-pub(crate) fn said_in(body: &[u8]) -> BTreeMap<String, String> {
-    match parse_record(op::METADATA, body) {
-        Ok(Record::Metadata(Metadata { name, metadata })) if name == METADATA => metadata,
-        _ => BTreeMap::new(),
+/// What a metadata record says of the recording, nothing if it is another; none where it is damaged.
+pub(crate) fn said_in(body: &[u8]) -> Option<BTreeMap<String, String>> {
+    match parsed(op::METADATA, body)? {
+        Record::Metadata(Metadata { name, metadata }) if name == METADATA => Some(metadata),
+        _ => Some(BTreeMap::new()),
     }
 }

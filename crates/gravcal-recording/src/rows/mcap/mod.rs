@@ -1,15 +1,8 @@
 //! Messages `sensor_msgs/JointState` of MCAP files as rows.
-//!
-//! One message is one row. Its columns are `time_s` (`header.stamp`, or the time at which it was logged where that is zero) and
-//! `<joint>.position`, `<joint>.velocity`, `<joint>.effort`, whatever the order of the joints in the message. Where several topics
-//! speak of one joint, the names of its columns begin with the topic: `/arm/joint_states:shoulder.position`. So that the names are
-//! known, the first messages are read ahead; a topic that speaks of a known joint only later has its own columns with its name,
-//! and a remark.
 
 mod channels;
-mod columns;
 mod edit;
-pub(crate) mod read;
+pub(crate) mod parsed;
 pub(crate) mod records;
 mod summary;
 
@@ -20,15 +13,15 @@ use std::sync::Arc;
 
 use mcap::Channel;
 
-use self::channels::{Channels, Encoding};
-use self::columns::Columns;
+use self::channels::Channels;
 use self::records::{Next, Records};
 use super::joint_state::Quantity;
+use super::messages::{Encoding, Message, Messages};
 use super::{Row, Rows, Source};
 use crate::error::ReadError;
 
-/// Messages that are read ahead to know the names of the columns.
-const AHEAD: usize = 10_000;
+/// What stands before the data of a message: channel, sequence, time of logging, time of publishing.
+pub(crate) const HEADER: usize = 2 + 4 + 8 + 8;
 
 /// Rows of one or more MCAP files, one after another.
 pub(crate) struct McapRows {
@@ -39,11 +32,8 @@ pub(crate) struct McapRows {
     files: VecDeque<PathBuf>,
     records: Records,
     channels: Channels,
-    columns: Columns,
-    ahead: VecDeque<Row>,
+    messages: Messages,
     metadata: BTreeMap<String, String>,
-    /// Messages of joint states so far.
-    messages: u64,
     /// Bytes of the files before the present one, and of all.
     before: u64,
     total: u64,
@@ -74,10 +64,8 @@ impl McapRows {
             files,
             records: Records::open(&first)?,
             channels: Channels::of(&first),
-            columns: Columns::default(),
-            ahead: VecDeque::new(),
+            messages: Messages::default(),
             metadata: BTreeMap::new(),
-            messages: 0,
             before: 0,
             total,
             remarks,
@@ -91,9 +79,8 @@ impl McapRows {
     pub(crate) fn again(mut self) -> Result<McapRows, ReadError> {
         self.records = Records::open(&self.path)?;
         self.channels = Channels::of(&self.path);
-        self.columns.forget_layouts();
-        self.ahead.clear();
-        (self.messages, self.before) = (0, 0);
+        self.messages.begin_again();
+        self.before = 0;
         Ok(self)
     }
 
@@ -106,8 +93,14 @@ impl McapRows {
         self.records.body()
     }
 
-    pub(crate) fn unread(&mut self, length: u64) -> impl Read + '_ {
+    /// The body of the attachment that came last, from its beginning.
+    pub(crate) fn unread(&mut self, length: u64) -> Result<impl Read + '_, ReadError> {
         self.records.unread(length)
+    }
+
+    /// Notes that the present record is damaged, and so is left out.
+    pub(crate) fn lose(&mut self, what: &'static str, cause: String) {
+        self.records.lose_record(what, cause);
     }
 
     /// Whether the messages of a channel are joint states that can be read.
@@ -122,13 +115,13 @@ impl McapRows {
 
     /// Names the columns that came last.
     pub(crate) fn name_columns(&mut self) {
-        self.columns.name(self.channels.topics());
+        self.messages.name_columns();
     }
 
     /// Changes the numbers of the message that was read last, where `changed` gives another for their column.
     pub(crate) fn edit(&self, channel: u16, data: &mut Vec<u8>, changed: &dyn Fn(usize) -> Option<f64>) {
         let Some((topic, encoding)) = self.channels.joint_states(channel) else { return };
-        let column = |quantity: Quantity, joint: usize| self.columns.place(topic, quantity, joint);
+        let column = |quantity: Quantity, joint: usize| self.messages.place(topic, quantity, joint);
         let changed = |quantity, joint| column(quantity, joint).and_then(changed);
         match encoding {
             Encoding::Cdr => edit::cdr(data, &changed),
@@ -138,12 +131,14 @@ impl McapRows {
 
     fn read_ahead(&mut self) -> Result<(), ReadError> {
         let mut row = Row::default();
-        while self.ahead.len() < AHEAD && self.next_message(&mut row)? {
-            self.ahead.push_back(row.clone());
-        }
-        self.columns.name(self.channels.topics());
-        match self.ahead.is_empty() {
-            true => Err(ReadError::NoJointStates { path: self.path.clone(), found: self.channels.described() }),
+        while self.next_message(&mut row)? && self.messages.keep(&row) {}
+        self.messages.name_columns();
+        match self.messages.is_empty() {
+            true => Err(ReadError::NoJointStates {
+                path: self.path.clone(),
+                found: self.messages.topics.described(),
+                lost: self.remarks(),
+            }),
             false => Ok(()),
         }
     }
@@ -153,7 +148,7 @@ impl McapRows {
         loop {
             match self.records.next()? {
                 Next::Record(opcode) => {
-                    if self.take(opcode, row) {
+                    if self.take(opcode, row)? {
                         return Ok(true);
                     }
                 }
@@ -170,59 +165,63 @@ impl McapRows {
     /// Goes to the next file.
     fn next_file(&mut self) -> Result<bool, ReadError> {
         let Some(file) = self.files.pop_front() else { return Ok(false) };
-        self.remarks.extend(self.records.losses().iter().map(ToString::to_string));
+        self.remarks.extend(self.records.remarks());
         self.before += self.records.progress().1;
         self.records = Records::open(&file)?;
         self.channels.next_file(&file);
         Ok(true)
     }
 
-    /// Takes what a record says; true if that is a row.
-    pub(crate) fn take(&mut self, opcode: u8, row: &mut Row) -> bool {
+    /// Takes what a record says; true if that is a row. Notes what is damaged.
+    pub(crate) fn take(&mut self, opcode: u8, row: &mut Row) -> Result<bool, ReadError> {
         use mcap::records::op;
         let body = self.records.body();
-        match opcode {
-            op::MESSAGE => {}
-            op::METADATA => {
-                self.metadata.extend(channels::said_in(body));
-                return false;
+        let lost = match opcode {
+            op::MESSAGE => match split(body) {
+                Some((channel, log_time, _)) => return self.take_message(channel, log_time, row),
+                None => Some("the message"),
+            },
+            op::METADATA => match channels::said_in(body) {
+                Some(said) => {
+                    self.metadata.extend(said);
+                    None
+                }
+                None => Some("the metadata record"),
+            },
+            op::SCHEMA | op::CHANNEL => {
+                let taken = self.channels.take(opcode, body, &mut self.messages.topics);
+                (!taken).then_some(if opcode == op::SCHEMA { "the schema" } else { "the description of a channel" })
             }
-            _ => {
-                self.channels.take(opcode, body);
-                return false;
-            }
-        }
-        let Some((header, data)) = read::message(body) else { return false };
-        let Some((topic, encoding)) = self.channels.count(header.channel) else { return false };
-        self.messages += 1;
-        row.number = self.messages;
-        let read = match encoding {
-            Encoding::Cdr => read::cdr(&header, data, topic, &mut self.columns, &mut row.cells),
-            Encoding::Json => read::json(&header, data, topic, &mut self.columns, &mut row.cells),
+            op::HEADER => parsed::parsed(opcode, body).is_none().then_some("the header"),
+            0x80.. => None,
+            _ => Some("the record"),
         };
-        match read {
-            Ok(()) => true,
-            Err(what) => {
-                self.channels.malformed(topic, what, self.messages);
-                false
-            }
+        if let Some(what) = lost {
+            self.lose(what, "it cannot be taken apart".to_owned());
         }
+        Ok(false)
+    }
+
+    fn take_message(&mut self, channel: u16, log_time: u64, row: &mut Row) -> Result<bool, ReadError> {
+        let found = self.channels.count(channel, &mut self.messages.topics);
+        let Some((topic, encoding)) = found else { return Ok(false) };
+        let data = &self.records.body()[HEADER..];
+        self.messages.take(&self.path, &Message { topic, encoding, log_time, data }, row)
     }
 }
 
 impl Rows for McapRows {
     fn columns(&self) -> &[String] {
-        self.columns.names()
+        self.messages.columns()
     }
 
     fn read(&mut self, row: &mut Row) -> Result<bool, ReadError> {
-        if let Some(mut first) = self.ahead.pop_front() {
-            first.cells.resize(self.columns.names().len(), f64::NAN);
+        if let Some(first) = self.messages.kept() {
             *row = first;
             return Ok(true);
         }
         let found = self.next_message(row)?;
-        self.columns.name(self.channels.topics());
+        self.messages.name_columns();
         Ok(found)
     }
 
@@ -231,13 +230,12 @@ impl Rows for McapRows {
             1 => "MCAP file".to_owned(),
             count => format!("{count} MCAP files"),
         };
-        Source { kind, topics: self.channels.found() }
+        Source { kind, topics: self.messages.topics.found() }
     }
 
     fn remarks(&self) -> Vec<String> {
-        let losses = self.records.losses().iter().map(ToString::to_string);
-        let all = self.remarks.iter().cloned().chain(losses);
-        all.chain(self.channels.remarks()).chain(self.columns.remarks()).collect()
+        let all = self.remarks.iter().cloned().chain(self.records.remarks());
+        all.chain(self.channels.remarks()).chain(self.messages.remarks()).collect()
     }
 
     fn metadata(&self) -> BTreeMap<String, String> {
@@ -248,6 +246,14 @@ impl Rows for McapRows {
         let (read, _) = self.records.progress();
         (self.before + read) as f64 / (self.total.max(1)) as f64
     }
+}
+
+/// A message record as its channel, its time of logging, ns, and its data.
+pub(crate) fn split(body: &[u8]) -> Option<(u16, u64, &[u8])> {
+    let (header, data) = body.split_at_checked(HEADER)?;
+    let channel = u16::from_le_bytes([header[0], header[1]]);
+    let log_time = u64::from_le_bytes(std::array::from_fn(|byte| header[6 + byte]));
+    Some((channel, log_time, data))
 }
 
 /// The MCAP files of a folder in the order of their first messages, and what is wrong with the folder.
@@ -278,8 +284,8 @@ fn first_time(path: &Path) -> Result<u64, ReadError> {
     loop {
         match records.next()? {
             Next::Record(mcap::records::op::MESSAGE) => {
-                if let Some((header, _)) = read::message(records.body()) {
-                    return Ok(header.log_time);
+                if let Some((_, log_time, _)) = split(records.body()) {
+                    return Ok(log_time);
                 }
             }
             Next::Record(_) | Next::Attachment(_) => {}

@@ -18,6 +18,7 @@ use mcap::{MAGIC, McapError};
 
 use crate::error::ReadError;
 use crate::file::opened;
+use crate::rows::shield::shielded;
 
 /// Opcode and length.
 const FRAME: u64 = 9;
@@ -28,6 +29,8 @@ const CHUNK_HEAD: usize = 8 + 8 + 8 + 4 + 4 + 8;
 const LARGE_CHUNK: u64 = 1 << 25;
 /// Records are kept in memory up to this size.
 const LARGEST_RECORD: usize = 1 << 26;
+/// Losses that are told one by one.
+const MOST_LOSSES: usize = 100;
 /// Bytes that are read at a time.
 const BUFFER: usize = 1 << 16;
 
@@ -43,6 +46,10 @@ pub(crate) struct Records {
     body: Vec<u8>,
     state: State,
     losses: Vec<Loss>,
+    /// How many more there are.
+    further_losses: u64,
+    /// Where the frame of the present record or of its chunk begins.
+    at: u64,
 }
 
 /// A chunk that is being read.
@@ -85,6 +92,17 @@ pub(crate) enum Loss {
         /// Its length.
         length: u64,
     },
+    /// A record is damaged.
+    Damaged {
+        /// What it is.
+        what: &'static str,
+        /// Where it begins, or its chunk does.
+        offset: u64,
+        /// Whether it is in a chunk.
+        in_chunk: bool,
+        /// What is wrong.
+        cause: String,
+    },
 }
 
 impl std::fmt::Display for Loss {
@@ -107,6 +125,10 @@ impl std::fmt::Display for Loss {
             Loss::Record { offset, length } => {
                 write!(f, "the record at byte {offset} is left out: it is {length} bytes long, which no message is")
             }
+            Loss::Damaged { what, offset, in_chunk, cause } => {
+                let place = if *in_chunk { "in the chunk at byte" } else { "at byte" };
+                write!(f, "{what} {place} {offset} is damaged and left out: {cause}")
+            }
         }
     }
 }
@@ -126,7 +148,8 @@ pub(crate) enum Next {
 enum Step {
     Record(u8),
     End,
-    Failed(McapError),
+    /// Why.
+    Failed(String),
 }
 
 impl Records {
@@ -148,7 +171,8 @@ impl Records {
         }
         let (next, chunk, body) = (MAGIC.len() as u64, None, Vec::new());
         let (state, losses) = (State::Reading, Vec::new());
-        Ok(Records { path: path.to_owned(), file, length, next, chunk, body, state, losses })
+        let path = path.to_owned();
+        Ok(Records { path, file, length, next, chunk, body, state, losses, further_losses: 0, at: next })
     }
 
     /// Body of the record that [`next`](Self::next) came to.
@@ -157,8 +181,21 @@ impl Records {
     }
 
     /// What could not be read so far.
-    pub(crate) fn losses(&self) -> &[Loss] {
-        &self.losses
+    pub(crate) fn remarks(&self) -> impl Iterator<Item = String> + '_ {
+        let further = (self.further_losses > 0).then(|| format!("{} more parts are left out", self.further_losses));
+        self.losses.iter().map(ToString::to_string).chain(further)
+    }
+
+    /// Notes that the record that [`next`](Self::next) came to is damaged, and so is left out.
+    pub(crate) fn lose_record(&mut self, what: &'static str, cause: String) {
+        self.note(Loss::Damaged { what, offset: self.at, in_chunk: self.chunk.is_some(), cause });
+    }
+
+    fn note(&mut self, loss: Loss) {
+        match self.losses.len() < MOST_LOSSES {
+            true => self.losses.push(loss),
+            false => self.further_losses += 1,
+        }
     }
 
     /// Bytes that are read, and all of them.
@@ -166,9 +203,15 @@ impl Records {
         (self.next - self.chunk.as_ref().map_or(0, |chunk| chunk.left), self.length)
     }
 
-    /// The body of the attachment that [`next`](Self::next) came to.
-    pub(crate) fn unread(&mut self, length: u64) -> impl Read + '_ {
-        (&mut self.file).take(length)
+    /// The body of the attachment that [`next`](Self::next) came to, from its beginning.
+    ///
+    /// # Errors
+    ///
+    /// The operating system refuses.
+    pub(crate) fn unread(&mut self, length: u64) -> Result<impl Read + '_, ReadError> {
+        let found = self.seek(self.next - length);
+        found.map_err(|cause| ReadError::Io { path: self.path.clone(), cause })?;
+        Ok((&mut self.file).take(length))
     }
 
     /// Goes on to the next record.
@@ -197,6 +240,7 @@ impl Records {
     /// The next frame outside of chunks; `None` where it is to be passed over, or is a chunk.
     fn frame(&mut self) -> io::Result<Option<Next>> {
         let offset = self.next;
+        self.at = offset;
         let left = self.length - offset;
         self.seek(offset)?;
         let mut frame = [0; FRAME as usize];
@@ -224,7 +268,7 @@ impl Records {
             op::ATTACHMENT => Ok(Some(Next::Attachment(length))),
             op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE | op::METADATA | 0x80.. => {
                 if length > LARGEST_RECORD as u64 {
-                    self.losses.push(Loss::Record { offset, length });
+                    self.note(Loss::Record { offset, length });
                     return Ok(None);
                 }
                 self.body.resize(length as usize, 0);
@@ -234,7 +278,13 @@ impl Records {
                 }
                 Ok(Some(Next::Record(opcode)))
             }
-            _ => Ok(None),
+            // Written anew with what they point to.
+            op::MESSAGE_INDEX | op::CHUNK_INDEX | op::ATTACHMENT_INDEX => Ok(None),
+            op::STATISTICS | op::METADATA_INDEX | op::SUMMARY_OFFSET => Ok(None),
+            _ => {
+                self.lose_record("the record", format!("nobody knows its kind, {opcode}"));
+                Ok(None)
+            }
         }
     }
 
@@ -246,7 +296,7 @@ impl Records {
         if length.min(left) < head.len() as u64 || read_full(&mut self.file, &mut head)? < head.len() {
             match cut {
                 true => self.cut(),
-                false => self.lose(offset, [0, 0], &McapError::UnexpectedEoc),
+                false => self.lose(offset, [0, 0], McapError::UnexpectedEoc.to_string()),
             };
             return Ok(());
         }
@@ -255,7 +305,7 @@ impl Records {
         // Records may not go on over the end of theirs: the reader of chunks does not look.
         let uncompressed = head[28..32] == [0; 4];
         if uncompressed && number(32) != length - CHUNK_HEAD as u64 {
-            self.lose(offset, times, &McapError::UnexpectedEoc);
+            self.lose(offset, times, McapError::UnexpectedEoc.to_string());
             return Ok(());
         }
         let large = length.max(number(16)) > LARGE_CHUNK;
@@ -264,11 +314,11 @@ impl Records {
             let mut chunk = chunk(Check::Meanwhile);
             self.seek(offset)?;
             loop {
-                match self.advance(&mut chunk)? {
+                match self.advance(&mut chunk, Keep::No)? {
                     Step::Record(_) => {}
                     Step::End => break,
                     Step::Failed(cause) => {
-                        self.lose(offset, times, &cause);
+                        self.lose(offset, times, cause);
                         return Ok(());
                     }
                 }
@@ -281,7 +331,7 @@ impl Records {
 
     /// The next record of a chunk; `None` at its end.
     fn in_chunk(&mut self, mut chunk: Chunk) -> io::Result<Option<Next>> {
-        match self.advance(&mut chunk)? {
+        match self.advance(&mut chunk, Keep::Body)? {
             Step::Record(opcode) => {
                 self.chunk = Some(chunk);
                 Ok(Some(Next::Record(opcode)))
@@ -292,20 +342,27 @@ impl Records {
                 Ok(None)
             }
             Step::Failed(cause) => {
-                self.lose(chunk.offset, chunk.times, &cause);
+                self.lose(chunk.offset, chunk.times, cause);
                 Ok(None)
             }
         }
     }
 
-    fn advance(&mut self, chunk: &mut Chunk) -> io::Result<Step> {
+    fn advance(&mut self, chunk: &mut Chunk, keep: Keep) -> io::Result<Step> {
         loop {
-            match chunk.reader.next_event() {
+            let reader = &mut chunk.reader;
+            let event = match shielded(move || reader.next_event()) {
+                Ok(event) => event,
+                Err(panicked) => return Ok(Step::Failed(panicked.to_string())),
+            };
+            match event {
                 None => return Ok(Step::End),
-                Some(Err(error)) => return Ok(Step::Failed(error)),
+                Some(Err(error)) => return Ok(Step::Failed(error.to_string())),
                 Some(Ok(LinearReadEvent::Record { data, opcode })) => {
-                    self.body.clear();
-                    self.body.extend_from_slice(data);
+                    if keep == Keep::Body {
+                        self.body.clear();
+                        self.body.extend_from_slice(data);
+                    }
                     return Ok(Step::Record(opcode));
                 }
                 Some(Ok(LinearReadEvent::ReadRequest(wanted))) => {
@@ -327,11 +384,11 @@ impl Records {
     fn cut(&mut self) {
         self.state = State::Ended;
         self.next = self.length;
-        self.losses.push(Loss::Cut { length: self.length });
+        self.note(Loss::Cut { length: self.length });
     }
 
-    fn lose(&mut self, offset: u64, times: [u64; 2], cause: &McapError) {
-        self.losses.push(Loss::Chunk { offset, times, cause: cause.to_string() });
+    fn lose(&mut self, offset: u64, times: [u64; 2], cause: String) {
+        self.note(Loss::Chunk { offset, times, cause });
     }
 
     /// Goes to a place in the file, within what is buffered if possible.
@@ -343,6 +400,13 @@ impl Records {
             Err(_) => self.file.seek(SeekFrom::Start(to)).map(|_| ()),
         }
     }
+}
+
+/// What is kept of a record.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Keep {
+    Body,
+    No,
 }
 
 /// When a chunk's check sum is tested.

@@ -13,7 +13,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use mcap::records::{MetadataIndex, Record, op};
-use mcap::{Channel, MAGIC, parse_record, read::ChannelAccumulator};
+use mcap::{Channel, MAGIC, read::ChannelAccumulator};
+
+use super::parsed::parsed;
 
 /// A record of the summary is kept in memory up to this size.
 pub(super) const LARGEST: u64 = 1 << 24;
@@ -38,7 +40,7 @@ impl Summary {
         let mut footer = [0; FOOTER + MAGIC.len()];
         file.read_exact(&mut footer).ok()?;
         let (record, magic) = footer.split_at(FOOTER);
-        let Ok(Record::Footer(footer)) = parse_record(*record.first()?, &record[FRAME..]) else { return None };
+        let Some(Record::Footer(footer)) = parsed(*record.first()?, &record[FRAME..]) else { return None };
         if magic != MAGIC || footer.summary_start == 0 || footer.summary_start > end {
             return None;
         }
@@ -75,7 +77,7 @@ impl Summary {
             return None;
         }
         if wanted {
-            match parse_record(opcode, &body).ok()?.into_owned() {
+            match parsed(opcode, &body)?.into_owned() {
                 Record::Schema { header, data } => self.channels.add_schema(header, data).ok()?,
                 Record::Channel(channel) => self.channels.add_channel(channel).ok()?,
                 Record::MetadataIndex(index) => self.metadata.push(index),

@@ -1,24 +1,27 @@
 //! MCAP: numbers are changed where they stand in their messages; every other record is copied.
 
+mod attachment;
+
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::{self, Read};
+use std::io::Read;
 use std::path::Path;
 
-use mcap::records::{AttachmentHeader, MessageHeader, Metadata, Record, op};
+use mcap::records::{MessageHeader, Metadata, Record, op};
 use mcap::write::PrivateRecordOptions;
-use mcap::{McapError, Writer, parse_record};
+use mcap::{McapError, Writer};
 
+use self::attachment::Wrong;
 use super::{Change, Paced, RewriteError, Rewriting, Watch, same};
+use crate::error::ReadError;
+use crate::rows::mcap::parsed::parsed;
 use crate::rows::mcap::records::Next;
-use crate::rows::mcap::{McapRows, read};
+use crate::rows::mcap::{HEADER, McapRows};
 use crate::rows::write::mcap::{METADATA, failed, options};
 use crate::rows::{Row, Rows};
 use crate::write::NewFile;
 
 /// Bytes of an attachment that are copied at a time.
 const PIECE: usize = 1 << 16;
-/// No name or type of an attachment is longer, bytes.
-const LONGEST_NAME: u64 = 1 << 16;
 
 pub(super) fn rewrite(
     what: &Rewriting<'_>,
@@ -28,47 +31,70 @@ pub(super) fn rewrite(
     let Rewriting { input, output, overwrite, notes, .. } = *what;
     let mut rows = McapRows::open(input)?.again()?;
     let mut paced = Paced { watch, rows: 0 };
-    let mut copy = Copy::begin(output, overwrite, rows.next_record()?, &rows)?;
+    let mut next = rows.next_record()?;
+    let mut copy = Copy::begin(output, overwrite, next, &rows)?;
     copy.note(notes)?;
     let mut row = Row::default();
-    loop {
-        match rows.next_record()? {
-            Next::End => break,
-            Next::Attachment(length) => copy.attachment(rows.unread(length), length)?,
-            Next::Record(op::MESSAGE) => {
-                let found = rows.take(op::MESSAGE, &mut row);
-                rows.name_columns();
-                let Some((header, data)) = message(rows.body()) else { continue };
-                if !found && rows.is_joint_states(header.channel_id) {
-                    continue; // damaged, as the remarks say
+    while next != Next::End {
+        match next {
+            Next::End => {}
+            Next::Attachment(length) => {
+                let checked = attachment::check(&mut rows.unread(length)?, length);
+                match checked {
+                    Ok(()) => copy.attachment(rows.unread(length)?, length)?,
+                    Err(Wrong::Damaged(cause)) => rows.lose("the attachment", cause.to_owned()),
+                    Err(Wrong::Io(cause)) => return Err(ReadError::Io { path: input.to_owned(), cause }.into()),
                 }
-                let mut data = data.to_vec();
+            }
+            Next::Record(op::MESSAGE) => {
+                let found = rows.take(op::MESSAGE, &mut row)?;
+                rows.name_columns();
+                if let Some(data) = changed_message(&rows, found, &mut row, change) {
+                    copy.message(&rows, &data)?;
+                }
                 if found {
-                    let before = row.cells.clone();
-                    change(rows.columns(), &mut row.cells);
-                    let changed = |column: usize| {
-                        let (after, before) = (row.cells[column], before[column]);
-                        (!same(after, before)).then_some(after)
-                    };
-                    rows.edit(header.channel_id, &mut data, &changed);
                     paced.row(|| rows.progress())?;
                 }
-                copy.message(&rows, &header, &data)?;
             }
             Next::Record(opcode) => {
-                rows.take(opcode, &mut row);
+                rows.take(opcode, &mut row)?;
                 copy.record(opcode, rows.body())?;
             }
         }
+        next = rows.next_record()?;
     }
     copy.finish()?;
     Ok(rows.remarks())
 }
 
+/// The present message with its numbers changed, where it is a row; none where it is damaged, as the remarks say.
+fn changed_message(
+    rows: &McapRows,
+    found: bool,
+    row: &mut Row,
+    change: &mut Change<'_>,
+) -> Option<(MessageHeader, Vec<u8>)> {
+    let (header, data) = message(rows.body())?;
+    if !found && rows.is_joint_states(header.channel_id) {
+        return None;
+    }
+    let mut data = data.to_vec();
+    if found {
+        let before = row.cells.clone();
+        change(rows.columns(), &mut row.cells);
+        let changed = |column: usize| {
+            let (after, before) = (row.cells[column], before[column]);
+            (!same(after, before)).then_some(after)
+        };
+        rows.edit(header.channel_id, &mut data, &changed);
+    }
+    Some((header, data))
+}
+
 /// A message record as its header and data.
 fn message(body: &[u8]) -> Option<(MessageHeader, &[u8])> {
-    match parse_record(op::MESSAGE, body) {
-        Ok(Record::Message { header, .. }) => Some((header, body.get(read::HEADER..)?)),
+    match parsed(op::MESSAGE, body) {
+        Some(Record::Message { header, .. }) => Some((header, body.get(HEADER..)?)),
         _ => None,
     }
 }
@@ -85,7 +111,7 @@ impl<'a> Copy<'a> {
     fn begin(output: &'a Path, overwrite: bool, first: Next, rows: &McapRows) -> Result<Copy<'a>, RewriteError> {
         let mut options = options();
         if first == Next::Record(op::HEADER)
-            && let Ok(Record::Header(header)) = parse_record(op::HEADER, rows.body())
+            && let Some(Record::Header(header)) = parsed(op::HEADER, rows.body())
         {
             options = options.profile(header.profile);
         }
@@ -106,22 +132,18 @@ impl<'a> Copy<'a> {
         self.done(written)
     }
 
-    /// Copies a record that is neither message nor attachment; damaged ones are left out.
+    /// Copies a record that is neither message nor attachment; damaged ones are left out, as the remarks say.
     fn record(&mut self, opcode: u8, body: &[u8]) -> Result<(), RewriteError> {
         if opcode >= 0x80 {
             let written = self.file.write_private_record(opcode, body, PrivateRecordOptions::IncludeInChunks.into());
             return self.done(written);
         }
-        // On a damaged attachment, which has no place in a chunk, the `mcap` crate panics.
-        if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::METADATA) {
-            return Ok(());
-        }
-        match parse_record(opcode, body) {
-            Ok(Record::Schema { header, data }) => {
+        match parsed(opcode, body) {
+            Some(Record::Schema { header, data }) => {
                 let written = self.file.add_schema_with_id(header.id, &header.name, &header.encoding, &data);
                 self.done(written).map(|_| ())
             }
-            Ok(Record::Channel(channel)) => {
+            Some(Record::Channel(channel)) => {
                 let id = (channel.id, channel.schema_id);
                 let written = self.file.add_channel_with_id(
                     id.0,
@@ -133,7 +155,7 @@ impl<'a> Copy<'a> {
                 self.channels.insert(channel.id);
                 self.done(written).map(|_| ())
             }
-            Ok(Record::Metadata(metadata)) => {
+            Some(Record::Metadata(metadata)) => {
                 let written = self.file.write_metadata(&metadata);
                 self.done(written)
             }
@@ -143,7 +165,7 @@ impl<'a> Copy<'a> {
 
     /// Writes a message. Where the record of its channel is lost, the summary of the old file may have it; where nothing describes
     /// the channel, nobody can read the message, and the remarks count it.
-    fn message(&mut self, rows: &McapRows, header: &MessageHeader, data: &[u8]) -> Result<(), RewriteError> {
+    fn message(&mut self, rows: &McapRows, (header, data): &(MessageHeader, Vec<u8>)) -> Result<(), RewriteError> {
         if !self.channels.contains(&header.channel_id) {
             let Some(channel) = rows.channel_in_summary(header.channel_id) else { return Ok(()) };
             if let Some(schema) = &channel.schema {
@@ -165,9 +187,11 @@ impl<'a> Copy<'a> {
         self.done(written)
     }
 
-    /// Copies an attachment piece by piece: two times, name, type, and the bytes with their length before and a check sum after.
+    /// Copies an attachment, which is whole, piece by piece.
     fn attachment(&mut self, mut body: impl Read, length: u64) -> Result<(), RewriteError> {
-        let Ok((header, data)) = attachment_header(&mut body, length) else { return Ok(()) };
+        let head =
+            attachment::head(&mut body, length).map_err(|wrong| failed(self.output, McapError::Io(wrong.into())))?;
+        let (header, data) = head;
         let begun = self.file.start_attachment(data, header);
         self.done(begun)?;
         let mut piece = [0; PIECE];
@@ -192,29 +216,4 @@ impl<'a> Copy<'a> {
         self.done(finished)?;
         Ok(self.file.into_inner().finish()?)
     }
-}
-
-/// What stands before the bytes of an attachment, and how many these are.
-fn attachment_header(body: &mut impl Read, length: u64) -> io::Result<(AttachmentHeader, u64)> {
-    let number = |body: &mut dyn Read| -> io::Result<u64> {
-        let mut bytes = [0; 8];
-        body.read_exact(&mut bytes)?;
-        Ok(u64::from_le_bytes(bytes))
-    };
-    let text = |body: &mut dyn Read| -> io::Result<String> {
-        let mut bytes = [0; 4];
-        body.read_exact(&mut bytes)?;
-        let length = u64::from(u32::from_le_bytes(bytes));
-        let mut text = String::new();
-        body.take(length.min(LONGEST_NAME)).read_to_string(&mut text)?;
-        if text.len() as u64 == length { Ok(text) } else { Err(io::ErrorKind::InvalidData.into()) }
-    };
-    let (log_time, create_time) = (number(body)?, number(body)?);
-    let (name, media_type) = (text(body)?, text(body)?);
-    let data = number(body)?;
-    let before = (8 + 8 + 4 + name.len() + 4 + media_type.len() + 8) as u64;
-    if before.checked_add(data).is_none_or(|end| end > length) {
-        return Err(io::ErrorKind::InvalidData.into());
-    }
-    Ok((AttachmentHeader { log_time, create_time, name, media_type }, data))
 }

@@ -167,3 +167,64 @@ fn nothing_is_lost_by_what_is_refused() {
     assert!(matches!(stopped, Err(RewriteError::Stopped)) && count > 1);
     assert_eq!((fs::read(&input).unwrap(), fs::read_dir(folder.path()).unwrap().count()), (old, 2));
 }
+
+/// The bytes of a file with what `find` stands for found in them and the byte so far after it changed.
+fn damage(path: &Path, find: &[u8], after: usize) {
+    let mut bytes = fs::read(path).unwrap();
+    let at = bytes.windows(find.len()).position(|window| window == find).unwrap() + find.len() + after;
+    bytes[at] ^= 0x20;
+    fs::write(path, bytes).unwrap();
+}
+
+#[test]
+fn what_is_damaged_beside_the_messages_is_left_out_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.mcap", "out.mcap"].map(|name| folder.path().join(name));
+    let type_and_length = b"image/png".len();
+    for (find, after, expected) in [
+        (
+            &b"photo"[..],
+            4 + type_and_length + 8 + 100,
+            "is damaged and left out: its check sum is not that of its bytes",
+        ),
+        (b"photo", 4 + type_and_length + 5, "is damaged and left out: it is shorter than it says"),
+        (b"photo", 3, "is damaged and left out: it is shorter than it says"),
+        (b"\x03\0\0\0who", 2, "is damaged and left out: it cannot be taken apart"),
+    ] {
+        rich(&input);
+        damage(&input, find, after);
+        let remarks = again(&input, &output, &mut doubled("a.effort")).unwrap();
+        let what = if find == b"photo" { "the attachment at byte " } else { "the metadata record at byte " };
+        assert!(matches!(&remarks[..], [only] if only.starts_with(what) && only.ends_with(expected)), "{remarks:?}");
+        let summary = Summary::read(&fs::read(&output).unwrap()).unwrap().unwrap();
+        let left = (summary.attachment_indexes.len(), summary.metadata_indexes.len());
+        assert_eq!(left, if find == b"photo" { (0, 2) } else { (1, 1) });
+        assert_eq!(summary.stats.unwrap().message_count, 30);
+        fs::remove_file(&output).unwrap();
+    }
+}
+
+#[test]
+fn an_attachment_whose_check_sum_nobody_computed_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.mcap", "out.mcap"].map(|name| folder.path().join(name));
+    rich(&input);
+    let mut bytes = fs::read(&input).unwrap();
+    let last = bytes.windows(9).position(|window| window == [9; 9]).unwrap() + 200_000;
+    bytes[last..last + 4].fill(0);
+    fs::write(&input, bytes).unwrap();
+    assert_eq!(again(&input, &output, &mut doubled("a.effort")).unwrap(), Vec::<String>::new());
+    assert_eq!(contents(&output).1, 200_005);
+}
+
+#[test]
+fn a_file_that_begins_without_a_header_loses_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let [input, output] = ["in.mcap", "out.mcap"].map(|name| folder.path().join(name));
+    rich(&input);
+    let bytes = fs::read(&input).unwrap();
+    let header = 9 + u64::from_le_bytes(bytes[9..17].try_into().unwrap()) as usize;
+    fs::write(&input, [&bytes[..8], &bytes[8 + header..]].concat()).unwrap();
+    again(&input, &output, &mut doubled("a.effort")).unwrap();
+    assert_eq!(contents(&output).2.len(), 2);
+}

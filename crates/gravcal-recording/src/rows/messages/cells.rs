@@ -2,25 +2,9 @@
 
 use serde::Deserialize;
 
-use super::columns::Columns;
+use super::Message;
+use super::columns::{Columns, Unread};
 use crate::rows::joint_state::{Quantity, cdr};
-
-/// What stands before the data of a message.
-pub(crate) struct Header {
-    pub(crate) channel: u16,
-    pub(crate) log_time: u64,
-}
-
-/// Length of the header: channel, sequence, time of logging, time of publishing.
-pub(crate) const HEADER: usize = 2 + 4 + 8 + 8;
-
-/// A message record as its header and data.
-pub(crate) fn message(body: &[u8]) -> Option<(Header, &[u8])> {
-    let (header, data) = body.split_at_checked(HEADER)?;
-    let channel = u16::from_le_bytes([header[0], header[1]]);
-    let log_time = u64::from_le_bytes(std::array::from_fn(|byte| header[6 + byte]));
-    Some((Header { channel, log_time }, data))
-}
 
 /// Time of a message, s.
 fn time(stamp: (i64, u64), log_time: u64) -> f64 {
@@ -31,20 +15,15 @@ fn time(stamp: (i64, u64), log_time: u64) -> f64 {
 }
 
 /// Reads a message in Common Data Representation; says what is wrong with it if it is none.
-pub(crate) fn cdr(
-    header: &Header,
-    data: &[u8],
-    topic: usize,
-    columns: &mut Columns,
-    cells: &mut Vec<f64>,
-) -> Result<(), String> {
-    let message = cdr::Message::read(data).map_err(|malformed| malformed.to_string())?;
+pub(super) fn cdr(sent: &Message<'_>, columns: &mut Columns, cells: &mut Vec<f64>) -> Result<(), Unread> {
+    let message = cdr::Message::read(sent.data).map_err(|malformed| Unread::Damaged(malformed.to_string()))?;
+    let topic = sent.topic;
     if !columns.is_layout(topic, message.names_bytes(), message.joints()) {
-        let names = message.names().map_err(|malformed| malformed.to_string())?;
+        let names = message.names().map_err(|malformed| Unread::Damaged(malformed.to_string()))?;
         columns.lay_out(topic, message.names_bytes(), &names)?;
     }
     let stamp = (i64::from(message.stamp.0), u64::from(message.stamp.1));
-    columns.begin(cells, time(stamp, header.log_time));
+    columns.begin(cells, time(stamp, sent.log_time));
     for quantity in Quantity::ALL {
         columns.fill(cells, topic, quantity, message.numbers(quantity));
     }
@@ -82,18 +61,14 @@ struct Stamp {
 }
 
 /// Reads a message in JSON; says what is wrong with it if it is none.
-pub(crate) fn json(
-    header: &Header,
-    data: &[u8],
-    topic: usize,
-    columns: &mut Columns,
-    cells: &mut Vec<f64>,
-) -> Result<(), String> {
-    let message: JointState = serde_json::from_slice(data).map_err(|_| "no such message in JSON".to_owned())?;
+pub(super) fn json(sent: &Message<'_>, columns: &mut Columns, cells: &mut Vec<f64>) -> Result<(), Unread> {
+    let no_message = |_| Unread::Damaged("no such message in JSON".to_owned());
+    let message: JointState = serde_json::from_slice(sent.data).map_err(no_message)?;
+    let topic = sent.topic;
     let numbers = [message.position, message.velocity, message.effort];
     for (numbers, quantity) in numbers.iter().zip(Quantity::ALL) {
         if !numbers.is_empty() && numbers.len() != message.name.len() {
-            return Err(cdr::Malformed::Count(quantity).to_string());
+            return Err(Unread::Damaged(cdr::Malformed::Count(quantity).to_string()));
         }
     }
     // Names with their ends, so that equal bytes are equal names.
@@ -103,7 +78,7 @@ pub(crate) fn json(
         columns.lay_out(topic, &names, &texts)?;
     }
     let stamp = message.header.stamp;
-    columns.begin(cells, time((stamp.sec, stamp.nanosec), header.log_time));
+    columns.begin(cells, time((stamp.sec, stamp.nanosec), sent.log_time));
     for (numbers, quantity) in numbers.iter().zip(Quantity::ALL) {
         columns.fill(cells, topic, quantity, numbers.iter().map(|number| number.unwrap_or(f64::NAN)));
     }
