@@ -57,7 +57,7 @@ impl Table {
                 read.map_err(|cause| ReadError::opening(path, cause))?;
                 Table::parse(path, &bytes, CsvFormat::found(&mut Lines::new(path, &bytes[..]), csv)?)
             }
-            Kind::Mcap | Kind::Folder | Kind::Parquet => Table::of_rows(path, open(path)?.as_mut()),
+            Kind::Mcap | Kind::Sqlite | Kind::Folder | Kind::Parquet => Table::of_rows(path, open(path)?.as_mut()),
         }
     }
 

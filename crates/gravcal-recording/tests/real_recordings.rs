@@ -102,3 +102,19 @@ fn a_bag_of_many_types_without_statistics_is_read() {
     }
     assert_eq!(rows.remarks(), Vec::<String>::new());
 }
+
+#[test]
+fn bags_in_sqlite_are_read() {
+    for (name, robot, rows, length) in [("ur10", "shoulder_pan_joint", 3441, 27.52), ("panda", "fer_joint1", 727, 24.2)]
+    {
+        let Some(path) = shared(&format!("bags_sqlite/{name}_exciting_trajectory.db3")) else { return };
+        let mut bag = open(&path).unwrap();
+        assert_eq!(bag.columns()[..2], ["time_s".to_owned(), format!("{robot}.position")]);
+        let read = all(bag.as_mut());
+        assert_eq!((read.len(), bag.remarks(), bag.progress()), (rows, Vec::new(), 1.0), "{name}");
+        assert!(read.windows(2).all(|pair| pair[0][0] < pair[1][0]), "{name}");
+        let lasts = read[rows - 1][0] - read[0][0];
+        assert!((lasts - length).abs() < 0.01, "{name}: {lasts} s");
+        assert_eq!(bag.source().topics[0].messages, rows as u64);
+    }
+}

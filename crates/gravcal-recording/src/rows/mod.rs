@@ -4,10 +4,11 @@
 //! and what a column means is said by the same [`PoseMapping`](crate::PoseMapping) as for tables of static poses:
 //!
 //! ```text
-//! CSV, MCAP, Parquet ── Rows ──(PoseMapping, standstill)──► Vec<StaticPose>
+//! CSV, MCAP, SQLite, Parquet ── Rows ──(PoseMapping, standstill)──► Vec<StaticPose>
 //! ```
 
 mod csv;
+mod folder;
 mod inspect;
 mod joint_state;
 mod mcap;
@@ -15,6 +16,7 @@ mod messages;
 mod parquet;
 mod rewrite;
 mod shield;
+mod sqlite;
 mod watched;
 mod write;
 
@@ -42,7 +44,7 @@ pub(crate) const MOST_COLUMNS: usize = 4096;
 /// What a recording says at one instant.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Row {
-    /// Where it stands in its file, counted from 1: the line of a CSV file, the message of an MCAP file, the row of a Parquet
+    /// Where it stands in its file, counted from 1: the line of a CSV file, the message of a bag (MCAP, SQLite), the row of a Parquet
     /// file.
     pub number: u64,
     /// One cell a column, in the unit of the file. NaN where the row says nothing of it: an empty cell, a joint of another
@@ -82,11 +84,11 @@ pub trait Rows {
 pub struct Source {
     /// In words.
     pub kind: String,
-    /// Topics of an MCAP file; none of others.
+    /// Topics of a bag (MCAP, SQLite); none of others.
     pub topics: Vec<Topic>,
 }
 
-/// A topic of an MCAP file.
+/// A topic of a bag.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Topic {
     /// Its name.
@@ -99,8 +101,8 @@ pub struct Topic {
     pub messages: u64,
 }
 
-/// Opens a recording: a CSV file, an MCAP file, a folder of MCAP files such as rosbag2 writes, or a Parquet file. What it is, is told by
-/// its first bytes; how a CSV file is written, by its first lines.
+/// Opens a recording: a CSV file, an MCAP file, a bag of ROS 2 in SQLite, a folder of these as rosbag2 writes it, or a Parquet file. What it
+/// is, is told by its first bytes; how a CSV file is written, by its first lines.
 ///
 /// # Errors
 ///
@@ -117,7 +119,8 @@ pub fn open(path: &Path) -> Result<Box<dyn Rows>, ReadError> {
 pub fn open_as(path: &Path, csv: &CsvWriting) -> Result<Box<dyn Rows>, ReadError> {
     Ok(match kind(path)? {
         Kind::Mcap => Box::new(mcap::McapRows::open(path)?),
-        Kind::Folder => Box::new(mcap::McapRows::open_folder(path)?),
+        Kind::Sqlite => Box::new(sqlite::SqliteRows::open(path, vec![path.to_owned()], Vec::new())?),
+        Kind::Folder => folder::open(path)?,
         Kind::Parquet => Box::new(parquet::ParquetRows::open(path)?),
         Kind::Csv => Box::new(csv::CsvRows::open(path, csv)?),
     })
@@ -127,15 +130,16 @@ pub fn open_as(path: &Path, csv: &CsvWriting) -> Result<Box<dyn Rows>, ReadError
 pub(crate) enum Kind {
     Csv,
     Mcap,
+    Sqlite,
     Folder,
     Parquet,
 }
 
 /// What stands at the beginning of other files that hold recordings, and what to do with them.
 const OTHERS: [(&[u8], &str); 3] = [
-    (b"SQLite format 3", "it is a database of sqlite3, as rosbag2 wrote them: `ros2 bag convert` makes MCAP of it"),
     (b"#ROSBAG V2.0", "it is a bag of ROS 1: `rosbags-convert` makes MCAP of it"),
     (&[0x1F, 0x8B], "it is compressed: unpack it (gunzip) first"),
+    (&[0x28, 0xB5, 0x2F, 0xFD], "it is compressed: unpack it (unzstd) first"),
 ];
 
 /// What a file is, by its first bytes.
@@ -153,6 +157,7 @@ pub(crate) fn kind(path: &Path) -> Result<Kind, ReadError> {
     Ok(match first.as_slice() {
         [0x89, b'M', b'C', b'A', b'P', ..] => Kind::Mcap,
         [b'P', b'A', b'R', b'1', ..] => Kind::Parquet,
+        first if first.starts_with(b"SQLite format 3") => Kind::Sqlite,
         _ => Kind::Csv,
     })
 }

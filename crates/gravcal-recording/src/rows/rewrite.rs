@@ -90,6 +90,9 @@ pub fn rewrite(
     let ends = |ending: &str| output.extension().is_some_and(|found| found == ending);
     match kind {
         Kind::Folder => refused("this is a folder; write the files in it again one by one"),
+        Kind::Sqlite => refused(
+            "a bag in SQLite is not written again, only CSV and MCAP: make MCAP of it first (`ros2 bag convert`), and take that",
+        ),
         Kind::Parquet => refused("a Parquet file is not written again, only CSV and MCAP"),
         Kind::Mcap if !ends("mcap") => refused("this is an MCAP file, and becomes one: let the new name end in .mcap"),
         Kind::Csv if ends("mcap") || ends("parquet") => {

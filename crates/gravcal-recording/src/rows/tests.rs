@@ -243,7 +243,7 @@ fn the_files_of_a_folder_are_read_in_the_order_of_their_times() {
     for file in [later, folder.join("a_1.mcap")] {
         fs::remove_file(file).unwrap();
     }
-    assert!(read(&folder).unwrap_err().to_string().contains("the folder has no .mcap file"));
+    assert!(read(&folder).unwrap_err().to_string().contains("no .mcap file and no .db3 file"));
 }
 
 #[test]
@@ -517,8 +517,9 @@ fn lines_that_are_no_rows_are_left_out_and_said() {
 fn what_is_no_recording_is_told_apart() {
     let bag = Bag::new();
     for (bytes, expected) in [
-        (&b"SQLite format 3\0..."[..], "database of sqlite3"),
-        (b"#ROSBAG V2.0\n", "a bag of ROS 1"),
+        (&b"SQLite format 3\0..."[..], "this SQLite file cannot be read"),
+        (b"#ROSBAG V2.0\n", "a bag of ROS 1: `rosbags-convert` makes MCAP of it"),
+        (b"\x28\xb5\x2f\xfd", "compressed: unpack it (unzstd) first"),
         (b"\x1f\x8b\x08", "compressed"),
         (b"\x89MCAP1\r\n", "it does not begin as an MCAP file does"),
         (b"PAR1....", "this Parquet file cannot be read, it seems to be damaged"),

@@ -43,17 +43,11 @@ pub(crate) struct McapRows {
 impl McapRows {
     /// Opens a file.
     pub(crate) fn open(path: &Path) -> Result<McapRows, ReadError> {
-        McapRows::of_files(path, vec![path.to_owned()], Vec::new())
-    }
-
-    /// Opens the MCAP files of a folder.
-    pub(crate) fn open_folder(path: &Path) -> Result<McapRows, ReadError> {
-        let (files, remarks) = files_of(path)?;
-        McapRows::of_files(path, files, remarks)
+        McapRows::open_files(path, vec![path.to_owned()], Vec::new())
     }
 
     /// Opens files in the given order, one at least; `path` is their name in errors.
-    fn of_files(path: &Path, files: Vec<PathBuf>, remarks: Vec<String>) -> Result<McapRows, ReadError> {
+    pub(super) fn open_files(path: &Path, files: Vec<PathBuf>, remarks: Vec<String>) -> Result<McapRows, ReadError> {
         let length = |file: &PathBuf| std::fs::metadata(file).map_or(0, |found| found.len());
         let total = files.iter().map(length).sum();
         let (count, mut files) = (files.len(), VecDeque::from(files));
@@ -256,30 +250,8 @@ pub(crate) fn split(body: &[u8]) -> Option<(u16, u64, &[u8])> {
     Some((channel, log_time, data))
 }
 
-/// The MCAP files of a folder in the order of their first messages, and what is wrong with the folder.
-fn files_of(folder: &Path) -> Result<(Vec<PathBuf>, Vec<String>), ReadError> {
-    let io = |cause| ReadError::Io { path: folder.to_owned(), cause };
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(io)? {
-        let path = entry.map_err(io)?.path();
-        if path.extension().is_some_and(|ending| ending == "mcap") {
-            files.push((first_time(&path)?, path));
-        }
-    }
-    files.sort();
-    let files: Vec<PathBuf> = files.into_iter().map(|(_, path)| path).collect();
-    if files.is_empty() {
-        let what = "the folder has no .mcap file; compressed ones (.zstd) and those of sqlite3 (.db3) are not read: \
-                    `ros2 bag convert` makes others of them";
-        return Err(ReadError::NotRecording { path: folder.to_owned(), what: what.to_owned() });
-    }
-    let missing = named_in_metadata(folder).into_iter().filter(|name| !folder.join(name).exists());
-    let remarks = missing.map(|name| format!("metadata.yaml names {name}, which is not there")).collect();
-    Ok((files, remarks))
-}
-
 /// When the first message of a file was logged, ns; the end of time where there is none.
-fn first_time(path: &Path) -> Result<u64, ReadError> {
+pub(super) fn first_time(path: &Path) -> Result<u64, ReadError> {
     let mut records = Records::open(path)?;
     loop {
         match records.next()? {
@@ -292,11 +264,4 @@ fn first_time(path: &Path) -> Result<u64, ReadError> {
             Next::End => return Ok(u64::MAX),
         }
     }
-}
-
-/// The files that rosbag2 says it wrote: `metadata.yaml` lists them as `- name.mcap`.
-fn named_in_metadata(folder: &Path) -> Vec<String> {
-    let text = std::fs::read_to_string(folder.join("metadata.yaml")).unwrap_or_default();
-    let items = text.lines().filter_map(|line| line.trim().strip_prefix("- "));
-    items.map(|item| item.trim_matches(['"', '\''])).filter(|item| item.ends_with(".mcap")).map(str::to_owned).collect()
 }

@@ -14,7 +14,7 @@ use std::collections::VecDeque;
 use std::path::Path;
 
 use self::columns::{Columns, Unread};
-pub(crate) use self::topics::{Encoding, Topics};
+pub(crate) use self::topics::{Encoding, JOINT_STATE, Topics};
 use super::joint_state::Quantity;
 use super::{MOST_COLUMNS, Row};
 use crate::error::ReadError;
@@ -72,6 +72,12 @@ impl Messages {
                 Err(ReadError::NotRecording { path: path.to_owned(), what })
             }
         }
+    }
+
+    /// Counts a message of joint states that is damaged before it can be taken.
+    pub(crate) fn damaged(&mut self, topic: usize, what: &str) {
+        self.count += 1;
+        self.topics.malformed(topic, what.to_owned(), self.count);
     }
 
     /// Keeps a row that is read ahead; false where it is the last that is.

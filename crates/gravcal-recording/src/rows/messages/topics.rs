@@ -14,7 +14,7 @@ pub(crate) enum Encoding {
 }
 
 /// The names under which types of joint states go.
-const JOINT_STATE: [&str; 3] =
+pub(crate) const JOINT_STATE: [&str; 3] =
     ["sensor_msgs/msg/JointState", "sensor_msgs/JointState", "sensor_msgs::msg::dds_::JointState_"];
 
 /// Topics in the order of their first appearance.

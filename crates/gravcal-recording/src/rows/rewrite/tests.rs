@@ -143,6 +143,8 @@ fn nothing_is_lost_by_what_is_refused() {
     let [input, output, table] = ["in.mcap", "out.mcap", "in.csv"].map(|name| folder.path().join(name));
     rich(&input);
     fs::write(&table, "q,tau\n1,2\n").unwrap();
+    let database = folder.path().join("in.db3");
+    fs::write(&database, b"SQLite format 3\0").unwrap();
     let (mut keep, mut count) = (|_: &[String], _: &mut [f64]| {}, 0);
     let old = fs::read(&input).unwrap();
     for (from, to, expected) in [
@@ -150,6 +152,7 @@ fn nothing_is_lost_by_what_is_refused() {
         (&input, &input, "this is the recording itself"),
         (&input, &folder.path().join("a.csv"), "this is an MCAP file, and becomes one"),
         (&table, &folder.path().join("a.mcap"), "this is a CSV file, and becomes one"),
+        (&database, &folder.path().join("out.db3"), "make MCAP of it first (`ros2 bag convert`), and take that"),
         (&folder.path().to_owned(), &output, "this is a folder; write the files in it again one by one"),
     ] {
         let error = again(from, to, &mut keep).unwrap_err();
@@ -165,7 +168,7 @@ fn nothing_is_lost_by_what_is_refused() {
         progress < 0.5
     });
     assert!(matches!(stopped, Err(RewriteError::Stopped)) && count > 1);
-    assert_eq!((fs::read(&input).unwrap(), fs::read_dir(folder.path()).unwrap().count()), (old, 2));
+    assert_eq!((fs::read(&input).unwrap(), fs::read_dir(folder.path()).unwrap().count()), (old, 3));
 }
 
 /// The bytes of a file with what `find` stands for found in them and the byte so far after it changed.

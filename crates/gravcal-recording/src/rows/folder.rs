@@ -1,0 +1,83 @@
+//! A folder as rosbag2 writes it: a recording in several files, and `metadata.yaml` that names them.
+
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
+
+use super::Rows;
+use super::mcap::{self, McapRows};
+use super::sqlite::{self, SqliteRows};
+use crate::error::ReadError;
+
+/// Opens the recording in a folder. Where it lies there both in MCAP and in SQLite, `metadata.yaml` says which one counts, else MCAP does.
+pub(super) fn open(folder: &Path) -> Result<Box<dyn Rows>, ReadError> {
+    let files = listed(folder)?;
+    let named = named_in_metadata(folder);
+    let of = |ending: &str| files.iter().filter(|path| ends(path.as_os_str(), ending)).cloned().collect::<Vec<_>>();
+    let is_named = |ending: &str| named.iter().any(|name| ends(name.as_ref(), ending));
+    let (mcap, sqlite) = (of("mcap"), of("db3"));
+    let remarks = remarks(folder, &named);
+    if mcap.is_empty() && sqlite.is_empty() {
+        return Err(ReadError::NotRecording { path: folder.to_owned(), what: nothing_to_read(&files) });
+    }
+    if mcap.is_empty() || !sqlite.is_empty() && is_named("db3") && !is_named("mcap") {
+        let files = in_order(sqlite, |path| Ok(sqlite::first_time(path)))?;
+        return Ok(Box::new(SqliteRows::open(folder, files, remarks)?));
+    }
+    Ok(Box::new(McapRows::open_files(folder, in_order(mcap, mcap::first_time)?, remarks)?))
+}
+
+fn ends(name: &OsStr, ending: &str) -> bool {
+    Path::new(name).extension().is_some_and(|found| found == ending)
+}
+
+/// The files of a folder, by their names.
+fn listed(folder: &Path) -> Result<BTreeSet<PathBuf>, ReadError> {
+    let io = |cause| ReadError::Io { path: folder.to_owned(), cause };
+    let entries = std::fs::read_dir(folder).map_err(io)?;
+    entries.map(|entry| Ok(entry.map_err(io)?.path())).collect()
+}
+
+/// By the times of their first messages, ns, which `first_time` tells.
+fn in_order(
+    files: Vec<PathBuf>,
+    first_time: impl Fn(&Path) -> Result<u64, ReadError>,
+) -> Result<Vec<PathBuf>, ReadError> {
+    let timed = files.into_iter().map(|path| Ok((first_time(&path)?, path)));
+    let mut timed = timed.collect::<Result<Vec<_>, ReadError>>()?;
+    timed.sort();
+    Ok(timed.into_iter().map(|(_, path)| path).collect())
+}
+
+fn nothing_to_read(files: &BTreeSet<PathBuf>) -> String {
+    match files.iter().find(|path| ends(path.as_os_str(), "zstd")).and_then(|path| path.file_name()) {
+        Some(name) => {
+            format!("the files of this bag are compressed as a whole: unpack them first (unzstd {})", name.display())
+        }
+        None => "the folder has no recording of ROS 2, no .mcap file and no .db3 file".to_owned(),
+    }
+}
+
+/// What `metadata.yaml` names and cannot be read.
+fn remarks(folder: &Path, named: &[String]) -> Vec<String> {
+    let remark = |name: &String| match (folder.join(name).exists(), name.strip_suffix(".zstd")) {
+        (false, None) => Some(format!("metadata.yaml names {name}, which is not there")),
+        // Unpacked, or lost.
+        (false, Some(plain)) if folder.join(plain).exists() => None,
+        (false, Some(_)) => Some(format!("metadata.yaml names {name}, which is not there")),
+        (true, Some(plain)) if !folder.join(plain).exists() => {
+            Some(format!("{name} is compressed as a whole and left out: unpack it first (unzstd {name})"))
+        }
+        _ => None,
+    };
+    named.iter().filter_map(remark).collect()
+}
+
+/// The files that rosbag2 says it wrote: `metadata.yaml` lists them as `- name.mcap`.
+fn named_in_metadata(folder: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(folder.join("metadata.yaml")).unwrap_or_default();
+    let items = text.lines().filter_map(|line| line.trim().strip_prefix("- "));
+    let names = items.map(|item| item.trim().trim_matches(['"', '\'']));
+    let is_file = |name: &&str| [".mcap", ".db3", ".zstd"].iter().any(|ending| name.ends_with(ending));
+    names.filter(is_file).map(str::to_owned).collect()
+}
