@@ -19,8 +19,9 @@ use crate::error::ReadError;
 use crate::file::opened;
 use crate::table::check_count;
 
-/// Rows that are decoded together.
+/// Rows that are decoded together, and the most cells in them.
 const BATCH: usize = 4096;
+const BATCH_CELLS: usize = 1 << 20;
 
 /// Rows of a Parquet file.
 pub(crate) struct ParquetRows {
@@ -60,7 +61,8 @@ impl ParquetRows {
             return Err(ReadError::NoRows { path: path.to_owned() });
         }
         let mask = ProjectionMask::roots(builder.parquet_schema(), numbers);
-        let batches = taken_apart(path, || builder.with_projection(mask).with_batch_size(BATCH).build())?;
+        let batch = BATCH.min(BATCH_CELLS / columns.len());
+        let batches = taken_apart(path, || builder.with_projection(mask).with_batch_size(batch).build())?;
         let (path, not_finite) = (path.to_owned(), vec![0; columns.len()]);
         Ok(ParquetRows {
             path,

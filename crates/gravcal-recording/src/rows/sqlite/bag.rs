@@ -25,7 +25,7 @@ const BATCH: usize = 4096;
 const BATCH_BYTES: usize = 1 << 22;
 
 /// After a page that cannot be read so many numbers are tried one by one, and then by longer and longer steps.
-const ONE_BY_ONE: i64 = 1 << 14;
+const ONE_BY_ONE: i64 = 1 << 10;
 
 /// Messages after a number, without the data of those that are not read.
 const MESSAGES: &str = "
