@@ -5,12 +5,13 @@
 //! has found.
 
 use std::cell::OnceCell;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use gravcal_calibration::{Robot, Session};
 use gravcal_kinematics::Chain;
-use gravcal_recording::{Row, inspect, open, read_earlier, read_earlier_session};
+use gravcal_recording::{CsvWriting, Rewriting, Row, inspect, open, read_earlier, read_earlier_session, rewrite};
 use tempfile::TempDir;
 
 thread_local! {
@@ -49,9 +50,26 @@ pub fn csv(bytes: &[u8]) {
     with_file("recording.csv", bytes, recording);
 }
 
-/// An MCAP file.
+/// An MCAP file, which is read and written again.
 pub fn mcap(bytes: &[u8]) {
-    with_file("recording.mcap", bytes, recording);
+    with_file("recording.mcap", bytes, |path| {
+        recording(path);
+        let (output, notes) = (path.with_file_name("again.mcap"), BTreeMap::new());
+        let csv = CsvWriting::default();
+        let what = Rewriting { input: path, output: &output, overwrite: true, csv, notes: &notes };
+        let mut change = |_: &[String], cells: &mut [f64]| cells.iter_mut().for_each(|cell| *cell *= 2.0);
+        let _ = rewrite(&what, &mut change, &mut |_| true).map_err(|error| error.to_string());
+    });
+}
+
+/// A Parquet file.
+pub fn parquet(bytes: &[u8]) {
+    with_file("recording.parquet", bytes, recording);
+}
+
+/// A bag of ROS 2 in SQLite.
+pub fn sqlite(bytes: &[u8]) {
+    with_file("recording.db3", bytes, recording);
 }
 
 /// A message of joint states, in an MCAP file that holds nothing else: in JSON where it begins with `{`, else in CDR.

@@ -24,4 +24,4 @@ macro_rules! replayed {
     )* };
 }
 
-replayed!(csv, mcap, joint_state, urdf, session, robot, calibration);
+replayed!(csv, mcap, parquet, sqlite, joint_state, urdf, session, robot, calibration);
