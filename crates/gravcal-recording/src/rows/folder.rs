@@ -54,7 +54,7 @@ fn nothing_to_read(files: &BTreeSet<PathBuf>) -> String {
         Some(name) => {
             format!("the files of this bag are compressed as a whole: unpack them first (unzstd {})", name.display())
         }
-        None => "the folder has no recording of ROS 2, no .mcap file and no .db3 file".to_owned(),
+        None => "the folder has no .mcap file and no .db3 file, as a recording of ROS 2 has".to_owned(),
     }
 }
 
