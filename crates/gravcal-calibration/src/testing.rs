@@ -1,5 +1,7 @@
 //! The reference protocol of the Sarcos shoulder, and a small robot, for the tests of this crate.
 
+use std::path::{Path, PathBuf};
+
 use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, LinkInertia, Transform, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
@@ -11,6 +13,19 @@ use crate::session::{
     PoseTable, Session,
 };
 use crate::simulation::{Disturbance, Run, Simulation};
+
+/// A session of the inputs on which the program once fell short, in `GRAVCAL_SHARED_DATA` or `../shared/data` beside the project;
+/// says so where they are not there.
+pub fn shared_session(name: &str) -> Option<Session> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder = std::env::var_os("GRAVCAL_SHARED_DATA").map_or_else(beside, PathBuf::from);
+    let file = folder.join("damaged/sessions").join(name).join("session.toml");
+    if !file.is_file() {
+        eprintln!("SKIPPED: no session at {}; set GRAVCAL_SHARED_DATA", file.display());
+        return None;
+    }
+    Some(Session::read(&file).unwrap())
+}
 
 /// A `robot.toml` of two joints that carry gravity.
 pub const TWO_JOINTS: &str = r#"

@@ -2,7 +2,7 @@
 
 use super::{StepReport, SweepReport};
 use crate::parameter::Quantity;
-use crate::sequential::Plan;
+use crate::sequential::{LoadPair, Plan};
 use crate::session::Session;
 use crate::sweeps::{HOLD_TOLERANCE, SWEEP_POSES, SWEEP_RANGE};
 
@@ -66,10 +66,15 @@ pub(super) fn tell_steps(session: &Session, plan: &Plan) -> Vec<StepReport> {
     for (joint, pairs) in plan.gain.iter().enumerate() {
         let name = names[joint];
         let needed = if joint == 0 { 1 } else { 2 };
+        let alike = |of: &LoadPair| {
+            pairs.iter().filter(|pair| (pair.distance, pair.posture) == (of.distance, of.posture)).count()
+        };
+        let most = pairs.iter().map(alike).max().unwrap_or(0);
         let problem = match names.get(joint + 1) {
             None => Some(format!("{name} is the last joint, which no step reaches")),
-            Some(next) if pairs.len() < needed => Some(format!(
-                "needs sweeps of {next} with the load at two placements, at {needed} position(s) of {name}"
+            Some(next) if most < needed => Some(format!(
+                "needs sweeps of {next} with the load at two placements, at {needed} position(s) of {name} with the joints beyond \
+                 {next} standing alike"
             )),
             Some(_) => None,
         };

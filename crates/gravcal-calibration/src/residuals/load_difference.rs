@@ -9,6 +9,8 @@
 //!     n = C_iᵀ Rot_z(−θ_i) (z × g_i)
 //! ```
 //!
+//! `a`, `c` and `e` come from sinusoids that were fitted with some gain `s_{i+1}` and move with it, to first order.
+//!
 //! `D = r² − r¹` has known length and lies in the axis frame of joint i+1 at coordinate zero (its offset goes into the
 //! direction of D); `g_i` is gravity in the axis frame of joint i. For standard DH, `a_1 … a_3` of (21) are these with
 //! `C_i = Rot_x(α_i)` and `a_3 = −e`.
@@ -25,10 +27,23 @@ pub struct LoadDifferenceBlocks {
     pub gravity: BlockId,
     /// `[s, o]` of the joints up to and including the observed one.
     pub positions: Vec<[BlockId; 2]>,
+    /// `s` of the swept joint.
+    pub swept_gain: BlockId,
     /// `k` of the observed joint.
     pub torque_gain: BlockId,
     /// D, m.
     pub displacement: BlockId,
+}
+
+/// The differences `(a, c, e)` between the second placement's coefficients and the first's, unit of the torque reading.
+#[derive(Clone, Copy, Debug)]
+pub struct MeasuredDifference {
+    /// With the swept joint's gain at `gain`.
+    pub coefficients: [f64; 3],
+    /// Rad a reading unit.
+    pub gain: f64,
+    /// How the coefficients move with the gain.
+    pub by_gain: [f64; 3],
 }
 
 /// Difference of the fitted sinusoids of two placements at one position of the observed joint.
@@ -39,23 +54,21 @@ pub struct LoadDifference {
     mass: f64,
     /// Position readings up to the observed joint.
     position: Vec<f64>,
-    /// `(a, c, e)` in the unit of the torque reading.
-    measured: [f64; 3],
+    measured: MeasuredDifference,
 }
 
 impl LoadDifference {
-    /// `mass` in kg; `position`: readings of the joints up to and including the observed one; `measured`: the
-    /// differences `(a, c, e)` between the second placement's coefficients and the first's.
+    /// `mass` in kg; `position`: readings of the joints up to and including the observed one.
     pub fn new(
         axis_rotations: &[[[f64; 3]; 3]],
         blocks: &LoadDifferenceBlocks,
         mass: f64,
         position: Vec<f64>,
-        measured: [f64; 3],
+        measured: MeasuredDifference,
     ) -> Self {
         let mut order = vec![blocks.gravity];
         order.extend(blocks.positions.iter().flatten());
-        order.extend([blocks.torque_gain, blocks.displacement]);
+        order.extend([blocks.swept_gain, blocks.torque_gain, blocks.displacement]);
         LoadDifference { frames: AxisFrames::new(axis_rotations), blocks: order, mass, position, measured }
     }
 
@@ -92,12 +105,14 @@ impl Residual for LoadDifference {
         jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError> {
         let joints = self.position.len();
-        let gain = x.scalar(1 + 2 * joints);
-        let displacement = Vector3::from_column_slice(x.block(2 + 2 * joints));
+        let MeasuredDifference { coefficients, gain: fitted_with, by_gain } = self.measured;
+        let off = x.scalar(1 + 2 * joints) - fitted_with;
+        let gain = x.scalar(2 + 2 * joints);
+        let displacement = Vector3::from_column_slice(x.block(3 + 2 * joints));
         let lever = self.lever(x);
         let unit = pattern(&lever.value, &displacement);
         for row in 0..3 {
-            residual[row] = gain * self.mass * unit[row] - self.measured[row];
+            residual[row] = gain * self.mass * unit[row] - coefficients[row] - by_gain[row] * off;
         }
         let Some(mut rows) = jacobian else { return Ok(()) };
         let by_lever = |d: &Vector3<f64>| gain * self.mass * pattern(d, &displacement);
@@ -106,7 +121,7 @@ impl Residual for LoadDifference {
             let by_coordinate = by_lever(derivative);
             columns.extend([by_coordinate * *q, by_coordinate]);
         }
-        columns.push(self.mass * unit);
+        columns.extend([-Vector3::from(by_gain), self.mass * unit]);
         columns
             .extend([Vector3::x(), Vector3::y(), Vector3::z()].map(|e| gain * self.mass * pattern(&lever.value, &e)));
         for row in 0..3 {
@@ -125,15 +140,17 @@ mod tests {
     fn derivatives() {
         let (s, c) = 0.9_f64.sin_cos();
         let twist = [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]];
-        let lengths = [3, 1, 1, 1, 1, 1, 3];
+        let lengths = [3, 1, 1, 1, 1, 1, 1, 3];
         let ids = ids(&lengths);
         let blocks = LoadDifferenceBlocks {
             gravity: ids[0],
             positions: vec![[ids[1], ids[2]], [ids[3], ids[4]]],
-            torque_gain: ids[5],
-            displacement: ids[6],
+            swept_gain: ids[5],
+            torque_gain: ids[6],
+            displacement: ids[7],
         };
-        let residual = LoadDifference::new(&[twist; 4], &blocks, 1.7, vec![0.3, -0.8], [1.0, 2.0, 3.0]);
-        check_at_random_points(&residual, &lengths, &[0.5; 11]);
+        let measured = MeasuredDifference { coefficients: [1.0, 2.0, 3.0], gain: 0.9, by_gain: [0.3, -0.5, 0.7] };
+        let residual = LoadDifference::new(&[twist; 4], &blocks, 1.7, vec![0.3, -0.8], measured);
+        check_at_random_points(&residual, &lengths, &[0.5; 12]);
     }
 }

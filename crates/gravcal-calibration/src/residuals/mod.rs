@@ -20,7 +20,7 @@ pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
 pub use instrument::{GainEntry, InstrumentModel, InstrumentReading, Sensed, SensedQuantity, SpecificForce, Wrench};
 pub use linear_knowledge::{KnownQuantity, LinearKnowledge};
-pub use load_difference::{LoadDifference, LoadDifferenceBlocks};
+pub use load_difference::{LoadDifference, LoadDifferenceBlocks, MeasuredDifference};
 pub use load_distance::LoadDistance;
 pub use pose_torque::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel};
 pub use position_error::PositionError;

@@ -2,7 +2,9 @@
 
 use gravcal_estimation::{Block, BlockId, Factor, Noise, ProblemBuilder};
 
-use super::fitting::StepFit;
+use super::carried::{CarriedErrors, place};
+use super::contradiction::{NoiseKnowledge, refuse_contradiction};
+use super::fitting::{StepFit, StepProblem};
 use super::found::{Found, Frozen, Missing};
 use super::plan::Plan;
 use crate::closed_form::{fit_sinusoid, search_position_gain};
@@ -13,6 +15,8 @@ use crate::session::Session;
 use crate::workbench::Workbench;
 
 const CURE: &str = "sweep this joint over its whole range while the others stand, and read its torque";
+const CONTRADICTED: &str = "let the other joints stand still while this one sweeps, state the noise as large as it is, or rely on the \
+                            joint estimator, which knows more of the robot";
 
 /// What step 1 finds for one joint.
 #[derive(Clone, Debug)]
@@ -23,6 +27,8 @@ pub struct Bias {
     pub position_gain: Found,
     /// Standard deviation of the residuals, unit of the torque reading, where there was a fit.
     pub residual_std: Option<f64>,
+    /// Degrees of freedom of these residuals.
+    pub degrees_of_freedom: usize,
     /// Largest |residual| of the sinusoids, unit of the torque reading.
     pub largest_residual: Option<f64>,
     /// Solver iterations.
@@ -35,6 +41,7 @@ impl Bias {
             torque_bias: Err(missing.clone()),
             position_gain: Err(missing),
             residual_std: None,
+            degrees_of_freedom: 0,
             largest_residual: None,
             iterations: 0,
         }
@@ -63,9 +70,10 @@ pub(super) fn find_bias(
     plan: &Plan,
     readings: &Readings,
     joint: usize,
+    errors: &mut CarriedErrors,
     workbench: &Workbench<'_>,
 ) -> Bias {
-    let mut bias = fit(session, plan, readings, joint, workbench).unwrap_or_else(Bias::missing);
+    let mut bias = fit(session, plan, readings, joint, errors, workbench).unwrap_or_else(Bias::missing);
     // What is given as exact is known also where no sweep tells it.
     if let Some(value) = exact(session, joint, Quantity::TorqueBias) {
         bias.torque_bias = Ok(Frozen { value, std: 0.0 });
@@ -102,6 +110,7 @@ fn fit(
     plan: &Plan,
     readings: &Readings,
     joint: usize,
+    errors: &mut CarriedErrors,
     workbench: &Workbench<'_>,
 ) -> Result<Bias, Missing> {
     let sweeps: Vec<Vec<(usize, (f64, f64))>> = plan.bias[joint]
@@ -120,11 +129,12 @@ fn fit(
         .or_else(|| search_position_gain(&pairs, nominal))
         .ok_or_else(|| Missing::new(format!("the sweeps of {name} form no sinusoid"), CURE))?;
 
-    let mut builder = ProblemBuilder::new();
-    let position_gain = add_scalar(session, joint, Quantity::PositionGain, gain, &mut builder);
+    let mut step = StepProblem::default();
+    let builder = &mut step.builder;
+    let position_gain = add_scalar(session, joint, Quantity::PositionGain, gain, builder);
     let starts: Vec<_> = pairs.iter().filter_map(|sweep| fit_sinusoid(sweep, gain, None)).collect();
     let bias = starts.iter().map(|s| s.coefficients[2]).sum::<f64>() / starts.len() as f64;
-    let torque_bias = add_scalar(session, joint, Quantity::TorqueBias, bias, &mut builder);
+    let torque_bias = add_scalar(session, joint, Quantity::TorqueBias, bias, builder);
     for (index, (sweep, start)) in sweeps.iter().zip(&starts).enumerate() {
         let block = Block::vector(format!("sweep{index}"), "", &["a", "c"]).linear();
         let coefficients = builder.add_block(block, &[start.coefficients[0], start.coefficients[1]]);
@@ -133,14 +143,23 @@ fn fit(
         let noise = Noise::independent(&std).map_err(|e| Missing::new(e.to_string(), CURE))?;
         builder.add_factor(Factor::new(Sinusoid::new(blocks, pairs[index].clone()), noise));
     }
-    let fitted = StepFit::solve(builder, workbench, CURE)?;
+    let fitted = StepFit::solve(step, workbench, CURE)?;
+    errors.take(
+        &fitted,
+        &[(torque_bias, place(joint, Quantity::TorqueBias)), (position_gain, place(joint, Quantity::PositionGain))],
+    );
+    let noise = if session.noise_estimated()[joint] { NoiseKnowledge::Unknown } else { NoiseKnowledge::Stated };
+    let allowed =
+        refuse_contradiction(&fitted, errors, noise, (&format!("step 1 of {name} (sinusoids)"), CONTRADICTED));
     let spread = readings.spreads[joint];
+    let found = |block: BlockId, limit: f64| allowed.clone().and_then(|()| fitted.frozen(block, limit, CURE));
     Ok(Bias {
-        torque_bias: fitted.frozen(torque_bias, 0.5 * spread, CURE),
-        position_gain: fitted.frozen(position_gain, 0.1 * nominal.abs(), CURE).and_then(|found| {
+        torque_bias: found(torque_bias, 0.5 * spread),
+        position_gain: found(position_gain, 0.1 * nominal.abs()).and_then(|found| {
             same_sign(found, nominal).ok_or_else(|| Missing::new(format!("the sweeps of {name} are no sinusoid"), CURE))
         }),
         residual_std: residual_std(&fitted, &sweeps, |pose| readings.std(session, pose, joint)),
+        degrees_of_freedom: fitted.degrees_of_freedom,
         largest_residual: largest_residual(&fitted, &sweeps, |pose| readings.std(session, pose, joint)),
         iterations: fitted.estimate.iterations.len() - 1,
     })

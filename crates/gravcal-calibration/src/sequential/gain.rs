@@ -1,15 +1,22 @@
 //! Step 3: torque gain and position offset of one joint from two placements of a load (paper, section 2.3).
+//!
+//! The displacement of the load is known by its length alone, and one only where the joints beyond the swept one stand alike: each
+//! posture of theirs has its own. Where the offset is unknown, the fit starts from a posture that has two positions of the joint.
 
-use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise, ProblemBuilder};
-use nalgebra::{Matrix3, Vector3};
+use std::collections::BTreeMap;
 
-use super::bias::readings_of;
-use super::fitting::StepFit;
+use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
+use nalgebra::Vector3;
+
+use super::carried::{CarriedErrors, place};
+use super::contradiction::refuse_contradiction;
+use super::differences::{Difference, Observed};
+use super::fitting::{StepFit, StepProblem};
 use super::found::{Found, Frozen, Missing};
 use super::plan::{LoadPair, Plan};
 use super::{Gravity, SequentialValues};
 use crate::axis_frames::AxisFrames;
-use crate::closed_form::{PositionDifference, fit_sinusoid, gain_and_offset, gain_at_known_offset};
+use crate::closed_form::{PositionDifference, gain_and_offset, gain_at_known_offset};
 use crate::parameter::Quantity;
 use crate::residuals::{LoadDifference, LoadDifferenceBlocks};
 use crate::session::Session;
@@ -26,25 +33,17 @@ pub struct Gain {
     pub iterations: usize,
 }
 
-/// The difference between two placements at one position of the observed joint.
-struct Difference {
-    /// Mean position readings up to the observed joint.
-    position: Vec<f64>,
-    /// `(a, c, e)`, unit of the torque reading.
-    coefficients: Vector3<f64>,
-    covariance: Matrix3<f64>,
-}
-
 /// Finds gain and offset of `joint`, with everything before it frozen in `known`.
 pub(super) fn find_gain(
     session: &Session,
     plan: &Plan,
     known: &SequentialValues,
     joint: usize,
+    errors: &mut CarriedErrors,
     workbench: &Workbench<'_>,
 ) -> Gain {
     let step = Step { session, plan, known, joint };
-    step.run(workbench).unwrap_or_else(|missing| Gain {
+    step.run(errors, workbench).unwrap_or_else(|missing| Gain {
         position_offset: match step.known_offset() {
             Some(value) => Ok(Frozen { value, std: 0.0 }),
             None => Err(missing.clone()),
@@ -67,7 +66,9 @@ struct Given<'a> {
     gravity: &'a Gravity,
     /// `(s, o)` of the joints up to the observed one, whose own offset is still the nominal one.
     upstream: Vec<(f64, f64)>,
-    differences: Vec<Difference>,
+    swept_gain: Frozen,
+    /// By posture: those of one have one displacement.
+    differences: Vec<Vec<Difference>>,
     /// kg, m.
     mass: f64,
     distance: f64,
@@ -77,15 +78,15 @@ struct Given<'a> {
 struct Start {
     torque_gain: f64,
     offset: f64,
-    /// Of the known length, m.
-    displacement: Vector3<f64>,
+    /// By posture, of the known length, m; nothing where its positions do not tell it.
+    displacements: Vec<Option<Vector3<f64>>>,
 }
 
 impl Step<'_> {
-    fn run(&self, workbench: &Workbench<'_>) -> Result<Gain, Missing> {
-        let given = self.given()?;
+    fn run(&self, errors: &mut CarriedErrors, workbench: &Workbench<'_>) -> Result<Gain, Missing> {
+        let given = self.given(workbench)?;
         let start = self.closed_form(&given)?;
-        self.fit(&given, &start, workbench)
+        self.fit(&given, &start, errors, workbench)
     }
 
     fn name(&self, joint: usize) -> &str {
@@ -96,7 +97,7 @@ impl Step<'_> {
         let (name, next) = (self.name(self.joint), self.name(self.joint + 1));
         let cure = format!(
             "sweep {next} with a load at two placements a known distance apart, at two positions of {name} that are \
-             neither equal nor 180° apart, and read the torque of {name}"
+             neither equal nor 180° apart, with all joints beyond {next} as they stood, and read the torque of {name}"
         );
         Missing::new(why, cure)
     }
@@ -107,7 +108,15 @@ impl Step<'_> {
         held.map(|_| self.session.joints[self.joint].of(Quantity::PositionOffset).nominal)
     }
 
-    fn given(&self) -> Result<Given<'_>, Missing> {
+    fn contradicted(&self) -> String {
+        format!(
+            "let all joints but {} stand still while it sweeps, and stand alike with both placements; see that the load is what the \
+             session says; state the noise as large as it is; or rely on the joint estimator",
+            self.name(self.joint + 1),
+        )
+    }
+
+    fn given(&self, workbench: &Workbench<'_>) -> Result<Given<'_>, Missing> {
         if self.joint + 1 == self.session.joints.len() {
             return Err(Missing::new(
                 "the sequential procedure cannot reach the last joint: it reads a joint while the next one sweeps",
@@ -118,22 +127,32 @@ impl Step<'_> {
         let needs = |what: String, step: u8| self.missing(format!("step 3 of {name} needs {what} from step {step}"));
         let gravity = self.known.gravity.as_ref().map_err(|_| needs("gravity".into(), 2))?;
         let upstream = self.upstream()?;
-        let next_gain = self.known.sensors[self.joint + 1].position_gain.as_ref();
-        let next_gain = next_gain.map_err(|_| needs(Quantity::PositionGain.name(next), 1))?.value;
+        let swept_gain = self.known.sensors[self.joint + 1].position_gain.clone();
+        let swept_gain = swept_gain.map_err(|_| needs(Quantity::PositionGain.name(next), 1))?;
         let pairs = first_distance(&self.plan.gain[self.joint]);
+        let (session, plan, known) = (self.session, self.plan, self.known);
+        let observed = Observed { session, plan, known, joint: self.joint, swept_gain, cure: self.contradicted() };
+        let differences = observed.differences(&pairs, workbench)?;
+        let found = differences.len();
+        let differences = by_posture(differences);
+        let most = differences.iter().map(Vec::len).max().unwrap_or(0);
         let needed = if self.known_offset().is_some() { 1 } else { 2 };
-        if pairs.len() < needed {
-            let found = pairs.len();
+        if most < needed {
+            let alike = if found >= needed {
+                format!(", but only {most} with the joints beyond {next} standing alike")
+            } else {
+                String::new()
+            };
             return Err(self.missing(format!(
-                "step 3 found {found} position(s) of {name} at which {next} sweeps with both placements, and needs \
-                 {needed}"
+                "step 3 found {found} position(s) of {name} at which {next} sweeps with both placements{alike}, and needs {needed}"
             )));
         }
         let known = &self.session.load_distances[pairs[0].distance];
         Ok(Given {
             gravity,
             upstream,
-            differences: pairs.iter().filter_map(|pair| self.difference(pair, next_gain)).collect(),
+            swept_gain,
+            differences,
             mass: self.session.loads[known.between[0]].mass,
             distance: known.distance,
         })
@@ -157,99 +176,110 @@ impl Step<'_> {
             .collect()
     }
 
-    /// Second placement's fitted sinusoid less the first's, eqs. (17), (18).
-    fn difference(&self, pair: &LoadPair, next_gain: f64) -> Option<Difference> {
-        let [first, second] = pair.sweeps.map(|sweep| self.fitted_sinusoid(sweep, next_gain));
-        let ((first, first_covariance), (second, second_covariance)) = (first?, second?);
-        let poses: Vec<usize> = pair.sweeps.iter().flat_map(|s| self.plan.sweeps[*s].poses.iter().copied()).collect();
-        let mean =
-            |l: usize| poses.iter().map(|p| self.session.poses[*p].position[l]).sum::<f64>() / poses.len() as f64;
-        Some(Difference {
-            position: (0..=self.joint).map(mean).collect(),
-            coefficients: second - first,
-            covariance: first_covariance + second_covariance,
-        })
-    }
-
-    fn fitted_sinusoid(&self, sweep: usize, next_gain: f64) -> Option<(Vector3<f64>, Matrix3<f64>)> {
-        let rows = readings_of(self.session, &self.plan.sweeps[sweep].poses, self.joint + 1, self.joint);
-        let pairs: Vec<(f64, f64)> = rows.iter().map(|(_, reading)| *reading).collect();
-        let fit = fit_sinusoid(&pairs, next_gain, None)?;
-        let std = |pose: usize| self.known.readings.std(self.session, pose, self.joint);
-        let variance = rows.iter().map(|(pose, _)| std(*pose).powi(2)).sum::<f64>() / rows.len() as f64;
-        Some((fit.coefficients, variance * fit.unit_covariance))
-    }
-
+    /// From the posture with the most positions that determine it; then what the other postures' displacements are with its offset.
     fn closed_form(&self, given: &Given<'_>) -> Result<Start, Missing> {
-        let frames = AxisFrames::new(&self.session.robot.chain.axis_rotations());
-        let coordinate = |d: &Difference, l: usize| given.upstream[l].0 * d.position[l];
-        let positions: Vec<PositionDifference> = given
-            .differences
-            .iter()
-            .map(|d| {
-                let before: Vec<f64> = (0..self.joint).map(|l| coordinate(d, l) + given.upstream[l].1).collect();
-                let g = frames.gravity(&given.gravity.vector, &before).value;
-                PositionDifference {
-                    coordinate: coordinate(d, self.joint),
-                    gravity_angle: g.y.atan2(g.x),
-                    gravity_across: g.x.hypot(g.y),
-                    difference: d.coefficients,
-                }
-            })
-            .collect();
-        let to_next = frames.to_next(self.joint);
-        let (scaled, offset) = match self.known_offset() {
-            Some(offset) => gain_at_known_offset(&positions, to_next, offset).map(|d| (d, offset)),
-            None => gain_and_offset(&positions, to_next, given.upstream[self.joint].1),
-        }
-        .ok_or_else(|| self.missing(format!("the positions of {} determine no gain", self.name(self.joint))))?;
+        let postures: Vec<Vec<PositionDifference>> =
+            given.differences.iter().map(|posture| self.positions(given, posture)).collect();
+        let to_next = AxisFrames::new(&self.session.robot.chain.axis_rotations()).to_next(self.joint).to_owned();
+        let mut by_size: Vec<&Vec<PositionDifference>> = postures.iter().collect();
+        by_size.sort_by_key(|positions| std::cmp::Reverse(positions.len()));
+        let solve = |positions: &Vec<PositionDifference>| match self.known_offset() {
+            Some(offset) => gain_at_known_offset(positions, &to_next, offset).map(|d| (d, offset)),
+            None => gain_and_offset(positions, &to_next, given.upstream[self.joint].1),
+        };
+        let (scaled, offset) = by_size
+            .into_iter()
+            .find_map(solve)
+            .ok_or_else(|| self.missing(format!("the positions of {} determine no gain", self.name(self.joint))))?;
         let sign = self.session.joints[self.joint].of(Quantity::TorqueGain).nominal.signum();
         let torque_gain = sign * scaled.norm() / (given.mass * given.distance);
         if !(torque_gain.is_finite() && torque_gain != 0.0) {
             let why = format!("moving the load does not change the torque of {}", self.name(self.joint));
             return Err(self.missing(why));
         }
-        Ok(Start { torque_gain, offset, displacement: scaled * (sign * given.distance / scaled.norm()) })
+        let displacement = |positions: &Vec<PositionDifference>| {
+            let direction = gain_at_known_offset(positions, &to_next, offset)?.try_normalize(f64::MIN_POSITIVE)?;
+            Some(sign * given.distance * direction)
+        };
+        Ok(Start { torque_gain, offset, displacements: postures.iter().map(displacement).collect() })
     }
 
-    fn fit(&self, given: &Given<'_>, start: &Start, workbench: &Workbench<'_>) -> Result<Gain, Missing> {
-        let frozen = "found by an earlier step";
-        let mut builder = ProblemBuilder::new();
-        let gravity = Block::vector("gravity", "m/s²", &["x", "y", "z"]).held(frozen);
-        let gravity = builder.add_block(gravity, &given.gravity.vector);
-        let positions: Vec<[BlockId; 2]> = (0..=self.joint)
-            .map(|l| {
-                let gain = Block::scalar(Quantity::PositionGain.name(self.name(l)), "").held(frozen);
-                let offset = Block::scalar(Quantity::PositionOffset.name(self.name(l)), "rad");
-                let is_unknown = l == self.joint && self.known_offset().is_none();
-                let offset = if is_unknown { offset } else { offset.held(frozen) };
-                let value = if l == self.joint { start.offset } else { given.upstream[l].1 };
-                [builder.add_block(gain, &[given.upstream[l].0]), builder.add_block(offset, &[value])]
-            })
-            .collect();
+    fn positions(&self, given: &Given<'_>, posture: &[Difference]) -> Vec<PositionDifference> {
+        let frames = AxisFrames::new(&self.session.robot.chain.axis_rotations());
+        let coordinate = |d: &Difference, l: usize| given.upstream[l].0 * d.position[l];
+        let position = |d: &Difference| {
+            let before: Vec<f64> = (0..self.joint).map(|l| coordinate(d, l) + given.upstream[l].1).collect();
+            let g = frames.gravity(&given.gravity.vector, &before).value;
+            PositionDifference {
+                coordinate: coordinate(d, self.joint),
+                gravity_angle: g.y.atan2(g.x),
+                gravity_across: g.x.hypot(g.y),
+                difference: d.measured.coefficients.into(),
+            }
+        };
+        posture.iter().map(position).collect()
+    }
+
+    fn fit(
+        &self,
+        given: &Given<'_>,
+        start: &Start,
+        errors: &mut CarriedErrors,
+        workbench: &Workbench<'_>,
+    ) -> Result<Gain, Missing> {
+        let mut step = StepProblem::default();
+        let gravity = Block::vector("gravity", "m/s²", &["x", "y", "z"]);
+        let gravity = step.freeze(gravity, &given.gravity.vector, errors.gravity());
+        let mut positions: Vec<[BlockId; 2]> = Vec::new();
+        for (l, (gain, offset)) in given.upstream.iter().enumerate() {
+            let block = |quantity: Quantity| Block::scalar(quantity.name(self.name(l)), "");
+            let gain = step.freeze(block(Quantity::PositionGain), &[*gain], place(l, Quantity::PositionGain));
+            let is_unknown = l == self.joint && self.known_offset().is_none();
+            let (block, place) = (block(Quantity::PositionOffset), place(l, Quantity::PositionOffset));
+            let offset = match is_unknown {
+                true => step.builder.add_block(block, &[start.offset]),
+                false => step.freeze(block, &[*offset], place),
+            };
+            positions.push([gain, offset]);
+        }
+        let next = self.joint + 1;
+        let swept_gain = Block::scalar(Quantity::PositionGain.name(self.name(next)), "");
+        let swept_gain = step.freeze(swept_gain, &[given.swept_gain.value], place(next, Quantity::PositionGain));
         let torque_gain = Block::scalar(Quantity::TorqueGain.name(self.name(self.joint)), "").linear();
-        let exact_gain = self.session.held_reason(self.joint, Quantity::TorqueGain);
-        let torque_gain = match exact_gain {
+        let torque_gain = match self.session.held_reason(self.joint, Quantity::TorqueGain) {
             Some(reason) => {
                 let value = self.session.joints[self.joint].of(Quantity::TorqueGain).nominal;
-                builder.add_block(torque_gain.held(reason), &[value])
+                step.builder.add_block(torque_gain.held(reason), &[value])
             }
-            None => builder.add_block(torque_gain, &[start.torque_gain]),
+            None => step.builder.add_block(torque_gain, &[start.torque_gain]),
         };
-        let on_sphere =
-            Block::vector("displacement", "m", &["x", "y", "z"]).on(Manifold::Sphere { radius: given.distance });
-        let displacement = builder.add_block(on_sphere, start.displacement.as_slice());
         let position_offset = positions[self.joint][1];
-        let blocks = LoadDifferenceBlocks { gravity, positions, torque_gain, displacement };
         let rotations = self.session.robot.chain.axis_rotations();
-        for d in &given.differences {
-            let noise = Noise::correlated(d.covariance.as_slice(), 3).map_err(|e| self.missing(e.to_string()))?;
-            let residual =
-                LoadDifference::new(&rotations, &blocks, given.mass, d.position.clone(), d.coefficients.into());
-            builder.add_factor(Factor::new(residual, noise));
+        for (number, (posture, displacement)) in given.differences.iter().zip(&start.displacements).enumerate() {
+            let Some(displacement) = displacement else { continue };
+            let on_sphere = Block::vector(format!("displacement{number}"), "m", &["x", "y", "z"])
+                .on(Manifold::Sphere { radius: given.distance });
+            let displacement = step.builder.add_block(on_sphere, displacement.as_slice());
+            let positions = positions.clone();
+            let blocks = LoadDifferenceBlocks { gravity, positions, swept_gain, torque_gain, displacement };
+            for d in posture {
+                let noise = Noise::correlated(d.covariance.as_slice(), 3).map_err(|e| self.missing(e.to_string()))?;
+                let residual = LoadDifference::new(&rotations, &blocks, given.mass, d.position.clone(), d.measured);
+                step.builder.add_factor(Factor::new(residual, noise));
+            }
         }
         let cure = self.missing(String::new()).cure;
-        let fitted = StepFit::solve(builder, workbench, &cure)?;
+        let fitted = StepFit::solve(step, workbench, &cure)?;
+        let noise = self.known.noise_knowledge(self.session, self.joint);
+        let what = format!("step 3 of {}", self.name(self.joint));
+        refuse_contradiction(&fitted, errors, noise, (&what, &self.contradicted()))?;
+        errors.take(
+            &fitted,
+            &[
+                (torque_gain, place(self.joint, Quantity::TorqueGain)),
+                (position_offset, place(self.joint, Quantity::PositionOffset)),
+            ],
+        );
         Ok(Gain {
             torque_gain: fitted.frozen(torque_gain, 0.1 * start.torque_gain.abs(), &cure),
             position_offset: match self.known_offset() {
@@ -259,6 +289,15 @@ impl Step<'_> {
             iterations: fitted.estimate.iterations.len() - 1,
         })
     }
+}
+
+/// The differences of each posture together.
+fn by_posture(differences: Vec<Difference>) -> Vec<Vec<Difference>> {
+    let mut postures: BTreeMap<usize, Vec<Difference>> = BTreeMap::new();
+    for difference in differences {
+        postures.entry(difference.posture).or_default().push(difference);
+    }
+    postures.into_values().collect()
 }
 
 /// The pairs of the first known distance that has any.

@@ -1,11 +1,13 @@
 //! Step 2: gravity in base coordinates from sweeps of joint 2 at several positions of joint 1 (paper, section 2.2).
 
-use gravcal_estimation::{Block, Factor, Manifold, Noise, ProblemBuilder};
+use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
 use nalgebra::{Complex, Vector3};
 
 use super::SequentialValues;
 use super::bias::readings_of;
-use super::fitting::StepFit;
+use super::carried::{CarriedErrors, place};
+use super::contradiction::refuse_contradiction;
+use super::fitting::{StepFit, StepProblem};
 use super::found::Missing;
 use super::plan::Plan;
 use crate::axis_frames::AxisFrames;
@@ -18,8 +20,6 @@ use crate::workbench::Workbench;
 /// Joint whose sweeps are used, and the joint before it.
 const SWEPT: usize = 1;
 const HELD: usize = 0;
-/// Name of the block.
-const GRAVITY: &str = "gravity";
 /// Direction error above which the step refuses, rad.
 const LIMIT: f64 = 0.1;
 
@@ -41,6 +41,7 @@ pub(super) fn find_gravity(
     session: &Session,
     plan: &Plan,
     known: &SequentialValues,
+    errors: &mut CarriedErrors,
     workbench: &Workbench<'_>,
 ) -> Result<Gravity, Missing> {
     if session.joints.len() <= SWEPT {
@@ -49,8 +50,11 @@ pub(super) fn find_gravity(
     let step = Step { session, plan, known };
     let (sensors, assumed) = step.sensors()?;
     let start = step.closed_form(&sensors)?;
-    let fitted = step.fit(&sensors, &start, workbench)?;
-    step.judge(&fitted, assumed)
+    let (fitted, gravity) = step.fit(&sensors, &start, workbench)?;
+    let noise = known.noise_knowledge(session, SWEPT);
+    refuse_contradiction(&fitted, errors, noise, ("step 2 (one gravity at every position)", &step.contradicted()))?;
+    errors.take(&fitted, &[(gravity, errors.gravity())]);
+    step.judge(&fitted, gravity, assumed)
 }
 
 /// What the step looks at.
@@ -80,6 +84,15 @@ impl Step<'_> {
              180° apart)"
         );
         Missing::new(why, cure)
+    }
+
+    fn contradicted(&self) -> String {
+        format!(
+            "let all joints but {} stand still while it sweeps, and those beyond it stand alike at every position of {}; state the \
+             noise as large as it is; or rely on the joint estimator",
+            self.joint(SWEPT),
+            self.joint(HELD),
+        )
     }
 
     fn sensors(&self) -> Result<(Sensors, Option<String>), Missing> {
@@ -154,18 +167,27 @@ impl Step<'_> {
         })
     }
 
-    fn fit(&self, sensors: &Sensors, start: &GravityStart, workbench: &Workbench<'_>) -> Result<StepFit, Missing> {
+    fn fit(
+        &self,
+        sensors: &Sensors,
+        start: &GravityStart,
+        workbench: &Workbench<'_>,
+    ) -> Result<(StepFit, BlockId), Missing> {
         let magnitude = self.session.gravity.magnitude;
-        let mut builder = ProblemBuilder::new();
-        let on_sphere = Block::vector(GRAVITY, "m/s²", &["x", "y", "z"]).on(Manifold::Sphere { radius: magnitude });
-        let gravity = builder.add_block(on_sphere, (magnitude * start.direction).as_slice());
-        let mut held =
-            |name: &str, value: f64| builder.add_block(Block::scalar(name, "").held("found by step 1"), &[value]);
-        let before = [held("held.position_gain", sensors.held_gain), held("held.position_offset", sensors.held_offset)];
-        let (position_gain, torque_bias) =
-            (held("position_gain", sensors.position_gain), held("torque_bias", sensors.torque_bias));
-        let moment =
-            builder.add_block(Block::vector("moment", "", &["p", "q"]).linear(), &start.moment.map(|m| m / magnitude));
+        let mut step = StepProblem::default();
+        let on_sphere = Block::vector("gravity", "m/s²", &["x", "y", "z"]).on(Manifold::Sphere { radius: magnitude });
+        let gravity = step.builder.add_block(on_sphere, (magnitude * start.direction).as_slice());
+        let mut frozen = |name: &str, value: f64, joint: usize, quantity: Quantity| {
+            step.freeze(Block::scalar(name, ""), &[value], place(joint, quantity))
+        };
+        let before = [
+            frozen("held.position_gain", sensors.held_gain, HELD, Quantity::PositionGain),
+            frozen("held.position_offset", sensors.held_offset, HELD, Quantity::PositionOffset),
+        ];
+        let position_gain = frozen("position_gain", sensors.position_gain, SWEPT, Quantity::PositionGain);
+        let torque_bias = frozen("torque_bias", sensors.torque_bias, SWEPT, Quantity::TorqueBias);
+        let moment = Block::vector("moment", "", &["p", "q"]).linear();
+        let moment = step.builder.add_block(moment, &start.moment.map(|m| m / magnitude));
         let blocks = GravitySweepBlocks { gravity, before: vec![before], position_gain, torque_bias, moment };
         let (rows, std): (Vec<_>, Vec<f64>) = self
             .plan
@@ -179,12 +201,11 @@ impl Step<'_> {
             .unzip();
         let noise = Noise::independent(&std).map_err(|e| self.missing(e.to_string()))?;
         let residual = GravitySweep::new(&self.session.robot.chain.axis_rotations(), &blocks, rows);
-        builder.add_factor(Factor::new(residual, noise));
-        StepFit::solve(builder, workbench, &self.missing(String::new()).cure)
+        step.builder.add_factor(Factor::new(residual, noise));
+        Ok((StepFit::solve(step, workbench, &self.missing(String::new()).cure)?, gravity))
     }
 
-    fn judge(&self, fitted: &StepFit, assumed: Option<String>) -> Result<Gravity, Missing> {
-        let gravity = fitted.problem.find(GRAVITY).ok_or_else(|| self.missing("no gravity".into()))?;
+    fn judge(&self, fitted: &StepFit, gravity: BlockId, assumed: Option<String>) -> Result<Gravity, Missing> {
         let covariance = fitted.covariance.stored(&fitted.problem, fitted.values(), &[gravity]);
         let largest = nalgebra::Matrix3::from_row_slice(&covariance).symmetric_eigenvalues().max().max(0.0).sqrt();
         let angle = largest / self.session.gravity.magnitude;

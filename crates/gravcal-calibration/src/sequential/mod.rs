@@ -5,8 +5,14 @@
 //! that a deflection which its sensor sees is no error. Step 3 fits a sinusoid to a whole sweep, and takes the mean of the
 //! readings of the joints that stand. What sensors do not see the steps cannot know: see [`crate::session::Deflection`] for
 //! the joint estimator.
+//!
+//! **When a step tells nothing.** Where its readings leave a number open, and where they rule out its model: its own χ², with
+//! what the errors of earlier steps may do to it, has a probability below 0.001.
 
 mod bias;
+mod carried;
+mod contradiction;
+mod differences;
 mod fitting;
 mod found;
 mod gain;
@@ -27,6 +33,8 @@ use crate::session::Session;
 use crate::workbench::Workbench;
 
 use bias::Bias;
+use carried::CarriedErrors;
+use contradiction::NoiseKnowledge;
 use gain::Gain;
 
 pub use found::{Found, Frozen, Missing};
@@ -73,6 +81,9 @@ pub struct SequentialValues {
     pub readings: Readings,
     /// Why there is nothing that the steps could do.
     pub impossible: Option<Missing>,
+    /// Degrees of freedom of the residuals of step 1 by joint, none where it had no sweep.
+    noise_freedom: Vec<usize>,
+    errors: CarriedErrors,
 }
 
 /// Why the steps have nothing to do, if they have not.
@@ -119,29 +130,38 @@ pub fn run_steps_handed(
     }
 
     workbench.tell("step 1: torque biases and position gains");
-    let biases: Vec<Bias> =
-        joints.clone().map(|joint| bias::find_bias(session, plan, &readings, joint, workbench)).collect();
-    for (joint, bias) in biases.iter().enumerate() {
-        if let Some(std) = bias.residual_std {
-            readings.noise[joint] = std; // read only where no reading states its own
+    let mut errors = CarriedErrors::none(session.joints.len());
+    let mut biases = Vec::new();
+    for joint in joints.clone() {
+        let mut find = |readings: &Readings| bias::find_bias(session, plan, readings, joint, &mut errors, workbench);
+        let mut bias = find(&readings);
+        if let (Some(std), true) = (bias.residual_std, session.noise_estimated()[joint]) {
+            readings.noise[joint] = std;
+            bias = find(&readings);
         }
+        biases.push(bias);
     }
-    let mut known = SequentialValues::after_step_1(&biases, readings, impossible(session, plan));
+    let mut known = SequentialValues::after_step_1(&biases, readings, errors, impossible(session, plan));
     if let Some(values) = handed.step_1 {
         known.take_step_1(values);
     }
 
     workbench.tell("step 2: gravity");
-    known.gravity = gravity::find_gravity(session, plan, &known, workbench);
+    let mut errors = known.errors.clone();
+    known.gravity = gravity::find_gravity(session, plan, &known, &mut errors, workbench);
     known.iterations += known.gravity.as_ref().map_or(0, |g| g.iterations);
     if let Some(vector) = handed.gravity {
         known.gravity = Ok(Gravity { vector, covariance: vec![0.0; 9], assumed: None, iterations: 0 });
+        errors.forget(errors.gravity());
     }
+    known.errors = errors;
 
     workbench.tell("step 3: torque gains and position offsets");
     for joint in joints {
+        let mut errors = known.errors.clone();
         let Gain { torque_gain, position_offset, iterations } =
-            gain::find_gain(session, plan, &known, joint, workbench);
+            gain::find_gain(session, plan, &known, joint, &mut errors, workbench);
+        known.errors = errors;
         known.sensors[joint].torque_gain = torque_gain;
         known.sensors[joint].position_offset = position_offset;
         known.iterations += iterations;
@@ -151,7 +171,12 @@ pub fn run_steps_handed(
 }
 
 impl SequentialValues {
-    fn after_step_1(biases: &[Bias], readings: Readings, impossible: Option<Missing>) -> SequentialValues {
+    fn after_step_1(
+        biases: &[Bias],
+        readings: Readings,
+        errors: CarriedErrors,
+        impossible: Option<Missing>,
+    ) -> SequentialValues {
         let not_yet = || Err(Missing::new("not reached", ""));
         SequentialValues {
             sensors: biases
@@ -168,6 +193,8 @@ impl SequentialValues {
             iterations: biases.iter().map(|b| b.iterations).sum(),
             readings,
             impossible,
+            noise_freedom: biases.iter().map(|b| b.degrees_of_freedom).collect(),
+            errors,
         }
     }
 
@@ -186,6 +213,8 @@ impl SequentialValues {
             iterations: 0,
             readings,
             impossible: impossible(session, plan),
+            noise_freedom: vec![0; session.joints.len()],
+            errors: CarriedErrors::none(session.joints.len()),
         };
         known.respect_exact_knowledge(session);
         known
@@ -197,6 +226,16 @@ impl SequentialValues {
         for (joint, sensor) in self.sensors.iter_mut().enumerate() {
             sensor.torque_bias = exact(joint, Quantity::TorqueBias);
             sensor.position_gain = exact(joint, Quantity::PositionGain);
+        }
+        self.errors = CarriedErrors::none(self.sensors.len());
+    }
+
+    /// How the noise of a joint's torque readings is known, which steps 2 and 3 are held against.
+    fn noise_knowledge(&self, session: &Session, joint: usize) -> NoiseKnowledge {
+        match (session.noise_estimated()[joint], self.noise_freedom[joint]) {
+            (false, _) => NoiseKnowledge::Stated,
+            (true, 0) => NoiseKnowledge::Unknown,
+            (true, freedom) => NoiseKnowledge::Found(freedom),
         }
     }
 
@@ -453,3 +492,6 @@ fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
     }
     notes
 }
+
+#[cfg(test)]
+mod tests;

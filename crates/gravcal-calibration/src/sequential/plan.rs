@@ -25,6 +25,9 @@ pub struct LoadPair {
     pub distance: usize,
     /// Indices of the sweeps: first placement, second placement.
     pub sweeps: [usize; 2],
+    /// Number of the posture of the joints beyond the swept one, up to the load. From the swept joint, moving the load is one and
+    /// the same displacement in all pairs of one distance and posture.
+    pub posture: usize,
 }
 
 impl Plan {
@@ -94,7 +97,7 @@ fn gravity_sweeps(session: &Session, sweeps: &[Sweep]) -> Vec<usize> {
     best
 }
 
-/// Sweeps of the joint after `joint`, paired by placement at equal positions of all others.
+/// Sweeps of the joint after `joint`, paired by placement at equal positions of all others, each sweep in one pair at most.
 fn load_pairs(session: &Session, sweeps: &[Sweep], joint: usize) -> Vec<LoadPair> {
     let candidates = eligible(session, sweeps, joint + 1, 3);
     let with_load = |load: usize| candidates.iter().copied().filter(move |i| sweeps[*i].load == Some(load));
@@ -105,11 +108,35 @@ fn load_pairs(session: &Session, sweeps: &[Sweep], joint: usize) -> Vec<LoadPair
         if session.loads[first].mass != session.loads[second].mass || session.loads[first].link <= joint {
             continue;
         }
+        let mut left: Vec<usize> = with_load(second).collect();
+        let mut postures = Postures { up_to: session.loads[first].link, after: joint + 1, met: Vec::new() };
         for a in with_load(first) {
-            if let Some(b) = with_load(second).find(|b| sweeps[*b].stands_like(&sweeps[a], &[joint + 1])) {
-                pairs.push(LoadPair { distance: index, sweeps: [a, b] });
+            let partner = left.iter().position(|b| sweeps[*b].stands_like(&sweeps[a], &[joint + 1]));
+            if let Some(partner) = partner {
+                let b = left.remove(partner);
+                pairs.push(LoadPair { distance: index, sweeps: [a, b], posture: postures.number(&sweeps[a]) });
             }
         }
     }
     pairs
+}
+
+/// The postures met so far of the joints after one, up to a link.
+struct Postures<'a> {
+    after: usize,
+    up_to: usize,
+    met: Vec<&'a Sweep>,
+}
+
+impl<'a> Postures<'a> {
+    fn number(&mut self, sweep: &'a Sweep) -> usize {
+        let (after, up_to) = (self.after, self.up_to);
+        let before_or_beyond = |joint: usize| joint <= after || joint > up_to;
+        let other: Vec<usize> = (0..sweep.held.len()).filter(|joint| before_or_beyond(*joint)).collect();
+        let known = self.met.iter().position(|met| sweep.stands_like(met, &other));
+        known.unwrap_or_else(|| {
+            self.met.push(sweep);
+            self.met.len() - 1
+        })
+    }
 }
