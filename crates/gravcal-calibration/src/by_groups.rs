@@ -1,14 +1,16 @@
 //! The estimators that take readings group by group: where theory says so they agree with the joint ones, and where they
 //! cannot be used they say it.
 
-use gravcal_estimation::{Loss, LossName};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use gravcal_estimation::{IterationRecord, Loss, LossName};
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::calibrate::{EstimatorName, UnsuitableChoice, calibrate, check_choice};
 use crate::result::{EstimatorResult, Verdict};
 use crate::session::{Session, UncertaintyChoice};
 use crate::simulation::Simulation;
-use crate::testing::sarcos_shoulder;
+use crate::testing::{sarcos_shoulder, shared_session};
 use crate::workbench::Workbench;
 
 use EstimatorName::{Joint, JointPaperSignals, Recursive, SequentialWithCovariance};
@@ -145,6 +147,25 @@ fn what_needs_all_readings_at_once_is_refused_by_name() {
         assert_eq!(error, UnsuitableChoice::NoSweeps(estimator));
     }
     assert_eq!(check_choice(&no_sweeps, &[Recursive], &solver), Ok(()));
+}
+
+/// A session whose noise is stated too small is tried from other starts, none of which the steps are to wander from.
+#[test]
+fn other_starts_are_no_work_without_end() {
+    let Some(mut session) = shared_session("sequential-with-covariance-slow") else { return };
+    for reading in session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()) {
+        reading.std = Some(0.025); // half of what it is
+    }
+    let iterations = AtomicUsize::new(0);
+    let count = |_: &IterationRecord| {
+        iterations.fetch_add(1, Ordering::Relaxed);
+    };
+    let (solver, silent) = (LevenbergMarquardt::default(), |_: &str| {});
+    let workbench = Workbench::new(&solver, &silent).observed_by(&count);
+    let result = calibrate(&session, &[SequentialWithCovariance], &workbench).remove(0);
+    assert_eq!(result.verdict, Verdict::Determined);
+    let iterations = iterations.into_inner();
+    assert!(iterations < 5000, "{iterations}");
 }
 
 #[test]

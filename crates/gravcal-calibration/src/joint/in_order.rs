@@ -20,6 +20,9 @@ const HARDLY_KNOWN: f64 = 10.0;
 /// Iterations that bring a step that others follow near enough to its end: where it ends is no more than where its readings are
 /// condensed.
 const BRIEF: usize = 30;
+/// A start is far where the residuals of all steps' readings are, root mean square, so many standard deviations. From there a step
+/// leads what it leaves open anywhere, and those that follow back in thousands of iterations.
+const FAR: f64 = 10.0;
 /// Why.
 const STEP_SAYS_LITTLE: &str = "the steps so far say hardly anything of it";
 
@@ -37,16 +40,20 @@ pub(super) fn estimate_in_order(
     Ok((posed.clone(), updated.estimate(&posed.problem)?))
 }
 
-/// Each step from where the one before ended, with what those before determine.
+/// Each step from where the one before ended, with what those before determine. A start that is [`FAR`] is first brought near on
+/// the readings of all steps: a start is where readings are condensed, and no knowledge.
 fn step_by_step(
     posed: &JointProblem,
     steps: &[BTreeSet<(usize, usize)>],
     workbench: &Workbench<'_>,
 ) -> Result<Updated, EstimateError> {
     let whole = &posed.problem;
-    let in_the_end = Spectrum::new(whole, &posed.initial)?.covariance();
-    let mut known = first_of(posed, 0);
     let (mut updated, mut last) = (Updated::from(&posed.initial), None);
+    if is_far(whole, &posed.initial)? {
+        updated.go_to(workbench.solve_briefly(whole, &posed.initial, BRIEF, 0.0)?);
+    }
+    let in_the_end = Spectrum::new(whole, &updated.values)?.covariance();
+    let mut known = first_of(posed, 0);
     for step in steps {
         let rows: Vec<usize> = (0..posed.rows.len()).filter(|row| step.contains(&posed.rows[*row])).collect();
         if rows.is_empty() {
@@ -67,6 +74,10 @@ fn step_by_step(
         updated.take(workbench.solve(&last, &updated.values)?);
     }
     Ok(updated)
+}
+
+fn is_far(whole: &Problem, start: &Values) -> Result<bool, EstimateError> {
+    Ok(2.0 * whole.cost(start)? > FAR * FAR * whole.rows() as f64)
 }
 
 /// Blocks in which the residuals are not linear, and which the readings up to a step do not fix.
