@@ -127,7 +127,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
 
 fn robot(arguments: &Arguments, inspection: &Inspection) -> Result<Option<DraftRobot>, Failure> {
     let Some(path) = &arguments.robot else { return Ok(None) };
-    let joints = inspection.joints();
+    let joints = inspection.joints_with_torque();
     let recorded: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
     let robot = DraftRobot::read(path, arguments.base.as_deref(), &arguments.tips, &recorded);
     robot

@@ -17,29 +17,43 @@ pub struct UrdfEnds {
 
 impl UrdfEnds {
     /// The ends of a chain whose joints are `recorded`, guessed: the base is the last link that no joint moves on the way to all of them,
-    /// and a tip each link that one of them carries and beyond which none of them moves.
+    /// and a tip each link that one of them carries and beyond which none of them moves. Names that the URDF does not know are of
+    /// something else, such as a gripper.
     ///
-    /// Where the URDF does not know one of the names, only how many there are counts: the tip is the one link that so many joints move,
-    /// one after another. `None` where there is none, or more than one.
+    /// Where it knows none of them, only how many there are counts: the tip is the one link that so many joints move, one after
+    /// another. `None` where there is none, or more than one.
     ///
     /// # Errors
     /// The text is no URDF, or no tree.
     pub fn guess(text: &str, recorded: &[&str]) -> Result<Option<UrdfEnds>, UrdfError> {
         let robot = read(text)?;
         let tree = Tree::new(&robot)?;
-        let named: Option<Vec<usize>> =
-            recorded.iter().map(|name| robot.joints.iter().position(|joint| joint.name == *name)).collect();
-        let tips = match named {
-            Some(joints) => last_of(&tree, &joints),
-            None => at_depth(&tree, recorded.len()),
-        };
-        let Some(first) = tips.first() else { return Ok(None) };
-        let standing = |tip: &usize| tree.links_to_root(*tip).find(|link| !is_carried(&tree, *link));
-        let root = tree.links_to_root(*first).last().unwrap_or(*first);
-        let base = standing(first).filter(|base| tips.iter().all(|tip| standing(tip) == Some(*base))).unwrap_or(root);
-        let tips = tips.iter().map(|link| tree.link_name(*link)).collect();
-        Ok(Some(UrdfEnds { base: tree.link_name(base), tips }))
+        let place = |name: &&str| robot.joints.iter().position(|joint| joint.name == *name);
+        let named: Vec<usize> = recorded.iter().filter_map(place).collect();
+        let tips = if named.is_empty() { at_depth(&tree, recorded.len()) } else { last_of(&tree, &named) };
+        Ok(ending_at(&tree, &tips))
     }
+
+    /// The ends of a chain to these links: its base is guessed. `None` where the URDF has no link of one of these names.
+    ///
+    /// # Errors
+    /// The text is no URDF, or no tree.
+    pub fn guess_base(text: &str, tips: &[String]) -> Result<Option<UrdfEnds>, UrdfError> {
+        let robot = read(text)?;
+        let tree = Tree::new(&robot)?;
+        let place = |tip: &String| robot.links.iter().position(|link| link.name == *tip);
+        let tips: Option<Vec<usize>> = tips.iter().map(place).collect();
+        Ok(tips.and_then(|tips| ending_at(&tree, &tips)))
+    }
+}
+
+fn ending_at(tree: &Tree<'_>, tips: &[usize]) -> Option<UrdfEnds> {
+    let first = tips.first()?;
+    let standing = |tip: &usize| tree.links_to_root(*tip).find(|link| !is_carried(tree, *link));
+    let root = tree.links_to_root(*first).last().unwrap_or(*first);
+    let base = standing(first).filter(|base| tips.iter().all(|tip| standing(tip) == Some(*base))).unwrap_or(root);
+    let tips = tips.iter().map(|link| tree.link_name(*link)).collect();
+    Some(UrdfEnds { base: tree.link_name(base), tips })
 }
 
 /// Links that one of the joints carries and beyond which none of them moves.
@@ -86,9 +100,16 @@ mod tests {
     fn names_of_joints_tell_the_tip() {
         assert_eq!(guessed(&["lift", "pan"]), ends("arm"));
         assert_eq!(guessed(&["pan", "lift", "grip"]), ends("finger"));
+        assert_eq!(guessed(&["another_finger", "pan", "lift"]), ends("arm"));
         let standing =
             ARM.replacen("<joint name=\"pan\" type=\"continuous\">", "<joint name=\"pan\" type=\"fixed\">", 1);
         assert_eq!(UrdfEnds::guess(&standing, &["lift"]).unwrap().map(|ends| ends.base).as_deref(), Some("bracket"));
+    }
+
+    #[test]
+    fn tips_tell_the_base() {
+        let base = |tip: &str| UrdfEnds::guess_base(ARM, &[tip.to_owned()]).unwrap().map(|ends| (ends.base, ends.tips));
+        assert_eq!((base("arm"), base("nowhere")), (ends("arm"), None));
     }
 
     #[test]

@@ -42,8 +42,8 @@ impl DraftJoint {
 /// Longest travel of a sliding joint that is taken for metres.
 const METRES: f64 = 10.0;
 
-/// The robot's joints with the columns of the recording, and whether they were matched by their order. Without a robot those of
-/// the recording.
+/// The robot's joints with the columns of the recording, and whether they were matched by their order, as no name or not all agree.
+/// The recording may have more joints. Without a robot those of the recording.
 pub(super) fn matched(
     inspection: &Inspection,
     found: &[JointFound],
@@ -55,17 +55,21 @@ pub(super) fn matched(
         return Ok((found.iter().map(joint).collect(), false));
     };
     let joints = robot.chain.joints();
-    let named: Option<Vec<&JointFound>> =
-        joints.iter().map(|joint| found.iter().find(|found| plain(&found.name) == plain(&joint.name))).collect();
-    let by_order = named.is_none();
-    let matched = match named {
-        Some(named) => named,
-        None if found.len() == joints.len() => found.iter().collect(),
-        None => {
-            let robot = joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>().join(", ");
-            let recorded = found.iter().map(|found| found.name.as_str()).collect::<Vec<_>>().join(", ");
-            return Err(DraftError::OtherJoints { robot, recorded });
-        }
+    let of_name = |name: &str| found.iter().find(|found| plain(&found.name) == plain(name));
+    let named: Vec<Option<&JointFound>> = joints.iter().map(|joint| of_name(&joint.name)).collect();
+    let missing = joints.iter().zip(&named).filter(|(_, named)| named.is_none()).map(|(joint, _)| joint.name.as_str());
+    let missing: Vec<&str> = missing.collect();
+    let with_torque = inspection.joints_with_torque();
+    let by_order = missing.len() == joints.len() || (!missing.is_empty() && found.len() == joints.len());
+    let in_order = || match (found.len() == joints.len(), with_torque.len() == joints.len()) {
+        (true, _) => Some(found.iter().collect()),
+        (false, true) => Some(with_torque.iter().collect()),
+        (false, false) => None,
+    };
+    let matched: Option<Vec<&JointFound>> = if by_order { in_order() } else { named.into_iter().collect() };
+    let Some(matched) = matched else {
+        let recorded = found.iter().map(|found| found.name.as_str()).collect::<Vec<_>>().join(", ");
+        return Err(DraftError::OtherJoints { missing: missing.join(", "), joints: joints.len(), recorded });
     };
     let drafts = joints.iter().zip(matched).zip(&robot.sensors);
     let drafts = drafts.map(|((joint, found), sensors)| draft(inspection, found, &joint.name, joint.kind, *sensors));

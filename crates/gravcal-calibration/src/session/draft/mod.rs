@@ -48,13 +48,16 @@ pub enum DraftError {
         /// Names of the columns.
         columns: String,
     },
-    /// Robot and recording have different joints.
+    /// The robot has joints that the recording has not.
     #[error(
-        "the robot's joints are {robot}, and the positions in the recording are those of {recorded}: neither their names nor their numbers agree"
+        "of the robot's {joints} joints these are not in the recording: {missing}; the joints whose positions are recorded are \
+         {recorded}, and their number does not tell either which is which"
     )]
     OtherJoints {
-        /// Names of the robot's joints.
-        robot: String,
+        /// Names of the robot's joints that are not recorded.
+        missing: String,
+        /// How many joints the robot has.
+        joints: usize,
         /// Names of the recorded ones.
         recorded: String,
     },
@@ -69,6 +72,8 @@ pub struct Draft<'a> {
     joints: Vec<DraftJoint>,
     /// Whether joints of the recording became those of the robot by their order, as names do not agree.
     by_order: bool,
+    /// Names of joints of the recording that are none of the robot's.
+    left_out: Vec<String>,
 }
 
 /// A table of static poses has rows further apart than this, s.
@@ -92,7 +97,9 @@ impl<'a> Draft<'a> {
         if joints.iter().all(|joint| joint.torque.is_none()) {
             return Err(DraftError::NoTorques { columns: columns() });
         }
-        Ok(Draft { recording, inspection, robot, joints, by_order })
+        let is_taken = |name: &String| joints.iter().any(|joint| joint.recorded == *name);
+        let left_out = found.into_iter().map(|found| found.name).filter(|name| !is_taken(name)).collect();
+        Ok(Draft { recording, inspection, robot, joints, by_order, left_out })
     }
 
     /// Which columns are which readings.

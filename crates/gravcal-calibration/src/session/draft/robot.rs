@@ -21,7 +21,7 @@ pub struct DraftRobot {
 
 impl DraftRobot {
     /// Reads a `robot.toml`, or a URDF from `base` to `tips`; where these are not said they are guessed from the names of the recorded
-    /// joints, or their number.
+    /// joints that have a torque, or their number.
     ///
     /// # Errors
     /// The file is no robot, or a URDF whose ends cannot be guessed.
@@ -34,10 +34,11 @@ impl DraftRobot {
             return Ok(DraftRobot { robot: Robot::read(path)?, path: path.to_owned(), ends: None, guessed: false });
         }
         let guessed = base.is_none() || tips.is_empty();
-        let ends = if guessed { guess(path, recorded)? } else { UrdfEnds { base: String::new(), tips: Vec::new() } };
-        let ends = UrdfEnds {
-            base: base.map_or(ends.base, str::to_owned),
-            tips: if tips.is_empty() { ends.tips } else { tips.to_vec() },
+        let ends = match base {
+            Some(base) if !tips.is_empty() => UrdfEnds { base: base.to_owned(), tips: tips.to_vec() },
+            Some(base) => UrdfEnds { base: base.to_owned(), ..guess(path, recorded)? },
+            None if tips.is_empty() => guess(path, recorded)?,
+            None => guess_base(path, tips)?,
         };
         let named: Vec<&str> = ends.tips.iter().map(String::as_str).collect();
         let robot = Robot::from_urdf_file(path, &ends.base, &named)?;
@@ -45,14 +46,21 @@ impl DraftRobot {
     }
 }
 
+/// `recorded`: names of the joints whose torque is read.
 fn guess(path: &Path, recorded: &[&str]) -> Result<UrdfEnds, FileError> {
     let ends = UrdfEnds::guess(&read_text(path)?, recorded).map_err(|error| FileError::new(path, error))?;
     ends.ok_or_else(|| {
         let message = format!(
-            "where the chain begins and ends cannot be guessed: its joints have other names than those recorded ({}), and their \
-             number does not tell it either; name the first link (base) and the last (tip)",
-            recorded.join(", ")
+            "where the chain begins and ends cannot be guessed: none of its joints has the name of one that is recorded with a torque \
+             ({}), and their number, {}, does not tell it either; name the first link (base) and the last (tip)",
+            recorded.join(", "),
+            recorded.len()
         );
         FileError::new(path, message)
     })
+}
+
+fn guess_base(path: &Path, tips: &[String]) -> Result<UrdfEnds, FileError> {
+    let ends = UrdfEnds::guess_base(&read_text(path)?, tips).map_err(|error| FileError::new(path, error))?;
+    ends.ok_or_else(|| FileError::new(path, format!("it has no link of such a name: {}", tips.join(", "))))
 }

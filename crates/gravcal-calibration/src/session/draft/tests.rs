@@ -70,10 +70,48 @@ fn other_numbers_of_joints_are_refused() {
     let inspection = inspect(&path, &|_| {}).unwrap();
     let robot = robot(&folder);
     let told = Draft::new(&path, &inspection, Some(&robot)).unwrap_err().to_string();
-    assert!(
-        told.contains("the robot's joints are shoulder, elbow, and the positions in the recording are those of 1"),
-        "{told}"
-    );
+    let expected = "of the robot's 2 joints these are not in the recording: shoulder, elbow; the joints whose positions are recorded are 1,";
+    assert!(told.contains(expected), "{told}");
+}
+
+#[test]
+fn a_recording_may_have_more_joints_than_the_robot() {
+    let finger = |text: &str| -> String {
+        let mut lines = text.lines();
+        let header = format!("{},finger_pos,finger_tau\n", lines.next().unwrap_or_default());
+        header + &lines.map(|line| format!("{line},0.02,0\n")).collect::<String>()
+    };
+    let (text, notes, session) = drafted(&finger(&standing("t_s,shoulder_pos,elbow_pos,shoulder_tau,elbow_tau")));
+    assert_eq!(session.unwrap().readings.positions.len(), 2, "{text}");
+    assert_eq!(notes, ["left out, as no joints of the robot: finger"]);
+    // Of other names: those that read a torque are as many as the robot has.
+    let (_, notes, session) = drafted(&finger(&standing("t_s,q1_rad,q2_rad,tau1_Nm,tau2_Nm")));
+    assert_eq!(session.unwrap().readings.positions[1].column, "q2_rad");
+    assert!(notes[0].starts_with("joints were matched by their order") && notes[1].contains("finger"), "{notes:?}");
+}
+
+#[test]
+fn a_urdf_is_followed_to_the_recorded_joints_it_has() {
+    let folder = tempfile::tempdir().unwrap();
+    let urdf = folder.path().join("arm.urdf");
+    let joint = |name: &str, parent: &str, child: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"continuous\"><parent link=\"{parent}\"/><child link=\"{child}\"/><axis xyz=\"0 1 0\"/></joint>"
+        )
+    };
+    let links: String = ["base", "upper", "fore"].map(|link| format!("<link name=\"{link}\"/>")).concat();
+    let joints = joint("shoulder", "base", "upper") + &joint("elbow", "upper", "fore");
+    fs::write(&urdf, format!("<robot name=\"arm\">{links}{joints}</robot>")).unwrap();
+    let ends = |tips: &[String], recorded: &[&str]| {
+        let robot = DraftRobot::read(&urdf, None, tips, recorded).map_err(|error| error.to_string())?;
+        Ok::<_, String>(robot.ends.map(|ends| (ends.base, ends.tips.concat())).unwrap())
+    };
+    let whole = Ok(("base".to_owned(), "fore".to_owned()));
+    assert_eq!(ends(&[], &["shoulder", "elbow", "finger"]), whole);
+    assert_eq!(ends(&["fore".to_owned()], &["a", "b", "c"]), whole);
+    let told = ends(&[], &["a", "b", "c"]).unwrap_err();
+    assert!(told.contains("none of its joints has the name of one that is recorded with a torque (a, b, c)"), "{told}");
+    assert!(ends(&["hand".to_owned()], &["a"]).unwrap_err().contains("no link of such a name: hand"));
 }
 
 #[test]

@@ -51,6 +51,9 @@ impl Draft<'_> {
         if let Some(ends) = self.robot.filter(|robot| robot.guessed).and_then(|robot| robot.ends.as_ref()) {
             notes.push(format!("the chain is taken to go from `{}` to `{}`", ends.base, ends.tips.join("`, `")));
         }
+        if !self.left_out.is_empty() {
+            notes.push(format!("left out, as no joints of the robot: {}", self.left_out.join(", ")));
+        }
         let own = self.joints.iter().filter(|joint| joint.is_missing_nominal());
         let own: Vec<&str> = own.map(|joint| joint.name.as_str()).collect();
         if !own.is_empty() {

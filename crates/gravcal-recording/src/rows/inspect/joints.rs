@@ -37,6 +37,14 @@ impl Inspection {
         joints
     }
 
+    /// Those of them whose torque reading ever changes; all, where none does. A gripper's fingers have mostly none.
+    pub fn joints_with_torque(&self) -> Vec<JointFound> {
+        let changes = |torque: usize| self.columns[torque].lowest < self.columns[torque].highest;
+        let (alive, dead): (Vec<JointFound>, Vec<JointFound>) =
+            self.joints().into_iter().partition(|joint| joint.torque.is_some_and(changes));
+        if alive.is_empty() { dead } else { alive }
+    }
+
     /// Columns that say something and have this meaning.
     fn meaning(&self, meaning: Meaning) -> impl Iterator<Item = usize> {
         let is = move |index: &usize| {
