@@ -78,24 +78,41 @@ impl fmt::Display for PositionUnit {
 impl FromStr for PositionUnit {
     type Err = UnknownUnit;
 
-    /// Takes the names exactly as [`Display`](fmt::Display) writes them (upper and lower case differ).
+    /// Takes the names as [`Display`](fmt::Display) writes them (upper and lower case differ), and other spellings of some.
     fn from_str(text: &str) -> Result<Self, UnknownUnit> {
-        let known = PositionUnit::ALL.into_iter().find(|unit| unit.name() == text.trim());
-        known.ok_or_else(|| UnknownUnit {
-            quantity: "position",
-            found: text.to_owned(),
-            accepted: "rad, deg, m, mm, count, V",
-        })
+        match text.trim() {
+            "rad" | "radian" | "radians" => Ok(PositionUnit::Radian),
+            // The last is U+00BA (ordinal indicator), which looks the same.
+            "deg" | "degree" | "degrees" | "°" | "º" => Ok(PositionUnit::Degree),
+            "m" => Ok(PositionUnit::Meter),
+            "mm" => Ok(PositionUnit::Millimeter),
+            "count" => Ok(PositionUnit::Count),
+            "V" => Ok(PositionUnit::Volt),
+            _ => Err(UnknownUnit {
+                quantity: "position",
+                found: text.to_owned(),
+                accepted: "rad, deg (also °, degrees), m, mm, count, V",
+            }),
+        }
     }
 }
 
-/// Unit of a torque reading (a force, at a prismatic joint).
+/// Unit of a torque reading (a force, at a prismatic joint). A motor's current, or its share of some full load, is one too: what a
+/// N·m is of it the gain says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum TorqueUnit {
     /// Torque, `N·m`.
     NewtonMeter,
+    /// Torque, `mN·m`.
+    MillinewtonMeter,
     /// Force of a prismatic joint, `N`.
     Newton,
+    /// Current of a motor, `A`.
+    Ampere,
+    /// Current of a motor, `mA`.
+    Milliampere,
+    /// Share of a full load, `%`.
+    Percent,
     /// Number of a converter, `count`.
     Count,
     /// Voltage of a bridge amplifier, `V`.
@@ -104,21 +121,44 @@ pub enum TorqueUnit {
 
 impl TorqueUnit {
     /// Every unit, in the order in which messages list them.
-    pub const ALL: [TorqueUnit; 4] = [TorqueUnit::NewtonMeter, TorqueUnit::Newton, TorqueUnit::Count, TorqueUnit::Volt];
+    pub const ALL: [TorqueUnit; 8] = [
+        TorqueUnit::NewtonMeter,
+        TorqueUnit::MillinewtonMeter,
+        TorqueUnit::Newton,
+        TorqueUnit::Ampere,
+        TorqueUnit::Milliampere,
+        TorqueUnit::Percent,
+        TorqueUnit::Count,
+        TorqueUnit::Volt,
+    ];
 
-    /// What a reading is multiplied with to be in N·m or N: 1, as every unit is one of these or the sensor's own.
+    /// What a reading is multiplied with when it is read: 1. Torque readings stay in their unit, and the gain has the rest.
     pub fn to_si(self) -> f64 {
-        match self {
-            TorqueUnit::NewtonMeter | TorqueUnit::Newton => 1.0,
-            TorqueUnit::Count | TorqueUnit::Volt => 1.0,
+        1.0
+    }
+
+    /// How many of it a unit of `effort` is (N·m or N), where units alone tell: else it is the sensor's own, and only a gain tells.
+    pub fn of(self, effort: TorqueUnit) -> Option<f64> {
+        match (self, effort) {
+            (TorqueUnit::MillinewtonMeter, TorqueUnit::NewtonMeter) => Some(1e3),
+            (own, effort) => (own == effort).then_some(1.0),
         }
+    }
+
+    /// Whether it is a sensor's own number, which only a gain turns into a torque or a force.
+    pub fn is_sensors_own(self) -> bool {
+        !matches!(self, TorqueUnit::NewtonMeter | TorqueUnit::MillinewtonMeter | TorqueUnit::Newton)
     }
 
     /// The name that messages and reports use, such as `N·m`.
     pub fn name(self) -> &'static str {
         match self {
             TorqueUnit::NewtonMeter => "N·m",
+            TorqueUnit::MillinewtonMeter => "mN·m",
             TorqueUnit::Newton => "N",
+            TorqueUnit::Ampere => "A",
+            TorqueUnit::Milliampere => "mA",
+            TorqueUnit::Percent => "%",
             TorqueUnit::Count => "count",
             TorqueUnit::Volt => "V",
         }
@@ -134,18 +174,23 @@ impl fmt::Display for TorqueUnit {
 impl FromStr for TorqueUnit {
     type Err = UnknownUnit;
 
-    /// Takes the names as [`Display`](fmt::Display) writes them, and the newton metre also as `Nm` or `N*m`.
+    /// Takes the names as [`Display`](fmt::Display) writes them, and the newton metre with any sign for the product, or none.
     fn from_str(text: &str) -> Result<Self, UnknownUnit> {
-        match text.trim() {
-            // The second is U+22C5 (dot operator), which looks the same.
-            "N·m" | "N⋅m" | "Nm" | "N*m" => Ok(TorqueUnit::NewtonMeter),
+        // The second is U+22C5 (dot operator), which looks the same.
+        let plain = text.trim().replace(['·', '⋅', '*', '.', ' '], "");
+        match plain.as_str() {
+            "Nm" => Ok(TorqueUnit::NewtonMeter),
+            "mNm" => Ok(TorqueUnit::MillinewtonMeter),
             "N" => Ok(TorqueUnit::Newton),
+            "A" => Ok(TorqueUnit::Ampere),
+            "mA" => Ok(TorqueUnit::Milliampere),
+            "%" | "percent" => Ok(TorqueUnit::Percent),
             "count" => Ok(TorqueUnit::Count),
             "V" => Ok(TorqueUnit::Volt),
             _ => Err(UnknownUnit {
                 quantity: "torque",
                 found: text.to_owned(),
-                accepted: "N·m (also Nm, N*m), N, count, V",
+                accepted: "N·m (also Nm, N*m), mN·m, N, A, mA, %, count, V",
             }),
         }
     }
@@ -181,8 +226,19 @@ mod tests {
 
     #[test]
     fn newton_metre_has_spellings_for_every_keyboard() {
-        for spelling in ["N·m", "N⋅m", "Nm", "N*m", " Nm "] {
+        for spelling in ["N·m", "N⋅m", "Nm", "N*m", "N m", "N.m", " Nm "] {
             assert_eq!(spelling.parse(), Ok(TorqueUnit::NewtonMeter));
+        }
+        assert_eq!("mNm".parse(), Ok(TorqueUnit::MillinewtonMeter));
+        assert_eq!(["°", "degrees", "deg"].map(str::parse), std::array::from_fn(|_| Ok(PositionUnit::Degree)));
+    }
+
+    #[test]
+    fn units_tell_how_many_of_one_are_another() {
+        let of = |unit: TorqueUnit| unit.of(TorqueUnit::NewtonMeter);
+        assert_eq!((of(TorqueUnit::NewtonMeter), of(TorqueUnit::MillinewtonMeter)), (Some(1.0), Some(1000.0)));
+        for unit in TorqueUnit::ALL {
+            assert_eq!(unit.is_sensors_own(), of(unit).is_none() && unit.of(TorqueUnit::Newton).is_none(), "{unit}");
         }
     }
 
@@ -198,14 +254,15 @@ mod tests {
 
     #[test]
     fn unknown_units_list_every_accepted_name() {
-        let message = "degrees".parse::<PositionUnit>().unwrap_err().to_string();
-        assert_eq!(message, "`degrees` is no unit of position; accepted are rad, deg, m, mm, count, V");
+        let message = "gon".parse::<PositionUnit>().unwrap_err().to_string();
+        assert_eq!(message, "`gon` is no unit of position; accepted are rad, deg (also °, degrees), m, mm, count, V");
         for unit in PositionUnit::ALL {
             assert!(message.contains(unit.name()));
         }
 
-        let message = "mNm".parse::<TorqueUnit>().unwrap_err().to_string();
-        assert_eq!(message, "`mNm` is no unit of torque; accepted are N·m (also Nm, N*m), N, count, V");
+        let message = "kNm".parse::<TorqueUnit>().unwrap_err().to_string();
+        let accepted = "N·m (also Nm, N*m), mN·m, N, A, mA, %, count, V";
+        assert_eq!(message, format!("`kNm` is no unit of torque; accepted are {accepted}"));
         for unit in TorqueUnit::ALL {
             assert!(message.contains(unit.name()));
         }

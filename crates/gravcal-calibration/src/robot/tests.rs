@@ -255,8 +255,8 @@ fn masses_come_with_their_place() {
 fn sensors_have_units_that_fit() {
     assert_eq!(
         refused("value = 6.69, unit = \"count/(N·m)\"", "value = 6.69"),
-        "robot.toml:14: joint[0].torque_sensor.gain.unit: the unit is missing: expected one of N·m/(N·m), N/(N·m), \
-         count/(N·m), V/(N·m), as the joint is revolute"
+        "robot.toml:14: joint[0].torque_sensor.gain.unit: the unit is missing: expected one of N·m/(N·m), \
+         mN·m/(N·m), N/(N·m), A/(N·m), mA/(N·m), %/(N·m), count/(N·m), V/(N·m), as the joint is revolute"
     );
     assert!(
         refused("V/N", "V/(N·m)")

@@ -205,6 +205,9 @@ mod tests {
         }
         assert_eq!(torque_gain(Some("(N·m)/(N·m)"), Revolute), Ok(TorqueUnit::NewtonMeter));
         assert_eq!(torque_gain(Some("V/N"), Prismatic), Ok(TorqueUnit::Volt));
+        let own = ["A/Nm", "mA/(N·m)", "%/(N*m)", "mNm/Nm"].map(|unit| torque_gain(Some(unit), Revolute));
+        let units = [TorqueUnit::Ampere, TorqueUnit::Milliampere, TorqueUnit::Percent, TorqueUnit::MillinewtonMeter];
+        assert_eq!(own, units.map(Ok));
     }
 
     #[test]
@@ -237,21 +240,21 @@ mod tests {
         let message = |error: Result<TorqueUnit, UnitError>| error.unwrap_err().to_string();
         assert_eq!(
             message(torque_gain(None, Revolute)),
-            "the unit is missing: expected one of N·m/(N·m), N/(N·m), count/(N·m), V/(N·m), as the joint is revolute"
+            "the unit is missing: expected one of N·m/(N·m), mN·m/(N·m), N/(N·m), A/(N·m), mA/(N·m), %/(N·m), count/(N·m), V/(N·m), as the joint is revolute"
         );
         assert_eq!(
             message(torque_gain(Some("count/(N·m)"), Prismatic)),
-            "the unit `count/(N·m)` does not fit: expected one of N·m/N, N/N, count/N, V/N, as the joint is prismatic"
+            "the unit `count/(N·m)` does not fit: expected one of N·m/N, mN·m/N, N/N, A/N, mA/N, %/N, count/N, V/N, as the joint is prismatic"
         );
         assert_eq!(
-            message(torque_reading(Some("counts"))),
-            "the unit `counts` does not fit: expected a unit of torque readings, one of N·m, N, count, V"
+            message(torque_reading(Some("ticks"))),
+            "the unit `ticks` does not fit: expected a unit of torque readings, one of N·m, mN·m, N, A, mA, %, count, V"
         );
         assert_eq!(
             position_reading(None).unwrap_err().to_string(),
             "the unit is missing: expected a unit of position, one of rad, deg, m, mm, count, V"
         );
-        for unit in [None, Some("m"), Some("count"), Some("degree")] {
+        for unit in [None, Some("m"), Some("count"), Some("gon")] {
             assert!(
                 coordinate(unit, Revolute)
                     .unwrap_err()

@@ -122,7 +122,7 @@ fn position_unit(column: &ColumnFound, kind: JointKind, nominal: NominalSensors)
 fn torque_unit(column: &ColumnFound, kind: JointKind, nominal: NominalSensors) -> TorqueUnit {
     let guessed = || column.guess.unit.and_then(|unit| unit.parse().ok()).unwrap_or(TorqueUnit::NewtonMeter);
     match (nominal.torque.map_or_else(guessed, |sensor| sensor.unit), kind) {
-        (TorqueUnit::NewtonMeter, JointKind::Prismatic) => TorqueUnit::Newton,
+        (TorqueUnit::NewtonMeter | TorqueUnit::MillinewtonMeter, JointKind::Prismatic) => TorqueUnit::Newton,
         (TorqueUnit::Newton, JointKind::Revolute) => TorqueUnit::NewtonMeter,
         (unit, _) => unit,
     }

@@ -143,7 +143,10 @@ fn what_only_the_user_knows_is_asked_for() {
     let (text, notes, session) =
         drafted("# load = plate\nq1_deg,q2_deg,tau1,tau2\n0,0,1000,2000\n10,20,3000,1\n20,50,30,4\n");
     assert!(text.contains("# torque_gain = { nominal = …, unit = \"count/(N·m)\" }"), "{text}");
-    assert!(notes[1].starts_with("what a count or volt means is to be filled in for shoulder, elbow"), "{notes:?}");
+    assert!(
+        notes[1].starts_with("what a unit of the sensor's own is to be filled in for shoulder, elbow"),
+        "{notes:?}"
+    );
     assert!(notes[2].contains("the mass of the load"), "{notes:?}");
     assert!(session.is_err(), "a load without a mass, and counts without a gain");
 }

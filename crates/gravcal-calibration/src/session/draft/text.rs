@@ -57,7 +57,7 @@ impl Draft<'_> {
         let own = self.joints.iter().filter(|joint| joint.is_missing_nominal());
         let own: Vec<&str> = own.map(|joint| joint.name.as_str()).collect();
         if !own.is_empty() {
-            notes.push(format!("what a count or volt means is to be filled in for {}", own.join(", ")));
+            notes.push(format!("what a unit of the sensor's own is to be filled in for {}", own.join(", ")));
         }
         if self.inspection.metadata.contains_key("load") {
             notes.push("the mass of the load that the recording names is to be filled in".to_owned());
@@ -162,7 +162,7 @@ impl Draft<'_> {
 impl DraftJoint {
     fn own_torque_unit(&self) -> Option<TorqueUnit> {
         let (_, unit) = self.torque.as_ref()?;
-        (matches!(unit, TorqueUnit::Count | TorqueUnit::Volt) && self.nominal.torque.is_none()).then_some(*unit)
+        (unit.is_sensors_own() && self.nominal.torque.is_none()).then_some(*unit)
     }
 
     fn own_position_unit(&self) -> Option<PositionUnit> {
@@ -240,7 +240,7 @@ const ROWS: &str = "
 const AS_THE_ROBOT_SAYS: &str = "                         # as the robot's file says\n";
 
 const OWN_UNITS: &str = "
-# FILL IN, without the signs # : about how many counts or volts a N·m is, and the reading at no torque; likewise the angle.
+# FILL IN, without the signs # : about how many of its own units (count, V, A) a N·m is, and the reading at no torque; likewise the angle.
 ";
 
 const LOADS: &str = "

@@ -142,10 +142,10 @@ impl<'a> Joint<'a> {
             self.check_reading(Quantity::TorqueGain, unit, reading)?;
             return table.gain(self.context.document, &self.field_of(Quantity::TorqueGain), sign);
         }
-        match self.nominal_torque_in(reading)? {
-            Some(nominal) => Ok(start(sign * nominal.gain)),
-            None if reading == units::effort(self.kind) => Ok(start(sign)),
-            None => {
+        match (self.nominal_torque_in(reading)?, reading.of(units::effort(self.kind))) {
+            (Some(nominal), _) => Ok(start(sign * nominal.gain)),
+            (None, Some(natural)) => Ok(start(sign * natural)),
+            (None, None) => {
                 let unit = match units::effort(self.kind) {
                     TorqueUnit::NewtonMeter => format!("{reading}/(N·m)"),
                     effort => format!("{reading}/{effort}"),

@@ -366,7 +366,7 @@ fn units_are_mandatory() {
     assert_refused(
         "nominal = 5.5, unit = \"count/(N·m)\"",
         "nominal = 5.5",
-        "15: joint[0].torque_gain.unit: the unit is missing: expected one of N·m/(N·m), N/(N·m), count/(N·m)",
+        "15: joint[0].torque_gain.unit: the unit is missing: expected one of N·m/(N·m), mN·m/(N·m), N/(N·m)",
     );
 }
 

@@ -20,18 +20,21 @@ impl Inspection {
     /// The joints of the recording, in the order of their positions. Of several columns with one meaning the first that has readings
     /// is taken, of the same topic where one is; where names do not tell which torque is whose, and there are as many as positions, they
     /// are taken in their order.
+    /// What was asked of a joint is taken only where no sensor's reading is there, and a motor's current where no torque is.
     pub fn joints(&self) -> Vec<JointFound> {
         let mut joints: Vec<JointFound> = Vec::new();
         for position in self.meaning(Meaning::Position) {
             let name = self.columns[position].guess.joint.clone().unwrap_or_default();
             if joints.iter().all(|joint| joint.name != name) {
                 let of = |meaning| self.of_joint(&name, position, meaning);
-                let (torque, velocity) = (of(Meaning::Torque), of(Meaning::Velocity));
+                let (torque, velocity) = (of(Meaning::Torque).or_else(|| of(Meaning::Current)), of(Meaning::Velocity));
                 joints.push(JointFound { name, position, torque, velocity });
             }
         }
-        let torques: Vec<usize> = self.meaning(Meaning::Torque).collect();
-        if joints.iter().all(|joint| joint.torque.is_none()) && torques.len() == joints.len() {
+        let by_order = |meaning| Some(self.meaning(meaning)).filter(|torques| torques.len() == joints.len());
+        if joints.iter().all(|joint| joint.torque.is_none())
+            && let Some(torques) = by_order(Meaning::Torque).or_else(|| by_order(Meaning::Current))
+        {
             joints.iter_mut().zip(torques).for_each(|(joint, torque)| joint.torque = Some(torque));
         }
         joints
@@ -45,18 +48,21 @@ impl Inspection {
         if alive.is_empty() { dead } else { alive }
     }
 
-    /// Columns that say something and have this meaning.
-    fn meaning(&self, meaning: Meaning) -> impl Iterator<Item = usize> {
-        let is = move |index: &usize| {
+    /// Columns that say something and have this meaning: those that sensors read, where there is one.
+    fn meaning(&self, meaning: Meaning) -> Vec<usize> {
+        let is = |index: &usize| {
             let column = &self.columns[*index];
             column.readings > 0 && column.guess.meaning == Some(meaning)
         };
-        (0..self.columns.len()).filter(is)
+        let (commanded, read): (Vec<usize>, Vec<usize>) =
+            (0..self.columns.len()).filter(is).partition(|index| self.columns[*index].guess.commanded);
+        if read.is_empty() { commanded } else { read }
     }
 
     fn of_joint(&self, name: &str, position: usize, meaning: Meaning) -> Option<usize> {
         let found: Vec<usize> = self
             .meaning(meaning)
+            .into_iter()
             .filter(|index| self.columns[*index].guess.joint.as_deref().unwrap_or_default() == name)
             .collect();
         let topic = |index: usize| ColumnName::parse(&self.columns[index].name).and_then(|name| name.topic);

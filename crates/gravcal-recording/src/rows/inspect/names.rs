@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use serde::Serialize;
 
 use crate::rows::joint_state::{ColumnName, Quantity, TIME};
+use crate::unit::{PositionUnit, TorqueUnit};
 
 /// What a column may mean.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -15,6 +16,10 @@ pub struct Guess {
     pub joint: Option<String>,
     /// Its unit; `None` where neither name nor range tells.
     pub unit: Option<&'static str>,
+    /// Whether the name tells the unit.
+    pub unit_named: bool,
+    /// Whether the name says that it is what was asked of the joint, and no reading of a sensor.
+    pub commanded: bool,
 }
 
 /// Kinds of readings.
@@ -27,6 +32,11 @@ pub enum Meaning {
     Velocity,
     /// Of a torque sensor.
     Torque,
+    /// Of a motor's current, which stands for its torque where nothing else does.
+    Current,
+    /// Of an axis of a force-torque sensor.
+    #[serde(rename = "force-torque")]
+    ForceTorque,
     /// Of a thermometer.
     Temperature,
 }
@@ -47,15 +57,37 @@ const TIME_UNITS: [TimeUnit; 4] = [
 ];
 
 /// Words for the kinds of readings, as they stand in names of columns.
-const WORDS: [(Meaning, &[&str]); 4] = [
+const WORDS: [(Meaning, &[&str]); 5] = [
     (Meaning::Velocity, &["qd", "dq", "qdot", "vel", "velocity", "speed", "omega"]),
     (Meaning::Torque, &["tau", "torque", "effort", "trq", "moment"]),
+    (Meaning::Current, &["current", "currents"]),
     (Meaning::Position, &["q", "pos", "position", "angle", "theta"]),
     (Meaning::Temperature, &["temp", "temperature"]),
 ];
 
+/// Words for what was asked of a joint, and for what a sensor read.
+const COMMANDED: [&str; 12] = [
+    "desired",
+    "des",
+    "commanded",
+    "command",
+    "cmd",
+    "target",
+    "goal",
+    "reference",
+    "ref",
+    "setpoint",
+    "expected",
+    "demand",
+];
+const MEASURED: [&str; 6] = ["measured", "meas", "actual", "act", "sensed", "msr"];
+
+/// Words for the axes of a force-torque sensor, and for such a sensor, of which a word is an axis.
+const WRENCH_AXES: [&str; 9] = ["fx", "fy", "fz", "tx", "ty", "tz", "mx", "my", "mz"];
+const WRENCH: [&str; 6] = ["wrench", "ft", "tcp", "wrist", "force", "fts"];
+
 /// Words for units.
-const UNITS: [(&str, &str); 12] = [
+const UNITS: [(&str, &str); 18] = [
     ("rad", "rad"),
     ("deg", "deg"),
     ("degree", "deg"),
@@ -63,6 +95,12 @@ const UNITS: [(&str, &str); 12] = [
     ("mm", "mm"),
     ("m", "m"),
     ("nm", "N·m"),
+    ("mnm", "mN·m"),
+    ("ma", "mA"),
+    ("amp", "A"),
+    ("amps", "A"),
+    ("ampere", "A"),
+    ("percent", "%"),
     ("count", "count"),
     ("counts", "count"),
     ("v", "V"),
@@ -98,17 +136,20 @@ pub(super) fn time_unit(column: &str, step: f64) -> TimeUnit {
 
 /// What a column may mean.
 pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Guess {
-    let (meaning, joint, said) = match ColumnName::parse(column) {
+    let (head, bracketed) = without_unit(column);
+    let told = match ColumnName::parse(&head) {
         Some(name) => {
             let meaning = match name.quantity {
                 Quantity::Position => Meaning::Position,
                 Quantity::Velocity => Meaning::Velocity,
                 Quantity::Effort => Meaning::Torque,
             };
-            (Some(meaning), Some(name.joint.to_owned()), None)
+            let commanded = name.topic.is_some_and(|topic| words(topic).iter().any(|word| is_commanded(word)));
+            Told { meaning: Some(meaning), joint: Some(name.joint.to_owned()), unit: None, commanded }
         }
-        None => by_words(column),
+        None => by_words(&head, bracketed.and_then(meaning_of_unit)),
     };
+    let (said, meaning) = (bracketed.or(told.unit), told.meaning);
     let largest = lowest.abs().max(highest.abs());
     let by_range = || match meaning? {
         _ if whole && largest > 20.0 => Some("count"),
@@ -117,20 +158,105 @@ pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Gue
         Meaning::Velocity if largest > 8.0 * PI => Some("deg/s"),
         Meaning::Velocity => Some("rad/s"),
         Meaning::Torque => Some("N·m"),
+        Meaning::Current if largest > 100.0 => Some("mA"),
+        Meaning::Current => Some("A"),
+        Meaning::ForceTorque => None,
         Meaning::Temperature if lowest > 200.0 => Some("K"),
         Meaning::Temperature => Some("degC"),
     };
-    Guess { meaning, joint, unit: said.or_else(by_range) }
+    Guess {
+        meaning,
+        joint: told.joint,
+        unit: said.or_else(by_range),
+        unit_named: said.is_some(),
+        commanded: told.commanded,
+    }
 }
 
-/// Meaning, joint and unit of a name such as `q1_deg`, `joint1_position_rad`, `tau1_Nm`, `qd1_rad_per_s`.
-fn by_words(column: &str) -> (Option<Meaning>, Option<String>, Option<&'static str>) {
+/// The name without a unit that stands in brackets of any kind, or at its end behind a space or `_` where words do not tell it.
+fn without_unit(column: &str) -> (String, Option<&'static str>) {
+    for brackets in [['[', ']'], ['(', ')'], ['{', '}'], ['<', '>']] {
+        let parts =
+            column.split_once(brackets[0]).and_then(|(before, rest)| Some((before, rest.split_once(brackets[1])?)));
+        if let Some((before, (within, after))) = parts
+            && let Some(unit) = unit(within)
+        {
+            return (format!("{}{}", before.trim_end(), after.trim_end()), Some(unit));
+        }
+    }
+    let end = column.trim_end();
+    let signs = ["N·m", "N⋅m", "N*m", "°", "%"];
+    let at = signs.iter().filter(|sign| end.ends_with(**sign)).map(|sign| end.len() - sign.len()).next();
+    let at = at.map(|at| at - usize::from(end[..at].ends_with('m') && end[at..].starts_with('N')));
+    match at.and_then(|at| Some((&end[..at], unit(&end[at..])?))) {
+        Some((head, unit)) => (head.trim_end_matches([' ', '_']).to_owned(), Some(unit)),
+        None => (column.to_owned(), None),
+    }
+}
+
+/// A unit of a position, a torque, a speed or a temperature, as it is written.
+fn unit(written: &str) -> Option<&'static str> {
+    let written = written.trim();
+    let position = |text: &str| text.parse::<PositionUnit>().map(PositionUnit::name).ok();
+    let speed = |(unit, per): (&str, &str)| match (position(unit)?, per) {
+        ("rad", "s") => Some("rad/s"),
+        ("deg", "s") => Some("deg/s"),
+        ("m", "s") => Some("m/s"),
+        ("mm", "s") => Some("mm/s"),
+        _ => None,
+    };
+    let temperature = || match written {
+        "°C" | "degC" | "C" => Some("degC"),
+        "K" => Some("K"),
+        _ => None,
+    };
+    position(written)
+        .or_else(|| written.parse::<TorqueUnit>().map(TorqueUnit::name).ok())
+        .or_else(|| written.split_once('/').and_then(speed))
+        .or_else(temperature)
+        .or_else(|| UNITS.iter().find(|(name, _)| *name == written).map(|(_, unit)| *unit))
+}
+
+/// What has a unit that nothing else of an arm has.
+fn meaning_of_unit(unit: &str) -> Option<Meaning> {
+    match unit {
+        "rad" | "deg" => Some(Meaning::Position),
+        "N·m" | "mN·m" => Some(Meaning::Torque),
+        _ => None,
+    }
+}
+
+fn is_commanded(word: &str) -> bool {
+    COMMANDED.contains(&word)
+}
+
+/// What a name tells.
+#[derive(Default)]
+struct Told {
+    meaning: Option<Meaning>,
+    joint: Option<String>,
+    unit: Option<&'static str>,
+    commanded: bool,
+}
+
+/// Meaning, joint and unit of a name such as `q1_deg`, `joint1_position_rad`, `tau1_Nm`, `qd1_rad_per_s`; the meaning that its unit
+/// has, where no word tells one.
+fn by_words(column: &str, by_unit: Option<Meaning>) -> Told {
     let words = words(column);
-    let meaning_of =
-        |word: &String| WORDS.iter().find(|(_, names)| names.contains(&word.as_str())).map(|(meaning, _)| *meaning);
-    let Some(meaning) = words.iter().find_map(meaning_of) else { return (None, None, None) };
+    let commanded = words.iter().any(|word| is_commanded(word));
     let is_rate = words.iter().any(|word| word == "per");
     let unit_of = |word: &String| UNITS.iter().find(|(name, _)| name == word).map(|(_, unit)| *unit);
+    if is_of_wrench(&words) {
+        let unit = words.iter().skip(1).find_map(unit_of);
+        return Told { meaning: Some(Meaning::ForceTorque), unit, commanded, ..Told::default() };
+    }
+    let meaning_of =
+        |word: &String| WORDS.iter().find(|(_, names)| names.contains(&word.as_str())).map(|(meaning, _)| *meaning);
+    let Some(meaning) = words.iter().find_map(meaning_of).or(by_unit) else {
+        return Told { commanded, ..Told::default() };
+    };
+    let of_current = |word: &String| (meaning == Meaning::Current && word == "a").then_some("A");
+    let unit_of = |word: &String| unit_of(word).or_else(|| of_current(word));
     let unit = words.iter().skip(1).filter(|word| meaning_of(word).is_none()).find_map(unit_of);
     let unit = match (unit, is_rate) {
         (Some("rad"), true) => Some("rad/s"),
@@ -139,12 +265,20 @@ fn by_words(column: &str) -> (Option<Meaning>, Option<String>, Option<&'static s
         (Some("mm"), true) => Some("mm/s"),
         (unit, _) => unit,
     };
+    let qualifies = |word: &str| is_commanded(word) || MEASURED.contains(&word);
     let left = words.iter().enumerate().filter(|(place, word)| {
         meaning_of(word).is_none()
+            && !qualifies(word)
             && !(*place > 0 && (unit_of(word).is_some() || ["per", "s"].contains(&word.as_str())))
     });
     let joint: String = left.map(|(_, word)| word.as_str()).collect();
-    (Some(meaning), (!joint.is_empty()).then_some(joint), unit)
+    Told { meaning: Some(meaning), joint: (!joint.is_empty()).then_some(joint), unit, commanded }
+}
+
+/// `fx`, `ft_sensor_tz`, `wrench.force.x`, `tcp_torque_y`.
+fn is_of_wrench(words: &[String]) -> bool {
+    let any = |of: &[&str]| words.iter().any(|word| of.contains(&word.as_str()));
+    any(&WRENCH_AXES) || any(&WRENCH) && any(&["x", "y", "z"])
 }
 
 /// The words and numbers of a name in lower case: `qd1_rad` is `qd`, `1`, `rad`.

@@ -53,7 +53,7 @@ fn stuck_and_saturated_sensors_are_told() {
 #[test]
 fn meanings_are_guessed_from_names_and_ranges() {
     let guess = |name: &str, range: [f64; 2], whole| {
-        let Guess { meaning, joint, unit } = names::guess(name, range[0], range[1], whole);
+        let Guess { meaning, joint, unit, .. } = names::guess(name, range[0], range[1], whole);
         (meaning, joint.unwrap_or_default(), unit.unwrap_or("-"))
     };
     let near = [-1.0, 2.0];
@@ -68,11 +68,38 @@ fn meanings_are_guessed_from_names_and_ranges() {
         ("qd3_rad_per_s", near, false, named(Meaning::Velocity, "3", "rad/s")),
         ("tau1_Nm", near, false, named(Meaning::Torque, "1", "N·m")),
         ("tau1", [0.0, 4095.0], true, named(Meaning::Torque, "1", "count")),
+        ("tau1 [mN·m]", near, false, named(Meaning::Torque, "1", "mN·m")),
+        ("tau1_N·m", near, false, named(Meaning::Torque, "1", "N·m")),
+        ("q1 (°)", near, false, named(Meaning::Position, "1", "deg")),
+        ("joint1 <degrees>", near, false, named(Meaning::Position, "joint1", "deg")),
+        ("joint1 {Nm}", near, false, named(Meaning::Torque, "joint1", "N·m")),
+        ("elbow_current_mA", near, false, named(Meaning::Current, "elbow", "mA")),
+        ("actual_current_3 [A]", near, false, named(Meaning::Current, "3", "A")),
+        ("load_torque2 [%]", near, false, named(Meaning::Torque, "load2", "%")),
+        ("qd1 [°/s]", near, false, named(Meaning::Velocity, "1", "deg/s")),
+        ("tau_a", near, false, named(Meaning::Torque, "a", "N·m")),
+        ("ft_sensor_fz", near, false, named(Meaning::ForceTorque, "", "-")),
+        ("wrench.torque.x [Nm]", near, false, named(Meaning::ForceTorque, "", "N·m")),
         ("temperature2", [20.0, 30.0], false, named(Meaning::Temperature, "2", "degC")),
     ] {
         assert_eq!(guess(name, range, whole), expected, "{name}");
     }
     assert_eq!(guess("voltage", near, false).0, None);
+}
+
+#[test]
+fn what_sensors_read_is_taken_before_what_was_asked_and_torques_before_currents() {
+    let columns = "t_s,q1_desired,q1_measured,tau1_desired,current1_A,tau1_measured,q2,tau2_cmd,current2_A,fx";
+    let found = inspected(&format!("{columns}\n0,1,2,3,4,5,6,7,8,1e305\n1,2,3,4,5,6,7,8,9,1\n"));
+    let name = |place: usize| found.columns[place].name.clone();
+    let joints: Vec<_> = found.joints().iter().map(|joint| (name(joint.position), joint.torque.map(name))).collect();
+    let expected = [("q1_measured", "tau1_measured"), ("q2", "current2_A")];
+    assert_eq!(joints, expected.map(|(position, torque)| (position.to_owned(), Some(torque.to_owned()))));
+    let text = found.to_string();
+    for line in ["asked of the joint", "of a force-torque sensor", "no sensor reads such numbers", "no recording tells"]
+    {
+        assert!(text.contains(line), "{text}");
+    }
 }
 
 #[test]

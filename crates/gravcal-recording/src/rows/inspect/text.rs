@@ -2,10 +2,12 @@
 
 use std::fmt;
 
-use super::{ColumnFound, Inspection, TimeFound};
+use super::{ColumnFound, Inspection, Meaning, TimeFound};
 
 /// Longest name of a column that is told in full.
 const NAME: usize = 29;
+/// No reading of any sensor, in any unit, is beyond this.
+const RUBBISH: f64 = 1e30;
 
 impl fmt::Display for Inspection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -87,10 +89,30 @@ fn columns_text(f: &mut fmt::Formatter<'_>, columns: &[ColumnFound], clock: bool
             }
             None => {}
         }
+        if column.guess.commanded {
+            wrapped(f, "  - ", "what was asked of the joint, as its name says: no reading of a sensor")?;
+        }
+        if column.guess.meaning == Some(Meaning::ForceTorque) {
+            wrapped(f, "  - ", "of a force-torque sensor, as its name says: an [[instrument]] of a session")?;
+        }
+        if column.lowest.abs().max(column.highest.abs()) > RUBBISH {
+            wrapped(
+                f,
+                "  ! ",
+                "no sensor reads such numbers: see where they come from before anything is done with them",
+            )?;
+        }
         for end in &column.clipped {
             let text = format!("{} readings are {}, which may be an end of the sensor's range", end.readings, end.at);
             wrapped(f, "  ! ", &text)?;
         }
+    }
+    let is_effort = |column: &ColumnFound| column.guess.meaning == Some(Meaning::Torque) && !column.guess.unit_named;
+    if columns.iter().any(is_effort) {
+        let text = "Units that names do not tell are guesses. Whether an effort is a torque in N·m, a current in A or a share in %, and \
+                    whether it was measured or reckoned from a model, no recording tells: the robot's driver does.";
+        writeln!(f)?;
+        wrapped(f, "", text)?;
     }
     Ok(())
 }
