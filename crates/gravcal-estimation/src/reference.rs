@@ -42,12 +42,6 @@ impl Reference {
         Reference { center: self.center.clone(), weights: self.weights.iter().map(|weight| times * weight).collect() }
     }
 
-    /// Length of a step by the columns of a problem, each in units of its σ.
-    pub fn norm(&self, problem: &Problem, step: &[f64]) -> f64 {
-        let entries = Pull::to(self, problem, &self.center).entries;
-        entries.iter().map(|(column, weight, _)| (weight * step[*column]).powi(2)).sum::<f64>().sqrt()
-    }
-
     /// What it adds to the cost of a problem at these values.
     pub fn cost(&self, problem: &Problem, values: &Values) -> f64 {
         Pull::to(self, problem, values).cost()

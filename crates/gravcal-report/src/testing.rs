@@ -88,6 +88,7 @@ pub fn fit() -> Fit {
         p_value: Some(0.31),
         median_ratio: None,
         joints: vec![joint_fit("joint1")],
+        held_out_missing: None,
         held_out: Some(HeldOut {
             poses: 4,
             chi_squared: 9.1,

@@ -25,8 +25,8 @@ const READABLE: f64 = 0.02;
 /// accurate to 1e-7 at the tolerance of the rank.
 const TOUCHED: f64 = 1e-5;
 
-/// A parameter takes part in an insignificant direction that may move it by more than this share of its standard deviation.
-const TAKES_PART: f64 = 0.3;
+/// A parameter rests on insignificant directions if more than this share of its variance comes from them.
+const RESTS: f64 = 0.5;
 
 /// What the data say of the parameters and gravity.
 #[derive(Debug)]
@@ -71,6 +71,10 @@ impl Combination {
         Combination { parameters: vec![(parameter, 1.0)], gravity: false, std_over_limit }
     }
 
+    fn of_gravity(std_over_limit: Option<f64>) -> Combination {
+        Combination { parameters: Vec::new(), gravity: true, std_over_limit }
+    }
+
     fn contains(&self, parameter: ParameterId) -> bool {
         self.parameters.iter().any(|(id, _)| *id == parameter)
     }
@@ -91,7 +95,7 @@ pub(crate) struct Judged<'a> {
 pub(crate) fn judge(session: &Session, solution: &Judged<'_>, covariance: &Covariance, spreads: &[f64]) -> Judgement {
     let asked = ParameterColumns::new(session, solution, spreads);
     let mut judgement = asked.without_information(solution.spectrum);
-    asked.add_insignificant(solution, covariance, &mut judgement);
+    asked.add_insignificant(solution, &mut judgement);
     asked.add_little_information(covariance, &mut judgement);
     judgement
 }
@@ -162,28 +166,27 @@ impl ParameterColumns {
         }
     }
 
-    /// What takes part in directions whose effect is not significant.
-    fn add_insignificant(&self, solution: &Judged<'_>, covariance: &Covariance, judgement: &mut Judgement) {
-        for Insignificant { direction, extent } in solution.insignificant {
-            let touched = |asked: &&Asked| {
-                let moved = extent * direction[asked.column].abs() / solution.spectrum.column_scale(asked.column);
-                moved > TAKES_PART * covariance.std(asked.column)
-            };
-            let newly = self.0.iter().filter(touched).any(|asked| match asked.identity {
-                None => std::mem::replace(&mut judgement.gravity, false),
-                Some(id) => judgement.open.insert(id),
-            });
-            for asked in self.0.iter().filter(touched) {
-                judgement.open.extend(asked.identity);
-                judgement.gravity &= asked.identity.is_some();
-            }
-            if newly {
-                let scale = |asked: &Asked| solution.spectrum.column_scale(asked.column) * asked.unit;
-                let in_units: Vec<f64> = self.0.iter().map(|asked| direction[asked.column] / scale(asked)).collect();
-                judgement.combinations.push(self.combination(&in_units));
+    /// What rests on directions whose effect is not significant.
+    fn add_insignificant(&self, solution: &Judged<'_>, judgement: &mut Judgement) {
+        if !solution.insignificant.is_empty() {
+            let plain = solution.spectrum.covariance();
+            for Asked { column, identity, .. } in &self.0 {
+                let part = |faint: &Insignificant| (faint.direction[*column] / faint.value).powi(2);
+                let from_them: f64 = solution.insignificant.iter().map(part).sum();
+                let rests = from_them > RESTS * (plain.std(*column) * solution.spectrum.column_scale(*column)).powi(2);
+                match identity {
+                    None if rests && judgement.gravity => {
+                        judgement.gravity = false;
+                        judgement.combinations.push(Combination::of_gravity(None));
+                    }
+                    Some(id) if rests => {
+                        judgement.open.insert(*id);
+                    }
+                    _ => {}
+                }
             }
         }
-        // What takes so small a part that no combination tells it.
+        // What no combination tells: these, and what takes so small a part that it was left out there.
         let told = |id: &ParameterId, combinations: &[Combination]| combinations.iter().any(|c| c.contains(*id));
         let untold: Vec<ParameterId> =
             judgement.open.iter().copied().filter(|id| !told(id, &judgement.combinations)).collect();
@@ -205,11 +208,7 @@ impl ParameterColumns {
         }
         if gravity > 1.0 && judgement.gravity {
             judgement.gravity = false;
-            judgement.combinations.push(Combination {
-                parameters: Vec::new(),
-                gravity: true,
-                std_over_limit: Some(gravity),
-            });
+            judgement.combinations.push(Combination::of_gravity(Some(gravity)));
         }
     }
 

@@ -9,8 +9,8 @@
 //! ```
 //!
 //! as second derivatives commute; u and v are those of the estimate, and `W` is the reference prior, as narrow as what would be of use, for what
-//! the readings leave open. Where `s` is within [`SIGNIFICANT`] of its standard deviations of zero, the unknowns may be anywhere along the
-//! direction within `W`, and no parameter is determined which that moves.
+//! the readings leave open. Where `s` is within [`SIGNIFICANT`] of its standard deviations of zero, what rests on it is made of errors: a
+//! parameter more than half of whose variance comes from such directions is not determined.
 
 use gravcal_estimation::{EvaluateError, Problem, Reference, Spectrum, Values};
 use nalgebra::{DMatrix, DVector};
@@ -27,10 +27,10 @@ const MOST_COLUMNS: usize = 400;
 /// A direction whose effect is not significantly different from none.
 #[derive(Clone, Debug)]
 pub(crate) struct Insignificant {
+    /// Its singular value.
+    pub value: f64,
     /// By all columns, of unit length in scaled coordinates.
     pub direction: Vec<f64>,
-    /// How far the unknowns may be along it by the reference.
-    pub extent: f64,
 }
 
 /// The directions that there are. `asked`: column and limit of use of what is asked for; `plausible`: where unknowns lie
@@ -62,8 +62,7 @@ pub(crate) fn insignificant(
         let change = DVector::from_vec(change_of_effect(problem, values, &step, DIFFERENCE / longest)?);
         let std = (change.transpose() * &covariance * &change)[(0, 0)].max(0.0).sqrt();
         if value < SIGNIFICANT * std {
-            let extent = 1.0 / plausible.norm(problem, &step).max(f64::MIN_POSITIVE);
-            found.push(Insignificant { direction, extent });
+            found.push(Insignificant { value, direction });
         }
     }
     Ok(found)
