@@ -189,6 +189,6 @@ fn what_is_found_is_told_to_programs_and_a_wrong_robot_is_refused() {
     let iiwa = tree::root().join("models/kuka-lbr-iiwa14/robot.toml");
     let other =
         gravcal_in(folder.path(), ["inspect", "bare.mcap", "--robot", &iiwa.to_string_lossy(), "--session", "a.toml"]);
-    assert_eq!(other.refusal(&["the positions in the recording are those of joint1, joint2, joint3"]), None);
+    assert_eq!(other.refusal(&["the joints whose positions are recorded are joint1, joint2, joint3"]), None);
     assert!(!folder.path().join("a.toml").exists());
 }

@@ -17,6 +17,7 @@ mod first_session;
 mod instruments;
 mod invariants;
 mod kept;
+mod no_wrong_number;
 mod program;
 mod readme;
 mod real_arm_in_motion;

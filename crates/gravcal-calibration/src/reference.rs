@@ -257,7 +257,7 @@ fn a_moderate_misfit_widens_the_standard_deviations() {
     }
     let [honest, widened] =
         [&session, &optimistic].map(|s| with_workbench(|w| estimate_jointly(s, Signals::All, None, w)).unwrap());
-    assert_eq!(widened.verdict, Verdict::Determined);
+    assert_eq!(widened.verdict, Verdict::PartlyDetermined, "its intervals cannot be relied on");
     assert!(widened.notes.iter().any(|note| note.contains("2.0 times worse")), "{:?}", widened.notes);
     let std = |result: &crate::result::EstimatorResult| result.parameters[0].std.unwrap();
     assert!((std(&widened) / std(&honest) - 1.0).abs() < 0.05);

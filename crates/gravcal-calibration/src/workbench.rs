@@ -48,6 +48,7 @@ impl<'a> Workbench<'a> {
 
     /// The same for solves of so many iterations at most.
     pub(crate) fn within(&self, iterations: usize) -> Workbench<'a> {
+        let iterations = self.iterations.map_or(iterations, |most| most.min(iterations));
         Workbench { iterations: Some(iterations), ..*self }
     }
 

@@ -49,8 +49,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let pipe = folder.path().join("pipe.csv");
         if !Command::new("mkfifo").arg(&pipe).status().is_ok_and(|status| status.success()) {
-            eprintln!("SKIPPED: there is no mkfifo");
-            return;
+            return; // where there is no mkfifo
         }
         for (path, expected) in
             [(pipe.as_path(), "it is a pipe"), (Path::new("/dev/zero"), "it is a device, and no file")]

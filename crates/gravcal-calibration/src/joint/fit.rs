@@ -6,7 +6,7 @@
 //! of a bias a tenth a round where a standard deviation is as large as its limit, and less where it is smaller; along a direction
 //! without information there is nothing to gain, and nothing moves.
 
-use gravcal_estimation::{Estimate, IterationRecord};
+use gravcal_estimation::{Estimate, IterationRecord, Termination};
 
 use super::EstimateError;
 use super::in_order::estimate_in_order;
@@ -17,6 +17,8 @@ use crate::workbench::Workbench;
 
 /// Rounds in which the reference follows, at most; where more fits come, of better known noise, one.
 const ROUNDS: usize = 5;
+/// Iterations of the first fit, whose reference lies at nominal values, at most.
+const FIRST_ITERATIONS: usize = 200;
 /// A round that lowers ½ χ² by less is the last: the next would by a hundredth of it, 4e-4 standard deviations.
 const WORTHWHILE: f64 = 1e-5;
 
@@ -37,25 +39,27 @@ pub(super) fn fit_in_rounds(
     rounds: usize,
     workbench: &Workbench<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
-    let (mut posed, mut estimate) = estimate_in_order(posed, readings, workbench)?;
+    // Far from nominal values the way is long as long as these pull: it goes on without them.
+    let (mut posed, mut estimate) = estimate_in_order(posed, readings, &workbench.within(FIRST_ITERATIONS))?;
     let Some(mut reference) = posed.problem.reference().cloned() else { return Ok((posed, estimate)) };
     estimate.cost -= reference.cost(&posed.problem, &estimate.values);
     for _ in 0..rounds {
         reference = reference.centered_at(&estimate.values);
         posed.problem = posed.problem.with_reference(reference.clone());
-        if !estimate.termination.converged() || readings.order != Order::Together {
+        if estimate.termination == Termination::Stopped || readings.order != Order::Together {
             break;
         }
         // A start that rounding has put outside of a constraint, say, ends the rounds, and not the fit.
         let Ok(mut next) = workbench.solve(&posed.problem, &estimate.values) else { break };
         next.cost -= reference.cost(&posed.problem, &next.values);
         let gained = estimate.cost - next.cost;
-        if !next.termination.converged() || gained < 0.0 {
+        let (before, after) = (estimate.termination.converged(), next.termination.converged());
+        if gained < 0.0 || before && !after {
             break;
         }
         let noise = (2.0 * next.cost / posed.rows.len().max(1) as f64).max(1.0);
         estimate = followed(estimate, next);
-        if gained < WORTHWHILE * noise {
+        if after && gained < WORTHWHILE * noise {
             break;
         }
     }

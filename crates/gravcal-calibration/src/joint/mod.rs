@@ -28,7 +28,7 @@ mod uncertainty;
 mod unknowns;
 
 use gravcal_estimation::statistics::{DECIDED, LinearFunction, StatisticsError, TooFewBlocks, stored_coordinates};
-use gravcal_estimation::{BlockId, EvaluateError, SolveError};
+use gravcal_estimation::{BlockId, Covariance, EvaluateError, SolveError, Spectrum, Values};
 use thiserror::Error;
 
 use crate::judgement::{Judged, Judgement, Situation, gravity_result, judge};
@@ -169,14 +169,13 @@ impl Solved {
     /// The same with given spreads (largest less smallest reading of each channel).
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
         let JointProblem { problem, layout, .. } = &self.posed;
-        let solution = Judged {
-            problem,
-            values: &self.estimate.values,
-            layout,
-            spectrum: &self.spectrum,
-            insignificant: &self.insignificant,
+        let judged = |values: &Values, spectrum: &Spectrum, covariance: &Covariance| {
+            judge(session, &Judged { problem, values, layout, spectrum }, covariance, spreads)
         };
-        let mut judgement = judge(session, &solution, self.covariance(), spreads);
+        let mut judgement = judged(&self.estimate.values, &self.spectrum, self.covariance());
+        for (values, spectrum) in &self.degenerate {
+            judgement.leave_open_what_is_open_in(&judged(values, spectrum, &spectrum.covariance()));
+        }
         judgement.gravity &= self.sign_known;
         judgement.leave_open(self.readings.unread_and_unknown(session));
         judgement.leave_open(self.on_bound(session));

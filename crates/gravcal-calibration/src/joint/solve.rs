@@ -1,7 +1,9 @@
 //! Solving the joint problem: start, unstated noise, the second fit that leaves a tenth of the poses out.
 
 use gravcal_estimation::statistics::{NoiseKnowledge, Solution, along_constraints, leans};
-use gravcal_estimation::{Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty};
+use gravcal_estimation::{
+    Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty, Values,
+};
 
 use super::fit::{fit, fit_in_rounds};
 use super::order::Order;
@@ -12,7 +14,7 @@ use super::sample::Sample;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
-use crate::judgement::{self, Explained, Insignificant, Judged, held_out, insignificant, limits_of_use};
+use crate::judgement::{self, Explained, Judged, degenerate_nearby, held_out, limits_of_use};
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::Fit;
 use crate::session::Session;
@@ -43,8 +45,8 @@ pub struct Solved {
     pub(super) along_constraints: Option<Problem>,
     /// How well: from the noise, unless another uncertainty was chosen.
     pub uncertainty: Uncertainty,
-    /// Directions whose effect on the readings is not significantly different from none.
-    pub(super) insignificant: Vec<Insignificant>,
+    /// Values nearby that may be the true ones, and at which the readings say less: see [`degenerate_nearby`].
+    pub(super) degenerate: Vec<(Values, Spectrum)>,
     /// By how many standard deviations the readings would like to pass each active constraint.
     pub(super) leans: Vec<f64>,
     /// Whether gravity's sign is declared, or decided by the readings.
@@ -220,7 +222,7 @@ impl Solved {
             along_constraints: along,
             uncertainty,
             leans,
-            insignificant: Vec::new(),
+            degenerate: Vec::new(),
             sign_known: true,
             hemisphere_contradicted: false,
         })
@@ -230,12 +232,13 @@ impl Solved {
     pub(super) fn with_significance(self, session: &Session) -> Result<Solved, EvaluateError> {
         let (problem, values) = (self.judged_problem(), &self.estimate.values);
         let Some(reference) = self.posed.problem.reference() else { return Ok(self) };
-        let solution =
-            Judged { problem, values, layout: &self.posed.layout, spectrum: &self.spectrum, insignificant: &[] };
+        let solution = Judged { problem, values, layout: &self.posed.layout, spectrum: &self.spectrum };
         let asked = limits_of_use(session, &solution, &self.readings.spreads);
         let plausible = reference.times_as_firm(WITHIN_USE);
-        let insignificant = insignificant((problem, values, &self.spectrum), &asked, &plausible)?;
-        Ok(Solved { insignificant, ..self })
+        let degenerate = degenerate_nearby((problem, values, &self.spectrum), &asked, &plausible)?;
+        let judged = |values: Values| Ok((values.clone(), Spectrum::new(problem, &values)?));
+        let degenerate = degenerate.into_iter().map(judged).collect::<Result<_, EvaluateError>>()?;
+        Ok(Solved { degenerate, ..self })
     }
 
     /// The problem as it is judged: along the active constraints.

@@ -13,7 +13,6 @@ use std::collections::BTreeSet;
 
 use gravcal_estimation::{Covariance, Problem, Spectrum, Values, sparse_basis};
 
-use super::significance::Insignificant;
 use crate::joint::Layout;
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::Session;
@@ -24,9 +23,6 @@ const READABLE: f64 = 0.02;
 /// A direction without information touches a column if the column's part of it, in scaled coordinates, exceeds this. Null vectors are
 /// accurate to 1e-7 at the tolerance of the rank.
 const TOUCHED: f64 = 1e-5;
-
-/// A parameter rests on insignificant directions if more than this share of its variance comes from them.
-const RESTS: f64 = 0.5;
 
 /// What the data say of the parameters and gravity.
 #[derive(Debug)]
@@ -43,6 +39,15 @@ impl Judgement {
     /// Whether a parameter is determined; held ones count as such.
     pub fn determines(&self, id: ParameterId) -> bool {
         !self.open.contains(&id)
+    }
+
+    /// Counts as open what is so in another judgement.
+    pub fn leave_open_what_is_open_in(&mut self, other: &Judgement) {
+        if self.gravity && !other.gravity {
+            self.gravity = false;
+            self.combinations.push(Combination::of_gravity(None));
+        }
+        self.leave_open(other.open.iter().copied());
     }
 
     /// Counts parameters as without any information.
@@ -87,15 +92,13 @@ pub(crate) struct Judged<'a> {
     pub layout: &'a Layout,
     /// Of the problem at the values.
     pub spectrum: &'a Spectrum,
-    /// Directions whose effect is not significantly different from none.
-    pub insignificant: &'a [Insignificant],
 }
 
 /// Judges a solution by its rank and this covariance. `spreads`: largest less smallest torque reading of each joint.
 pub(crate) fn judge(session: &Session, solution: &Judged<'_>, covariance: &Covariance, spreads: &[f64]) -> Judgement {
     let asked = ParameterColumns::new(session, solution, spreads);
     let mut judgement = asked.without_information(solution.spectrum);
-    asked.add_insignificant(solution, &mut judgement);
+    ParameterColumns::tell_the_rest(&mut judgement);
     asked.add_little_information(covariance, &mut judgement);
     judgement
 }
@@ -166,30 +169,10 @@ impl ParameterColumns {
         }
     }
 
-    /// What rests on directions whose effect is not significant.
-    fn add_insignificant(&self, solution: &Judged<'_>, judgement: &mut Judgement) {
-        if !solution.insignificant.is_empty() {
-            let plain = solution.spectrum.covariance();
-            for Asked { column, identity, .. } in &self.0 {
-                let part = |faint: &Insignificant| (faint.direction[*column] / faint.value).powi(2);
-                let from_them: f64 = solution.insignificant.iter().map(part).sum();
-                let rests = from_them > RESTS * (plain.std(*column) * solution.spectrum.column_scale(*column)).powi(2);
-                match identity {
-                    None if rests && judgement.gravity => {
-                        judgement.gravity = false;
-                        judgement.combinations.push(Combination::of_gravity(None));
-                    }
-                    Some(id) if rests => {
-                        judgement.open.insert(*id);
-                    }
-                    _ => {}
-                }
-            }
-        }
-        // What no combination tells: these, and what takes so small a part that it was left out there.
-        let told = |id: &ParameterId, combinations: &[Combination]| combinations.iter().any(|c| c.contains(*id));
-        let untold: Vec<ParameterId> =
-            judgement.open.iter().copied().filter(|id| !told(id, &judgement.combinations)).collect();
+    /// Tells by themselves the open parameters that no combination tells.
+    fn tell_the_rest(judgement: &mut Judgement) {
+        let told = |id: &ParameterId| judgement.combinations.iter().any(|c| c.contains(*id));
+        let untold: Vec<ParameterId> = judgement.open.iter().copied().filter(|id| !told(id)).collect();
         judgement.combinations.extend(untold.into_iter().map(|id| Combination::alone(id, None)));
     }
 

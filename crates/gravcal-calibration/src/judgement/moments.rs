@@ -70,7 +70,9 @@ fn combinations(
     let columns: Vec<usize> = coordinates.iter().map(|(column, _, _)| *column).collect();
     let moves_with = |open: &usize| -> Option<Vec<f64>> {
         let variance = covariance.at(*open, *open);
-        (variance > 0.0).then(|| columns.iter().map(|column| covariance.at(*column, *open) / variance).collect())
+        // What moves without any information is in the null space already.
+        (variance > 0.0 && spectrum.null_share(*open) < SHARED)
+            .then(|| columns.iter().map(|column| covariance.at(*column, *open) / variance).collect())
     };
     let moved: Vec<Vec<f64>> = open.iter().filter_map(moves_with).collect();
     sparse_basis(&spectrum.determined_within(&columns, &moved), 1e-7)
