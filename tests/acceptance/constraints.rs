@@ -109,7 +109,10 @@ fn a_mass_that_would_be_negative_is_zero_and_named() {
     assert!((active.multiplier - 43.2).abs() < 1e-9, "{active:?}");
     let [mass] = &joint.moments[..] else { panic!("{joint:?}") };
     assert_eq!(mass.value, 0.0);
-    assert!(mass.std < 1e-3, "what a constraint holds is not uncertain: {mass:?}");
+    assert!(
+        (mass.std - 0.032).abs() < 1e-3,
+        "a bound that leans by 1.4 deviations leaves open what it holds: {mass:?}"
+    );
 }
 
 #[test]

@@ -159,5 +159,10 @@ fn a_first_session_of_an_upright_arm_gets_its_answer() {
         let named = |p: &&Value| p["name"].as_str().unwrap().ends_with(quantity) && p["value"].is_number();
         estimate["parameters"].as_array().unwrap().iter().filter(named).count()
     };
-    assert!(told("torque_bias") >= 6 && told("position_gain") >= 4, "{} {}", told("torque_bias"), told("position_gain"));
+    assert!(
+        told("torque_bias") >= 6 && told("position_gain") >= 4,
+        "{} {}",
+        told("torque_bias"),
+        told("position_gain")
+    );
 }

@@ -8,8 +8,8 @@ use gravcal_estimation::{Estimate, IterationRecord, Problem, SolveContext, Solve
 /// A brief solve ends where an iteration lowers the cost by no more than this share of it.
 const SETTLED: f64 = 1e-4;
 
-/// So many iterations that lower the cost by no more than this, for residuals of unit size, end a solve: together a hundredth of a standard
-/// deviation.
+/// So many iterations that lower the cost by no more than this, for residuals of unit size, end a solve that has had [`PATIENCE`] of them: together
+/// a hundredth of a standard deviation. Before, less ends it, and afterwards more, by the square of their number.
 const STILL: usize = 10;
 const NOTHING: f64 = 1e-4;
 /// Damping, relative to the column norms, of the step whose promise is looked at.
@@ -109,7 +109,9 @@ impl<'a> Workbench<'a> {
             let stopped = self.stopped();
             end.set(match (share_since(STILL), share_since(PATIENCE / 2)) {
                 _ if stopped => None,
-                (Some(relative), _) if relative < still => Some(Termination::Cost { relative }),
+                (Some(relative), _) if relative < still * (costs.len() as f64 / PATIENCE as f64).powi(2) => {
+                    Some(Termination::Cost { relative })
+                }
                 (_, Some(share)) if costs.len() > PATIENCE && record.cost > hopeless && share < LITTLE => {
                     Some(Termination::IterationLimit { limit: costs.len() - 1 })
                 }

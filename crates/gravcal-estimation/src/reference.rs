@@ -42,6 +42,12 @@ impl Reference {
         Reference { center: self.center.clone(), weights: self.weights.iter().map(|weight| times * weight).collect() }
     }
 
+    /// Columns of a problem that it holds, each with its σ.
+    pub fn std_by_column(&self, problem: &Problem) -> Vec<(usize, f64)> {
+        let entries = Pull::to(self, problem, &self.center).entries;
+        entries.into_iter().map(|(column, weight, _)| (column, 1.0 / weight)).collect()
+    }
+
     /// What it adds to the cost of a problem at these values.
     pub fn cost(&self, problem: &Problem, values: &Values) -> f64 {
         Pull::to(self, problem, values).cost()

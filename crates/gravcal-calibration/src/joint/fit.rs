@@ -46,7 +46,12 @@ pub(super) fn fit_in_rounds(
     for _ in 0..rounds {
         reference = reference.centered_at(&estimate.values);
         posed.problem = posed.problem.with_reference(reference.clone());
-        if estimate.termination == Termination::Stopped || readings.order != Order::Together {
+        let given_up = match estimate.termination {
+            Termination::Stopped => true,
+            Termination::IterationLimit { limit } => limit < FIRST_ITERATIONS, // the solver's own
+            _ => false,
+        };
+        if given_up || readings.order != Order::Together {
             break;
         }
         // A start that rounding has put outside of a constraint, say, ends the rounds, and not the fit.

@@ -235,7 +235,7 @@ impl Solved {
         let solution = Judged { problem, values, layout: &self.posed.layout, spectrum: &self.spectrum };
         let asked = limits_of_use(session, &solution, &self.readings.spreads);
         let plausible = reference.times_as_firm(WITHIN_USE);
-        let degenerate = degenerate_nearby((problem, values, &self.spectrum), &asked, &plausible)?;
+        let degenerate = degenerate_nearby((problem, values), &asked, &plausible)?;
         let judged = |values: Values| Ok((values.clone(), Spectrum::new(problem, &values)?));
         let degenerate = degenerate.into_iter().map(judged).collect::<Result<_, EvaluateError>>()?;
         Ok(Solved { degenerate, ..self })

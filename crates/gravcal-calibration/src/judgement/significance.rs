@@ -18,15 +18,17 @@
 //!
 //! is judged as the estimate is, and what is not determined there is not determined.
 
-use gravcal_estimation::{EvaluateError, Problem, Reference, Spectrum, Values};
+use gravcal_estimation::{EvaluateError, Problem, Reference, Values};
 use nalgebra::{DMatrix, DVector};
 
 /// Standard deviations from zero at which a singular value is one.
 const SIGNIFICANT: f64 = 3.0;
 /// Only directions that make up this share of a limit of use are looked at.
 const MATTERS: f64 = 0.03;
-/// Length of the step of a difference, in limits of use of what is asked for.
+/// Length of the step of a difference, in limits of use.
 const DIFFERENCE: f64 = 1e-3;
+/// A singular value in limits of use below this is nothing: the rank tells of it.
+const NOTHING: f64 = 1e-3;
 /// Problems with more columns are not looked at: such have unknowns of single poses, which have knowledge of their own.
 const MOST_COLUMNS: usize = 400;
 
@@ -36,27 +38,23 @@ const MOST_COLUMNS: usize = 400;
 /// # Errors
 /// Where a residual cannot be evaluated nearby.
 pub(crate) fn degenerate_nearby(
-    (problem, values, spectrum): (&Problem, &Values, &Spectrum),
+    (problem, values): (&Problem, &Values),
     asked: &[(usize, f64)],
     plausible: &Reference,
 ) -> Result<Vec<Values>, EvaluateError> {
     if problem.columns().len() > MOST_COLUMNS {
         return Ok(Vec::new());
     }
-    let matters = |(value, direction): &(f64, Vec<f64>)| {
-        let share = |(column, limit): &(usize, f64)| direction[*column].abs() / spectrum.column_scale(*column) / limit;
-        asked.iter().map(share).fold(0.0, f64::max) > MATTERS * value
-    };
-    let faint: Vec<(f64, Vec<f64>)> = spectrum.determined_in_scale().into_iter().filter(matters).collect();
+    let scales = scales(problem, values, asked, plausible)?;
+    let faint = faint_directions(problem, values, asked, &scales)?;
     if faint.is_empty() {
         return Ok(Vec::new());
     }
     let Some(covariance) = plausible_covariance(problem, values, plausible)? else { return Ok(Vec::new()) };
     let mut found = Vec::new();
     for (value, direction) in faint {
-        let step: Vec<f64> = direction.iter().enumerate().map(|(j, v)| v / spectrum.column_scale(j)).collect();
-        let longest = asked.iter().map(|(column, limit)| step[*column].abs() / limit).fold(f64::MIN_POSITIVE, f64::max);
-        let change = DVector::from_vec(change_of_effect(problem, values, &step, DIFFERENCE / longest)?);
+        let step: Vec<f64> = direction.iter().zip(&scales).map(|(v, scale)| v * scale).collect();
+        let change = DVector::from_vec(change_of_effect(problem, values, &step, DIFFERENCE)?);
         let moved = &covariance * &change;
         let variance = change.dot(&moved).max(0.0);
         if value * value < SIGNIFICANT * SIGNIFICANT * variance {
@@ -65,6 +63,38 @@ pub(crate) fn degenerate_nearby(
         }
     }
     Ok(found)
+}
+
+/// What a step of one is by each column: a limit of use of what is asked for, what is plausible of the rest.
+fn scales(
+    problem: &Problem,
+    values: &Values,
+    asked: &[(usize, f64)],
+    plausible: &Reference,
+) -> Result<Vec<f64>, EvaluateError> {
+    let norms = problem.linearize(values)?.column_scales();
+    let mut scales: Vec<f64> = norms.iter().map(|norm| 1.0 / norm).collect();
+    plausible.std_by_column(problem).into_iter().for_each(|(column, std)| scales[column] = std);
+    asked.iter().for_each(|(column, limit)| scales[*column] = *limit);
+    Ok(scales)
+}
+
+/// Singular values and right singular vectors, in these scales, of directions that make up a share of a limit of use that matters.
+fn faint_directions(
+    problem: &Problem,
+    values: &Values,
+    asked: &[(usize, f64)],
+    scales: &[f64],
+) -> Result<Vec<(f64, Vec<f64>)>, EvaluateError> {
+    let (size, hessian) = (scales.len(), problem.without_reference().linearize(values)?.hessian());
+    let scaled = DMatrix::from_fn(size, size, |i, j| hessian[i * size + j] * scales[i] * scales[j]);
+    let eigen = scaled.symmetric_eigen();
+    let directions = (0..size).map(|k| (eigen.eigenvalues[k].max(0.0).sqrt(), eigen.eigenvectors.column(k)));
+    let matters = |value: f64, direction: &[f64]| {
+        asked.iter().any(|(column, _)| direction[*column].abs() > MATTERS * value) && value > NOTHING
+    };
+    let all = directions.map(|(value, direction)| (value, direction.iter().copied().collect::<Vec<f64>>()));
+    Ok(all.filter(|(value, direction)| matters(*value, direction)).collect())
 }
 
 /// `a`, with `s u = J v` by differences of the residuals.
@@ -130,9 +160,8 @@ mod tests {
         let residual = Automatic(Tilted { blocks, tilt });
         builder.add_factor(Factor::new(residual, Noise::independent(&[1.0, 1.0]).unwrap()));
         let (problem, values) = builder.build().unwrap();
-        let spectrum = Spectrum::new(&problem, &values).unwrap();
         let plausible = Reference::new(values.clone()).with(blocks[1], &[0.1]);
-        let found = degenerate_nearby((&problem, &values, &spectrum), &[(1, 0.1)], &plausible).unwrap();
+        let found = degenerate_nearby((&problem, &values), &[(1, 0.1)], &plausible).unwrap();
         found.iter().map(|values| values.scalar(blocks[0])).collect()
     }
 

@@ -251,16 +251,6 @@ impl Spectrum {
         if self.has_local() { shared.with_local(Arc::clone(&self.local)) } else { shared }
     }
 
-    /// Singular values and directions (over all columns, of unit length in scaled coordinates) that the data determine, largest first; of a
-    /// problem with local blocks, none.
-    pub fn determined_in_scale(&self) -> Vec<(f64, Vec<f64>)> {
-        if self.has_local() {
-            return Vec::new();
-        }
-        let determined = self.singular_values.iter().copied().zip(self.directions.iter().cloned());
-        determined.take(self.rank).collect()
-    }
-
     /// Whether the problem has local blocks.
     pub(crate) fn has_local(&self) -> bool {
         self.local.count() > 0
