@@ -8,10 +8,10 @@ use gravcal_estimation::{Estimate, IterationRecord, Problem, SolveContext, Solve
 /// A brief solve ends where an iteration lowers the cost by no more than this share of it.
 const SETTLED: f64 = 1e-4;
 
-/// So many iterations that lower the cost by no more than this, for residuals of unit size, end a solve that has had [`PATIENCE`] of them: together
-/// a hundredth of a standard deviation. Before, less ends it, and afterwards more, by the square of their number.
+/// So many iterations that lower the cost by no more than this, for residuals of unit size, end a solve that has had [`PATIENCE`] of them. Before,
+/// less ends it, and afterwards more, by the cube of their number.
 const STILL: usize = 10;
-const NOTHING: f64 = 1e-4;
+const NOTHING: f64 = 1e-5;
 /// Damping, relative to the column norms, of the step whose promise is looked at.
 const WEIGHING_DAMPING: f64 = 1e-8;
 /// Iterations after which a solve that creeps far above the noise is given up; the share of the cost that the second half of them must
@@ -109,7 +109,7 @@ impl<'a> Workbench<'a> {
             let stopped = self.stopped();
             end.set(match (share_since(STILL), share_since(PATIENCE / 2)) {
                 _ if stopped => None,
-                (Some(relative), _) if relative < still * (costs.len() as f64 / PATIENCE as f64).powi(2) => {
+                (Some(relative), _) if relative < still * (costs.len() as f64 / PATIENCE as f64).powi(3) => {
                     Some(Termination::Cost { relative })
                 }
                 (_, Some(share)) if costs.len() > PATIENCE && record.cost > hopeless && share < LITTLE => {

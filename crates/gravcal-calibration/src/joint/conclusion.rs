@@ -239,7 +239,7 @@ fn other_unit(session: &Session, solved: &Solved, parameters: &[ParameterResult]
         let value = solved.estimate.values.scalar(solved.posed.layout.sensors[joint][Quantity::PositionGain as usize]);
         let ratio = value / session.joints[joint].of(Quantity::PositionGain).nominal;
         let other = determined && (ratio.abs() > OTHER_UNIT || ratio.abs() < 1.0 / OTHER_UNIT);
-        other.then(|| (name, ratio))
+        other.then_some((name, ratio))
     });
     let (name, ratio) = found.next()?;
     let degrees = if ratio.abs() > 1.0 { "rad, and declared as deg" } else { "deg, and declared as rad" };

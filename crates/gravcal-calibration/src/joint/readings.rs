@@ -44,9 +44,9 @@ impl Readings {
         let noise = first_noise(session, &spreads);
         let floor = vec![0.0; noise.len()].into();
         let readings = Readings { used, spreads, noise, floor, loss: session.loss, order: Order::Together };
-        let repeated = session.repeated();
+        let repeated = |pose: usize| session.repeated.get(pose).is_some_and(|repeated| *repeated);
         readings
-            .only(|pose, channel| !repeated[pose] && session.reading(pose, channel).is_some() && keep(pose, channel))
+            .only(|pose, channel| !repeated(pose) && session.reading(pose, channel).is_some() && keep(pose, channel))
     }
 
     /// The same, but only readings for which `keep(pose, channel)` holds.

@@ -23,6 +23,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// Standard deviations from zero at which a singular value is one.
 const SIGNIFICANT: f64 = 3.0;
+/// Growth of ½ χ² beyond which values are not plausible: twice the standard deviations above.
+const IMPLAUSIBLE: f64 = 18.0;
 /// Only directions that make up this share of a limit of use are looked at.
 const MATTERS: f64 = 0.03;
 /// Length of the step of a difference, in limits of use.
@@ -51,7 +53,8 @@ pub(crate) fn degenerate_nearby(
         return Ok(Vec::new());
     }
     let Some(covariance) = plausible_covariance(problem, values, plausible)? else { return Ok(Vec::new()) };
-    let mut found = Vec::new();
+    let alone = problem.without_reference();
+    let (here, mut found) = (alone.cost(values)?, Vec::new());
     for (value, direction) in faint {
         let step: Vec<f64> = direction.iter().zip(&scales).map(|(v, scale)| v * scale).collect();
         let change = DVector::from_vec(change_of_effect(problem, values, &step, DIFFERENCE)?);
@@ -59,7 +62,11 @@ pub(crate) fn degenerate_nearby(
         let variance = change.dot(&moved).max(0.0);
         if value * value < SIGNIFICANT * SIGNIFICANT * variance {
             let back: Vec<f64> = moved.iter().map(|entry| -entry * value / variance).collect();
-            found.push(problem.retract(values, &back));
+            let there = problem.retract(values, &back);
+            // Farther than the linear model says, the truth is not there.
+            if alone.cost(&there).is_ok_and(|cost| cost - here < IMPLAUSIBLE) {
+                found.push(there);
+            }
         }
     }
     Ok(found)

@@ -316,6 +316,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
         deflection,
         saturated,
         in_motion,
+        repeated: Vec::new(),
         searched,
         loss,
         uncertainty,
@@ -333,7 +334,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     inertia::check_sweeps(document, &session)?;
     deflection::check_single_poses(document, &session)?;
     deflection::check_instruments(document, &session)?;
-    Ok(session)
+    Ok(Session { repeated: session.find_repeated(), ..session })
 }
 
 /// The offset of the joint on which all others hang defines the base frame: it has a value, but it cannot be uncertain.

@@ -65,6 +65,8 @@ pub struct Session {
     /// How many torque readings of each joint were left out because the arm or the joint moved otherwise than
     /// `[readings.select]` demands.
     pub in_motion: Vec<usize>,
+    /// By pose that was read, whether it repeats an earlier one in every number; empty of poses that were not.
+    pub repeated: Vec<bool>,
     /// What was found in recordings in motion, where poses come from such, and what was lost of files.
     pub searched: Vec<Searched>,
     /// How the joint estimator counts torque readings far beyond their noise.
@@ -97,6 +99,7 @@ impl Session {
             saturated: vec![0; joints.len()],
             in_motion: vec![0; joints.len()],
             searched: Vec::new(),
+            repeated: Vec::new(),
             joints,
             instruments: Vec::new(),
             terms: SensorTerms::default(),

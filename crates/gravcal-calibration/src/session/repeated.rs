@@ -11,7 +11,7 @@ const FEW: usize = 2;
 
 impl Session {
     /// By pose, whether it repeats an earlier one in every number that was read; all `false` where that may be chance.
-    pub(crate) fn repeated(&self) -> Vec<bool> {
+    pub(crate) fn find_repeated(&self) -> Vec<bool> {
         let mut seen: HashSet<(Option<usize>, Vec<u64>)> = HashSet::new();
         let channels = 0..self.channel_count();
         let of_pose = |index: usize| {
@@ -32,7 +32,7 @@ impl Session {
 
     /// The same in words.
     pub(crate) fn repeated_note(&self) -> Option<String> {
-        let repeated = self.repeated();
+        let repeated = &self.repeated;
         let count = repeated.iter().filter(|repeated| **repeated).count();
         let pose = &self.poses[repeated.iter().position(|repeated| *repeated)?];
         let path = &self.tables[pose.table].path;
@@ -53,16 +53,18 @@ mod tests {
     #[test]
     fn copies_of_rows_are_found_and_chance_is_not() {
         let mut session = sarcos_shoulder().session(0);
+        session.repeated = session.find_repeated();
         assert!(session.repeated_note().is_none());
         let copies: Vec<_> = session.poses[..40].to_vec();
         session.poses.extend(copies);
-        let repeated = session.repeated();
+        session.repeated = session.find_repeated();
+        let repeated = &session.repeated;
         assert!(repeated[repeated.len() - 40..].iter().all(|repeated| *repeated));
         assert_eq!(repeated.iter().filter(|repeated| **repeated).count(), 40);
         assert!(session.repeated_note().unwrap().starts_with("40 of 447 rows repeat another one"));
         let mut other = sarcos_shoulder().session(0);
         let copy = other.poses[0].clone();
         other.poses.push(copy);
-        assert!(!other.repeated().contains(&true), "one may be chance");
+        assert!(!other.find_repeated().contains(&true), "one may be chance");
     }
 }
