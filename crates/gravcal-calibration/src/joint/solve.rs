@@ -14,7 +14,7 @@ use super::sample::Sample;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
-use crate::judgement::{self, Explained, Judged, degenerate_nearby, held_out, limits_of_use};
+use crate::judgement::{self, Explained, Judged, MATTERS, degenerate_nearby, held_out, limits_of_use};
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::Fit;
 use crate::session::Session;
@@ -234,6 +234,10 @@ impl Solved {
         let Some(reference) = self.posed.problem.reference() else { return Ok(self) };
         let solution = Judged { problem, values, layout: &self.posed.layout, spectrum: &self.spectrum };
         let asked = limits_of_use(session, &solution, &self.readings.spreads);
+        let known = self.spectrum.covariance();
+        if asked.iter().all(|(column, limit)| known.std(*column) < MATTERS * limit) {
+            return Ok(self); // no direction makes up more of a standard deviation than there is
+        }
         let plausible = reference.times_as_firm(WITHIN_USE);
         let degenerate = degenerate_nearby((problem, values), &asked, &plausible)?;
         let judged = |values: Values| Ok((values.clone(), Spectrum::new(problem, &values)?));

@@ -20,4 +20,4 @@ pub(crate) use moments::{DeterminedMoment, determined_moments};
 pub(crate) use outliers::{outlier_note, outliers};
 pub(crate) use positions::{deflections, position_errors};
 pub(crate) use remarks::{held, loss, weak_combinations, weak_note};
-pub(crate) use significance::degenerate_nearby;
+pub(crate) use significance::{MATTERS, degenerate_nearby};

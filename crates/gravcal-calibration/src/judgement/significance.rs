@@ -26,7 +26,7 @@ const SIGNIFICANT: f64 = 3.0;
 /// Growth of ½ χ² beyond which values are not plausible: twice the standard deviations above.
 const IMPLAUSIBLE: f64 = 18.0;
 /// Only directions that make up this share of a limit of use are looked at.
-const MATTERS: f64 = 0.03;
+pub(crate) const MATTERS: f64 = 0.05;
 /// Length of the step of a difference, in limits of use.
 const DIFFERENCE: f64 = 1e-3;
 /// A singular value in limits of use below this is nothing: the rank tells of it.
