@@ -48,7 +48,7 @@ pub(super) fn fit_in_rounds(
         posed.problem = posed.problem.with_reference(reference.clone());
         let given_up = match estimate.termination {
             Termination::Stopped => true,
-            Termination::IterationLimit { limit } => limit < FIRST_ITERATIONS, // the solver's own
+            Termination::IterationLimit { limit } => limit < FIRST_ITERATIONS, // the solver's own, or hopeless
             _ => false,
         };
         if given_up || readings.order != Order::Together {

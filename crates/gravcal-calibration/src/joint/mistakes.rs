@@ -4,6 +4,8 @@
 //! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, and columns of two joints that are
 //! swapped, of torques or of positions.
 
+use gravcal_estimation::Termination;
+
 use super::readings::{Readings, first_noise};
 use super::reversed::{reversed_sensors, solve_with};
 use super::start::start_cost;
@@ -11,7 +13,6 @@ use super::{EstimateError, Solved};
 use crate::parameter::Quantity;
 use crate::session::Session;
 use crate::workbench::Workbench;
-use gravcal_estimation::Termination;
 
 /// A mistake must lower the cost of a start to this share of it; the cost of a solution likewise.
 const BETTER_START: f64 = 0.7;

@@ -16,7 +16,7 @@ use super::unknowns::{Layout, Unknowns};
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::{KnowledgeKind, Session};
 
-/// κ. From 1 to 3 as many parameters are found, from 5 on some run away (60 random arms of each kind: upright, bare, nearly upright).
+/// κ. Wide beside what would be of use, so that it hides nothing that can be known, and narrow enough that no gain reaches zero.
 const WIDTH: f64 = 3.0;
 /// So many times as firm, it lets what is asked for vary by its limits of use.
 pub(super) const WITHIN_USE: f64 = WIDTH;

@@ -193,7 +193,7 @@ impl Solved {
     pub fn at_start(readings: Readings, posed: JointProblem) -> Result<Solved, EstimateError> {
         let estimate = Estimate {
             values: posed.initial.clone(),
-            cost: posed.problem.cost(&posed.initial)?,
+            cost: posed.problem.without_reference().cost(&posed.initial)?,
             termination: Termination::AsGiven,
             iterations: Vec::new(),
             way: Vec::new(),

@@ -47,14 +47,15 @@ pub(crate) fn degenerate_nearby(
     if problem.columns().len() > MOST_COLUMNS {
         return Ok(Vec::new());
     }
-    let scales = scales(problem, values, asked, plausible)?;
-    let faint = faint_directions(problem, values, asked, &scales)?;
+    let alone = problem.without_reference();
+    let linearization = alone.linearize(values)?;
+    let scales = scales(problem, &linearization.column_scales(), asked, plausible);
+    let faint = faint_directions(&linearization.hessian(), asked, &scales);
     if faint.is_empty() {
         return Ok(Vec::new());
     }
     let Some(covariance) = plausible_covariance(problem, values, plausible)? else { return Ok(Vec::new()) };
-    let alone = problem.without_reference();
-    let (here, mut found) = (alone.cost(values)?, Vec::new());
+    let (here, mut found) = (linearization.cost(), Vec::new());
     for (value, direction) in faint {
         let step: Vec<f64> = direction.iter().zip(&scales).map(|(v, scale)| v * scale).collect();
         let change = DVector::from_vec(change_of_effect(problem, values, &step, DIFFERENCE)?);
@@ -73,27 +74,16 @@ pub(crate) fn degenerate_nearby(
 }
 
 /// What a step of one is by each column: a limit of use of what is asked for, what is plausible of the rest.
-fn scales(
-    problem: &Problem,
-    values: &Values,
-    asked: &[(usize, f64)],
-    plausible: &Reference,
-) -> Result<Vec<f64>, EvaluateError> {
-    let norms = problem.linearize(values)?.column_scales();
+fn scales(problem: &Problem, norms: &[f64], asked: &[(usize, f64)], plausible: &Reference) -> Vec<f64> {
     let mut scales: Vec<f64> = norms.iter().map(|norm| 1.0 / norm).collect();
     plausible.std_by_column(problem).into_iter().for_each(|(column, std)| scales[column] = std);
     asked.iter().for_each(|(column, limit)| scales[*column] = *limit);
-    Ok(scales)
+    scales
 }
 
 /// Singular values and right singular vectors, in these scales, of directions that make up a share of a limit of use that matters.
-fn faint_directions(
-    problem: &Problem,
-    values: &Values,
-    asked: &[(usize, f64)],
-    scales: &[f64],
-) -> Result<Vec<(f64, Vec<f64>)>, EvaluateError> {
-    let (size, hessian) = (scales.len(), problem.without_reference().linearize(values)?.hessian());
+fn faint_directions(hessian: &[f64], asked: &[(usize, f64)], scales: &[f64]) -> Vec<(f64, Vec<f64>)> {
+    let size = scales.len();
     let scaled = DMatrix::from_fn(size, size, |i, j| hessian[i * size + j] * scales[i] * scales[j]);
     let eigen = scaled.symmetric_eigen();
     let directions = (0..size).map(|k| (eigen.eigenvalues[k].max(0.0).sqrt(), eigen.eigenvectors.column(k)));
@@ -101,7 +91,7 @@ fn faint_directions(
         asked.iter().any(|(column, _)| direction[*column].abs() > MATTERS * value) && value > NOTHING
     };
     let all = directions.map(|(value, direction)| (value, direction.iter().copied().collect::<Vec<f64>>()));
-    Ok(all.filter(|(value, direction)| matters(*value, direction)).collect())
+    all.filter(|(value, direction)| matters(*value, direction)).collect()
 }
 
 /// `a`, with `s u = J v` by differences of the residuals.
