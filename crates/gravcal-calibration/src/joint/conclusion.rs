@@ -57,7 +57,7 @@ pub(super) fn conclude(
     // What was stopped on its way explains the readings badly whatever the model.
     let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
     let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
-    let solved = Solved { uncertainty, ..solved }.with_significance(session)?;
+    let solved = Solved { uncertainty, ..solved }.with_nearby(session, workbench)?;
     let judgement = solved.judge(session);
     let gravity = judgement.gravity.then(|| solved.gravity(session));
     let parameters = tell_parameters(session, &solved, &judgement);

@@ -9,6 +9,8 @@ mod in_order;
 mod linear_part;
 mod mistakes;
 mod model_tests;
+mod nearby;
+mod noise;
 mod order;
 mod placements;
 mod position_unknowns;
@@ -39,6 +41,7 @@ use crate::session::Session;
 use crate::workbench::Workbench;
 use conclusion::{Conclusion, conclude};
 use idle::idle_joints;
+use nearby::Nearby;
 
 pub(crate) use order::why_not_by_groups;
 pub use order::{Order, pose_by_pose, step_by_step};
@@ -173,8 +176,12 @@ impl Solved {
             judge(session, &Judged { problem, values, layout, spectrum }, covariance, spreads)
         };
         let mut judgement = judged(&self.estimate.values, &self.spectrum, self.covariance());
-        for (values, spectrum) in &self.degenerate {
-            judgement.leave_open_what_is_open_in(&judged(values, spectrum, &spectrum.covariance()));
+        for Nearby { values, spectrum, share, open } in &self.nearby {
+            let at_least = spectrum.covariance().scaled(share * share);
+            judgement.leave_open_what_is_open_in(&judged(values, spectrum, &at_least));
+            let is_open = |id: BlockId| problem.columns_of(id).any(|column| open.contains(&column));
+            judgement.gravity &= !is_open(layout.gravity);
+            judgement.leave_open(session.parameters().into_iter().filter(|id| is_open(layout.block(*id))));
         }
         judgement.gravity &= self.sign_known;
         judgement.leave_open(self.readings.unread_and_unknown(session));

@@ -1,20 +1,18 @@
 //! Solving the joint problem: start, unstated noise, the second fit that leaves a tenth of the poses out.
 
 use gravcal_estimation::statistics::{NoiseKnowledge, Solution, along_constraints, leans};
-use gravcal_estimation::{
-    Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty, Values,
-};
+use gravcal_estimation::{Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty};
 
 use super::fit::{fit, fit_in_rounds};
+use super::nearby::Nearby;
 use super::order::Order;
 use super::problem::{JointProblem, pose, pose_with_constraints};
 use super::readings::Readings;
-use super::reference::WITHIN_USE;
 use super::sample::Sample;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
-use crate::judgement::{self, Explained, Judged, MATTERS, degenerate_nearby, held_out, limits_of_use};
+use crate::judgement::{self, Explained, held_out};
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::Fit;
 use crate::session::Session;
@@ -45,8 +43,8 @@ pub struct Solved {
     pub(super) along_constraints: Option<Problem>,
     /// How well: from the noise, unless another uncertainty was chosen.
     pub uncertainty: Uncertainty,
-    /// Values nearby that may be the true ones, and at which the readings say less: see [`degenerate_nearby`].
-    pub(super) degenerate: Vec<(Values, Spectrum)>,
+    /// Values nearby that may be the true ones, and at which the readings say less.
+    pub(super) nearby: Vec<Nearby>,
     /// By how many standard deviations the readings would like to pass each active constraint.
     pub(super) leans: Vec<f64>,
     /// Whether gravity's sign is declared, or decided by the readings.
@@ -168,24 +166,6 @@ impl Solved {
         Ok(Explained::of(session, self, 2.0 * self.estimate.cost)?.misfit())
     }
 
-    /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up.
-    fn residual_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
-        let rows = self.posed.problem.augmented_jacobian(&self.estimate.values)?;
-        let leverages = self.spectrum.leverages(&rows);
-        let width = self.posed.problem.columns().len() + 1;
-        let mut sums = vec![(0.0, 0.0); session.channel_count()];
-        for (index, (pose, channel)) in self.posed.rows.iter().enumerate() {
-            let std = self.readings.std(session, *pose, *channel);
-            let residual = rows[index * width + width - 1] * std;
-            sums[*channel].0 += residual * residual;
-            sums[*channel].1 += (1.0 - leverages[index]).max(0.0);
-        }
-        let noise = sums.iter().zip(&self.readings.noise).map(|((squares, freedom), old)| {
-            if *squares > 0.0 && *freedom > 0.0 { (squares / freedom).sqrt() } else { *old }
-        });
-        Ok(noise.collect())
-    }
-
     /// Judges a problem at its start, without solving it.
     ///
     /// # Errors
@@ -222,27 +202,10 @@ impl Solved {
             along_constraints: along,
             uncertainty,
             leans,
-            degenerate: Vec::new(),
+            nearby: Vec::new(),
             sign_known: true,
             hemisphere_contradicted: false,
         })
-    }
-
-    /// The same with what of it rests on the estimate's own errors found out.
-    pub(super) fn with_significance(self, session: &Session) -> Result<Solved, EvaluateError> {
-        let (problem, values) = (self.judged_problem(), &self.estimate.values);
-        let Some(reference) = self.posed.problem.reference() else { return Ok(self) };
-        let solution = Judged { problem, values, layout: &self.posed.layout, spectrum: &self.spectrum };
-        let asked = limits_of_use(session, &solution, &self.readings.spreads);
-        let known = self.spectrum.covariance();
-        if asked.iter().all(|(column, limit)| known.std(*column) < MATTERS * limit) {
-            return Ok(self); // no direction makes up more of a standard deviation than there is
-        }
-        let plausible = reference.times_as_firm(WITHIN_USE);
-        let degenerate = degenerate_nearby((problem, values), &asked, &plausible)?;
-        let judged = |values: Values| Ok((values.clone(), Spectrum::new(problem, &values)?));
-        let degenerate = degenerate.into_iter().map(judged).collect::<Result<_, EvaluateError>>()?;
-        Ok(Solved { degenerate, ..self })
     }
 
     /// The problem as it is judged: along the active constraints.

@@ -26,12 +26,14 @@ pub struct Covariance {
     size: usize,
     /// Where the problem has local blocks: what their columns are made of, and a factor of their own variances.
     local: Option<(Arc<LocalColumns>, f64)>,
+    /// Factor of each column's standard deviation; nothing where all are 1.
+    widening: Option<Arc<[f64]>>,
 }
 
 impl Covariance {
     /// `tangent`: `size` rows, one after the other.
     pub(crate) fn new(tangent: Vec<f64>, size: usize) -> Self {
-        Covariance { tangent, size, local: None }
+        Covariance { tangent, size, local: None, widening: None }
     }
 
     /// The same of a problem with local blocks, of whose shared columns `tangent` is.
@@ -57,7 +59,15 @@ impl Covariance {
     /// The same with every variance and covariance multiplied by `factor`.
     pub fn scaled(&self, factor: f64) -> Covariance {
         let local = self.local.as_ref().map(|(local, own)| (Arc::clone(local), factor * own));
-        Covariance { tangent: self.tangent.iter().map(|v| factor * v).collect(), size: self.size, local }
+        let tangent = self.tangent.iter().map(|v| factor * v).collect();
+        Covariance { tangent, size: self.size, local, widening: self.widening.clone() }
+    }
+
+    /// The same with the standard deviation of each of the problem's columns multiplied by its factor, and correlations as they are.
+    pub fn widened(&self, factors: &[f64]) -> Covariance {
+        let before = |column: usize| self.widening.as_ref().map_or(1.0, |before| before[column]);
+        let factors = factors.iter().enumerate().map(|(column, factor)| factor * before(column));
+        Covariance { widening: Some(factors.collect()), ..self.clone() }
     }
 
     /// Standard deviation of the linear function `Σ coefficient · column`.
@@ -71,6 +81,13 @@ impl Covariance {
     }
 
     fn between(&self, a: &[(usize, f64)], b: &[(usize, f64)]) -> f64 {
+        let Some(factors) = &self.widening else { return self.between_narrow(a, b) };
+        let wide =
+            |function: &[(usize, f64)]| function.iter().map(|(i, c)| (*i, c * factors[*i])).collect::<LinearFunction>();
+        self.between_narrow(&wide(a), &wide(b))
+    }
+
+    fn between_narrow(&self, a: &[(usize, f64)], b: &[(usize, f64)]) -> f64 {
         let Some((local, own)) = &self.local else { return self.between_shared(a, b) };
         let (a, b) = (local.reduce(a.iter().copied()), local.reduce(b.iter().copied()));
         self.between_shared(&a.shared, &b.shared) + own * a.own_covariance(&b)
@@ -206,6 +223,14 @@ mod tests {
         // d(a³) = 3 a² da at a = 2.
         let cube = of(|x| vec![x[3].powi(3)]);
         assert!((cube[0] / (144.0 * 0.25) - 1.0).abs() < 1e-9, "{cube:?}");
+    }
+
+    #[test]
+    fn a_wider_column_keeps_its_correlations() {
+        let narrow = Covariance::new(vec![0.04, 0.01, 0.01, 0.09], 2);
+        let wide = narrow.widened(&[3.0, 1.0]).widened(&[1.0, 2.0]);
+        assert!((wide.std(0) - 0.6).abs() < 1e-12 && (wide.std(1) - 0.6).abs() < 1e-12);
+        assert!((wide.correlation(0, 1) - narrow.correlation(0, 1)).abs() < 1e-12);
     }
 
     #[test]

@@ -65,6 +65,15 @@ impl Uncertainty {
         &self.covariance
     }
 
+    /// The same with the standard deviation of each column multiplied by its factor. Replicates stay as they are: they solve again, and
+    /// do not rest on what is linear at the estimate.
+    pub fn widened(self, factors: &[f64]) -> Uncertainty {
+        match self.spread {
+            Spread::Replicates(_) => self,
+            spread => Uncertainty { covariance: self.covariance.widened(factors), spread },
+        }
+    }
+
     /// 95 % interval of a function with this value, linear near the estimate (see [`Covariance::linearized`]).
     pub fn interval(&self, value: f64, function: &[(usize, f64)]) -> [f64; 2] {
         match &self.spread {
