@@ -53,11 +53,11 @@ pub(super) fn conclude(
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
 ) -> Result<Conclusion, EstimateError> {
-    let solved = solve(session, readings, known, workbench)?;
+    let solved = solve(session, readings, known, workbench)?.with_nearby(session, workbench)?;
     // What was stopped on its way explains the readings badly whatever the model.
     let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
     let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
-    let solved = Solved { uncertainty, ..solved }.with_nearby(session, workbench)?;
+    let solved = Solved { uncertainty, ..solved }.widened(session);
     let judgement = solved.judge(session);
     let gravity = judgement.gravity.then(|| solved.gravity(session));
     let parameters = tell_parameters(session, &solved, &judgement);

@@ -2,13 +2,25 @@
 
 use gravcal_estimation::{Reference, Spectrum, Values};
 
-use super::EstimateError;
+use super::problem::JointProblem;
 use super::reference::WITHIN_USE;
-use super::solve::Solved;
+use super::solve::{Solved, solve_from};
+use super::{EstimateError, Unknowns};
 use crate::judgement::{AT_LEAST, Judged, Judgement, MATTERS, least_informed_nearby, limits_of_use};
 use crate::parameter::ParameterId;
 use crate::session::Session;
 use crate::workbench::Workbench;
+
+/// Values at which ½ χ² is larger by less are as good as the estimate: two standard deviations away.
+const AS_LIKELY: f64 = 2.0;
+/// Values at which ½ χ² is smaller by more are better than the estimate, which then was no minimum.
+const BETTER: f64 = 0.1;
+/// How often an estimate goes on from better values, at most.
+const ROUNDS: usize = 3;
+/// Times by which a standard deviation is too small that has no basis.
+const BASELESS: f64 = 10.0;
+/// Iterations at most to where open parameters are at their nominal values.
+const ITERATIONS: usize = 100;
 
 /// Values that may be the true ones, and what the readings say there.
 #[derive(Debug)]
@@ -17,30 +29,46 @@ pub(super) struct Nearby {
     pub spectrum: Spectrum,
     /// Share of standard deviations there that is told at least.
     pub share: f64,
-    /// Columns of which they say so little there that what they say at the estimate has no basis.
+    /// Columns that are beyond their limit there, and so much worse known that what the readings say at the estimate has no basis.
     pub open: Vec<usize>,
 }
 
-/// Values at which ½ χ² is larger by less are as good as the estimate: two standard deviations away.
-const AS_LIKELY: f64 = 2.0;
-/// Times by which a standard deviation is too small that has no basis.
-const BASELESS: f64 = 10.0;
-/// Iterations at most to where open parameters are at their nominal values.
-const ITERATIONS: usize = 100;
-
 impl Solved {
-    /// The same with what of it rests on the estimate's own errors found out.
+    /// The same with values nearby that may be the true ones; from better values where there are such, as along the bend of a valley.
     ///
     /// # Errors
     /// Where the problem cannot be evaluated nearby.
     pub(super) fn with_nearby(self, session: &Session, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
+        let mut solved = self;
+        for _ in 0..ROUNDS {
+            solved.nearby = solved.look_around(session, workbench)?;
+            let problem = solved.judged_problem().without_reference();
+            let costs = solved.nearby.iter().map(|near| Ok((problem.cost(&near.values)?, &near.values)));
+            let costs = costs.collect::<Result<Vec<_>, EstimateError>>()?;
+            let lowest = costs.into_iter().min_by(|(a, _), (b, _)| a.total_cmp(b));
+            let Some((_, better)) = lowest.filter(|(cost, _)| *cost < solved.estimate.cost - BETTER) else { break };
+            let start = Unknowns::of(better, &solved.posed.layout, &Unknowns::nominal(session));
+            // What leads nowhere leaves the estimate as it is.
+            let Ok(other) = solve_from(session, &solved.readings, start, workbench) else { break };
+            if other.minus_log_likelihood(session) >= solved.minus_log_likelihood(session) {
+                break;
+            }
+            solved = Solved {
+                sign_known: solved.sign_known,
+                hemisphere_contradicted: solved.hemisphere_contradicted,
+                ..other
+            };
+        }
+        Ok(solved)
+    }
+
+    fn look_around(&self, session: &Session, workbench: &Workbench<'_>) -> Result<Vec<Nearby>, EstimateError> {
         let (problem, values) = (self.judged_problem(), &self.estimate.values);
-        let Some(reference) = self.posed.problem.reference() else { return Ok(self) };
-        let solution = Judged { problem, values, layout: &self.posed.layout, spectrum: &self.spectrum };
-        let asked = limits_of_use(session, &solution, &self.readings.spreads);
+        let Some(reference) = self.posed.problem.reference() else { return Ok(Vec::new()) };
+        let asked = self.limits_of_use(session);
         let known = self.spectrum.covariance();
         if asked.iter().all(|(column, limit)| known.std(*column) < MATTERS * limit) {
-            return Ok(self); // no direction makes up more of a standard deviation than there is
+            return Ok(Vec::new()); // no direction makes up more of a standard deviation than there is
         }
         let judgement = self.judge(session);
         let plausible = reference.times_as_firm(WITHIN_USE);
@@ -50,23 +78,16 @@ impl Solved {
         let farther = least_informed_nearby((problem, values), &asked, &determined, &plausible)?;
         let farther = farther.into_iter().map(|values| (values, AT_LEAST));
         let nominal = self.nearest_to_nominal(session, &judgement, &plausible, workbench)?.map(|values| (values, 1.0));
-        let mut factors = vec![1.0_f64; problem.columns().len()];
         let mut nearby = Vec::new();
         for (values, share) in farther.chain(nominal) {
             let spectrum = Spectrum::new(problem, &values)?;
-            let (there, mut open) = (spectrum.covariance(), Vec::new());
-            for (column, limit) in &asked {
-                let (std, known) = (there.std(*column), known.std(*column).max(f64::MIN_POSITIVE));
-                if std > (BASELESS * known).max(MATTERS * limit) {
-                    open.push(*column);
-                }
-                // What is beyond its limit there is not determined.
-                factors[*column] = factors[*column].max((share * std).min(*limit) / known);
-            }
+            let there = spectrum.covariance();
+            let baseless =
+                |(column, limit): &&(usize, f64)| there.std(*column) > (BASELESS * known.std(*column)).max(*limit);
+            let open = asked.iter().filter(baseless).map(|(column, _)| *column).collect();
             nearby.push(Nearby { values, spectrum, share, open });
         }
-        let uncertainty = self.uncertainty.widened(&factors);
-        Ok(Solved { nearby, uncertainty, ..self })
+        Ok(nearby)
     }
 
     /// Where parameters that are not determined have values nearer to their nominal ones, and the readings are explained as well: what is
@@ -89,5 +110,30 @@ impl Solved {
         let alone = problem.without_reference();
         let growth = alone.cost(&there.values)? - alone.cost(&self.estimate.values)?;
         Ok((growth < AS_LIKELY).then_some(there.values))
+    }
+
+    /// The same with no standard deviation less than its share of one nearby.
+    pub(super) fn widened(self, session: &Session) -> Solved {
+        let known = self.spectrum.covariance();
+        let mut factors = vec![1.0_f64; self.judged_problem().columns().len()];
+        for Nearby { spectrum, share, .. } in &self.nearby {
+            let there = spectrum.covariance();
+            for (column, limit) in self.limits_of_use(session) {
+                // What is beyond its limit there is not determined.
+                let at_least = (share * there.std(column)).min(limit);
+                factors[column] = factors[column].max(at_least / known.std(column).max(f64::MIN_POSITIVE));
+            }
+        }
+        if self.nearby.is_empty() {
+            return self;
+        }
+        Solved { uncertainty: self.uncertainty.widened(&factors), ..self }
+    }
+
+    /// Column and limit of use of gravity and every parameter.
+    fn limits_of_use(&self, session: &Session) -> Vec<(usize, f64)> {
+        let JointProblem { layout, .. } = &self.posed;
+        let (problem, values, spectrum) = (self.judged_problem(), &self.estimate.values, &self.spectrum);
+        limits_of_use(session, &Judged { problem, values, layout, spectrum }, &self.readings.spreads)
     }
 }

@@ -156,7 +156,7 @@ pub(crate) fn solve_posed(
 
 impl Solved {
     /// − ln of the likelihood with the noise as stated or found here, but for what all solutions share.
-    fn minus_log_likelihood(&self, session: &Session) -> f64 {
+    pub(super) fn minus_log_likelihood(&self, session: &Session) -> f64 {
         let size = |(pose, channel): &(usize, usize)| self.readings.std(session, *pose, *channel).ln();
         self.estimate.cost + self.posed.rows.iter().map(size).sum::<f64>()
     }

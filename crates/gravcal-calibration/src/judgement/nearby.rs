@@ -16,7 +16,7 @@
 //! ```
 //!
 //! There the readings are judged, too. What is not determined there is not determined, and no standard deviation is told that is less than
-//! half of that there ([`AT_LEAST`]). Where the problem is linear over the errors of its estimate, nothing changes.
+//! two thirds of that there ([`AT_LEAST`]). Where the problem is linear over the errors of its estimate, nothing changes.
 //!
 //! Two kinds of directions are followed: singular ones that make up a share of a standard deviation that matters, and the error of each
 //! parameter, `v = C e`.
@@ -29,9 +29,9 @@ const PLAUSIBLE: usize = 4;
 /// Growth of ½ χ² beyond which values are not plausible: five standard deviations.
 const IMPLAUSIBLE: f64 = 12.5;
 /// Share of the standard deviation at plausible values that is told at least.
-pub(crate) const AT_LEAST: f64 = 0.5;
-/// An effect that varies by less than this share of itself by a standard deviation is half of itself at the farthest.
-const STEADY: f64 = AT_LEAST / PLAUSIBLE as f64;
+pub(crate) const AT_LEAST: f64 = 2.0 / 3.0;
+/// An effect that varies by less than this share of itself by a standard deviation is at the farthest still as much as is told.
+const STEADY: f64 = (1.0 - AT_LEAST) / PLAUSIBLE as f64;
 /// Steps at most by which the rest follows a piece; one that lowers ½ χ² by less is the last.
 const CORRECTIONS: usize = 6;
 const SETTLED: f64 = 0.1;
@@ -264,6 +264,6 @@ mod tests {
         for tilt in [0.3, 1.0] {
             assert!(judged(tilt).iter().any(|there| there.abs() < 0.3 * tilt), "{:?}", judged(tilt));
         }
-        assert!(judged(10.0).is_empty() && judged(40.0).is_empty());
+        assert!(judged(20.0).is_empty() && judged(40.0).is_empty());
     }
 }
