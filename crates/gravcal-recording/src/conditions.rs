@@ -1,6 +1,7 @@
 //! What else a table says of a row: when it was, how warm the sensors were, how the joints came there and how they move.
 
-use crate::error::ReadError;
+use crate::error::{Place, ReadError};
+use crate::iso8601::ISO_8601;
 use crate::table::Table;
 
 /// Under which conditions a pose was read. Empty lists (and no time) where the mapping names no column.
@@ -101,14 +102,15 @@ const fn unit(name: &'static str, scale: f64, zero: f64) -> ConditionUnit {
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
 impl ConditionUnit {
-    /// Units of time; s inside.
-    pub const TIME: [ConditionUnit; 6] = [
+    /// Units of time; s inside. Cells with dates, the last, are read as seconds.
+    pub const TIME: [ConditionUnit; 7] = [
         unit("s", 1.0, 0.0),
         unit("ms", 1e-3, 0.0),
         unit("µs", 1e-6, 0.0),
         unit("ns", 1e-9, 0.0),
         unit("min", 60.0, 0.0),
         unit("h", 3600.0, 0.0),
+        unit(ISO_8601, 1.0, 0.0),
     ];
     /// Units of temperature; °C inside.
     pub const TEMPERATURE: [ConditionUnit; 2] = [unit("degC", 1.0, 0.0), unit("K", 1.0, -273.15)];
@@ -121,6 +123,15 @@ impl ConditionUnit {
     pub const ANGULAR_ACCELERATION: [ConditionUnit; 2] = [unit("rad/s²", 1.0, 0.0), unit("deg/s²", DEGREE, 0.0)];
     /// Units of acceleration of a joint that slides; m/s² inside.
     pub const ACCELERATION: [ConditionUnit; 2] = [unit("m/s²", 1.0, 0.0), unit("mm/s²", 1e-3, 0.0)];
+
+    /// Whether a clock in this unit may hold dates with times, or numbers where it holds none.
+    pub(crate) fn suits(self, dates: bool) -> bool {
+        match self.name {
+            ISO_8601 => dates,
+            "s" => true,
+            _ => !dates,
+        }
+    }
 
     /// A number in this unit, in the unit that is used inside.
     pub fn to_inside(self, number: f64) -> f64 {
@@ -165,14 +176,34 @@ impl<'a> FoundConditions<'a> {
             found => Err(ReadError::NotADirection { place: table.place(row, *column), found }),
         };
         let mapped = self.mapped;
-        let time = self.time.map(number).transpose()?;
+        let time = self.time.zip(mapped.time.as_ref());
         Ok(Conditions {
-            time: time.zip(mapped.time.as_ref()).map(|(cell, mapped)| mapped.unit.to_inside(cell)),
+            time: time.map(|(column, mapped)| time_of(table, row, column, mapped.unit)).transpose()?,
             temperature: numbers(&self.temperature, &mapped.temperature)?,
             velocity: numbers(&self.velocity, mapped.velocity.columns())?,
             acceleration: numbers(&self.acceleration, mapped.acceleration.columns())?,
             direction: self.direction.iter().map(direction).collect::<Result<_, _>>()?,
         })
+    }
+}
+
+/// The time in a cell, s.
+fn time_of(table: &Table, row: usize, column: usize, unit: ConditionUnit) -> Result<f64, ReadError> {
+    let place = || table.place(row, column);
+    match table.date(row, column)? {
+        Some(seconds) if unit.suits(true) => Ok(seconds),
+        Some(_) => {
+            let Place { path, column, .. } = place();
+            Err(ReadError::OtherClock { path, column, unit: unit.name, dates: true })
+        }
+        None if table.text(row, column).is_empty() => Err(ReadError::NoCondition { place: place() }),
+        None if !unit.suits(false) => {
+            Err(ReadError::NotADate { place: place(), found: table.text(row, column).to_owned() })
+        }
+        None => {
+            let number = table.number(row, column)?.ok_or_else(|| ReadError::NoCondition { place: place() })?;
+            Ok(unit.to_inside(number))
+        }
     }
 }
 
@@ -223,6 +254,28 @@ mod tests {
         assert_eq!(poses[0].temperature, [20.0, 20.0]);
         assert_eq!(poses[0].velocity, [std::f64::consts::PI; 2]);
         assert_eq!(poses[0].direction, [-1.0]);
+    }
+
+    #[test]
+    fn dates_are_times_where_the_clock_is_said_to_hold_them() {
+        let times = |unit: usize, cell: &str| {
+            let mapped =
+                ConditionColumns { time: Some(column("t", ConditionUnit::TIME[unit])), ..ConditionColumns::default() };
+            let text = format!("t\n{cell}\n2024-05-01 12:00:01\n");
+            let table = Table::parse(Path::new("a.csv"), text.as_bytes(), CsvFormat::default()).unwrap();
+            let found = FoundConditions::find(&table, &mapped).unwrap();
+            let times: Result<Vec<_>, _> = (0..2).map(|row| found.read(&table, row).map(|read| read.time)).collect();
+            times.map_err(|error| error.to_string())
+        };
+        for unit in [0, 6] {
+            let found = times(unit, "2024-05-01T14:00:00.500+02:00").unwrap();
+            assert_eq!(found, [Some(1_714_564_800.5), Some(1_714_564_801.0)]);
+        }
+        let other = "a.csv: the clock `t` holds dates with times: its unit is \"ISO 8601\", and not ms";
+        assert_eq!(times(1, "2024-05-01 12:00:00").unwrap_err(), other);
+        let none =
+            "a.csv:2: column `t`: expected a date with a time (ISO 8601) such as 2024-05-01T12:00:00.010Z, found `12`";
+        assert_eq!(times(6, "12").unwrap_err(), none);
     }
 
     #[test]

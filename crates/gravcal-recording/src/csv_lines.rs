@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use csv::StringRecord;
 
 use crate::error::ReadError;
+use crate::iso8601;
 
 /// No row is longer, bytes: what is, is no CSV file.
 const LONGEST_LINE: usize = 1 << 20;
@@ -74,7 +75,8 @@ impl CsvFormat {
         let format = CsvFormat { decimal_comma: said.decimal_comma.unwrap_or(found), ..comma };
         let is_numbers = |line: &String| {
             let cells = cells_of(line);
-            !cells.is_empty() && cells.iter().all(|cell| format.number(cell).is_some())
+            !cells.is_empty()
+                && cells.iter().all(|cell| format.number(cell).is_some() || iso8601::seconds(cell).is_some())
         };
         // A single line of numbers may be the names of columns that nothing follows.
         let found = || !(is_numbers(header) && rows.iter().all(is_numbers));

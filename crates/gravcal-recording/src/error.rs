@@ -4,6 +4,8 @@ use std::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use crate::iso8601::ISO_8601;
+
 use crate::MappingError;
 
 /// One cell of a file.
@@ -126,6 +128,34 @@ pub enum ReadError {
         place: Place,
         /// Its text.
         found: String,
+    },
+    /// The clock is said to be dates with times, and a cell of it is none.
+    #[error("{place}: expected a date with a time (ISO 8601) such as 2024-05-01T12:00:00.010Z, found `{found}`")]
+    NotADate {
+        /// The cell.
+        place: Place,
+        /// Its text.
+        found: String,
+    },
+    /// The clock holds dates with times and is said to be in another unit, or the other way round.
+    #[error("{}: {}", path.display(), clock(column, unit, *dates))]
+    OtherClock {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
+        /// The unit that its numbers are said to have.
+        unit: &'static str,
+        /// Whether it holds dates with times.
+        dates: bool,
+    },
+    /// Dates with times are no readings of a sensor.
+    #[error("{}: column `{column}` holds dates with times, and no readings: name another column", path.display())]
+    DatesAsReadings {
+        /// The file.
+        path: PathBuf,
+        /// The column.
+        column: String,
     },
     /// A condition of the pose is missing.
     #[error("{place}: the cell is empty, and the model of a sensor needs it; fill it in, or delete the row")]
@@ -310,6 +340,16 @@ impl ReadError {
 pub(crate) fn missing_folder(path: &Path) -> Option<PathBuf> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty())?;
     (!folder.exists()).then(|| folder.to_owned())
+}
+
+/// What is wrong with the unit of a clock.
+fn clock(column: &str, unit: &str, dates: bool) -> String {
+    match dates {
+        true => format!("the clock `{column}` holds dates with times: its unit is \"{ISO_8601}\", and not {unit}"),
+        false => format!(
+            "the clock `{column}` holds numbers, and no dates with times: say their unit, such as \"s\", not {unit}"
+        ),
+    }
 }
 
 /// What may have been meant by the name of a column that does not exist.

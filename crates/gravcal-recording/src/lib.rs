@@ -56,6 +56,7 @@ mod digest;
 mod earlier;
 mod error;
 mod file;
+mod iso8601;
 mod mapping;
 mod merge;
 mod motion;

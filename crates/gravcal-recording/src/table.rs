@@ -9,6 +9,7 @@ use csv::StringRecord;
 use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::{Place, ReadError};
 use crate::file::opened;
+use crate::iso8601;
 use crate::rows::{self, Kind, MOST_COLUMNS, Rows, kind, open};
 
 /// A table of text cells with named columns, as read from a file, mostly CSV.
@@ -23,6 +24,8 @@ pub struct Table {
     columns: Vec<String>,
     rows: Vec<Row>,
     format: CsvFormat,
+    /// Columns whose numbers are dates with times as seconds; none of CSV, where cells tell.
+    dates: Vec<usize>,
     remarks: Vec<String>,
 }
 
@@ -75,7 +78,9 @@ impl Table {
             (row.cells.len()..columns.len()).for_each(|_| row.cells.push_field(""));
         }
         check_rows(path, columns.len(), &rows)?;
-        Ok(Table { path: path.to_owned(), columns, rows, format: CsvFormat::default(), remarks: recording.remarks() })
+        let dates = (0..columns.len()).filter(|column| recording.holds_dates(*column)).collect();
+        let (format, remarks) = (CsvFormat::default(), recording.remarks());
+        Ok(Table { path: path.to_owned(), columns, rows, format, dates, remarks })
     }
 
     /// Reads what a file holds; `path` is its name in errors.
@@ -90,7 +95,7 @@ impl Table {
             rows.remove(0);
         }
         check_rows(path, columns.len(), &rows)?;
-        Ok(Table { path: path.to_owned(), columns, rows, format, remarks: Vec::new() })
+        Ok(Table { path: path.to_owned(), columns, rows, format, dates: Vec::new(), remarks: Vec::new() })
     }
 
     /// The file, as it was named to [`read`](Self::read).
@@ -168,6 +173,14 @@ impl Table {
         number.map(Some).ok_or_else(wrong)
     }
 
+    /// The date with a time in a cell, as seconds since 1970-01-01 in UTC; `None` where it holds none.
+    pub(crate) fn date(&self, row: usize, column: usize) -> Result<Option<f64>, ReadError> {
+        match self.dates.contains(&column) {
+            true => self.number(row, column),
+            false => Ok(iso8601::seconds(self.text(row, column))),
+        }
+    }
+
     /// Names a cell in an error.
     ///
     /// # Panics
@@ -207,13 +220,17 @@ pub(crate) fn check_count(path: &Path, found: usize) -> Result<(), ReadError> {
     }
 }
 
+/// Name of a first column without one, as where there is no header.
+const FIRST_COLUMN: &str = "column1";
+
 /// The names in a header.
 pub(crate) fn column_names(path: &Path, line: u64, header: &StringRecord) -> Result<Vec<String>, ReadError> {
     check_count(path, header.len())?;
     let mut names: Vec<String> = Vec::with_capacity(header.len());
     let mut seen = HashSet::with_capacity(header.len());
     for cell in header {
-        let name = cell.trim();
+        // Tables that were saved with numbers or times of their rows have no name for these.
+        let name = if names.is_empty() && cell.trim().is_empty() { FIRST_COLUMN } else { cell.trim() };
         if name.is_empty() {
             let position = names.len() + 1;
             return Err(ReadError::NoColumnName { path: path.to_owned(), line, position });

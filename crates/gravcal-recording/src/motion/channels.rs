@@ -1,10 +1,12 @@
 //! The numbers of a row that matter, in SI units: positions first, then torques, instruments, temperatures, velocities.
 
 use std::collections::HashMap;
+use std::path::Path;
 
-use crate::conditions::{ConditionColumn, MotionSource};
+use crate::conditions::{ConditionColumn, ConditionUnit, MotionSource};
+use crate::error::ReadError;
 use crate::mapping::{PoseMapping, ReadingColumn};
-use crate::rows::Row;
+use crate::rows::{Row, Rows};
 
 /// Column with the time in seconds, where the mapping names none: what recordings of messages call it.
 const TIME: &str = "time_s";
@@ -35,6 +37,7 @@ pub(crate) struct Channels {
     /// Where a velocity is only known as a slope: that of a standstill is zero.
     pub velocity_is_slope: bool,
     time: Channel,
+    clock: ConditionUnit,
     /// Scale and zero of each.
     units: Vec<[f64; 2]>,
     places: Vec<usize>,
@@ -87,6 +90,7 @@ impl Channels {
             velocity,
             velocity_is_slope: matches!(mapping.conditions.velocity, MotionSource::Slope(_)),
             time: mapping.conditions.time.as_ref().map_or_else(|| channel(TIME, 1.0, 0.0, none), condition),
+            clock: mapping.conditions.time.as_ref().map_or(ConditionUnit::TIME[0], |time| time.unit),
             time_place: NOWHERE,
             known: 0,
             list,
@@ -121,6 +125,23 @@ impl Channels {
         }
         let found = self.list.iter().zip(&self.places).find(|(_, place)| **place == NOWHERE);
         found.map(|(channel, _)| channel.column.as_str())
+    }
+
+    /// Sees to it that dates with times are those of the clock, and that it is said to hold them.
+    pub fn check_dates(&self, path: &Path, rows: &dyn Rows) -> Result<(), ReadError> {
+        let path = || path.to_owned();
+        let mut readings = self.list.iter().zip(&self.places);
+        if let Some((channel, _)) = readings.find(|(_, place)| rows.holds_dates(**place)) {
+            return Err(ReadError::DatesAsReadings { path: path(), column: channel.column.clone() });
+        }
+        let dates = rows.holds_dates(self.time_place);
+        match self.clock.suits(dates) {
+            true => Ok(()),
+            false => {
+                let (column, unit) = (self.time.column.clone(), self.clock.name);
+                Err(ReadError::OtherClock { path: path(), column, unit, dates })
+            }
+        }
     }
 
     /// The time of a row, s, and the numbers in it; NaN where it says nothing.

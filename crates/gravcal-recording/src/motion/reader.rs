@@ -66,6 +66,7 @@ impl<'a> Reader<'a> {
         {
             first.push(time, row, &self.values);
         }
+        self.channels.check_dates(self.path, self.rows)?;
         match first.interval(&self.channels) {
             Some(interval) => Ok((first, interval)),
             None => {

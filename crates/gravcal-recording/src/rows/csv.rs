@@ -2,7 +2,7 @@
 //!
 //! How it is written is found: what stands between cells is the sign (comma, semicolon or tab) that the first line has
 //! most of; numbers have a decimal comma where cells with one in the first rows are numbers, and none has a point; there is no
-//! header where every cell of the first line is a number.
+//! header where every cell of the first line is a number, or a date with a time. A column of such dates is one of seconds.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -16,6 +16,7 @@ use super::{Row, Rows, Source};
 use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::ReadError;
 use crate::file::opened;
+use crate::iso8601;
 use crate::table::{column_names, numbered_columns};
 
 /// Rows of a CSV file.
@@ -33,10 +34,54 @@ pub(crate) struct CsvRows {
     comments: Vec<Vec<u8>>,
     /// The first row, which is read ahead.
     first: Option<Row>,
-    /// Of each column, how many cells are neither empty nor finite numbers, and the line with the first.
-    not_numbers: Vec<(u64, u64)>,
+    /// What each column holds.
+    held: Vec<Held>,
     /// Lines that are left out by reason, and the first of each.
     left_out: BTreeMap<&'static str, (u64, u64)>,
+}
+
+/// What a column holds.
+#[derive(Clone, Copy, Default)]
+struct Held {
+    /// Whether these are dates with times, as its first cell tells that is one or a number.
+    dates: Option<bool>,
+    /// How many cells are neither empty nor what it holds, and the line with the first.
+    others: u64,
+    first_other: u64,
+}
+
+impl Held {
+    /// The number that a cell says, dates in seconds; NaN where it says none.
+    fn take(&mut self, text: &str, line: u64, format: CsvFormat) -> f64 {
+        let text = text.trim();
+        let number = match self.dates {
+            Some(false) => format.number(text),
+            Some(true) => iso8601::seconds(text),
+            None => {
+                let (number, date) = (format.number(text), iso8601::seconds(text));
+                self.dates = number.or(date).map(|_| number.is_none());
+                number.or(date)
+            }
+        };
+        if number.is_none() && !text.is_empty() {
+            self.first_other = if self.others == 0 { line } else { self.first_other };
+            self.others += 1;
+        }
+        number.unwrap_or(f64::NAN)
+    }
+
+    /// What counts as missing in it, in words.
+    fn remark(&self, column: &str) -> Option<String> {
+        let what = match self.dates {
+            Some(false) => "finite numbers",
+            Some(true) => "dates with times (ISO 8601)",
+            None => "finite numbers, nor dates with times such as 2024-05-01T12:00:00.010Z (ISO 8601)",
+        };
+        let Held { others, first_other, .. } = *self;
+        (others > 0).then(|| {
+            format!("column `{column}`: {others} cells are no {what}, and count as missing; the first is on line {first_other}")
+        })
+    }
 }
 
 /// Counts the bytes that are read.
@@ -75,7 +120,7 @@ impl CsvRows {
             true => column_names(path, line, &header)?,
             false => numbered_columns(path, header.len())?,
         };
-        let not_numbers = vec![(0, 0); columns.len()];
+        let held = vec![Held::default(); columns.len()];
         let (comments, skipped) = (lines.skipped().to_vec(), Vec::new());
         let (path, left_out, cells) = (path.to_owned(), BTreeMap::new(), header.clone());
         let mut rows = CsvRows {
@@ -89,7 +134,7 @@ impl CsvRows {
             header,
             comments,
             first: None,
-            not_numbers,
+            held,
             left_out,
         };
         let mut row = Row { number: line, cells: Vec::new() };
@@ -153,13 +198,8 @@ impl CsvRows {
     /// The cells of the present line as numbers.
     fn take_cells(&mut self, row: &mut Row) {
         row.cells.clear();
-        for (text, bad) in self.cells.iter().zip(&mut self.not_numbers) {
-            let text = text.trim();
-            let number = self.format.number(text);
-            if number.is_none() && !text.is_empty() {
-                *bad = (bad.0 + 1, if bad.0 == 0 { row.number } else { bad.1 });
-            }
-            row.cells.push(number.unwrap_or(f64::NAN));
+        for (text, held) in self.cells.iter().zip(&mut self.held) {
+            row.cells.push(held.take(text, row.number, self.format));
         }
     }
 }
@@ -179,6 +219,10 @@ impl Rows for CsvRows {
         }
     }
 
+    fn holds_dates(&self, column: usize) -> bool {
+        self.held.get(column).is_some_and(|held| held.dates == Some(true))
+    }
+
     fn source(&self) -> Source {
         let delimiter = match self.format.delimiter {
             b',' => "commas",
@@ -195,11 +239,8 @@ impl Rows for CsvRows {
         let left_out = self.left_out.iter().map(|(why, (count, first))| {
             format!("{}: {count} lines are left out ({why}), the first is line {first}", self.path.display())
         });
-        let bad = self.columns.iter().zip(&self.not_numbers).filter(|(_, (count, _))| *count > 0);
-        let bad = bad.map(|(column, (count, first))| {
-            format!("column `{column}`: {count} cells are no finite numbers, and count as missing; the first is on line {first}")
-        });
-        left_out.chain(bad).collect()
+        let others = self.columns.iter().zip(&self.held).filter_map(|(column, held)| held.remark(column));
+        left_out.chain(others).collect()
     }
 
     fn metadata(&self) -> BTreeMap<String, String> {

@@ -65,6 +65,12 @@ pub trait Rows {
     /// error.
     fn read(&mut self, row: &mut Row) -> Result<bool, ReadError>;
 
+    /// Whether a column holds dates with times, as far as it is read: its numbers are seconds since 1970-01-01 in UTC.
+    fn holds_dates(&self, column: usize) -> bool {
+        let _ = column;
+        false
+    }
+
     /// Kind of file, and what it holds as far as it is read.
     fn source(&self) -> Source;
 

@@ -27,6 +27,8 @@ const BATCH_CELLS: usize = 1 << 20;
 pub(crate) struct ParquetRows {
     path: PathBuf,
     columns: Vec<String>,
+    /// Which of them hold dates with times.
+    dates: Vec<bool>,
     batches: ParquetRecordBatchReader,
     batch: Vec<Float64Array>,
     /// Place in the batch of the next row.
@@ -47,6 +49,7 @@ impl ParquetRows {
         let fields = builder.schema().fields();
         let numbers: Vec<usize> = (0..fields.len()).filter(|field| is_number(fields[*field].data_type())).collect();
         let columns: Vec<String> = numbers.iter().map(|field| fields[*field].name().clone()).collect();
+        let dates = numbers.iter().map(|field| matches!(fields[*field].data_type(), DataType::Timestamp(..))).collect();
         let others = fields.iter().filter(|field| !is_number(field.data_type()));
         let remarks =
             others.map(|field| format!("column `{}` is left out: it holds no numbers", field.name())).collect();
@@ -67,6 +70,7 @@ impl ParquetRows {
         Ok(ParquetRows {
             path,
             columns,
+            dates,
             batches,
             batch: Vec::new(),
             next: 0,
@@ -114,6 +118,10 @@ impl Rows for ParquetRows {
         }
         self.next += 1;
         Ok(true)
+    }
+
+    fn holds_dates(&self, column: usize) -> bool {
+        self.dates.get(column).copied().unwrap_or(false)
     }
 
     fn source(&self) -> Source {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use ::mcap::records::MessageHeader;
 use ::mcap::{Compression, WriteOptions, Writer};
@@ -497,6 +498,24 @@ fn a_csv_file_tells_how_it_is_written() {
         assert_eq!(said.rows.iter().map(|row| row.cells.clone()).collect::<Vec<_>>(), expected, "{text}");
         assert_eq!(said.metadata.get("load").map(String::as_str), text.contains("load").then_some("plate-a"));
     }
+}
+
+/// Whatever the name of the column.
+#[test]
+fn times_of_parquet_are_seconds() {
+    use arrow_array::{ArrayRef, Float64Array, RecordBatch, TimestampNanosecondArray};
+    let bag = Bag::new();
+    let times: ArrayRef =
+        Arc::new(TimestampNanosecondArray::from(vec![1_714_564_800_000_000_000, 1_714_564_800_010_000_000]));
+    let q: ArrayRef = Arc::new(Float64Array::from(vec![1.0, 2.0]));
+    let batch = RecordBatch::try_from_iter([("stamp_ns", times), ("q1", q)]).unwrap();
+    let file = File::create(bag.path("a.parquet")).unwrap();
+    let mut writer = ::parquet::arrow::ArrowWriter::try_new(file, batch.schema(), None).unwrap();
+    writer.write(&batch).unwrap();
+    writer.close().unwrap();
+    let time = inspect(&bag.path("a.parquet"), &|_| {}).unwrap().time.unwrap();
+    assert_eq!((time.unit, time.from_s), ("ISO 8601", 1_714_564_800.0));
+    assert!((time.interval_s - 0.01).abs() < 1e-6);
 }
 
 #[test]

@@ -35,6 +35,10 @@ impl Rows for Watched<'_> {
         self.rows.read(row)
     }
 
+    fn holds_dates(&self, column: usize) -> bool {
+        self.rows.holds_dates(column)
+    }
+
     fn source(&self) -> Source {
         self.rows.source()
     }

@@ -19,6 +19,7 @@ use serde::Serialize;
 use self::column::ColumnWatch;
 pub use self::column::{Clipped, ColumnFound, Stuck};
 pub use self::joints::JointFound;
+use self::names::DATES;
 pub use self::names::{Guess, Meaning};
 use self::time::TimeWatch;
 pub use self::time::{Gap, TimeFound};
@@ -58,8 +59,14 @@ pub fn inspect(path: &Path, watch: &dyn Fn(f64)) -> Result<Inspection, ReadError
     Ok(found)
 }
 
+/// The column that is a clock: by its name, else one that holds dates with times.
+fn clock(rows: &dyn Rows) -> Option<usize> {
+    let columns = rows.columns();
+    names::clock(columns).or_else(|| (0..columns.len()).find(|column| rows.holds_dates(*column)))
+}
+
 fn inspect_rows(rows: &mut dyn Rows) -> Result<Inspection, ReadError> {
-    let clock = names::clock(rows.columns());
+    let clock = clock(rows);
     let mut time = TimeWatch::default();
     let mut columns: Vec<ColumnWatch> = Vec::new();
     let (mut row, mut last) = (Row::default(), Row::default());
@@ -80,7 +87,10 @@ fn inspect_rows(rows: &mut dyn Rows) -> Result<Inspection, ReadError> {
         std::mem::swap(&mut row, &mut last);
     }
     let names = rows.columns();
-    let unit = clock.map(|clock| names::time_unit(&names[clock], time.interval()));
+    let unit = clock.map(|clock| match rows.holds_dates(clock) {
+        true => DATES,
+        false => names::time_unit(&names[clock], time.interval()),
+    });
     let per_second = unit.map_or(1.0, |unit| unit.per_second);
     let found = names.iter().zip(columns).enumerate().filter(|(index, _)| Some(*index) != clock);
     let columns = found.map(|(_, (name, column))| column.found(name, per_second)).collect();

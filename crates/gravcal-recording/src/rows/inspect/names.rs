@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use serde::Serialize;
 
+use crate::iso8601::ISO_8601;
 use crate::rows::joint_state::{ColumnName, Quantity, TIME};
 use crate::unit::{PositionUnit, TorqueUnit};
 
@@ -55,6 +56,9 @@ const TIME_UNITS: [TimeUnit; 4] = [
     TimeUnit { name: "µs", per_second: 1e6 },
     TimeUnit { name: "ns", per_second: 1e9 },
 ];
+
+/// That of a clock which holds dates with times: they are read as seconds.
+pub(super) const DATES: TimeUnit = TimeUnit { name: ISO_8601, per_second: 1.0 };
 
 /// Words for the kinds of readings, as they stand in names of columns.
 const WORDS: [(Meaning, &[&str]); 5] = [

@@ -115,6 +115,32 @@ fn the_clock_is_found_by_its_name() {
     assert!(text.contains("No column is a clock"), "{text}");
 }
 
+/// As pandas writes them, whole seconds without decimals; with its index, which has no name; and without a header.
+#[test]
+fn dates_with_times_are_a_clock() {
+    let row = |row: u32| {
+        let part = row % 100;
+        let decimals = if part == 0 { String::new() } else { format!(".{:06}", 10_000 * part) };
+        format!("2024-05-01 12:00:0{}{decimals}", row / 100)
+    };
+    let rows: String = (0..300).map(|at| format!("{},{}.5,1e-3\n", row(at), at)).collect();
+    for (header, column) in [("time,q1,tau1\n", "time"), (",q1,tau1\n", "column1"), ("", "column1")] {
+        let found = inspected(&format!("{header}{rows}"));
+        let time = found.time.as_ref().unwrap();
+        assert_eq!((time.column.as_str(), time.unit, time.from_s), (column, "ISO 8601", 1_714_564_800.0));
+        assert!((time.interval_s - 0.01).abs() < 1e-6 && (time.to_s - time.from_s - 2.99).abs() < 1e-6, "{time:?}");
+        assert!(found.remarks.is_empty() && found.columns.len() == 2, "{found:?}");
+        let told = format!("2.990 s from 2024-05-01T12:00:00.000Z on, 100.0 Hz (`{column}` in ISO 8601)");
+        assert!(found.to_string().contains(&told), "{found}");
+    }
+    let other = inspected("time,q1\n2024-05-01 12:00:00,1\n12,2\n01.05.2024 12:00,3\n");
+    let told =
+        "column `time`: 2 cells are no dates with times (ISO 8601), and count as missing; the first is on line 3";
+    assert_eq!(other.remarks, [told]);
+    let none = inspected("time,q1\n01.05.2024 12:00,1\n01.05.2024 12:01,2\n");
+    assert!(none.time.is_none() && none.remarks[0].contains("nor dates with times such as"), "{none:?}");
+}
+
 #[test]
 fn the_text_has_eighty_columns_and_tells_topics_and_losses() {
     let folder = tempfile::tempdir().unwrap();

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::iso8601::{self, ISO_8601};
+
 use super::{ColumnFound, Inspection, Meaning, TimeFound};
 
 /// Longest name of a column that is told in full.
@@ -36,7 +38,8 @@ impl fmt::Display for Inspection {
 
 fn time_text(f: &mut fmt::Formatter<'_>, time: &TimeFound) -> fmt::Result {
     let TimeFound { column, unit, from_s, to_s, interval_s, .. } = time;
-    writeln!(f, "{:.3} s from {from_s:.3} s on, {} Hz (`{column}` in {unit})", to_s - from_s, rate(*interval_s))?;
+    let from = if *unit == ISO_8601 { iso8601::text(*from_s) } else { format!("{from_s:.3} s") };
+    writeln!(f, "{:.3} s from {from} on, {} Hz (`{column}` in {unit})", to_s - from_s, rate(*interval_s))?;
     if time.gaps > 0 {
         let gaps: Vec<String> =
             time.first_gaps.iter().map(|gap| format!("{:.3} s at {:.3} s", gap.lasts_s, gap.at_s)).collect();
