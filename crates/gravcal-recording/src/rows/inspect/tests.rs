@@ -133,6 +133,11 @@ fn dates_with_times_are_a_clock() {
         let told = format!("2.990 s from 2024-05-01T12:00:00.000Z on, 100.0 Hz (`{column}` in ISO 8601)");
         assert!(found.to_string().contains(&told), "{found}");
     }
+    let commas = inspected("time;q1\n2024-05-01 12:00:00,010;1,5\n2024-05-01 12:00:00,020;2,5\n");
+    assert!(
+        (commas.time.as_ref().unwrap().interval_s - 0.01).abs() < 1e-6 && commas.columns[0].highest == 2.5,
+        "{commas:?}"
+    );
     let other = inspected("time,q1\n2024-05-01 12:00:00,1\n12,2\n01.05.2024 12:00,3\n");
     let told =
         "column `time`: 2 cells are no dates with times (ISO 8601), and count as missing; the first is on line 3";

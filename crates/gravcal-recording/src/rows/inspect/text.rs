@@ -28,7 +28,7 @@ impl fmt::Display for Inspection {
         if self.repeated > 0 {
             writeln!(f, "{} rows repeat the row before them.", self.repeated)?;
         }
-        columns_text(f, &self.columns, self.time.is_some())?;
+        columns_text(f, &self.columns, self.time.as_ref())?;
         if !self.remarks.is_empty() {
             writeln!(f, "\nLost or left out")?;
         }
@@ -38,11 +38,14 @@ impl fmt::Display for Inspection {
 
 fn time_text(f: &mut fmt::Formatter<'_>, time: &TimeFound) -> fmt::Result {
     let TimeFound { column, unit, from_s, to_s, interval_s, .. } = time;
-    let from = if *unit == ISO_8601 { iso8601::text(*from_s) } else { format!("{from_s:.3} s") };
+    let from = instant(Some(time), *from_s);
     writeln!(f, "{:.3} s from {from} on, {} Hz (`{column}` in {unit})", to_s - from_s, rate(*interval_s))?;
     if time.gaps > 0 {
-        let gaps: Vec<String> =
-            time.first_gaps.iter().map(|gap| format!("{:.3} s at {:.3} s", gap.lasts_s, gap.at_s)).collect();
+        let gaps: Vec<String> = time
+            .first_gaps
+            .iter()
+            .map(|gap| format!("{:.3} s at {}", gap.lasts_s, instant(Some(time), gap.at_s)))
+            .collect();
         let more = if time.gaps > gaps.len() as u64 { ", …" } else { "" };
         wrapped(f, "", &format!("{} gaps of more than five intervals: {}{more}.", time.gaps, gaps.join(", ")))?;
     }
@@ -53,6 +56,14 @@ fn time_text(f: &mut fmt::Formatter<'_>, time: &TimeFound) -> fmt::Result {
         writeln!(f, "{} rows have no time.", time.missing)?;
     }
     Ok(())
+}
+
+/// A time as its clock tells it.
+fn instant(time: Option<&TimeFound>, seconds: f64) -> String {
+    match time.is_some_and(|time| time.unit == ISO_8601) {
+        true => iso8601::text(seconds),
+        false => format!("{seconds:.3} s"),
+    }
 }
 
 /// Rate of an interval, with four digits.
@@ -66,7 +77,8 @@ fn rate(interval_s: f64) -> String {
     }
 }
 
-fn columns_text(f: &mut fmt::Formatter<'_>, columns: &[ColumnFound], clock: bool) -> fmt::Result {
+fn columns_text(f: &mut fmt::Formatter<'_>, columns: &[ColumnFound], time: Option<&TimeFound>) -> fmt::Result {
+    let clock = time.is_some();
     let width = columns.iter().map(|column| column.name.chars().count()).max().unwrap_or(0).clamp(6, NAME);
     let heading = if clock { "Hz" } else { "" };
     writeln!(f, "\n{:width$} {:>9} {heading:>7} {:>11} {:>11}  perhaps", "column", "readings", "lowest", "highest")?;
@@ -86,8 +98,8 @@ fn columns_text(f: &mut fmt::Formatter<'_>, columns: &[ColumnFound], clock: bool
         match &column.stuck {
             Some(_) if column.lowest == column.highest => wrapped(f, "  ! ", "it never changes")?,
             Some(stuck) => {
-                let text =
-                    format!("stuck at {} for {} readings from {:.3} s on", stuck.at, stuck.readings, stuck.from_s);
+                let from = instant(time, stuck.from_s);
+                let text = format!("stuck at {} for {} readings from {from} on", stuck.at, stuck.readings);
                 wrapped(f, "  ! ", &text)?;
             }
             None => {}
