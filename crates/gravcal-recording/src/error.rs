@@ -205,6 +205,16 @@ pub enum ReadError {
         /// Those that are left.
         left: usize,
     },
+    /// The part of the table that counts is empty, or nearly so.
+    #[error("{}: {left} of its {rows} rows are between from_s and until_s, and two at least are needed; widen them", path.display())]
+    NothingInPart {
+        /// The file.
+        path: PathBuf,
+        /// Its rows.
+        rows: usize,
+        /// Those in the part.
+        left: usize,
+    },
     /// There are no samples.
     #[error("{}: no row tells a time and a reading, so there is nothing to find standstills in", path.display())]
     NothingRecorded {

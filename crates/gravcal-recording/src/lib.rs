@@ -85,7 +85,7 @@ pub use earlier::{
 pub use error::{Place, ReadError};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use motion::reader::Part;
-pub use pose::{Reading, Recording, StaticPose, read_poses};
+pub use pose::{Reading, Recording, StaticPose, read_part, read_poses};
 pub use rows::{
     Change, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError, Rewriting, Row,
     RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, create, inspect, open, open_as, rewrite,

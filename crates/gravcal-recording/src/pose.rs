@@ -7,6 +7,7 @@ use crate::conditions::Conditions;
 use crate::error::ReadError;
 use crate::mapping::PoseMapping;
 use crate::merge::merge_repeated;
+use crate::motion::reader::Part;
 use crate::slope::differentiate;
 use crate::table::Table;
 
@@ -60,19 +61,41 @@ pub struct Recording {
 /// not what the mapping says; a missing position; a table in which all rows are one pose, or too fast; times over which no
 /// slope can be taken; a mapping that contradicts itself.
 pub fn read_poses(path: &Path, mapping: &PoseMapping) -> Result<Recording, ReadError> {
+    read_part(path, mapping, Part::default())
+}
+
+/// The same of the rows that are in a part of the table, by the time that the mapping names; all rows are, where it names none.
+///
+/// # Errors
+///
+/// As [`read_poses`]; less than two rows are in the part.
+pub fn read_part(path: &Path, mapping: &PoseMapping, part: Part) -> Result<Recording, ReadError> {
     mapping.check()?;
-    poses_of(&Table::read_as(path, &mapping.csv)?, mapping)
+    poses_in(&Table::read_as(path, &mapping.csv)?, mapping, part)
 }
 
 /// The poses in a table; `mapping` has been checked.
+#[cfg(test)]
 pub(crate) fn poses_of(table: &Table, mapping: &PoseMapping) -> Result<Recording, ReadError> {
+    poses_in(table, mapping, Part::default())
+}
+
+/// Those in a part of it.
+fn poses_in(table: &Table, mapping: &PoseMapping, part: Part) -> Result<Recording, ReadError> {
     let columns = Columns::find(table, mapping)?;
     let mut rows: Vec<StaticPose> = (0..table.len()).map(|row| columns.pose(row)).collect::<Result<_, _>>()?;
+    // Slopes at the ends of a part see the rows beyond.
     differentiate(&mut rows, table, &mapping.conditions)?;
-    let in_motion = mapping.selection.apply(&mut rows, mapping.positions.len());
     let path = || table.path().to_owned();
-    if rows.len() < table.len().min(2) {
-        return Err(ReadError::AllInMotion { path: path(), rows: table.len(), left: rows.len() });
+    let begun = rows.first().and_then(|row| row.conditions.time).unwrap_or(0.0);
+    rows.retain(|row| row.conditions.time.is_none_or(|time| part.holds(time - begun)));
+    let within = rows.len();
+    if within < table.len().min(2) {
+        return Err(ReadError::NothingInPart { path: path(), rows: table.len(), left: within });
+    }
+    let in_motion = mapping.selection.apply(&mut rows, mapping.positions.len());
+    if rows.len() < within.min(2) {
+        return Err(ReadError::AllInMotion { path: path(), rows: within, left: rows.len() });
     }
     let poses = if mapping.merge_repeated { merge_repeated(&rows) } else { rows };
     match poses.as_slice() {
@@ -89,6 +112,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::conditions::{ConditionColumn, ConditionUnit};
     use crate::csv_lines::CsvFormat;
     use crate::mapping::{MappingError, PositionColumn, ReadingColumn};
     use crate::unit::{PositionUnit, TorqueUnit};
@@ -160,6 +184,23 @@ mod tests {
     fn an_empty_torque_cell_is_a_missing_reading() {
         let text = "q,tau\n0,1\n1, \n2,3\n";
         assert_eq!(torques(text, torque("tau")), [reading(1.0, None), None, reading(3.0, None)]);
+    }
+
+    #[test]
+    fn of_a_part_rows_count_by_their_times_after_the_first() {
+        let mut mapping = one_joint(torque("tau"));
+        mapping.conditions.time = Some(ConditionColumn { column: "t".to_owned(), unit: ConditionUnit::TIME[1] });
+        let table = "t,q,tau\n5000,1,0\n6000,2,0\n7000,3,0\n8000,4,0\n9000,5,0\n";
+        let table = Table::parse(Path::new("a.csv"), table.as_bytes(), CsvFormat::default()).unwrap();
+        let lines = |from, until| {
+            let read = poses_in(&table, &mapping, Part { from, until }).map_err(|error| error.to_string())?;
+            Ok::<_, String>(read.poses.iter().map(|pose| pose.line).collect::<Vec<_>>())
+        };
+        assert_eq!(lines(None, None).unwrap(), [2, 3, 4, 5, 6]);
+        // Parts that meet share no row.
+        assert_eq!((lines(None, Some(2.0)).unwrap(), lines(Some(2.0), None).unwrap()), (vec![2, 3], vec![4, 5, 6]));
+        let few = "a.csv: 1 of its 5 rows are between from_s and until_s, and two at least are needed; widen them";
+        assert_eq!(lines(Some(1.0), Some(2.0)).unwrap_err(), few);
     }
 
     #[test]

@@ -90,7 +90,7 @@
 //! load = "plate-a"                           # optional: nothing attached without it
 //! swept = "shoulder"                         # optional: found by movement without it
 //! step = 2                                   # optional: the step of the sequential procedure that reads it
-//! from_s = 10                                # optional, of a recording in motion: the part that counts, after its first row
+//! from_s = 10                                # optional, of a recording with a clock: the part that counts, after its first row
 //! until_s = 95
 //!
 //! [deflection]                               # optional: joints are not where their position sensors say
@@ -282,7 +282,8 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     let loss = loss::resolve(&context, written.loss.as_ref())?;
     let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, &further, written.ask)?;
-    let mut tables = poses::tables(&context, &loads, &written.poses, motion.is_any())?;
+    let clock = motion.is_any() || mapping.conditions.time.is_some();
+    let mut tables = poses::tables(&context, &loads, &written.poses, clock)?;
     let read = if motion.is_any() {
         let apart = terms.need_direction();
         let recordings = Recordings { document, written: &written.poses, loads: &loads, apart, watch };

@@ -16,6 +16,13 @@ pub struct Part {
     pub until: Option<f64>,
 }
 
+impl Part {
+    /// Whether what comes so long after the first row, s, is in it: parts that meet share nothing.
+    pub(crate) fn holds(self, since: f64) -> bool {
+        self.from.is_none_or(|from| since >= from) && self.until.is_none_or(|until| since < until)
+    }
+}
+
 /// Reads them.
 pub(crate) struct Reader<'a> {
     path: &'a Path,
@@ -49,9 +56,7 @@ impl<'a> Reader<'a> {
                 continue;
             }
             let since = time - *self.begun.get_or_insert(time);
-            let left_out =
-                self.part.from.is_some_and(|from| since < from) || self.part.until.is_some_and(|until| since > until);
-            if !left_out {
+            if self.part.holds(since) {
                 return Ok(Some((time, self.row.number)));
             }
         }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use gravcal_kinematics::JointKind;
-use gravcal_recording::{Part, PoseMapping, ReadError, StaticPose, read_poses};
+use gravcal_recording::{Part, PoseMapping, ReadError, StaticPose, read_part};
 use serde::Deserialize;
 
 use super::{Context, SessionError};
@@ -34,12 +34,12 @@ impl PosesTable {
     }
 }
 
-/// A part is one of a recording in motion, and not empty.
-fn check_part(document: &Document, field: &Field, written: &PosesTable, still: bool) -> Result<(), FileError> {
+/// A part is one of a recording with a clock, and not empty.
+fn check_part(document: &Document, field: &Field, written: &PosesTable, clock: bool) -> Result<(), FileError> {
     let parts = [("from_s", written.from_s), ("until_s", written.until_s)];
-    if let Some((key, _)) = parts.iter().find(|(_, part)| part.is_some() && !still) {
-        let message =
-            "a part is one of a recording in motion: add [readings.still] or [readings.sweeps], or delete this";
+    if let Some((key, _)) = parts.iter().find(|(_, part)| part.is_some() && !clock) {
+        let message = "a part is told by the recording's clock, and no column is said to be one: add readings.time = { column = \"…\", \
+                       unit = \"s\" } (or [readings.still] or [readings.sweeps], where the column is time_s), or delete this";
         return Err(document.error(&field.key(key), message));
     }
     let [from, until] = written.part();
@@ -50,19 +50,19 @@ pub(super) fn field(table: usize) -> Field {
     Field::new("poses").at(table)
 }
 
-/// What the `[[poses]]` come to, without opening the files; `still`: whether they are recordings in motion.
+/// What the `[[poses]]` come to, without opening the files; `clock`: whether they have one.
 pub(super) fn tables(
     context: &Context<'_>,
     loads: &[Load],
     tables: &[PosesTable],
-    still: bool,
+    clock: bool,
 ) -> Result<Vec<PoseTable>, FileError> {
     if tables.is_empty() {
         let message = "there are no poses: add [[poses]] with file = \"<a table>.csv\"";
         return Err(context.document.error(&Field::new("poses"), message));
     }
     for (index, written) in tables.iter().enumerate() {
-        check_part(context.document, &field(index), written, still)?;
+        check_part(context.document, &field(index), written, clock)?;
     }
     let parts: Vec<[f64; 2]> = tables.iter().map(PosesTable::part).collect();
     let tables: Vec<PoseTable> = tables
@@ -168,7 +168,8 @@ pub(super) fn read_all(
 ) -> Result<ReadPoses, SessionError> {
     let mut all = ReadPoses::none(mapping.torques.len());
     for (index, (written, table)) in written.iter().zip(tables).enumerate() {
-        let read = read_poses(&table.path, mapping).map_err(|error| in_table(document, index, written, error))?;
+        let read = read_part(&table.path, mapping, written.part_of_recording());
+        let read = read.map_err(|error| in_table(document, index, written, error))?;
         all.in_motion.iter_mut().zip(&read.in_motion).for_each(|(all, here)| *all += here);
         if !read.remarks.is_empty() {
             all.searched.push(Searched {
