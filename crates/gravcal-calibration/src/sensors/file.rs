@@ -85,7 +85,7 @@ impl<V> ModelTable<V> {
 }
 
 /// The terms that a joint's `sensor_models` declare. `joint`: the field that holds them; `knows`: whether the poses say
-/// what a model needs.
+/// what a model needs; models that are `passed_over` are not declared.
 ///
 /// # Errors
 /// A model, an option or a parameter that is not known; a condition that no column gives.
@@ -95,6 +95,7 @@ pub(crate) fn declare<'t, V>(
     site: &Site<'_>,
     tables: &'t [ModelTable<V>],
     knows: impl Fn(Need) -> bool,
+    passed_over: impl Fn(SensorModelName) -> bool,
 ) -> Result<Vec<DeclaredInFile<'t, V>>, FileError> {
     let models = joint.key("sensor_models");
     document.check_names(tables.iter().map(|table| table.kind.as_str()), |i| models.at(i).key("kind"))?;
@@ -102,6 +103,9 @@ pub(crate) fn declare<'t, V>(
     for (index, table) in tables.iter().enumerate() {
         let field = models.at(index);
         let model: SensorModelName = table.kind.parse().map_err(|error| document.error(&field.key("kind"), error))?;
+        if passed_over(model) {
+            continue;
+        }
         if let Some(key) = table.given().into_iter().find(|key| !model.options().contains(key)) {
             return Err(document.error(&field.key(key), format!("{model} has no such option: delete it")));
         }

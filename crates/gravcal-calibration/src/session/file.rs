@@ -56,6 +56,9 @@
 //!     { kind = "torque-bias-with-temperature", reference_degC = 25 },
 //! ]
 //!
+//! [joints]                                   # optional: the same of all joints, where their own tables do not say it, key by key
+//! sensor_models = [{ kind = "coulomb-friction" }]
+//!
 //! [[force_torque_sensor]]                    # optional: six axes on a last link; see `residuals::Wrench` for its signs
 //! name = "wrist"
 //! link = "forearm"                           # which one, where the robot branches
@@ -216,6 +219,7 @@ struct SessionTable {
     readings: readings::ReadingsTable,
     #[serde(default)]
     joint: Vec<joints::JointTable>,
+    joints: Option<joints::JointTable>,
     #[serde(default)]
     force_torque_sensor: Vec<instruments::ForceTorqueTable>,
     #[serde(default)]
@@ -267,15 +271,16 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     let inertia = inertia::resolve(&context, &written.inertia)?;
     let instruments = instruments::resolve(&context, &written.force_torque_sensor, &written.accelerometer)?;
     let mapping = readings::mapping(&context, &written.readings, instruments.columns.clone())?;
-    let joints = joints::resolve(&context, &mapping, &written.joint)?;
+    let said = joints::said(&context, &written.joint, written.joints.as_ref())?;
+    let joints = joints::resolve(&context, &mapping, &said)?;
     let still = written.readings.still.as_ref();
     let still = still.map(|still| still::resolve(&context, still, &mapping)).transpose()?;
     let sweeps = written.readings.sweeps.as_ref();
     let sweeps = sweeps.map(|sweeps| sweeps::resolve(&context, sweeps, &mapping, &joints)).transpose()?;
     let motion = InMotion { still, sweeps };
-    let (terms, mut further) = models::resolve(&context, &mapping, &motion, &joints, &written.joint)?;
+    let (terms, mut further) = models::resolve(&context, &mapping, &motion, &joints, &said)?;
     let instruments = instruments.behind(&mut further);
-    refuse_prior_on_base_frame(&context, &joints, &written.joint)?;
+    refuse_prior_on_base_frame(&context, &joints, &said)?;
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(document, &loads, &written.load_distance)?;
     let deflection = deflection::resolve(&context, &written.deflection, &written.readings, &mut further)?;
@@ -342,14 +347,22 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
 fn refuse_prior_on_base_frame(
     context: &Context<'_>,
     joints: &[JointKnowledge],
-    written: &[joints::JointTable],
+    said: &[joints::Said<'_>],
 ) -> Result<(), FileError> {
     let Some(root) = context.robot.chain.root_joint() else { return Ok(()) };
     let KnowledgeKind::Prior { .. } = joints[root].of(Quantity::PositionOffset).kind else { return Ok(()) };
-    let index = written.iter().position(|joint| joint.name == context.joint_names[root]).unwrap_or(0);
-    let field = Field::new("joint").at(index).key("position_offset").key("std");
-    let message = "the first joint's offset defines the base frame, so it cannot be uncertain: leave std away";
-    Err(context.document.error(&field, message))
+    let Some(entry) = said[root].of(Quantity::PositionOffset) else { return Ok(()) };
+    let message = match entry.of_all {
+        false => {
+            "the first joint's offset defines the base frame, so it cannot be uncertain: leave std away".to_owned()
+        }
+        true => format!(
+            "the first joint's offset defines the base frame, so it cannot be uncertain: add [[joint]] name = \"{}\", \
+             position_offset = {{ nominal = 0, unit = \"rad\" }}",
+            context.joint_names[root]
+        ),
+    };
+    Err(context.document.error(&entry.field.key("std"), message))
 }
 
 fn inputs(session: &Path, robot: &Path, tables: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {

@@ -1,4 +1,5 @@
-//! `[[joint]]`: what is known of each joint's sensors beforehand.
+//! `[[joint]]`: what is known of each joint's sensors beforehand; `[joints]`: what is known of all of them, unless a joint's own table says
+//! it otherwise, key by key.
 //!
 //! What a parameter starts from is looked for in the session, then in the robot's file; where both are silent, a reading
 //! that is a torque (or an angle) already is taken at its word: gain 1, bias and offset 0.
@@ -23,19 +24,100 @@ use crate::sensors::ModelTable;
 use crate::session::units::{self, UnitError};
 use crate::session::{JointKnowledge, Knowledge};
 
-/// `[[joint]]`.
+/// `[[joint]]`, or `[joints]`, which has no name.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct JointTable {
-    pub name: String,
+    name: Option<String>,
     torque_sign: Option<Sign>,
     position_sign: Option<Sign>,
     torque_gain: Option<KnowledgeTable>,
     torque_bias: Option<KnowledgeTable>,
     position_gain: Option<KnowledgeTable>,
     position_offset: Option<KnowledgeTable>,
-    #[serde(default)]
-    pub sensor_models: Vec<ModelTable<KnowledgeTable>>,
+    sensor_models: Option<Vec<ModelTable<KnowledgeTable>>>,
+}
+
+/// All that is said of one joint.
+pub(super) struct Said<'a> {
+    /// Its own table, with its place among these.
+    own: Option<(usize, &'a JointTable)>,
+    of_all: Option<&'a JointTable>,
+}
+
+/// What a key says of a joint, and where.
+pub(super) struct Entry<'a, T> {
+    pub value: &'a T,
+    pub key: &'static str,
+    /// Of the value; that of sensor models is the table's.
+    pub field: Field,
+    /// Whether it is said of all joints.
+    pub of_all: bool,
+}
+
+impl<'a> Said<'a> {
+    /// The place of its own table.
+    pub fn place(&self) -> Option<usize> {
+        self.own.map(|(place, _)| place)
+    }
+
+    /// What its sensors do beyond gain and bias; the field is that of the table which says it.
+    pub fn sensor_models(&self) -> Option<Entry<'a, Vec<ModelTable<KnowledgeTable>>>> {
+        let own = self.own.and_then(|(_, own)| own.sensor_models.as_ref()).map(|value| (value, false));
+        let of_all = self.of_all.and_then(|table| table.sensor_models.as_ref()).map(|value| (value, true));
+        own.or(of_all).map(|(value, of_all)| Entry {
+            value,
+            key: "sensor_models",
+            field: self.table_field(of_all),
+            of_all,
+        })
+    }
+
+    /// What is said of a parameter.
+    pub fn of(&self, quantity: Quantity) -> Option<Entry<'a, KnowledgeTable>> {
+        self.entry(quantity.as_str(), |table| match quantity {
+            Quantity::TorqueGain => table.torque_gain.as_ref(),
+            Quantity::TorqueBias => table.torque_bias.as_ref(),
+            Quantity::PositionGain => table.position_gain.as_ref(),
+            Quantity::PositionOffset => table.position_offset.as_ref(),
+        })
+    }
+
+    fn entry<T>(&self, key: &'static str, value: impl Fn(&'a JointTable) -> Option<&'a T>) -> Option<Entry<'a, T>> {
+        let own = self.own.and_then(|(_, own)| value(own)).map(|value| (value, false));
+        let found = own.or_else(|| Some((value(self.of_all?)?, true)));
+        found.map(|(value, of_all)| Entry { value, key, field: self.table_field(of_all).key(key), of_all })
+    }
+
+    fn table_field(&self, of_all: bool) -> Field {
+        match self.own.filter(|_| !of_all) {
+            Some((place, _)) => Field::new("joint").at(place),
+            None => Field::new("joints"),
+        }
+    }
+}
+
+/// The tables of all joints of the robot, each of which is named once at most.
+pub(super) fn said<'a>(
+    context: &Context<'_>,
+    tables: &'a [JointTable],
+    of_all: Option<&'a JointTable>,
+) -> Result<Vec<Said<'a>>, FileError> {
+    if of_all.is_some_and(|table| table.name.is_some()) {
+        let message = "[joints] is said of all joints: delete the name, or write [[joint]]";
+        return Err(context.document.error(&Field::new("joints").key("name"), message));
+    }
+    let name_field = |i: usize| Field::new("joint").at(i).key("name");
+    let missing = |i: usize| context.document.error(&Field::new("joint").at(i), "missing field `name`");
+    let name = |(i, table): (usize, &'a JointTable)| table.name.as_deref().ok_or_else(|| missing(i));
+    let names: Vec<&str> = tables.iter().enumerate().map(name).collect::<Result<_, _>>()?;
+    context.document.check_names(names.iter().copied(), name_field)?;
+    let mut all: Vec<Said<'a>> = context.joint_names.iter().map(|_| Said { own: None, of_all }).collect();
+    for (i, (table, name)) in tables.iter().zip(names).enumerate() {
+        let joint = context.document.lookup(&name_field(i), "joint", name, &context.joint_names)?;
+        all[joint].own = Some((i, table));
+    }
+    Ok(all)
 }
 
 /// Whether a sensor is mounted the other way round.
@@ -46,27 +128,13 @@ enum Sign {
     Reversed,
 }
 
-/// What the `[[joint]]` come to: one for each joint of the robot.
+/// What is said comes to: one for each joint of the robot.
 pub(super) fn resolve(
     context: &Context<'_>,
     mapping: &PoseMapping,
-    tables: &[JointTable],
+    said: &[Said<'_>],
 ) -> Result<Vec<JointKnowledge>, FileError> {
-    let name_field = |i: usize| Field::new("joint").at(i).key("name");
-    context.document.check_names(tables.iter().map(|table| table.name.as_str()), name_field)?;
-    let mut declared: Vec<Option<usize>> = vec![None; context.joint_names.len()];
-    for (i, table) in tables.iter().enumerate() {
-        let joint = context.document.lookup(&name_field(i), "joint", &table.name, &context.joint_names)?;
-        declared[joint] = Some(i);
-    }
-    let silent = JointTable::default();
-    let knowledge = declared.iter().enumerate().map(|(joint, declared)| {
-        let table = declared.map_or(&silent, |i| &tables[i]);
-        // Of a joint that is not declared no field is ever at fault.
-        let field = declared.map_or(Field::new("joint"), |i| Field::new("joint").at(i));
-        Joint::new(context, mapping, joint, field, table).knowledge()
-    });
-    knowledge.collect()
+    said.iter().enumerate().map(|(joint, said)| Joint::new(context, mapping, joint, said).knowledge()).collect()
 }
 
 /// One joint and all that is said of it.
@@ -74,8 +142,7 @@ struct Joint<'a> {
     context: &'a Context<'a>,
     name: &'a str,
     kind: JointKind,
-    field: Field,
-    table: &'a JointTable,
+    said: &'a Said<'a>,
     torque_unit: Option<TorqueUnit>,
     position_unit: PositionUnit,
     nominal_torque: Option<NominalTorqueSensor>,
@@ -83,20 +150,13 @@ struct Joint<'a> {
 }
 
 impl<'a> Joint<'a> {
-    fn new(
-        context: &'a Context<'a>,
-        mapping: &PoseMapping,
-        joint: usize,
-        field: Field,
-        table: &'a JointTable,
-    ) -> Joint<'a> {
+    fn new(context: &'a Context<'a>, mapping: &PoseMapping, joint: usize, said: &'a Said<'a>) -> Joint<'a> {
         let sensors = &context.robot.sensors[joint];
         Joint {
             context,
             name: context.joint_names[joint],
             kind: context.robot.chain.joints()[joint].kind,
-            field,
-            table,
+            said,
             torque_unit: mapping.torques[joint].as_ref().map(|(_, unit)| *unit),
             position_unit: mapping.positions[joint].unit,
             nominal_torque: sensors.torque,
@@ -112,35 +172,43 @@ impl<'a> Joint<'a> {
         let parameters = [torque_gain, torque_bias, self.position_gain()?, self.position_offset()?];
         Ok(JointKnowledge {
             torque_unit: self.torque_unit,
-            torque_sign_declared: self.table.torque_sign.is_some(),
+            torque_sign_declared: self.torque_sign().is_some(),
             position_unit: self.position_unit,
             parameters,
         })
     }
 
-    /// What is said of a sensor that is not read would be passed over in silence.
+    fn torque_sign(&self) -> Option<Entry<'a, Sign>> {
+        self.said.entry("torque_sign", |table| table.torque_sign.as_ref())
+    }
+
+    fn position_sign(&self) -> Option<Entry<'a, Sign>> {
+        self.said.entry("position_sign", |table| table.position_sign.as_ref())
+    }
+
+    /// What is said of a sensor that is not read would be passed over in silence; what is said of all joints is of those that have one.
     fn no_torque_sensor(&self) -> Result<[Knowledge; 2], FileError> {
-        let said = [
-            ("torque_gain", self.table.torque_gain.is_some()),
-            ("torque_bias", self.table.torque_bias.is_some()),
-            ("torque_sign", self.table.torque_sign.is_some()),
-        ];
-        match said.into_iter().find(|(_, said)| *said) {
-            Some((key, _)) => {
+        let own = |field: Field, of_all: bool| (!of_all).then_some(field);
+        let gain = self.said.of(Quantity::TorqueGain).and_then(|entry| own(entry.field, entry.of_all));
+        let bias = || self.said.of(Quantity::TorqueBias).and_then(|entry| own(entry.field, entry.of_all));
+        let sign = || self.torque_sign().and_then(|entry| own(entry.field, entry.of_all));
+        match gain.or_else(bias).or_else(sign) {
+            Some(field) => {
                 let name = self.name;
                 let message = format!("joint `{name}` has no column in readings.torque: name one, or delete this");
-                Err(self.context.document.error(&self.field.key(key), message))
+                Err(self.context.document.error(&field, message))
             }
             None => Ok([start(1.0), start(0.0)]),
         }
     }
 
     fn torque_gain(&self, reading: TorqueUnit) -> Result<Knowledge, FileError> {
-        let sign = factor(self.table.torque_sign);
-        if let Some(table) = &self.table.torque_gain {
-            let unit = self.fitting(Quantity::TorqueGain, units::torque_gain(table.unit(), self.kind))?;
-            self.check_reading(Quantity::TorqueGain, unit, reading)?;
-            return table.gain(self.context.document, &self.field_of(Quantity::TorqueGain), sign);
+        let sign = factor(self.torque_sign());
+        if let Some(entry) = self.said.of(Quantity::TorqueGain) {
+            let Entry { value: table, field, .. } = &entry;
+            let unit = self.fitting(&entry, units::torque_gain(table.unit(), self.kind))?;
+            self.check_reading(&entry, unit, reading)?;
+            return table.gain(self.context.document, field, sign);
         }
         match (self.nominal_torque_in(reading)?, reading.of(units::effort(self.kind))) {
             (Some(nominal), _) => Ok(start(sign * nominal.gain)),
@@ -156,21 +224,23 @@ impl<'a> Joint<'a> {
     }
 
     fn torque_bias(&self, reading: TorqueUnit) -> Result<Knowledge, FileError> {
-        if let Some(table) = &self.table.torque_bias {
-            let unit = self.fitting(Quantity::TorqueBias, units::torque_reading(table.unit()))?;
-            self.check_reading(Quantity::TorqueBias, unit, reading)?;
-            return table.knowledge(self.context.document, &self.field_of(Quantity::TorqueBias));
+        if let Some(entry) = self.said.of(Quantity::TorqueBias) {
+            let Entry { value: table, field, .. } = &entry;
+            let unit = self.fitting(&entry, units::torque_reading(table.unit()))?;
+            self.check_reading(&entry, unit, reading)?;
+            return table.knowledge(self.context.document, field);
         }
         Ok(start(self.nominal_torque_in(reading)?.map_or(0.0, |nominal| nominal.bias)))
     }
 
     fn position_gain(&self) -> Result<Knowledge, FileError> {
-        let sign = factor(self.table.position_sign);
+        let sign = factor(self.position_sign());
         let reading = self.position_unit.si();
-        if let Some(table) = &self.table.position_gain {
-            let unit = self.fitting(Quantity::PositionGain, units::position_gain(table.unit(), self.kind))?;
-            self.check_reading(Quantity::PositionGain, unit.reading.si(), reading)?;
-            let gain = table.gain(self.context.document, &self.field_of(Quantity::PositionGain), sign)?;
+        if let Some(entry) = self.said.of(Quantity::PositionGain) {
+            let Entry { value: table, field, .. } = &entry;
+            let unit = self.fitting(&entry, units::position_gain(table.unit(), self.kind))?;
+            self.check_reading(&entry, unit.reading.si(), reading)?;
+            let gain = table.gain(self.context.document, field, sign)?;
             return Ok(scaled(gain, unit.to_si()));
         }
         match self.nominal_position_in(reading)? {
@@ -184,27 +254,37 @@ impl<'a> Joint<'a> {
     }
 
     fn position_offset(&self) -> Result<Knowledge, FileError> {
-        if let Some(table) = &self.table.position_offset {
-            let unit = self.fitting(Quantity::PositionOffset, units::coordinate(table.unit(), self.kind))?;
-            let offset = table.knowledge(self.context.document, &self.field_of(Quantity::PositionOffset))?;
+        if let Some(entry) = self.said.of(Quantity::PositionOffset) {
+            let Entry { value: table, field, .. } = &entry;
+            let unit = self.fitting(&entry, units::coordinate(table.unit(), self.kind))?;
+            let offset = table.knowledge(self.context.document, field)?;
             return Ok(scaled(offset, unit.to_si()));
         }
         // An offset does not depend on the reading's unit.
         Ok(start(self.nominal_position.map_or(0.0, |nominal| nominal.offset)))
     }
 
-    fn field_of(&self, quantity: Quantity) -> Field {
-        self.field.key(quantity.as_str())
+    fn fitting<U>(&self, entry: &Entry<'_, KnowledgeTable>, unit: Result<U, UnitError>) -> Result<U, FileError> {
+        unit.map_err(|error| self.wrong_unit(entry, error))
     }
 
-    fn fitting<U>(&self, quantity: Quantity, unit: Result<U, UnitError>) -> Result<U, FileError> {
-        unit.map_err(|error| self.context.document.error(&self.field_of(quantity).key("unit"), error))
+    /// What is said of all joints may not fit one of them: it is named.
+    fn wrong_unit(&self, entry: &Entry<'_, KnowledgeTable>, error: impl Display) -> FileError {
+        let field = entry.field.key("unit");
+        match entry.of_all {
+            false => self.context.document.error(&field, error),
+            true => {
+                let (name, key) = (self.name, entry.key);
+                let message = format!("joint `{name}`: {error}; or say {key} in a [[joint]] of its own");
+                self.context.document.error(&field, message)
+            }
+        }
     }
 
     /// The unit that a parameter is written for must be that of the readings.
     fn check_reading<U: PartialEq + Display>(
         &self,
-        quantity: Quantity,
+        entry: &Entry<'_, KnowledgeTable>,
         written: U,
         reading: U,
     ) -> Result<(), FileError> {
@@ -213,7 +293,7 @@ impl<'a> Joint<'a> {
         }
         let message =
             format!("this is for readings in {written}, but those of the joint are in {reading}: make them agree");
-        Err(self.context.document.error(&self.field_of(quantity).key("unit"), message))
+        Err(self.wrong_unit(entry, message))
     }
 
     /// The robot's nominal torque sensor, which must be read in its unit.
@@ -255,8 +335,8 @@ impl<'a> Joint<'a> {
     }
 }
 
-fn factor(sign: Option<Sign>) -> f64 {
-    match sign {
+fn factor(sign: Option<Entry<'_, Sign>>) -> f64 {
+    match sign.map(|entry| entry.value) {
         None | Some(Sign::Normal) => 1.0,
         Some(Sign::Reversed) => -1.0,
     }

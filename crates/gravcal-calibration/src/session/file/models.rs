@@ -1,15 +1,15 @@
-//! `sensor_models` of each `[[joint]]`: terms beyond gain and bias, and what is known of their parameters.
+//! `sensor_models` of each `[[joint]]`, and of `[joints]`: terms beyond gain and bias, and what is known of their parameters.
 
 use gravcal_kinematics::JointKind;
 use gravcal_recording::PoseMapping;
 
 use super::Context;
-use super::joints::JointTable;
+use super::joints::{Entry, Said};
 use super::knowledge::scaled;
 use super::recordings::InMotion;
-use crate::document::{Field, FileError};
+use crate::document::FileError;
 use crate::parameter::Parameter;
-use crate::sensors::{DeclaredInFile, Need, SensorTerms, Site, declare, to_unit_of};
+use crate::sensors::{DeclaredInFile, Need, SensorModelName, SensorTerms, Site, declare, to_unit_of};
 use crate::session::parameters::GIVEN;
 use crate::session::{JointKnowledge, KnowledgeKind};
 
@@ -19,17 +19,19 @@ pub(super) fn resolve(
     mapping: &PoseMapping,
     motion: &InMotion,
     joints: &[JointKnowledge],
-    tables: &[JointTable],
+    said: &[Said<'_>],
 ) -> Result<(SensorTerms, Vec<Parameter>), FileError> {
     let kinds: Vec<JointKind> = context.robot.chain.joints().iter().map(|joint| joint.kind).collect();
     let (mut terms, mut parameters) = (Vec::new(), Vec::new());
-    for (index, table) in tables.iter().enumerate() {
-        let Some(joint) = context.joint_names.iter().position(|name| *name == table.name) else { continue };
+    let mut order: Vec<usize> = (0..said.len()).collect();
+    order.sort_by_key(|joint| said[*joint].place().unwrap_or(usize::MAX));
+    for joint in order {
+        let Some(Entry { value: models, field, of_all, .. }) = said[joint].sensor_models() else { continue };
         let site = Site::new(joint, &context.joint_names, &kinds, &joints[joint]);
-        let field = Field::new("joint").at(index);
-        for found in
-            declare(context.document, &field, &site, &table.sensor_models, |need| knows(mapping, motion, need))?
-        {
+        // What is said of all joints is of those that have such a sensor.
+        let passed_over = |model: SensorModelName| of_all && !model.is_of_position() && !site.reads_torque;
+        let knows = |need| knows(mapping, motion, need);
+        for found in declare(context.document, &field, &site, models, knows, passed_over)? {
             parameters.push(with_knowledge(context, &found)?);
             terms.push(found.term);
         }

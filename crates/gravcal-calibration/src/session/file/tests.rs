@@ -451,6 +451,79 @@ fn joints_are_known_and_declared_once() {
     );
 }
 
+/// Key by key: what a joint's own table says stands.
+#[test]
+fn what_is_said_of_all_joints_is_of_those_that_say_nothing_else() {
+    let all = "[joints]\ntorque_gain = { nominal = 7, std = 0.7, unit = \"count/(N·m)\" }\n\
+               torque_bias = { nominal = 2000, unit = \"count\" }\ntorque_sign = \"normal\"\n\
+               sensor_models = [{ kind = \"torque-gain-polynomial\", degree = 2 }]\n[[joint]]\n";
+    let session = changed("[[joint]]\n", all);
+    let [shoulder, elbow] = [0, 1].map(|joint| &session.joints[joint]);
+    let gains = [shoulder, elbow].map(|joint| joint.of(Quantity::TorqueGain));
+    assert_eq!(gains, [knowledge(7.0, KnowledgeKind::Prior { std: 0.7 }), start(-5.5)]);
+    assert_eq!(elbow.of(Quantity::TorqueBias), start(2000.0));
+    assert!(shoulder.torque_sign_declared);
+    let terms: Vec<String> = session.further.iter().map(|parameter| parameter.name()).collect();
+    assert_eq!(terms, ["elbow.torque_gain_2", "shoulder.torque_gain_2"]);
+    let own = changed("[[joint]]\n", &format!("{all}sensor_models = []\n"));
+    assert_eq!(own.further.len(), 1, "an empty list is the joint's own");
+}
+
+#[test]
+fn what_is_said_of_all_joints_is_told_where_it_fits_one_of_them_not() {
+    let all = |said: &str| format!("[joints]\n{said}\n[[joint]]\n");
+    let refused = |said: &str, expected: &str| assert_refused("[[joint]]\n", &all(said), expected);
+    refused("name = \"elbow\"", "13: joints.name: [joints] is said of all joints: delete the name, or write [[joint]]");
+    refused("mass_kg = 2", "13: joints.mass_kg: unknown field");
+    refused(
+        "torque_gain = { nominal = 7, unit = \"V/(N·m)\" }",
+        "13: joints.torque_gain.unit: joint `shoulder`: this is for readings in V, but those of the joint are in count: make them \
+         agree; or say torque_gain in a [[joint]] of its own",
+    );
+    refused(
+        "position_offset = { nominal = 0, std = 1, unit = \"deg\" }",
+        "13: joints.position_offset.std: the first joint's offset defines the base frame, so it cannot be uncertain: add [[joint]] \
+         name = \"shoulder\", position_offset = { nominal = 0, unit = \"rad\" }",
+    );
+    assert_refused("name = \"elbow\"\n", "", "12: joint[0]: missing field `name`");
+}
+
+/// A joint without a torque sensor has nothing of what is said of all torque sensors.
+#[test]
+fn what_is_said_of_all_torque_sensors_is_of_those_there_are() {
+    let own = "name = \"elbow\"\ntorque_sign = \"reversed\"\ntorque_gain = { nominal = 5.5, unit = \"count/(N·m)\" }";
+    let all = "[joints]\ntorque_sign = \"normal\"\ntorque_gain = { nominal = 7, unit = \"count/(N·m)\" }\n\
+               sensor_models = [{ kind = \"torque-gain-polynomial\" }, { kind = \"position-harmonics\", orders = [1] }]\n[[joint]]\n";
+    let changes = [
+        ("session.toml", own, "name = \"elbow\""),
+        ("session.toml", "[[joint]]\n", all),
+        ("session.toml", "[\"y1\", \"y2\"]", "[\"y1\", \"\"]"),
+    ];
+    let session = read(&changes).unwrap();
+    assert_eq!(session.joints[1].torque_unit, None);
+    let of_elbow = session.further.iter().filter(|parameter| parameter.name().starts_with("elbow")).count();
+    assert_eq!((session.further.len(), of_elbow), (6, 2));
+}
+
+#[test]
+fn a_part_of_a_table_needs_a_clock() {
+    let part = "file = \"a.csv\"\nuntil_s = 2000.5";
+    assert_refused(
+        "file = \"a.csv\"",
+        part,
+        "31: poses[0].until_s: a part is told by the recording's clock, and no column",
+    );
+    let changes = [
+        ("session.toml", "sweep_column = \"sweep\"", "time = { column = \"y1\", unit = \"s\" }"),
+        ("session.toml", "file = \"b.csv\"", "file = \"b.csv\"\nfrom_s = 0"),
+        ("session.toml", "file = \"a.csv\"", "file = \"a.csv\"\nuntil_s = 1"),
+    ];
+    let told = read(&changes).unwrap_err();
+    assert!(told.starts_with("a.csv: 1 of its 2 rows are between from_s and until_s"), "{told}");
+    let wider = [changes[0], changes[1], ("session.toml", "file = \"a.csv\"", "file = \"a.csv\"\nuntil_s = 1.5")];
+    assert_eq!(read(&wider).unwrap().poses.len(), 4);
+}
+
 #[test]
 fn gravity_has_a_magnitude_and_a_direction() {
     let either = "5: gravity: expected either magnitude_m_per_s2, or latitude_deg and altitude_m, and not both";

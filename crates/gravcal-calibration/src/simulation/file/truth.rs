@@ -80,7 +80,7 @@ impl Reader<'_> {
             Need::Direction => moves || said(&|table| table.direction || table.largest_speed_rad_or_m_per_s.is_some()),
         };
         let mut terms = Vec::new();
-        for found in declare(self.document, field, &site, &table.sensor_models, knows)? {
+        for found in declare(self.document, field, &site, &table.sensor_models, knows, |_| false)? {
             let parameter = found.parameter;
             let Some(said) = found.said else {
                 let message =
