@@ -13,6 +13,7 @@ use gravcal_recording::{
 use gravcal_report::Input;
 
 use crate::attached::Attached;
+use crate::columns::ColumnNames;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
@@ -64,6 +65,9 @@ pub struct Arguments {
     #[arg(long)]
     nominal: bool,
 
+    #[command(flatten)]
+    columns: ColumnNames,
+
     /// Replace OUT if it exists
     #[arg(long)]
     overwrite: bool,
@@ -93,7 +97,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
         .map_err(|error| bad(&error))?;
     let own = [&arguments.calibration, &arguments.input];
     targets::check(own.into_iter().chain(&session.inputs), std::slice::from_ref(&arguments.output))?;
-    let recording = open_as(&arguments.input, &session.readings.csv).map_err(|error| bad(&error))?;
+    let csv = arguments.columns.of(&arguments.input, &session.readings.csv)?;
+    let recording = open_as(&arguments.input, &csv).map_err(|error| bad(&error))?;
     let said = recording.metadata();
     if let Some(by) = said.get(CALIBRATED) {
         let subject = arguments.input.display();
@@ -105,8 +110,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     application.find(recording.columns()).map_err(|error| bad(&error).about(arguments.input.display()))?;
     drop(recording);
 
-    let remarks =
-        write(arguments, &mut application, session.readings.csv, &notes(arguments, estimator, attached.as_ref())?)?;
+    let remarks = write(arguments, &mut application, &csv, &notes(arguments, estimator, attached.as_ref())?)?;
     let assumed = attached.and_then(|attached| attached.remark());
     let remarks = remarks.into_iter().chain(application.remarks()).chain(assumed);
     let told: String = remarks.map(|remark| format!("note: {remark}\n")).collect();
@@ -199,7 +203,7 @@ fn notes(
 fn write(
     arguments: &Arguments,
     application: &mut Application<'_>,
-    csv: CsvWriting,
+    csv: &CsvWriting,
     notes: &BTreeMap<String, String>,
 ) -> Result<Vec<String>, Failure> {
     let interrupt = Interrupt::listen()?;

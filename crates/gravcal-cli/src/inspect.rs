@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use gravcal_calibration::Session;
 use gravcal_calibration::session::{Draft, DraftError, DraftRobot, Searched};
-use gravcal_recording::{Inspection, clear_abandoned, inspect, write_atomically};
+use gravcal_recording::{CsvWriting, Inspection, clear_abandoned, inspect_as, write_atomically};
 use serde::Serialize;
 
+use crate::columns::ColumnNames;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::progress::Progress;
@@ -45,6 +46,9 @@ pub struct Arguments {
     #[arg(long = "tip", value_name = "LINK", requires = "robot")]
     tips: Vec<String>,
 
+    #[command(flatten)]
+    columns: ColumnNames,
+
     /// Replace the session if there is one
     #[arg(long, requires = "session")]
     overwrite: bool,
@@ -64,6 +68,7 @@ Examples:
   gravcal inspect bag/ --json
   gravcal inspect recording.mcap --robot robot.toml --session session.toml
   gravcal inspect recording.csv --robot arm.urdf --base base_link --tip tool0 --session session.toml
+  gravcal inspect no-header.csv --columns t_s,q1_deg,q2_deg,tau1_Nm,tau2_Nm
 
 Exit codes:
   0  the recording was read, and the session written
@@ -103,10 +108,12 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let progress = Progress::new(arguments.quiet);
     let watch =
         |doing: &str, share: f64| progress.stage(&format!("{doing} {}: {:.0} %", file.display(), 100.0 * share));
-    let inspection = inspect(file, &|share| watch("reading", share)).map_err(|error| Failure::bad_input(&error))?;
+    let csv = arguments.columns.of(file, &CsvWriting::default())?;
+    let inspection = inspect_as(file, &csv, &|share| watch("reading", share));
+    let inspection = inspection.map_err(|error| Failure::bad_input(&error))?;
     let robot = robot(arguments, &inspection)?;
     let draft = match Draft::new(file, &inspection, robot.as_ref()) {
-        Ok(draft) => Some(draft),
+        Ok(draft) => Some(draft.written(csv)),
         // What cannot be guessed matters only to who wants it, or has given a robot that does not fit.
         Err(error) if arguments.session.is_some() || robot.is_some() => return Err(refused(&error, file)),
         Err(_) => None,

@@ -6,6 +6,7 @@ mod apply;
 mod attached;
 mod calibrate;
 mod check;
+mod columns;
 mod compare;
 mod exit;
 mod export;

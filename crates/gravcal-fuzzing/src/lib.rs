@@ -55,7 +55,7 @@ pub fn mcap(bytes: &[u8]) {
     with_file("recording.mcap", bytes, |path| {
         recording(path);
         let (output, notes) = (path.with_file_name("again.mcap"), BTreeMap::new());
-        let csv = CsvWriting::default();
+        let csv = &CsvWriting::default();
         let what = Rewriting { input: path, output: &output, overwrite: true, csv, notes: &notes };
         let mut change = |_: &[String], cells: &mut [f64]| cells.iter_mut().for_each(|cell| *cell *= 2.0);
         let _ = rewrite(&what, &mut change, &mut |_| true).map_err(|error| error.to_string());

@@ -12,7 +12,7 @@ use crate::iso8601;
 const LONGEST_LINE: usize = 1 << 20;
 
 /// What is said of how CSV files are written; what is not said is found in each file.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CsvWriting {
     /// What stands between cells, an ASCII sign.
     pub delimiter: Option<u8>,
@@ -20,6 +20,8 @@ pub struct CsvWriting {
     pub decimal_comma: Option<bool>,
     /// Whether the first line names the columns. Without it they are `column1`, `column2`, …
     pub header: Option<bool>,
+    /// Names of the columns of files without a header, all different; those with one have its names.
+    pub columns: Option<Vec<String>>,
 }
 
 /// How a CSV file is written.

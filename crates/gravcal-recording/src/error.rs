@@ -102,6 +102,19 @@ pub enum ReadError {
         /// Cells of the row.
         found: usize,
     },
+    /// The names that are said of the columns are more or fewer than these.
+    #[error(
+        "{}: its rows have {found} cells, and {} columns are named for files without a header: {}; name as many",
+        path.display(), names.len(), listed(names)
+    )]
+    OtherColumns {
+        /// The file.
+        path: PathBuf,
+        /// The names.
+        names: Vec<String>,
+        /// Cells of its first row.
+        found: usize,
+    },
     /// A quoted cell goes on over the end of its line: nearly always a quote that is not closed, which would
     /// otherwise swallow rows.
     #[error("{}:{line}: a cell that begins here goes on over the end of the line; is a quote (\") not closed?", path.display())]

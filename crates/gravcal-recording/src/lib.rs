@@ -88,7 +88,8 @@ pub use motion::reader::Part;
 pub use pose::{Reading, Recording, StaticPose, read_part, read_poses};
 pub use rows::{
     Change, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError, Rewriting, Row,
-    RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, create, inspect, open, open_as, rewrite,
+    RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, create, inspect, inspect_as, open, open_as,
+    rewrite,
 };
 pub use selection::{MotionLimits, Selection};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};

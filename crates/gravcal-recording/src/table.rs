@@ -58,7 +58,8 @@ impl Table {
                 let mut bytes = Vec::new();
                 let read = opened(path).and_then(|mut file| file.read_to_end(&mut bytes));
                 read.map_err(|cause| ReadError::opening(path, cause))?;
-                Table::parse(path, &bytes, CsvFormat::found(&mut Lines::new(path, &bytes[..]), csv)?)
+                let format = CsvFormat::found(&mut Lines::new(path, &bytes[..]), csv)?;
+                Table::parse_as(path, &bytes, format, csv)
             }
             Kind::Mcap | Kind::Sqlite | Kind::Folder | Kind::Parquet => Table::of_rows(path, open(path)?.as_mut()),
         }
@@ -84,12 +85,17 @@ impl Table {
     }
 
     /// Reads what a file holds; `path` is its name in errors.
+    #[cfg(test)]
     pub(crate) fn parse(path: &Path, bytes: &[u8], format: CsvFormat) -> Result<Table, ReadError> {
+        Table::parse_as(path, bytes, format, &CsvWriting::default())
+    }
+
+    fn parse_as(path: &Path, bytes: &[u8], format: CsvFormat, said: &CsvWriting) -> Result<Table, ReadError> {
         let mut rows = records(path, bytes, format.delimiter)?;
         let first = rows.first().ok_or_else(|| ReadError::NoHeader { path: path.to_owned() })?;
         let columns = match format.header {
             true => column_names(path, first.line, &first.cells)?,
-            false => numbered_columns(path, first.cells.len())?,
+            false => columns_without_header(path, first.cells.len(), said)?,
         };
         if format.header {
             rows.remove(0);
@@ -206,10 +212,14 @@ fn records(path: &Path, bytes: &[u8], delimiter: u8) -> Result<Vec<Row>, ReadErr
     Ok(rows)
 }
 
-/// Names of columns without a header: by their numbers.
-pub(crate) fn numbered_columns(path: &Path, count: usize) -> Result<Vec<String>, ReadError> {
+/// Names of columns without a header: those that are said, else their numbers.
+pub(crate) fn columns_without_header(path: &Path, count: usize, said: &CsvWriting) -> Result<Vec<String>, ReadError> {
     check_count(path, count)?;
-    Ok((1..=count).map(|column| format!("column{column}")).collect())
+    match &said.columns {
+        None => Ok((1..=count).map(|column| format!("column{column}")).collect()),
+        Some(names) if names.len() == count => Ok(names.clone()),
+        Some(names) => Err(ReadError::OtherColumns { path: path.to_owned(), names: names.clone(), found: count }),
+    }
 }
 
 /// Refuses more columns than any recording has.
@@ -334,17 +344,17 @@ mod tests {
     }
 
     /// As a file, so that how it is written is found or said.
-    fn read_as(text: &str, said: CsvWriting) -> Result<Table, ReadError> {
+    fn read_as(text: &str, said: &CsvWriting) -> Result<Table, ReadError> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("poses.csv");
         fs::write(&path, text).unwrap();
-        Table::read_as(&path, &said)
+        Table::read_as(&path, said)
     }
 
     #[test]
     fn how_a_file_is_written_is_found_or_said() {
-        let found = CsvWriting::default();
-        let numbers = |text: &str, said: CsvWriting| {
+        let found = &CsvWriting::default();
+        let numbers = |text: &str, said: &CsvWriting| {
             let table = read_as(text, said).unwrap();
             let row = (0..table.columns().len()).map(|column| table.number(0, column).unwrap());
             (table.columns().join(" "), table.line(0), row.collect::<Vec<_>>())
@@ -355,13 +365,25 @@ mod tests {
         let headless = numbers("1.5;2\n3;4\n", found);
         assert_eq!(headless, ("column1 column2".to_owned(), 1, vec![Some(1.5), Some(2.0)]));
         // Names that are numbers, and rows of whole numbers that a comma parts or not.
-        let named = CsvWriting { header: Some(true), ..found };
-        assert_eq!(numbers("1;2\n3;4\n", named), ("1 2".to_owned(), 2, vec![Some(3.0), Some(4.0)]));
-        let bars = CsvWriting { delimiter: Some(b'|'), decimal_comma: Some(true), header: Some(false) };
-        assert_eq!(numbers("1,5|2\n", bars), ("column1 column2".to_owned(), 1, vec![Some(1.5), Some(2.0)]));
-        let point = CsvWriting { decimal_comma: Some(false), ..found };
-        let error = read_as("q;tau\n1,5;2\n", point).unwrap().number(0, 0).unwrap_err().to_string();
+        let named = CsvWriting { header: Some(true), ..found.clone() };
+        assert_eq!(numbers("1;2\n3;4\n", &named), ("1 2".to_owned(), 2, vec![Some(3.0), Some(4.0)]));
+        let bars = CsvWriting { delimiter: Some(b'|'), decimal_comma: Some(true), header: Some(false), columns: None };
+        assert_eq!(numbers("1,5|2\n", &bars), ("column1 column2".to_owned(), 1, vec![Some(1.5), Some(2.0)]));
+        let point = CsvWriting { decimal_comma: Some(false), ..found.clone() };
+        let error = read_as("q;tau\n1,5;2\n", &point).unwrap().number(0, 0).unwrap_err().to_string();
         assert!(error.contains("expected a finite number, found `1,5`"), "{error}");
+    }
+
+    #[test]
+    fn columns_of_files_without_a_header_may_be_named() {
+        let said = CsvWriting { columns: Some(vec!["q".to_owned(), "tau".to_owned()]), ..CsvWriting::default() };
+        let columns = |text: &str| read_as(text, &said).map(|table| table.columns().join(" "));
+        assert_eq!(columns("1.5,2\n3,4\n").unwrap(), "q tau");
+        assert_eq!(columns("a,b\n3,4\n").unwrap(), "a b", "a header has its own names");
+        let error = columns("1,2,3\n4,5,6\n").unwrap_err().to_string();
+        let told =
+            "its rows have 3 cells, and 2 columns are named for files without a header: `q`, `tau`; name as many";
+        assert!(error.ends_with(told), "{error}");
     }
 
     #[test]

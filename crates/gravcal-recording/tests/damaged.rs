@@ -27,7 +27,7 @@ fn inspected(path: &Path) -> Result<Inspection, String> {
 fn rewritten(path: &Path) -> Vec<String> {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("again.mcap");
-    let (csv, notes) = (CsvWriting::default(), BTreeMap::new());
+    let (csv, notes) = (&CsvWriting::default(), BTreeMap::new());
     let what = Rewriting { input: path, output: &output, overwrite: false, csv, notes: &notes };
     rewrite(&what, &mut |_, _| {}, &mut |_| true).unwrap()
 }

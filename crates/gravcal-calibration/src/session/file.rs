@@ -44,6 +44,7 @@
 //! delimiter = ";"                            # or ",", "\t", "|"
 //! decimal_comma = true
 //! header = false                             # columns are then "column1", "column2", ...
+//! columns = ["t", "q1", "q2", "y1", "y2"]    # ... or these; files with a header have its names
 //!
 //! [[joint]]                                  # optional: what is known of a joint's sensors
 //! name = "shoulder"

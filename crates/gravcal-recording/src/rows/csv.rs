@@ -17,7 +17,7 @@ use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::ReadError;
 use crate::file::opened;
 use crate::iso8601;
-use crate::table::{column_names, numbered_columns};
+use crate::table::{column_names, columns_without_header};
 
 /// Rows of a CSV file.
 pub(crate) struct CsvRows {
@@ -118,7 +118,7 @@ impl CsvRows {
         let line = read_header(path, &mut lines, format.delimiter, &mut header)?;
         let columns = match format.header {
             true => column_names(path, line, &header)?,
-            false => numbered_columns(path, header.len())?,
+            false => columns_without_header(path, header.len(), said)?,
         };
         let held = vec![Held::default(); columns.len()];
         let (comments, skipped) = (lines.skipped().to_vec(), Vec::new());

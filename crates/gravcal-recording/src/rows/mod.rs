@@ -33,7 +33,9 @@ use crate::csv_lines::CsvWriting;
 use crate::error::ReadError;
 use crate::file::opened;
 
-pub use inspect::{Clipped, ColumnFound, Gap, Guess, Inspection, JointFound, Meaning, Stuck, TimeFound, inspect};
+pub use inspect::{
+    Clipped, ColumnFound, Gap, Guess, Inspection, JointFound, Meaning, Stuck, TimeFound, inspect, inspect_as,
+};
 pub use rewrite::{Change, RewriteError, Rewriting, Watch, rewrite};
 pub use watched::Watched;
 pub use write::{Heading, RowWriter, create};

@@ -61,7 +61,7 @@ pub struct Rewriting<'a> {
     /// Whether a file of that name is replaced.
     pub overwrite: bool,
     /// How the recording is written, if it is CSV.
-    pub csv: CsvWriting,
+    pub csv: &'a CsvWriting,
     /// What is put before it, as what is said of a recording is.
     pub notes: &'a BTreeMap<String, String>,
 }

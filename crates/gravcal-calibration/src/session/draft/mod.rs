@@ -14,8 +14,8 @@ mod text;
 use std::path::Path;
 
 use gravcal_recording::{
-    ConditionColumn, ConditionColumns, ConditionUnit, Inspection, MotionSource, PoseMapping, PositionColumn, ReadError,
-    ReadingColumn, Stillness, SweepRule, Travel, Watched, open, slow_sweeps, static_poses,
+    ConditionColumn, ConditionColumns, ConditionUnit, CsvWriting, Inspection, MotionSource, PoseMapping, PositionColumn, ReadError,
+    ReadingColumn, Stillness, SweepRule, Travel, Watched, open_as, slow_sweeps, static_poses,
 };
 
 use super::Searched;
@@ -74,6 +74,8 @@ pub struct Draft<'a> {
     by_order: bool,
     /// Names of joints of the recording that are none of the robot's.
     left_out: Vec<String>,
+    /// How the recording is written, as far as it was said.
+    csv: CsvWriting,
 }
 
 /// A table of static poses has rows further apart than this, s.
@@ -99,7 +101,13 @@ impl<'a> Draft<'a> {
         }
         let is_taken = |name: &String| joints.iter().any(|joint| joint.recorded == *name);
         let left_out = found.into_iter().map(|found| found.name).filter(|name| !is_taken(name)).collect();
-        Ok(Draft { recording, inspection, robot, joints, by_order, left_out })
+        Ok(Draft { recording, inspection, robot, joints, by_order, left_out, csv: CsvWriting::default() })
+    }
+
+    /// The same of a recording that, if it is CSV, is said to be written so, as the inspection was told.
+    #[must_use]
+    pub fn written(self, csv: CsvWriting) -> Draft<'a> {
+        Draft { csv, ..self }
     }
 
     /// Which columns are which readings.
@@ -117,6 +125,7 @@ impl<'a> Draft<'a> {
                 velocity: self.velocities().map_or(MotionSource::Unknown, MotionSource::Columns),
                 ..ConditionColumns::default()
             },
+            csv: self.csv.clone(),
             ..PoseMapping::default()
         }
     }
@@ -132,7 +141,7 @@ impl<'a> Draft<'a> {
             return Ok(None);
         }
         let (path, mapping) = (self.recording, self.mapping());
-        let rows = || Ok::<_, ReadError>(Watched::new(open(path)?, watch));
+        let rows = || Ok::<_, ReadError>(Watched::new(open_as(path, &self.csv)?, watch));
         let standstills = static_poses(path, &mut rows()?, &mapping, &Stillness::default())?;
         let rule = self.sweep_rule().filter(|_| standstills.found.is_empty());
         let sweeps = rule.map(|rule| slow_sweeps(path, &mut rows()?, &mapping, &rule)).transpose()?;

@@ -27,6 +27,7 @@ impl Draft<'_> {
             text += ROWS;
         }
         text += &self.readings();
+        text += &self.csv_text();
         text += &self.rule(rule, searched);
         text += &self.own_units();
         if rule == Rule::Select {
@@ -121,6 +122,13 @@ impl Draft<'_> {
             );
         }
         text
+    }
+
+    fn csv_text(&self) -> String {
+        let columns = self.csv.columns.as_ref().map(|columns| columns.iter().map(String::as_str).collect::<Vec<_>>());
+        columns.map_or_else(String::new, |columns| {
+            format!("\n[readings.csv]                         # the file has no header\ncolumns = {}\n", list(&columns))
+        })
     }
 
     /// What must be said of sensors that count in their own unit and of which the robot's file says nothing.

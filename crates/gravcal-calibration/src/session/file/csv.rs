@@ -13,6 +13,7 @@ pub(super) struct CsvTable {
     delimiter: Option<String>,
     decimal_comma: Option<bool>,
     header: Option<bool>,
+    columns: Option<Vec<String>>,
 }
 
 /// Signs that may stand between cells.
@@ -34,7 +35,24 @@ pub(super) fn resolve(context: &Context<'_>, table: &CsvTable) -> Result<CsvWrit
         let message = "commas stand between cells, so they cannot stand in numbers: delete one of the two".to_owned();
         return Err(wrong("decimal_comma", message));
     }
-    Ok(CsvWriting { delimiter, decimal_comma: table.decimal_comma, header: table.header })
+    if let Some(names) = &table.columns {
+        check_columns(context, &field, table, names)?;
+    }
+    let CsvTable { decimal_comma, header, ref columns, .. } = *table;
+    Ok(CsvWriting { delimiter, decimal_comma, header, columns: columns.clone() })
+}
+
+/// Names of columns are all different, and of files without a header.
+fn check_columns(context: &Context<'_>, field: &Field, table: &CsvTable, names: &[String]) -> Result<(), FileError> {
+    let place = field.key("columns");
+    if table.header == Some(true) {
+        let message = "columns are named of files without a header, and header = true says that all have one: delete one of the two";
+        return Err(context.document.error(&place, message));
+    }
+    if let Some(empty) = names.iter().position(String::is_empty) {
+        return Err(context.document.error(&place.at(empty), "the name is empty: name every column"));
+    }
+    context.document.check_names(names.iter().map(String::as_str), |i| place.at(i))
 }
 
 #[cfg(test)]
@@ -57,6 +75,16 @@ mod tests {
             "[readings]",
             &with("{ delimiter = ',', decimal_comma = true }"),
             "9: readings.csv.decimal_comma: commas stand between cells",
+        );
+        assert_refused(
+            "[readings]",
+            &with("{ header = true, columns = ['a'] }"),
+            "9: readings.csv.columns: columns are named of files without a header",
+        );
+        assert_refused(
+            "[readings]",
+            &with("{ columns = ['a', 'b', 'a'] }"),
+            "9: readings.csv.columns[2]: `a` is already readings.csv.columns[0]",
         );
     }
 
@@ -83,6 +111,10 @@ mod tests {
         let bars = commas.replace(';', "|");
         assert!(read("", &bars).is_err());
         assert_eq!(read("csv = { delimiter = \"|\", decimal_comma = true, header = false }", &bars).unwrap(), plain);
+        let named = "csv = { columns = [\"column1\", \"column2\", \"column3\", \"column4\"] }";
+        assert_eq!(read(named, table).unwrap(), plain);
+        let few = read("csv = { columns = [\"q1\", \"column1\"] }", table).unwrap_err();
+        assert!(few.contains("its rows have 4 cells, and 2 columns are named"), "{few}");
         assert!(read("csv = { header = true }", table).unwrap_err().contains("there is no column `column1`"));
     }
 }

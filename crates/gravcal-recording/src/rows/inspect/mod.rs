@@ -24,6 +24,7 @@ pub use self::names::{Guess, Meaning};
 use self::time::TimeWatch;
 pub use self::time::{Gap, TimeFound};
 use super::{Row, Rows, Source, Watched};
+use crate::csv_lines::CsvWriting;
 use crate::error::ReadError;
 
 /// What is in a recording.
@@ -51,7 +52,16 @@ pub struct Inspection {
 ///
 /// It cannot be read, or has no number in any column but the clock's.
 pub fn inspect(path: &Path, watch: &dyn Fn(f64)) -> Result<Inspection, ReadError> {
-    let found = inspect_rows(&mut Watched::new(super::open(path)?, watch))?;
+    inspect_as(path, &CsvWriting::default(), watch)
+}
+
+/// The same of a file that, if it is CSV, is said to be written so.
+///
+/// # Errors
+///
+/// As [`inspect`].
+pub fn inspect_as(path: &Path, csv: &CsvWriting, watch: &dyn Fn(f64)) -> Result<Inspection, ReadError> {
+    let found = inspect_rows(&mut Watched::new(super::open_as(path, csv)?, watch))?;
     if found.columns.iter().all(|column| column.readings == 0) {
         let what = format!("no column has a number, so it is no recording; it was read as: {}", found.source.kind);
         return Err(ReadError::NotRecording { path: path.to_owned(), what });

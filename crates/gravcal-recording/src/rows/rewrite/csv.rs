@@ -12,7 +12,7 @@ pub(super) fn rewrite(
     change: &mut Change<'_>,
     watch: &mut Watch<'_>,
 ) -> Result<Vec<String>, RewriteError> {
-    let Rewriting { input, output, overwrite, notes, ref csv } = *what;
+    let Rewriting { input, output, overwrite, notes, csv } = *what;
     let mut rows = CsvRows::open(input, csv)?;
     let mut new = NewFile::create(output, overwrite)?;
     let mut paced = Paced { watch, rows: 0 };

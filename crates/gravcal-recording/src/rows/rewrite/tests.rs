@@ -24,7 +24,7 @@ fn doubled(name: &'static str) -> impl FnMut(&[String], &mut [f64]) {
 }
 
 fn again(input: &Path, output: &Path, change: &mut Change<'_>) -> Result<Vec<String>, String> {
-    let what = Rewriting { input, output, overwrite: false, csv: CsvWriting::default(), notes: &notes() };
+    let what = Rewriting { input, output, overwrite: false, csv: &CsvWriting::default(), notes: &notes() };
     rewrite(&what, change, &mut |_| true).map_err(|error| error.to_string())
 }
 
@@ -162,7 +162,7 @@ fn nothing_is_lost_by_what_is_refused() {
     fs::write(&table, format!("q,tau\n{rows}")).unwrap();
     let output = folder.path().join("a.csv");
     let what =
-        Rewriting { input: &table, output: &output, overwrite: false, csv: CsvWriting::default(), notes: &notes() };
+        Rewriting { input: &table, output: &output, overwrite: false, csv: &CsvWriting::default(), notes: &notes() };
     let stopped = rewrite(&what, &mut keep, &mut |progress| {
         count += 1;
         progress < 0.5
