@@ -202,7 +202,7 @@ fn a_draft_has_the_sweeps_where_nothing_stands() {
     let inspection = inspect(&recording, &|_| {}).unwrap();
     let robot = DraftRobot::read(&folder.path().join("robot.toml"), None, &[], &[]).unwrap();
     let draft = Draft::new(&recording, &inspection, Some(&robot)).unwrap();
-    let text = draft.text(draft.search(&|_| {}).unwrap().as_ref(), folder.path());
+    let text = draft.text(&draft.search(&|_| {}).unwrap(), folder.path());
     assert!(text.contains("Sweeps found in the recording: 7.\n[readings.sweeps]"), "{text}");
     fs::write(folder.path().join("draft.toml"), text).unwrap();
     assert_eq!(Session::read(&folder.path().join("draft.toml")).unwrap().poses, session.poses);

@@ -10,7 +10,7 @@ use gravcal_estimation::IterationRecord;
 use gravcal_recording::Digest;
 use gravcal_report::{
     CalibrationFile, CalibrationPage, CalibrationTable, Contents, Input, Options, OutputError, OutputFolder,
-    Provenance, Written,
+    Provenance, Written, tell_doubts,
 };
 #[cfg(feature = "rerun")]
 use gravcal_rerun::CalibrationRecording;
@@ -106,12 +106,19 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     arguments.rerun.check(arguments.overwrite)?;
     let provenance = provenance(&session, path, &choice)?;
 
+    // Before a solve that may last, and may be for nothing.
+    let doubts = tell_doubts(&session.doubts);
+    if !(doubts.is_empty() || arguments.quiet || arguments.json) {
+        terminal::print(&format!("{doubts}\n"))?;
+    }
     let interrupt = Interrupt::listen()?;
     let results = calibrate(&session, &choice, &watch, (progress(arguments), &interrupt));
 
-    let table = CalibrationTable { robot: &session.robot.name, results: &results }.to_string();
+    let shown = CalibrationTable { robot: &session.robot.name, doubts: &[], results: &results };
+    let table = CalibrationTable { doubts: &session.doubts, ..shown }.to_string();
     let page = CalibrationPage { session: &session, results: &results, provenance: &provenance };
-    let calibration = CalibrationFile { estimators: &results, provenance: &provenance }.to_json();
+    let calibration =
+        CalibrationFile { doubts: &session.doubts, estimators: &results, provenance: &provenance }.to_json();
     let calibration = calibration.map_err(|error| Failure::no_convergence(&error));
     let written = calibration
         .as_ref()
@@ -119,7 +126,7 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
         .and_then(|calibration| write(&folder, calibration, &page, &table, &watch));
     let printed = match arguments.quiet || arguments.json {
         true => Ok(()),
-        false => terminal::print(&format!("{table}\n")),
+        false => terminal::print(&format!("{shown}\n")),
     };
     let (calibration, written) = (calibration?, written?);
     printed?;

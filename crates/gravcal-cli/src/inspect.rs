@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use gravcal_calibration::Session;
-use gravcal_calibration::session::{Draft, DraftError, DraftRobot, Searched};
+use gravcal_calibration::session::{Draft, DraftError, DraftPoses, DraftRobot, Searched};
 use gravcal_recording::{CsvWriting, Inspection, clear_abandoned, inspect_as, write_atomically};
 use serde::Serialize;
 
@@ -118,16 +118,21 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
         Err(error) if arguments.session.is_some() || robot.is_some() => return Err(refused(&error, file)),
         Err(_) => None,
     };
-    let search = |draft: &Draft<'_>| draft.search(&|share| watch("searching", share));
-    let searched = draft.as_ref().map(search).transpose().map_err(|error| Failure::bad_input(&error))?.flatten();
+    let draft = match draft {
+        None => None,
+        Some(draft) => {
+            let poses = draft.search(&|share| watch("searching", share)).map_err(|error| Failure::bad_input(&error))?;
+            Some((draft, poses))
+        }
+    };
     drop(progress);
     let session = arguments.session.as_deref().zip(draft.as_ref());
-    if let Some((path, draft)) = session {
-        write(path, draft, searched.as_ref())?;
+    if let Some((path, (draft, poses))) = session {
+        write(path, draft, poses)?;
     }
-    tell(arguments, &inspection, draft.as_ref(), searched.as_ref())?;
-    if let Some((path, draft)) = session.filter(|_| !arguments.json) {
-        tell_session(path, draft)?;
+    tell(arguments, &inspection, draft.as_ref())?;
+    if let Some((path, (draft, poses))) = session.filter(|_| !arguments.json) {
+        tell_session(path, draft, poses)?;
     }
     Ok(Exit::Determined)
 }
@@ -156,16 +161,19 @@ fn refused(error: &DraftError, file: &Path) -> Failure {
 fn tell(
     arguments: &Arguments,
     inspection: &Inspection,
-    draft: Option<&Draft<'_>>,
-    searched: Option<&Searched>,
+    draft: Option<&(Draft<'_>, DraftPoses)>,
 ) -> Result<(), Failure> {
-    let notes = draft.zip(searched).map_or_else(Vec::new, |(draft, searched)| searched.notes(&draft.mapping()));
+    let searched = draft.and_then(|(_, poses)| poses.searched());
+    let found = draft.zip(searched).map_or_else(Vec::new, |((draft, _), searched)| searched.notes(&draft.mapping()));
+    let doubt = draft.and_then(|(_, poses)| poses.doubt()).map(str::to_owned);
+    let notes: Vec<String> = found.into_iter().chain(doubt).collect();
     if arguments.json {
         let told = Told { inspection, poses_found: searched.map(Searched::found), notes };
         let text = serde_json::to_string_pretty(&told).map_err(|error| Failure::bad_input(&error))?;
         return terminal::print_exactly(&format!("{text}\n"));
     }
     let poses = match (draft, searched) {
+        (Some(_), None) if !notes.is_empty() => notes.join("\n"),
         (None, _) => {
             "Names of columns do not tell the joints' positions and torques, so no poses were looked for.".to_owned()
         }
@@ -177,21 +185,24 @@ fn tell(
     terminal::print(&format!("{inspection}\nPoses, if columns mean what they seem to\n{poses}\n{next}"))
 }
 
-fn write(path: &Path, draft: &Draft<'_>, searched: Option<&Searched>) -> Result<(), Failure> {
+fn write(path: &Path, draft: &Draft<'_>, poses: &DraftPoses) -> Result<(), Failure> {
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let text = draft.text(searched, folder);
+    let text = draft.text(poses, folder);
     clear_abandoned(folder);
     write_atomically(path, text.as_bytes()).map_err(|error| Failure::bad_input(&error))
 }
 
-/// Tells whether the session that is written can be read as it is.
-fn tell_session(path: &Path, draft: &Draft<'_>) -> Result<(), Failure> {
-    let notes: String = draft.notes().iter().map(|note| format!("note: {note}\n")).collect();
+/// Tells whether the session that is written can be read as it is, and what looks wrong in it that has not been told.
+fn tell_session(path: &Path, draft: &Draft<'_>, poses: &DraftPoses) -> Result<(), Failure> {
+    let mut notes = draft.notes();
     let next = match Session::read(path) {
         Ok(session) => {
-            format!("It can be read, and has {} poses. Next: gravcal check {}", session.poses.len(), path.display())
+            let count = session.poses.len();
+            notes.extend(session.doubts.into_iter().filter(|doubt| Some(doubt.as_str()) != poses.doubt()));
+            format!("It can be read, and has {count} poses. Next: gravcal check {}", path.display())
         }
         Err(error) => format!("It cannot be read before that is filled in: {error}"),
     };
+    let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
     terminal::print(&format!("\n{notes}Session in {}. {next}\n", path.display()))
 }

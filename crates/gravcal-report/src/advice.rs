@@ -1,6 +1,7 @@
 //! What a result comes to, and what a person should do next: the same words wherever it is shown.
 
 use gravcal_calibration::result::{EstimatorResult, Fit, Verdict};
+use gravcal_calibration::session::MistakenUnit;
 
 use crate::number::significant;
 use crate::sensor_row::split_name;
@@ -196,13 +197,8 @@ fn far_gains(result: &EstimatorResult) -> Vec<Concern> {
 }
 
 fn far_gain(joint: &str, name: &str, ratio: f64) -> Concern {
-    let units = [
-        (1_f64.to_degrees(), ": the session says degrees, and the readings look like radians"),
-        (1_f64.to_radians(), ": the session says radians, and the readings look like degrees"),
-        (1e3, ": the session says millimetres, and the readings look like metres"),
-        (1e-3, ": the session says metres, and the readings look like millimetres"),
-    ];
-    let mistaken = units.iter().find(|(unit, _)| (ratio / unit - 1.0).abs() < FAR).map_or("", |(_, told)| told);
+    let mistaken =
+        MistakenUnit::of_gain(ratio).map_or_else(String::new, |unit| format!(": the readings {}", unit.told()));
     Concern {
         what: format!("{name} is {} times its nominal value{mistaken}", significant(ratio, 3)),
         steps: vec![format!(
@@ -261,7 +257,7 @@ mod tests {
         let advice = Advice::of(&with(0.5, 57.2));
         assert_eq!(advice.level, Level::Care);
         assert!(advice.why.contains("joint1.position_gain is 57.2 times its nominal value"), "{}", advice.why);
-        assert!(advice.why.contains("says degrees, and the readings look like radians"), "{}", advice.why);
+        assert!(advice.why.contains("the readings look like rad, and are declared as deg"), "{}", advice.why);
         assert!(Advice::of(&with(0.5, -1.02)).level == Level::Good);
     }
 

@@ -15,6 +15,8 @@ pub const FORMAT: &str = "gravcal-calibration/1";
 /// The contents of `calibration.json`.
 #[derive(Clone, Copy, Debug)]
 pub struct CalibrationFile<'a> {
+    /// What the session says that can hardly be so.
+    pub doubts: &'a [String],
     /// What the estimators answered.
     pub estimators: &'a [EstimatorResult],
     /// Where it comes from.
@@ -25,6 +27,8 @@ pub struct CalibrationFile<'a> {
 #[derive(Serialize)]
 struct Document<'a> {
     format: &'static str,
+    #[serde(skip_serializing_if = "<[_]>::is_empty")]
+    doubts: &'a [String],
     estimators: &'a [EstimatorResult],
     provenance: &'a Provenance,
 }
@@ -36,7 +40,8 @@ impl CalibrationFile<'_> {
     /// Where a number is infinite or none at all, which JSON cannot hold.
     pub fn to_json(&self) -> Result<String, JsonError> {
         check_finite(self.estimators)?;
-        json(&Document { format: FORMAT, estimators: self.estimators, provenance: self.provenance })
+        let CalibrationFile { doubts, estimators, provenance } = *self;
+        json(&Document { format: FORMAT, doubts, estimators, provenance })
     }
 }
 
@@ -58,7 +63,7 @@ mod tests {
 
     fn parsed(estimators: &[EstimatorResult]) -> serde_json::Value {
         let provenance = provenance();
-        let text = CalibrationFile { estimators, provenance: &provenance }.to_json().unwrap();
+        let text = CalibrationFile { doubts: &[], estimators, provenance: &provenance }.to_json().unwrap();
         assert!(text.ends_with("}\n"));
         serde_json::from_str(&text).unwrap()
     }
@@ -123,7 +128,8 @@ mod tests {
         let mut joint = result("joint");
         joint.parameters = vec![determined("joint1.torque_gain", "1", f64::NAN, 0.1)];
         let provenance = provenance();
-        let refused = CalibrationFile { estimators: &[joint], provenance: &provenance }.to_json().unwrap_err();
+        let refused =
+            CalibrationFile { doubts: &[], estimators: &[joint], provenance: &provenance }.to_json().unwrap_err();
         assert!(refused.to_string().contains("joint1.torque_gain is NaN"));
     }
 }

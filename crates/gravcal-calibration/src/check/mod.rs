@@ -28,6 +28,8 @@ use tilts::tilts;
 /// What a session can determine.
 #[derive(Clone, Debug, Serialize)]
 pub struct CheckReport {
+    /// What the session says that can hardly be so, to be looked at before all else.
+    pub doubts: Vec<String>,
     /// Where it was judged, in words.
     pub judged_at: String,
     /// Poses by load (`none` first), as `(load, poses)`.
@@ -178,6 +180,7 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
         }
     }
     Ok(CheckReport {
+        doubts: session.doubts.clone(),
         judged_at: judged_at(session),
         poses: count_poses(session),
         torque_readings: count_readings(session, &select(session, Signals::All)),

@@ -11,7 +11,7 @@ use super::{EstimateError, Unknowns};
 use crate::judgement::Judgement;
 use crate::parameter::Quantity;
 use crate::result::{GravityResult, NoiseSource, ParameterResult, UncertaintyResult, Verdict};
-use crate::session::Session;
+use crate::session::{MistakenUnit, Session};
 use crate::workbench::Workbench;
 
 /// Readings explained this many times worse than their stated noise contradict the model: no number can be relied on.
@@ -242,13 +242,14 @@ fn other_unit(session: &Session, solved: &Solved, parameters: &[ParameterResult]
         other.then_some((name, ratio))
     });
     let (name, ratio) = found.next()?;
-    let degrees = if ratio.abs() > 1.0 { "rad, and declared as deg" } else { "deg, and declared as rad" };
+    let looks = match MistakenUnit::of_gain(ratio) {
+        Some(mistaken) => format!("they {}: {}", mistaken.told(), mistaken.cure()),
+        None => "state the gain ([[joint]] position_gain = { nominal = …, unit = … })".to_owned(),
+    };
     Some(Mistake {
         what: format!("{name} is {ratio:.3} times its nominal value"),
         advice: format!(
-            "No position sensor is so far off its nominal gain: its readings are in another unit than declared. A factor \
-             of 57.3 (or 0.01745) is that of readings in {degrees}; else state the gain ([[joint]] position_gain = {{ nominal \
-             = …, unit = … }})."
+            "No position sensor is so far off its nominal gain: its readings are in another unit than declared; {looks}."
         ),
     })
 }

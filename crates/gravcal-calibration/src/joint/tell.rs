@@ -2,7 +2,6 @@
 
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
-use gravcal_kinematics::JointKind;
 
 use super::conclusion::Conclusion;
 use super::model_tests::ModelTests;
@@ -242,13 +241,6 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
     notes.extend(base_frame_note(session));
     notes.extend(load_mass_note(session));
     notes.extend(mimic_notes(session));
-    for (index, joint) in session.robot.chain.joints().iter().enumerate() {
-        let gain = session.joints[index].of(Quantity::PositionGain).nominal;
-        let turns = session.poses.iter().map(|pose| (gain * pose.position[index]).abs()).fold(0.0, f64::max);
-        if joint.kind == JointKind::Revolute && turns > IMPLAUSIBLE_ANGLE {
-            notes.push(format!("{} reads up to {turns:.0} rad: is its unit deg, declared as rad?", joint.name));
-        }
-    }
     for (joint, count) in session.robot.chain.joints().iter().zip(&session.saturated).filter(|(_, count)| **count > 0) {
         notes.push(format!(
             "{count} torque readings of {} are at an end of the sensor's range: left out, as the true ones may be \
@@ -309,6 +301,3 @@ fn mimic_notes(session: &Session) -> Vec<String> {
     };
     (0..session.joints.len()).filter_map(note).collect()
 }
-
-/// No joint of an arm turns this far, rad: two turns.
-const IMPLAUSIBLE_ANGLE: f64 = 4.0 * std::f64::consts::PI;

@@ -324,6 +324,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
         saturated,
         in_motion,
         repeated: Vec::new(),
+        doubts: Vec::new(),
         searched,
         loss,
         uncertainty,
@@ -341,7 +342,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     inertia::check_sweeps(document, &session)?;
     deflection::check_single_poses(document, &session)?;
     deflection::check_instruments(document, &session)?;
-    Ok(Session { repeated: session.find_repeated(), ..session })
+    Ok(Session { repeated: session.find_repeated(), doubts: session.find_doubts(), ..session })
 }
 
 /// The offset of the joint on which all others hang defines the base frame: it has a value, but it cannot be uncertain.

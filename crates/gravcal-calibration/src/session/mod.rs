@@ -2,6 +2,7 @@
 
 mod channels;
 pub(crate) mod compliance;
+mod doubts;
 mod draft;
 mod earlier;
 mod file;
@@ -23,7 +24,8 @@ use crate::parameter::{Parameter, Quantity};
 use crate::robot::Robot;
 use crate::sensors::SensorTerms;
 
-pub use draft::{Draft, DraftError, DraftRobot};
+pub use doubts::MistakenUnit;
+pub use draft::{Draft, DraftError, DraftPoses, DraftRobot};
 pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
 pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};
@@ -67,6 +69,9 @@ pub struct Session {
     pub in_motion: Vec<usize>,
     /// By pose that was read, whether it repeats an earlier one in every number; empty of poses that were not.
     pub repeated: Vec<bool>,
+    /// What of all that can hardly be so, in sentences: units that do not fit, rows of an arm in motion taken as static poses. Empty of
+    /// sessions that were not read.
+    pub doubts: Vec<String>,
     /// What was found in recordings in motion, where poses come from such, and what was lost of files.
     pub searched: Vec<Searched>,
     /// How the joint estimator counts torque readings far beyond their noise.
@@ -100,6 +105,7 @@ impl Session {
             in_motion: vec![0; joints.len()],
             searched: Vec::new(),
             repeated: Vec::new(),
+            doubts: Vec::new(),
             joints,
             instruments: Vec::new(),
             terms: SensorTerms::default(),

@@ -9,6 +9,7 @@ use std::fmt;
 
 use gravcal_calibration::check::CheckReport;
 
+use crate::doubts::tell_doubts;
 use crate::json::{JsonError, json};
 use crate::text::wrapped;
 
@@ -24,6 +25,7 @@ pub struct CheckTable<'a> {
 impl fmt::Display for CheckTable<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sections = [
+            tell_doubts(&self.report.doubts),
             verdict(self.robot, self.report),
             parameters::tell(self.report),
             cures::tell(self.report),

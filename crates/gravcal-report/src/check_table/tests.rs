@@ -20,6 +20,7 @@ fn cure(addition: &str, stds: &[Option<f64>]) -> Cure {
 fn report() -> CheckReport {
     let held = Some("zero by definition of the base frame".to_owned());
     CheckReport {
+        doubts: Vec::new(),
         judged_at: "Judged at nominal values, gravity along the declared hemisphere.".into(),
         poses: vec![("none".into(), 111), ("plate-a".into(), 37)],
         torque_readings: vec![("joint1".into(), 148), ("joint2".into(), 147)],

@@ -22,6 +22,7 @@ use gravcal_calibration::Session;
 use gravcal_calibration::result::{EstimatorResult, deciding};
 use maud::{Markup, html};
 
+use crate::doubts::HEADING;
 use crate::json::JsonError;
 use crate::provenance::Provenance;
 pub(crate) use document::document;
@@ -49,6 +50,7 @@ impl CalibrationPage<'_> {
         let data = figures::data(self)?;
         let body = html! {
             h1 { (title) }
+            (doubts(&self.session.doubts))
             (verdict::section(self))
             (parameters::section(self))
             (identifiability::section(self))
@@ -70,6 +72,15 @@ impl CalibrationPage<'_> {
         let main = self.main();
         let others = self.results.iter().filter(|result| main.is_none_or(|main| main.name != result.name));
         main.into_iter().chain(others).filter(|result| result.fit.is_some()).take(2).collect()
+    }
+}
+
+/// What the session says that can hardly be so.
+fn doubts(doubts: &[String]) -> Markup {
+    html! {
+        @if !doubts.is_empty() {
+            section.verdict.failed { h2 { (HEADING) } ul { @for doubt in doubts { li { (doubt) } } } }
+        }
     }
 }
 

@@ -12,6 +12,7 @@ use std::fmt;
 
 use gravcal_calibration::result::EstimatorResult;
 
+use crate::doubts::tell_doubts;
 use crate::text::{plain, wrapped};
 use crate::undetermined::{Entry, tell_undetermined};
 use shared::{Shared, by_content};
@@ -20,13 +21,15 @@ use shared::{Shared, by_content};
 ///
 /// ```
 /// let results = []; // what `gravcal_calibration::calibrate` returned
-/// let table = gravcal_report::CalibrationTable { robot: "my-arm", results: &results };
+/// let table = gravcal_report::CalibrationTable { robot: "my-arm", doubts: &[], results: &results };
 /// assert_eq!(table.to_string(), "Calibration of my-arm: no estimator ran\n");
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct CalibrationTable<'a> {
     /// Name of the robot.
     pub robot: &'a str,
+    /// What the session says that can hardly be so.
+    pub doubts: &'a [String],
     /// What the estimators answered.
     pub results: &'a [EstimatorResult],
 }
@@ -34,6 +37,7 @@ pub struct CalibrationTable<'a> {
 impl fmt::Display for CalibrationTable<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sections = [
+            tell_doubts(self.doubts),
             verdict::tell(self.robot, self.results),
             values::tell(self.results),
             sensor_models::tell(self.results),

@@ -44,7 +44,7 @@ fn joint() -> EstimatorResult {
 
 #[test]
 fn the_whole_table() {
-    let table = CalibrationTable { robot: "arm", results: &[sequential(), joint()] }.to_string();
+    let table = CalibrationTable { robot: "arm", doubts: &[], results: &[sequential(), joint()] }.to_string();
     assert_eq!(
         table,
         "\
@@ -96,6 +96,6 @@ Notes
 
 #[test]
 fn lines_fit_the_width() {
-    let table = CalibrationTable { robot: "arm", results: &[sequential(), joint()] }.to_string();
+    let table = CalibrationTable { robot: "arm", doubts: &[], results: &[sequential(), joint()] }.to_string();
     assert!(table.lines().all(|line| width(line) <= WIDTH && !line.ends_with(' ')));
 }

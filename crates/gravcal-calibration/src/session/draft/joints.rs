@@ -17,6 +17,8 @@ pub(super) struct DraftJoint {
     pub position: (String, PositionUnit),
     pub torque: Option<(String, TorqueUnit)>,
     pub velocity: Option<(String, ConditionUnit)>,
+    /// Lowest and highest position reading.
+    pub reach: [f64; 2],
     /// Lowest and highest torque reading.
     pub torque_range: [f64; 2],
     /// Ends of the torque sensor's range at which readings seem to be.
@@ -28,6 +30,12 @@ pub(super) struct DraftJoint {
 }
 
 impl DraftJoint {
+    /// What a reading is multiplied with to be an angle or a length in SI, or 1 where nothing says it.
+    pub fn scale(&self) -> f64 {
+        let gain = self.nominal.position.map(|sensor| sensor.gain).filter(|_| self.position.1.is_sensors_own());
+        self.position.1.to_si() * gain.unwrap_or(1.0)
+    }
+
     /// How far it travels for each unit of its reading, in SI.
     pub fn travel(&self) -> Option<Travel> {
         let own = self.position.1.is_sensors_own();
@@ -99,6 +107,7 @@ fn draft(
         position: (position.name.clone(), position_unit(position, kind, nominal)),
         torque: torque.map(|torque| (torque.name.clone(), torque_unit(torque, kind, nominal))),
         velocity: velocity.map(|velocity| (velocity.name.clone(), velocity_unit(velocity, kind))),
+        reach: [position.lowest, position.highest],
         torque_range: torque.map_or([0.0; 2], |torque| [torque.lowest, torque.highest]),
         clipped: torque.map_or_else(Vec::new, |torque| torque.clipped.iter().map(|end| end.at).collect()),
         fastest: velocity.map(|velocity| velocity.lowest.abs().max(velocity.highest.abs())),

@@ -14,11 +14,13 @@ mod text;
 use std::path::Path;
 
 use gravcal_recording::{
-    ConditionColumn, ConditionColumns, ConditionUnit, CsvWriting, Inspection, MotionSource, PoseMapping, PositionColumn, ReadError,
-    ReadingColumn, Stillness, SweepRule, Travel, Watched, open_as, slow_sweeps, static_poses,
+    ConditionColumn, ConditionColumns, ConditionUnit, CsvWriting, Inspection, MotionSource, PoseMapping,
+    PositionColumn, ReadError, ReadingColumn, Row, Rows, Stillness, SweepRule, Travel, Watched, open_as, slow_sweeps,
+    static_poses,
 };
 
 use super::Searched;
+use super::doubts::Joined;
 use super::travel::{BIN, STEADY};
 use crate::document::FileError;
 use joints::DraftJoint;
@@ -78,6 +80,36 @@ pub struct Draft<'a> {
     csv: CsvWriting,
 }
 
+/// Where the poses of a recording are.
+#[derive(Clone, Debug)]
+pub enum DraftPoses {
+    /// Each row is one: there is no clock, or rows are long apart.
+    Rows {
+        /// Why the rows do not look like static poses, and what to do about it, if they do not.
+        doubt: Option<String>,
+    },
+    /// They are found in it.
+    Found(Searched),
+}
+
+impl DraftPoses {
+    /// What was found, where it was looked for.
+    pub fn searched(&self) -> Option<&Searched> {
+        match self {
+            DraftPoses::Rows { .. } => None,
+            DraftPoses::Found(searched) => Some(searched),
+        }
+    }
+
+    /// Why rows that are taken as poses do not look like such.
+    pub fn doubt(&self) -> Option<&str> {
+        match self {
+            DraftPoses::Rows { doubt } => doubt.as_deref(),
+            DraftPoses::Found(_) => None,
+        }
+    }
+}
+
 /// A table of static poses has rows further apart than this, s.
 const ROWS_OF_POSES: f64 = 0.5;
 
@@ -131,14 +163,13 @@ impl<'a> Draft<'a> {
     }
 
     /// The standstills of the recording or, where there are none, its slow sweeps, with the columns and units of the draft: those that a
-    /// session of it has. `None` where each row is a pose already: there is no clock, or rows are long apart. `watch` is told which share
-    /// is read.
+    /// session of it has. Or each row is a pose already: there is no clock, or rows are long apart. `watch` is told which share is read.
     ///
     /// # Errors
     /// The recording cannot be read.
-    pub fn search(&self, watch: &dyn Fn(f64)) -> Result<Option<Searched>, ReadError> {
+    pub fn search(&self, watch: &dyn Fn(f64)) -> Result<DraftPoses, ReadError> {
         if self.rows_are_poses() {
-            return Ok(None);
+            return Ok(DraftPoses::Rows { doubt: self.doubt(watch)? });
         }
         let (path, mapping) = (self.recording, self.mapping());
         let rows = || Ok::<_, ReadError>(Watched::new(open_as(path, &self.csv)?, watch));
@@ -146,7 +177,28 @@ impl<'a> Draft<'a> {
         let rule = self.sweep_rule().filter(|_| standstills.found.is_empty());
         let sweeps = rule.map(|rule| slow_sweeps(path, &mut rows()?, &mapping, &rule)).transpose()?;
         // What was lost has been told by the inspection.
-        Ok(Some(Searched { path: path.to_owned(), standstills: Some(standstills), sweeps, remarks: Vec::new() }))
+        let standstills = Some(standstills);
+        Ok(DraftPoses::Found(Searched { path: path.to_owned(), standstills, sweeps, remarks: Vec::new() }))
+    }
+
+    /// Why rows do not look like static poses, if they do not.
+    fn doubt(&self, watch: &dyn Fn(f64)) -> Result<Option<String>, ReadError> {
+        let scales: Vec<f64> = self.joints.iter().map(DraftJoint::scale).collect();
+        let ranges = self.joints.iter().zip(&scales).map(|(joint, scale)| scale * (joint.reach[1] - joint.reach[0]));
+        let mut joined = Joined::new(ranges);
+        let mut rows = Watched::new(open_as(self.recording, &self.csv)?, watch);
+        let (mut row, mut known, mut places) = (Row::default(), 0, Vec::new());
+        while rows.read(&mut row)? {
+            if rows.columns().len() != known {
+                known = rows.columns().len();
+                let place = |joint: &DraftJoint| rows.columns().iter().position(|name| *name == joint.position.0);
+                places = self.joints.iter().map(place).collect();
+            }
+            let cell = |place: &Option<usize>| place.map_or(f64::NAN, |place| row.cells[place]);
+            let positions: Vec<f64> = places.iter().zip(&scales).map(|(place, scale)| scale * cell(place)).collect();
+            joined.take(&positions);
+        }
+        Ok(joined.tell(self.recording, self.inspection.time.is_some()))
     }
 
     /// `None` where it is not known how far a joint travels for each count or volt.
@@ -156,7 +208,9 @@ impl<'a> Draft<'a> {
     }
 
     fn rows_are_poses(&self) -> bool {
-        self.inspection.time.as_ref().is_none_or(|time| time.interval_s > ROWS_OF_POSES)
+        // A clock that stands is none.
+        let is_slow = |interval: f64| interval == 0.0 || interval > ROWS_OF_POSES;
+        self.inspection.time.as_ref().is_none_or(|time| is_slow(time.interval_s))
     }
 
     fn time(&self) -> Option<ConditionColumn> {

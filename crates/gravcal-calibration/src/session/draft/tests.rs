@@ -1,7 +1,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use gravcal_recording::inspect;
+use gravcal_recording::{inspect, inspect_as};
 use tempfile::TempDir;
 
 use super::*;
@@ -27,7 +27,7 @@ fn drafted(recording: &str) -> (String, Vec<String>, Result<Session, String>) {
     let robot = robot(&folder);
     let inspection = inspect(&path, &|_| {}).unwrap();
     let draft = Draft::new(&path, &inspection, Some(&robot)).unwrap();
-    let text = draft.text(draft.search(&|_| {}).unwrap().as_ref(), folder.path());
+    let text = draft.text(&draft.search(&|_| {}).unwrap(), folder.path());
     let session = folder.path().join("session.toml");
     fs::write(&session, &text).unwrap();
     (text, draft.notes(), Session::read(&session).map_err(|error| error.to_string()))
@@ -53,6 +53,55 @@ fn a_recording_with_standstills_becomes_a_session_that_finds_them() {
     assert!(text.contains("[readings.still]") && session.poses.len() >= 5, "{text}");
     assert!(text.contains(&format!("found in the recording: {}.", session.poses.len())), "{text}");
     assert_eq!(session.readings.positions[1].column, "elbow_pos");
+}
+
+/// The same as pandas writes it, with dates as its index.
+#[test]
+fn dates_are_a_clock() {
+    let date = |row: usize| format!("2024-05-01 12:00:{:02}.{:06}", row / 200, 5000 * (row % 200));
+    let rows = standing("t")
+        .lines()
+        .skip(1)
+        .enumerate()
+        .map(|(row, line)| format!("{},{}\n", date(row), line.split_once(',').unwrap().1))
+        .collect::<String>();
+    let (text, _, session) = drafted(&format!(",q1_rad,q2_rad,tau1_Nm,tau2_Nm\n{rows}"));
+    assert!(text.contains("[readings.time]\ncolumn = \"column1\"\nunit = \"ISO 8601\""), "{text}");
+    let session = session.unwrap();
+    assert!(text.contains("[readings.still]") && session.poses.len() >= 5, "{text}");
+    let last = session.poses.last().unwrap().conditions.time.unwrap();
+    assert!(session.poses[0].conditions.time == Some(0.0) && (2.0..4.0).contains(&last), "{last}");
+}
+
+#[test]
+fn columns_of_a_recording_without_a_header_are_named_in_the_session() {
+    let recording = standing("t");
+    let (folder, path) = folder(recording.split_once('\n').unwrap().1);
+    let names = ["t_s", "q1_rad", "q2_rad", "tau1_Nm", "tau2_Nm"].map(str::to_owned).to_vec();
+    let csv = CsvWriting { columns: Some(names), ..CsvWriting::default() };
+    let inspection = inspect_as(&path, &csv, &|_| {}).unwrap();
+    let robot = robot(&folder);
+    let draft = Draft::new(&path, &inspection, Some(&robot)).unwrap().written(csv);
+    let text = draft.text(&draft.search(&|_| {}).unwrap(), folder.path());
+    fs::write(folder.path().join("session.toml"), &text).unwrap();
+    let session = Session::read(&folder.path().join("session.toml")).unwrap();
+    assert!(text.contains("columns = [\"t_s\", \"q1_rad\",") && session.poses.len() >= 5, "{text}");
+}
+
+#[test]
+fn rows_of_an_arm_in_motion_without_a_clock_are_asked_about() {
+    let row = |row: u32| {
+        let t = f64::from(row) / 100.0;
+        [t.sin(), (0.7 * t).cos(), t.sin(), (0.3 * t).cos()].map(|cell| cell.to_string()).join(",") + "\n"
+    };
+    let rows: String = (0..3000).map(row).collect();
+    let (text, _, session) = drafted(&format!("q1,q2,tau1,tau2\n{rows}"));
+    assert!(
+        text.contains("[readings]\n# LOOK AT THIS: Each of the 3000 rows of day.csv is taken as a static pose, but"),
+        "{text}"
+    );
+    assert!(text.contains("give it a clock") && text.lines().all(|line| line.chars().count() <= 130), "{text}");
+    assert_eq!(session.unwrap().doubts.len(), 1);
 }
 
 #[test]
@@ -156,7 +205,7 @@ fn without_a_robot_the_session_asks_for_one() {
     let (folder, path) = folder("q1,tau1\n0,1\n1,2\n");
     let inspection = inspect(&path, &|_| {}).unwrap();
     let draft = Draft::new(&path, &inspection, None).unwrap();
-    assert!(draft.text(None, folder.path()).contains("# FILL IN the robot"));
+    assert!(draft.text(&DraftPoses::Rows { doubt: None }, folder.path()).contains("# FILL IN the robot"));
 }
 
 #[test]

@@ -6,13 +6,13 @@ use std::path::Path;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
 use super::poses::Rule;
-use super::{Draft, DraftJoint};
+use super::{Draft, DraftJoint, DraftPoses};
 use crate::document::relative_path;
-use crate::session::Searched;
 
 impl Draft<'_> {
-    /// The session, to stand in `folder`. `searched`: what [`search`](Self::search) found.
-    pub fn text(&self, searched: Option<&Searched>, folder: &Path) -> String {
+    /// The session, to stand in `folder`. `poses`: what [`search`](Self::search) found.
+    pub fn text(&self, poses: &DraftPoses, folder: &Path) -> String {
+        let searched = poses.searched();
         let rule = Rule::of(searched);
         let recording = relative_path(folder, self.recording);
         let mut text = format!(
@@ -24,6 +24,8 @@ impl Draft<'_> {
         text += GRAVITY;
         text += self.inertia();
         if rule == Rule::Rows {
+            text += "\n[readings]\n";
+            text += &poses.doubt().map_or_else(String::new, |doubt| commented(&format!("LOOK AT THIS: {doubt}")));
             text += ROWS;
         }
         text += &self.readings();
@@ -183,6 +185,21 @@ impl DraftJoint {
     }
 }
 
+/// A text as lines of comments.
+fn commented(text: &str) -> String {
+    let mut lines = vec!["#".to_owned()];
+    for word in text.split_whitespace() {
+        match lines.last_mut() {
+            Some(line) if line.chars().count() + word.chars().count() < COMMENT => *line += &format!(" {word}"),
+            _ => lines.push(format!("# {word}")),
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+/// Letters in a line of a comment.
+const COMMENT: usize = 120;
+
 /// A text as TOML has it.
 pub(super) fn quoted(text: &str) -> String {
     toml::Value::from(text).to_string()
@@ -238,8 +255,7 @@ links = \"unknown\"                      # masses and centres of mass are found 
 
 const GUESS: &str = "                           # a guess\n";
 
-const ROWS: &str = "
-[readings]
+const ROWS: &str = "\
 # Every row of the file is taken as one static pose, as there is no clock, or rows are long apart. Where rows are single samples
 # of standstills, this makes one pose of those with equal positions:
 # merge_repeated_rows = true

@@ -1,0 +1,92 @@
+//! Position readings that no joint can have.
+
+use std::f64::consts::PI;
+
+use gravcal_kinematics::JointKind;
+use gravcal_recording::PositionUnit;
+
+use super::{MistakenUnit, named};
+use crate::parameter::Quantity;
+use crate::session::Session;
+
+/// A joint with limits turns less than this from zero, rad, and any other joint less than twice.
+const FULL_TURN: f64 = 2.0 * PI;
+/// What any joint slides is less than this, m.
+const LONGEST: f64 = 10.0;
+/// Angles in radians are within this, rad, where they are taken for degrees.
+const RADIANS_AS_DEGREES: f64 = FULL_TURN * PI / 180.0;
+
+/// One sentence or two for each mistake.
+pub(super) fn doubts(session: &Session) -> Vec<String> {
+    let kind = |joint: &usize| session.robot.chain.joints()[*joint].kind;
+    let too_far = (0..session.joints.len()).filter(|joint| reach(session, *joint) > most(session, *joint));
+    let (turning, sliding): (Vec<usize>, Vec<usize>) = too_far.partition(|joint| kind(joint) == JointKind::Revolute);
+    let far = |joints: &[usize]| joints.iter().map(|joint| reach(session, *joint)).fold(0.0, f64::max);
+    let turned = (!turning.is_empty()).then(|| {
+        let what =
+            format!("angles of {} reach {:.0} rad, farther than joints turn", named(session, &turning), far(&turning));
+        tell(session, &turning, &what, MistakenUnit::DEGREES_AS_RADIANS)
+    });
+    let slid = (!sliding.is_empty()).then(|| {
+        let what = format!(
+            "positions of {} reach {:.0} m, farther than joints slide",
+            named(session, &sliding),
+            far(&sliding)
+        );
+        tell(session, &sliding, &what, MistakenUnit::MILLIMETERS_AS_METERS)
+    });
+    turned.into_iter().chain(slid).chain(hardly_turning(session)).collect()
+}
+
+/// What readings of these joints are.
+fn tell(session: &Session, joints: &[usize], what: &str, mistaken: MistakenUnit) -> String {
+    let si = |joint: &usize| session.joints[*joint].position_unit.name() == mistaken.declared;
+    match joints.iter().all(si) {
+        true => format!("As declared, {what}: the position readings {}. If so, {}.", mistaken.told(), mistaken.cure()),
+        false => format!(
+            "As declared, {what}: the unit of the position readings, or their nominal gain, is another. Look at [readings] position and at position_gain in [[joint]]."
+        ),
+    }
+}
+
+/// How far a joint is from zero, rad or m; of a sensor that counts in its own unit from anywhere, how far it goes.
+fn reach(session: &Session, joint: usize) -> f64 {
+    let known = &session.joints[joint];
+    let (gain, offset) = (known.of(Quantity::PositionGain).nominal, known.of(Quantity::PositionOffset).nominal);
+    let coordinates = session.poses.iter().map(|pose| gain * pose.position[joint] + offset);
+    match known.position_unit.is_sensors_own() {
+        false => coordinates.map(f64::abs).fold(0.0, f64::max),
+        true => {
+            let ends = [f64::INFINITY, f64::NEG_INFINITY];
+            let [lowest, highest] = coordinates.fold(ends, |[low, high], at| [at.min(low), at.max(high)]);
+            highest - lowest
+        }
+    }
+}
+
+fn most(session: &Session, joint: usize) -> f64 {
+    let joint = &session.robot.chain.joints()[joint];
+    match (joint.kind, joint.limits) {
+        (JointKind::Prismatic, _) => LONGEST,
+        (JointKind::Revolute, Some(_)) => FULL_TURN,
+        (JointKind::Revolute, None) => 2.0 * FULL_TURN,
+    }
+}
+
+/// Angles in degrees that are all as small as angles in radians.
+fn hardly_turning(session: &Session) -> Option<String> {
+    let in_degrees = |joint: &usize| session.joints[*joint].position_unit == PositionUnit::Degree;
+    let joints: Vec<usize> = (0..session.joints.len()).filter(in_degrees).collect();
+    let angles = joints.iter().flat_map(|joint| session.poses.iter().map(|pose| pose.position[*joint].abs()));
+    let largest = angles.fold(0.0, f64::max);
+    let mistaken = MistakenUnit::RADIANS_AS_DEGREES;
+    (largest > 0.0 && largest <= RADIANS_AS_DEGREES).then(|| {
+        format!(
+            "As declared, no joint is farther than {:.1} deg from zero in any pose: the position readings {}. If so, {}; else the \
+             poses hardly differ, and tell little.",
+            largest.to_degrees(),
+            mistaken.told(),
+            mistaken.cure()
+        )
+    })
+}

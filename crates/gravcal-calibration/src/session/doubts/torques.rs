@@ -1,0 +1,95 @@
+//! Torque readings that the robot's masses cannot make.
+
+use gravcal_kinematics::JointKind;
+
+use super::named;
+use crate::joint::Unknowns;
+use crate::parameter::Quantity;
+use crate::session::Session;
+
+/// Torques so many times larger than the model's, or smaller, are in another unit: mN·m make a factor of 1000.
+const FAR: f64 = 20.0;
+const FAR_BELOW: f64 = 50.0;
+/// Share of the readings at either end that single bad rows may be.
+const ENDS: f64 = 0.05;
+/// Poses at which the model is computed at most, and readings of a joint that tell how much it varies at least.
+const POSES: usize = 300;
+const READINGS: usize = 5;
+/// Torques of less than this, N·m, tell nothing.
+const LEAST: f64 = 0.1;
+
+/// How the torques of the joints that turn compare with those that the robot's masses make at nominal values.
+pub(super) fn doubt(session: &Session) -> Option<String> {
+    let joints = session.robot.chain.joints();
+    let turning: Vec<usize> = (0..joints.len()).filter(|joint| joints[*joint].kind == JointKind::Revolute).collect();
+    let model = model(session)?;
+    let read: Vec<(usize, f64)> =
+        turning.iter().filter_map(|joint| Some((*joint, half_range(read(session, *joint)?)?))).collect();
+    let largest = turning.iter().flat_map(|joint| &model[*joint]).fold(0.0_f64, |most, torque| most.max(torque.abs()));
+    let varies = turning.iter().filter_map(|joint| half_range(model[*joint].clone())).fold(0.0, f64::max);
+    let most = read.iter().map(|(_, varies)| *varies).fold(0.0, f64::max);
+    let beyond: Vec<usize> =
+        read.iter().filter(|(_, varies)| *varies > FAR * largest.max(LEAST)).map(|(joint, _)| *joint).collect();
+    if !beyond.is_empty() {
+        return Some(format!(
+            "As declared, torque readings of {} vary by ±{most:.0} N·m, and the robot's masses make {largest:.1} N·m at most: they are in \
+             another unit. {CURE}",
+            named(session, &beyond)
+        ));
+    }
+    (varies > LEAST && !read.is_empty() && most < varies / FAR_BELOW).then(|| {
+        format!(
+            "As declared, torque readings vary by ±{most:.1e} N·m at most, and the robot's masses make them vary by ±{varies:.1} N·m in \
+             these poses: they are in another unit. {CURE}"
+        )
+    })
+}
+
+const CURE: &str = "Look at the unit in [readings] torque (mN·m is one, and so are A and count, with a nominal torque_gain in [[joint]]), \
+                    and at the masses of the robot's file.";
+
+/// What gravity does to each joint in some of the poses, N·m or N; `None` where the robot's file says nothing of masses.
+fn model(session: &Session) -> Option<Vec<Vec<f64>>> {
+    let chain = &session.robot.chain;
+    if chain.links().iter().all(|link| link.inertia.is_none()) {
+        return None;
+    }
+    let inertia: Vec<f64> = chain
+        .links()
+        .iter()
+        .flat_map(|link| {
+            link.inertia
+                .as_ref()
+                .map_or([0.0; 4], |i| [i.mass, i.first_moment[0], i.first_moment[1], i.first_moment[2]])
+        })
+        .collect();
+    let sensors = Unknowns::nominal(session).sensors;
+    let [gain, offset] = [Quantity::PositionGain, Quantity::PositionOffset].map(|quantity| quantity as usize);
+    let mut of_joints = vec![Vec::new(); session.joints.len()];
+    let mut torque = vec![0.0; session.joints.len()];
+    for pose in session.poses.iter().step_by(session.poses.len().div_ceil(POSES).max(1)) {
+        let coordinates =
+            pose.position.iter().zip(&sensors).map(|(reading, sensor)| sensor[gain] * reading + sensor[offset]);
+        let coordinates: Vec<f64> = coordinates.collect();
+        chain.gravity_torque(&coordinates, session.gravity.assumed(), &inertia, &mut torque);
+        of_joints.iter_mut().zip(&torque).for_each(|(all, torque)| all.push(*torque));
+    }
+    Some(of_joints)
+}
+
+/// Torques as the nominal gain tells them, but for the bias.
+fn read(session: &Session, joint: usize) -> Option<Vec<f64>> {
+    session.joints[joint].torque_unit?;
+    let gain = session.joints[joint].of(Quantity::TorqueGain).nominal;
+    Some(session.poses.iter().filter_map(|pose| pose.torque[joint]).map(|reading| reading.value / gain).collect())
+}
+
+/// Half of the range of all but the ends.
+fn half_range(mut numbers: Vec<f64>) -> Option<f64> {
+    if numbers.len() < READINGS {
+        return None;
+    }
+    numbers.sort_by(f64::total_cmp);
+    let cut = (ENDS * numbers.len() as f64) as usize;
+    Some(0.5 * (numbers[numbers.len() - 1 - cut] - numbers[cut]))
+}
