@@ -17,7 +17,8 @@ use crate::terminal;
 /// Reads the session and its poses, judges them at nominal values, and tells for each parameter how well it can be
 /// known, for what cannot be known why and which smallest additions (something stated, poses, a load, a tilted base) would
 /// cure it, and which sweeps the sequential procedure finds.
-/// Torque readings need not mean anything yet: only which there are is looked at, and their noise.
+/// Torque readings need not mean anything yet: only which there are is looked at, their noise, and whether they can be in the unit that is
+/// declared. What can hardly be so (units, rows of an arm in motion taken as static poses) is told first.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

@@ -19,7 +19,8 @@ use crate::terminal;
 ///
 /// Topics, columns, rates, gaps, ranges and what they perhaps mean; sensors that are stuck or at an end of their range, rows that stand
 /// twice, time that runs backwards, and what of the file is damaged; then the poses that are found in it. It reads CSV, MCAP
-/// (sensor_msgs/JointState in CDR or JSON), bags of ROS 2 in SQLite (.db3), folders of rosbag2 and Parquet.
+/// (sensor_msgs/JointState in CDR or JSON), bags of ROS 2 in SQLite (.db3), folders of rosbag2 and Parquet. A clock may be a column of
+/// numbers, or of dates with times (ISO 8601); without an offset these are taken to be in UTC.
 ///
 /// With --session it writes a session to start from: columns and units are guessed, said to be guesses, and what only you know (loads,
 /// masses, where you are) stands there as comments.

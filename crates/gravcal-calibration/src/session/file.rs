@@ -20,7 +20,8 @@
 //! # with lowest = 0, highest = 4095 in it: readings there or beyond are saturated, and left out
 //! sweep_column = "sweep"                     # optional: labels of sweeps
 //! merge_repeated_rows = false                # optional: rows of one standstill become one pose
-//! time = { column = "t", unit = "s" }        # unit "ISO 8601" where cells are dates with times; these five where a sensor's model or `select` needs them: one clock for all tables
+//! time = { column = "t", unit = "s" }        # these five where a sensor's model or `select` needs them: one clock for all tables
+//! # or unit = "ISO 8601", where cells are dates with times such as 2024-05-01T12:00:00.010Z
 //! temperature = { columns = "T", unit = "degC" }                  # one for all joints, or a list
 //! velocity = { columns = ["dq1", "dq2"], unit = "deg/s" }
 //! # or velocity = { slope_over_s = 0.1 }: of the straight line through the positions that near in time (of the whole width)
