@@ -30,6 +30,7 @@ mod sensor_models;
 mod seven_joints;
 mod small_session;
 mod solvers;
+mod spreadsheet;
 mod studies;
 mod tree;
 mod wrong_input;
