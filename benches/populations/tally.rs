@@ -1,0 +1,97 @@
+//! What a population comes to: one table.
+
+use std::fmt::Write;
+
+use gravcal_calibration::result::Verdict;
+
+use crate::judge::{Cause, Judged};
+
+/// A session, its answer and what is wrong with it.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// `bare-1-17-ur10`.
+    pub name: String,
+    /// None where the session is refused.
+    pub verdict: Option<Verdict>,
+    /// Processor time.
+    pub seconds: f64,
+    /// How the answer is judged.
+    pub judged: Judged,
+}
+
+/// A session should take no longer.
+const SLOW: f64 = 1.0;
+
+/// The table, in Markdown.
+pub fn table(title: &str, trials: &[Trial]) -> String {
+    let mut text = format!("{title}\n\n| | |\n|---|---|\n");
+    for (what, value) in rows(trials) {
+        let _ = writeln!(text, "| {what} | {value} |");
+    }
+    text
+}
+
+fn rows(trials: &[Trial]) -> Vec<(String, String)> {
+    let count = |is: &dyn Fn(&Trial) -> bool| trials.iter().filter(|trial| is(trial)).count();
+    let verdict = |verdict| count(&|trial| trial.verdict == Some(verdict));
+    let mut rows = vec![
+        ("sessions".to_owned(), trials.len().to_string()),
+        (
+            "determined, partly determined, failed, refused".to_owned(),
+            format!(
+                "{}, {}, {}, {}",
+                verdict(Verdict::Determined),
+                verdict(Verdict::PartlyDetermined),
+                verdict(Verdict::Failed),
+                count(&|trial| trial.verdict.is_none()),
+            ),
+        ),
+        ("**wrong**".to_owned(), format!("**{}**", count(&is_wrong))),
+    ];
+    let of_cause = |cause| count(&|trial| trial.judged.causes().contains(&cause));
+    rows.extend(Cause::ALL.map(|cause| (cause.to_string(), of_cause(cause).to_string())));
+    rows.extend([
+        ("told of what is determined well enough to be of use".to_owned(), told(trials)),
+        ("within the 95 % interval".to_owned(), covered(trials)),
+        ("largest error, standard deviations".to_owned(), largest(trials)),
+        ("processor time of a session: median, largest".to_owned(), times(trials)),
+        (format!("sessions above {SLOW} s"), count(&|trial| trial.seconds > SLOW).to_string()),
+    ]);
+    rows
+}
+
+/// Whether anything is wrong.
+pub fn is_wrong(trial: &Trial) -> bool {
+    !trial.judged.wrong.is_empty()
+}
+
+fn told(trials: &[Trial]) -> String {
+    let [all, told] = [0, 1].map(|which| trials.iter().map(|trial| trial.judged.of_use[which]).sum::<usize>());
+    format!("{told} of {all} ({:.1} %)", percent(told, all))
+}
+
+fn covered(trials: &[Trial]) -> String {
+    let errors = || trials.iter().flat_map(|trial| &trial.judged.errors);
+    let (held, all) = (errors().filter(|(_, held)| *held).count(), errors().count());
+    format!("{held} of {all} ({:.1} %)", percent(held, all))
+}
+
+fn percent(part: usize, all: usize) -> f64 {
+    100.0 * part as f64 / all.max(1) as f64
+}
+
+fn largest(trials: &[Trial]) -> String {
+    let errors = trials.iter().flat_map(|trial| trial.judged.errors.iter().map(move |(error, _)| (error.abs(), trial)));
+    errors
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or("–".to_owned(), |(error, trial)| format!("{error:.1} ({})", trial.name))
+}
+
+fn times(trials: &[Trial]) -> String {
+    let mut by_time: Vec<&Trial> = trials.iter().collect();
+    by_time.sort_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    let (Some(median), Some(slowest)) = (by_time.get(by_time.len() / 2), by_time.last()) else {
+        return "–".to_owned();
+    };
+    format!("{:.3} s, {:.2} s ({})", median.seconds, slowest.seconds, slowest.name)
+}

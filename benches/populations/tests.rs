@@ -1,0 +1,147 @@
+//! The judge's own model, and that it finds what it is there to find.
+
+use std::f64::consts::FRAC_PI_2;
+
+use gravcal_solvers::SolverName;
+use nalgebra::{Isometry3, Vector3};
+
+use crate::calibrate::{Answer, calibrate};
+use crate::draw::{Kind, draw};
+use crate::independent::information;
+use crate::judge::{Cause, Judged, judge};
+use crate::model::{jacobian, predicted, unknowns};
+use crate::statics::{Joint, Number, complex, torques};
+use crate::truth::Truth;
+use crate::write::write_session;
+
+fn ordinary() -> Truth {
+    draw(Kind::Ordinary, &[], 1, 3).unwrap()
+}
+
+/// Two horizontal axes 1 m apart along the arm: torques of a level arm are weights times lever arms.
+#[test]
+fn a_level_arm_carries_its_weights_by_their_lever_arms() {
+    let joint = |before: Isometry3<f64>, body| Joint {
+        name: "j".into(),
+        before,
+        axis: Vector3::y(),
+        limits: [-1.0, 1.0],
+        body,
+    };
+    let joints = [
+        joint(Isometry3::identity(), [2.0, 2.0 * 0.5, 0.0, 0.0]),
+        joint(Isometry3::translation(1.0, 0.0, 0.0), [3.0, 3.0 * 0.2, 0.0, 0.0]),
+    ];
+    let bodies = [joints[0].body, joints[1].body].map(|body| body.map(Number::from));
+    let down = complex(&Vector3::new(0.0, 0.0, -10.0));
+    // A positive turn about y lowers the arm, so what carries it is negative.
+    let at = |angles: [f64; 2]| {
+        torques(&joints, &angles.map(Number::from), &down, &bodies).iter().map(|t| t.re).collect::<Vec<_>>()
+    };
+    let near = |found: Vec<f64>, expected: [f64; 2]| {
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{found:?}");
+    };
+    near(at([0.0, 0.0]), [-10.0 * (2.0 * 0.5 + 3.0 * 1.2), -10.0 * 3.0 * 0.2]);
+    near(at([FRAC_PI_2, 0.0]), [0.0, 0.0]);
+    near(at([0.0, FRAC_PI_2]), [-10.0 * (2.0 * 0.5 + 3.0 * 1.0), 0.0]);
+}
+
+#[test]
+fn the_jacobian_is_the_slope_of_the_readings() {
+    let truth = ordinary();
+    let at = unknowns(&truth);
+    let jacobian = jacobian(&truth, &at);
+    let readings = |column: usize, step: f64| {
+        let mut values: Vec<Number> = at.values.iter().copied().map(Number::from).collect();
+        values[column] += step;
+        predicted(&truth, &values)
+    };
+    for column in 0..at.values.len() {
+        let [above, below] = [1e-5, -1e-5].map(|step| readings(column, step));
+        for row in 0..jacobian.nrows() {
+            let slope = (above[row].re - below[row].re) / 2e-5 / truth.noise[row % truth.arm.len()];
+            let exact = jacobian[(row, column)];
+            assert!(
+                (slope - exact).abs() < 1e-6 * (1.0 + exact.abs() + slope.abs()) / truth.noise[0],
+                "{}",
+                at.names[column]
+            );
+        }
+    }
+}
+
+#[test]
+fn exact_rank_knows_what_no_reading_tells() {
+    let truth = draw(Kind::Bare, &[], 1, 0).unwrap();
+    let known = information(&truth).unwrap();
+    let joints = &truth.arm.joints;
+    // Bare poses leave the common scale of all torque gains open, and the last offset turns with the last link.
+    assert!(joints.iter().all(|joint| !known[&format!("{}.torque_gain", joint.name)].determined()));
+    assert!(!known[&format!("{}.position_offset", joints[joints.len() - 1].name)].determined());
+    assert!(joints.iter().all(|joint| known[&format!("{}.torque_bias", joint.name)].determined()));
+}
+
+fn answered(truth: &Truth) -> Answer {
+    let folder = tempfile::tempdir().unwrap();
+    write_session(truth, folder.path()).unwrap();
+    calibrate(&folder.path().join("session.toml"), SolverName::LevenbergMarquardt)
+}
+
+fn causes(judged: &Judged) -> Vec<Cause> {
+    judged.causes()
+}
+
+#[test]
+fn the_judge_finds_what_is_wrong() {
+    let truth = ordinary();
+    let known = information(&truth).unwrap();
+    let right = answered(&truth);
+    assert_eq!(causes(&judge(&truth, &known, &right)), []);
+    assert!(judge(&truth, &known, &right).of_use[1] > 0);
+    let refused = Answer { result: Err("no".into()), seconds: 0.0 };
+    assert_eq!(causes(&judge(&truth, &known, &refused)), [Cause::Refused]);
+    let changed = |change: &dyn Fn(&mut gravcal_calibration::result::EstimatorResult)| {
+        let mut result = right.result.clone().unwrap();
+        change(&mut result);
+        causes(&judge(&truth, &known, &Answer { result: Ok(result), seconds: 0.0 }))
+    };
+    let gain = |result: &mut gravcal_calibration::result::EstimatorResult| -> usize {
+        result.parameters.iter().position(|parameter| parameter.std.is_some_and(|std| std > 0.0)).unwrap()
+    };
+    assert_eq!(
+        changed(&|result| {
+            let told = gain(result);
+            let (value, std) = (result.parameters[told].value.unwrap(), result.parameters[told].std.unwrap());
+            result.parameters[told].value = Some(value + 15.0 * std);
+        }),
+        [Cause::Far]
+    );
+    assert!(
+        changed(&|result| {
+            let told = gain(result);
+            result.parameters[told].std = result.parameters[told].std.map(|std| 0.3 * std);
+        })
+        .contains(&Cause::Narrow)
+    );
+    assert_eq!(changed(&|result| result.verdict = gravcal_calibration::result::Verdict::Failed), [Cause::Failed]);
+    assert!(
+        changed(&|result| {
+            let gravity = result.gravity.as_mut().unwrap();
+            gravity.vector_m_per_s2 = gravity.vector_m_per_s2.map(|component| -component);
+        })
+        .contains(&Cause::UpsideDown)
+    );
+    let bare = draw(Kind::Bare, &[], 1, 0).unwrap();
+    let mut result = answered(&bare).result.unwrap();
+    let gain = result.parameters.iter_mut().find(|parameter| parameter.name.ends_with("joint2.torque_gain")).unwrap();
+    (gain.value, gain.std, gain.ci95, gain.held) = (Some(1.0), Some(0.5), Some([0.0, 2.0]), None);
+    let known = information(&bare).unwrap();
+    assert!(causes(&judge(&bare, &known, &Answer { result: Ok(result), seconds: 0.0 })).contains(&Cause::Denied));
+}
+
+#[test]
+fn a_session_depends_on_its_number_alone() {
+    let [first, again, other] = [7, 7, 8].map(|number| draw(Kind::Poor, &[], 2, number).unwrap());
+    assert_eq!(format!("{first:?}"), format!("{again:?}"));
+    assert_ne!(format!("{:?}", first.sensors), format!("{:?}", other.sensors));
+}
