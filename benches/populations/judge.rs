@@ -37,12 +37,14 @@ pub enum Cause {
     Narrow,
     /// Gravity points up.
     UpsideDown,
+    /// Another method tells other parameters.
+    Differs,
 }
 
 impl Cause {
     /// Every cause.
-    pub const ALL: [Cause; 6] =
-        [Cause::Refused, Cause::Failed, Cause::Denied, Cause::Far, Cause::Narrow, Cause::UpsideDown];
+    pub const ALL: [Cause; 7] =
+        [Cause::Refused, Cause::Failed, Cause::Denied, Cause::Far, Cause::Narrow, Cause::UpsideDown, Cause::Differs];
 }
 
 impl fmt::Display for Cause {
@@ -54,6 +56,7 @@ impl fmt::Display for Cause {
             Cause::Far => "more than 6 std off",
             Cause::Narrow => "std below half the bound",
             Cause::UpsideDown => "gravity upside down",
+            Cause::Differs => "methods tell different parameters",
         })
     }
 }
@@ -155,6 +158,16 @@ impl Judged {
     fn count_use(&mut self, of_use: bool, told: bool) {
         self.of_use[0] += usize::from(of_use);
         self.of_use[1] += usize::from(of_use && told);
+    }
+
+    /// Takes up what is wrong with the answer of another method, and where it tells other parameters.
+    pub fn beside(&mut self, method: &str, other: Judged) {
+        let only = |a: &[String], b: &[String]| a.iter().filter(|name| !b.contains(name)).cloned().collect::<Vec<_>>();
+        let (more, less) = (only(&other.told, &self.told), only(&self.told, &other.told));
+        self.wrong.extend(other.wrong.into_iter().map(|(cause, words)| (cause, format!("{method}: {words}"))));
+        if !more.is_empty() || !less.is_empty() {
+            self.wrong.push((Cause::Differs, format!("{method} also tells {more:?}, does not tell {less:?}")));
+        }
     }
 
     /// The causes, each once.

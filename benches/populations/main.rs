@@ -14,6 +14,7 @@ mod judge;
 mod model;
 mod poor;
 mod run;
+mod starts;
 mod statics;
 mod tally;
 #[cfg(test)]
@@ -27,6 +28,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
 use gravcal_benches::program::progress;
+use gravcal_solvers::SolverName;
 
 use arm::Arm;
 use draw::Kind;
@@ -61,6 +63,12 @@ struct Arguments {
     /// Folder that keeps each session with its truth, for `gravcal calibrate`.
     #[arg(long, value_name = "FOLDER")]
     keep: Option<PathBuf>,
+    /// Solve each session by all methods: none may end without an answer, and all must tell the same parameters.
+    #[arg(long)]
+    methods: bool,
+    /// Hold each answer's likelihood against those that so many random starts lead to.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    starts: u64,
     /// Which arms: a number's arm depends on this, too.
     #[arg(long, value_enum, default_value_t = Arms::All)]
     arms: Arms,
@@ -90,7 +98,14 @@ fn main() -> ExitCode {
 /// Whether nothing is wrong.
 fn run(arguments: &Arguments) -> Result<bool, String> {
     let Arguments { kind, seed, threads, keep, .. } = arguments;
-    let population = Population { kind: *kind, seed: *seed, robots: robots(arguments.arms)?, keep: keep.clone() };
+    let population = Population {
+        kind: *kind,
+        seed: *seed,
+        robots: robots(arguments.arms)?,
+        keep: keep.clone(),
+        methods: if arguments.methods { SolverName::ALL.into() } else { vec![SolverName::LevenbergMarquardt] },
+        starts: arguments.starts,
+    };
     let numbers = numbers(arguments);
     let bar = progress(numbers.end - numbers.start, "sessions");
     let threads = threads.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);

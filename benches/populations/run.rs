@@ -4,14 +4,16 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use gravcal_calibration::result::Verdict;
 use gravcal_solvers::SolverName;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::arm::Arm;
-use crate::calibrate::calibrate;
+use crate::calibrate::{Answer, calibrate};
 use crate::draw::{Kind, draw};
 use crate::independent::information;
 use crate::judge::judge;
+use crate::starts::above_lowest;
 use crate::tally::Trial;
 use crate::write::{write_session, write_truth};
 
@@ -25,6 +27,10 @@ pub struct Population {
     pub robots: Vec<Arm>,
     /// Where sessions are kept, if they are.
     pub keep: Option<PathBuf>,
+    /// Methods that solve each session; times and errors are those of the first.
+    pub methods: Vec<SolverName>,
+    /// Random starts that each answer is held against.
+    pub starts: u64,
 }
 
 impl Population {
@@ -78,9 +84,29 @@ impl Population {
         if self.keep.is_some() {
             write_truth(&truth, &information, &folder)?;
         }
-        let answer = alone.install(|| calibrate(&folder.join("session.toml"), SolverName::LevenbergMarquardt));
-        let judged = judge(&truth, &information, &answer);
-        let verdict = answer.result.as_ref().ok().map(|result| result.verdict);
-        Ok(Trial { name, verdict, seconds: answer.seconds, judged })
+        let session = folder.join("session.toml");
+        let answered = |method: &SolverName| alone.install(|| calibrate(&session, *method));
+        let mut answers = self.methods.iter().map(|method| (method, answered(method)));
+        let (_, answer) = answers.next().ok_or("no method is chosen")?;
+        let mut judged = judge(&truth, &information, &answer);
+        let mut failed = usize::from(has_failed(&answer));
+        for (method, other) in answers {
+            failed += usize::from(has_failed(&other));
+            judged.beside(method.as_str(), judge(&truth, &information, &other));
+        }
+        let result = answer.result.as_ref().ok();
+        let above_lowest = match (result, self.starts) {
+            (Some(result), 1..) => {
+                let fit = result.fit.as_ref();
+                alone.install(|| above_lowest(&truth, &session, fit, self.starts, number))?
+            }
+            _ => None,
+        };
+        let verdict = result.map(|result| result.verdict);
+        Ok(Trial { name, verdict, seconds: answer.seconds, judged, failed, above_lowest })
     }
+}
+
+fn has_failed(answer: &Answer) -> bool {
+    answer.result.as_ref().is_ok_and(|result| result.verdict == Verdict::Failed)
 }

@@ -5,6 +5,7 @@ use std::fmt::Write;
 use gravcal_calibration::result::Verdict;
 
 use crate::judge::{Cause, Judged};
+use crate::starts::SAME;
 
 /// A session, its answer and what is wrong with it.
 #[derive(Clone, Debug)]
@@ -17,6 +18,10 @@ pub struct Trial {
     pub seconds: f64,
     /// How the answer is judged.
     pub judged: Judged,
+    /// Solves, by whichever method, that ended without an answer.
+    pub failed: usize,
+    /// By how much − ln L exceeds the lowest that random starts lead to, where that was looked for.
+    pub above_lowest: Option<f64>,
 }
 
 /// A session should take no longer.
@@ -56,8 +61,23 @@ fn rows(trials: &[Trial]) -> Vec<(String, String)> {
         ("largest error, standard deviations".to_owned(), largest(trials)),
         ("processor time of a session: median, largest".to_owned(), times(trials)),
         (format!("sessions above {SLOW} s"), count(&|trial| trial.seconds > SLOW).to_string()),
+        (
+            "solves without an answer, of all methods".to_owned(),
+            trials.iter().map(|trial| trial.failed).sum::<usize>().to_string(),
+        ),
     ]);
+    rows.extend(lowest(trials));
     rows
+}
+
+/// How many answers lie no higher than the lowest end of random starts, and which lies highest.
+fn lowest(trials: &[Trial]) -> Option<(String, String)> {
+    let above: Vec<(f64, &Trial)> = trials.iter().filter_map(|trial| Some((trial.above_lowest?, trial))).collect();
+    let (most, highest) = above.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let as_low = above.iter().filter(|(above, _)| *above <= SAME).count();
+    let share = percent(as_low, above.len());
+    let value = format!("{as_low} of {} ({share:.1} %); most above: {most:.1} ({})", above.len(), highest.name);
+    Some(("as likely as the likeliest of the random starts".to_owned(), value))
 }
 
 /// Whether anything is wrong.
