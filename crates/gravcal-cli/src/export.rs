@@ -6,7 +6,7 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gravcal_calibration::application::check_units;
 use gravcal_calibration::{EstimatorName, Session};
-use gravcal_recording::{Digest, EarlierEstimate, read_earlier, read_earlier_inputs};
+use gravcal_recording::{Digest, EarlierEstimate, LARGEST_DOCUMENT, read_earlier, read_earlier_inputs, read_whole};
 use gravcal_report::Input;
 use gravcal_report::export::{Export, ExportError, ExportFormat, RobotDescription};
 
@@ -122,7 +122,9 @@ fn read_urdf(arguments: &Arguments, estimate: &EarlierEstimate) -> Result<Urdf, 
     if arguments.session.is_none() {
         check_robot(&arguments.calibration, robot)?;
     }
-    let text = std::fs::read_to_string(robot).map_err(|error| Failure::bad_input(&error).about(robot.display()))?;
+    let text =
+        read_whole(robot, LARGEST_DOCUMENT).map_err(|error| Failure::bad_input(&error).about(robot.display()))?;
+    let text = String::from_utf8(text).map_err(|error| Failure::bad_input(&error).about(robot.display()))?;
     match text.trim_start().starts_with('<') {
         true => Ok(Urdf { base: session.robot.chain.base().to_owned(), text, read: session.inputs }),
         false => Err(no_urdf()),

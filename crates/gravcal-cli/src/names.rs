@@ -10,7 +10,7 @@ use gravcal_calibration::robot::FileError;
 use gravcal_calibration::session::SolverChoice;
 use gravcal_calibration::{EstimatorName, Session, UnsuitableChoice, check_choice};
 use gravcal_estimation::Solver;
-use gravcal_recording::read_earlier_estimators;
+use gravcal_recording::{LARGEST_DOCUMENT, read_earlier_estimators, read_whole};
 use gravcal_solvers::SolverName;
 use toml::{Spanned, Table, Value};
 
@@ -138,7 +138,7 @@ fn place(field: &str, path: &Path) -> String {
 
 /// Line, counted from 1, on which a field of the session's top level has its value.
 fn line_of(field: &str, path: &Path) -> Option<usize> {
-    let text = std::fs::read_to_string(path).ok()?;
+    let text = String::from_utf8(read_whole(path, LARGEST_DOCUMENT).ok()?).ok()?;
     let fields: BTreeMap<String, Spanned<Value>> = toml::from_str(&text).ok()?;
     let start = fields.get(field)?.span().start;
     Some(text.get(..start)?.matches('\n').count() + 1)

@@ -3,12 +3,13 @@
 //! A quantity is a sensor parameter, a component of gravity, or a combination `Σ coefficient · component` of masses, moments
 //! and placements. The covariance is that of all quantities together, as the file gives it.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 use thiserror::Error;
+
+use crate::file::{LARGEST_RESULTS, read_whole};
 
 /// The version of the file that can be read.
 const FORMAT: &str = "gravcal-calibration/1";
@@ -213,7 +214,7 @@ pub fn read_earlier_estimators(path: &Path) -> Result<Vec<String>, EarlierError>
 }
 
 fn read_file(path: &Path) -> Result<File, EarlierError> {
-    let bytes = fs::read(path).map_err(|cause| EarlierError::Io { path: path.to_owned(), cause })?;
+    let bytes = read_whole(path, LARGEST_RESULTS).map_err(|cause| EarlierError::Io { path: path.to_owned(), cause })?;
     let not_ours = |cause| EarlierError::NotCalibration { path: path.to_owned(), cause };
     let file: File = serde_json::from_slice(&bytes).map_err(not_ours)?;
     match file.format == FORMAT {

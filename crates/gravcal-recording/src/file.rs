@@ -1,8 +1,44 @@
 //! A file is opened here only if it can be read from its beginning more than once.
 
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Read};
 use std::path::Path;
+
+/// The most bytes that a document may hold which people write and which is read as a whole: a session, a robot, a study.
+pub const LARGEST_DOCUMENT: u64 = 4 << 20;
+
+/// The most bytes that a file of results may hold to be read as a whole: a calibration with its covariance, what a study is.
+pub const LARGEST_RESULTS: u64 = 512 << 20;
+
+/// All that a file holds, which are no more than `most` bytes.
+///
+/// # Errors
+///
+/// It cannot be read, holds more, or is a folder, a pipe or a device.
+pub fn read_whole(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    opened(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    match bytes.len() as u64 > most {
+        true => {
+            let what = format!("it holds more than {most} bytes, and no file of its kind does");
+            Err(io::Error::new(io::ErrorKind::FileTooLarge, what))
+        }
+        false => Ok(bytes),
+    }
+}
+
+/// Whether a file holds these bytes and no others. No more of it is read than that takes.
+///
+/// # Errors
+///
+/// It cannot be read, or is a folder, a pipe or a device.
+pub fn holds(path: &Path, bytes: &[u8]) -> io::Result<bool> {
+    match read_whole(path, bytes.len() as u64) {
+        Ok(found) => Ok(found == bytes),
+        Err(error) if error.kind() == io::ErrorKind::FileTooLarge => Ok(false),
+        Err(error) => Err(error),
+    }
+}
 
 /// Opens a file.
 ///
@@ -63,6 +99,23 @@ mod tests {
                 assert!(error.contains(expected) && error.contains(&path.display().to_string()), "{error}");
             }
             assert!(Digest::of(path).is_err());
+        }
+    }
+
+    #[test]
+    fn no_more_is_read_than_is_wanted() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("a.toml");
+        fs::write(&file, "abc").unwrap();
+        assert_eq!(read_whole(&file, 3).unwrap(), b"abc");
+        assert_eq!(read_whole(&file, 2).unwrap_err().kind(), io::ErrorKind::FileTooLarge);
+        let told = [&b"abc"[..], b"abd", b"ab", b"abcd"].map(|bytes| holds(&file, bytes).unwrap());
+        assert_eq!(told, [true, false, false, false]);
+        // Without an end: it would never return.
+        for error in
+            [read_whole(Path::new("/dev/zero"), 3).unwrap_err(), holds(Path::new("/dev/zero"), b"").unwrap_err()]
+        {
+            assert_eq!(error.to_string(), "it is a device, and no file");
         }
     }
 

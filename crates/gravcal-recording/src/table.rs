@@ -1,16 +1,18 @@
 //! A file as cells of text, each with its line.
 
 use std::collections::HashSet;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 
 use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::{Place, ReadError};
-use crate::file::opened;
+use crate::file::read_whole;
 use crate::iso8601;
 use crate::rows::{self, Kind, MOST_COLUMNS, Rows, kind, open};
+
+/// The most bytes of a CSV file that are held in memory: some million poses. Recordings in motion are read row by row.
+const LARGEST_TABLE: u64 = 1 << 30;
 
 /// A table of text cells with named columns, as read from a file, mostly CSV.
 ///
@@ -55,9 +57,7 @@ impl Table {
     pub fn read_as(path: &Path, csv: &CsvWriting) -> Result<Table, ReadError> {
         match kind(path)? {
             Kind::Csv => {
-                let mut bytes = Vec::new();
-                let read = opened(path).and_then(|mut file| file.read_to_end(&mut bytes));
-                read.map_err(|cause| ReadError::opening(path, cause))?;
+                let bytes = read_whole(path, LARGEST_TABLE).map_err(|cause| ReadError::opening(path, cause))?;
                 let format = CsvFormat::found(&mut Lines::new(path, &bytes[..]), csv)?;
                 Table::parse_as(path, &bytes, format, csv)
             }

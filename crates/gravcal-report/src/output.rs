@@ -1,10 +1,9 @@
 //! Where results go: a folder of their own, in which nothing is overwritten unless told.
 
-use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::{NewFiles, WriteError, clear_abandoned};
+use gravcal_recording::{NewFiles, WriteError, clear_abandoned, holds};
 use thiserror::Error;
 
 const CALIBRATION: &str = "calibration.json";
@@ -153,9 +152,9 @@ impl OutputFolder {
     }
 
     fn state(&self, name: &str, text: &str) -> Result<State, OutputError> {
-        match fs::read(self.path.join(name)) {
-            Ok(there) if there == text.as_bytes() => Ok(State::Same),
-            Ok(_) => Ok(State::Other),
+        match holds(&self.path.join(name), text.as_bytes()) {
+            Ok(true) => Ok(State::Same),
+            Ok(false) => Ok(State::Other),
             Err(error) if error.kind() == io::ErrorKind::NotFound => Ok(State::Absent),
             Err(cause) => Err(OutputError::Refused { path: self.path.join(name), cause }),
         }
@@ -185,6 +184,8 @@ enum State {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     const CONTENTS: Contents<'_> = Contents { calibration: "{1}\n", table: "table\n", page: "<p>\n", timing: "{3}\n" };

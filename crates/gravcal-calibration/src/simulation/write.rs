@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::{Cell, NewFiles, TorqueUnit, WriteError, clear_abandoned, is_saturated, table_contents};
+use gravcal_recording::{Cell, NewFiles, TorqueUnit, WriteError, clear_abandoned, holds, is_saturated, table_contents};
 use serde::Serialize;
 use thiserror::Error;
 
@@ -68,8 +68,7 @@ fn write_files(
     }
     files.push((TRUTH.into(), truth_toml(simulation)?.into()));
     refuse_others(&files, folder, overwrite)?;
-    let stands =
-        |(name, bytes): &(PathBuf, Vec<u8>)| std::fs::read(folder.join(name)).is_ok_and(|there| there == *bytes);
+    let stands = |(name, bytes): &(PathBuf, Vec<u8>)| holds(&folder.join(name), bytes).unwrap_or(false);
     if !files.iter().all(stands) {
         let mut new = NewFiles::begin(folder)?;
         files.iter().try_for_each(|(name, bytes)| new.write(name, bytes))?;
@@ -89,7 +88,10 @@ pub(super) fn texts_of_recording(
 
 /// Refuses to replace a file that holds other bytes, unless told.
 pub(super) fn refuse_others(files: &[(PathBuf, Vec<u8>)], folder: &Path, overwrite: bool) -> Result<(), SimulateError> {
-    let differs = |name: &Path, bytes: &[u8]| std::fs::read(folder.join(name)).is_ok_and(|existing| existing != bytes);
+    let differs = |name: &Path, bytes: &[u8]| {
+        let path = folder.join(name);
+        path.exists() && !holds(&path, bytes).unwrap_or(false)
+    };
     match files.iter().find(|(name, bytes)| !overwrite && differs(name, bytes)) {
         Some((name, _)) => Err(SimulateError::Exists(folder.join(name))),
         None => Ok(()),

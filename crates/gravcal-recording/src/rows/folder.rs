@@ -8,6 +8,7 @@ use super::Rows;
 use super::mcap::{self, McapRows};
 use super::sqlite::{self, SqliteRows};
 use crate::error::ReadError;
+use crate::file::{LARGEST_DOCUMENT, read_whole};
 
 /// Opens the recording in a folder. Where it lies there both in MCAP and in SQLite, `metadata.yaml` says which one counts, else MCAP does.
 pub(super) fn open(folder: &Path) -> Result<Box<dyn Rows>, ReadError> {
@@ -75,7 +76,8 @@ fn remarks(folder: &Path, named: &[String]) -> Vec<String> {
 
 /// The files that rosbag2 says it wrote: `metadata.yaml` lists them as `- name.mcap`.
 fn named_in_metadata(folder: &Path) -> Vec<String> {
-    let text = std::fs::read_to_string(folder.join("metadata.yaml")).unwrap_or_default();
+    let text = read_whole(&folder.join("metadata.yaml"), LARGEST_DOCUMENT).unwrap_or_default();
+    let text = String::from_utf8(text).unwrap_or_default();
     let items = text.lines().filter_map(|line| line.trim().strip_prefix("- "));
     let names = items.map(|item| item.trim().trim_matches(['"', '\'']));
     let is_file = |name: &&str| [".mcap", ".db3", ".zstd"].iter().any(|ending| name.ends_with(ending));

@@ -10,7 +10,7 @@ use std::fs::{self, File, TryLockError};
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::{NewFiles, clear_abandoned, is_temporary, write_atomically};
+use gravcal_recording::{LARGEST_RESULTS, NewFiles, clear_abandoned, is_temporary, read_whole, write_atomically};
 
 use super::BatchError;
 use super::manifest::Manifest;
@@ -77,8 +77,8 @@ impl StudyFolder {
     /// There are none.
     pub fn open(path: &Path) -> Result<StudyFolder, BatchError> {
         let refuse = |why: String| BatchError::NoStudy { folder: path.to_owned(), why };
-        let text = fs::read_to_string(path.join(MANIFEST)).map_err(|error| refuse(error.to_string()))?;
-        let manifest: Manifest = serde_json::from_str(&text).map_err(|error| refuse(error.to_string()))?;
+        let text = read_whole(&path.join(MANIFEST), LARGEST_RESULTS).map_err(|error| refuse(error.to_string()))?;
+        let manifest: Manifest = serde_json::from_slice(&text).map_err(|error| refuse(error.to_string()))?;
         manifest.check().map_err(|why| refuse(why.to_owned()))?;
         Ok(StudyFolder { path: path.to_owned(), manifest, _lock: None })
     }
@@ -241,6 +241,11 @@ fn refuse_link(path: &Path) -> Result<(), BatchError> {
 /// Held as long as what it gives lives, however the program ends.
 fn lock(folder: &Path) -> Result<File, BatchError> {
     let path = folder.join(LOCK);
+    if path.exists() && !path.is_file() {
+        let cause =
+            std::io::Error::new(ErrorKind::InvalidInput, "it is no file, as the lock of a study is: take it away");
+        return Err(BatchError::Io { path, cause });
+    }
     let file = File::options().create(true).write(true).truncate(false).open(&path);
     let file = file.map_err(|cause| BatchError::Io { path: path.clone(), cause })?;
     match file.try_lock() {

@@ -1,8 +1,6 @@
 //! Parts become one table, in their order.
 
-use std::fs;
-
-use gravcal_recording::{NewFile, WriteError};
+use gravcal_recording::{LARGEST_DOCUMENT, NewFile, WriteError, read_whole};
 use parquet::errors::ParquetError;
 
 use super::BatchError;
@@ -70,7 +68,8 @@ fn write_times<'a>(
     let mut sums = vec![[0.0; 3]; folder.manifest.points.len()];
     for (part, holder) in parts {
         // Times decide nothing: where they are lost, they count as none.
-        let text = fs::read_to_string(holder.part_times(part.number)).unwrap_or_default();
+        let text = read_whole(&holder.part_times(part.number), LARGEST_DOCUMENT).unwrap_or_default();
+        let text = String::from_utf8(text).unwrap_or_default();
         let mut cells = text.trim().split(',');
         let Some(point) = cells.next().and_then(|point| point.parse::<usize>().ok()) else { continue };
         if let Some(sums) = sums.get_mut(point) {

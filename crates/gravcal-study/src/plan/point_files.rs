@@ -1,12 +1,12 @@
 //! What one point of the grid simulates, and what the estimators are told: the simulation with the changes of the point, and the
 //! session that such a simulation writes, with changes too.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use gravcal_calibration::document::{Document, Field, FileError};
 use gravcal_calibration::session::{Session, SessionError};
 use gravcal_calibration::simulation::{Simulation, write_session};
+use gravcal_recording::{LARGEST_DOCUMENT, read_whole};
 use sha2::{Digest, Sha256};
 use toml::{Table, Value};
 
@@ -50,7 +50,7 @@ impl PointFiles<'_> {
         let [of_simulation, of_session] =
             [&simulation.template.inputs, &session.inputs].map(|inputs| inputs.iter().skip(1));
         for input in of_simulation.chain(of_session) {
-            let contents = fs::read(input);
+            let contents = read_whole(input, LARGEST_DOCUMENT);
             hash.update(contents.map_err(|cause| self.refused(format!("{}: {cause}", input.display())))?);
         }
         Ok((simulation, session))

@@ -1,7 +1,6 @@
 //! The channels of an MCAP file: which of them hold joint states, and in which encoding.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
@@ -10,6 +9,7 @@ use mcap::records::{Metadata, Record, op};
 
 use super::parsed::parsed;
 use super::summary::{LARGEST, Summary};
+use crate::file::opened;
 use crate::rows::messages::{Encoding, Topics};
 use crate::rows::write::mcap::METADATA;
 
@@ -52,7 +52,7 @@ impl Channels {
         let mut said = BTreeMap::new();
         for index in indexes.filter(|index| index.name == METADATA && index.length < LARGEST) {
             let mut record = Vec::new();
-            let read = File::open(path).and_then(|mut file| {
+            let read = opened(path).and_then(|mut file| {
                 file.seek(SeekFrom::Start(index.offset))?;
                 file.take(index.length).read_to_end(&mut record)
             });

@@ -7,7 +7,6 @@
 //! Source: the MCAP specification, mcap.dev/spec. The records are walked here and only those are parsed that are wanted: the `mcap`
 //! crate's reader of summaries panics on a damaged attachment among them, which is no record of a summary.
 
-use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 use std::sync::Arc;
@@ -16,6 +15,7 @@ use mcap::records::{MetadataIndex, Record, op};
 use mcap::{Channel, MAGIC, read::ChannelAccumulator};
 
 use super::parsed::parsed;
+use crate::file::opened;
 
 /// A record of the summary is kept in memory up to this size.
 pub(super) const LARGEST: u64 = 1 << 24;
@@ -35,7 +35,7 @@ pub(super) struct Summary {
 impl Summary {
     /// None where there is none or it is damaged.
     pub fn of(path: &Path) -> Option<Summary> {
-        let mut file = BufReader::new(File::open(path).ok()?);
+        let mut file = BufReader::new(opened(path).ok()?);
         let end = file.seek(SeekFrom::End(-((FOOTER + MAGIC.len()) as i64))).ok()?;
         let mut footer = [0; FOOTER + MAGIC.len()];
         file.read_exact(&mut footer).ok()?;
