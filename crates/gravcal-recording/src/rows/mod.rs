@@ -36,6 +36,7 @@ use crate::file::opened;
 pub use inspect::{
     Clipped, ColumnFound, Gap, Guess, Inspection, JointFound, Meaning, Stuck, TimeFound, inspect, inspect_as,
 };
+pub use parquet::{CheckedFile, open_parquet, shielded_parquet};
 pub use rewrite::{Change, RewriteError, Rewriting, Watch, rewrite};
 pub use watched::Watched;
 pub use write::{Heading, RowWriter, create};

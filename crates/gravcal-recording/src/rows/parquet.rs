@@ -4,6 +4,7 @@ mod lengths;
 
 use std::collections::BTreeMap;
 use std::fmt::Display;
+use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use arrow_array::{Array, Float64Array, RecordBatch, cast::AsArray, types::Float64Type};
@@ -12,7 +13,7 @@ use arrow_schema::{DataType, TimeUnit};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
-use self::lengths::CheckedFile;
+pub use self::lengths::CheckedFile;
 use super::shield::shielded;
 use super::{Row, Rows, Source};
 use crate::error::ReadError;
@@ -44,8 +45,7 @@ impl ParquetRows {
     /// Opens a file.
     pub(crate) fn open(path: &Path) -> Result<ParquetRows, ReadError> {
         let file = opened(path).map_err(|cause| ReadError::opening(path, cause))?;
-        let file = taken_apart(path, || CheckedFile::new(file))?;
-        let builder = taken_apart(path, || ParquetRecordBatchReaderBuilder::try_new(file))?;
+        let builder = checked_parquet(file).map_err(|what| damaged(path, &what))?;
         let fields = builder.schema().fields();
         let numbers: Vec<usize> = (0..fields.len()).filter(|field| is_number(fields[*field].data_type())).collect();
         let columns: Vec<String> = numbers.iter().map(|field| fields[*field].name().clone()).collect();
@@ -182,11 +182,35 @@ fn metadata(pairs: Option<&Vec<parquet::file::metadata::KeyValue>>) -> BTreeMap<
 
 /// What the libraries make of the bytes; where they fail or panic, the file is damaged, or no Parquet file they know.
 fn taken_apart<T, E: Display>(path: &Path, call: impl FnOnce() -> Result<T, E>) -> Result<T, ReadError> {
-    let cause = match shielded(call) {
-        Ok(Ok(made)) => return Ok(made),
-        Ok(Err(error)) => error.to_string(),
-        Err(panicked) => panicked.to_string(),
-    };
-    let what = format!("this Parquet file cannot be read, it seems to be damaged: {cause}; copy or write it again");
-    Err(ReadError::NotRecording { path: path.to_owned(), what })
+    shielded_parquet(call).map_err(|what| damaged(path, &what))
+}
+
+fn damaged(path: &Path, what: &str) -> ReadError {
+    let what = format!("this Parquet file cannot be read, it seems to be damaged: {what}; copy or write it again");
+    ReadError::NotRecording { path: path.to_owned(), what }
+}
+
+/// Opens a Parquet file of which nothing is known. Lengths in it are checked before the libraries see them; what they then do with
+/// what this gives belongs into [`shielded_parquet`].
+///
+/// # Errors
+/// What is wrong with the file, in words.
+pub fn open_parquet(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<CheckedFile>, String> {
+    checked_parquet(opened(path).map_err(|error| error.to_string())?)
+}
+
+fn checked_parquet(file: File) -> Result<ParquetRecordBatchReaderBuilder<CheckedFile>, String> {
+    let file = shielded_parquet(|| CheckedFile::new(file))?;
+    shielded_parquet(|| ParquetRecordBatchReaderBuilder::try_new(file))
+}
+
+/// A call into the libraries that take Parquet files apart: on damaged bytes they may panic, which here is an error like others.
+///
+/// # Errors
+/// What they say, in words. What the call worked on must not be used again.
+pub fn shielded_parquet<T, E: Display>(call: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
+    match shielded(call) {
+        Ok(made) => made.map_err(|error| error.to_string()),
+        Err(panicked) => Err(panicked.to_string()),
+    }
 }

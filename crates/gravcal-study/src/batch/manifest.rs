@@ -6,6 +6,9 @@ use super::part::{Part, parts};
 use super::table::Columns;
 use crate::plan::{Axis, MOST_POINTS, MOST_TRIALS, Study, places, told};
 
+/// Errors of so many quantities, of each estimator with each solver at each point, are more than anyone looks at.
+const MOST_CELLS: usize = 10_000_000;
+
 /// What stands in `study.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Manifest {
@@ -62,10 +65,13 @@ impl Manifest {
         let count = sizes.iter().try_fold(1usize, |count, size| count.checked_mul(*size));
         let trials = self.trials.saturating_mul(self.points.len() as u64);
         let grid = || self.points.iter().enumerate().all(|(index, point)| *point == places(index, &sizes));
+        let series = [self.estimators.len(), self.solvers.len(), self.quantities.len().max(1)];
+        let cells = series.iter().fold(self.points.len(), |product, size| product.saturating_mul(*size));
         match () {
             () if !(1..=MOST_POINTS).contains(&self.points.len()) => Err("its number of points is none of a study"),
             () if !(1..=MOST_TRIALS).contains(&trials) => Err("its number of trials is none of a study"),
             () if self.estimators.is_empty() || self.solvers.is_empty() => Err("it compares nothing"),
+            () if cells > MOST_CELLS => Err("it compares more than a study can"),
             () if !self.axes.iter().all(is_whole) => Err("an axis has more or fewer numbers than labels"),
             () if count != Some(self.points.len()) || !grid() => Err("its points are not the grid of what is varied"),
             () => Ok(()),
@@ -107,7 +113,8 @@ mod tests {
     #[test]
     fn what_contradicts_itself_is_seen() {
         assert_eq!(manifest().check(), Ok(()));
-        let changes: [(&str, Change); 10] = [
+        let changes: [(&str, Change); 11] = [
+            ("more than a study can", |manifest| manifest.quantities = vec![Default::default(); MOST_CELLS]),
             ("number of trials", |manifest| manifest.trials = 0),
             ("number of trials", |manifest| manifest.trials = u64::MAX),
             ("number of points", |manifest| manifest.points.clear()),

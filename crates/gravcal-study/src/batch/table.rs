@@ -1,6 +1,5 @@
 //! Tables of trials as Parquet.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -9,8 +8,9 @@ use arrow_array::cast::AsArray;
 use arrow_array::types::{Float64Type, Int32Type, UInt32Type, UInt64Type};
 use arrow_array::{Array, ArrayRef, BooleanArray, Float64Array, RecordBatch, UInt32Array, UInt64Array};
 use arrow_schema::{ArrowError, DataType, Field, Schema};
+use gravcal_recording::{open_parquet, shielded_parquet};
 use parquet::arrow::ArrowWriter;
-use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
+use parquet::arrow::arrow_reader::ParquetRecordBatchReader;
 use parquet::basic::{Compression, ZstdLevel};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
@@ -127,20 +127,19 @@ impl TableReader {
     /// It is not there, or has other columns.
     pub fn open(path: &Path, columns: &Columns) -> Result<TableReader, BatchError> {
         let refuse = |why: String| BatchError::Table { path: path.to_owned(), why };
-        let file = File::open(path).map_err(|cause| BatchError::Io { path: path.to_owned(), cause })?;
-        let builder = ParquetRecordBatchReaderBuilder::try_new(file).map_err(|error| refuse(error.to_string()))?;
+        let builder = open_parquet(path).map_err(refuse)?;
         let (found, expected) = (builder.schema(), columns.schema());
         let names = |schema: &Schema| schema.fields().iter().map(|field| field.name().clone()).collect::<Vec<_>>();
         if names(found) != names(&expected) {
             return Err(refuse("its columns are not those of the study".to_owned()));
         }
-        let batches = builder.build().map_err(|error| refuse(error.to_string()))?;
+        let batches = shielded_parquet(|| builder.build()).map_err(refuse)?;
         Ok(TableReader { path: path.to_owned(), columns: columns.clone(), batches })
     }
 
     pub(super) fn next_batch(&mut self) -> Option<Result<RecordBatch, BatchError>> {
-        let batch = self.batches.next()?;
-        Some(batch.map_err(|error| BatchError::Table { path: self.path.clone(), why: error.to_string() }))
+        let batch = shielded_parquet(|| self.batches.next().transpose());
+        batch.map_err(|why| BatchError::Table { path: self.path.clone(), why }).transpose()
     }
 
     /// The next rows, some thousand at most; `None` at the end.

@@ -25,7 +25,8 @@ const DEEPEST: usize = 32;
 const TAIL: u64 = 8;
 
 /// A Parquet file whose lengths are checked.
-pub(super) struct CheckedFile {
+#[derive(Debug)]
+pub struct CheckedFile {
     file: File,
     /// Where its metadata begin; the pages are before.
     metadata: u64,
@@ -68,7 +69,8 @@ impl ChunkReader for CheckedFile {
 }
 
 /// Reads from a page header on, which is walked when its first byte is asked for: some readers are made and not used.
-pub(super) struct FromPageHeader {
+#[derive(Debug)]
+pub struct FromPageHeader {
     input: BufReader<File>,
     /// Bytes left before the metadata, as long as the header is not checked; none where it begins after them.
     left: Option<u64>,
