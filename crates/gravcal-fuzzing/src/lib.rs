@@ -9,10 +9,18 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use gravcal_calibration::simulation::{Simulation, record};
 use gravcal_calibration::{Robot, Session};
 use gravcal_kinematics::Chain;
 use gravcal_recording::{CsvWriting, Rewriting, Row, inspect, open, read_earlier, read_earlier_session, rewrite};
+use gravcal_report::study::{StudyReport, report_files};
+use gravcal_study::batch::{StudyFolder, merge};
+use gravcal_study::measures::measure;
+use gravcal_study::plan::Study;
 use tempfile::TempDir;
+
+/// Rows of a simulation that are made: it may ask for as many as fill a disk.
+const ROWS: usize = 1000;
 
 thread_local! {
     static FOLDER: OnceCell<TempDir> = const { OnceCell::new() };
@@ -28,6 +36,7 @@ fn with_file(name: &str, bytes: &[u8], read: impl FnOnce(&Path)) {
                 ("robot.toml", include_str!("../../../models/sarcos-dextrous-arm/robot.toml")),
                 ("poses.csv", include_str!("../../../experiments/sarcos-shoulder/bias-1.csv")),
                 ("arm.urdf", include_str!("arm.urdf")),
+                ("simulation.toml", include_str!("simulation.toml")),
             ];
             for (name, text) in files {
                 fs::write(folder.path().join(name), text).unwrap_or_else(|error| panic!("{error}"));
@@ -35,6 +44,8 @@ fn with_file(name: &str, bytes: &[u8], read: impl FnOnce(&Path)) {
             folder
         });
         let path: PathBuf = folder.path().join(name);
+        let made = path.parent().map_or(Ok(()), fs::create_dir_all);
+        made.unwrap_or_else(|error| panic!("{error}"));
         fs::write(&path, bytes).unwrap_or_else(|error| panic!("{error}"));
         read(&path);
     });
@@ -127,5 +138,58 @@ pub fn calibration(bytes: &[u8]) {
     with_file("calibration.json", bytes, |path| {
         let _ = read_earlier(path, "joint").map_err(|error| error.to_string());
         let _ = read_earlier_session(path).map_err(|error| error.to_string());
+    });
+}
+
+/// A simulation that may name `robot.toml` and `arm.urdf`, and the first rows of what it simulates.
+pub fn simulation(bytes: &[u8]) {
+    with_file("other-simulation.toml", bytes, |path| {
+        let Ok(simulation) = Simulation::read(path).map_err(|error| error.to_string()) else { return };
+        if simulation.runs.iter().map(|run| run.poses()).sum::<usize>() > ROWS {
+            return;
+        }
+        match &simulation.motion {
+            None => drop(simulation.session(0)),
+            Some(motion) => {
+                let mut rows = 0..ROWS;
+                let _ = record(&simulation, motion, 0, &mut |_, _| rows.next().map(|_| ()).ok_or(()));
+            }
+        }
+    });
+}
+
+/// A study of `simulation.toml`.
+pub fn study(bytes: &[u8]) {
+    with_file("study.toml", bytes, |path| {
+        let _ = Study::read(path).map_err(|error| error.to_string());
+    });
+}
+
+/// The `study.json` of a folder with the results of a study.
+pub fn study_folder(bytes: &[u8]) {
+    results(bytes, include_bytes!("trials.parquet"));
+}
+
+/// The table of all trials in a folder with the results of a study, or of a part of them.
+pub fn study_table(bytes: &[u8]) {
+    results(include_bytes!("study.json"), bytes);
+}
+
+/// Reports of results, and puts them together from parts.
+fn results(study: &[u8], trials: &[u8]) {
+    with_file("results/study.json", study, |path| {
+        let folder = path.with_file_name("");
+        let Ok(opened) = StudyFolder::open(&folder).map_err(|error| error.to_string()) else { return };
+        with_file("results/trials.parquet", trials, |table| {
+            if let Ok(series) = measure(&opened).map_err(|error| error.to_string()) {
+                let report = StudyReport { manifest: &opened.manifest, series: &series };
+                let _ = report_files(&report).map_err(|error| error.to_string());
+                assert!(!report.to_string().is_empty());
+            }
+            let _ = fs::remove_file(table);
+        });
+        with_file("results/parts/00000000.parquet", trials, |_| {
+            let _ = merge(&opened, &[]).map_err(|error| error.to_string());
+        });
     });
 }

@@ -24,4 +24,18 @@ macro_rules! replayed {
     )* };
 }
 
-replayed!(csv, mcap, parquet, sqlite, joint_state, urdf, session, robot, calibration);
+replayed!(
+    csv,
+    mcap,
+    parquet,
+    sqlite,
+    joint_state,
+    urdf,
+    session,
+    robot,
+    calibration,
+    simulation,
+    study,
+    study_folder,
+    study_table
+);
