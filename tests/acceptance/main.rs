@@ -17,6 +17,7 @@ mod first_session;
 mod instruments;
 mod invariants;
 mod kept;
+mod killed;
 mod no_wrong_number;
 mod program;
 mod readme;

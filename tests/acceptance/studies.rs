@@ -2,8 +2,6 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::time::Duration;
 
 use gravcal_study::batch::{Manifest, Outcome, StudyFolder};
 use gravcal_study::measures::{QuantityMeasures, Series, measure};
@@ -12,9 +10,6 @@ use tempfile::TempDir;
 
 use crate::program::{BAD_INPUT, Run, gravcal};
 use crate::tree;
-
-/// How often a run is killed; `GRAVCAL_KILLS` says more.
-const KILLS: u64 = 8;
 
 /// A study of the Sarcos shoulder in a folder of its own.
 pub struct Study {
@@ -41,6 +36,10 @@ impl Study {
         ))
     }
 
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
     fn path(&self) -> PathBuf {
         self.folder.path().join("study.toml")
     }
@@ -49,7 +48,7 @@ impl Study {
         self.folder.path().join(name)
     }
 
-    fn arguments(&self, results: &str, options: &[&str]) -> Vec<String> {
+    pub fn arguments(&self, results: &str, options: &[&str]) -> Vec<String> {
         let fixed = ["study", "run"].map(str::to_owned);
         let paths = [self.path().display().to_string(), "--output".into(), self.results(results).display().to_string()];
         fixed.into_iter().chain(paths).chain(options.iter().map(|option| (*option).to_owned())).collect()
@@ -59,7 +58,7 @@ impl Study {
         gravcal(self.arguments(results, options))
     }
 
-    fn table(&self, results: &str) -> Vec<u8> {
+    pub fn table(&self, results: &str) -> Vec<u8> {
         fs::read(self.results(results).join("trials.parquet")).unwrap()
     }
 
@@ -116,29 +115,6 @@ fn threads_and_shares_give_the_same_table() {
         let [whole, shared] = ["one", "share1"].map(|name| fs::read(study.results(name).join(file)).unwrap());
         assert!(whole == shared, "{file} depends on the shares");
     }
-}
-
-#[test]
-fn a_run_that_was_killed_goes_on_to_the_same_table() {
-    let kills = std::env::var("GRAVCAL_KILLS").ok().and_then(|kills| kills.parse().ok()).unwrap_or(KILLS);
-    let study = Study::small(40);
-    assert_eq!(study.run("whole", &[]).code, 0);
-    let results = study.results("killed");
-    for kill in 0..kills {
-        let mut run = Command::new(env!("CARGO_BIN_EXE_gravcal"));
-        let run = run.args(study.arguments("killed", &["--threads", "1"]));
-        let mut child = run.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
-        std::thread::sleep(Duration::from_millis(20 + kill * 37 % 100));
-        child.kill().unwrap();
-        child.wait().unwrap();
-    }
-    let done = || fs::read_dir(results.join("parts")).map_or(0, Iterator::count);
-    let before = done();
-    assert_eq!(study.run("killed", &[]).code, 0);
-    assert!(study.table("whole") == study.table("killed"), "killed with {before} files of parts, the table differs");
-    assert_eq!(done(), 0, "parts are left");
-    let again = study.run("killed", &[]);
-    assert!(again.code == 0 && again.stdout.ends_with("0 trials in 0.0 s\n"), "{again:?}");
 }
 
 #[test]
