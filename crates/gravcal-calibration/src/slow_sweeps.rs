@@ -200,7 +200,7 @@ fn a_draft_has_the_sweeps_where_nothing_stands() {
     let (session, _) = estimated(folder.path(), 2, "");
     let recording = folder.path().join("sweeps.csv");
     let inspection = inspect(&recording, &|_| {}).unwrap();
-    let robot = DraftRobot::read(&folder.path().join("robot.toml"), None, &[], &[]).unwrap();
+    let robot = DraftRobot::read(&folder.path().join("robot.toml"), None, &[], Default::default()).unwrap();
     let draft = Draft::new(&recording, &inspection, Some(&robot)).unwrap();
     let text = draft.text(&draft.search(&|_| {}).unwrap(), folder.path());
     assert!(text.contains("Sweeps found in the recording: 7.\n[readings.sweeps]"), "{text}");

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use gravcal_calibration::Session;
-use gravcal_calibration::session::{Draft, DraftError, DraftPoses, DraftRobot, Searched};
+use gravcal_calibration::session::{Draft, DraftError, DraftPoses, DraftRobot, RecordedJoints, Searched};
 use gravcal_recording::{CsvWriting, Inspection, clear_abandoned, inspect_as, write_atomically};
 use serde::Serialize;
 
@@ -141,8 +141,10 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
 fn robot(arguments: &Arguments, inspection: &Inspection) -> Result<Option<DraftRobot>, Failure> {
     let Some(path) = &arguments.robot else { return Ok(None) };
     let joints = inspection.joints_with_torque();
-    let recorded: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
-    let robot = DraftRobot::read(path, arguments.base.as_deref(), &arguments.tips, &recorded);
+    let all: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+    let moving: Vec<&str> = inspection.moving(&joints).map(|joint| joint.name.as_str()).collect();
+    let recorded = RecordedJoints { all: &all, moving: &moving };
+    let robot = DraftRobot::read(path, arguments.base.as_deref(), &arguments.tips, recorded);
     robot
         .map(Some)
         .map_err(|error| Failure::bad_input(&error).hint("--base LINK and --tip LINK choose links of a URDF"))

@@ -25,7 +25,7 @@ use crate::robot::Robot;
 use crate::sensors::SensorTerms;
 
 pub use doubts::MistakenUnit;
-pub use draft::{Draft, DraftError, DraftPoses, DraftRobot};
+pub use draft::{Draft, DraftError, DraftPoses, DraftRobot, RecordedJoints};
 pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
 pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};

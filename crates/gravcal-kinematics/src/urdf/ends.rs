@@ -20,17 +20,17 @@ impl UrdfEnds {
     /// and a tip each link that one of them carries and beyond which none of them moves. Names that the URDF does not know are of
     /// something else, such as a gripper.
     ///
-    /// Where it knows none of them, only how many there are counts: the tip is the one link that so many joints move, one after
-    /// another. `None` where there is none, or more than one.
+    /// Where it knows none of them, only how many there are, `count`, matters: the tip is the one link that so many joints move, one
+    /// after another. `None` where there is none, or more than one.
     ///
     /// # Errors
     /// The text is no URDF, or no tree.
-    pub fn guess(text: &str, recorded: &[&str]) -> Result<Option<UrdfEnds>, UrdfError> {
+    pub fn guess(text: &str, recorded: &[&str], count: usize) -> Result<Option<UrdfEnds>, UrdfError> {
         let robot = read(text)?;
         let tree = Tree::new(&robot)?;
         let place = |name: &&str| robot.joints.iter().position(|joint| joint.name == *name);
         let named: Vec<usize> = recorded.iter().filter_map(place).collect();
-        let tips = if named.is_empty() { at_depth(&tree, recorded.len()) } else { last_of(&tree, &named) };
+        let tips = if named.is_empty() { at_depth(&tree, count) } else { last_of(&tree, &named) };
         Ok(ending_at(&tree, &tips))
     }
 
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
 
     fn guessed(recorded: &[&str]) -> Option<(String, Vec<String>)> {
-        UrdfEnds::guess(ARM, recorded).unwrap().map(|ends| (ends.base, ends.tips))
+        UrdfEnds::guess(ARM, recorded, recorded.len()).unwrap().map(|ends| (ends.base, ends.tips))
     }
 
     fn ends(tip: &str) -> Option<(String, Vec<String>)> {
@@ -103,7 +103,7 @@ mod tests {
         assert_eq!(guessed(&["another_finger", "pan", "lift"]), ends("arm"));
         let standing =
             ARM.replacen("<joint name=\"pan\" type=\"continuous\">", "<joint name=\"pan\" type=\"fixed\">", 1);
-        assert_eq!(UrdfEnds::guess(&standing, &["lift"]).unwrap().map(|ends| ends.base).as_deref(), Some("bracket"));
+        assert_eq!(UrdfEnds::guess(&standing, &["lift"], 1).unwrap().map(|ends| ends.base).as_deref(), Some("bracket"));
     }
 
     #[test]
@@ -118,6 +118,6 @@ mod tests {
         assert_eq!(guessed(&["1", "2", "3", "4"]), None);
         assert_eq!(guessed(&[]), None);
         let forked = ARM.replace("<parent link=\"hand\"/>", "<parent link=\"column\"/>");
-        assert_eq!(UrdfEnds::guess(&forked, &["1", "2"]).unwrap(), None);
+        assert_eq!(UrdfEnds::guess(&forked, &["1", "2"], 2).unwrap(), None);
     }
 }

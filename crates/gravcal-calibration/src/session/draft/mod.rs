@@ -25,7 +25,7 @@ use super::travel::{BIN, STEADY};
 use crate::document::FileError;
 use joints::DraftJoint;
 
-pub use robot::DraftRobot;
+pub use robot::{DraftRobot, RecordedJoints};
 
 /// Why no session can be drawn up.
 #[derive(Debug, thiserror::Error)]

@@ -7,6 +7,15 @@ use gravcal_kinematics::UrdfEnds;
 use crate::document::{FileError, read_text};
 use crate::robot::Robot;
 
+/// The joints of a recording that have a torque, by their names.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct RecordedJoints<'a> {
+    /// All of them.
+    pub all: &'a [&'a str],
+    /// Those that move: the chain goes to the last of these.
+    pub moving: &'a [&'a str],
+}
+
 /// A robot with what a session must say to name it.
 #[derive(Clone, Debug)]
 pub struct DraftRobot {
@@ -21,11 +30,16 @@ pub struct DraftRobot {
 
 impl DraftRobot {
     /// Reads a `robot.toml`, or a URDF from `base` to `tips`; where these are not said they are guessed from the names of the recorded
-    /// joints that have a torque, or their number.
+    /// joints that move, or the number of all.
     ///
     /// # Errors
     /// The file is no robot, or a URDF whose ends cannot be guessed.
-    pub fn read(path: &Path, base: Option<&str>, tips: &[String], recorded: &[&str]) -> Result<DraftRobot, FileError> {
+    pub fn read(
+        path: &Path,
+        base: Option<&str>,
+        tips: &[String],
+        recorded: RecordedJoints<'_>,
+    ) -> Result<DraftRobot, FileError> {
         let is_urdf = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("urdf"));
         if !is_urdf {
             if base.is_some() || !tips.is_empty() {
@@ -46,9 +60,10 @@ impl DraftRobot {
     }
 }
 
-/// `recorded`: names of the joints whose torque is read.
-fn guess(path: &Path, recorded: &[&str]) -> Result<UrdfEnds, FileError> {
-    let ends = UrdfEnds::guess(&read_text(path)?, recorded).map_err(|error| FileError::new(path, error))?;
+fn guess(path: &Path, recorded: RecordedJoints<'_>) -> Result<UrdfEnds, FileError> {
+    let RecordedJoints { all: recorded, moving } = recorded;
+    let ends = UrdfEnds::guess(&read_text(path)?, moving, recorded.len());
+    let ends = ends.map_err(|error| FileError::new(path, error))?;
     ends.ok_or_else(|| {
         let message = format!(
             "where the chain begins and ends cannot be guessed: none of its joints has the name of one that is recorded with a torque \

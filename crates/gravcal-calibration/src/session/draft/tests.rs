@@ -18,7 +18,7 @@ fn folder(recording: &str) -> (TempDir, PathBuf) {
 }
 
 fn robot(folder: &TempDir) -> DraftRobot {
-    DraftRobot::read(&folder.path().join("robot.toml"), None, &[], &[]).unwrap()
+    DraftRobot::read(&folder.path().join("robot.toml"), None, &[], RecordedJoints::default()).unwrap()
 }
 
 /// The text that is drawn up, and what its session says when it is read.
@@ -132,7 +132,7 @@ fn a_recording_may_have_more_joints_than_the_robot() {
     };
     let (text, notes, session) = drafted(&finger(&standing("t_s,shoulder_pos,elbow_pos,shoulder_tau,elbow_tau")));
     assert_eq!(session.unwrap().readings.positions.len(), 2, "{text}");
-    assert_eq!(notes, ["left out, as no joints of the robot: finger"]);
+    assert_eq!(notes, ["left out, as no joints of the chain: finger"]);
     // Of other names: those that read a torque are as many as the robot has.
     let (_, notes, session) = drafted(&finger(&standing("t_s,q1_rad,q2_rad,tau1_Nm,tau2_Nm")));
     assert_eq!(session.unwrap().readings.positions[1].column, "q2_rad");
@@ -152,11 +152,16 @@ fn a_urdf_is_followed_to_the_recorded_joints_it_has() {
     let joints = joint("shoulder", "base", "upper") + &joint("elbow", "upper", "fore");
     fs::write(&urdf, format!("<robot name=\"arm\">{links}{joints}</robot>")).unwrap();
     let ends = |tips: &[String], recorded: &[&str]| {
+        let recorded = RecordedJoints { all: recorded, moving: recorded };
         let robot = DraftRobot::read(&urdf, None, tips, recorded).map_err(|error| error.to_string())?;
         Ok::<_, String>(robot.ends.map(|ends| (ends.base, ends.tips.concat())).unwrap())
     };
     let whole = Ok(("base".to_owned(), "fore".to_owned()));
     assert_eq!(ends(&[], &["shoulder", "elbow", "finger"]), whole);
+    // A joint that stands all the time is part of what the last one carries that moves.
+    let standing = RecordedJoints { all: &["shoulder", "elbow"], moving: &["shoulder"] };
+    let robot = DraftRobot::read(&urdf, None, &[], standing).unwrap();
+    assert_eq!(robot.ends.unwrap().tips, ["upper"]);
     assert_eq!(ends(&["fore".to_owned()], &["a", "b", "c"]), whole);
     let told = ends(&[], &["a", "b", "c"]).unwrap_err();
     assert!(told.contains("none of its joints has the name of one that is recorded with a torque (a, b, c)"), "{told}");
@@ -192,6 +197,9 @@ fn what_only_the_user_knows_is_asked_for() {
     let (text, notes, session) =
         drafted("# load = plate\nq1_deg,q2_deg,tau1,tau2\n0,0,1000,2000\n10,20,3000,1\n20,50,30,4\n");
     assert!(text.contains("# torque_gain = { nominal = …, unit = \"count/(N·m)\" }"), "{text}");
+    assert!(text.contains("# torque_bias = { nominal = 1515, unit = \"count\" }"), "{text}");
+    let (currents, ..) = drafted("q1_deg,q2_deg,current1_A,current2_A\n0,0,1,2\n10,20,3.3,1\n20,50,-0.3,4\n");
+    assert!(currents.contains("# torque_bias = { nominal = 0, unit = \"A\" }"), "{currents}");
     assert!(
         notes[1].starts_with("what a unit of the sensor's own is to be filled in for shoulder, elbow"),
         "{notes:?}"

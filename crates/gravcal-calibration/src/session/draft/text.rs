@@ -9,6 +9,16 @@ use super::poses::Rule;
 use super::{Draft, DraftJoint, DraftPoses};
 use crate::document::relative_path;
 
+/// What a sensor reads at no torque, as far as anyone can say: a current or a share is about zero then, others read what is amid their
+/// readings (to four digits: it is a start).
+fn reading_at_no_torque(joint: &DraftJoint, unit: TorqueUnit) -> f64 {
+    let middle = 0.5 * (joint.torque_range[0] + joint.torque_range[1]);
+    match unit {
+        TorqueUnit::Ampere | TorqueUnit::Milliampere | TorqueUnit::Percent => 0.0,
+        _ => format!("{middle:.3e}").parse().unwrap_or(middle),
+    }
+}
+
 impl Draft<'_> {
     /// The session, to stand in `folder`. `poses`: what [`search`](Self::search) found.
     pub fn text(&self, poses: &DraftPoses, folder: &Path) -> String {
@@ -55,7 +65,7 @@ impl Draft<'_> {
             notes.push(format!("the chain is taken to go from `{}` to `{}`", ends.base, ends.tips.join("`, `")));
         }
         if !self.left_out.is_empty() {
-            notes.push(format!("left out, as no joints of the robot: {}", self.left_out.join(", ")));
+            notes.push(format!("left out, as no joints of the chain: {}", self.left_out.join(", ")));
         }
         let own = self.joints.iter().filter(|joint| joint.is_missing_nominal());
         let own: Vec<&str> = own.map(|joint| joint.name.as_str()).collect();
@@ -142,9 +152,12 @@ impl Draft<'_> {
             }
             let _ = writeln!(text, "# [[joint]]\n# name = {}", quoted(&joint.name));
             if let Some(unit) = joint.own_torque_unit() {
-                let middle = 0.5 * (joint.torque_range[0] + joint.torque_range[1]);
                 let _ = writeln!(text, "# torque_gain = {{ nominal = …, unit = \"{unit}/(N·m)\" }}");
-                let _ = writeln!(text, "# torque_bias = {{ nominal = {middle}, unit = \"{unit}\" }}");
+                let _ = writeln!(
+                    text,
+                    "# torque_bias = {{ nominal = {}, unit = \"{unit}\" }}",
+                    reading_at_no_torque(joint, unit)
+                );
             }
             if let Some(unit) = joint.own_position_unit() {
                 let _ = writeln!(text, "# position_gain = {{ nominal = …, unit = \"rad/{unit}\" }}");

@@ -48,6 +48,14 @@ impl Inspection {
         if alive.is_empty() { dead } else { alive }
     }
 
+    /// Those of joints that move: by a hundredth at least of what the one does that moves most. The fingers of a gripper that carries
+    /// something all the time are part of what the arm carries.
+    pub fn moving<'j>(&self, joints: &'j [JointFound]) -> impl Iterator<Item = &'j JointFound> {
+        let range = |joint: &JointFound| self.columns[joint.position].highest - self.columns[joint.position].lowest;
+        let largest = joints.iter().map(range).fold(0.0, f64::max);
+        joints.iter().filter(move |joint| range(joint) >= 0.01 * largest)
+    }
+
     /// Columns that say something and have this meaning: those that sensors read, where there is one.
     fn meaning(&self, meaning: Meaning) -> Vec<usize> {
         let is = |index: &usize| {

@@ -88,6 +88,14 @@ fn meanings_are_guessed_from_names_and_ranges() {
 }
 
 #[test]
+fn a_joint_that_stands_is_told_from_one_that_moves() {
+    let found = inspected("t_s,q1,q2,q3,tau1,tau2,tau3\n0,0,1,0.02,1,2,3\n1,2,1.1,0.0201,4,5,6\n");
+    let joints = found.joints();
+    let moving: Vec<_> = found.moving(&joints).map(|joint| found.columns[joint.position].name.as_str()).collect();
+    assert_eq!(moving, ["q1", "q2"]);
+}
+
+#[test]
 fn what_sensors_read_is_taken_before_what_was_asked_and_torques_before_currents() {
     let columns = "t_s,q1_desired,q1_measured,tau1_desired,current1_A,tau1_measured,q2,tau2_cmd,current2_A,fx";
     let found = inspected(&format!("{columns}\n0,1,2,3,4,5,6,7,8,1e305\n1,2,3,4,5,6,7,8,9,1\n"));
