@@ -4,7 +4,7 @@ use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
 use crate::parameter::Quantity;
-use crate::result::Verdict;
+use crate::result::{EstimatorResult, Verdict};
 use crate::sequential::{Plan, run_steps, tell_steps};
 use crate::session::{KnowledgeKind, Session};
 use crate::testing::sarcos_shoulder;
@@ -89,6 +89,45 @@ fn the_joint_estimate_determines_everything_and_fits_its_noise() {
     let excess = held_out.chi_squared / held_out.readings as f64;
     assert!((0.6..1.6).contains(&excess), "{excess}");
     assert!(fit.joints.iter().all(|j| (0.6..1.0).contains(&j.rms) && !j.noise_estimated));
+}
+
+#[test]
+fn tables_for_validation_enter_no_fit_and_are_predicted_by_it() {
+    let alone = sarcos_shoulder().session(3);
+    let session = Session { validation: sarcos_shoulder().session(4).poses, ..alone.clone() };
+    let [without, with] =
+        [&alone, &session].map(|s| with_workbench(|w| estimate_jointly(s, Signals::All, None, w)).unwrap());
+    let values = |result: &EstimatorResult| result.parameters.iter().map(|p| p.value).collect::<Vec<_>>();
+    assert_eq!(values(&without), values(&with));
+    let held_out = with.fit.unwrap().held_out.unwrap();
+    assert_eq!(held_out.poses, session.validation.len());
+    let excess = held_out.chi_squared / held_out.readings as f64;
+    assert!((0.9..1.2).contains(&excess), "{excess}");
+    assert_eq!(held_out.files.len(), session.tables.len());
+    // Readings that are off by ten counts are told, though the fit is the same.
+    let mut off = session.clone();
+    off.validation
+        .iter_mut()
+        .flat_map(|pose| pose.torque.iter_mut().flatten())
+        .for_each(|reading| reading.value += 10.0);
+    let result = with_workbench(|w| estimate_jointly(&off, Signals::All, None, w)).unwrap();
+    assert!(result.fit.unwrap().held_out.unwrap().joints.iter().all(|joint| joint.rms > 9.0));
+}
+
+#[test]
+fn what_is_held_out_are_stretches_of_each_sweep_or_table() {
+    let mut session = sarcos_shoulder().session(3);
+    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let held_out = result.fit.unwrap().held_out.unwrap();
+    assert_eq!(held_out.stretches, session.tables.len());
+    assert!(held_out.poses > 3 * held_out.stretches, "{held_out:?}");
+    // One table, in which no joint sweeps.
+    session.poses.iter_mut().for_each(|pose| pose.table = 0);
+    let poses = session.poses.len();
+    session.poses = (0..poses).map(|k| session.poses[k * 123 % poses].clone()).collect();
+    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let held_out = result.fit.unwrap().held_out.unwrap();
+    assert_eq!((held_out.stretches, held_out.poses), (1, (poses + 5) / 10));
 }
 
 #[test]

@@ -398,9 +398,10 @@ pub struct Fit {
     pub median_ratio: Option<f64>,
     /// By joint, torque readings only.
     pub joints: Vec<JointFit>,
-    /// The same for a tenth of the poses that a second fit did not see.
+    /// The same for poses that a fit did not see: those of `[[validation]]`, else stretches, a tenth of all poses, that a second fit
+    /// did not see.
     pub held_out: Option<HeldOut>,
-    /// Why no poses were predicted that a second fit did not see, if that failed.
+    /// Why no poses were predicted, if that failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out_missing: Option<String>,
     /// Every reading beside what the model makes of it, in the order of the poses; not in `calibration.json`.
@@ -425,6 +426,8 @@ pub struct JointFit {
     pub noise_std: f64,
     /// Whether that was estimated from the residuals.
     pub noise_estimated: bool,
+    /// Largest less smallest reading of that joint in the fitted tables.
+    pub range: f64,
 }
 
 /// Prediction of poses that were left out of the fit.
@@ -432,6 +435,10 @@ pub struct JointFit {
 pub struct HeldOut {
     /// How many poses.
     pub poses: usize,
+    /// In how many stretches of consecutive ones.
+    pub stretches: usize,
+    /// The files of `[[validation]]` that they stand in; none where they are a part of the fitted tables.
+    pub files: Vec<String>,
     /// Sum of squared prediction errors in standard deviations of the readings.
     pub chi_squared: f64,
     /// How many readings.

@@ -194,15 +194,15 @@ fn of_fit(fit: &Fit) -> Vec<Number> {
 }
 
 fn of_held_out(held_out: &HeldOut) -> Vec<Number> {
-    let HeldOut { poses: _, chi_squared, readings: _, joints } = held_out;
+    let HeldOut { poses: _, stretches: _, files: _, chi_squared, readings: _, joints } = held_out;
     let joints = joints.iter().flat_map(of_joint);
     let numbers = each("χ²", [chi_squared]).into_iter().chain(joints);
     numbers.map(|(place, value)| (format!("held-out {place}"), value)).collect()
 }
 
 fn of_joint(fit: &JointFit) -> Vec<Number> {
-    let JointFit { joint, unit: _, readings: _, rms, largest, noise_std, noise_estimated: _ } = fit;
-    each(&format!("residual of {joint}"), [rms, largest, noise_std])
+    let JointFit { joint, unit: _, readings: _, rms, largest, noise_std, noise_estimated: _, range } = fit;
+    each(&format!("residual of {joint}"), [rms, largest, noise_std, range])
 }
 
 fn each<'a>(place: &str, values: impl IntoIterator<Item = &'a f64>) -> Vec<Number> {

@@ -77,6 +77,7 @@ pub fn joint_fit(joint: &str) -> JointFit {
         largest: 2.12,
         noise_std: 0.8,
         noise_estimated: false,
+        range: 456.0,
     }
 }
 
@@ -91,6 +92,8 @@ pub fn fit() -> Fit {
         held_out_missing: None,
         held_out: Some(HeldOut {
             poses: 4,
+            stretches: 2,
+            files: Vec::new(),
             chi_squared: 9.1,
             readings: 8,
             joints: vec![JointFit { rms: 0.912, largest: 1.43, readings: 4, ..joint_fit("joint1") }],

@@ -4,6 +4,7 @@ mod conclusion;
 mod constraints;
 mod earlier;
 mod fit;
+mod held_out;
 mod idle;
 mod in_order;
 mod linear_part;
@@ -43,6 +44,7 @@ use conclusion::{Conclusion, conclude};
 use idle::idle_joints;
 use nearby::Nearby;
 
+pub(crate) use held_out::fit_with_held_out;
 pub(crate) use order::why_not_by_groups;
 pub use order::{Order, pose_by_pose, step_by_step};
 pub use position_unknowns::PositionUnknown;
@@ -51,8 +53,8 @@ pub(crate) use problem::pose_with_constraints;
 pub use problem::{JointProblem, PosingError, pose};
 pub use readings::Readings;
 pub(crate) use robust::{NORMAL_MEDIAN, median};
+pub(crate) use solve::solve_posed;
 pub use solve::{Solved, solve};
-pub(crate) use solve::{fit_with_held_out, solve_posed};
 pub(crate) use start::start_around;
 use sweep_moments::SweepMoments;
 use tell::tell;
@@ -122,7 +124,7 @@ pub fn estimate(
     workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let conclusion = conclude(session, readings, known, workbench)?;
-    let fit = solve::fit_with_held_out(session, &conclusion.solved, workbench)?;
+    let fit = fit_with_held_out(session, &conclusion.solved, workbench)?;
     tell(session, name, conclusion, fit, workbench)
 }
 

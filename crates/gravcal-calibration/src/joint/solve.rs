@@ -1,4 +1,4 @@
-//! Solving the joint problem: start, unstated noise, the second fit that leaves a tenth of the poses out.
+//! Solving the joint problem: start, unstated noise.
 
 use gravcal_estimation::statistics::{NoiseKnowledge, Solution, along_constraints, leans};
 use gravcal_estimation::{Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty};
@@ -6,20 +6,17 @@ use gravcal_estimation::{Covariance, Estimate, EvaluateError, Loss, Problem, Spe
 use super::fit::{fit, fit_in_rounds};
 use super::nearby::Nearby;
 use super::order::Order;
-use super::problem::{JointProblem, pose, pose_with_constraints};
+use super::problem::{JointProblem, pose_with_constraints};
 use super::readings::Readings;
 use super::sample::Sample;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
-use crate::judgement::{self, Explained, held_out};
+use crate::judgement::Explained;
 use crate::parameter::{ParameterId, Quantity};
-use crate::result::Fit;
 use crate::session::Session;
 use crate::workbench::Workbench;
 
-/// One pose in so many is held out of the second fit.
-const HELD_OUT_SHARE: usize = 10;
 /// Rounds of noise estimation at most, and the relative change at which they end.
 const NOISE_ROUNDS: usize = 8;
 const NOISE_TOLERANCE: f64 = 1e-3;
@@ -238,45 +235,4 @@ impl Solved {
     pub fn unknowns(&self, fallback: &Unknowns) -> Unknowns {
         Unknowns::of(&self.estimate.values, &self.posed.layout, fallback)
     }
-}
-
-/// Tells the fit, with the prediction of a tenth of the poses by a second fit that did not see them.
-///
-/// Where the second fit does not converge, nothing is predicted.
-pub(crate) fn fit_with_held_out(
-    session: &Session,
-    solved: &Solved,
-    workbench: &Workbench<'_>,
-) -> Result<Fit, EstimateError> {
-    let whitened = solved.posed.problem.residuals(&solved.estimate.values)?;
-    let mut told = judgement::fit(session, solved, &whitened)?;
-    workbench.tell("predicting held-out poses");
-    let is_held_out = |pose: usize| pose % HELD_OUT_SHARE == HELD_OUT_SHARE / 2;
-    let part = |held: bool| solved.readings.only(|pose, _| is_held_out(pose) == held);
-    let start = solved.unknowns(&Unknowns::nominal(session));
-    let seen_readings = part(false);
-    let Ok(seen) = pose_with_constraints(session, &seen_readings, &start) else { return Ok(told) };
-    // What the first fit held, by the sequential steps say, the second holds too.
-    let also_held: Vec<_> = seen
-        .problem
-        .block_ids()
-        .filter(|id| {
-            let same = solved.posed.problem.find(&seen.problem.block(*id).name);
-            same.is_some_and(|same| solved.posed.problem.block(same).held.is_some())
-        })
-        .collect();
-    let mut seen = seen.with_loss(solved.posed.loss)?;
-    seen.problem = seen.problem.holding(&also_held, "held in the first fit");
-    let (seen, estimate) = fit(&seen, &seen_readings, workbench)?;
-    if !estimate.termination.converged() {
-        told.held_out_missing = Some(estimate.termination.to_string());
-        return Ok(told);
-    }
-    let prediction = Unknowns::of(&estimate.values, &seen.layout, &start);
-    let held = part(true);
-    if let Ok(posed) = pose(session, &held, &prediction) {
-        let whitened = posed.problem.residuals(&posed.initial)?;
-        told.held_out = Some(held_out(session, &held, &posed.rows, &whitened));
-    }
-    Ok(told)
 }

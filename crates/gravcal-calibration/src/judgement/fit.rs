@@ -1,6 +1,8 @@
 //! What the residuals of the readings say.
 
 use gravcal_estimation::{EvaluateError, Loss};
+use std::sync::Arc;
+
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use crate::joint::{NORMAL_MEDIAN, Readings, Solved, median};
@@ -15,6 +17,8 @@ const SIGNIFICANCE: f64 = 1e-3;
 pub(crate) struct JointResiduals {
     /// `(residual, assumed standard deviation)` in the unit of the reading, by channel.
     by_channel: Vec<Vec<(f64, f64)>>,
+    /// Range of the readings, by channel.
+    ranges: Arc<[f64]>,
 }
 
 impl JointResiduals {
@@ -25,7 +29,7 @@ impl JointResiduals {
             let std = readings.std(session, *pose, *channel);
             by_channel[*channel].push((r * std, std));
         }
-        JointResiduals { by_channel }
+        JointResiduals { by_channel, ranges: Arc::clone(&readings.spreads) }
     }
 
     fn tell(&self, session: &Session) -> Vec<JointFit> {
@@ -44,6 +48,7 @@ impl JointResiduals {
                     largest: rows.iter().fold(0.0, |m, (r, _)| m.max(r.abs())),
                     noise_std: rows.iter().map(|(_, std)| std).sum::<f64>() / count,
                     noise_estimated: estimated[channel],
+                    range: self.ranges[channel],
                 }
             })
             .collect()
@@ -144,6 +149,8 @@ pub(crate) fn held_out(session: &Session, readings: &Readings, rows: &[(usize, u
     poses.dedup();
     HeldOut {
         poses: poses.len(),
+        stretches: poses.chunk_by(|a, b| a + 1 == *b && session.poses[*a].table == session.poses[*b].table).count(),
+        files: Vec::new(),
         chi_squared: whitened[..rows.len()].iter().map(|r| r * r).sum(),
         readings: rows.len(),
         joints: JointResiduals::new(session, readings, rows, whitened).tell(session),

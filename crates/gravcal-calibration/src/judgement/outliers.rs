@@ -38,7 +38,7 @@ pub(crate) fn outliers(session: &Session, solved: &Solved) -> Result<Vec<Outlier
     Ok(outliers)
 }
 
-fn file_name(path: &Path) -> String {
+pub(crate) fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 

@@ -98,6 +98,9 @@
 //! from_s = 10                                # optional, of a recording with a clock: the part that counts, after its first row
 //! until_s = 95
 //!
+//! [[validation]]                             # optional: as [[poses]], but in no fit; what is found predicts them
+//! file = "another-day.csv"
+//!
 //! [deflection]                               # optional: joints are not where their position sensors say
 //! hold_std_deg = 0.5                         # those that stand while another sweeps: one unknown each in a sweep
 //! pose_std_deg = 0.05                        # those that stand: one unknown each in a pose
@@ -170,10 +173,10 @@ use std::path::{Path, PathBuf};
 use gravcal_recording::ReadError;
 use serde::Deserialize;
 
-use self::poses::ReadPoses;
+use self::poses::{ReadPoses, WrittenTables};
 use self::recordings::{InMotion, Recordings};
 use super::solver::Written;
-use super::{JointKnowledge, KnowledgeKind, Session, SolverChoice};
+use super::{JointKnowledge, KnowledgeKind, Pose, Session, SolverChoice};
 use crate::document::{Document, Field, FileError};
 use crate::parameter::Quantity;
 use crate::robot::{Robot, RobotSource, resolve_robot};
@@ -233,6 +236,8 @@ struct SessionTable {
     #[serde(default)]
     poses: Vec<poses::PosesTable>,
     #[serde(default)]
+    validation: Vec<poses::PosesTable>,
+    #[serde(default)]
     deflection: deflection::DeflectionTable,
     loss: Option<loss::LossTable>,
     #[serde(default)]
@@ -290,15 +295,19 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     let constraints = constraints::resolve(&context, &written.constraints)?;
     let ask = ask::resolve(&context, &joints, &further, written.ask)?;
     let clock = motion.is_any() || mapping.conditions.time.is_some();
-    let mut tables = poses::tables(&context, &loads, &written.poses, clock)?;
+    let all = WrittenTables { poses: &written.poses, validation: &written.validation };
+    let mut tables = poses::tables(&context, &loads, all, clock)?;
     let read = if motion.is_any() {
         let apart = terms.need_direction();
-        let recordings = Recordings { document, written: &written.poses, loads: &loads, apart, watch };
+        let recordings = Recordings { document, written: all, loads: &loads, apart, watch };
         recordings.read(&mut tables, &mapping, &motion)?
     } else {
-        poses::read_all(document, &written.poses, &tables, &mapping)?
+        poses::read_all(document, all, &tables, &mapping)?
     };
     let ReadPoses { poses, saturated, in_motion, searched } = read;
+    poses::check_validation(document, all, &loads, &tables)?;
+    let (poses, validation) = poses.into_iter().partition(|pose: &Pose| pose.table < all.poses.len());
+    let poses: Vec<Pose> = poses;
 
     if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
         let message = "no table has a usable torque reading: every torque cell is empty, marked unusable or saturated";
@@ -321,6 +330,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
         readings: mapping,
         tables,
         poses,
+        validation,
         deflection,
         saturated,
         in_motion,
@@ -338,7 +348,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     };
     let session = match &written.prior {
         None => session,
-        Some(prior) => prior::resolve(&context, prior, &written.poses, session)?,
+        Some(prior) => prior::resolve(&context, prior, all, session)?,
     };
     inertia::check_sweeps(document, &session)?;
     deflection::check_single_poses(document, &session)?;

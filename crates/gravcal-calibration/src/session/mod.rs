@@ -56,10 +56,12 @@ pub struct Session {
     pub further: Vec<Parameter>,
     /// Which columns of tables and recordings are which readings.
     pub readings: PoseMapping,
-    /// One for each `[[poses]]`.
+    /// One for each `[[poses]]`, then one for each `[[validation]]`.
     pub tables: Vec<PoseTable>,
-    /// All static poses of all tables, in order.
+    /// All static poses of all tables of `[[poses]]`, in order.
     pub poses: Vec<Pose>,
+    /// Those of `[[validation]]`: they enter no fit, and are predicted by the result.
+    pub validation: Vec<Pose>,
     /// How far joints may be from where their position sensors say.
     pub deflection: Deflection,
     /// How many torque readings of each joint were left out because they are at an end of the sensor's range.
@@ -113,6 +115,7 @@ impl Session {
             readings: PoseMapping::default(),
             tables: Vec::new(),
             poses: Vec::new(),
+            validation: Vec::new(),
             deflection: Deflection::default(),
             loss: Loss::None,
             uncertainty: UncertaintyChoice::default(),
@@ -274,7 +277,7 @@ pub enum KnowledgeKind {
     Fixed,
 }
 
-/// One `[[poses]]` of the session.
+/// One `[[poses]]` or `[[validation]]` of the session.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseTable {
     /// The file.

@@ -53,21 +53,22 @@ fn probability(fit: &Fit) -> String {
 }
 
 pub(crate) fn prediction(held_out: &HeldOut) -> String {
-    format!(
-        "held out: {} poses that a second fit did not see, χ² {} for {} readings",
-        held_out.poses,
-        significant(held_out.chi_squared, 5),
-        held_out.readings
-    )
+    let HeldOut { poses, stretches, files, chi_squared, readings, joints: _ } = held_out;
+    let unseen = match files.as_slice() {
+        [] if *stretches == 1 => format!("{poses} consecutive poses that a second fit did not see"),
+        [] => format!("{poses} poses in {stretches} stretches that a second fit did not see"),
+        files => format!("{poses} poses of {} that are in no fit", files.join(", ")),
+    };
+    format!("held out: {unseen}, χ² {} for {readings} readings", significant(*chi_squared, 5))
 }
 
 fn grid(fit: &Fit) -> Grid {
-    let columns = if fit.held_out.is_some() { 8 } else { 6 };
+    let columns = if fit.held_out.is_some() { 9 } else { 6 };
     let mut sides = vec![Side::Left, Side::Left];
     sides.resize(columns, Side::Right);
     let mut grid = Grid::new(sides);
-    let over = ["", "", "", "", "fitted", "", "held out", ""];
-    let headings = ["", "unit", "readings", "noise", "rms", "largest", "rms", "largest"];
+    let over = ["", "", "", "", "fitted", "", "held out", "", ""];
+    let headings = ["", "unit", "readings", "noise", "rms", "largest", "rms", "largest", "of range"];
     grid.row(over[..columns].iter().copied().map(Cell::text).collect());
     grid.row(headings[..columns].iter().copied().map(Cell::text).collect());
     for joint in &fit.joints {
@@ -90,8 +91,15 @@ fn joint_row(joint: &JointFit, held_out: Option<&HeldOut>) -> Vec<Cell> {
     if let Some(other) = held_out.and_then(|all| all.joints.iter().find(|other| other.joint == joint.joint)) {
         row.push(Cell::text(significant(other.rms, 3)));
         row.push(Cell::text(significant(other.largest, 3)));
+        row.push(Cell::text(share_of_range(other)));
     }
     row
+}
+
+/// How large the rms is beside the range of the joint's readings.
+fn share_of_range(fit: &JointFit) -> String {
+    let share = 100.0 * fit.rms / fit.range;
+    if share.is_finite() { format!("{} %", significant(share, 2)) } else { "-".to_owned() }
 }
 
 #[cfg(test)]
@@ -108,10 +116,11 @@ mod tests {
             "\
 Fit: residuals of the torque readings, in their unit
   joint: χ² 101.30 for 95 degrees of freedom, p = 0.31
-    held out: 4 poses that a second fit did not see, χ² 9.1000 for 8 readings
+    held out: 4 poses in 2 stretches that a second fit did not see, χ² 9.1000
+      for 8 readings
                                     fitted           held out
-            unit   readings  noise     rms  largest       rms  largest
-    joint1  count        37   0.80   0.791     2.12     0.912     1.43
+            unit   readings  noise     rms  largest       rms  largest  of range
+    joint1  count        37   0.80   0.791     2.12     0.912     1.43    0.20 %
 "
         );
     }

@@ -1,4 +1,4 @@
-//! `[[poses]]`: the tables of static poses.
+//! `[[poses]]`: the tables of static poses, and `[[validation]]`: those that enter no fit.
 
 use std::fs;
 use std::path::PathBuf;
@@ -46,32 +46,81 @@ fn check_part(document: &Document, field: &Field, written: &PosesTable, clock: b
     if from < until { Ok(()) } else { Err(document.error(&field.key("until_s"), "expected a time after from_s")) }
 }
 
-pub(super) fn field(table: usize) -> Field {
-    Field::new("poses").at(table)
+/// All tables as they are written: first those that are fitted.
+#[derive(Clone, Copy)]
+pub(super) struct WrittenTables<'a> {
+    pub poses: &'a [PosesTable],
+    pub validation: &'a [PosesTable],
 }
 
-/// What the `[[poses]]` come to, without opening the files; `clock`: whether they have one.
+impl<'a> WrittenTables<'a> {
+    pub fn iter(self) -> impl Iterator<Item = &'a PosesTable> {
+        self.poses.iter().chain(self.validation)
+    }
+
+    /// Where the table with this index stands.
+    pub fn field(self, table: usize) -> Field {
+        match table.checked_sub(self.poses.len()) {
+            None => Field::new("poses").at(table),
+            Some(table) => Field::new("validation").at(table),
+        }
+    }
+
+    /// What is wrong with a table, and where the session names it.
+    pub fn wrong(self, document: &Document, table: usize, error: ReadError) -> SessionError {
+        let written = self.iter().nth(table).map_or("", |written| &written.file);
+        SessionError::Table { error, named_by: document.named_by(&self.field(table).key("file"), written) }
+    }
+}
+
+/// What the tables come to, without opening the files; `clock`: whether they have one.
 pub(super) fn tables(
     context: &Context<'_>,
     loads: &[Load],
-    tables: &[PosesTable],
+    all: WrittenTables<'_>,
     clock: bool,
 ) -> Result<Vec<PoseTable>, FileError> {
-    if tables.is_empty() {
+    if all.poses.is_empty() {
         let message = "there are no poses: add [[poses]] with file = \"<a table>.csv\"";
         return Err(context.document.error(&Field::new("poses"), message));
     }
-    for (index, written) in tables.iter().enumerate() {
-        check_part(context.document, &field(index), written, clock)?;
+    for (index, written) in all.iter().enumerate() {
+        check_part(context.document, &all.field(index), written, clock)?;
     }
-    let parts: Vec<[f64; 2]> = tables.iter().map(PosesTable::part).collect();
-    let tables: Vec<PoseTable> = tables
+    if let Some(table) = all.validation.iter().position(|written| written.step.is_some()) {
+        let field = Field::new("validation").at(table).key("step");
+        return Err(context.document.error(&field, "no step reads what enters no fit: delete this"));
+    }
+    let parts: Vec<[f64; 2]> = all.iter().map(PosesTable::part).collect();
+    let tables: Vec<PoseTable> = all
         .iter()
         .enumerate()
-        .map(|(i, written)| table(context, loads, &field(i), written))
+        .map(|(i, written)| table(context, loads, &all.field(i), written))
         .collect::<Result<_, _>>()?;
-    check_read_once(context.document, &tables, &parts)?;
+    check_read_once(context.document, all, &tables, &parts)?;
     Ok(tables)
+}
+
+/// What is to be predicted must not hang on a place that nothing fitted tells.
+pub(super) fn check_validation(
+    document: &Document,
+    all: WrittenTables<'_>,
+    loads: &[Load],
+    tables: &[PoseTable],
+) -> Result<(), FileError> {
+    let (fitted, others) = tables.split_at(all.poses.len());
+    for (place, table) in others.iter().enumerate() {
+        let unknown = |load: &usize| loads[*load].position.is_none() && fitted.iter().all(|f| f.load != Some(*load));
+        if let Some(load) = table.load.filter(unknown) {
+            let message = format!(
+                "where the load `{}` hangs no table of [[poses]] tells, so nothing can be predicted: state its position_m, or \
+                 use it in [[poses]], too",
+                loads[load].name
+            );
+            return Err(document.error(&Field::new("validation").at(place).key("load"), message));
+        }
+    }
+    Ok(())
 }
 
 fn table(context: &Context<'_>, loads: &[Load], field: &Field, written: &PosesTable) -> Result<PoseTable, FileError> {
@@ -114,7 +163,12 @@ fn swept(context: &Context<'_>, field: &Field, name: &str) -> Result<usize, File
 }
 
 /// The same readings twice would be twice as certain as they are.
-fn check_read_once(document: &Document, tables: &[PoseTable], parts: &[[f64; 2]]) -> Result<(), FileError> {
+fn check_read_once(
+    document: &Document,
+    all: WrittenTables<'_>,
+    tables: &[PoseTable],
+    parts: &[[f64; 2]],
+) -> Result<(), FileError> {
     let mut seen: Vec<PathBuf> = Vec::new();
     for (place, table) in tables.iter().enumerate() {
         // A file that is not there is told of when it is read.
@@ -122,8 +176,8 @@ fn check_read_once(document: &Document, tables: &[PoseTable], parts: &[[f64; 2]]
         let [from, until] = parts[place];
         let same = |other: &(&PathBuf, &[f64; 2])| *other.0 == path && from < other.1[1] && other.1[0] < until;
         if let Some(first) = seen.iter().zip(parts).position(|other| same(&other)) {
-            let message = format!("this table is already {}: every reading may enter once only", field(first));
-            return Err(document.error(&field(place).key("file"), message));
+            let message = format!("this table is already {}: every reading may enter once only", all.field(first));
+            return Err(document.error(&all.field(place).key("file"), message));
         }
         seen.push(path);
     }
@@ -154,22 +208,17 @@ impl ReadPoses {
     }
 }
 
-/// What is wrong with a table, and where the session names it.
-pub(super) fn in_table(document: &Document, index: usize, written: &PosesTable, error: ReadError) -> SessionError {
-    SessionError::Table { error, named_by: document.named_by(&field(index).key("file"), &written.file) }
-}
-
 /// Reads all tables.
 pub(super) fn read_all(
     document: &Document,
-    written: &[PosesTable],
+    written: WrittenTables<'_>,
     tables: &[PoseTable],
     mapping: &PoseMapping,
 ) -> Result<ReadPoses, SessionError> {
     let mut all = ReadPoses::none(mapping.torques.len());
-    for (index, (written, table)) in written.iter().zip(tables).enumerate() {
-        let read = read_part(&table.path, mapping, written.part_of_recording());
-        let read = read.map_err(|error| in_table(document, index, written, error))?;
+    for (index, (table, from)) in tables.iter().zip(written.iter()).enumerate() {
+        let read = read_part(&table.path, mapping, from.part_of_recording());
+        let read = read.map_err(|error| written.wrong(document, index, error))?;
         all.in_motion.iter_mut().zip(&read.in_motion).for_each(|(all, here)| *all += here);
         if !read.remarks.is_empty() {
             all.searched.push(Searched {

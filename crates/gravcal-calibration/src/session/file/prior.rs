@@ -6,7 +6,7 @@ use gravcal_recording::{
 use serde::Deserialize;
 
 use super::Context;
-use super::poses::{self, PosesTable};
+use super::poses::WrittenTables;
 use crate::calibrate::EstimatorName;
 use crate::document::{Field, FileError};
 use crate::parameter::{Limit, Parameter};
@@ -42,11 +42,11 @@ enum Unchanged {
 }
 
 /// The session with what the earlier calibration knows: as a prior, and as the start of what has no other.
-/// `written`: the session's `[[poses]]`.
+/// `written`: the session's tables.
 pub(super) fn resolve(
     context: &Context<'_>,
     table: &PriorTable,
-    written: &[PosesTable],
+    written: WrittenTables<'_>,
     session: Session,
 ) -> Result<Session, FileError> {
     let section = Section { context, table, session: &session };
@@ -101,15 +101,15 @@ impl Section<'_> {
 
     /// The recordings, by file name, that the earlier calibration was made from as well, of which this session takes a part: which one
     /// was taken there its file does not say. A whole one is refused: what was read there is in it.
-    fn shared_parts(&self, written: &[PosesTable], inputs: &[EarlierInput]) -> Result<Vec<String>, FileError> {
+    fn shared_parts(&self, written: WrittenTables<'_>, inputs: &[EarlierInput]) -> Result<Vec<String>, FileError> {
         let mut shared = Vec::new();
-        for (index, (table, written)) in self.session.tables.iter().zip(written).enumerate() {
-            let field = poses::field(index).key("file");
+        for (index, (table, here)) in self.session.tables.iter().zip(written.iter()).enumerate() {
+            let field = written.field(index).key("file");
             let digest = Digest::of(&table.path).map_err(|error| self.context.document.error(&field, error))?;
             if inputs.iter().all(|input| input.sha256 != digest.sha256) {
                 continue;
             }
-            if written.part_of_recording() == Part::default() {
+            if here.part_of_recording() == Part::default() {
                 let message = format!(
                     "the calibration of [prior], {}, was made from this table, too, and its readings would count twice: leave \
                      the table out, or calibrate all tables together, without [prior]",
@@ -117,8 +117,8 @@ impl Section<'_> {
                 );
                 return Err(self.context.document.error(&field, message));
             }
-            if !shared.contains(&written.file) {
-                shared.push(written.file.clone());
+            if !shared.contains(&here.file) {
+                shared.push(here.file.clone());
             }
         }
         Ok(shared)

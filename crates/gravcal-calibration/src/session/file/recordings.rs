@@ -7,7 +7,7 @@ use gravcal_recording::{
 };
 
 use super::SessionError;
-use super::poses::{PosesTable, ReadPoses, count_time_from_first, field, in_table};
+use super::poses::{ReadPoses, WrittenTables, count_time_from_first};
 use crate::document::{Document, FileError};
 use crate::session::{Load, PoseTable, Searched};
 
@@ -27,7 +27,7 @@ impl InMotion {
 /// The recordings of a session, and what they may carry.
 pub(super) struct Recordings<'a> {
     pub document: &'a Document,
-    pub written: &'a [PosesTable],
+    pub written: WrittenTables<'a>,
     pub loads: &'a [Load],
     /// Whether both ways of a sweep are poses of their own, because a sensor's model tells them apart.
     pub apart: bool,
@@ -45,7 +45,7 @@ impl Recordings<'_> {
     ) -> Result<ReadPoses, SessionError> {
         let mut all = ReadPoses::none(mapping.torques.len());
         for (index, (written, table)) in self.written.iter().zip(tables).enumerate() {
-            let wrong = |error| in_table(self.document, index, written, error);
+            let wrong = |error| self.written.wrong(self.document, index, error);
             let rows = open_as(&table.path, &mapping.csv).map_err(wrong)?;
             let said = rows.metadata().get("load").cloned();
             drop(rows);
@@ -68,7 +68,7 @@ impl Recordings<'_> {
     /// The load that a recording names, which must be the one that the session says, if it says any.
     fn load(&self, index: usize, name: &str, said: Option<usize>) -> Result<usize, FileError> {
         let known: Vec<&str> = self.loads.iter().map(|load| load.name.as_str()).collect();
-        let field = field(index).key("load");
+        let field = self.written.field(index).key("load");
         match said {
             Some(said) if known[said] != name => {
                 let message = format!("the recording says that it carries `{name}`, not `{}`", known[said]);

@@ -638,6 +638,16 @@ fn tables_name_known_things_and_are_read_once() {
         "\"./a.csv\"",
         "32: poses[1].file: this table is already poses[0]: every reading may enter once only",
     );
+    assert_refused(
+        "[ask]",
+        "[[validation]]\nfile = \"a.csv\"\n[ask]",
+        "37: validation[0].file: this table is already poses[0]: every reading may enter once only",
+    );
+    assert_refused(
+        "[ask]",
+        "[validation]\nfile = \"a.csv\"\n[ask]",
+        "36: validation: one table where a list is expected: double its brackets, [[...]]",
+    );
     let tables = SESSION.split_once("[[poses]]").unwrap().1.split_once("[ask]").unwrap().0;
     let message = refused(&format!("[[poses]]{tables}"), "");
     assert!(message.starts_with("session.toml:1: poses: there are no poses: add [[poses]]"), "{message}");
@@ -890,4 +900,23 @@ fn deflections_that_say_nothing_are_refused() {
     let message =
         read(&[("session.toml", "unit = \"deg\" }\ntorque", "unit = \"deg\", std = -0.1 }\ntorque")]).unwrap_err();
     assert!(message.contains("readings.position.std: -0.1 is no standard deviation"), "{message}");
+}
+
+#[test]
+fn tables_for_validation_are_read_apart() {
+    let tables = SESSION.split_once("[[poses]]\n").unwrap().1.split_once("[ask]").unwrap().0;
+    let validation = |load: &str| {
+        let written = format!("file = \"a.csv\"\n[[validation]]\nfile = \"b.csv\"\nload = \"{load}\"\n");
+        read(&[("session.toml", tables, written.as_str())])
+    };
+    let session = validation("plate-b").unwrap();
+    assert_eq!((session.poses.len(), session.validation.len(), session.tables.len()), (2, 2, 2));
+    assert!(session.validation.iter().all(|pose| pose.table == 1 && pose.load == Some(1)), "{:?}", session.validation);
+    let names: Vec<_> = session.inputs.iter().map(|path| path.file_name().unwrap().to_str().unwrap()).collect();
+    assert_eq!(names, ["session.toml", "robot.toml", "a.csv", "b.csv"]);
+    let message = validation("plate-a").unwrap_err();
+    assert!(
+        message.contains("validation[0].load: where the load `plate-a` hangs no table of [[poses]] tells"),
+        "{message}"
+    );
 }

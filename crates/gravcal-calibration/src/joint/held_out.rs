@@ -1,0 +1,142 @@
+//! Poses that a fit did not see, and how well it predicts them.
+//!
+//! Consecutive poses share what the model leaves out: friction of one approach, a deflection, a drift. One pose between two that are
+//! fitted is therefore hardly a prediction. So a stretch of consecutive poses is held out of a second fit, a tenth in the middle of each
+//! sweep, and of what else is in a table; or the session names tables that enter no fit at all.
+
+use std::collections::BTreeSet;
+
+use super::fit::fit;
+use super::problem::{pose, pose_with_constraints};
+use super::readings::Readings;
+use super::solve::Solved;
+use super::{EstimateError, JointProblem, Unknowns};
+use crate::judgement::{self, file_name, held_out};
+use crate::result::{Fit, HeldOut};
+use crate::session::Session;
+use crate::sweeps::find_sweeps;
+use crate::workbench::Workbench;
+
+/// One pose in so many is held out.
+const SHARE: usize = 10;
+/// Of fewer consecutive poses none is.
+const LEAST: usize = SHARE / 2;
+
+/// Tells the fit, with the prediction of poses that were not seen: by itself those of `[[validation]]`, else by a second fit a tenth of
+/// the poses, which that does not see.
+///
+/// Where the second fit does not converge, nothing is predicted.
+pub(crate) fn fit_with_held_out(
+    session: &Session,
+    solved: &Solved,
+    workbench: &Workbench<'_>,
+) -> Result<Fit, EstimateError> {
+    let whitened = solved.posed.problem.residuals(&solved.estimate.values)?;
+    let mut told = judgement::fit(session, solved, &whitened)?;
+    workbench.tell("predicting held-out poses");
+    match session.validation.is_empty() {
+        false => told.held_out = of_validation(session, solved)?,
+        true => match seen_by_second_fit(session, solved, workbench)? {
+            Second::Predicted(held_out) => told.held_out = held_out,
+            Second::Missing(why) => told.held_out_missing = Some(why),
+        },
+    }
+    Ok(told)
+}
+
+/// The tables that enter no fit.
+fn of_validation(session: &Session, solved: &Solved) -> Result<Option<HeldOut>, EstimateError> {
+    let unseen =
+        Session { poses: session.validation.clone(), validation: Vec::new(), repeated: Vec::new(), ..session.clone() };
+    let Readings { spreads, noise, .. } = solved.readings.clone();
+    let readings = Readings { spreads, noise, ..Readings::select(&unseen, |_, _| true) };
+    let prediction = solved.unknowns(&Unknowns::nominal(session));
+    let predicted = predict(&unseen, &readings, &prediction)?;
+    let tables: BTreeSet<usize> = unseen.poses.iter().map(|pose| pose.table).collect();
+    let files = tables.into_iter().map(|table| file_name(&session.tables[table].path)).collect();
+    Ok(predicted.map(|held_out| HeldOut { files, ..held_out }))
+}
+
+/// What came of the second fit.
+enum Second {
+    Predicted(Option<HeldOut>),
+    Missing(String),
+}
+
+fn seen_by_second_fit(session: &Session, solved: &Solved, workbench: &Workbench<'_>) -> Result<Second, EstimateError> {
+    let stretches = stretches(session, &solved.readings);
+    let part = |held: bool| solved.readings.only(|pose, _| stretches.contains(&pose) == held);
+    let start = solved.unknowns(&Unknowns::nominal(session));
+    let readings = part(false);
+    let Ok(seen) = pose_with_constraints(session, &readings, &start) else { return Ok(Second::Predicted(None)) };
+    let seen = held_alike(solved, seen)?;
+    let (seen, estimate) = fit(&seen, &readings, workbench)?;
+    if !estimate.termination.converged() {
+        return Ok(Second::Missing(estimate.termination.to_string()));
+    }
+    let prediction = Unknowns::of(&estimate.values, &seen.layout, &start);
+    Ok(Second::Predicted(predict(session, &part(true), &prediction)?))
+}
+
+/// What the first fit held, by the sequential steps say, the second holds too.
+fn held_alike(solved: &Solved, seen: JointProblem) -> Result<JointProblem, EstimateError> {
+    let first = &solved.posed.problem;
+    let is_held = |name: &str| first.find(name).is_some_and(|same| first.block(same).held.is_some());
+    let also: Vec<_> = seen.problem.block_ids().filter(|id| is_held(&seen.problem.block(*id).name)).collect();
+    let mut seen = seen.with_loss(solved.posed.loss)?;
+    seen.problem = seen.problem.holding(&also, "held in the first fit");
+    Ok(seen)
+}
+
+fn predict(session: &Session, readings: &Readings, found: &Unknowns) -> Result<Option<HeldOut>, EstimateError> {
+    let Ok(posed) = pose(session, readings, found) else { return Ok(None) };
+    let whitened = posed.problem.residuals(&posed.initial)?;
+    Ok(Some(held_out(session, readings, &posed.rows, &whitened)))
+}
+
+/// The poses that are held out: a tenth in the middle of each sweep, and of the other poses of each table; where tables are too small for
+/// that, of consecutive poses with the same load.
+fn stretches(session: &Session, readings: &Readings) -> BTreeSet<usize> {
+    let entering: Vec<usize> = (0..readings.used.len()).filter(|pose| !readings.used[*pose].is_empty()).collect();
+    let mut sweep = vec![None; session.poses.len()];
+    for (index, found) in find_sweeps(session).iter().enumerate() {
+        found.poses.iter().for_each(|pose| sweep[*pose] = Some(index));
+    }
+    let of = |pose: &usize| &session.poses[*pose];
+    let of_tables = middles(entering.chunk_by(|a, b| of(a).table == of(b).table && sweep[*a] == sweep[*b]));
+    match of_tables.is_empty() {
+        false => of_tables,
+        true => middles(entering.chunk_by(|a, b| of(a).load == of(b).load)),
+    }
+}
+
+fn middles<'p>(groups: impl Iterator<Item = &'p [usize]>) -> BTreeSet<usize> {
+    let middle = |group: &'p [usize]| {
+        let count = if group.len() < LEAST { 0 } else { (group.len() + SHARE / 2) / SHARE };
+        let first = (group.len() - count) / 2;
+        &group[first..first + count]
+    };
+    groups.flat_map(middle).copied().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_middle_of_a_group_is_one_stretch_of_a_tenth() {
+        let of = |sizes: &[usize]| {
+            let poses: Vec<usize> = (0..sizes.iter().sum()).collect();
+            let mut rest = poses.as_slice();
+            let groups = sizes.iter().map(|size| {
+                let (group, others) = rest.split_at(*size);
+                rest = others;
+                group
+            });
+            middles(groups).into_iter().collect::<Vec<_>>()
+        };
+        assert_eq!(of(&[40]), [18, 19, 20, 21]);
+        assert_eq!(of(&[4, 5, 15]), [6, 15, 16]);
+        assert_eq!(of(&[4, 4]), [0_usize; 0]);
+    }
+}
