@@ -305,7 +305,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
         poses::read_all(document, all, &tables, &mapping)?
     };
     let ReadPoses { poses, saturated, in_motion, searched } = read;
-    poses::check_validation(document, all, &loads, &tables)?;
+    poses::check_validation(document, all, (&loads, &inertia), &tables)?;
     let (poses, validation) = poses.into_iter().partition(|pose: &Pose| pose.table < all.poses.len());
     let poses: Vec<Pose> = poses;
 

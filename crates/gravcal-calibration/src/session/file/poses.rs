@@ -9,7 +9,7 @@ use serde::Deserialize;
 
 use super::{Context, SessionError};
 use crate::document::{Document, Field, FileError, OneOrMany};
-use crate::session::{Load, Pose, PoseTable, Searched};
+use crate::session::{InertiaKnowledge, Load, Pose, PoseTable, Searched};
 
 /// `[[poses]]`.
 #[derive(Debug, Deserialize)]
@@ -101,13 +101,18 @@ pub(super) fn tables(
     Ok(tables)
 }
 
-/// What is to be predicted must not hang on a place that nothing fitted tells.
+/// What is to be predicted must not rest on what nothing fitted tells.
 pub(super) fn check_validation(
     document: &Document,
     all: WrittenTables<'_>,
-    loads: &[Load],
+    (loads, inertia): (&[Load], &InertiaKnowledge),
     tables: &[PoseTable],
 ) -> Result<(), FileError> {
+    if *inertia == InertiaKnowledge::Sweep && !all.validation.is_empty() {
+        let message = "moments are described by sweep, and other sweeps have others, so nothing can be predicted: write \
+                       description = \"link\" in [inertia], or delete this";
+        return Err(document.error(&Field::new("validation").at(0), message));
+    }
     let (fitted, others) = tables.split_at(all.poses.len());
     for (place, table) in others.iter().enumerate() {
         let unknown = |load: &usize| loads[*load].position.is_none() && fitted.iter().all(|f| f.load != Some(*load));

@@ -914,6 +914,10 @@ fn tables_for_validation_are_read_apart() {
     assert!(session.validation.iter().all(|pose| pose.table == 1 && pose.load == Some(1)), "{:?}", session.validation);
     let names: Vec<_> = session.inputs.iter().map(|path| path.file_name().unwrap().to_str().unwrap()).collect();
     assert_eq!(names, ["session.toml", "robot.toml", "a.csv", "b.csv"]);
+    let inertia = ("session.toml", "[ask]", "[inertia]\ndescription = \"sweep\"\n[ask]");
+    let written = "file = \"a.csv\"\n[[validation]]\nfile = \"b.csv\"\nload = \"plate-b\"\n";
+    let message = read(&[("session.toml", tables, written), inertia]).unwrap_err();
+    assert!(message.contains("validation[0]: moments are described by sweep"), "{message}");
     let message = validation("plate-a").unwrap_err();
     assert!(
         message.contains("validation[0].load: where the load `plate-a` hangs no table of [[poses]] tells"),
