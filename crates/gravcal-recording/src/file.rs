@@ -87,6 +87,14 @@ mod tests {
         if !Command::new("mkfifo").arg(&pipe).status().is_ok_and(|status| status.success()) {
             return; // where there is no mkfifo
         }
+        // Files of a folder are opened by their endings.
+        for name in ["a.db3", "a.mcap"] {
+            let bag = folder.path().join(name).with_extension("");
+            fs::create_dir_all(&bag).unwrap();
+            assert!(Command::new("mkfifo").arg(bag.join(name)).status().unwrap().success());
+            assert!(open(&bag).err().unwrap().to_string().contains("it is a pipe"), "{name}");
+            fs::remove_dir_all(&bag).unwrap();
+        }
         for (path, expected) in
             [(pipe.as_path(), "it is a pipe"), (Path::new("/dev/zero"), "it is a device, and no file")]
         {

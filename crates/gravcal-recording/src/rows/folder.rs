@@ -8,7 +8,7 @@ use super::Rows;
 use super::mcap::{self, McapRows};
 use super::sqlite::{self, SqliteRows};
 use crate::error::ReadError;
-use crate::file::{LARGEST_DOCUMENT, read_whole};
+use crate::file::{LARGEST_DOCUMENT, opened, read_whole};
 
 /// Opens the recording in a folder. Where it lies there both in MCAP and in SQLite, `metadata.yaml` says which one counts, else MCAP does.
 pub(super) fn open(folder: &Path) -> Result<Box<dyn Rows>, ReadError> {
@@ -22,7 +22,12 @@ pub(super) fn open(folder: &Path) -> Result<Box<dyn Rows>, ReadError> {
         return Err(ReadError::NotRecording { path: folder.to_owned(), what: nothing_to_read(&files) });
     }
     if mcap.is_empty() || !sqlite.is_empty() && is_named("db3") && !is_named("mcap") {
-        let files = in_order(sqlite, |path| Ok(sqlite::first_time(path)))?;
+        let first_time = |path: &Path| {
+            // SQLite would wait for who writes into a pipe.
+            opened(path).map_err(|cause| ReadError::opening(path, cause))?;
+            Ok(sqlite::first_time(path))
+        };
+        let files = in_order(sqlite, first_time)?;
         return Ok(Box::new(SqliteRows::open(folder, files, remarks)?));
     }
     Ok(Box::new(McapRows::open_files(folder, in_order(mcap, mcap::first_time)?, remarks)?))
