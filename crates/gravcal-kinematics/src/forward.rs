@@ -14,6 +14,9 @@ impl Chain {
     /// When `coordinates` has not `joint_count()` entries.
     pub fn forward(&self, coordinates: &[f64]) -> Vec<Transform> {
         let coordinates = self.axis_coordinates(coordinates);
+        if self.joints().is_empty() {
+            return vec![Transform::identity(); self.link_count()];
+        }
         let mut poses: Vec<Transform> = Vec::with_capacity(self.link_count());
         for ((frame, parent), &coordinate) in self.axis_frames.iter().zip(&self.topology.parents).zip(&*coordinates) {
             let parent = parent.map_or_else(Transform::identity, |parent| poses[parent]);

@@ -38,7 +38,7 @@ impl Chain {
         let coordinates = self.axis_coordinates(coordinates);
         let mut pose = Frame::from(Transform::identity());
         let mut turned = vec![Vector3::zeros(); self.joint_count()];
-        for axis in self.topology.path(link) {
+        for axis in self.path(link) {
             let (frame, drive) = (&self.axis_frames[axis], self.drive(axis));
             let at_rest = frame.at_rest(Single, &pose);
             if self.movers()[axis].kind == JointKind::Revolute {

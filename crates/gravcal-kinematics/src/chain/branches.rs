@@ -40,13 +40,21 @@ impl Chain {
     /// frame.
     pub fn root_joint(&self) -> Option<usize> {
         let joint = self.drive(0).joint;
-        (self.topology.ends[0] == self.link_count() && self.links_of(joint).eq([0])).then_some(joint)
+        (!self.joints.is_empty()
+            && self.topology.ends[0] == self.link_count()
+            && self.links_of(joint).eq([0]))
+        .then_some(joint)
     }
 
     /// Whether nothing hangs on what a joint moves but by its own motion: where its coordinate counts from is a choice of
     /// these links' frames.
     pub fn is_last(&self, joint: usize) -> bool {
         self.links_of(joint).all(|link| self.topology.ends[link] == link + 1)
+    }
+
+    /// The links, and with them their movers, from the base to a link; none where there is no joint.
+    pub(crate) fn path(&self, link: usize) -> Vec<usize> {
+        if self.joints.is_empty() { Vec::new() } else { self.topology.path(link) }
     }
 
     /// What moves a link.
@@ -89,6 +97,17 @@ mod tests {
         assert!(chain.meet(1, 2) && chain.meet(0, 3) && !chain.meet(1, 3));
         assert_eq!((0..4).filter(|joint| chain.is_last(*joint)).collect::<Vec<_>>(), [2]);
         assert_eq!((chain.root_joint(), chain.parent(3), chain.parent(0)), (Some(0), Some(0), None));
+    }
+
+    #[test]
+    fn no_joint_moves_a_free_body() {
+        let body = Chain::free_body("base", "body");
+        assert_eq!((body.joint_count(), body.link_count(), body.root_joint()), (0, 1, None));
+        assert_eq!(body.last_links().collect::<Vec<_>>(), [0]);
+        assert_eq!(body.forward(&[]), [crate::Transform::identity()]);
+        let gravity = body.link_gravity(0, &[], [1.0, 2.0, 3.0]);
+        assert_eq!((gravity.value, gravity.by_coordinate.len()), ([1.0, 2.0, 3.0], 0));
+        assert_eq!(gravity.by_gravity, [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
     }
 
     #[test]

@@ -14,10 +14,12 @@ pub use error::ChainError;
 pub(crate) use topology::{Run, Topology};
 
 use crate::axis_frame::AxisFrame;
-use crate::joint::Joint;
+use crate::joint::{Joint, JointKind};
 use crate::link::Link;
+use crate::transform::Transform;
 
-/// A robot without closed loops: every link is moved by one joint, and hangs on the base or on another link.
+/// A robot without closed loops: every link is moved by one joint, and hangs on the base or on another link; or a
+/// [free body](Chain::free_body).
 ///
 /// `movers()[k]` moves `links()[k]`. Links are numbered by branches, a parent before its child and what hangs on a link
 /// right behind it. `joints()` are those of the movers that have a coordinate of their own, in the same order: all of them,
@@ -83,6 +85,29 @@ impl Chain {
         let drives = (joints.len() < movers.len()).then_some(drives);
         let axis_frames = movers.iter().map(AxisFrame::of).collect();
         Ok(Chain { base, joints, movers, links, topology, drives, cut_joints: Vec::new(), axis_frames })
+    }
+
+    /// One body that no joint moves: whoever uses it says how it stands. Its mover has no coordinate, and stands still.
+    pub fn free_body(base: impl Into<String>, body: impl Into<String>) -> Chain {
+        let link = Link { name: body.into(), inertia: None };
+        let still = Joint {
+            name: link.name.clone(),
+            kind: JointKind::Prismatic,
+            before: Transform::identity(),
+            axis: [0.0, 0.0, 1.0],
+            after: Transform::identity(),
+            limits: None,
+        };
+        Chain {
+            base: base.into(),
+            joints: Vec::new(),
+            axis_frames: Arc::from([AxisFrame::of(&still)]),
+            movers: vec![still],
+            links: vec![link],
+            topology: Topology::single(),
+            drives: None,
+            cut_joints: Vec::new(),
+        }
     }
 
     /// The same chain with every joint changed alike, but for name and kind; nothing is known of its links' masses.

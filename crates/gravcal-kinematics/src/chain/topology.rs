@@ -44,6 +44,11 @@ impl Topology {
         Ok(Topology { parents, ends, runs })
     }
 
+    /// Of one link.
+    pub fn single() -> Self {
+        Topology { parents: vec![None], ends: vec![1], runs: vec![Run { links: 0..1, parent: None }] }
+    }
+
     /// Whether each link carries the next and nothing else.
     pub fn is_serial(&self) -> bool {
         self.runs.len() == 1
