@@ -96,6 +96,11 @@ pub enum UnsuitableChoice {
         "only the joint estimators heed an earlier calibration, and none of them is chosen: choose `joint`, or drop [prior]"
     )]
     EarlierIgnored,
+    /// Estimators that read as the paper's steps do, for a body without joints.
+    #[error(
+        "`{0}` follows the paper's steps along the joints of a robot, and the session has none: choose `--estimator joint`"
+    )]
+    NoJoints(EstimatorName),
     /// Estimators that read as the paper's steps do, for a robot that is no serial chain.
     #[error(
         "`{0}` follows the paper's steps along one serial chain, and this robot branches or has joints that mimic others: \
@@ -126,6 +131,9 @@ pub fn check_choice(
     estimators: &[EstimatorName],
     solver: &dyn Solver,
 ) -> Result<(), UnsuitableChoice> {
+    if let (true, Some(name)) = (session.joints.is_empty(), in_vain_on_branches(estimators)) {
+        return Err(UnsuitableChoice::NoJoints(name));
+    }
     if let (false, Some(name)) = (session.robot.chain.is_serial(), in_vain_on_branches(estimators)) {
         return Err(UnsuitableChoice::NoSerialChain(name));
     }

@@ -68,7 +68,8 @@ impl Choice {
         session: &Session,
         path: &Path,
     ) -> Result<Choice, Failure> {
-        let estimators = once(choose_estimators(estimators, &session.estimators, path)?);
+        let default = if session.joints.is_empty() { &[EstimatorName::Joint][..] } else { &EstimatorName::DEFAULT };
+        let estimators = once(choose_estimators(estimators, &session.estimators, default, path)?);
         let solver = ChosenSolver::new(solver, session.solver.as_ref())?;
         check_choice(session, &estimators, solver.method.as_ref())
             .map_err(|error| unsuitable(&error, session, path))?;
@@ -94,12 +95,17 @@ impl ChosenSolver {
     }
 }
 
-fn choose_estimators(said: &[EstimatorName], session: &[String], path: &Path) -> Result<Vec<EstimatorName>, Failure> {
+fn choose_estimators(
+    said: &[EstimatorName],
+    session: &[String],
+    default: &[EstimatorName],
+    path: &Path,
+) -> Result<Vec<EstimatorName>, Failure> {
     if !said.is_empty() {
         return Ok(said.to_vec());
     }
     if session.is_empty() {
-        return Ok(EstimatorName::DEFAULT.to_vec());
+        return Ok(default.to_vec());
     }
     session.iter().map(|name| named(name, "estimators", path)).collect()
 }
@@ -112,9 +118,10 @@ fn unsuitable(error: &UnsuitableChoice, session: &Session, path: &Path) -> Failu
         UnsuitableChoice::Solver(_) => "solver",
         UnsuitableChoice::ConstraintsIgnored => "constraints",
         UnsuitableChoice::EarlierIgnored => "prior",
-        UnsuitableChoice::NoSerialChain(_) | UnsuitableChoice::NoSweeps(_) | UnsuitableChoice::NotByGroups { .. } => {
-            "estimators"
-        }
+        UnsuitableChoice::NoJoints(_)
+        | UnsuitableChoice::NoSerialChain(_)
+        | UnsuitableChoice::NoSweeps(_)
+        | UnsuitableChoice::NotByGroups { .. } => "estimators",
     };
     let failure = Failure::bad_input(error).about(place(field, path));
     match error {
@@ -162,7 +169,7 @@ mod tests {
 
     fn chosen(said: &[EstimatorName], session: &[&str]) -> Result<Vec<EstimatorName>, Failure> {
         let session: Vec<String> = session.iter().map(|name| (*name).to_owned()).collect();
-        choose_estimators(said, &session, Path::new("session.toml"))
+        choose_estimators(said, &session, &EstimatorName::DEFAULT, Path::new("session.toml"))
     }
 
     #[test]
@@ -188,7 +195,8 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("session.toml");
         std::fs::write(&path, "robot = \"robot.toml\"\n\nestimators = [\"kalman\"]\n").unwrap();
-        let failure = choose_estimators(&[], &["kalman".to_owned()], &path).unwrap_err().to_string();
+        let failure =
+            choose_estimators(&[], &["kalman".to_owned()], &EstimatorName::DEFAULT, &path).unwrap_err().to_string();
         assert!(failure.starts_with(&format!("error: {}:3: estimators: unknown estimator", path.display())));
     }
 

@@ -3,6 +3,7 @@
 use crate::conditions::FoundConditions;
 use crate::error::ReadError;
 use crate::mapping::{PoseMapping, PositionColumn, ReadingColumn};
+use crate::orientation::FoundOrientation;
 use crate::pose::{Reading, StaticPose};
 use crate::table::Table;
 
@@ -12,6 +13,7 @@ pub(crate) struct Columns<'a> {
     positions: Vec<Position>,
     torques: Vec<Option<Column<'a>>>,
     instruments: Vec<Option<Column<'a>>>,
+    orientation: Option<FoundOrientation<'a>>,
     sweep: Option<usize>,
     conditions: FoundConditions<'a>,
 }
@@ -33,6 +35,11 @@ impl<'a> Columns<'a> {
             positions: positions.collect::<Result<_, _>>()?,
             torques: torques.collect::<Result<_, _>>()?,
             instruments: instruments.collect::<Result<_, _>>()?,
+            orientation: mapping
+                .orientation
+                .as_ref()
+                .map(|mapped| FoundOrientation::find(table, mapped))
+                .transpose()?,
             sweep: find(table, mapping.sweep_column.as_ref())?,
             conditions: FoundConditions::find(table, &mapping.conditions)?,
         })
@@ -54,6 +61,7 @@ impl<'a> Columns<'a> {
         Ok(StaticPose {
             line: self.table.line(row),
             position: positions.collect::<Result<_, _>>()?,
+            orientation: self.orientation.as_ref().map(|found| found.read(self.table, row)).transpose()?,
             torque,
             saturated,
             instruments,

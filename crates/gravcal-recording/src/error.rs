@@ -253,6 +253,23 @@ pub enum ReadError {
         /// The cell.
         place: Place,
     },
+    /// A part of an orientation is missing.
+    #[error("{place}: the cell is empty, and every reading depends on how the body stood; delete the row")]
+    NoOrientation {
+        /// The cell.
+        place: Place,
+    },
+    /// The cells of an orientation are no rotation.
+    #[error(
+        "{place}: expected the orientation of the body, found {found}; check which columns are which, and their order \
+         (readings.orientation)"
+    )]
+    NoRotation {
+        /// The first of its cells.
+        place: Place,
+        /// What they are instead.
+        found: String,
+    },
     /// A cell that says whether a reading is usable says neither yes nor no.
     #[error("{place}: expected 1 or true (usable), 0 or false (not usable), found `{found}`")]
     NotYesOrNo {

@@ -60,6 +60,7 @@ mod iso8601;
 mod mapping;
 mod merge;
 mod motion;
+mod orientation;
 mod pose;
 mod rows;
 mod selection;
@@ -86,6 +87,7 @@ pub use error::{Place, ReadError};
 pub use file::{LARGEST_DOCUMENT, LARGEST_RESULTS, holds, read_whole};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use motion::reader::Part;
+pub use orientation::{Orientation, OrientationColumns, OrientationForm};
 pub use pose::{Reading, Recording, StaticPose, read_part, read_poses};
 pub use rows::{
     Change, CheckedFile, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError,

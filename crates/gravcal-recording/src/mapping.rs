@@ -2,6 +2,7 @@
 
 use crate::conditions::{ConditionColumns, Slope};
 use crate::csv_lines::CsvWriting;
+use crate::orientation::OrientationColumns;
 use crate::selection::Selection;
 use crate::unit::{PositionUnit, TorqueUnit};
 
@@ -13,6 +14,8 @@ pub struct PoseMapping {
     /// The torque reading of every joint, in its unit; `None` for a joint whose torque is not recorded. As long as
     /// `positions`.
     pub torques: Vec<Option<(ReadingColumn, TorqueUnit)>>,
+    /// How the body that carries the instruments stood, where no joints tell it.
+    pub orientation: Option<OrientationColumns>,
     /// Readings of instruments that belong to no joint, each in its own unit; `None` for an axis that is not recorded.
     pub instruments: Vec<Option<ReadingColumn>>,
     /// A column of labels that say which rows belong together, such as the name of a sweep. An empty cell is no label.
@@ -75,9 +78,17 @@ pub enum MappingError {
         /// Length of the list of torques.
         torques: usize,
     },
-    /// There are no joints.
+    /// There are no joints, and nothing else tells how what reads gravity stood.
     #[error("the mapping names no position column")]
     NoPositions,
+    /// The number of columns is not that of the form.
+    #[error("an orientation of this form has {expected} columns, found {found}")]
+    OrientationColumns {
+        /// How many the form has.
+        expected: usize,
+        /// How many are named.
+        found: usize,
+    },
     /// One column is said to be two readings.
     #[error("column `{column}` is mapped to two readings; each reading needs its own column")]
     ColumnTwice {
@@ -163,8 +174,13 @@ impl PoseMapping {
     /// nowhere to be had.
     pub fn check(&self) -> Result<(), MappingError> {
         let (positions, torques) = (self.positions.len(), self.torques.len());
-        if positions == 0 {
+        if positions == 0 && self.orientation.is_none() {
             return Err(MappingError::NoPositions);
+        }
+        if let Some(OrientationColumns { columns, form, .. }) = &self.orientation
+            && columns.len() != form.columns()
+        {
+            return Err(MappingError::OrientationColumns { expected: form.columns(), found: columns.len() });
         }
         if positions != torques {
             return Err(MappingError::UnequalLengths { positions, torques });
@@ -214,7 +230,8 @@ impl PoseMapping {
         let torques = self.torques.iter().flatten().map(|(torque, _)| &torque.column);
         let mut seen: Vec<&String> = Vec::new();
         let instruments = self.instruments.iter().flatten().map(|reading| &reading.column);
-        for column in positions.chain(torques).chain(instruments) {
+        let orientation = self.orientation.iter().flat_map(|orientation| &orientation.columns);
+        for column in positions.chain(orientation).chain(torques).chain(instruments) {
             if seen.contains(&column) {
                 return Err(MappingError::ColumnTwice { column: column.clone() });
             }

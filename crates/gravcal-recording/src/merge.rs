@@ -17,7 +17,10 @@ pub(crate) fn merge_repeated(poses: &[StaticPose]) -> Vec<StaticPose> {
 }
 
 fn is_repeated(a: &StaticPose, b: &StaticPose) -> bool {
-    a.position == b.position && a.sweep == b.sweep && a.conditions.direction == b.conditions.direction
+    a.position == b.position
+        && a.orientation == b.orientation
+        && a.sweep == b.sweep
+        && a.conditions.direction == b.conditions.direction
 }
 
 /// `run` is never empty.
@@ -60,6 +63,7 @@ mod tests {
         StaticPose {
             line,
             position: vec![position],
+            orientation: None,
             torque: vec![torque],
             instruments: Vec::new(),
             saturated: Vec::new(),

@@ -8,6 +8,7 @@ use crate::error::ReadError;
 use crate::mapping::PoseMapping;
 use crate::merge::merge_repeated;
 use crate::motion::reader::Part;
+use crate::orientation::Orientation;
 use crate::slope::differentiate;
 use crate::table::Table;
 
@@ -28,6 +29,8 @@ pub struct StaticPose {
     pub line: u64,
     /// Position reading of every joint, in rad, m, or the sensor's own unit (count, V).
     pub position: Vec<f64>,
+    /// How the body that carries the instruments stood, where the mapping has columns of it.
+    pub orientation: Option<Orientation>,
     /// Torque reading of every joint; `None` where there is none, or none that is usable.
     pub torque: Vec<Option<Reading>>,
     /// Reading of every instrument column, in its own unit; `None` where it is missing or not usable.
@@ -160,6 +163,7 @@ mod tests {
         let first = StaticPose {
             line: 2,
             position: vec![FRAC_PI_2, 0.25],
+            orientation: None,
             torque: vec![reading(2075.0, None), None],
             instruments: Vec::new(),
             saturated: Vec::new(),
@@ -170,6 +174,7 @@ mod tests {
         let second = StaticPose {
             line: 3,
             position: vec![-2.0 * FRAC_PI_2, 0.0],
+            orientation: None,
             torque: vec![reading(-3.0, None), None],
             instruments: Vec::new(),
             saturated: Vec::new(),

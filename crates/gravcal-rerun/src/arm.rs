@@ -48,8 +48,10 @@ pub fn log(
 fn frames(calibration: &CalibrationRecording<'_>) -> Vec<Vec<Transform>> {
     let session = calibration.session;
     let sensors = position_sensors(calibration);
-    let poses = 0..session.poses.len();
-    poses.map(|pose| session.robot.chain.forward(&coordinates(calibration, &sensors, pose))).collect()
+    let poses = session.poses.iter().enumerate();
+    poses
+        .map(|(index, pose)| pose.link_frames(&session.robot.chain, &coordinates(calibration, &sensors, index)))
+        .collect()
 }
 
 /// Corners of the space about the arm, not to be seen: the viewer looks from where they fit into the picture.

@@ -1,6 +1,7 @@
 //! A session as it is, or as it would be after some addition, at nominal values: what a judgement looks at.
 
-use gravcal_recording::Reading;
+use gravcal_recording::{Orientation, Reading};
+use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::judged::{NominalVerdict, judge_at};
 use crate::joint::{EstimateError, Signals, Unknowns, select};
@@ -9,6 +10,18 @@ use crate::session::{InertiaKnowledge, Pose, PoseTable, Session};
 
 /// An addition is judged beside about so many poses of the session, which stand for all of them.
 const POSES: usize = 300;
+
+/// One of a sequence of orientations that fill all turns evenly: Shoemake's map of the unit cube to unit quaternions (*Uniform
+/// random rotations*, 1992), at the multiples, modulo one, of the powers of the root of `x⁴ = x + 1`.
+fn turned_every_way(index: usize) -> Orientation {
+    let root = (0..64).fold(1.5_f64, |x, _| (1.0 + x).powf(0.25));
+    let [share, first, second] = [1, 2, 3].map(|power| (0.5 + (index as f64 + 1.0) * root.powi(-power)).fract());
+    let [first, second] = [first, second].map(|share| std::f64::consts::TAU * share);
+    let (a, b) = ((1.0 - share).sqrt(), share.sqrt());
+    let quaternion = Quaternion::new(a * first.sin(), a * first.cos(), b * second.sin(), b * second.cos());
+    let rotation = UnitQuaternion::from_quaternion(quaternion).to_rotation_matrix();
+    [0, 1, 2].map(|row| [0, 1, 2].map(|column| rotation[(row, column)]))
+}
 
 /// A session, real or not, with the values at which it is judged. Its readings count, their values do not.
 #[derive(Clone, Debug)]
@@ -68,8 +81,8 @@ impl Supposed {
         judge_at(&self.session, &select(&self.session, Signals::All), &self.values)
     }
 
-    /// Adds poses with a load (or none) at the given coordinates, rad or m, in which everything is read that the session
-    /// reads. The conditions are those of the session's poses, one after the other.
+    /// Adds poses with a load (or none) at the given coordinates, rad or m (a body without joints is turned every way), in which
+    /// everything is read that the session reads. The conditions are those of the session's poses, one after the other.
     pub fn record(&mut self, load: Option<usize>, coordinates: Vec<Vec<f64>>) {
         let position = |(joint, coordinate): (usize, &f64)| {
             let sensor = self.values.sensors[joint];
@@ -78,12 +91,14 @@ impl Supposed {
         let reading = |std: &Option<f64>| std.map(|std| Reading { value: 0.0, std: Some(std) });
         let (torque, instruments) = self.noise.split_at(self.session.joints.len());
         let before = self.session.poses.len().max(1);
+        let body = self.session.joints.is_empty();
         let pose = |(index, coordinates): (usize, &Vec<f64>)| Pose {
             table: self.session.tables.len(),
             line: index as u64,
             sweep_label: None,
             load,
             position: coordinates.iter().enumerate().map(position).collect(),
+            orientation: body.then(|| turned_every_way(index)),
             torque: torque.iter().map(reading).collect(),
             instruments: instruments.iter().map(reading).collect(),
             conditions: self.session.poses.get(index % before).map_or_else(Default::default, |p| p.conditions.clone()),

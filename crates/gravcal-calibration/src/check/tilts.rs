@@ -13,11 +13,13 @@ const TILTS_DEG: [f64; 5] = [1.0, 2.0, 5.0, 10.0, 20.0];
 /// Below this angle between gravity and the first axis the effect of a tilt is told, rad.
 const NEARLY_UPRIGHT: f64 = 0.1;
 
-/// Nothing of a robot without a joint on which all others hang.
+/// Nothing of a robot without a joint on which all others hang, or without joints.
 pub(super) fn tilts(now: &Supposed) -> Result<Vec<TiltReport>, EstimateError> {
+    if now.session.robot.chain.root_joint().is_none() {
+        return Ok(Vec::new());
+    }
     let (axis, gravity) = (first_axis(&now.session), Vector3::from(now.values.gravity));
-    let no_root = now.session.robot.chain.root_joint().is_none();
-    if no_root || gravity.cross(&axis).norm() / gravity.norm() > NEARLY_UPRIGHT {
+    if gravity.cross(&axis).norm() / gravity.norm() > NEARLY_UPRIGHT {
         return Ok(Vec::new());
     }
     let along = gravity.norm() * gravity.dot(&axis).signum() * axis;

@@ -252,7 +252,8 @@ impl<'s> Models<'s> {
             let own: Vec<(usize, f64)> = own.collect();
             if !own.is_empty() {
                 let model = Arc::clone(&self.instruments[number][load]);
-                parts.push(Arc::new(InstrumentReading::new(model, coordinates(session, index, instrument.link), own)));
+                let coordinates = coordinates(session, index, instrument.link);
+                parts.push(Arc::new(InstrumentReading::new(model, coordinates, pose.orientation, own)));
             }
         }
         if parts.len() == 1 { parts.remove(0) } else { Arc::new(Stacked::new(parts, length)) }

@@ -140,8 +140,11 @@ struct AlongAxis {
     vector: Vector3<f64>,
 }
 
-/// That of the placements of a known distance. Nothing where there is no such pair.
+/// That of the placements of a known distance. Nothing where there is no such pair, or no joint.
 fn along_axis(session: &Session, values: &Unknowns) -> Option<AlongAxis> {
+    if session.joints.is_empty() {
+        return None;
+    }
     let loads = session.pair_of_free_placements()?.between;
     let joint = &session.robot.chain.movers()[session.loads[loads[0]].link];
     let axis = Vector3::from(joint.after.inverse().rotate_vector(joint.axis));

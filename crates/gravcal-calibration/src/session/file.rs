@@ -18,6 +18,9 @@
 //! position = { columns = ["q1", "q2"], unit = "deg" }             # std = 0.02: of each reading, taken as exact without
 //! torque = { columns = ["y1", ""], unit = "count", std = 0.8 }    # "": no torque sensor
 //! # with lowest = 0, highest = 4095 in it: readings there or beyond are saturated, and left out
+//! # or, where no robot is named and instruments are turned otherwise, how they stood: v_base = R v_body
+//! orientation = { columns = ["qx", "qy", "qz", "qw"], order = "xyzw", rotation = "base-from-body" }
+//! # order: or "wxyz", or none for the nine columns of a matrix, row by row; rotation: or "body-from-base"
 //! sweep_column = "sweep"                     # optional: labels of sweeps
 //! merge_repeated_rows = false                # optional: rows of one standstill become one pose
 //! time = { column = "t", unit = "s" }        # these five where a sensor's model or `select` needs them: one clock for all tables
@@ -73,7 +76,7 @@
 //!
 //! [[accelerometer]]                          # optional: three axes on a link
 //! name = "imu"
-//! link = "link1"
+//! link = "link1"                             # which one, where there are several
 //! mounting = { rpy_deg = [90, 0, 0] }        # optional
 //! mounting_std_deg = 2                       # optional: exact without it
 //! readings = { columns = ["ax", "ay", "az"], unit = "g", std = 0.001 }
@@ -156,6 +159,7 @@ mod models;
 #[cfg(test)]
 mod models_tests;
 mod normal_gravity;
+mod orientation;
 mod poses;
 mod prior;
 mod reading_columns;
@@ -214,7 +218,7 @@ pub enum SessionError {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 struct SessionTable {
-    robot: RobotSource,
+    robot: Option<RobotSource>,
     #[serde(default)]
     estimators: Vec<String>,
     solver: Option<Written>,
@@ -271,8 +275,13 @@ impl<'a> Context<'a> {
 /// `watch` is told how far each recording in motion is read.
 pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
     let written: SessionTable = document.parse()?;
-    let (robot, robot_path) = resolve_robot(document, &Field::new("robot"), &written.robot)?;
-    let context = Context::new(document, &robot, &robot_path);
+    orientation::check_robot(document, written.robot.as_ref(), &written.readings)?;
+    let source = written.robot.as_ref().map(|source| resolve_robot(document, &Field::new("robot"), source)).transpose()?;
+    let (robot, robot_path) = match source {
+        Some((robot, path)) => (robot, Some(path)),
+        None => (orientation::free_body(), None),
+    };
+    let context = Context::new(document, &robot, robot_path.as_deref().unwrap_or(document.path()));
 
     let gravity = gravity::resolve(document, &written.gravity)?;
     let inertia = inertia::resolve(&context, &written.inertia)?;
@@ -315,7 +324,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     }
     let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
 
-    let inputs = inputs(document.path(), &robot_path, tables.iter().map(|table| table.path.clone()));
+    let inputs = inputs(document.path(), robot_path.as_deref(), tables.iter().map(|table| table.path.clone()));
     let solver = written.solver.map(|solver| SolverChoice::new(solver, document));
     let session = Session {
         robot: robot.clone(),
@@ -378,6 +387,6 @@ fn refuse_prior_on_base_frame(
     Err(context.document.error(&entry.field.key("std"), message))
 }
 
-fn inputs(session: &Path, robot: &Path, tables: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {
-    [session, robot].map(Path::to_owned).into_iter().chain(tables).collect()
+fn inputs(session: &Path, robot: Option<&Path>, tables: impl Iterator<Item = PathBuf>) -> Vec<PathBuf> {
+    std::iter::once(session).chain(robot).map(Path::to_owned).chain(tables).collect()
 }

@@ -17,7 +17,8 @@ pub(crate) mod units;
 use std::path::{Path, PathBuf};
 
 use gravcal_estimation::Loss;
-use gravcal_recording::{Conditions, PoseMapping, PositionUnit, Reading, TorqueUnit};
+use gravcal_kinematics::{Chain, Transform};
+use gravcal_recording::{Conditions, Orientation, PoseMapping, PositionUnit, Reading, TorqueUnit};
 
 use crate::document::Document;
 use crate::parameter::{Parameter, Quantity};
@@ -303,12 +304,27 @@ pub struct Pose {
     pub load: Option<usize>,
     /// Position readings (rad, m, or the sensor's own unit).
     pub position: Vec<f64>,
+    /// Rotation of the body that carries the instruments in the base's frame, where there are no joints.
+    pub orientation: Option<Orientation>,
     /// Torque readings, absent where missing or unusable.
     pub torque: Vec<Option<Reading>>,
     /// Readings of the axes of all instruments, absent where missing or unusable.
     pub instruments: Vec<Option<Reading>>,
     /// Under which conditions they were read; time counts from the session's first pose.
     pub conditions: Conditions,
+}
+
+impl Pose {
+    /// Frames of all links in the base's, at these coordinates of the joints (rad or m), or as a body without joints stood.
+    pub fn link_frames(&self, chain: &Chain, coordinates: &[f64]) -> Vec<Transform> {
+        let frames = chain.forward(coordinates);
+        // What was read is a rotation.
+        let turned = self.orientation.and_then(|rotation| Transform::from_rotation(rotation, [0.0; 3]).ok());
+        match turned {
+            None => frames,
+            Some(turned) => frames.iter().map(|frame| turned.compose(frame)).collect(),
+        }
+    }
 }
 
 /// How far joints may be from where their position sensors say, before any torque is read.

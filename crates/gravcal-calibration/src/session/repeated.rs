@@ -21,7 +21,13 @@ impl Session {
             let lists =
                 [&conditions.temperature, &conditions.velocity, &conditions.acceleration, &conditions.direction];
             let conditions = conditions.time.iter().chain(lists.into_iter().flatten());
-            let numbers = pose.position.iter().chain(conditions).copied().chain(readings);
+            let numbers = pose
+                .position
+                .iter()
+                .chain(pose.orientation.iter().flatten().flatten())
+                .chain(conditions)
+                .copied()
+                .chain(readings);
             (pose.load, numbers.map(f64::to_bits).collect::<Vec<u64>>())
         };
         let repeated: Vec<bool> = (0..self.poses.len()).map(|pose| !seen.insert(of_pose(pose))).collect();

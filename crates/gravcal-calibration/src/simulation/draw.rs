@@ -112,7 +112,7 @@ fn read_sensors(
         .collect();
     let instruments = instruments::read(simulation, &coordinates, load, random);
     // Line 1 of a table is its header.
-    Pose { table, line: index as u64 + 2, sweep_label: None, load, position, torque, instruments, conditions }
+    Pose { table, line: index as u64 + 2, sweep_label: None, load, position, orientation: None, torque, instruments, conditions }
 }
 
 impl Simulation {

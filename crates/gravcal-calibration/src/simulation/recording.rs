@@ -224,6 +224,7 @@ impl<'a> Recorder<'a> {
             sweep_label: None,
             load: self.simulation.template.tables[table].load,
             position: mean[..stand.position.len()].to_vec(),
+            orientation: None,
             torque: (0..joints).map(reading).collect(),
             instruments: Vec::new(),
             conditions,

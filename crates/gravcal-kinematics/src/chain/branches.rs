@@ -6,9 +6,9 @@ use super::{Chain, Drive};
 
 impl Chain {
     /// Whether every joint has a coordinate of its own and hangs on the link of the one before: joint k moves the links
-    /// from k on.
+    /// from k on. A body without joints is no such chain.
     pub fn is_serial(&self) -> bool {
-        self.topology.is_serial() && self.drives.is_none()
+        !self.joints.is_empty() && self.topology.is_serial() && self.drives.is_none()
     }
 
     /// The link that a link hangs on; `None`: the base.
@@ -40,10 +40,8 @@ impl Chain {
     /// frame.
     pub fn root_joint(&self) -> Option<usize> {
         let joint = self.drive(0).joint;
-        (!self.joints.is_empty()
-            && self.topology.ends[0] == self.link_count()
-            && self.links_of(joint).eq([0]))
-        .then_some(joint)
+        (!self.joints.is_empty() && self.topology.ends[0] == self.link_count() && self.links_of(joint).eq([0]))
+            .then_some(joint)
     }
 
     /// Whether nothing hangs on what a joint moves but by its own motion: where its coordinate counts from is a choice of
@@ -104,6 +102,7 @@ mod tests {
         let body = Chain::free_body("base", "body");
         assert_eq!((body.joint_count(), body.link_count(), body.root_joint()), (0, 1, None));
         assert_eq!(body.last_links().collect::<Vec<_>>(), [0]);
+        assert!(!body.is_serial());
         assert_eq!(body.forward(&[]), [crate::Transform::identity()]);
         let gravity = body.link_gravity(0, &[], [1.0, 2.0, 3.0]);
         assert_eq!((gravity.value, gravity.by_coordinate.len()), ([1.0, 2.0, 3.0], 0));

@@ -251,6 +251,7 @@ impl Unfinished {
             pose: StaticPose {
                 line: self.row,
                 position: joints.clone().map(|joint| self.tested[joint].sum.mean).collect(),
+                orientation: None,
                 torque: channels.torques.iter().map(reading).collect(),
                 instruments: channels.instruments.iter().map(reading).collect(),
                 saturated: joints.clone().filter(saturated).collect(),

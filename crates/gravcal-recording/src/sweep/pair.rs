@@ -101,6 +101,7 @@ impl SweptBin {
         StaticPose {
             line: up.line.min(down.line),
             position: each(&up.position, &down.position),
+            orientation: None,
             torque,
             instruments: readings(&up.instruments, &down.instruments),
             saturated: saturated.into_iter().collect(),
@@ -243,6 +244,7 @@ impl Maker<'_> {
         let pose = StaticPose {
             line: first_bin.row,
             position: joints.clone().map(position).collect(),
+            orientation: None,
             torque: self.channels.torques.iter().map(reading).collect(),
             instruments: self.channels.instruments.iter().map(reading).collect(),
             saturated: joints

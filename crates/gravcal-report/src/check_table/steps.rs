@@ -12,8 +12,8 @@ pub(super) fn tell(report: &CheckReport) -> String {
     format!("Sequential procedure\n{told}")
 }
 
-const NO_SERIAL_CHAIN: &str = "none: its steps go along one serial chain, and this robot branches or has joints that mimic \
-                               others; use the joint estimator";
+const NO_SERIAL_CHAIN: &str = "none: its steps go along one serial chain, and this robot branches, has joints that mimic \
+                               others, or has none; use the joint estimator";
 
 fn in_words(step: &StepReport) -> String {
     let StepReport { step, finds, sweeps, problem } = step;

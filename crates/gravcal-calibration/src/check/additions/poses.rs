@@ -15,7 +15,7 @@ const REACH_LENGTH: f64 = 0.2;
 /// Poses spread over the joints' limits, with nothing attached or what is attached already.
 pub fn more(now: &Supposed) -> Vec<Addition> {
     let load = attached(now);
-    let words = format!("record {}{}, spread over the joints' whole range", poses(now, "more "), with(now, load));
+    let words = format!("record {}{}, {}", poses(now, "more "), with(now, load), spread_in_words(now));
     vec![Addition::new(words, move |supposed| supposed.record(load, spread(supposed)))]
 }
 
@@ -24,7 +24,7 @@ pub fn bare_besides_loaded(now: &Supposed) -> Vec<Addition> {
     if attached(now).is_none() {
         return Vec::new();
     }
-    let words = format!("record {} besides the loaded ones, spread over the joints' whole range", poses(now, "bare "));
+    let words = format!("record {} besides the loaded ones, {}", poses(now, "bare "), spread_in_words(now));
     vec![Addition::new(words, |supposed| supposed.record(None, spread(supposed)))]
 }
 
@@ -66,6 +66,10 @@ pub fn wider_sweep(now: &Supposed) -> Vec<Addition> {
         })
     };
     (0..now.session.joints.len()).map(sweep).collect()
+}
+
+fn spread_in_words(now: &Supposed) -> &'static str {
+    if now.session.joints.is_empty() { "turned every way" } else { "spread over the joints' whole range" }
 }
 
 /// What [`spread`] records, in words.

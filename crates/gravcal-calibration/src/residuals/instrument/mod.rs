@@ -1,10 +1,11 @@
 //! Readings, in one static pose, of an instrument that a link carries.
 //!
 //! ```text
-//!     y = K u(v) + b,     v = R_mᵀ R_kᵀ(θ) g
+//!     y = K u(v) + b,     v = R_mᵀ R_kᵀ(θ) Rᵀ g
 //! ```
 //!
-//! `v` is gravity in the instrument's frame: `R_k` the rotation of its link, `R_m` that of its mounting. What it senses of
+//! `v` is gravity in the instrument's frame: `R_k` the rotation of its link, `R_m` that of its mounting; `R` turns all of it,
+//! where the pose itself says how a body without joints stood (`R_k` is then none). What it senses of
 //! it, `u`, is its own ([`Wrench`], [`SpecificForce`]); the gains `K` are one an axis, or a full matrix. Axes without a
 //! usable reading have no row.
 
@@ -102,19 +103,24 @@ pub struct InstrumentReading {
     model: Arc<InstrumentModel>,
     /// `θ_j = Σ coefficient · block`: joint, place among the coordinates' blocks, coefficient.
     coordinates: Vec<(usize, usize, f64)>,
+    /// `R`.
+    orientation: Matrix3<f64>,
     /// Axis and reading of each row.
     readings: Vec<(usize, f64)>,
 }
 
 impl InstrumentReading {
     /// `coordinates`: joint, place among the model's coordinate blocks and coefficient of each term of
-    /// `θ_j = Σ coefficient · block`; `readings`: axis and reading, one a row.
+    /// `θ_j = Σ coefficient · block`; `orientation`: of what carries the chain, row-major, where it is turned; `readings`:
+    /// axis and reading, one a row.
     pub fn new(
         model: Arc<InstrumentModel>,
         coordinates: Vec<(usize, usize, f64)>,
+        orientation: Option<[[f64; 3]; 3]>,
         readings: Vec<(usize, f64)>,
     ) -> Self {
-        InstrumentReading { model, coordinates, readings }
+        let orientation = orientation.map_or_else(Matrix3::identity, |rows| Matrix3::from_fn(|i, j| rows[i][j]));
+        InstrumentReading { model, coordinates, orientation, readings }
     }
 
     fn set_row(&self, row: &mut [f64], x: &[f64], axis: usize, at: &Linearized) {
@@ -142,9 +148,12 @@ impl InstrumentReading {
         for (joint, place, coefficient) in &self.coordinates {
             coordinates[*joint] += coefficient * x[GRAVITY + place];
         }
-        let on_link = model.chain.link_gravity(model.link, &coordinates, [x[0], x[1], x[2]]);
+        let turned = self.orientation.tr_mul(&Vector3::new(x[0], x[1], x[2]));
+        let on_link = model.chain.link_gravity(model.link, &coordinates, turned.into());
         let mounted = |v: [f64; 3]| model.mounting.tr_mul(&Vector3::from(v));
-        let by_axis = |axis: usize| mounted([0, 1, 2].map(|row| on_link.by_gravity[row][axis]));
+        let by_turned = Matrix3::from_fn(|row, column| on_link.by_gravity[row][column]);
+        let by_gravity = model.mounting.tr_mul(&by_turned) * self.orientation.transpose();
+        let by_axis = |axis: usize| by_gravity.column(axis).into_owned();
         Linearized {
             sensed: model.sensed.sense(&mounted(on_link.value), &x[model.columns[2]..]),
             by_gravity: [0, 1, 2].map(by_axis),
@@ -216,6 +225,8 @@ pub(super) mod tests {
 
     const HALF_TURN_ABOUT_X: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]];
 
+    const QUARTER_ABOUT_Y: [[f64; 3]; 3] = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]];
+
     /// Checks an instrument on the last link that reads its first and its last axis; `own` makes it from its own blocks.
     pub fn check(axes: usize, full: bool, own: &[usize], make: impl Fn(&[BlockId]) -> Arc<dyn SensedQuantity>) {
         let entries: Vec<(usize, usize)> =
@@ -239,7 +250,10 @@ pub(super) mod tests {
         );
         let terms = [(0, 0, 0.3), (0, 1, 1.0), (1, 2, 0.2), (1, 3, 1.0), (2, 4, -0.8), (2, 5, 1.0)];
         let readings = vec![(0, 2.0), (axes - 1, 1.0)];
-        let residual = InstrumentReading::new(Arc::new(model), terms.to_vec(), readings);
-        check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+        let model = Arc::new(model);
+        for orientation in [None, Some(QUARTER_ABOUT_Y)] {
+            let residual = InstrumentReading::new(Arc::clone(&model), terms.to_vec(), orientation, readings.clone());
+            check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+        }
     }
 }

@@ -60,7 +60,7 @@ pub(crate) struct ForceTorqueTable {
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct AccelerometerTable {
     name: String,
-    link: String,
+    link: Option<String>,
     #[serde(default)]
     mounting: MountingTable,
     mounting_std_deg: Option<f64>,
@@ -118,7 +118,7 @@ pub(super) fn resolve(
     }
     for (index, table) in accelerometers.iter().enumerate() {
         let field = Field::new("accelerometer").at(index);
-        let link = context.document.lookup(&field.key("link"), "link", &table.link, &context.link_names)?;
+        let link = accelerometer_link(context, &field, table.link.as_deref())?;
         let groups = [(&table.gain, &table.bias)];
         let section = Section { context, field, kind: InstrumentKind::Accelerometer, name: &table.name };
         section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, &groups))?;
@@ -138,6 +138,18 @@ fn wrist_link(context: &Context<'_>, sensor: &Field, written: Option<&str>) -> R
             Err(context.document.error(sensor, message))
         }
         (Some(link), _) => Ok(last[context.document.lookup(&sensor.key("link"), "last link", link, &names)?]),
+    }
+}
+
+/// The link that an accelerometer is on: it need not be said where there is but one.
+fn accelerometer_link(context: &Context<'_>, sensor: &Field, written: Option<&str>) -> Result<usize, FileError> {
+    match (written, context.link_names.as_slice()) {
+        (None, [_]) => Ok(0),
+        (None, names) => {
+            let message = format!("on which link is it? add link = \"…\", one of {}", names.join(", "));
+            Err(context.document.error(sensor, message))
+        }
+        (Some(link), names) => context.document.lookup(&sensor.key("link"), "link", link, names),
     }
 }
 

@@ -246,6 +246,7 @@ pub(super) fn count_time_from_first(poses: &mut [Pose]) {
 }
 
 fn of_table(table: usize, load: Option<usize>, pose: StaticPose) -> Pose {
-    let StaticPose { line, position, torque, saturated: _, instruments, sweep, conditions, merged: _ } = pose;
-    Pose { table, line, sweep_label: sweep, load, position, torque, instruments, conditions }
+    let StaticPose { line, position, orientation, torque, saturated: _, instruments, sweep, conditions, merged: _ } =
+        pose;
+    Pose { table, line, sweep_label: sweep, load, position, orientation, torque, instruments, conditions }
 }

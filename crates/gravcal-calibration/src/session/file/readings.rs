@@ -6,6 +6,7 @@ use serde::Deserialize;
 use super::Context;
 use super::conditions::{self, ConditionTable, DirectionTable, MotionTable, TimeTable};
 use super::csv::{self, CsvTable};
+use super::orientation::{self, OrientationTable};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable, Units};
 use super::select::{self, SelectTable};
 use super::still::StillTable;
@@ -17,7 +18,8 @@ use crate::session::units;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct ReadingsTable {
-    position: PositionTable,
+    pub(super) position: Option<PositionTable>,
+    pub(super) orientation: Option<OrientationTable>,
     torque: Option<ReadingColumnsTable>,
     time: Option<TimeTable>,
     temperature: Option<ConditionTable>,
@@ -38,10 +40,26 @@ pub(super) struct ReadingsTable {
 /// `readings.position`. Units are mandatory; they are read as optional so that the error can say which fit.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
-struct PositionTable {
+pub(super) struct PositionTable {
     columns: Vec<String>,
     unit: Option<OneOrMany<String>>,
     std: Option<OneOrMany<f64>>,
+}
+
+impl ReadingsTable {
+    /// What it says that only joints have, by key.
+    pub(super) fn of_joints(&self) -> Vec<&'static str> {
+        let said = [
+            ("position", self.position.is_some()),
+            ("torque", self.torque.is_some()),
+            ("velocity", self.velocity.is_some()),
+            ("acceleration", self.acceleration.is_some()),
+            ("direction", self.direction.is_some()),
+            ("still", self.still.is_some()),
+            ("sweeps", self.sweeps.is_some()),
+        ];
+        said.into_iter().filter(|(_, said)| *said).map(|(key, _)| key).collect()
+    }
 }
 
 /// What `[readings]` comes to.
@@ -59,9 +77,11 @@ pub(super) fn mapping(
         acceleration: table.acceleration.as_ref(),
         direction: table.direction.as_ref(),
     };
+    let orientation = table.orientation.as_ref().map(|table| orientation::resolve(context.document, table));
     let mapping = PoseMapping {
-        positions: positions(context, &table.position)?,
+        positions: positions(context, table.position.as_ref())?,
         torques: torques(context, table.torque.as_ref(), !instruments.is_empty())?,
+        orientation: orientation.transpose()?,
         instruments,
         sweep_column: table.sweep_column.clone(),
         merge_repeated: table.merge_repeated_rows,
@@ -75,8 +95,8 @@ pub(super) fn mapping(
 
 /// Standard deviation of each joint's position reading in its inside unit; 0 where it is taken as exact.
 pub(super) fn position_std(context: &Context<'_>, table: &ReadingsTable) -> Result<Vec<f64>, FileError> {
-    let (field, units) = (position().key("std"), positions(context, &table.position)?);
-    let Some(written) = &table.position.std else { return Ok(vec![0.0; units.len()]) };
+    let (field, units) = (position().key("std"), positions(context, table.position.as_ref())?);
+    let Some(written) = table.position.as_ref().and_then(|position| position.std.as_ref()) else { return Ok(vec![0.0; units.len()]) };
     let written = context.document.for_each(&field, written, &context.joint_names)?;
     let inside = |(std, column): (&f64, &PositionColumn)| match std {
         0.0.. => Ok(std * column.unit.to_si()),
@@ -109,7 +129,9 @@ fn field_of(error: &MappingError) -> Field {
     }
 }
 
-fn positions(context: &Context<'_>, table: &PositionTable) -> Result<Vec<PositionColumn>, FileError> {
+/// None where there are no joints.
+fn positions(context: &Context<'_>, table: Option<&PositionTable>) -> Result<Vec<PositionColumn>, FileError> {
+    let Some(table) = table else { return Ok(Vec::new()) };
     let columns = context.document.one_each(&position().key("columns"), &table.columns, &context.joint_names)?;
     let units = Units::new(context, position().key("unit"), &context.joint_names, table.unit.as_ref())?;
     let column = |(joint, column): (usize, &String)| {

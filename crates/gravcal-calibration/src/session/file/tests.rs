@@ -156,6 +156,7 @@ fn poses_of_all_tables_are_read_in_si() {
         sweep_label: (table == 0).then(|| "s".to_owned()),
         load: (table == 1).then_some(1),
         position: position.map(|angle| angle * (PI / 180.0)).into(),
+        orientation: None,
         torque: torque.into(),
         instruments: Vec::new(),
         conditions: Conditions::default(),

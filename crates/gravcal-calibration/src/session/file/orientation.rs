@@ -1,0 +1,288 @@
+//! `[readings.orientation]`: how the body that carries the instruments stood in each pose, where no joints tell it.
+//!
+//! Such a session names no robot. What it calibrates hangs on one body, `body`, which somebody turned:
+//!
+//! ```text
+//!     y = K u(v) + b,     v = R_mᵀ Rᵀ g
+//! ```
+//!
+//! with the rotation `R` of the body (`v_base = R v_body`) in the columns, and `R_m` that of the instrument's mounting on it,
+//! which is none unless `mounting` says so: see [`crate::residuals::InstrumentReading`].
+
+use gravcal_kinematics::Chain;
+use gravcal_recording::{OrientationColumns, OrientationForm};
+use serde::Deserialize;
+
+use super::readings::ReadingsTable;
+use crate::document::{Document, Field, FileError};
+use crate::robot::{Robot, RobotSource};
+
+/// Names of the base and of the body.
+const BASE: &str = "base";
+const BODY: &str = "body";
+
+/// `readings.orientation`. What must be said is read as optional, so that the error can say what fits.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub(super) struct OrientationTable {
+    columns: Vec<String>,
+    order: Option<Order>,
+    rotation: Option<Rotation>,
+}
+
+/// Which of four columns is which.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Order {
+    Xyzw,
+    Wxyz,
+}
+
+/// Which way the rotation goes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Rotation {
+    BaseFromBody,
+    BodyFromBase,
+}
+
+/// The body in place of a robot.
+pub(super) fn free_body() -> Robot {
+    Robot { name: "body without joints".to_owned(), chain: Chain::free_body(BASE, BODY), sensors: Vec::new() }
+}
+
+/// Either a robot's joints or columns say how what reads gravity stood.
+pub(super) fn check_robot(
+    document: &Document,
+    robot: Option<&RobotSource>,
+    readings: &ReadingsTable,
+) -> Result<(), FileError> {
+    let field = |key: &str| Field::new("readings").key(key);
+    match (robot, &readings.orientation) {
+        (Some(_), None) if readings.position.is_none() => {
+            let message = "the position readings are missing: name their columns, readings.position = { columns = \
+                           [...], unit = \"...\" }";
+            Err(document.error(&field("position"), message))
+        }
+        (Some(_), None) => Ok(()),
+        (Some(_), Some(_)) => {
+            let message = "the robot's joint angles already tell how its links stand: delete this, or the robot and its \
+                           joints' readings";
+            Err(document.error(&field("orientation"), message))
+        }
+        (None, None) => {
+            let message = "which robot? name its file; or, for instruments that are turned without one, how they stood: \
+                           readings.orientation = { columns = [...], order = \"xyzw\", rotation = \"base-from-body\" }";
+            Err(document.error(&Field::new("robot"), message))
+        }
+        (None, Some(_)) => match readings.of_joints().first() {
+            Some(key) => {
+                let message = "there are no joints, as no robot is named: delete this, or name the robot in place of \
+                               readings.orientation";
+                Err(document.error(&field(key), message))
+            }
+            None => Ok(()),
+        },
+    }
+}
+
+/// What it comes to.
+pub(super) fn resolve(document: &Document, table: &OrientationTable) -> Result<OrientationColumns, FileError> {
+    let field = |key: &str| Field::new("readings").key("orientation").key(key);
+    let form = match (table.columns.len(), table.order) {
+        (4, Some(Order::Xyzw)) => OrientationForm::QuaternionXyzw,
+        (4, Some(Order::Wxyz)) => OrientationForm::QuaternionWxyz,
+        (4, None) => {
+            let message = "does the real part of the quaternion stand first or last? write order = \"wxyz\" or \"xyzw\"";
+            return Err(document.error(&field("order"), message));
+        }
+        (9, None) => OrientationForm::Matrix,
+        (9, Some(_)) => {
+            let message = "nine columns are a rotation matrix, row by row, which has no other order: delete this";
+            return Err(document.error(&field("order"), message));
+        }
+        (found, _) => {
+            let message = format!(
+                "expected the four columns of a quaternion, or the nine of a rotation matrix row by row, found {found}"
+            );
+            return Err(document.error(&field("columns"), message));
+        }
+    };
+    let Some(rotation) = table.rotation else {
+        let message = "which way does it turn? write rotation = \"base-from-body\" where it turns vectors in the body's \
+                       frame into the base's (v_base = R v_body), or \"body-from-base\"";
+        return Err(document.error(&field("rotation"), message));
+    };
+    Ok(OrientationColumns {
+        columns: table.columns.clone(),
+        form,
+        body_from_base: rotation == Rotation::BodyFromBase,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use gravcal_recording::OrientationForm;
+    use gravcal_solvers::LevenbergMarquardt;
+    use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
+
+    use crate::joint::{Signals, estimate_jointly};
+    use crate::result::{EstimatorResult, Verdict};
+    use crate::session::Session;
+    use crate::workbench::Workbench;
+
+    const SESSION: &str = r#"
+[gravity]
+magnitude_m_per_s2 = 9.81
+hemisphere = [0, 0, -1]
+[readings]
+orientation = { columns = ["w", "x", "y", "z"], order = "wxyz", rotation = "base-from-body" }
+[[force_torque_sensor]]
+name = "wrist"
+readings = { columns = ["fx", "fy", "fz", "nx", "ny", "nz"], unit = ["N", "N", "N", "N·m", "N·m", "N·m"], std = [0.1, 0.1, 0.1, 0.01, 0.01, 0.01] }
+force_gain = { fixed = 1, unit = "N/N" }
+moment_gain = { fixed = 1, unit = "N·m/(N·m)" }
+[[poses]]
+file = "poses.csv"
+"#;
+
+    /// True values: gravity leans, as the base is not quite level.
+    const GRAVITY: [f64; 3] = [0.3, -0.2, -9.803_373];
+    const MASS: f64 = 1.4;
+    const MOMENT: [f64; 3] = [0.01, -0.02, 0.07];
+    const BIAS: [f64; 6] = [3.0, -2.0, 5.0, 0.1, -0.2, 0.3];
+
+    /// Something like noise of unit size, the same every time.
+    fn noise(index: usize) -> f64 {
+        (0..3).map(|k| (12.9898 * (index as f64 + 0.37) * (k + 1) as f64).sin()).sum::<f64>() * (2.0_f64 / 3.0).sqrt()
+    }
+
+    /// Rotation of the body in one pose, and what an ideal sensor reads there: `f = −m v`, `n = v × h`, `v = Rᵀ g`.
+    fn pose(index: usize) -> (UnitQuaternion<f64>, [f64; 6]) {
+        let angles = [1.1, 2.3, 3.7].map(|step| step * (index as f64 + 1.0));
+        let turned = UnitQuaternion::from_euler_angles(angles[0], angles[1].sin(), angles[2]);
+        let seen = turned.inverse() * Vector3::from(GRAVITY);
+        let (force, moment) = (-MASS * seen, seen.cross(&Vector3::from(MOMENT)));
+        (turned, [force.x, force.y, force.z, moment.x, moment.y, moment.z])
+    }
+
+    /// A table of 40 poses: the cells that `orientation` makes of the rotation, and the readings, turned by `sign`.
+    fn table(head: &str, sign: f64, orientation: impl Fn(&UnitQuaternion<f64>) -> Vec<f64>) -> String {
+        let mut text = format!("{head},fx,fy,fz,nx,ny,nz\n");
+        for index in 0..40 {
+            let (turned, sensed) = pose(index);
+            let read = |axis: usize| {
+                let std = if axis < 3 { 0.1 } else { 0.01 };
+                sign * sensed[axis] + BIAS[axis] + std * noise(6 * index + axis)
+            };
+            let cells: Vec<String> =
+                orientation(&turned).into_iter().chain((0..6).map(read)).map(|cell| format!("{cell:.6}")).collect();
+            text += &format!("{}\n", cells.join(","));
+        }
+        text
+    }
+
+    fn wxyz(turned: &UnitQuaternion<f64>) -> Vec<f64> {
+        let Quaternion { coords } = turned.into_inner();
+        vec![coords.w, coords.x, coords.y, coords.z]
+    }
+
+    fn read(session: &str, table: &str) -> Result<Session, String> {
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("session.toml"), session).unwrap();
+        fs::write(folder.path().join("poses.csv"), table).unwrap();
+        let shown = format!("{}/", folder.path().display());
+        Session::read(&folder.path().join("session.toml")).map_err(|error| error.to_string().replace(&shown, ""))
+    }
+
+    fn estimated(session: &Session) -> EstimatorResult {
+        let solver = LevenbergMarquardt::default();
+        estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+    }
+
+    /// Value and standard deviation of a parameter.
+    fn found(result: &EstimatorResult, name: &str) -> (f64, f64) {
+        let parameter = result.parameters.iter().find(|parameter| parameter.name == name).unwrap();
+        (parameter.value.unwrap(), parameter.std.unwrap())
+    }
+
+    /// Every value lies where the truth is, within its own standard deviations.
+    fn assert_true(result: &EstimatorResult) {
+        assert_eq!(result.verdict, Verdict::Determined, "{:?} {:?}", result.undetermined, result.notes);
+        let truth = [("tool_mass", MASS), ("tool_moment_x", MOMENT[0]), ("tool_moment_y", MOMENT[1])];
+        let biases = ["bias_fx", "bias_fy", "bias_fz", "bias_nx", "bias_ny", "bias_nz"].into_iter().zip(BIAS);
+        for (name, truth) in truth.into_iter().chain([("tool_moment_z", MOMENT[2])]).chain(biases) {
+            let (value, std) = found(result, &format!("wrist.{name}"));
+            assert!((value - truth).abs() < 4.0 * std && std < 0.05, "{name}: {value} ± {std}, not {truth}");
+        }
+        let gravity = result.gravity.as_ref().unwrap();
+        for ((value, std), truth) in gravity.vector_m_per_s2.iter().zip(gravity.std_m_per_s2).zip(GRAVITY) {
+            assert!((value - truth).abs() < 4.0 * std.max(1e-4) && std < 0.05, "{value} ± {std}, not {truth}");
+        }
+    }
+
+    #[test]
+    fn a_wrist_sensor_is_calibrated_by_how_it_stood() {
+        let session = read(SESSION, &table("w,x,y,z", 1.0, wxyz)).unwrap();
+        assert!(session.joints.is_empty() && session.inputs.len() == 2);
+        assert_eq!(session.readings.orientation.as_ref().unwrap().form, OrientationForm::QuaternionWxyz);
+        assert_true(&estimated(&session));
+    }
+
+    #[test]
+    fn the_same_orientations_may_be_written_otherwise() {
+        let written = "columns = [\"w\", \"x\", \"y\", \"z\"], order = \"wxyz\", rotation = \"base-from-body\"";
+        let columns = "columns = [\"x\", \"y\", \"z\", \"w\"], order = \"xyzw\", rotation = \"body-from-base\"";
+        let inverse = table("w,x,y,z", 1.0, |turned| wxyz(&turned.inverse()));
+        assert_true(&estimated(&read(&SESSION.replace(written, columns), &inverse).unwrap()));
+        let columns = "columns = [\"a\", \"b\", \"c\", \"d\", \"e\", \"f\", \"g\", \"h\", \"i\"], rotation = \"base-from-body\"";
+        let matrix = table("a,b,c,d,e,f,g,h,i", 1.0, |turned| {
+            let rotation: Rotation3<f64> = turned.to_rotation_matrix();
+            rotation.matrix().transpose().iter().copied().collect()
+        });
+        assert_true(&estimated(&read(&SESSION.replace(written, columns), &matrix).unwrap()));
+    }
+
+    #[test]
+    fn what_is_not_said_of_an_orientation_is_asked_for() {
+        let poses = table("w,x,y,z", 1.0, wxyz);
+        let refused = |old: &str, new: &str| {
+            assert_eq!(SESSION.matches(old).count(), 1, "{old}");
+            read(&SESSION.replace(old, new), &poses).unwrap_err()
+        };
+        let message = refused(", order = \"wxyz\"", "");
+        assert!(message.contains("readings.orientation.order: does the real part"), "{message}");
+        let message = refused(", rotation = \"base-from-body\"", "");
+        assert!(message.contains("readings.orientation.rotation: which way does it turn?"), "{message}");
+        let message = refused("\"y\", \"z\"]", "\"y\"]");
+        assert!(message.contains("found 3"), "{message}");
+        let message = refused("[readings]\n", "[readings]\nposition = { columns = [\"x\"], unit = \"rad\" }\n");
+        assert!(message.contains("readings.position: there are no joints"), "{message}");
+        let message = refused("orientation = {", "# {");
+        assert!(message.contains("robot: which robot?"), "{message}");
+        let swapped = refused("[\"w\", \"x\", \"y\", \"z\"]", "[\"fx\", \"x\", \"y\", \"z\"]");
+        assert!(swapped.contains("column `fx` is mapped to two readings"), "{swapped}");
+    }
+
+    #[test]
+    fn cells_that_are_no_rotation_are_refused_with_their_line() {
+        let poses = table("w,x,y,z", 1.0, |turned| wxyz(turned).iter().map(|part| 1.02 * part).collect());
+        let message = read(SESSION, &poses).unwrap_err();
+        assert!(message.starts_with("poses.csv:2: column `w`: expected the orientation"), "{message}");
+        assert!(message.contains("a quaternion of length 1.0200"), "{message}");
+        let empty = "w,x,y,z,fx,fy,fz,nx,ny,nz\n1,0,0,0,1,2,3,4,5,6\n1,0,,0,1,2,3,4,5,6\n";
+        let message = read(SESSION, empty).unwrap_err();
+        assert!(message.starts_with("poses.csv:3: column `y`: the cell is empty"), "{message}");
+    }
+
+    #[test]
+    fn equal_rows_are_merged_only_where_the_body_stood_alike() {
+        let session = SESSION.replace("[readings]", "[readings]\nmerge_repeated_rows = true");
+        let text = "w,x,y,z,fx,fy,fz,nx,ny,nz\n1,0,0,0,1,2,3,4,5,6\n1,0,0,0,3,2,3,4,5,6\n0,1,0,0,1,2,3,4,5,6\n";
+        let session = read(&session, text).unwrap();
+        let forces: Vec<f64> = session.poses.iter().map(|pose| pose.instruments[0].unwrap().value).collect();
+        assert_eq!(forces, [2.0, 1.0]);
+    }
+}
