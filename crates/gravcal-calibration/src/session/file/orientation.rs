@@ -129,7 +129,7 @@ mod tests {
     use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 
     use crate::joint::{Signals, estimate_jointly};
-    use crate::result::{EstimatorResult, Verdict};
+    use crate::result::{EstimatorResult, UncertaintyResult, Verdict};
     use crate::session::Session;
     use crate::workbench::Workbench;
 
@@ -284,5 +284,13 @@ file = "poses.csv"
         let session = read(&session, text).unwrap();
         let forces: Vec<f64> = session.poses.iter().map(|pose| pose.instruments[0].unwrap().value).collect();
         assert_eq!(forces, [2.0, 1.0]);
+    }
+
+    #[test]
+    fn robust_standard_deviations_go_by_its_poses() {
+        let session = format!("{SESSION}[uncertainty]\nkind = \"sandwich\"\nblock_poses = 1\n");
+        let result = estimated(&read(&session, &table("w,x,y,z", 1.0, wxyz)).unwrap());
+        assert_true(&result);
+        assert_eq!(result.uncertainty, Some(UncertaintyResult::Sandwich { blocks: 40, block_poses: 1 }));
     }
 }

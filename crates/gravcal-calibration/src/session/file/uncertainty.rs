@@ -80,7 +80,7 @@ impl Section<'_> {
         let length = self.table.block_poses.ok_or_else(|| {
             self.error(key, "how many neighbouring poses may share an error? add block_poses, 10 for ten of them")
         })?;
-        let read = poses.iter().filter(|pose| pose.torque.iter().any(Option::is_some)).count();
+        let read = poses.iter().filter(|pose| pose.torque.iter().chain(&pose.instruments).any(Option::is_some)).count();
         SampleBlocks::new(0..read, length).map_err(|error| self.error(key, error))?;
         Ok(length)
     }
