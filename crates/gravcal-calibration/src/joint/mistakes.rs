@@ -7,7 +7,7 @@
 use gravcal_estimation::Termination;
 
 use super::readings::{Readings, first_noise};
-use super::reversed::{reversed_sensors, solve_with};
+use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
 use super::start::start_cost;
 use super::{EstimateError, Solved};
 use crate::parameter::Quantity;
@@ -39,6 +39,9 @@ pub(super) fn find_mistake(
         return Ok(None);
     }
     if let Some(reversed) = reversed_sensors(session, solved, doubtful, workbench)? {
+        return Ok(Some(reversed));
+    }
+    if let Some(reversed) = reversed_wrist(session, solved) {
         return Ok(Some(reversed));
     }
     if doubtful { mistaken_columns(session, solved, workbench) } else { Ok(None) }

@@ -9,6 +9,9 @@
 //!   decide: where the torques of the estimated moments oppose those of the assumed ones, all sensors are reversed (or gravity is
 //!   declared upside down, which no reading tells from that).
 //!
+//! A force-torque sensor is reversed where the mass of its tool comes out negative: the same readings are those of a positive mass
+//! with gains of the other sign.
+//!
 //! A declared sign is taken at its word, `"normal"` included.
 
 use gravcal_estimation::Termination;
@@ -19,8 +22,8 @@ use super::readings::first_noise;
 use super::sample::Sample;
 use super::start::{best_start, start_cost};
 use super::{EstimateError, Readings, Solved, Unknowns};
-use crate::parameter::Quantity;
-use crate::session::Session;
+use crate::parameter::{ParameterId, Quantity};
+use crate::session::{InstrumentKind, Session};
 use crate::workbench::Workbench;
 
 /// A turned sign must lower the cost of a start to this share of it; the cost of a solution likewise.
@@ -28,6 +31,8 @@ const BETTER_START: f64 = 0.8;
 const BETTER: f64 = 0.5;
 /// Turning everything must not raise the cost beyond this share of it.
 const AS_GOOD: f64 = 1.05;
+/// A mass is negative where it is so by so many of its standard deviations.
+const NEGATIVE: f64 = 5.0;
 /// Below this correlation the estimated torques oppose the assumed ones.
 const OPPOSED: f64 = -0.5;
 
@@ -66,6 +71,29 @@ pub(super) fn reversed_sensors(
     workbench: &Workbench<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
     Ok(search(session, solved, doubtful, workbench)?.map(|reversed| reversed.tell(session)))
+}
+
+/// Looks for a force-torque sensor by which its tool would have a negative mass, gravity's sign being known.
+pub(super) fn reversed_wrist(session: &Session, solved: &Solved) -> Option<Mistake> {
+    let values = solved.unknowns(&Unknowns::nominal(session));
+    let wrists = session.instruments.iter().filter(|instrument| instrument.kind == InstrumentKind::ForceTorque);
+    let (wrist, mass, std) = wrists.filter(|wrist| solved.sign_known && !wrist.sign_declared).find_map(|wrist| {
+        let mass = wrist.own_parameters().start;
+        let (value, std) = (values.further[mass], solved.parameter_std(ParameterId::Further(mass)));
+        let kept = |gain: usize| values.further[gain] * session.further[gain].knowledge.nominal;
+        let gains_kept = wrist.gain_parameters().map(kept).sum::<f64>() > 0.0;
+        let negative = value < -NEGATIVE * std && session.further[mass].held.is_none();
+        (negative && gains_kept).then_some((wrist, value, std))
+    })?;
+    let name = &wrist.name;
+    Some(Mistake {
+        what: format!("reversed force-torque sensor: {name}"),
+        advice: format!(
+            "The mass of what hangs beyond {name} would be negative, {mass:.3} ± {std:.3} kg: it reads the other way, the force \
+             that the tool exerts on the link. Say sign = \"reversed\" in its [[force_torque_sensor]]; or \"normal\", if that \
+             is how it is."
+        ),
+    })
 }
 
 fn search(

@@ -69,6 +69,7 @@
 //! link = "forearm"                           # which one, where the robot branches
 //! mounting = { position_m = [0, 0, 0.05], rpy_deg = [0, 0, 30] }  # optional: its frame in that link's
 //! readings = { columns = ["fx", "fy", "fz", "nx", "ny", "nz"], unit = "count", std = 0.5 }   # as readings.torque
+//! sign = "reversed"                          # optional: it reads what the tool exerts on the link, and not the link on the tool
 //! gains = "axis"                             # optional: one an axis (the default), or a "matrix"
 //! force_gain = { nominal = 20, std = 1, unit = "count/N" }        # of each axis; as for a joint
 //! moment_gain = { nominal = 400, unit = "count/(N·m)" }           # likewise force_bias, moment_bias
@@ -77,7 +78,7 @@
 //! [[accelerometer]]                          # optional: three axes on a link
 //! name = "imu"
 //! link = "link1"                             # which one, where there are several
-//! mounting = { rpy_deg = [90, 0, 0] }        # optional
+//! mounting = { rpy_deg = [90, 0, 0] }        # optional; so is sign
 //! mounting_std_deg = 2                       # optional: exact without it
 //! readings = { columns = ["ax", "ay", "az"], unit = "g", std = 0.001 }
 //! gain = { nominal = 0.102, unit = "g/(m/s²)" }                   # optional, likewise bias; gains as above

@@ -53,6 +53,8 @@ pub struct Instrument {
     pub link: usize,
     /// Its frame in the link's.
     pub mounting: Transform,
+    /// Whether the session says which way it reads.
+    pub sign_declared: bool,
     /// Unit of each axis' reading; `None` where the axis is not read.
     pub units: Vec<Option<String>>,
     /// Axis of the reading and axis sensed of each gain.

@@ -6,6 +6,7 @@ use gravcal_recording::ReadingColumn;
 use serde::Deserialize;
 
 use super::Context;
+use super::joints::{Sign, factor};
 use super::knowledge::{KnowledgeTable, start};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable};
 use crate::document::{Field, FileError};
@@ -42,6 +43,7 @@ pub(crate) struct ForceTorqueTable {
     link: Option<String>,
     #[serde(default)]
     mounting: MountingTable,
+    sign: Option<Sign>,
     readings: ReadingColumnsTable,
     #[serde(default)]
     gains: Gains,
@@ -64,6 +66,7 @@ pub(crate) struct AccelerometerTable {
     #[serde(default)]
     mounting: MountingTable,
     mounting_std_deg: Option<f64>,
+    sign: Option<Sign>,
     readings: ReadingColumnsTable,
     #[serde(default)]
     gains: Gains,
@@ -111,7 +114,7 @@ pub(super) fn resolve(
         let field = Field::new("force_torque_sensor").at(index);
         let link = wrist_link(context, &field, table.link.as_deref())?;
         let groups = [(&table.force_gain, &table.force_bias), (&table.moment_gain, &table.moment_bias)];
-        let section = Section { context, field, kind: InstrumentKind::ForceTorque, name: &table.name };
+        let section = Section { context, field, kind: InstrumentKind::ForceTorque, name: &table.name, sign: table.sign };
         section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, &groups))?;
         let moments = [&table.tool_moment_x, &table.tool_moment_y, &table.tool_moment_z];
         section.add_tool(&mut all, &table.tool_mass, moments)?;
@@ -120,7 +123,7 @@ pub(super) fn resolve(
         let field = Field::new("accelerometer").at(index);
         let link = accelerometer_link(context, &field, table.link.as_deref())?;
         let groups = [(&table.gain, &table.bias)];
-        let section = Section { context, field, kind: InstrumentKind::Accelerometer, name: &table.name };
+        let section = Section { context, field, kind: InstrumentKind::Accelerometer, name: &table.name, sign: table.sign };
         section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, &groups))?;
         section.add_rotation(&mut all, table.mounting_std_deg)?;
     }
@@ -193,6 +196,7 @@ struct Section<'a> {
     field: Field,
     kind: InstrumentKind,
     name: &'a str,
+    sign: Option<Sign>,
 }
 
 impl Section<'_> {
@@ -233,6 +237,7 @@ impl Section<'_> {
             link,
             mounting: mounting.transform(),
             first_reading: all.columns.len() - axes.len(),
+            sign_declared: self.sign.is_some(),
             units,
             gains: entries,
             first_parameter: first,
@@ -246,15 +251,15 @@ impl Section<'_> {
             let [key, _] = keys(self.kind, axis / 3);
             let sensed = self.kind.sensed_unit(axis);
             match (unit, groups[axis / 3].0) {
-                (None, None) => Ok(start(1.0)),
+                (None, None) => Ok(start(factor(self.sign))),
                 (Some(unit), Some(table)) => {
                     let field = self.field.key(key);
                     let expected = units::gain_of(unit, sensed);
                     units::same(table.unit(), &expected)
                         .map_err(|error| self.context.document.error(&field.key("unit"), error))?;
-                    table.gain(self.context.document, &field, 1.0)
+                    table.gain(self.context.document, &field, factor(self.sign))
                 }
-                (Some(unit), None) => units::natural_gain(unit, sensed).map(start).ok_or_else(|| {
+                (Some(unit), None) => units::natural_gain(unit, sensed).map(|gain| start(factor(self.sign) * gain)).ok_or_else(|| {
                     let message = format!(
                         "readings of `{}` are in {unit}, and nothing says roughly what that is: add {key} = {{ nominal = \
                          ..., unit = \"{}\" }}",
@@ -263,7 +268,7 @@ impl Section<'_> {
                     );
                     self.context.document.error(&self.field, message)
                 }),
-                (None, Some(table)) => table.gain(self.context.document, &self.field.key(key), 1.0),
+                (None, Some(table)) => table.gain(self.context.document, &self.field.key(key), factor(self.sign)),
             }
         };
         units.iter().enumerate().map(knowledge).collect()

@@ -123,7 +123,7 @@ pub(super) fn said<'a>(
 /// Whether a sensor is mounted the other way round.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
-enum Sign {
+pub(super) enum Sign {
     Normal,
     Reversed,
 }
@@ -335,7 +335,7 @@ impl<'a> Joint<'a> {
     }
 }
 
-fn factor(sign: Option<Entry<'_, Sign>>) -> f64 {
+pub(super) fn factor(sign: Option<Entry<'_, Sign>>) -> f64 {
     match sign.map(|entry| entry.value) {
         None | Some(Sign::Normal) => 1.0,
         Some(Sign::Reversed) => -1.0,

@@ -49,7 +49,7 @@ impl KnowledgeTable {
         let key = if self.fixed.is_some() { "fixed" } else { "nominal" };
         let message = format!(
             "{} is not a gain: expected a positive number; a sensor that is mounted the other way round is declared by \
-             torque_sign or position_sign = \"reversed\"",
+             torque_sign, position_sign or (of an instrument) sign = \"reversed\"",
             written.nominal
         );
         Err(document.error(&field.key(key), message))

@@ -129,6 +129,7 @@ mod tests {
     use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 
     use crate::joint::{Signals, estimate_jointly};
+    use crate::parameter::ParameterId;
     use crate::result::{EstimatorResult, UncertaintyResult, Verdict};
     use crate::session::Session;
     use crate::workbench::Workbench;
@@ -284,6 +285,22 @@ file = "poses.csv"
         let session = read(&session, text).unwrap();
         let forces: Vec<f64> = session.poses.iter().map(|pose| pose.instruments[0].unwrap().value).collect();
         assert_eq!(forces, [2.0, 1.0]);
+    }
+
+    #[test]
+    fn a_sensor_that_reads_the_other_way_is_found_or_declared() {
+        let poses = table("w,x,y,z", -1.0, wxyz);
+        let result = estimated(&read(SESSION, &poses).unwrap());
+        assert_eq!(result.verdict, Verdict::Failed);
+        let told = result.notes.iter().any(|note| note.contains("sign = \"reversed\" in its [[force_torque_sensor]]"));
+        assert!(told, "{:?}", result.notes);
+        let declared = SESSION.replace("name = \"wrist\"", "name = \"wrist\"\nsign = \"reversed\"");
+        let session = read(&declared, &poses).unwrap();
+        assert_eq!(session.nominal(ParameterId::Further(0)), -1.0);
+        assert_true(&estimated(&session));
+        let at_its_word = SESSION.replace("name = \"wrist\"", "name = \"wrist\"\nsign = \"normal\"");
+        let result = estimated(&read(&at_its_word, &poses).unwrap());
+        assert!(found(&result, "wrist.tool_mass").0 < 0.0, "taken at its word");
     }
 
     #[test]

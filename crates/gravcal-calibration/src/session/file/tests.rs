@@ -415,7 +415,7 @@ fn gains_are_positive_and_signs_are_declared() {
     assert_eq!(
         refused("nominal = 5.5", "nominal = -5.5"),
         "session.toml:15: joint[0].torque_gain.nominal: -5.5 is not a gain: expected a positive number; a sensor that is \
-         mounted the other way round is declared by torque_sign or position_sign = \"reversed\""
+         mounted the other way round is declared by torque_sign, position_sign or (of an instrument) sign = \"reversed\""
     );
     assert_refused("nominal = 5.5", "fixed = 0", "15: joint[0].torque_gain.fixed: 0 is not a gain");
 }
