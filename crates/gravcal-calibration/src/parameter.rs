@@ -60,7 +60,7 @@ impl fmt::Display for Quantity {
 }
 
 /// Why a parameter of an axis that no column gives is held.
-pub(crate) const UNREAD: &str = "the axis is not read";
+pub const UNREAD: &str = "the axis is not read";
 
 /// A parameter of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]

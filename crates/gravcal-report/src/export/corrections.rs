@@ -4,6 +4,7 @@ use gravcal_calibration::parameter::Quantity;
 use gravcal_calibration::session::NO_TORQUE_SENSOR;
 use gravcal_recording::{EarlierEstimate, EarlierParameter};
 
+use super::instruments::{InstrumentCorrection, instruments};
 use super::{ExportError, ExportFormat};
 use crate::sensor_row::split_name;
 
@@ -11,6 +12,8 @@ use crate::sensor_row::split_name;
 #[derive(Debug)]
 pub(super) struct Corrections {
     pub joints: Vec<JointCorrection>,
+    /// None for a format that has no place for them.
+    pub instruments: Vec<InstrumentCorrection>,
     /// In base coordinates, m/s², where it is determined.
     pub gravity: Option<[f64; 3]>,
     /// What is not as the data determine it, or left out.
@@ -53,6 +56,8 @@ impl Corrections {
         let names = joint_names(estimate);
         refuse_more(estimate, &names, format)?;
         let joints: Vec<JointCorrection> = names.iter().filter_map(|name| taken.joint(name)).collect();
+        let instruments =
+            if format == ExportFormat::Urdf { Vec::new() } else { instruments(estimate, &mut taken, format)? };
         let Taken { undetermined, missing, mut remarks, .. } = taken;
         if !missing.is_empty() {
             return Err(ExportError::Missing { names: missing });
@@ -71,8 +76,8 @@ impl Corrections {
         if estimate.gravity.is_none() {
             remarks.push("gravity is not determined, and left out".to_owned());
         }
-        remarks.extend(instruments_left_out(estimate, &names));
-        Ok(Corrections { joints, gravity: estimate.gravity, remarks })
+        remarks.extend(left_out(estimate, &names, &instruments));
+        Ok(Corrections { joints, instruments, gravity: estimate.gravity, remarks })
     }
 }
 
@@ -101,20 +106,31 @@ fn refuse_more(estimate: &EarlierEstimate, joints: &[String], format: ExportForm
     if names.is_empty() { Ok(()) } else { Err(ExportError::BeyondAffine { format, names }) }
 }
 
-fn instruments_left_out(estimate: &EarlierEstimate, joints: &[String]) -> Option<String> {
-    let mut owners: Vec<&str> = estimate.parameters.iter().map(|parameter| split_name(&parameter.name).0).collect();
-    owners.retain(|owner| joints.iter().all(|joint| joint != owner));
-    owners.dedup();
-    let told = format!("{} left out, which csv, markdown and latex hold", owners.join(", "));
-    (!owners.is_empty()).then_some(told)
+/// What of instruments the format does not hold: all of those that it has no place for, or what is no gain and no bias.
+fn left_out(estimate: &EarlierEstimate, joints: &[String], instruments: &[InstrumentCorrection]) -> Option<String> {
+    let here = |parameter: &&EarlierParameter| {
+        let (owner, quantity) = split_name(&parameter.name);
+        let held_here = quantity.starts_with("gain_") || quantity.starts_with("bias_");
+        let joint = joints.iter().any(|joint| joint == owner);
+        joint || (held_here && instruments.iter().any(|instrument| instrument.name == owner))
+    };
+    let mut left: Vec<&str> = Vec::new();
+    for parameter in estimate.parameters.iter().filter(|parameter| !here(parameter)) {
+        let owner = split_name(&parameter.name).0;
+        let partly = instruments.iter().any(|instrument| instrument.name == owner);
+        left.push(if partly { &parameter.name } else { owner });
+    }
+    left.dedup();
+    let told = format!("{} left out, which csv, markdown and latex hold", left.join(", "));
+    (!left.is_empty()).then_some(told)
 }
 
 /// Values as they are taken.
-struct Taken<'a> {
+pub(super) struct Taken<'a> {
     estimate: &'a EarlierEstimate,
     nominal: bool,
     undetermined: Vec<String>,
-    missing: Vec<String>,
+    pub missing: Vec<String>,
     remarks: Vec<String>,
 }
 
@@ -147,12 +163,12 @@ impl<'a> Taken<'a> {
         Some(JointCorrection { name: name.to_owned(), torque, position })
     }
 
-    fn parameter(&self, name: &str) -> Option<&'a EarlierParameter> {
+    pub fn parameter(&self, name: &str) -> Option<&'a EarlierParameter> {
         self.estimate.parameters.iter().find(|parameter| parameter.name == name)
     }
 
     /// What is determined, or chosen; else the nominal value, if that may be.
-    fn value(&mut self, parameter: &EarlierParameter) -> f64 {
+    pub fn value(&mut self, parameter: &EarlierParameter) -> f64 {
         match (&parameter.held, parameter.value) {
             (None, Some(value)) => return value,
             (Some(why), value) => {

@@ -12,12 +12,13 @@
 //!
 //! **What is not determined** has no value: `csv`, `markdown` and `latex` say so, the others refuse it by name, or take its nominal
 //! value and mark it where that is asked for. **Sensors beyond gain and bias** stand in `csv`, `markdown` and `latex` with the equation of
-//! each parameter; the others know gain and bias only, and refuse such a joint by name. Instruments are in these three alone, which
-//! the others say.
+//! each parameter; the others know gain and bias only, and refuse such a joint or instrument by name. Mass and moment of a tool and the
+//! mounting of an accelerometer are in these three alone, which the others say, and no instrument is in a URDF.
 
 mod c_header;
 mod corrections;
 mod csv;
+mod instruments;
 mod latex;
 mod latex_text;
 mod markdown;
@@ -147,6 +148,17 @@ pub enum ExportError {
         format: ExportFormat,
         /// Names of the parameters.
         names: Vec<String>,
+    },
+    /// A reading that depends on something sensed along an axis that is not read.
+    #[error(
+        "the gains of {name} are a matrix, and its axis {axis} is not read: no reading can be turned back; csv, markdown and \
+         latex hold them"
+    )]
+    UnreadAxis {
+        /// The instrument.
+        name: String,
+        /// The axis.
+        axis: String,
     },
     /// A gain through which no reading can be turned back.
     #[error("{name} is zero: no reading tells what it is a reading of")]

@@ -10,6 +10,7 @@
 //! rad (m). Angles are read in rad and lengths in m.
 
 use super::corrections::{Corrections, JointCorrection};
+use super::instruments::InstrumentCorrection;
 use super::numbers::{float, quoted};
 use super::{Export, ExportError, ExportFormat, Exported, head};
 
@@ -22,25 +23,59 @@ const CONVENTION: [&str; 5] = [
 ];
 
 /// Keys beside the joints' names.
-const KEYS: [&str; 2] = ["joints", "gravity_m_per_s2"];
+const KEYS: [&str; 3] = ["joints", "instruments", "gravity_m_per_s2"];
+
+const OF_INSTRUMENTS: [&str; 4] = [
+    "Of an instrument: raw = gain * sensed + bias, sensed = inverse_gain * raw + inverse_bias, with matrices row by row.",
+    "A wrist sensor senses the force and the moment that its link exerts on what hangs beyond it, in the",
+    "sensor's frame and about its origin (at rest -mass * gravity and gravity x first moment); an accelerometer at rest",
+    "senses -gravity.",
+];
 
 pub(super) fn export(export: &Export<'_>, corrections: &Corrections) -> Result<Exported, ExportError> {
-    if let Some(joint) = corrections.joints.iter().find(|joint| KEYS.contains(&joint.name.as_str())) {
-        return Err(ExportError::NameTaken { format: ExportFormat::Ros2, name: joint.name.clone() });
+    let joints = corrections.joints.iter().map(|joint| &joint.name);
+    let instruments = corrections.instruments.iter().map(|instrument| &instrument.name);
+    if let Some(name) = joints.clone().chain(instruments.clone()).find(|name| KEYS.contains(&name.as_str())) {
+        return Err(ExportError::NameTaken { format: ExportFormat::Ros2, name: name.clone() });
     }
+    let of_instruments = if corrections.instruments.is_empty() { &[] } else { &OF_INSTRUMENTS[..] };
+    let convention = [&CONVENTION[..], of_instruments].concat();
     let head: String =
-        head(export, &CONVENTION, &corrections.remarks).iter().map(|line| format!("# {line}\n")).collect();
-    let names: Vec<String> = corrections.joints.iter().map(|joint| quoted(&joint.name)).collect();
+        head(export, &convention, &corrections.remarks).iter().map(|line| format!("# {line}\n")).collect();
     let gravity = corrections.gravity.map_or_else(String::new, |g| {
         let numbers = g.map(float).join(", ");
         format!("      gravity_m_per_s2: [{numbers}]\n")
     });
+    let names = names("joints", joints) + &names("instruments", instruments);
     let joints: String = corrections.joints.iter().map(joint).collect();
-    let names = names.join(", ");
+    let instruments: String = corrections.instruments.iter().map(instrument).collect();
     Ok(Exported {
-        text: format!("{head}/**:\n  ros__parameters:\n    gravcal:\n      joints: [{names}]\n{gravity}{joints}"),
+        text: format!("{head}/**:\n  ros__parameters:\n    gravcal:\n{names}{gravity}{joints}{instruments}"),
         remarks: corrections.remarks.clone(),
     })
+}
+
+/// Nothing of an empty list, whose kind a node could not tell.
+fn names<'a>(key: &str, names: impl Iterator<Item = &'a String>) -> String {
+    let names: Vec<String> = names.map(|name| quoted(name)).collect();
+    if names.is_empty() { String::new() } else { format!("      {key}: [{}]\n", names.join(", ")) }
+}
+
+fn instrument(instrument: &InstrumentCorrection) -> String {
+    let numbers = |numbers: &mut dyn Iterator<Item = f64>| numbers.map(float).collect::<Vec<_>>().join(", ");
+    let texts = |texts: &mut dyn Iterator<Item = &str>| texts.map(quoted).collect::<Vec<_>>().join(", ");
+    let matrix = |rows: &[Vec<f64>]| numbers(&mut rows.iter().flatten().copied());
+    let lists = [
+        ("axes", texts(&mut instrument.axes.iter().copied())),
+        ("gain", matrix(&instrument.gain)),
+        ("bias", numbers(&mut instrument.bias.iter().copied())),
+        ("inverse_gain", matrix(&instrument.inverse_gain)),
+        ("inverse_bias", numbers(&mut instrument.inverse_bias().into_iter())),
+        ("raw_units", texts(&mut instrument.reading_units.iter().map(String::as_str))),
+        ("true_units", texts(&mut instrument.units.iter().copied())),
+    ];
+    let lines: String = lists.into_iter().map(|(key, list)| format!("        {key}: [{list}]\n")).collect();
+    format!("      {}:\n{lines}", quoted(&instrument.name))
 }
 
 fn joint(joint: &JointCorrection) -> String {

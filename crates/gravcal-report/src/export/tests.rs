@@ -103,14 +103,84 @@ fn what_is_not_determined_is_refused_by_name_or_marked() {
     }
 }
 
-#[test]
-fn sensors_beyond_gain_and_bias_are_refused_by_name_and_instruments_left_out_aloud() {
-    let mut more = estimate();
-    more.parameters.push(parameter("wrist.force_gain_x", "count/N", Some(20.0), 20.0));
-    for format in AFFINE {
-        let remarks = export(&more, false).to(format).unwrap().remarks;
-        assert!(remarks.contains(&"wrist left out, which csv, markdown and latex hold".to_owned()), "{remarks:?}");
+/// A wrist sensor that reads forces in counts, and of the moments only that about z.
+fn wrist() -> Vec<EarlierParameter> {
+    let unread = |mut parameter: EarlierParameter| {
+        (parameter.held, parameter.value) = (Some("the axis is not read".into()), None);
+        parameter
+    };
+    let forces = ["fx", "fy", "fz"].into_iter().zip([20.0, -25.0, 16.0]);
+    let gains = forces.map(|(axis, gain)| parameter(&format!("wrist.gain_{axis}"), "count/N", Some(gain), 20.0));
+    let forces = ["fx", "fy", "fz"].into_iter().zip([12.0, -7.0, 30.0]);
+    let biases = forces.map(|(axis, bias)| parameter(&format!("wrist.bias_{axis}"), "count", Some(bias), 0.0));
+    let mut all: Vec<EarlierParameter> = gains.chain(biases).collect();
+    for axis in ["nx", "ny"] {
+        all.push(unread(parameter(&format!("wrist.gain_{axis}"), "1/(N·m)", None, 1.0)));
+        all.push(unread(parameter(&format!("wrist.bias_{axis}"), "1", None, 0.0)));
     }
+    all.push(parameter("wrist.gain_nz", "N·m/(N·m)", Some(2.0), 1.0));
+    all.push(parameter("wrist.bias_nz", "N·m", Some(0.5), 0.0));
+    all.push(parameter("wrist.tool_mass", "kg", Some(1.2), 1.0));
+    all
+}
+
+#[test]
+fn gains_of_a_wrist_sensor_are_exported() {
+    let mut more = estimate();
+    more.parameters.extend(wrist());
+    let exported = |format| export(&more, false).to(format).unwrap();
+    for format in AFFINE {
+        let Exported { text, remarks } = exported(format);
+        let left = "wrist.tool_mass left out, which csv, markdown and latex hold".to_owned();
+        assert!(remarks.contains(&left) && text.contains(&left), "{remarks:?}");
+    }
+    let ros2 = exported(ExportFormat::Ros2).text;
+    for line in [
+        "      instruments: [\"wrist\"]\n",
+        "        axes: [\"fx\", \"fy\", \"fz\", \"nz\"]\n",
+        "        gain: [20.0, 0.0, 0.0, 0.0, 0.0, -25.0, 0.0, 0.0, 0.0, 0.0, 16.0, 0.0, 0.0, 0.0, 0.0, 2.0]\n",
+        "        bias: [12.0, -7.0, 30.0, 0.5]\n",
+        "        inverse_gain: [0.05, 0.0, 0.0, 0.0, 0.0, -0.04, 0.0, 0.0, 0.0, 0.0, 0.0625, 0.0, 0.0, 0.0, 0.0, 0.5]\n",
+        "        raw_units: [\"count\", \"count\", \"count\", \"N·m\"]\n",
+        "        true_units: [\"N\", \"N\", \"N\", \"N·m\"]\n",
+    ] {
+        assert!(ros2.contains(line), "{line} in {ros2}");
+    }
+    let c = exported(ExportFormat::C).text;
+    assert!(c.contains("  {\"wrist\", 4, {0.05, 0.0, 0.0, 0.0, 0.0, -0.04,"), "{c}");
+    assert!(c.contains("{12.0, -7.0, 30.0, 0.5}}, /* fx in count, fy in count, fz in count, nz in N·m */"), "{c}");
+    let python = exported(ExportFormat::Python).text;
+    assert!(python.contains("        \"bias\": (12.0, -7.0, 30.0, 0.5,),\n"), "{python}");
+    more.parameters.push(parameter("wrist.gain_fx_nx", "count/(N·m)", Some(0.1), 0.0));
+    let error = export(&more, false).to(ExportFormat::C).unwrap_err();
+    assert_eq!(error, ExportError::UnreadAxis { name: "wrist".into(), axis: "nx".into() });
+}
+
+#[test]
+fn instruments_alone_are_exported_without_joints() {
+    let alone = EarlierEstimate { parameters: wrist(), ..estimate() };
+    let text = |format| export(&alone, false).to(format).unwrap().text;
+    assert!(!text(ExportFormat::C).contains("JOINT_COUNT") && text(ExportFormat::C).contains("gravcal_sensed"));
+    assert!(!text(ExportFormat::Ros2).contains("joints:"));
+    assert!(text(ExportFormat::Python).contains("JOINTS = {\n}\n"));
+}
+
+#[test]
+fn a_bias_of_each_table_and_drifts_of_a_wrist_sensor_are_refused_by_name() {
+    for name in ["wrist.bias_fx_1", "wrist.bias_fx_drift"] {
+        let mut more = EarlierEstimate { parameters: wrist(), ..estimate() };
+        more.parameters.push(parameter(name, "count", Some(3.0), 0.0));
+        for format in AFFINE {
+            let error = export(&more, false).to(format).unwrap_err();
+            assert_eq!(error, ExportError::BeyondAffine { format, names: vec![name.to_owned()] });
+        }
+    }
+}
+
+#[test]
+fn sensors_beyond_gain_and_bias_are_refused_by_name() {
+    let mut more = estimate();
+    more.parameters.extend(wrist());
     more.parameters.insert(4, parameter("a.coulomb_friction", "count", Some(1.5), 0.0));
     for format in AFFINE {
         let error = export(&more, true).to(format).unwrap_err().to_string();
@@ -122,7 +192,7 @@ fn sensors_beyond_gain_and_bias_are_refused_by_name_and_instruments_left_out_alo
     for format in TABLES {
         let text = export(&more, false).to(format).unwrap().text.replace('\\', "");
         assert!(text.contains("reading = ... + coulomb_friction * direction"), "{text}");
-        assert!(text.contains("a.coulomb_friction") && text.contains("wrist.force_gain_x"), "{text}");
+        assert!(text.contains("a.coulomb_friction") && text.contains("wrist.gain_fx"), "{text}");
     }
 }
 
