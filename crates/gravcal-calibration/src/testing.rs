@@ -139,6 +139,7 @@ pub fn sarcos_with_instruments() -> Simulation {
         sign_declared: true,
         units: vec![Some("count".into()); 6],
         gains: (0..6).map(|axis| (axis, axis)).collect(),
+        biases: 1,
         first_parameter: 0,
         first_reading: 0,
     };
@@ -150,6 +151,7 @@ pub fn sarcos_with_instruments() -> Simulation {
         sign_declared: true,
         units: vec![Some("g".into()); 3],
         gains: (0..3).map(|axis| (axis, axis)).collect(),
+        biases: 1,
         first_parameter: 16,
         first_reading: 6,
     };

@@ -15,7 +15,7 @@ use crate::residuals::{
     CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, SensedQuantity, SpecificForce, Stacked, Wrench,
 };
 use crate::sensors::PositionFunction;
-use crate::session::{Instrument, InstrumentKind, KnowledgeKind, Session};
+use crate::session::{Instrument, InstrumentKind, KnowledgeKind, Pose, Session};
 
 /// Which readings enter, and how uncertain they are.
 #[derive(Clone, Debug)]
@@ -118,12 +118,16 @@ impl Readings {
             || self
                 .used_axes(session)
                 .iter()
-                .any(|(number, axis)| session.instruments[*number].reads(session, *axis, id))
+                .any(|(number, axis, table)| session.instruments[*number].reads(session, (*axis, *table), id))
     }
 
-    /// Instrument and axis of the readings of instruments that enter, each once.
-    fn used_axes(&self, session: &Session) -> BTreeSet<(usize, usize)> {
-        self.channels().filter_map(|channel| session.axis(*channel)).collect()
+    /// Instrument, axis and table (one of those that share its biases) of the readings of instruments that enter, each once.
+    fn used_axes(&self, session: &Session) -> BTreeSet<(usize, usize, usize)> {
+        let of_pose = |(pose, used): (&Pose, &Arc<[usize]>)| {
+            let axes = used.iter().filter_map(|channel| session.axis(*channel));
+            axes.map(|(number, axis)| (number, axis, session.instruments[number].bias_set(pose.table))).collect::<Vec<_>>()
+        };
+        session.poses.iter().zip(&self.used).flat_map(of_pose).collect()
     }
 
     /// Which loads hang on the robot in a pose of which something is read that feels them.
@@ -157,8 +161,8 @@ pub(super) fn first_noise(session: &Session, spreads: &[f64]) -> Vec<f64> {
 }
 
 impl Instrument {
-    /// Whether the readings of an axis depend on a parameter.
-    fn reads(&self, session: &Session, axis: usize, id: ParameterId) -> bool {
+    /// Whether the readings of an axis in a table depend on a parameter.
+    fn reads(&self, session: &Session, (axis, table): (usize, usize), id: ParameterId) -> bool {
         match id {
             ParameterId::Sensor(joint, quantity) => {
                 let position = matches!(quantity, Quantity::PositionGain | Quantity::PositionOffset);
@@ -168,7 +172,7 @@ impl Instrument {
                 let gain =
                     self.gains.iter().zip(self.gain_parameters()).any(|((row, _), own)| own == place && *row == axis);
                 let term = position_terms(session, self.link).any(|(own, ..)| own == place);
-                gain || term || self.bias_parameters().start + axis == place || self.own_parameters().contains(&place)
+                gain || term || self.biases_of_table(table).start + axis == place || self.own_parameters().contains(&place)
             }
         }
     }
@@ -205,8 +209,8 @@ pub(super) fn add_readings(
 struct Models<'s> {
     session: &'s Session,
     torques: Torques<'s>,
-    /// Of each instrument.
-    instruments: Vec<Vec<Arc<InstrumentModel>>>,
+    /// Of each instrument, by its set of biases.
+    instruments: Vec<Vec<Vec<Arc<InstrumentModel>>>>,
 }
 
 impl<'s> Models<'s> {
@@ -217,10 +221,10 @@ impl<'s> Models<'s> {
         });
         let loads: Vec<Option<CarriedLoad>> = std::iter::once(None).chain(loads).collect();
         let instrument = |instrument: &Instrument| {
-            let model = |load: &Option<CarriedLoad>| {
-                Arc::new(instrument_model(session, layout, Arc::clone(&chain), instrument, load.clone()))
+            let model = |table: usize, load: &Option<CarriedLoad>| {
+                Arc::new(instrument_model((session, layout), Arc::clone(&chain), (instrument, table), load.clone()))
             };
-            loads.iter().map(model).collect()
+            (0..instrument.biases).map(|set| loads.iter().map(|load| model(set, load)).collect()).collect()
         };
         Models {
             session,
@@ -251,7 +255,7 @@ impl<'s> Models<'s> {
             });
             let own: Vec<(usize, f64)> = own.collect();
             if !own.is_empty() {
-                let model = Arc::clone(&self.instruments[number][load]);
+                let model = Arc::clone(&self.instruments[number][instrument.bias_set(pose.table)][load]);
                 let coordinates = coordinates(session, index, instrument.link);
                 parts.push(Arc::new(InstrumentReading::new(model, coordinates, pose.orientation, own)));
             }
@@ -260,11 +264,11 @@ impl<'s> Models<'s> {
     }
 }
 
+/// The model of an instrument in a table.
 fn instrument_model(
-    session: &Session,
-    layout: &Layout,
+    (session, layout): (&Session, &Layout),
     chain: Arc<Chain>,
-    instrument: &Instrument,
+    (instrument, table): (&Instrument, usize),
     load: Option<CarriedLoad>,
 ) -> InstrumentModel {
     let own = &layout.further[instrument.own_parameters()];
@@ -286,7 +290,7 @@ fn instrument_model(
         instrument.mounting.rotation(),
         sensed,
         (layout.gravity, &coordinate_blocks(session, layout, instrument.link)),
-        (gains.collect(), &layout.further[instrument.bias_parameters()]),
+        (gains.collect(), &layout.further[instrument.biases_of_table(table)]),
     )
 }
 

@@ -71,6 +71,7 @@
 //! readings = { columns = ["fx", "fy", "fz", "nx", "ny", "nz"], unit = "count", std = 0.5 }   # as readings.torque
 //! sign = "reversed"                          # optional: it reads what the tool exerts on the link, and not the link on the tool
 //! gains = "axis"                             # optional: one an axis (the default), or a "matrix"
+//! biases = "session"                         # optional: one for all tables (the default), or one for each "table": zeroed anew
 //! force_gain = { nominal = 20, std = 1, unit = "count/N" }        # of each axis; as for a joint
 //! moment_gain = { nominal = 400, unit = "count/(N·m)" }           # likewise force_bias, moment_bias
 //! tool_mass = { fixed = 1.2, unit = "kg" }   # optional: what always hangs beyond it; tool_moment_x, _y, _z in kg·m
@@ -188,15 +189,15 @@ use crate::robot::{Robot, RobotSource, resolve_robot};
 
 pub(crate) use instruments::{AccelerometerTable, ForceTorqueTable, Instruments};
 
-/// The instruments that a document declares for a robot.
+/// The instruments that a document declares for a robot; `tables`: how many tables of poses there are.
 pub(crate) fn read_instruments(
     document: &Document,
     robot: &Robot,
     robot_path: &Path,
-    force_torque: &[ForceTorqueTable],
-    accelerometers: &[AccelerometerTable],
+    (force_torque, accelerometers): (&[ForceTorqueTable], &[AccelerometerTable]),
+    tables: usize,
 ) -> Result<Instruments, FileError> {
-    instruments::resolve(&Context::new(document, robot, robot_path), force_torque, accelerometers)
+    instruments::resolve(&Context::new(document, robot, robot_path), force_torque, accelerometers, tables)
 }
 
 /// Why a session cannot be read.
@@ -286,7 +287,8 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
 
     let gravity = gravity::resolve(document, &written.gravity)?;
     let inertia = inertia::resolve(&context, &written.inertia)?;
-    let instruments = instruments::resolve(&context, &written.force_torque_sensor, &written.accelerometer)?;
+    let (wrists, accelerometers) = (&written.force_torque_sensor, &written.accelerometer);
+    let instruments = instruments::resolve(&context, wrists, accelerometers, written.poses.len())?;
     let mapping = readings::mapping(&context, &written.readings, instruments.columns.clone())?;
     let said = joints::said(&context, &written.joint, written.joints.as_ref())?;
     let joints = joints::resolve(&context, &mapping, &said)?;

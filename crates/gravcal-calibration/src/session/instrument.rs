@@ -42,7 +42,7 @@ impl InstrumentKind {
 
 /// An instrument that a link carries: `reading = gains · sensed + bias`.
 ///
-/// Its parameters stand in [`Session::further`](crate::session::Session): gains, then one bias an axis, then its own.
+/// Its parameters stand in [`Session::further`](crate::session::Session): gains, then one bias an axis (of each table), then its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instrument {
     /// Name.
@@ -59,6 +59,8 @@ pub struct Instrument {
     pub units: Vec<Option<String>>,
     /// Axis of the reading and axis sensed of each gain.
     pub gains: Vec<(usize, usize)>,
+    /// How many biases each axis has: one, or one for each table of poses.
+    pub biases: usize,
     /// Place of its first parameter.
     pub first_parameter: usize,
     /// Place of its first axis among [`Pose::instruments`](crate::session::Pose).
@@ -71,10 +73,23 @@ impl Instrument {
         self.first_parameter..self.first_parameter + self.gains.len()
     }
 
-    /// Places of the biases.
+    /// Places of the biases, those of one table after those of another.
     pub fn bias_parameters(&self) -> Range<usize> {
         let first = self.gain_parameters().end;
-        first..first + self.kind.axes().len()
+        first..first + self.biases * self.kind.axes().len()
+    }
+
+    /// Places of the biases, one an axis, that hold in a table. Poses that only `check` supposes are of no table of the session: they
+    /// have those of the last one.
+    pub fn biases_of_table(&self, table: usize) -> Range<usize> {
+        let axes = self.kind.axes().len();
+        let first = self.bias_parameters().start + self.bias_set(table) * axes;
+        first..first + axes
+    }
+
+    /// Which of its sets of biases holds in a table.
+    pub(crate) fn bias_set(&self, table: usize) -> usize {
+        table.min(self.biases - 1)
     }
 
     /// Places of its own parameters: mass and first moment of the tool, or the mounting's rotation vector.

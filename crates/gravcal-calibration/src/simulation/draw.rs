@@ -110,9 +110,19 @@ fn read_sensors(
             Some(Reading { value, std: Some(simulation.stated_std(joint)) })
         })
         .collect();
-    let instruments = instruments::read(simulation, &coordinates, load, random);
+    let instruments = instruments::read(simulation, &coordinates, (table, load), random);
     // Line 1 of a table is its header.
-    Pose { table, line: index as u64 + 2, sweep_label: None, load, position, orientation: None, torque, instruments, conditions }
+    Pose {
+        table,
+        line: index as u64 + 2,
+        sweep_label: None,
+        load,
+        position,
+        orientation: None,
+        torque,
+        instruments,
+        conditions,
+    }
 }
 
 impl Simulation {

@@ -52,7 +52,7 @@ impl Reader<'_> {
             }
         }
         self.check_seen(&template)?;
-        let read = instruments::read(self.document, self.robot, &template.inputs[1])?;
+        let read = instruments::read(self.document, self.robot, &template.inputs[1], template.tables.len())?;
         template.instruments = read.instruments.behind(&mut template.further);
         truth.further.extend(read.truth);
         let poses = runs.iter().map(Run::poses).sum();

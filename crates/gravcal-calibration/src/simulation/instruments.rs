@@ -9,11 +9,11 @@ use super::Simulation;
 use super::draw::normal;
 use crate::session::{Instrument, InstrumentKind};
 
-/// Readings of all axes, the joints at their true `coordinates`.
+/// Readings of all axes in a pose of a table, the joints at their true `coordinates`.
 pub(super) fn read(
     simulation: &Simulation,
     coordinates: &[f64],
-    load: Option<usize>,
+    (table, load): (usize, Option<usize>),
     random: &mut Pcg64,
 ) -> Vec<Option<Reading>> {
     if simulation.template.instruments.is_empty() {
@@ -24,7 +24,7 @@ pub(super) fn read(
     for instrument in &simulation.template.instruments {
         let sensed = sensed(simulation, instrument, &links[instrument.link], load);
         let further = &simulation.truth.further;
-        let mut values = further[instrument.bias_parameters()].to_vec();
+        let mut values = further[instrument.biases_of_table(table)].to_vec();
         for ((reading, source), gain) in instrument.gains.iter().zip(&further[instrument.gain_parameters()]) {
             values[*reading] += gain * sensed[*source];
         }

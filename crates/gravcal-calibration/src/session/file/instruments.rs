@@ -25,6 +25,7 @@ const ANGLE_LIMIT: f64 = 0.1;
 const SOME_TOOL: [f64; 4] = [1.0, 0.03, 0.02, 0.05];
 
 const CONVENTION: &str = "reading = gain * sensed + bias";
+const CONVENTION_BY_TABLE: &str = "reading = gain * sensed + bias of its table, numbered as the [[poses]]";
 const TOOL_CONVENTION: &str = "force = -mass * gravity, moment = gravity x first moment, in the sensor's frame";
 const ROTATION_CONVENTION: &str = "rotation vector from the stated mounting to the true one";
 
@@ -47,6 +48,8 @@ pub(crate) struct ForceTorqueTable {
     readings: ReadingColumnsTable,
     #[serde(default)]
     gains: Gains,
+    #[serde(default)]
+    biases: Biases,
     force_gain: Option<KnowledgeTable>,
     moment_gain: Option<KnowledgeTable>,
     force_bias: Option<KnowledgeTable>,
@@ -70,6 +73,8 @@ pub(crate) struct AccelerometerTable {
     readings: ReadingColumnsTable,
     #[serde(default)]
     gains: Gains,
+    #[serde(default)]
+    biases: Biases,
     gain: Option<KnowledgeTable>,
     bias: Option<KnowledgeTable>,
 }
@@ -81,6 +86,15 @@ pub(super) enum Gains {
     #[default]
     Axis,
     Matrix,
+}
+
+/// One bias an axis for all of the session, or one for each table: of a sensor that is zeroed whenever a program starts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub(super) enum Biases {
+    #[default]
+    Session,
+    Table,
 }
 
 /// What the instruments come to.
@@ -102,11 +116,12 @@ impl Instruments {
     }
 }
 
-/// What both sections come to.
+/// What both sections come to; `tables`: how many tables of poses there are.
 pub(super) fn resolve(
     context: &Context<'_>,
     force_torque: &[ForceTorqueTable],
     accelerometers: &[AccelerometerTable],
+    tables: usize,
 ) -> Result<Instruments, FileError> {
     check_names(context, force_torque, accelerometers)?;
     let mut all = Instruments::default();
@@ -115,7 +130,8 @@ pub(super) fn resolve(
         let link = wrist_link(context, &field, table.link.as_deref())?;
         let groups = [(&table.force_gain, &table.force_bias), (&table.moment_gain, &table.moment_bias)];
         let section = Section { context, field, kind: InstrumentKind::ForceTorque, name: &table.name, sign: table.sign };
-        section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, &groups))?;
+        let biases = table.biases.sets(tables);
+        section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, biases, &groups))?;
         let moments = [&table.tool_moment_x, &table.tool_moment_y, &table.tool_moment_z];
         section.add_tool(&mut all, &table.tool_mass, moments)?;
     }
@@ -124,7 +140,8 @@ pub(super) fn resolve(
         let link = accelerometer_link(context, &field, table.link.as_deref())?;
         let groups = [(&table.gain, &table.bias)];
         let section = Section { context, field, kind: InstrumentKind::Accelerometer, name: &table.name, sign: table.sign };
-        section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, &groups))?;
+        let biases = table.biases.sets(tables);
+        section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, biases, &groups))?;
         section.add_rotation(&mut all, table.mounting_std_deg)?;
     }
     Ok(all)
@@ -178,6 +195,16 @@ fn check_names(
     }
 }
 
+impl Biases {
+    /// How many each axis has.
+    fn sets(self, tables: usize) -> usize {
+        match self {
+            Biases::Session => 1,
+            Biases::Table => tables.max(1),
+        }
+    }
+}
+
 /// Gain and bias of three axes, as they are written.
 type Group<'a> = (&'a Option<KnowledgeTable>, &'a Option<KnowledgeTable>);
 
@@ -210,7 +237,7 @@ impl Section<'_> {
         all: &mut Instruments,
         (link, mounting): (usize, MountingTable),
         readings: &ReadingColumnsTable,
-        (gains, groups): (Gains, &[Group<'_>]),
+        (gains, biases, groups): (Gains, usize, &[Group<'_>]),
     ) -> Result<(), FileError> {
         let axes = self.kind.axes();
         let columns = ReadingColumns::new(self.context, &self.field.key("readings"), axes, readings)?;
@@ -228,8 +255,11 @@ impl Section<'_> {
         let first = all.parameters.len();
         let own = self.own_gains(&units, groups)?;
         all.parameters.extend(entries.iter().map(|entry| self.gain(*entry, &units, &own)));
-        for axis in 0..axes.len() {
-            all.parameters.push(self.bias(axis, &units, groups[axis / 3].1, all.columns.len() - axes.len() + axis)?);
+        for set in (1..=biases).map(|set| (biases > 1).then_some(set)) {
+            for axis in 0..axes.len() {
+                let channel = self.context.joint_names.len() + all.columns.len() - axes.len() + axis;
+                all.parameters.push(self.bias((axis, set), &units, groups[axis / 3].1, channel)?);
+            }
         }
         all.instruments.push(Instrument {
             name: self.name.to_owned(),
@@ -240,6 +270,7 @@ impl Section<'_> {
             sign_declared: self.sign.is_some(),
             units,
             gains: entries,
+            biases,
             first_parameter: first,
         });
         Ok(())
@@ -295,12 +326,13 @@ impl Section<'_> {
         .unread_unless(units[reading].is_some())
     }
 
+    /// `set`: number of the table, where each has its own.
     fn bias(
         &self,
-        axis: usize,
+        (axis, set): (usize, Option<usize>),
         units: &[Option<String>],
         written: &Option<KnowledgeTable>,
-        reading: usize,
+        channel: usize,
     ) -> Result<Parameter, FileError> {
         let [_, key] = keys(self.kind, axis / 3);
         let unit = units[axis].clone().unwrap_or_else(|| "1".to_owned());
@@ -313,8 +345,12 @@ impl Section<'_> {
                 table.knowledge(self.context.document, &field)?
             }
         };
-        let channel = self.context.joint_names.len() + reading;
-        let parameter = self.parameter(format!("bias_{}", self.kind.axes()[axis]), unit, CONVENTION, knowledge);
+        let name = format!("bias_{}", self.kind.axes()[axis]);
+        let (name, convention) = match set {
+            None => (name, CONVENTION),
+            Some(set) => (format!("{name}_{set}"), CONVENTION_BY_TABLE),
+        };
+        let parameter = self.parameter(name, unit, convention, knowledge);
         let parameter = Parameter { limit: Limit::HalfSpread { channel }, linear: true, ..parameter };
         Ok(parameter.unread_unless(units[axis].is_some()))
     }

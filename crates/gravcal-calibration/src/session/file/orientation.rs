@@ -303,6 +303,63 @@ file = "poses.csv"
         assert!(found(&result, "wrist.tool_mass").0 < 0.0, "taken at its word");
     }
 
+    /// The same poses in two tables, between which the sensor was zeroed.
+    fn zeroed_between() -> (String, [String; 2]) {
+        let text = table("w,x,y,z", 1.0, wxyz);
+        let (head, rows) = text.split_once('\n').unwrap();
+        let rows: Vec<&str> = rows.lines().collect();
+        let zeroed = |row: &&str| {
+            let cells = row.split(',').enumerate();
+            let moved = cells.map(|(place, cell)| match place.checked_sub(4) {
+                Some(axis) => (cell.parse::<f64>().unwrap() - BIAS[axis] + ZEROED[axis]).to_string(),
+                None => cell.to_owned(),
+            });
+            moved.collect::<Vec<_>>().join(",")
+        };
+        let later: Vec<String> = rows[20..].iter().map(zeroed).collect();
+        let tables = [rows[..20].join("\n"), later.join("\n")].map(|rows| format!("{head}\n{rows}\n"));
+        (format!("{SESSION}[[poses]]\nfile = \"later.csv\"\n"), tables)
+    }
+
+    /// The biases after it was zeroed.
+    const ZEROED: [f64; 6] = [-1.0, 0.5, 2.0, -0.02, 0.01, 0.05];
+
+    #[test]
+    fn a_sensor_zeroed_between_tables_has_a_bias_in_each() {
+        let (text, [first, later]) = zeroed_between();
+        let read = |session: &str| {
+            let folder = tempfile::tempdir().unwrap();
+            for (name, text) in [("session.toml", session), ("poses.csv", &first), ("later.csv", &later)] {
+                fs::write(folder.path().join(name), text).unwrap();
+            }
+            Session::read(&folder.path().join("session.toml")).unwrap()
+        };
+        assert_ne!(estimated(&read(&text)).verdict, Verdict::Determined, "one bias for both explains nothing");
+        let session = read(&text.replace("name = \"wrist\"", "name = \"wrist\"\nbiases = \"table\""));
+        let result = estimated(&session);
+        assert_eq!(result.verdict, Verdict::Determined, "{:?} {:?}", result.undetermined, result.notes);
+        for (axis, name) in ["fx", "fy", "fz", "nx", "ny", "nz"].into_iter().enumerate() {
+            for (number, truth) in [(1, BIAS[axis]), (2, ZEROED[axis])] {
+                let (value, std) = found(&result, &format!("wrist.bias_{name}_{number}"));
+                assert!((value - truth).abs() < 4.0 * std && std < 0.1, "{name}: {value} ± {std}, not {truth}");
+            }
+        }
+        let (mass, std) = found(&result, "wrist.tool_mass");
+        assert!((mass - MASS).abs() < 4.0 * std && std < 0.01, "{mass} ± {std}");
+        let report = crate::check::check(&session).unwrap();
+        assert!(report.complete && report.tilts.is_empty());
+        // Of the second bias no reading tells where the second table has none.
+        let empty = later.lines().next().unwrap().to_owned() + "\n1,0,0,0,,,,,,\n0,1,0,0,,,,,,\n";
+        let folder = tempfile::tempdir().unwrap();
+        let text = text.replace("name = \"wrist\"", "name = \"wrist\"\nbiases = \"table\"");
+        for (name, text) in [("session.toml", &text), ("poses.csv", &first), ("later.csv", &empty)] {
+            fs::write(folder.path().join(name), text).unwrap();
+        }
+        let result = estimated(&Session::read(&folder.path().join("session.toml")).unwrap());
+        let open = result.parameters.iter().filter(|parameter| !parameter.determined).map(|p| p.name.as_str());
+        assert_eq!(open.collect::<Vec<_>>(), ["fx", "fy", "fz", "nx", "ny", "nz"].map(|n| format!("wrist.bias_{n}_2")));
+    }
+
     #[test]
     fn robust_standard_deviations_go_by_its_poses() {
         let session = format!("{SESSION}[uncertainty]\nkind = \"sandwich\"\nblock_poses = 1\n");

@@ -48,10 +48,15 @@ pub(super) struct Read {
     pub simulated: SimulatedInstruments,
 }
 
-pub(super) fn read(document: &Document, robot: &Robot, robot_path: &Path) -> Result<Read, FileError> {
+pub(super) fn read(
+    document: &Document,
+    robot: &Robot,
+    robot_path: &Path,
+    poses: usize,
+) -> Result<Read, FileError> {
     let (tables, sections): (InstrumentTables, Sections) = (document.parse()?, document.parse()?);
-    let instruments =
-        read_instruments(document, robot, robot_path, &tables.force_torque_sensor, &tables.accelerometer)?;
+    let written = (&tables.force_torque_sensor[..], &tables.accelerometer[..]);
+    let instruments = read_instruments(document, robot, robot_path, written, poses)?;
     let mut truth: Vec<f64> = instruments.parameters.iter().map(|p| p.knowledge.nominal).collect();
     let names: Vec<&str> = instruments.instruments.iter().map(|instrument| instrument.name.as_str()).collect();
     for (name, table) in &tables.instrument_truth {
