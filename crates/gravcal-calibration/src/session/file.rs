@@ -71,6 +71,7 @@
 //! readings = { columns = ["fx", "fy", "fz", "nx", "ny", "nz"], unit = "count", std = 0.5 }   # as readings.torque
 //! sign = "reversed"                          # optional: it reads what the tool exerts on the link, and not the link on the tool
 //! gains = "axis"                             # optional: one an axis (the default), or a "matrix"
+//! frame = "sensor"                           # optional: in which forces and moments are given (the default), or the "base"
 //! biases = "session"                         # optional: one for all tables (the default), or one for each "table": zeroed anew
 //! force_gain = { nominal = 20, std = 1, unit = "count/N" }        # of each axis; as for a joint
 //! moment_gain = { nominal = 400, unit = "count/(N·m)" }           # likewise force_bias, moment_bias
@@ -146,6 +147,7 @@
 //! unit in the name of the field or in a `unit` beside them; here they become SI and radians.
 
 mod ask;
+mod base_frame;
 mod conditions;
 mod constraints;
 mod csv;
@@ -316,7 +318,10 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     } else {
         poses::read_all(document, all, &tables, &mapping)?
     };
-    let ReadPoses { poses, saturated, in_motion, searched } = read;
+    let ReadPoses { mut poses, saturated, in_motion, searched } = read;
+    for wrist in instruments.iter().filter(|instrument| instrument.in_base) {
+        base_frame::turn_back(&robot, &joints, wrist, &mut poses);
+    }
     poses::check_validation(document, all, (&loads, &inertia), &tables)?;
     let (poses, validation) = poses.into_iter().partition(|pose: &Pose| pose.table < all.poses.len());
     let poses: Vec<Pose> = poses;

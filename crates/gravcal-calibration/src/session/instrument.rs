@@ -53,6 +53,8 @@ pub struct Instrument {
     pub link: usize,
     /// Its frame in the link's.
     pub mounting: Transform,
+    /// Whether tables give what it reads in the base's frame. Readings here are in its own, which they are turned into.
+    pub in_base: bool,
     /// Whether the session says which way it reads.
     pub sign_declared: bool,
     /// Unit of each axis' reading; `None` where the axis is not read.

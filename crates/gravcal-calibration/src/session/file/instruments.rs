@@ -26,6 +26,7 @@ const SOME_TOOL: [f64; 4] = [1.0, 0.03, 0.02, 0.05];
 
 const CONVENTION: &str = "reading = gain * sensed + bias";
 const CONVENTION_BY_TABLE: &str = "reading = gain * sensed + bias of its table, numbered as the [[poses]]";
+const CONVENTION_IN_BASE: &str = "reading, turned from the base's frame into the sensor's, = gain * sensed + bias";
 const TOOL_CONVENTION: &str = "force = -mass * gravity, moment = gravity x first moment, in the sensor's frame";
 const ROTATION_CONVENTION: &str = "rotation vector from the stated mounting to the true one";
 
@@ -44,6 +45,8 @@ pub(crate) struct ForceTorqueTable {
     link: Option<String>,
     #[serde(default)]
     mounting: MountingTable,
+    #[serde(default)]
+    frame: Frame,
     sign: Option<Sign>,
     readings: ReadingColumnsTable,
     #[serde(default)]
@@ -97,6 +100,15 @@ pub(super) enum Biases {
     Table,
 }
 
+/// In which frame tables give what a wrist sensor reads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Frame {
+    #[default]
+    Sensor,
+    Base,
+}
+
 /// What the instruments come to.
 #[derive(Default)]
 pub(crate) struct Instruments {
@@ -132,6 +144,9 @@ pub(super) fn resolve(
         let section = Section { context, field, kind: InstrumentKind::ForceTorque, name: &table.name, sign: table.sign };
         let biases = table.biases.sets(tables);
         section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, biases, &groups))?;
+        if table.frame == Frame::Base {
+            section.into_base(&mut all)?;
+        }
         let moments = [&table.tool_moment_x, &table.tool_moment_y, &table.tool_moment_z];
         section.add_tool(&mut all, &table.tool_mass, moments)?;
     }
@@ -267,12 +282,30 @@ impl Section<'_> {
             link,
             mounting: mounting.transform(),
             first_reading: all.columns.len() - axes.len(),
+            in_base: false,
             sign_declared: self.sign.is_some(),
             units,
             gains: entries,
             biases,
             first_parameter: first,
         });
+        Ok(())
+    }
+
+    /// Lets the tables give what the instrument, the last one, reads in the base's frame.
+    fn into_base(&self, all: &mut Instruments) -> Result<(), FileError> {
+        let Some(instrument) = all.instruments.last_mut() else { return Ok(()) };
+        for units in instrument.units.chunks(3) {
+            if units.iter().any(|unit| *unit != units[0]) {
+                let message = "only three axes of one unit can be turned into the sensor's frame: name the columns of all three \
+                               forces, in one unit, and so of the moments (or of none of them)";
+                return Err(self.error("frame", message));
+            }
+        }
+        instrument.in_base = true;
+        let first = instrument.first_parameter;
+        let readings = all.parameters[first..].iter_mut().filter(|parameter| parameter.convention != TOOL_CONVENTION);
+        readings.for_each(|parameter| parameter.convention = CONVENTION_IN_BASE);
         Ok(())
     }
 

@@ -203,7 +203,7 @@ impl<'a> Joint<'a> {
     }
 
     fn torque_gain(&self, reading: TorqueUnit) -> Result<Knowledge, FileError> {
-        let sign = factor(self.torque_sign());
+        let sign = factor(self.torque_sign().map(|entry| entry.value));
         if let Some(entry) = self.said.of(Quantity::TorqueGain) {
             let Entry { value: table, field, .. } = &entry;
             let unit = self.fitting(&entry, units::torque_gain(table.unit(), self.kind))?;
@@ -234,7 +234,7 @@ impl<'a> Joint<'a> {
     }
 
     fn position_gain(&self) -> Result<Knowledge, FileError> {
-        let sign = factor(self.position_sign());
+        let sign = factor(self.position_sign().map(|entry| entry.value));
         let reading = self.position_unit.si();
         if let Some(entry) = self.said.of(Quantity::PositionGain) {
             let Entry { value: table, field, .. } = &entry;
@@ -335,8 +335,8 @@ impl<'a> Joint<'a> {
     }
 }
 
-pub(super) fn factor(sign: Option<Entry<'_, Sign>>) -> f64 {
-    match sign.map(|entry| entry.value) {
+pub(super) fn factor(sign: Option<Sign>) -> f64 {
+    match sign {
         None | Some(Sign::Normal) => 1.0,
         Some(Sign::Reversed) => -1.0,
     }

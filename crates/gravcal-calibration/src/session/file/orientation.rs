@@ -361,6 +361,35 @@ file = "poses.csv"
     }
 
     #[test]
+    fn wrenches_in_the_base_frame_are_turned_back() {
+        let text = table("w,x,y,z", 1.0, wxyz);
+        let sensor = read(SESSION, &text).unwrap();
+        let mut turned = text.lines().next().unwrap().to_owned() + "\n";
+        for (index, row) in text.lines().skip(1).enumerate() {
+            let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+            let in_base = |first: usize| pose(index).0 * Vector3::from_column_slice(&cells[first..first + 3]);
+            let cells = cells[..4].iter().chain(&in_base(4)).chain(&in_base(7)).map(f64::to_string).collect::<Vec<_>>();
+            turned += &format!("{}\n", cells.join(","));
+        }
+        let base = SESSION.replace("name = \"wrist\"", "name = \"wrist\"\nframe = \"base\"");
+        let session = read(&base, &turned).unwrap();
+        for (own, turned) in sensor.poses.iter().zip(&session.poses) {
+            for (own, turned) in own.instruments.iter().flatten().zip(turned.instruments.iter().flatten()) {
+                assert!((own.value - turned.value).abs() < 1e-5, "{own:?} {turned:?}");
+                assert!((own.std.unwrap() / turned.std.unwrap() - 1.0).abs() < 1e-12, "{own:?} {turned:?}");
+            }
+        }
+        assert_true(&estimated(&session));
+        assert!(session.further[0].convention.contains("turned from the base's frame"));
+        // A missing component leaves nothing to turn.
+        let missing = turned.replacen(turned.lines().nth(1).unwrap().split(',').nth(5).unwrap(), "", 1);
+        let session = read(&base, &missing).unwrap();
+        assert_eq!(session.poses[0].instruments.iter().filter(|reading| reading.is_some()).count(), 3);
+        let message = read(&base.replace("\"fy\", ", "\"\", "), &turned).unwrap_err();
+        assert!(message.contains("force_torque_sensor[0].frame: only three axes of one unit"), "{message}");
+    }
+
+    #[test]
     fn robust_standard_deviations_go_by_its_poses() {
         let session = format!("{SESSION}[uncertainty]\nkind = \"sandwich\"\nblock_poses = 1\n");
         let result = estimated(&read(&session, &table("w,x,y,z", 1.0, wxyz)).unwrap());

@@ -57,6 +57,10 @@ pub(super) fn read(
     let (tables, sections): (InstrumentTables, Sections) = (document.parse()?, document.parse()?);
     let written = (&tables.force_torque_sensor[..], &tables.accelerometer[..]);
     let instruments = read_instruments(document, robot, robot_path, written, poses)?;
+    if let Some(wrist) = instruments.instruments.iter().position(|instrument| instrument.in_base) {
+        let message = "a simulated sensor reads in its own frame: delete this";
+        return Err(document.error(&Field::new("force_torque_sensor").at(wrist).key("frame"), message));
+    }
     let mut truth: Vec<f64> = instruments.parameters.iter().map(|p| p.knowledge.nominal).collect();
     let names: Vec<&str> = instruments.instruments.iter().map(|instrument| instrument.name.as_str()).collect();
     for (name, table) in &tables.instrument_truth {
