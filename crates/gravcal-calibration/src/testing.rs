@@ -141,6 +141,7 @@ pub fn sarcos_with_instruments() -> Simulation {
         units: vec![Some("count".into()); 6],
         gains: (0..6).map(|axis| (axis, axis)).collect(),
         biases: 1,
+        drifts: Vec::new(),
         first_parameter: 0,
         first_reading: 0,
     };
@@ -154,6 +155,7 @@ pub fn sarcos_with_instruments() -> Simulation {
         units: vec![Some("g".into()); 3],
         gains: (0..3).map(|axis| (axis, axis)).collect(),
         biases: 1,
+        drifts: Vec::new(),
         first_parameter: 16,
         first_reading: 6,
     };

@@ -125,7 +125,8 @@ impl Readings {
     fn used_axes(&self, session: &Session) -> BTreeSet<(usize, usize, usize)> {
         let of_pose = |(pose, used): (&Pose, &Arc<[usize]>)| {
             let axes = used.iter().filter_map(|channel| session.axis(*channel));
-            axes.map(|(number, axis)| (number, axis, session.instruments[number].bias_set(pose.table))).collect::<Vec<_>>()
+            axes.map(|(number, axis)| (number, axis, session.instruments[number].bias_set(pose.table)))
+                .collect::<Vec<_>>()
         };
         session.poses.iter().zip(&self.used).flat_map(of_pose).collect()
     }
@@ -172,7 +173,12 @@ impl Instrument {
                 let gain =
                     self.gains.iter().zip(self.gain_parameters()).any(|((row, _), own)| own == place && *row == axis);
                 let term = position_terms(session, self.link).any(|(own, ..)| own == place);
-                gain || term || self.biases_of_table(table).start + axis == place || self.own_parameters().contains(&place)
+                let axes = self.kind.axes().len();
+                let drift = self.drift_parameters().skip(axis).step_by(axes).any(|own| own == place);
+                gain || term
+                    || drift
+                    || self.biases_of_table(table).start + axis == place
+                    || self.own_parameters().contains(&place)
             }
         }
     }
@@ -257,7 +263,9 @@ impl<'s> Models<'s> {
             if !own.is_empty() {
                 let model = Arc::clone(&self.instruments[number][instrument.bias_set(pose.table)][load]);
                 let coordinates = coordinates(session, index, instrument.link);
-                parts.push(Arc::new(InstrumentReading::new(model, coordinates, pose.orientation, own)));
+                let drifts = instrument.drifts.iter().map(|drift| drift.value(&pose.conditions)).collect();
+                let reading = InstrumentReading::new(model, coordinates, pose.orientation, own).drifting(drifts);
+                parts.push(Arc::new(reading));
             }
         }
         if parts.len() == 1 { parts.remove(0) } else { Arc::new(Stacked::new(parts, length)) }
@@ -284,13 +292,15 @@ fn instrument_model(
         sensed: *sensed,
         block: *block,
     };
+    let biases =
+        [&layout.further[instrument.biases_of_table(table)], &layout.further[instrument.drift_parameters()]].concat();
     let gains = instrument.gains.iter().zip(&layout.further[instrument.gain_parameters()]).map(gain);
     InstrumentModel::new(
         (chain, instrument.link),
         instrument.mounting.rotation(),
         sensed,
         (layout.gravity, &coordinate_blocks(session, layout, instrument.link)),
-        (gains.collect(), &layout.further[instrument.biases_of_table(table)]),
+        (gains.collect(), &biases),
     )
 }
 

@@ -73,6 +73,7 @@
 //! gains = "axis"                             # optional: one an axis (the default), or a "matrix"
 //! frame = "sensor"                           # optional: in which forces and moments are given (the default), or the "base"
 //! biases = "session"                         # optional: one for all tables (the default), or one for each "table": zeroed anew
+//! sensor_models = [{ kind = "bias-in-time" }, { kind = "bias-with-temperature", reference_degC = 25 }]   # optional: drifts of biases
 //! force_gain = { nominal = 20, std = 1, unit = "count/N" }        # of each axis; as for a joint
 //! moment_gain = { nominal = 400, unit = "count/(N·m)" }           # likewise force_bias, moment_bias
 //! tool_mass = { fixed = 1.2, unit = "kg" }   # optional: what always hangs beyond it; tool_moment_x, _y, _z in kg·m
@@ -280,7 +281,8 @@ impl<'a> Context<'a> {
 pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
     let written: SessionTable = document.parse()?;
     orientation::check_robot(document, written.robot.as_ref(), &written.readings)?;
-    let source = written.robot.as_ref().map(|source| resolve_robot(document, &Field::new("robot"), source)).transpose()?;
+    let source =
+        written.robot.as_ref().map(|source| resolve_robot(document, &Field::new("robot"), source)).transpose()?;
     let (robot, robot_path) = match source {
         Some((robot, path)) => (robot, Some(path)),
         None => (orientation::free_body(), None),
@@ -291,7 +293,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     let inertia = inertia::resolve(&context, &written.inertia)?;
     let (wrists, accelerometers) = (&written.force_torque_sensor, &written.accelerometer);
     let instruments = instruments::resolve(&context, wrists, accelerometers, written.poses.len())?;
-    let mapping = readings::mapping(&context, &written.readings, instruments.columns.clone())?;
+    let mapping = readings::mapping(&context, &written.readings, &instruments)?;
     let said = joints::said(&context, &written.joint, written.joints.as_ref())?;
     let joints = joints::resolve(&context, &mapping, &said)?;
     let still = written.readings.still.as_ref();
@@ -301,6 +303,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     let motion = InMotion { still, sweeps };
     let (terms, mut further) = models::resolve(&context, &mapping, &motion, &joints, &said)?;
     let instruments = instruments.behind(&mut further);
+    instruments::check_conditions(document, &instruments, &mapping, motion.is_any())?;
     refuse_prior_on_base_frame(&context, &joints, &said)?;
     let loads = loads::resolve(&context, &written.load)?;
     let load_distances = loads::resolve_distances(document, &loads, &written.load_distance)?;

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use gravcal_kinematics::Transform;
+use gravcal_recording::Conditions;
 
 /// What an instrument is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,9 +41,36 @@ impl InstrumentKind {
     }
 }
 
-/// An instrument that a link carries: `reading = gains · sensed + bias`.
+/// What the bias of every axis of an instrument drifts with: `reading = … + d · φ`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Drift {
+    /// `φ = t`: s since the session's first pose, of all tables.
+    Time,
+    /// `φ = T − T₀`.
+    Temperature {
+        /// Place of the instrument's temperature in [`Conditions::temperature`](gravcal_recording::Conditions).
+        place: usize,
+        /// `T₀`, °C.
+        reference: f64,
+    },
+}
+
+impl Drift {
+    /// `φ`, s or K.
+    pub(crate) fn value(self, conditions: &Conditions) -> f64 {
+        match self {
+            Drift::Time => conditions.time.unwrap_or(0.0),
+            Drift::Temperature { place, reference } => {
+                conditions.temperature.get(place).map_or(0.0, |temperature| temperature - reference)
+            }
+        }
+    }
+}
+
+/// An instrument that a link carries: `reading = gains · sensed + bias + Σ d · φ`.
 ///
-/// Its parameters stand in [`Session::further`](crate::session::Session): gains, then one bias an axis (of each table), then its own.
+/// Its parameters stand in [`Session::further`](crate::session::Session): gains, then one bias an axis (of each table), then one an
+/// axis of each drift, then its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Instrument {
     /// Name.
@@ -63,6 +91,8 @@ pub struct Instrument {
     pub gains: Vec<(usize, usize)>,
     /// How many biases each axis has: one, or one for each table of poses.
     pub biases: usize,
+    /// What its biases drift with, each with a parameter of every axis.
+    pub drifts: Vec<Drift>,
     /// Place of its first parameter.
     pub first_parameter: usize,
     /// Place of its first axis among [`Pose::instruments`](crate::session::Pose).
@@ -94,9 +124,21 @@ impl Instrument {
         table.min(self.biases - 1)
     }
 
+    /// Places of the drifts, in the order of their declaration, one an axis.
+    pub fn drift_parameters(&self) -> Range<usize> {
+        let first = self.bias_parameters().end;
+        first..first + self.drifts.len() * self.kind.axes().len()
+    }
+
+    /// The drift of which this is a parameter, if it is one.
+    pub(crate) fn drift_of(&self, parameter: usize) -> Option<Drift> {
+        let place = parameter.checked_sub(self.drift_parameters().start)?;
+        self.drifts.get(place / self.kind.axes().len()).copied()
+    }
+
     /// Places of its own parameters: mass and first moment of the tool, or the mounting's rotation vector.
     pub fn own_parameters(&self) -> Range<usize> {
-        let first = self.bias_parameters().end;
+        let first = self.drift_parameters().end;
         first..first + self.kind.own_parameters()
     }
 

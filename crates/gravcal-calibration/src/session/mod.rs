@@ -30,7 +30,7 @@ pub use draft::{Draft, DraftError, DraftPoses, DraftRobot, RecordedJoints};
 pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
 pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};
-pub use instrument::{Instrument, InstrumentKind};
+pub use instrument::{Drift, Instrument, InstrumentKind};
 pub use searched::Searched;
 pub use solver::SolverChoice;
 

@@ -126,7 +126,16 @@ impl Session {
     fn lever(&self, id: ParameterId) -> f64 {
         match id {
             ParameterId::Sensor(..) => 1.0,
-            ParameterId::Further(index) => self.terms.lever(index, self.poses.iter().map(|pose| &pose.conditions)),
+            ParameterId::Further(index) => {
+                let conditions = || self.poses.iter().map(|pose| &pose.conditions);
+                match self.instruments.iter().find_map(|instrument| instrument.drift_of(index)) {
+                    None => self.terms.lever(index, conditions()),
+                    Some(drift) => {
+                        let largest = conditions().map(|pose| drift.value(pose).abs()).fold(0.0, f64::max);
+                        if largest > 0.0 { largest } else { 1.0 }
+                    }
+                }
+            }
         }
     }
 

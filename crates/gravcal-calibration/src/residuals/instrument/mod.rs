@@ -1,9 +1,10 @@
 //! Readings, in one static pose, of an instrument that a link carries.
 //!
 //! ```text
-//!     y = K u(v) + b,     v = R_mᵀ R_kᵀ(θ) Rᵀ g
+//!     y = K u(v) + b + Σ d φ,     v = R_mᵀ R_kᵀ(θ) Rᵀ g
 //! ```
 //!
+//! `φ` are the time or the temperature of the pose, with which biases drift.
 //! `v` is gravity in the instrument's frame: `R_k` the rotation of its link, `R_m` that of its mounting; `R` turns all of it,
 //! where the pose itself says how a body without joints stood (`R_k` is then none). What it senses of
 //! it, `u`, is its own ([`Wrench`], [`SpecificForce`]); the gains `K` are one an axis, or a full matrix. Axes without a
@@ -77,7 +78,7 @@ impl InstrumentModel {
     /// An instrument on link number `link`, `mounting` (row-major) the rotation of its frame in the link's.
     ///
     /// `coordinates`: blocks of one number each on which the coordinates of the joints that move the link depend; `biases`:
-    /// one an axis.
+    /// one an axis, then one an axis of each drift.
     pub fn new(
         (chain, link): (Arc<Chain>, usize),
         mounting: [[f64; 3]; 3],
@@ -105,6 +106,8 @@ pub struct InstrumentReading {
     coordinates: Vec<(usize, usize, f64)>,
     /// `R`.
     orientation: Matrix3<f64>,
+    /// `φ` of each drift.
+    drifts: Vec<f64>,
     /// Axis and reading of each row.
     readings: Vec<(usize, f64)>,
 }
@@ -112,7 +115,7 @@ pub struct InstrumentReading {
 impl InstrumentReading {
     /// `coordinates`: joint, place among the model's coordinate blocks and coefficient of each term of
     /// `θ_j = Σ coefficient · block`; `orientation`: of what carries the chain, row-major, where it is turned; `readings`:
-    /// axis and reading, one a row.
+    /// axis and reading, one a row. Biases do not drift: see [`drifting`](Self::drifting).
     pub fn new(
         model: Arc<InstrumentModel>,
         coordinates: Vec<(usize, usize, f64)>,
@@ -120,12 +123,23 @@ impl InstrumentReading {
         readings: Vec<(usize, f64)>,
     ) -> Self {
         let orientation = orientation.map_or_else(Matrix3::identity, |rows| Matrix3::from_fn(|i, j| rows[i][j]));
-        InstrumentReading { model, coordinates, orientation, readings }
+        InstrumentReading { model, coordinates, orientation, drifts: Vec::new(), readings }
+    }
+
+    /// The same with `φ` of each drift of the model, in its order.
+    pub fn drifting(self, drifts: Vec<f64>) -> Self {
+        InstrumentReading { drifts, ..self }
+    }
+
+    /// Column and factor of everything that adds to an axis' reading by itself: its bias, its drifts.
+    fn offsets(&self, axis: usize) -> impl Iterator<Item = (usize, f64)> {
+        let (first, axes) = (self.model.columns[1] + axis, self.model.sensed.axes());
+        std::iter::once(&1.0).chain(&self.drifts).enumerate().map(move |(set, factor)| (first + set * axes, *factor))
     }
 
     fn set_row(&self, row: &mut [f64], x: &[f64], axis: usize, at: &Linearized) {
-        let [gains, biases, own] = self.model.columns;
-        row[biases + axis] = 1.0;
+        let [gains, _, own] = self.model.columns;
+        self.offsets(axis).for_each(|(column, factor)| row[column] = factor);
         let mut by_gravity = Vector3::zeros();
         for (place, gain) in self.model.gains.iter().enumerate().filter(|(_, gain)| gain.reading == axis) {
             row[gains + place] = at.sensed.value[gain.sensed];
@@ -186,11 +200,12 @@ impl Residual for InstrumentReading {
     ) -> Result<(), EvaluateError> {
         let x = x.as_slice();
         let at = self.linearized(x);
-        let [gains, biases, _] = self.model.columns;
+        let [gains, ..] = self.model.columns;
         for (index, (axis, reading)) in self.readings.iter().enumerate() {
             let own = self.model.gains.iter().enumerate().filter(|(_, gain)| gain.reading == *axis);
             let sensed: f64 = own.map(|(place, gain)| x[gains + place] * at.sensed.value[gain.sensed]).sum();
-            residual[index] = sensed + x[biases + axis] - reading;
+            let offset: f64 = self.offsets(*axis).map(|(column, factor)| factor * x[column]).sum();
+            residual[index] = sensed + offset - reading;
             if let Some(rows) = jacobian.as_mut() {
                 self.set_row(rows.row(index), x, *axis, &at);
             }
@@ -232,12 +247,13 @@ pub(super) mod tests {
         let entries: Vec<(usize, usize)> =
             (0..axes * axes).map(|k| (k / axes, k % axes)).filter(|(i, j)| full || i == j).collect();
         let mut lengths = vec![3];
-        lengths.resize(1 + 6 + entries.len() + axes, 1);
+        // Of each axis a bias, and two drifts.
+        lengths.resize(1 + 6 + entries.len() + 3 * axes, 1);
         lengths.extend(own);
         let ids = ids(&lengths);
         let (coordinates, rest) = ids[1..].split_at(6);
         let (gains, rest) = rest.split_at(entries.len());
-        let (biases, own) = rest.split_at(axes);
+        let (biases, own) = rest.split_at(3 * axes);
         let gains = entries.iter().zip(gains);
         let gains =
             gains.map(|((reading, sensed), block)| GainEntry { reading: *reading, sensed: *sensed, block: *block });
@@ -253,6 +269,7 @@ pub(super) mod tests {
         let model = Arc::new(model);
         for orientation in [None, Some(QUARTER_ABOUT_Y)] {
             let residual = InstrumentReading::new(Arc::clone(&model), terms.to_vec(), orientation, readings.clone());
+            let residual = residual.drifting(vec![0.7, -2.0]);
             check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
         }
     }

@@ -49,8 +49,13 @@ pub(super) struct Written<'a> {
     pub direction: Option<&'a DirectionTable>,
 }
 
-/// What they come to.
-pub(super) fn resolve(context: &Context<'_>, written: &Written<'_>) -> Result<ConditionColumns, FileError> {
+/// What they come to. One column of temperatures for all joints is also that of each of so many instruments, whose follow those of
+/// the joints.
+pub(super) fn resolve(
+    context: &Context<'_>,
+    written: &Written<'_>,
+    instruments: usize,
+) -> Result<ConditionColumns, FileError> {
     let field = |key: &str| Field::new("readings").key(key);
     let time = written.time.map(|table| {
         let unit = unit(context, &field("time"), table.unit.as_deref(), &ConditionUnit::TIME)?;
@@ -58,7 +63,13 @@ pub(super) fn resolve(context: &Context<'_>, written: &Written<'_>) -> Result<Co
     });
     let temperature = written.temperature.map(|table| {
         let units = |_| &ConditionUnit::TEMPERATURE[..];
-        by_joint(context, &field("temperature"), &table.columns, table.unit.as_ref(), units)
+        let mut columns = by_joint(context, &field("temperature"), &table.columns, table.unit.as_ref(), units)?;
+        if let (OneOrMany::One(column), None | Some(OneOrMany::One(_))) = (&table.columns, &table.unit) {
+            let written = table.unit.as_ref().and_then(|unit| unit.as_slice().first()).map(String::as_str);
+            let unit = unit(context, &field("temperature"), written, &ConditionUnit::TEMPERATURE)?;
+            columns.resize(columns.len() + instruments, ConditionColumn { column: column.clone(), unit });
+        }
+        Ok::<_, FileError>(columns)
     });
     let velocity = written.velocity.map(|table| motion(context, &field("velocity"), table, speed_units));
     let acceleration =

@@ -2,19 +2,19 @@
 //!
 //! Gains and biases that are written once hold for three axes, each of which is a parameter of its own.
 
-use gravcal_recording::ReadingColumn;
+use gravcal_recording::{PoseMapping, ReadingColumn};
 use serde::Deserialize;
 
 use super::Context;
 use super::joints::{Sign, factor};
 use super::knowledge::{KnowledgeTable, start};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable};
-use crate::document::{Field, FileError};
+use crate::document::{Document, Field, FileError};
 use crate::parameter::{Limit, Parameter};
 use crate::robot::MountingTable;
 use crate::session::parameters::GIVEN;
 use crate::session::units;
-use crate::session::{Instrument, InstrumentKind, Knowledge, KnowledgeKind};
+use crate::session::{Drift, Instrument, InstrumentKind, Knowledge, KnowledgeKind};
 
 /// Standard deviation beyond which a number would mislead: share of a gain, kg, kg·m, rad.
 const GAIN_LIMIT: f64 = 0.1;
@@ -29,6 +29,17 @@ const CONVENTION_BY_TABLE: &str = "reading = gain * sensed + bias of its table, 
 const CONVENTION_IN_BASE: &str = "reading, turned from the base's frame into the sensor's, = gain * sensed + bias";
 const TOOL_CONVENTION: &str = "force = -mass * gravity, moment = gravity x first moment, in the sensor's frame";
 const ROTATION_CONVENTION: &str = "rotation vector from the stated mounting to the true one";
+
+/// Convention of a drift, and what would determine it.
+type DriftWords = (&'static str, &'static str);
+const IN_TIME: DriftWords = (
+    "reading = ... + bias_drift * (time since the first pose)",
+    "record poses of the same kind again, hours later and without zeroing the sensor",
+);
+const WITH_TEMPERATURE: DriftWords = (
+    "reading = ... + bias_temperature_drift * (temperature - reference_degC)",
+    "record poses of the same kind again with the sensor some kelvins warmer or colder",
+);
 
 /// What would determine what the data do not.
 const TURN_MORE: &str = "add poses that turn the instrument in more directions";
@@ -53,6 +64,8 @@ pub(crate) struct ForceTorqueTable {
     gains: Gains,
     #[serde(default)]
     biases: Biases,
+    #[serde(default)]
+    sensor_models: Vec<DriftTable>,
     force_gain: Option<KnowledgeTable>,
     moment_gain: Option<KnowledgeTable>,
     force_bias: Option<KnowledgeTable>,
@@ -78,6 +91,8 @@ pub(crate) struct AccelerometerTable {
     gains: Gains,
     #[serde(default)]
     biases: Biases,
+    #[serde(default)]
+    sensor_models: Vec<DriftTable>,
     gain: Option<KnowledgeTable>,
     bias: Option<KnowledgeTable>,
 }
@@ -98,6 +113,22 @@ pub(super) enum Biases {
     #[default]
     Session,
     Table,
+}
+
+/// One of `sensor_models`: what biases drift with.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub(super) struct DriftTable {
+    kind: DriftKind,
+    #[serde(rename = "reference_degC")]
+    reference_degc: Option<f64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum DriftKind {
+    BiasInTime,
+    BiasWithTemperature,
 }
 
 /// In which frame tables give what a wrist sensor reads.
@@ -141,9 +172,11 @@ pub(super) fn resolve(
         let field = Field::new("force_torque_sensor").at(index);
         let link = wrist_link(context, &field, table.link.as_deref())?;
         let groups = [(&table.force_gain, &table.force_bias), (&table.moment_gain, &table.moment_bias)];
-        let section = Section { context, field, kind: InstrumentKind::ForceTorque, name: &table.name, sign: table.sign };
+        let section =
+            Section { context, field, kind: InstrumentKind::ForceTorque, name: &table.name, sign: table.sign };
         let biases = table.biases.sets(tables);
         section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, biases, &groups))?;
+        section.add_drifts(&mut all, &table.sensor_models)?;
         if table.frame == Frame::Base {
             section.into_base(&mut all)?;
         }
@@ -154,12 +187,41 @@ pub(super) fn resolve(
         let field = Field::new("accelerometer").at(index);
         let link = accelerometer_link(context, &field, table.link.as_deref())?;
         let groups = [(&table.gain, &table.bias)];
-        let section = Section { context, field, kind: InstrumentKind::Accelerometer, name: &table.name, sign: table.sign };
+        let section =
+            Section { context, field, kind: InstrumentKind::Accelerometer, name: &table.name, sign: table.sign };
         let biases = table.biases.sets(tables);
         section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, biases, &groups))?;
+        section.add_drifts(&mut all, &table.sensor_models)?;
         section.add_rotation(&mut all, table.mounting_std_deg)?;
     }
     Ok(all)
+}
+
+/// Sees to it that the tables say what the instruments' biases drift with. `recorded`: whether they are recordings, which tell the
+/// time by themselves.
+pub(super) fn check_conditions(
+    document: &Document,
+    instruments: &[Instrument],
+    mapping: &PoseMapping,
+    recorded: bool,
+) -> Result<(), FileError> {
+    let drifts = || instruments.iter().flat_map(|instrument| &instrument.drifts);
+    let timeless = mapping.conditions.time.is_none() && !recorded;
+    if timeless && drifts().any(|drift| *drift == Drift::Time) {
+        let message = "a bias that drifts with time (bias-in-time) needs the time of every pose: name its column, readings.time = \
+                       { column = \"...\", unit = \"s\" }";
+        return Err(document.error(&Field::new("readings").key("time"), message));
+    }
+    let unknown = |drift: &Drift| match drift {
+        Drift::Time => false,
+        Drift::Temperature { place, .. } => *place >= mapping.conditions.temperature.len(),
+    };
+    if drifts().any(unknown) {
+        let message = "a bias that drifts with temperature (bias-with-temperature) needs that of the instrument: name one column for \
+                       all sensors, readings.temperature = { columns = \"...\", unit = \"degC\" }";
+        return Err(document.error(&Field::new("readings").key("temperature"), message));
+    }
+    Ok(())
 }
 
 /// The last link that a wrist sensor is on: it need not be said where there is but one.
@@ -287,6 +349,7 @@ impl Section<'_> {
             units,
             gains: entries,
             biases,
+            drifts: Vec::new(),
             first_parameter: first,
         });
         Ok(())
@@ -304,7 +367,8 @@ impl Section<'_> {
         }
         instrument.in_base = true;
         let first = instrument.first_parameter;
-        let readings = all.parameters[first..].iter_mut().filter(|parameter| parameter.convention != TOOL_CONVENTION);
+        let whole = [CONVENTION, CONVENTION_BY_TABLE];
+        let readings = all.parameters[first..].iter_mut().filter(|parameter| whole.contains(&parameter.convention));
         readings.for_each(|parameter| parameter.convention = CONVENTION_IN_BASE);
         Ok(())
     }
@@ -386,6 +450,44 @@ impl Section<'_> {
         let parameter = self.parameter(name, unit, convention, knowledge);
         let parameter = Parameter { limit: Limit::HalfSpread { channel }, linear: true, ..parameter };
         Ok(parameter.unread_unless(units[axis].is_some()))
+    }
+
+    /// What the biases of the instrument, the last one, drift with.
+    fn add_drifts(&self, all: &mut Instruments, tables: &[DriftTable]) -> Result<(), FileError> {
+        let number = all.instruments.len() - 1;
+        let Some(instrument) = all.instruments.last_mut() else { return Ok(()) };
+        for (index, table) in tables.iter().enumerate() {
+            let field = self.field.key("sensor_models").at(index);
+            let refuse = |key: &str, message: &str| Err(self.context.document.error(&field.key(key), message));
+            if tables[..index].iter().any(|other| other.kind == table.kind) {
+                return refuse("kind", "this stands here already: delete one");
+            }
+            let (drift, name, unit, words) = match (table.kind, table.reference_degc) {
+                (DriftKind::BiasInTime, None) => (Drift::Time, "drift", "s", IN_TIME),
+                (DriftKind::BiasInTime, Some(_)) => {
+                    return refuse("reference_degC", "only a drift with temperature has one: delete this");
+                }
+                (DriftKind::BiasWithTemperature, Some(reference)) => {
+                    let place = self.context.joint_names.len() + number;
+                    (Drift::Temperature { place, reference }, "temperature_drift", "K", WITH_TEMPERATURE)
+                }
+                (DriftKind::BiasWithTemperature, None) => {
+                    let message = "at which temperature is the bias the bias? add reference_degC, such as 25";
+                    return refuse("reference_degC", message);
+                }
+            };
+            instrument.drifts.push(drift);
+            for (axis, read) in instrument.units.iter().enumerate() {
+                let unit = format!("{}/{unit}", read.as_deref().unwrap_or("1"));
+                let channel = self.context.joint_names.len() + instrument.first_reading + axis;
+                let name = format!("bias_{}_{name}", self.kind.axes()[axis]);
+                let parameter = self.parameter(name, unit, words.0, start(0.0));
+                let limit = Limit::HalfSpread { channel };
+                let parameter = Parameter { limit, cure: words.1, linear: true, ..parameter };
+                all.parameters.push(parameter.unread_unless(read.is_some()));
+            }
+        }
+        Ok(())
     }
 
     /// Mass and first moment of what always hangs beyond the sensor.

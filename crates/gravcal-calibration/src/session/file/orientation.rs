@@ -93,7 +93,8 @@ pub(super) fn resolve(document: &Document, table: &OrientationTable) -> Result<O
         (4, Some(Order::Xyzw)) => OrientationForm::QuaternionXyzw,
         (4, Some(Order::Wxyz)) => OrientationForm::QuaternionWxyz,
         (4, None) => {
-            let message = "does the real part of the quaternion stand first or last? write order = \"wxyz\" or \"xyzw\"";
+            let message =
+                "does the real part of the quaternion stand first or last? write order = \"wxyz\" or \"xyzw\"";
             return Err(document.error(&field("order"), message));
         }
         (9, None) => OrientationForm::Matrix,
@@ -113,11 +114,7 @@ pub(super) fn resolve(document: &Document, table: &OrientationTable) -> Result<O
                        frame into the base's (v_base = R v_body), or \"body-from-base\"";
         return Err(document.error(&field("rotation"), message));
     };
-    Ok(OrientationColumns {
-        columns: table.columns.clone(),
-        form,
-        body_from_base: rotation == Rotation::BodyFromBase,
-    })
+    Ok(OrientationColumns { columns: table.columns.clone(), form, body_from_base: rotation == Rotation::BodyFromBase })
 }
 
 #[cfg(test)]
@@ -238,7 +235,8 @@ file = "poses.csv"
         let columns = "columns = [\"x\", \"y\", \"z\", \"w\"], order = \"xyzw\", rotation = \"body-from-base\"";
         let inverse = table("w,x,y,z", 1.0, |turned| wxyz(&turned.inverse()));
         assert_true(&estimated(&read(&SESSION.replace(written, columns), &inverse).unwrap()));
-        let columns = "columns = [\"a\", \"b\", \"c\", \"d\", \"e\", \"f\", \"g\", \"h\", \"i\"], rotation = \"base-from-body\"";
+        let columns =
+            "columns = [\"a\", \"b\", \"c\", \"d\", \"e\", \"f\", \"g\", \"h\", \"i\"], rotation = \"base-from-body\"";
         let matrix = table("a,b,c,d,e,f,g,h,i", 1.0, |turned| {
             let rotation: Rotation3<f64> = turned.to_rotation_matrix();
             rotation.matrix().transpose().iter().copied().collect()
@@ -387,6 +385,55 @@ file = "poses.csv"
         assert_eq!(session.poses[0].instruments.iter().filter(|reading| reading.is_some()).count(), 3);
         let message = read(&base.replace("\"fy\", ", "\"\", "), &turned).unwrap_err();
         assert!(message.contains("force_torque_sensor[0].frame: only three axes of one unit"), "{message}");
+    }
+
+    /// The table of poses with a time and a temperature, with which the biases of all axes drift by so many standard deviations an
+    /// hour or a kelvin.
+    fn drifting(in_time: f64, with_temperature: f64) -> String {
+        let text = table("w,x,y,z", 1.0, wxyz);
+        let mut drifting = format!("t,T,{}\n", text.lines().next().unwrap());
+        for (index, row) in text.lines().skip(1).enumerate() {
+            let (time, temperature) = (360.0 * index as f64, 25.0 + 4.0 * (0.9 * index as f64).sin());
+            let drift = in_time * time / 3600.0 + with_temperature * (temperature - 25.0);
+            let cells = row.split(',').map(|cell| cell.parse::<f64>().unwrap()).enumerate();
+            let moved = cells.map(|(place, cell)| match place {
+                0..4 => cell,
+                4..7 => cell + 0.1 * drift,
+                _ => cell + 0.01 * drift,
+            });
+            let cells: Vec<String> = moved.map(|cell| format!("{cell:.7}")).collect();
+            drifting += &format!("{time},{temperature},{}\n", cells.join(","));
+        }
+        drifting
+    }
+
+    #[test]
+    fn drifts_of_a_wrist_sensor_are_found() {
+        let poses = drifting(5.0, 2.0);
+        let conditions =
+            "time = { column = \"t\", unit = \"s\" }\ntemperature = { columns = \"T\", unit = \"degC\" }\n";
+        let models = "sensor_models = [{ kind = \"bias-in-time\" }, { kind = \"bias-with-temperature\", reference_degC = 25 }]\n";
+        let constant = SESSION.replace("[readings]\n", &format!("[readings]\n{conditions}"));
+        assert_ne!(estimated(&read(&constant, &poses).unwrap()).verdict, Verdict::Determined);
+        let declared = constant.replace("name = \"wrist\"\n", &format!("name = \"wrist\"\n{models}"));
+        let result = estimated(&read(&declared, &poses).unwrap());
+        assert_true(&result);
+        for (axis, noise) in [("fx", 0.1), ("fz", 0.1), ("ny", 0.01)] {
+            for (name, truth) in [("drift", noise * 5.0 / 3600.0), ("temperature_drift", noise * 2.0)] {
+                let (value, std) = found(&result, &format!("wrist.bias_{axis}_{name}"));
+                assert!(
+                    (value - truth).abs() < 4.0 * std && std < 0.2 * truth,
+                    "{axis} {name}: {value} ± {std}, not {truth}"
+                );
+            }
+        }
+        let refused = |text: String| read(&text, &poses).unwrap_err();
+        let message = refused(declared.replace("time = { column = \"t\", unit = \"s\" }\n", ""));
+        assert!(message.contains("readings.time: a bias that drifts with time"), "{message}");
+        let message = refused(declared.replace("temperature = { columns = \"T\", unit = \"degC\" }\n", ""));
+        assert!(message.contains("readings.temperature: a bias that drifts with temperature"), "{message}");
+        let message = refused(declared.replace(", reference_degC = 25", ""));
+        assert!(message.contains("sensor_models[1].reference_degC: at which temperature"), "{message}");
     }
 
     #[test]

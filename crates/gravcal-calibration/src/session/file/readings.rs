@@ -6,6 +6,7 @@ use serde::Deserialize;
 use super::Context;
 use super::conditions::{self, ConditionTable, DirectionTable, MotionTable, TimeTable};
 use super::csv::{self, CsvTable};
+use super::instruments::Instruments;
 use super::orientation::{self, OrientationTable};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable, Units};
 use super::select::{self, SelectTable};
@@ -64,11 +65,11 @@ impl ReadingsTable {
 
 /// What `[readings]` comes to.
 ///
-/// `instruments`: columns of what else reads gravity.
+/// `instruments`: what else reads gravity.
 pub(super) fn mapping(
     context: &Context<'_>,
     table: &ReadingsTable,
-    instruments: Vec<Option<ReadingColumn>>,
+    instruments: &Instruments,
 ) -> Result<PoseMapping, FileError> {
     let conditions = conditions::Written {
         time: table.time.as_ref(),
@@ -80,12 +81,12 @@ pub(super) fn mapping(
     let orientation = table.orientation.as_ref().map(|table| orientation::resolve(context.document, table));
     let mapping = PoseMapping {
         positions: positions(context, table.position.as_ref())?,
-        torques: torques(context, table.torque.as_ref(), !instruments.is_empty())?,
+        torques: torques(context, table.torque.as_ref(), !instruments.columns.is_empty())?,
         orientation: orientation.transpose()?,
-        instruments,
+        instruments: instruments.columns.clone(),
         sweep_column: table.sweep_column.clone(),
         merge_repeated: table.merge_repeated_rows,
-        conditions: conditions::resolve(context, &conditions)?,
+        conditions: conditions::resolve(context, &conditions, instruments.instruments.len())?,
         selection: select::resolve(context, &table.select)?,
         csv: csv::resolve(context, &table.csv)?,
     };
@@ -96,7 +97,9 @@ pub(super) fn mapping(
 /// Standard deviation of each joint's position reading in its inside unit; 0 where it is taken as exact.
 pub(super) fn position_std(context: &Context<'_>, table: &ReadingsTable) -> Result<Vec<f64>, FileError> {
     let (field, units) = (position().key("std"), positions(context, table.position.as_ref())?);
-    let Some(written) = table.position.as_ref().and_then(|position| position.std.as_ref()) else { return Ok(vec![0.0; units.len()]) };
+    let Some(written) = table.position.as_ref().and_then(|position| position.std.as_ref()) else {
+        return Ok(vec![0.0; units.len()]);
+    };
     let written = context.document.for_each(&field, written, &context.joint_names)?;
     let inside = |(std, column): (&f64, &PositionColumn)| match std {
         0.0.. => Ok(std * column.unit.to_si()),

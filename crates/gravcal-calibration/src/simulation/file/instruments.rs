@@ -48,21 +48,23 @@ pub(super) struct Read {
     pub simulated: SimulatedInstruments,
 }
 
-pub(super) fn read(
-    document: &Document,
-    robot: &Robot,
-    robot_path: &Path,
-    poses: usize,
-) -> Result<Read, FileError> {
+pub(super) fn read(document: &Document, robot: &Robot, robot_path: &Path, poses: usize) -> Result<Read, FileError> {
     let (tables, sections): (InstrumentTables, Sections) = (document.parse()?, document.parse()?);
     let written = (&tables.force_torque_sensor[..], &tables.accelerometer[..]);
     let instruments = read_instruments(document, robot, robot_path, written, poses)?;
+    let names: Vec<&str> = instruments.instruments.iter().map(|instrument| instrument.name.as_str()).collect();
     if let Some(wrist) = instruments.instruments.iter().position(|instrument| instrument.in_base) {
         let message = "a simulated sensor reads in its own frame: delete this";
         return Err(document.error(&Field::new("force_torque_sensor").at(wrist).key("frame"), message));
     }
+    if let Some(place) = instruments.instruments.iter().position(|instrument| !instrument.drifts.is_empty()) {
+        let message = format!(
+            "the biases of a simulated instrument do not drift: delete the sensor_models of `{}`",
+            names[place]
+        );
+        return Err(document.error(&Field::new("instrument_truth"), message));
+    }
     let mut truth: Vec<f64> = instruments.parameters.iter().map(|p| p.knowledge.nominal).collect();
-    let names: Vec<&str> = instruments.instruments.iter().map(|instrument| instrument.name.as_str()).collect();
     for (name, table) in &tables.instrument_truth {
         let field = Field::new("instrument_truth").key(name);
         let place = document.lookup(&field, "instrument", name, &names)?;
