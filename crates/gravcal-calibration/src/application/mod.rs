@@ -42,6 +42,12 @@ pub enum ApplicationError {
         /// The parameter.
         name: String,
     },
+    /// A body without joints has neither torques nor angles.
+    #[error(
+        "the session has no joints, and only their torques and angles are changed in a recording: export the gains of its instruments \
+         instead (gravcal export)"
+    )]
+    NoJoints,
     /// A parameter in another unit: readings in one unit are not turned back by gains of another.
     #[error(
         "{name} is in {there} in the calibration, but in {here} in the session: it is of a session whose sensors are read in another \
@@ -154,6 +160,9 @@ impl<'a> Application<'a> {
         effort: &Effort,
         nominal: bool,
     ) -> Result<Application<'a>, ApplicationError> {
+        if session.joints.is_empty() {
+            return Err(ApplicationError::NoJoints);
+        }
         check_conditions(session)?;
         let values = values(session, calibration, nominal)?;
         let gravity = match effort {
