@@ -1,10 +1,11 @@
 //! What a session may have got wrong, found by trying: where the readings contradict the model, a session that differs from it in one
 //! thing and explains them names that thing.
 //!
-//! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, and columns of two joints that are
-//! swapped, of torques or of positions.
+//! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, columns of two joints that are
+//! swapped, of torques or of positions, and orientations that turn the other way.
 
 use gravcal_estimation::Termination;
+use gravcal_recording::Orientation;
 
 use super::readings::{Readings, first_noise};
 use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
@@ -53,6 +54,7 @@ enum Hypothesis {
     PositionReversed(usize),
     TorquesSwapped(usize, usize),
     PositionsSwapped(usize, usize),
+    OrientationsInverted,
 }
 
 fn mistaken_columns(
@@ -98,6 +100,7 @@ fn hypotheses(session: &Session) -> Vec<Hypothesis> {
         .map(Hypothesis::PositionReversed)
         .chain(torques.map(|(a, b)| Hypothesis::TorquesSwapped(a, b)))
         .chain(positions.map(|(a, b)| Hypothesis::PositionsSwapped(a, b)))
+        .chain(session.readings.orientation.is_some().then_some(Hypothesis::OrientationsInverted))
         .collect()
 }
 
@@ -111,6 +114,12 @@ impl Hypothesis {
             }
             Hypothesis::TorquesSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.torque.swap(a, b)),
             Hypothesis::PositionsSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.position.swap(a, b)),
+            Hypothesis::OrientationsInverted => {
+                for pose in &mut made.poses {
+                    let transposed = |rows: Orientation| [0, 1, 2].map(|i| [0, 1, 2].map(|j| rows[j][i]));
+                    pose.orientation = pose.orientation.map(transposed);
+                }
+            }
         }
         made
     }
@@ -130,6 +139,14 @@ impl Hypothesis {
                 format!("swapped position columns: {} and {}", name(a), name(b)),
                 "Exchange them in [readings] position columns.".to_owned(),
             ),
+            Hypothesis::OrientationsInverted => {
+                let inverse = session.readings.orientation.as_ref().is_some_and(|columns| columns.body_from_base);
+                let other = if inverse { "base-from-body" } else { "body-from-base" };
+                (
+                    "orientations that turn the other way".to_owned(),
+                    format!("Say rotation = \"{other}\" in readings.orientation."),
+                )
+            }
         };
         let advice = format!(
             "The likely cause is {what}: with that mended, the residuals of all readings fall to {share:.2} % of what they \

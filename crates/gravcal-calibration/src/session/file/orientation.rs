@@ -437,6 +437,16 @@ file = "poses.csv"
     }
 
     #[test]
+    fn orientations_that_turn_the_other_way_are_named() {
+        let inverse = table("w,x,y,z", 1.0, |turned| wxyz(&turned.inverse()));
+        let result = estimated(&read(SESSION, &inverse).unwrap());
+        assert_eq!(result.verdict, Verdict::Failed);
+        let told =
+            result.notes.iter().any(|note| note.contains("rotation = \"body-from-base\" in readings.orientation"));
+        assert!(told, "{:?}", result.notes);
+    }
+
+    #[test]
     fn robust_standard_deviations_go_by_its_poses() {
         let session = format!("{SESSION}[uncertainty]\nkind = \"sandwich\"\nblock_poses = 1\n");
         let result = estimated(&read(&session, &table("w,x,y,z", 1.0, wxyz)).unwrap());
