@@ -60,10 +60,14 @@ struct TrueParameter {
 
 /// A session simulated as above.
 fn simulated() -> TempDir {
+    simulated_of(SIMULATION)
+}
+
+fn simulated_of(simulation: &str) -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let robot = fs::read_to_string(tree::root().join("models/sarcos-dextrous-arm/robot.toml")).unwrap();
     fs::write(folder.path().join("robot.toml"), robot).unwrap();
-    fs::write(folder.path().join("simulation.toml"), SIMULATION).unwrap();
+    fs::write(folder.path().join("simulation.toml"), simulation).unwrap();
     let run = gravcal_in(folder.path(), ["simulate", "simulation.toml"]);
     assert_eq!(run.code, 0, "{run:?}");
     folder
@@ -107,6 +111,23 @@ fn they_are_calibrated_beside_the_torques() {
     for told in ["wrist.fx  count        40", "imu.z     g            40", "gain_nx          N·m/(N·m)"] {
         assert!(calibration.run.stdout.contains(told), "{told}: {}", calibration.run.stdout);
     }
+}
+
+/// A wrist sensor that was zeroed between the tables.
+#[test]
+fn a_bias_of_each_table_is_found() {
+    let own = "biases = [12, -7, 30, -0.15, 0.04, 0.09]";
+    let each = "biases = [12, -7, 30, -0.15, 0.04, 0.09, -40, 25, 3, 0.5, -0.2, 0.1]";
+    assert_eq!(SIMULATION.matches(own).count(), 1);
+    let simulation =
+        SIMULATION.replace(own, each).replace("name = \"wrist\"\n", "name = \"wrist\"\nbiases = \"table\"\n");
+    let folder = simulated_of(&simulation);
+    let joint = calibrate(folder.path()).estimator("joint");
+    assert_eq!(joint.parameters.len(), 12 + 22 + 9);
+    assert_true(&joint, folder.path());
+    change(folder.path(), "biases = \"table\"\n", "");
+    let one = calibrate(folder.path());
+    assert_ne!(one.run.code, 0, "one bias for both tables: {:?}", one.run);
 }
 
 #[test]

@@ -34,5 +34,6 @@ mod solvers;
 mod spreadsheet;
 mod studies;
 mod tree;
+mod wrist_without_joints;
 mod wrong_input;
 mod wrong_simulation;
