@@ -10,7 +10,7 @@ use rand_pcg::Pcg64;
 
 use crate::arm::{self, Arm};
 use crate::poor;
-use crate::truth::{GRAVITY, Said, Sensors, Table, Truth};
+use crate::truth::{GRAVITY, Said, Sensors, Table, Truth, Wrist};
 
 /// Where a session's counts stand that says nothing else, and how many a newton metre makes.
 pub const NOMINAL_BIAS: f64 = 2048.0;
@@ -21,6 +21,9 @@ const DISTANCE: f64 = 0.4;
 /// Noise of counts.
 const COUNT_NOISE: f64 = 0.8;
 
+/// Noise of a wrist sensor's forces, N, and moments, N·m.
+pub const WRIST_NOISE: [f64; 6] = [0.05, 0.05, 0.05, 0.005, 0.005, 0.005];
+
 /// What kind of sessions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Kind {
@@ -30,11 +33,17 @@ pub enum Kind {
     Bare,
     /// Bare, and with a load of known mass at two placements a known distance apart.
     Ordinary,
+    /// Poor, with a six-axis sensor at the wrist, whose noise is stated.
+    Wrist,
     /// 124 bare poses within a narrow range, with errors ten times the readings' noise, which is not stated.
     Noise,
 }
 
 impl Kind {
+    fn is_poor(self) -> bool {
+        matches!(self, Kind::Poor | Kind::Wrist)
+    }
+
     /// In names.
     pub fn as_str(self) -> &'static str {
         match self {
@@ -42,6 +51,7 @@ impl Kind {
             Kind::Bare => "bare",
             Kind::Ordinary => "ordinary",
             Kind::Noise => "noise",
+            Kind::Wrist => "wrist",
         }
     }
 }
@@ -59,19 +69,23 @@ pub fn draw(kind: Kind, robots: &[Arm], seed: u64, number: u64) -> Result<Truth,
     };
     let said = said(kind, &mut random);
     let gravity = gravity(kind, &mut random);
-    let (sensors, noise) =
+    let (sensors, mut noise) =
         (sensors(arm.len(), said.counts, &mut random), noise(kind, arm.len(), said.counts, &mut random));
     let placements = placements(kind, &mut random);
     let tables = tables(kind, &arm, placements.len(), &mut random);
     let mass = random.random_range(1.0..4.0);
-    let mut truth = Truth { arm, gravity, sensors, noise, mass, placements, tables, errors: Vec::new(), said };
+    let wrist = (kind == Kind::Wrist).then(|| wrist(&mut random));
+    if wrist.is_some() {
+        noise.extend(WRIST_NOISE);
+    }
+    let mut truth = Truth { arm, gravity, sensors, wrist, noise, mass, placements, tables, errors: Vec::new(), said };
     truth.errors = (0..truth.readings()).map(|_| normal(&mut random)).collect();
     Ok(truth)
 }
 
 fn said(kind: Kind, random: &mut Pcg64) -> Said {
     let [std, hemisphere] = match kind {
-        Kind::Poor | Kind::Ordinary => [0.8, 1.0],
+        Kind::Poor | Kind::Wrist | Kind::Ordinary => [0.8, 1.0],
         Kind::Bare => [0.5, 0.5],
         Kind::Noise => [0.0, 0.5],
     };
@@ -83,7 +97,7 @@ fn said(kind: Kind, random: &mut Pcg64) -> Said {
 fn gravity(kind: Kind, random: &mut Pcg64) -> Vector3<f64> {
     let tilt = match random.random_range(0..4) {
         0 | 1 => 0.0,
-        2 if kind == Kind::Poor => random.random_range(0.0..3.0_f64).to_radians(),
+        2 if kind.is_poor() => random.random_range(0.0..3.0_f64).to_radians(),
         _ => 0.3 * normal(random),
     };
     let heading = random.random_range(0.0..TAU);
@@ -109,8 +123,8 @@ fn sensors(joints: usize, counts: bool, random: &mut Pcg64) -> Sensors {
 fn noise(kind: Kind, joints: usize, counts: bool, random: &mut Pcg64) -> Vec<f64> {
     let unit = if counts { NOMINAL_GAIN } else { 1.0 };
     match kind {
-        Kind::Poor | Kind::Ordinary if counts => vec![COUNT_NOISE; joints],
-        Kind::Poor | Kind::Ordinary => vec![10f64.powf(random.random_range(-3.0..-1.0)); joints],
+        Kind::Poor | Kind::Wrist | Kind::Ordinary if counts => vec![COUNT_NOISE; joints],
+        Kind::Poor | Kind::Wrist | Kind::Ordinary => vec![10f64.powf(random.random_range(-3.0..-1.0)); joints],
         Kind::Bare => vec![unit * 10f64.powf(random.random_range(-4.0..0.0)); joints],
         Kind::Noise => {
             let of_readings = 10f64.powf(random.random_range(-2.5..-1.0));
@@ -119,12 +133,21 @@ fn noise(kind: Kind, joints: usize, counts: bool, random: &mut Pcg64) -> Vec<f64
     }
 }
 
+fn wrist(random: &mut Pcg64) -> Wrist {
+    let mut six = |spread: f64| -> [f64; 6] { std::array::from_fn(|_| spread * normal(random)) };
+    let (gain, bias) = (six(0.05).map(|error| 1.0 + error), six(1.0));
+    let mass = random.random_range(0.2..2.0);
+    let mut moment = || mass * random.random_range(-0.1..0.1);
+    let tool = [mass, moment(), moment(), moment()];
+    Wrist { gain, bias, tool, mass_said: random.random_range(0..2) == 0 }
+}
+
 /// None, one, or two at their known distance.
 fn placements(kind: Kind, random: &mut Pcg64) -> Vec<Vector3<f64>> {
     let count = match kind {
         Kind::Bare | Kind::Noise => 0,
         Kind::Ordinary => 2,
-        Kind::Poor => [0, 1, 2, 2][random.random_range(0..4)],
+        Kind::Poor | Kind::Wrist => [0, 1, 2, 2][random.random_range(0..4)],
     };
     let mut three = || Vector3::from_fn(|_, _| normal(random));
     let (first, away) = (0.1 * three(), three().normalize() * DISTANCE);
@@ -134,7 +157,7 @@ fn placements(kind: Kind, random: &mut Pcg64) -> Vec<Vector3<f64>> {
 fn tables(kind: Kind, arm: &Arm, placements: usize, random: &mut Pcg64) -> Vec<Table> {
     let poses = if kind == Kind::Noise { 124 } else { random.random_range(30..=100) };
     let ranges = match kind {
-        Kind::Poor => return poor::tables(arm, placements, random),
+        Kind::Poor | Kind::Wrist => return poor::tables(arm, placements, random),
         Kind::Noise => narrow(arm, random),
         Kind::Bare | Kind::Ordinary => arm.joints.iter().map(|joint| joint.limits).collect(),
     };

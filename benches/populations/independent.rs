@@ -37,15 +37,14 @@ impl Information {
     }
 }
 
-/// What the readings say of every unknown by name, but for the first joint's position offset, which defines the base's heading.
+/// What the readings say of every unknown by name.
 ///
 /// # Errors
 /// Where the decomposition fails.
 pub fn information(truth: &Truth) -> Result<BTreeMap<String, Information>, String> {
     let Unknowns { names, values } = unknowns(truth);
-    let heading = format!("{}.position_offset", truth.arm.joints[0].name);
     let jacobian = jacobian(truth, &Unknowns { names: names.clone(), values });
-    let kept: Vec<usize> = (0..names.len()).filter(|index| names[*index] != heading).collect();
+    let kept: Vec<usize> = (0..names.len()).filter(|index| !truth.knows(&names[*index])).collect();
     let sizes = sizes(&jacobian, &kept);
     // At least as many rows as columns, so that the right singular vectors are a whole basis.
     let rows = jacobian.nrows().max(kept.len());

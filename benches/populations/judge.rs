@@ -11,15 +11,17 @@ use crate::draw::NOMINAL_GAIN;
 use crate::independent::Information;
 use crate::model::{Unknowns, unknowns};
 use crate::truth::Truth;
-use crate::write::torque_readings;
+use crate::write::readings;
 
 /// A value this many of its standard deviations from the truth is wrong.
 const FAR: f64 = 6.0;
 /// A standard deviation below this share of the bound is wrong.
 const NARROW: f64 = 0.5;
-/// Standard deviation beyond which a number is of no use: of a gain, relative; of an angle, rad; of a bias, in spreads of its readings.
+/// Standard deviation beyond which a number is of no use: of a gain, relative; of an angle, rad; of a bias, in spreads of its readings;
+/// of a tool, kg and kg·m.
 const USE_GAIN: f64 = 0.1;
 const USE_ANGLE: f64 = 0.1;
+const USE_TOOL: [f64; 4] = [0.1, 0.01, 0.01, 0.01];
 const USE_BIAS: f64 = 0.5;
 
 /// What may be wrong.
@@ -192,16 +194,20 @@ impl Estimated {
     }
 }
 
-/// Of each sensor parameter, in the order of the unknowns behind gravity.
+/// Of each unknown behind gravity; infinite for bodies and placements, which nobody asks for.
 fn limits_of_use(truth: &Truth) -> Vec<f64> {
     let nominal = if truth.said.counts { NOMINAL_GAIN } else { 1.0 };
-    let readings = torque_readings(truth);
+    let readings = readings(truth);
     let spread = |joint: usize| {
-        let own = readings.iter().skip(joint).step_by(truth.arm.len());
+        let own = readings.iter().skip(joint).step_by(truth.channels());
         own.clone().fold(f64::MIN, |most, y| most.max(*y)) - own.fold(f64::MAX, |least, y| least.min(*y))
     };
     let gains = truth.sensors.torque_gain.iter().map(|gain| USE_GAIN * gain.abs().min(nominal));
     let joints = 0..truth.arm.len();
     let biases = joints.clone().map(|joint| USE_BIAS * spread(joint));
-    gains.chain(biases).chain(joints.clone().map(|_| USE_GAIN)).chain(joints.map(|_| USE_ANGLE)).collect()
+    let arm = gains.chain(biases).chain(joints.clone().map(|_| USE_GAIN)).chain(joints.clone().map(|_| USE_ANGLE));
+    let others = 4 * truth.arm.len() + [0, 3, 5][truth.placements.len()];
+    let wrist =
+        [USE_GAIN; 6].into_iter().chain((truth.arm.len()..truth.channels()).map(|axis| USE_BIAS * spread(axis)));
+    arm.chain(std::iter::repeat_n(f64::INFINITY, others)).chain(wrist).chain(USE_TOOL).collect()
 }

@@ -11,8 +11,8 @@
 use faer::Mat;
 use nalgebra::Vector3;
 
-use crate::statics::{Number, complex, torques};
-use crate::truth::{PLACEMENTS, Sensors, Truth};
+use crate::statics::{Number, complex, gravity_at, torques};
+use crate::truth::{PLACEMENTS, Sensors, Truth, Wrist};
 
 /// Step along the imaginary axis: its square is nothing beside one.
 const STEP: f64 = 1e-30;
@@ -49,11 +49,17 @@ pub fn unknowns(truth: &Truth) -> Unknowns {
     if truth.placements.len() == 2 {
         all.extend([1, 2].map(|axis| (format!("{}.direction{axis}", PLACEMENTS[1]), 0.0)));
     }
+    if let Some(Wrist { gain, bias, tool, .. }) = &truth.wrist {
+        let mut add = |quantity: String, value: &f64| all.push((format!("{}.{quantity}", Wrist::NAME), *value));
+        Wrist::AXES.iter().zip(gain).for_each(|(axis, gain)| add(format!("gain_{axis}"), gain));
+        Wrist::AXES.iter().zip(bias).for_each(|(axis, bias)| add(format!("bias_{axis}"), bias));
+        Wrist::TOOL.iter().zip(tool).for_each(|(part, value)| add((*part).to_owned(), value));
+    }
     let (names, values) = all.into_iter().unzip();
     Unknowns { names, values }
 }
 
-/// Every torque reading, table by table, pose by pose and joint by joint, at some values of the unknowns.
+/// Every reading, table by table, pose by pose and channel by channel, at some values of the unknowns.
 pub fn predicted(truth: &Truth, values: &[Number]) -> Vec<Number> {
     let model = Model::new(truth, values);
     let of_table = |table: &crate::truth::Table| {
@@ -61,7 +67,7 @@ pub fn predicted(truth: &Truth, values: &[Number]) -> Vec<Number> {
         table
             .angles
             .iter()
-            .flat_map(|angles| model.readings(&truth.position_readings(angles), &bodies))
+            .flat_map(|angles| model.readings(&truth.position_readings(angles), &bodies, table.placement))
             .collect::<Vec<_>>()
     };
     truth.tables.iter().flat_map(of_table).collect()
@@ -74,7 +80,7 @@ pub fn jacobian(truth: &Truth, unknowns: &Unknowns) -> Mat<f64> {
     for column in 0..values.len() {
         values[column].im = STEP;
         for (row, reading) in predicted(truth, &values).iter().enumerate() {
-            jacobian[(row, column)] = reading.im / STEP / truth.noise[row % truth.arm.len()];
+            jacobian[(row, column)] = reading.im / STEP / truth.noise[row % truth.channels()];
         }
         values[column].im = 0.0;
     }
@@ -89,6 +95,8 @@ struct Model<'t> {
     sensors: [&'t [Number]; 4],
     bodies: Vec<[Number; 4]>,
     placements: Vec<Vector3<Number>>,
+    /// Gains, biases and tool.
+    wrist: &'t [Number],
 }
 
 impl<'t> Model<'t> {
@@ -96,13 +104,15 @@ impl<'t> Model<'t> {
         let n = truth.arm.len();
         let (gravity, rest) = values.split_at(2);
         let (sensors, rest) = rest.split_at(4 * n);
-        let (bodies, placements) = rest.split_at(4 * n);
+        let (bodies, rest) = rest.split_at(4 * n);
+        let (placements, wrist) = rest.split_at([0, 3, 5][truth.placements.len()]);
         Model {
             truth,
             gravity: on_sphere(&truth.gravity, gravity),
             sensors: std::array::from_fn(|quantity| &sensors[quantity * n..(quantity + 1) * n]),
             bodies: bodies.chunks(4).map(|body| std::array::from_fn(|part| body[part])).collect(),
             placements: placed(&truth.placements, placements),
+            wrist,
         }
     }
 
@@ -120,13 +130,35 @@ impl<'t> Model<'t> {
         bodies
     }
 
-    /// The torque readings of one pose.
-    fn readings(&self, positions: &[f64], bodies: &[[Number; 4]]) -> Vec<Number> {
+    /// The readings of one pose.
+    fn readings(&self, positions: &[f64], bodies: &[[Number; 4]], placement: Option<usize>) -> Vec<Number> {
         let [torque_gain, torque_bias, position_gain, position_offset] = self.sensors;
         let joints = || 0..positions.len();
         let angles: Vec<Number> = joints().map(|i| position_gain[i] * positions[i] + position_offset[i]).collect();
         let torques = torques(&self.truth.arm.joints, &angles, &self.gravity, bodies);
-        joints().map(|i| torque_gain[i] * torques[i] + torque_bias[i]).collect()
+        let mut readings: Vec<Number> = joints().map(|i| torque_gain[i] * torques[i] + torque_bias[i]).collect();
+        if !self.wrist.is_empty() {
+            readings.extend(self.wrench_readings(&angles, placement));
+        }
+        readings
+    }
+
+    /// `y = gain · (f, n) + bias` with `f = −m v` and `n = v × h`, where v is gravity in the tip's frame, m and h the mass and the first
+    /// moment of the tool and the load.
+    fn wrench_readings(&self, angles: &[Number], placement: Option<usize>) -> [Number; 6] {
+        let (arm, (gains, rest)) = (&self.truth.arm, self.wrist.split_at(6));
+        let (biases, tool) = rest.split_at(6);
+        let v = gravity_at(&arm.joints, angles, &self.gravity, &arm.tip_frame);
+        let (mut mass, mut moment) = (tool[0], Vector3::from_column_slice(&tool[1..]));
+        if let Some(placement) = placement {
+            mass += self.truth.mass;
+            moment += self.placements[placement] * Number::from(self.truth.mass);
+        }
+        let (force, torque) = (-v * mass, v.cross(&moment));
+        std::array::from_fn(|axis| {
+            let sensed = if axis < 3 { force[axis] } else { torque[axis - 3] };
+            gains[axis] * sensed + biases[axis]
+        })
     }
 }
 

@@ -50,6 +50,18 @@ pub fn torques(joints: &[Joint], angles: &[Number], gravity: &Vector3<Number>, b
     places.iter().enumerate().map(torque).collect()
 }
 
+/// Gravity in a frame that the last link carries.
+pub fn gravity_at(
+    joints: &[Joint],
+    angles: &[Number],
+    gravity: &Vector3<Number>,
+    frame: &Isometry3<f64>,
+) -> Vector3<Number> {
+    let link = places(joints, angles).pop().map_or_else(Matrix3::identity, |place| place.rotation);
+    let rotation = link * frame.rotation.to_rotation_matrix().into_inner().map(Number::from);
+    rotation.transpose() * gravity
+}
+
 fn places(joints: &[Joint], angles: &[Number]) -> Vec<Place> {
     let (mut rotation, mut origin) = (Matrix3::identity(), Vector3::zeros());
     let place = |(joint, angle): (&Joint, &Number)| {

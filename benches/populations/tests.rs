@@ -59,7 +59,7 @@ fn the_jacobian_is_the_slope_of_the_readings() {
     for column in 0..at.values.len() {
         let [above, below] = [1e-5, -1e-5].map(|step| readings(column, step));
         for row in 0..jacobian.nrows() {
-            let slope = (above[row].re - below[row].re) / 2e-5 / truth.noise[row % truth.arm.len()];
+            let slope = (above[row].re - below[row].re) / 2e-5 / truth.noise[row % truth.channels()];
             let exact = jacobian[(row, column)];
             assert!(
                 (slope - exact).abs() < 1e-6 * (1.0 + exact.abs() + slope.abs()) / truth.noise[0],

@@ -18,7 +18,9 @@ pub struct Truth {
     pub gravity: Vector3<f64>,
     /// By joint.
     pub sensors: Sensors,
-    /// Of each joint's torque readings, in their unit.
+    /// The sensor between the last link and the tool, if there is one.
+    pub wrist: Option<Wrist>,
+    /// Of each channel's readings, in their unit: the joints' torques, and the wrist's axes behind them.
     pub noise: Vec<f64>,
     /// Mass of the load, kg.
     pub mass: f64,
@@ -26,7 +28,7 @@ pub struct Truth {
     pub placements: Vec<Vector3<f64>>,
     /// The poses.
     pub tables: Vec<Table>,
-    /// Errors of the torque readings, in units of their noise, in the order in which the model predicts them.
+    /// Errors of the readings, in units of their noise, in the order in which the model predicts them.
     pub errors: Vec<f64>,
     /// What the session says.
     pub said: Said,
@@ -43,6 +45,28 @@ pub struct Sensors {
     pub position_gain: Vec<f64>,
     /// rad; that of the first joint, which defines the base's heading, is zero.
     pub position_offset: Vec<f64>,
+}
+
+/// A six-axis sensor in the tip's frame, read in N and N·m, and the tool beyond it.
+#[derive(Clone, Debug)]
+pub struct Wrist {
+    /// Of each axis.
+    pub gain: [f64; 6],
+    /// Of each axis, N and N·m.
+    pub bias: [f64; 6],
+    /// Mass, kg, and first moment, kg·m, of the tool in the tip's frame.
+    pub tool: [f64; 4],
+    /// Whether the session says the tool's mass.
+    pub mass_said: bool,
+}
+
+impl Wrist {
+    /// Its name in the session.
+    pub const NAME: &str = "wrist";
+    /// Its axes.
+    pub const AXES: [&str; 6] = ["fx", "fy", "fz", "nx", "ny", "nz"];
+    /// What is unknown of the tool.
+    pub const TOOL: [&str; 4] = ["tool_mass", "tool_moment_x", "tool_moment_y", "tool_moment_z"];
 }
 
 /// Poses with one load, or none.
@@ -68,9 +92,21 @@ pub struct Said {
 }
 
 impl Truth {
-    /// How many torque readings.
+    /// How many readings a pose has.
+    pub fn channels(&self) -> usize {
+        self.noise.len()
+    }
+
+    /// Whether an unknown is none: the first joint's position offset, which defines the base's heading, and what the session says exactly.
+    pub fn knows(&self, name: &str) -> bool {
+        let said = self.wrist.as_ref().is_some_and(|wrist| wrist.mass_said);
+        name == format!("{}.position_offset", self.arm.joints[0].name)
+            || said && name == format!("{}.{}", Wrist::NAME, Wrist::TOOL[0])
+    }
+
+    /// How many readings.
     pub fn readings(&self) -> usize {
-        self.arm.len() * self.tables.iter().map(|table| table.angles.len()).sum::<usize>()
+        self.channels() * self.tables.iter().map(|table| table.angles.len()).sum::<usize>()
     }
 
     /// What the position sensors read at a pose, rad.

@@ -7,11 +7,11 @@ use std::path::Path;
 use serde_json::{Value, json};
 
 use crate::arm::Urdf;
-use crate::draw::{NOMINAL_BIAS, NOMINAL_GAIN};
+use crate::draw::{NOMINAL_BIAS, NOMINAL_GAIN, WRIST_NOISE};
 use crate::independent::Information;
 use crate::model::{predicted, unknowns};
 use crate::statics::Number;
-use crate::truth::{GRAVITY, PLACEMENTS, Truth};
+use crate::truth::{GRAVITY, PLACEMENTS, Truth, Wrist};
 
 /// Writes `session.toml` and its tables into a folder.
 ///
@@ -62,10 +62,20 @@ fn session(truth: &Truth, urdf: &str) -> String {
     }
     let angle = if said.degrees { "deg" } else { "rad" };
     let unit = if said.counts { "count" } else { "N·m" };
-    let std = if said.std { format!(", std = {:?}", truth.noise) } else { String::new() };
+    let std = if said.std { format!(", std = {:?}", &truth.noise[..arm.len()]) } else { String::new() };
     lines.push("[readings]".to_owned());
     lines.push(format!("position = {{ columns = {}, unit = \"{angle}\" }}", columns("position")));
     lines.push(format!("torque = {{ columns = {}, unit = \"{unit}\"{std} }}", columns("torque")));
+    if let Some(wrist) = &truth.wrist {
+        lines.push(format!("[[force_torque_sensor]]\nname = \"{}\"", Wrist::NAME));
+        lines.push(format!(
+            "readings = {{ columns = {}, unit = [\"N\", \"N\", \"N\", \"N·m\", \"N·m\", \"N·m\"], std = {WRIST_NOISE:?} }}",
+            list(Wrist::AXES.iter())
+        ));
+        if wrist.mass_said {
+            lines.push(format!("tool_mass = {{ fixed = {}, unit = \"kg\" }}", wrist.tool[0]));
+        }
+    }
     if said.counts {
         lines.extend(arm.joints.iter().map(|joint| {
             format!(
@@ -98,8 +108,8 @@ fn file_name(placement: Option<usize>) -> String {
     format!("{}.csv", placement.map_or("bare", |placement| PLACEMENTS[placement]))
 }
 
-/// Torque readings with their errors, in the order of the model.
-pub fn torque_readings(truth: &Truth) -> Vec<f64> {
+/// Readings with their errors, in the order of the model.
+pub fn readings(truth: &Truth) -> Vec<f64> {
     let values: Vec<Number> = unknowns(truth).values.into_iter().map(Number::from).collect();
     let noise = truth.noise.iter().cycle();
     let errors = truth.errors.iter().zip(noise).map(|(error, noise)| error * noise);
@@ -111,9 +121,10 @@ fn tables(truth: &Truth) -> Vec<(String, String)> {
     let joints = || truth.arm.joints.iter().map(|joint| joint.name.as_str());
     let header =
         joints().map(|joint| format!("{joint}_position")).chain(joints().map(|joint| format!("{joint}_torque")));
-    let header = header.collect::<Vec<_>>().join(",");
-    let torques = torque_readings(truth);
-    let mut torques = torques.chunks(truth.arm.len());
+    let wrist = Wrist::AXES.iter().take(truth.channels() - truth.arm.len()).map(ToString::to_string);
+    let header = header.chain(wrist).collect::<Vec<_>>().join(",");
+    let torques = readings(truth);
+    let mut torques = torques.chunks(truth.channels());
     let unit = if truth.said.degrees { 1f64.to_degrees() } else { 1.0 };
     let text = |table: &crate::truth::Table| {
         let mut text = format!("{header}\n");
@@ -140,6 +151,7 @@ fn true_values(truth: &Truth) -> Value {
         "s": sensors.position_gain,
         "o": sensors.position_offset,
         "sigma": truth.noise,
+        "wrist": truth.wrist.as_ref().map(|wrist| json!({ "gain": wrist.gain, "bias": wrist.bias, "tool": wrist.tool })),
         "joints": truth.arm.joints.iter().map(|joint| joint.name.as_str()).collect::<Vec<_>>(),
         "bodies": truth.arm.joints.iter().map(|joint| joint.body).collect::<Vec<_>>(),
         "tables": truth.tables.iter().map(|table| json!({ "load": table.placement.map(|k| PLACEMENTS[k]), "angles": table.angles })).collect::<Vec<_>>(),
