@@ -308,7 +308,7 @@ mod tests {
     fn read(change: (&str, &str), estimator: &str) -> Result<EarlierEstimate, String> {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("calibration.json");
-        fs::write(&path, CALIBRATION.replace(change.0, change.1)).unwrap();
+        std::fs::write(&path, CALIBRATION.replace(change.0, change.1)).unwrap();
         read_earlier(&path, estimator).map_err(|e| e.to_string().replace(&format!("{}/", folder.path().display()), ""))
     }
 

@@ -203,7 +203,7 @@ impl<'a> Joint<'a> {
     }
 
     fn torque_gain(&self, reading: TorqueUnit) -> Result<Knowledge, FileError> {
-        let sign = factor(self.torque_sign().map(|entry| entry.value));
+        let sign = factor(self.torque_sign().map(|entry| *entry.value));
         if let Some(entry) = self.said.of(Quantity::TorqueGain) {
             let Entry { value: table, field, .. } = &entry;
             let unit = self.fitting(&entry, units::torque_gain(table.unit(), self.kind))?;
@@ -234,7 +234,7 @@ impl<'a> Joint<'a> {
     }
 
     fn position_gain(&self) -> Result<Knowledge, FileError> {
-        let sign = factor(self.position_sign().map(|entry| entry.value));
+        let sign = factor(self.position_sign().map(|entry| *entry.value));
         let reading = self.position_unit.si();
         if let Some(entry) = self.said.of(Quantity::PositionGain) {
             let Entry { value: table, field, .. } = &entry;
