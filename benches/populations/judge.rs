@@ -151,8 +151,7 @@ impl Judged {
         let Estimated { value, std, ci95: [low, high] } = *estimated;
         let off = (value - truth) / std;
         self.errors.push((off, low <= truth && truth <= high));
-        // So that what is no number is wrong, too.
-        if !(off.abs() <= FAR) {
+        if off.is_nan() || off.abs() > FAR {
             self.wrong.push((Cause::Far, format!("{name} {value:.5} ± {std:.2e} (truth {truth:.5}, z {off:.1})")));
         }
     }
