@@ -30,7 +30,7 @@ const SIMULATION: &str = r#"robot = "robot.toml"
 seed = 1
 gravity = { direction = [0.3, 0.1, -1.0], magnitude_m_per_s2 = 9.80665 }
 torque = { unit = "N·m", std = 0.02 }
-position = { unit = "deg" }
+position = { unit = "rad" }
 recording = { rate_hz = 200, samples = 60, move_s = 0.5, settling_s = 0.2 }
 random = [{ file = "bare.csv", poses = 12 }]
 "#;
@@ -48,8 +48,10 @@ fn sheet() -> TempDir {
     let simulated = fs::read_to_string(file("bare.csv")).unwrap();
     let rows = simulated.lines().filter(|line| !line.starts_with('#')).skip(1);
     let dated = rows.map(|row| {
-        let (seconds, cells) = row.split_once(',').unwrap();
-        let microseconds = (seconds.parse::<f64>().unwrap() * 1e6).round() as u64;
+        let cells: Vec<f64> = row.split(',').map(|cell| cell.parse().unwrap()).collect();
+        let [seconds, q1, q2, tau1, tau2] = cells[..] else { panic!("{row}") };
+        let cells = format!("{},{},{tau1},{tau2}", q1.to_degrees(), q2.to_degrees());
+        let microseconds = (seconds * 1e6).round() as u64;
         let (whole, part) = (microseconds / 1_000_000, microseconds % 1_000_000);
         let part = if part == 0 { String::new() } else { format!(".{part:06}") };
         format!("2024-05-01 12:00:{whole:02}{part},{cells}\n")

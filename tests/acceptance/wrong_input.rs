@@ -167,7 +167,7 @@ const IN_THE_SESSION: &[Mistake] = &[
     Mistake {
         what: "an empty file",
         changes: &[("session.toml", Contents(b""))],
-        told: &["session.toml:1: missing field `robot`"],
+        told: &["session.toml:1: missing field `gravity`"],
     },
     Mistake {
         what: "a file of bytes that are no text",

@@ -167,7 +167,7 @@ pub fn study(bytes: &[u8]) {
 
 /// The `study.json` of a folder with the results of a study.
 pub fn study_folder(bytes: &[u8]) {
-    results(bytes, include_bytes!("trials.parquet"));
+    results(bytes, include_bytes!("../trials.parquet"));
 }
 
 /// The table of all trials in a folder with the results of a study, or of a part of them.

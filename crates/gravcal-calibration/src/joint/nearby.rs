@@ -6,7 +6,7 @@ use super::problem::JointProblem;
 use super::reference::WITHIN_USE;
 use super::solve::{Solved, solve_from};
 use super::{EstimateError, Unknowns};
-use crate::judgement::{AT_LEAST, Judged, Judgement, MATTERS, least_informed_nearby, limits_of_use};
+use crate::judgement::{AT_LEAST, Judged, MATTERS, least_informed_nearby, limits_of_use};
 use crate::parameter::ParameterId;
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -77,7 +77,12 @@ impl Solved {
             session.parameters().iter().filter(|id| judgement.determines(**id)).flat_map(columns).collect();
         let farther = least_informed_nearby((problem, values), &asked, &determined, &plausible)?;
         let farther = farther.into_iter().map(|values| (values, AT_LEAST));
-        let nominal = self.nearest_to_nominal(session, &judgement, &plausible, workbench)?.map(|values| (values, 1.0));
+        let (open, all) = (|id: &ParameterId| !judgement.determines(*id), |_: &ParameterId| true);
+        let nominal = [
+            self.nearer_to_nominal(session, open, &plausible, workbench)?,
+            self.nearer_to_nominal(session, all, &plausible, workbench)?,
+        ];
+        let nominal = nominal.into_iter().flatten().map(|values| (values, 1.0));
         let mut nearby = Vec::new();
         for (values, share) in farther.chain(nominal) {
             let spectrum = Spectrum::new(problem, &values)?;
@@ -90,18 +95,18 @@ impl Solved {
         Ok(nearby)
     }
 
-    /// Where parameters that are not determined have values nearer to their nominal ones, and the readings are explained as well: what is
-    /// told must not depend on where the readings happened to leave these.
-    fn nearest_to_nominal(
+    /// Where some parameters have values nearer to their nominal ones, and the readings are explained as well: what is told must not depend
+    /// on where the readings happened to leave what they do not determine.
+    fn nearer_to_nominal(
         &self,
         session: &Session,
-        judgement: &Judgement,
+        drawn: impl Fn(&ParameterId) -> bool,
         plausible: &Reference,
         workbench: &Workbench<'_>,
     ) -> Result<Option<Values>, EstimateError> {
         let (problem, layout) = (self.judged_problem(), &self.posed.layout);
         let mut center = self.estimate.values.clone();
-        for id in session.parameters().into_iter().filter(|id| !judgement.determines(*id)) {
+        for id in session.parameters().into_iter().filter(drawn) {
             center.set(layout.block(id), &[session.nominal(id)]);
         }
         let drawn = problem.with_reference(plausible.centered_at(&center));

@@ -84,7 +84,7 @@ Undetermined
 Fit: residuals of the torque readings, in their unit
   joint: χ² 101.30 for 95 degrees of freedom, p = 0.31
     held out: 4 poses in 2 stretches that a second fit did not see, χ² 9.1000
-      for 8 readings
+    for 8 readings
                                     fitted           held out
             unit   readings  noise     rms  largest       rms  largest  of range
     joint1  count        37   0.80   0.791     2.12     0.912     1.43    0.20 %

@@ -47,7 +47,8 @@ fn read(units: [&str; 2], [readings, end]: [&str; 2], rows: impl Iterator<Item =
 
 /// A number from -1 to 1 that looks random.
 fn random(row: u32, of: u32) -> f64 {
-    f64::from((row * 7919 + of * 104_729) * 2_654_435 % 1009) / 504.0 - 1.0
+    let mixed = (u64::from(row) * 7919 + u64::from(of) * 104_729) * 2_654_435 % 1009;
+    mixed as f64 / 504.0 - 1.0
 }
 
 /// The torque of the shoulder alone matters here.
@@ -121,7 +122,7 @@ fn torques_beyond_the_model_are_doubted() {
 
 #[test]
 fn rows_of_an_arm_in_motion_are_doubted() {
-    for per_second in [10.0, 100.0, 1000.0] {
+    for per_second in [20.0, 100.0, 1000.0] {
         let doubts = session(["rad", "N·m"], "", motion((20.0 * per_second) as u32, per_second)).doubts;
         let told = format!(
             "Each of the {} rows of day.csv is taken as a static pose, but neighbours differ by little",
@@ -154,15 +155,16 @@ fn static_poses_and_motion_that_is_known_are_not_doubted() {
     assert_eq!(session(["rad", "N·m"], known, motion(2000, 100.0)).doubts, [""; 0]);
 }
 
-/// Of those whose data are here.
+/// Of those whose data are here. One is a trajectory that was published without its clock.
 #[test]
-fn no_experiment_is_doubted() {
+fn of_the_experiments_a_trajectory_alone_is_doubted() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
     let sessions = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path().join("session.toml"));
     let read: Vec<Session> =
         sessions.filter(|path| path.is_file()).filter_map(|path| Session::read(&path).ok()).collect();
     assert!(read.len() >= 3, "only {} sessions could be read", read.len());
     for session in read {
-        assert_eq!(session.doubts, [""; 0], "{:?}", session.inputs);
+        let trajectory = session.inputs.iter().any(|input| input.ends_with("kuka_lbr_med7/measurements.csv"));
+        assert_eq!(session.doubts.len(), usize::from(trajectory), "{:?}", session.doubts);
     }
 }
