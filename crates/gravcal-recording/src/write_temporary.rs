@@ -45,8 +45,8 @@ fn clear_file(path: &Path) -> io::Result<()> {
 fn clear_folder(path: &Path, folder: &Path) -> io::Result<()> {
     let file = match File::options().read(true).write(true).open(path.join(LOCK)) {
         Ok(file) => file,
-        // Killed before it had a lock, it is empty.
-        Err(_) => return fs::remove_dir(path),
+        Err(error) if error.kind() == ErrorKind::NotFound => return clear_unlocked(path),
+        Err(error) => return Err(error),
     };
     if lock(&file)? != Locked::ByUs {
         return Ok(());
@@ -58,6 +58,14 @@ fn clear_folder(path: &Path, folder: &Path) -> io::Result<()> {
         }
     }
     fs::remove_dir_all(path)
+}
+
+/// Killed before it had a lock, it is empty. Killed while it was taken away, the lock may have been the first to go: what is left is nothing
+/// that anyone needs.
+fn clear_unlocked(path: &Path) -> io::Result<()> {
+    let empty = fs::remove_dir(path);
+    // Another may have locked it since.
+    if empty.is_ok() || path.join(LOCK).exists() { empty } else { fs::remove_dir_all(path) }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,6 +140,7 @@ mod tests {
         fs::create_dir(path(".gravcal-empty.tmp")).unwrap();
         fs::create_dir_all(path(".gravcal-staged.tmp/staged")).unwrap();
         fs::write(path(".gravcal-staged.tmp").join(LOCK), "").unwrap();
+        fs::create_dir_all(path(".gravcal-half-gone.tmp/staged")).unwrap();
         fs::write(path(".gravcal-mine"), "").unwrap();
         fs::write(path("mine.tmp"), "").unwrap();
         let at_work = (temporary_file(folder.path()).unwrap(), temporary_folder(folder.path()).unwrap());
