@@ -110,7 +110,7 @@ fn calibrate_leaves_no_new_file_beside_an_old_one() {
         kill_often(folder, times[0].max(times[1]), |kill| arguments(sessions[1 - kill as usize % 2], "results"), look);
     whole(folder, &arguments("other", "results"));
     assert!(files.iter().all(|file| read("results", file) == read("other", file)));
-    assert_eq!(temporary(folder), [PathBuf::new(); 0]);
+    assert_eq!(temporary(folder), Vec::<PathBuf>::new());
     println!("calibrate --overwrite: {ends:?}");
 }
 
@@ -140,7 +140,7 @@ fn apply_leaves_the_old_recording_or_the_new_one() {
         whole(folder, &arguments(""));
         let is_whole = fs::read(folder.join(&output)).unwrap() == ways[0].1;
         assert!(is_whole && fs::read(folder.join(recording)).unwrap() == input);
-        assert_eq!(temporary(folder), [PathBuf::new(); 0]);
+        assert_eq!(temporary(folder), Vec::<PathBuf>::new());
         println!("apply to {recording} of {} bytes: {ends:?}", input.len());
     }
 }
@@ -195,7 +195,7 @@ fn a_study_goes_on_to_the_same_table() {
         let [whole, killed] = ["whole", "killed"].map(|name| fs::read(study.results(name).join(file)).unwrap());
         assert!(whole == killed, "{file} differs");
     }
-    assert_eq!(temporary(study.folder()), [PathBuf::new(); 0]);
+    assert_eq!(temporary(study.folder()), Vec::<PathBuf>::new());
     println!("study run: {ends:?}");
     let again = study.run("killed", &[]);
     assert!(again.code == 0 && again.stdout.ends_with("0 trials in 0.0 s\n"), "{again:?}");

@@ -45,6 +45,7 @@ fn sheet() -> TempDir {
     fs::write(file("simulation.toml"), SIMULATION).unwrap();
     let run = gravcal_in(folder.path(), ["simulate", "simulation.toml"]);
     assert_eq!(run.code, 0, "{run:?}");
+    fs::remove_file(file("session.toml")).unwrap(); // one is drawn up from the sheet alone
     let simulated = fs::read_to_string(file("bare.csv")).unwrap();
     let rows = simulated.lines().filter(|line| !line.starts_with('#')).skip(1);
     let dated = rows.map(|row| {

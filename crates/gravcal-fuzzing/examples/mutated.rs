@@ -18,7 +18,10 @@ use gravcal_fuzzing as targets;
 use rand::{Rng, RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-const TARGETS: [(&str, fn(&[u8])); 13] = [
+/// What takes bytes as if they were a file.
+type Target = fn(&[u8]);
+
+const TARGETS: [(&str, Target); 13] = [
     ("csv", targets::csv),
     ("mcap", targets::mcap),
     ("parquet", targets::parquet),

@@ -178,7 +178,7 @@ pub(super) fn resolve(
         section.add(&mut all, (link, table.mounting), &table.readings, (table.gains, biases, &groups))?;
         section.add_drifts(&mut all, &table.sensor_models)?;
         if table.frame == Frame::Base {
-            section.into_base(&mut all)?;
+            section.enter_in_base(&mut all)?;
         }
         let moments = [&table.tool_moment_x, &table.tool_moment_y, &table.tool_moment_z];
         section.add_tool(&mut all, &table.tool_mass, moments)?;
@@ -356,7 +356,7 @@ impl Section<'_> {
     }
 
     /// Lets the tables give what the instrument, the last one, reads in the base's frame.
-    fn into_base(&self, all: &mut Instruments) -> Result<(), FileError> {
+    fn enter_in_base(&self, all: &mut Instruments) -> Result<(), FileError> {
         let Some(instrument) = all.instruments.last_mut() else { return Ok(()) };
         for units in instrument.units.chunks(3) {
             if units.iter().any(|unit| *unit != units[0]) {
