@@ -346,6 +346,19 @@ file = "poses.csv"
         assert!((mass - MASS).abs() < 4.0 * std && std < 0.01, "{mass} ± {std}");
         let report = crate::check::check(&session).unwrap();
         assert!(report.complete && report.tilts.is_empty());
+        // Of a second bias no reading tells where the second table has none of its axis.
+        let forces = |row: &str| row.split(',').take(7).chain([""; 3]).collect::<Vec<_>>().join(",");
+        let (head, rows) = later.split_once('\n').unwrap();
+        let forces: String = rows.lines().map(|row| forces(row) + "\n").collect();
+        let forces = format!("{head}\n{forces}");
+        let folder = tempfile::tempdir().unwrap();
+        let text = text.replace("name = \"wrist\"", "name = \"wrist\"\nbiases = \"table\"");
+        for (name, text) in [("session.toml", &text), ("poses.csv", &first), ("later.csv", &forces)] {
+            fs::write(folder.path().join(name), text).unwrap();
+        }
+        let result = estimated(&Session::read(&folder.path().join("session.toml")).unwrap());
+        let open = result.parameters.iter().filter(|parameter| !parameter.determined).map(|p| p.name.as_str());
+        assert_eq!(open.collect::<Vec<_>>(), ["nx", "ny", "nz"].map(|axis| format!("wrist.bias_{axis}_2")));
     }
 
     #[test]
