@@ -63,6 +63,9 @@ struct Arguments {
     /// Folder that keeps each session with its truth, for `gravcal calibrate`.
     #[arg(long, value_name = "FOLDER")]
     keep: Option<PathBuf>,
+    /// The method that solves each session.
+    #[arg(long, value_parser = named_solver, default_value = SolverName::LevenbergMarquardt.as_str())]
+    solver: SolverName,
     /// Solve each session by all methods: none may end without an answer, and all must tell the same parameters.
     #[arg(long)]
     methods: bool,
@@ -95,6 +98,13 @@ fn main() -> ExitCode {
     }
 }
 
+fn named_solver(name: &str) -> Result<SolverName, String> {
+    SolverName::ALL.into_iter().find(|solver| solver.as_str() == name).ok_or_else(|| {
+        let names: Vec<&str> = SolverName::ALL.iter().map(|solver| solver.as_str()).collect();
+        format!("no such method; there are {}", names.join(", "))
+    })
+}
+
 /// Whether nothing is wrong.
 fn run(arguments: &Arguments) -> Result<bool, String> {
     let Arguments { kind, seed, threads, keep, .. } = arguments;
@@ -103,7 +113,7 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
         seed: *seed,
         robots: robots(arguments.arms)?,
         keep: keep.clone(),
-        methods: if arguments.methods { SolverName::ALL.into() } else { vec![SolverName::LevenbergMarquardt] },
+        methods: if arguments.methods { SolverName::ALL.into() } else { vec![arguments.solver] },
         starts: arguments.starts,
     };
     let numbers = numbers(arguments);

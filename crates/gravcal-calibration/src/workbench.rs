@@ -40,6 +40,14 @@ impl<'a> Workbench<'a> {
         Workbench { observer, ..self }
     }
 
+    /// The same with another method.
+    pub(crate) fn by<'b>(&self, solver: &'b dyn Solver) -> Workbench<'b>
+    where
+        'a: 'b,
+    {
+        Workbench { solver, ..*self }
+    }
+
     /// The same with a flag that, set from elsewhere, stops the solver after its current iteration. What was being solved
     /// then has failed: its termination says so.
     pub fn stopped_by(self, stop: &'a AtomicBool) -> Self {
@@ -62,7 +70,7 @@ impl<'a> Workbench<'a> {
         (self.progress)(stage);
     }
 
-    pub(crate) fn solver(&self) -> &dyn Solver {
+    pub(crate) fn solver(&self) -> &'a dyn Solver {
         self.solver
     }
 

@@ -28,6 +28,12 @@ pub trait Solver: Send + Sync {
         initial: &Values,
         context: &mut SolveContext<'_>,
     ) -> Result<Estimate, SolveError>;
+
+    /// Another method that takes other ways down, with the same options: who doubts where this one ended asks that one, too. Two that
+    /// begin at the same place rarely end in the same wrong valley.
+    fn companion(&self) -> Option<Box<dyn Solver>> {
+        None
+    }
 }
 
 /// A method cannot take a problem.

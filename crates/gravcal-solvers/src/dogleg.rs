@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::point::dot;
 use crate::refusal::refuse_constraints;
-use crate::{Decision, Descent, Move, Point, StoppingRules, minimise};
+use crate::{Decision, Descent, LevenbergMarquardt, Move, Point, StoppingRules, minimise};
 
 pub(crate) const NAME: &str = "dogleg";
 
@@ -56,6 +56,10 @@ impl Solver for Dogleg {
         context: &mut SolveContext<'_>,
     ) -> Result<Estimate, SolveError> {
         minimise(self, problem, initial, context)
+    }
+
+    fn companion(&self) -> Option<Box<dyn Solver>> {
+        Some(Box::new(LevenbergMarquardt { stopping: self.stopping }))
     }
 }
 

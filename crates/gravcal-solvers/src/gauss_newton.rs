@@ -30,7 +30,7 @@ use serde::Deserialize;
 
 use crate::point::dot;
 use crate::refusal::refuse_constraints;
-use crate::{Decision, Descent, Move, Point, StoppingRules, minimise};
+use crate::{Decision, Descent, Dogleg, Move, Point, StoppingRules, minimise};
 
 pub(crate) const NAME: &str = "gauss-newton";
 
@@ -66,6 +66,10 @@ impl Solver for GaussNewton {
         context: &mut SolveContext<'_>,
     ) -> Result<Estimate, SolveError> {
         minimise(self, problem, initial, context)
+    }
+
+    fn companion(&self) -> Option<Box<dyn Solver>> {
+        Some(Box::new(Dogleg { stopping: self.stopping }))
     }
 }
 

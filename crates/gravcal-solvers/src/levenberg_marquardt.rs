@@ -18,7 +18,7 @@ use serde::Deserialize;
 
 use crate::damping::Damping;
 use crate::refusal::refuse_constraints;
-use crate::{Decision, Descent, Move, Point, StoppingRules, minimise};
+use crate::{Decision, Descent, Dogleg, Move, Point, StoppingRules, minimise};
 
 pub(crate) const NAME: &str = "levenberg-marquardt";
 
@@ -46,6 +46,10 @@ impl Solver for LevenbergMarquardt {
         context: &mut SolveContext<'_>,
     ) -> Result<Estimate, SolveError> {
         minimise(self, problem, initial, context)
+    }
+
+    fn companion(&self) -> Option<Box<dyn Solver>> {
+        Some(Box::new(Dogleg { stopping: self.stopping }))
     }
 }
 

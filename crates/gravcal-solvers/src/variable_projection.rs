@@ -36,7 +36,7 @@ use crate::linear_part::{LinearPart, is_linear};
 use crate::point::FAINT_DAMPING;
 use crate::refusal::refuse_constraints;
 use crate::run::check_start;
-use crate::{Decision, Descent, Move, Point, StoppingRules, minimise};
+use crate::{Decision, Descent, Dogleg, Move, Point, StoppingRules, minimise};
 
 /// The most by which a nonlinear block moves at once, relative to its size or to the residual, whichever is larger.
 const LONGEST_STEP: f64 = 0.5;
@@ -74,6 +74,10 @@ impl Solver for VariableProjection {
         check_start(problem, initial)?;
         let projected = LinearPart::new(problem).optimum(initial.clone(), NAME)?;
         minimise(self, problem, projected.as_ref().unwrap_or(initial), context)
+    }
+
+    fn companion(&self) -> Option<Box<dyn Solver>> {
+        Some(Box::new(Dogleg { stopping: self.stopping }))
     }
 }
 

@@ -3,14 +3,19 @@
 //!
 //! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, columns of two joints that are
 //! swapped, of torques or of positions, and orientations that turn the other way.
+//!
+//! Of few readings some mistake always explains more, by chance. One is named only where the likelihood is decisively higher, the noise
+//! found anew with it, and allowing for how many were tried.
 
 use gravcal_estimation::Termination;
 use gravcal_recording::Orientation;
 
 use super::readings::{Readings, first_noise};
 use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
+use super::solve::solve_from;
 use super::start::start_cost;
-use super::{EstimateError, Solved};
+use super::twins::DECISIVE;
+use super::{EstimateError, Solved, Unknowns};
 use crate::parameter::Quantity;
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -78,14 +83,31 @@ fn mistaken_columns(
     promising.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     workbench.tell("looking for swapped columns");
     let (before, _) = solve_with(session, &readings, solved, workbench)?;
-    let mut best: Option<(f64, Hypothesis)> = None;
+    let mut best: Option<(f64, Hypothesis, Unknowns)> = None;
     for (_, hypothesis) in promising.into_iter().take(SOLVED) {
-        let (after, _) = solve_with(&hypothesis.made(session), &readings, solved, workbench)?;
-        if after < BETTER * before && best.is_none_or(|(lowest, _)| after < lowest) {
-            best = Some((after, hypothesis));
+        let (after, end) = solve_with(&hypothesis.made(session), &readings, solved, workbench)?;
+        if after < BETTER * before && best.as_ref().is_none_or(|(lowest, ..)| after < *lowest) {
+            best = Some((after, hypothesis, end));
         }
     }
-    Ok(best.map(|(after, hypothesis)| hypothesis.tell(session, 100.0 * (after / before).sqrt())))
+    let Some((after, hypothesis, end)) = best else { return Ok(None) };
+    let tried = hypotheses(session).len();
+    let likelier =
+        decisively_likelier((&hypothesis.made(session), end), &readings, (session, solved), tried, workbench)?;
+    Ok(likelier.then(|| hypothesis.tell(session, 100.0 * (after / before).sqrt())))
+}
+
+/// Whether a session, started there, explains the readings so much better than the solution that it is no accident of having tried so many.
+pub(super) fn decisively_likelier(
+    (made, start): (&Session, Unknowns),
+    readings: &Readings,
+    (session, solved): (&Session, &Solved),
+    tried: usize,
+    workbench: &Workbench<'_>,
+) -> Result<bool, EstimateError> {
+    let other = solve_from(made, readings, start, workbench)?;
+    let gain = solved.minus_log_restricted_likelihood(session)? - other.minus_log_restricted_likelihood(made)?;
+    Ok(gain > DECISIVE + (tried as f64).ln())
 }
 
 fn hypotheses(session: &Session) -> Vec<Hypothesis> {

@@ -13,6 +13,7 @@
 use gravcal_estimation::EvaluateError;
 use statrs::function::gamma::digamma;
 
+use super::readings::first_noise;
 use super::solve::Solved;
 use crate::session::Session;
 
@@ -50,6 +51,20 @@ impl Solved {
             variance.map_or(*old, f64::sqrt)
         });
         Ok(noise.collect())
+    }
+
+    /// − ln of the likelihood with noise that was found counted only by the degrees of freedom that found it, but for what all sessions with
+    /// these readings share: a fit that took up most of its readings explains the rest by chance.
+    pub(super) fn minus_log_restricted_likelihood(&self, session: &Session) -> Result<f64, EvaluateError> {
+        let rows = self.posed.problem.augmented_jacobian(&self.estimate.values)?;
+        let leverages = self.spectrum.leverages(&rows);
+        let found = session.noise_estimated();
+        let unit = first_noise(session, &self.readings.spreads);
+        let size = |((pose, channel), leverage): (&(usize, usize), &f64)| match found[*channel] {
+            true => (1.0 - leverage).max(0.0) * (self.readings.std(session, *pose, *channel) / unit[*channel]).ln(),
+            false => 0.0,
+        };
+        Ok(self.estimate.cost + self.posed.rows.iter().zip(&leverages).map(size).sum::<f64>())
     }
 }
 

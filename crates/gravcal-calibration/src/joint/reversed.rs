@@ -7,7 +7,8 @@
 //!   if χ² falls below half.
 //! - *All together.* Turning all sensors and all moments changes no reading of a bare arm. Then the robot's assumed masses
 //!   decide: where the torques of the estimated moments oppose those of the assumed ones, all sensors are reversed (or gravity is
-//!   declared upside down, which no reading tells from that).
+//!   declared upside down, which no reading tells from that). Only torques that change count, as a bias takes up the rest, and only
+//!   those of joints that themselves turn far: within a narrow range a centre of mass that lies a little elsewhere does the same.
 //!
 //! A force-torque sensor is reversed where the mass of its tool comes out negative: the same readings are those of a positive mass
 //! with gains of the other sign.
@@ -16,14 +17,14 @@
 
 use gravcal_estimation::Termination;
 
-use super::mistakes::Mistake;
+use super::mistakes::{Mistake, decisively_likelier};
 use super::problem::pose_with_constraints;
 use super::readings::first_noise;
 use super::sample::Sample;
 use super::start::{best_start, start_cost};
 use super::{EstimateError, Readings, Solved, Unknowns};
 use crate::parameter::{ParameterId, Quantity};
-use crate::session::{InstrumentKind, Session};
+use crate::session::{InstrumentKind, Pose, Session};
 use crate::workbench::Workbench;
 
 /// A turned sign must lower the cost of a start to this share of it; the cost of a solution likewise.
@@ -35,6 +36,8 @@ const AS_GOOD: f64 = 1.05;
 const NEGATIVE: f64 = 5.0;
 /// Below this correlation the estimated torques oppose the assumed ones.
 const OPPOSED: f64 = -0.5;
+/// A joint's torques tell of signs where it turns by so much, rad, at least; where it slides they depend on others' turning.
+const TURNS: f64 = 0.8;
 
 /// Sensors that are reversed, and how that is known.
 #[derive(Clone, Debug, PartialEq)]
@@ -157,8 +160,12 @@ fn beside_the_others(
     if after >= BETTER * before {
         return Ok(None);
     }
+    let (made, tried) = (turned(session, &joints), open.len());
+    if !decisively_likelier((&made, unknowns.clone()), &readings, (session, solved), tried, workbench)? {
+        return Ok(None);
+    }
     // All others may be the reversed ones: the assumed masses tell.
-    if open.len() == session.joints.len() && agreement(session, &unknowns).is_some_and(|c| c < OPPOSED) {
+    if open.len() == session.joints.len() && agreement(session, solved, &unknowns).is_some_and(|c| c < OPPOSED) {
         joints = open.iter().copied().filter(|joint| !joints.contains(joint)).collect();
     }
     let share = 100.0 * (after / before).sqrt();
@@ -172,10 +179,10 @@ fn all_together(
     open: &[usize],
     workbench: &Workbench<'_>,
 ) -> Result<Option<Reversed>, EstimateError> {
-    let now = agreement(session, &solved.unknowns(&Unknowns::nominal(session)));
+    let now = agreement(session, solved, &solved.unknowns(&Unknowns::nominal(session)));
     let Some(now) = now.filter(|correlation| *correlation < OPPOSED) else { return Ok(None) };
     let (cost, unknowns) = solve_with(&turned(session, open), &solved.readings, solved, workbench)?;
-    let Some(then) = agreement(session, &unknowns).filter(|correlation| *correlation > -OPPOSED) else {
+    let Some(then) = agreement(session, solved, &unknowns).filter(|correlation| *correlation > -OPPOSED) else {
         return Ok(None);
     };
     let why = format!(
@@ -208,24 +215,54 @@ pub(super) fn solve_with(
     Ok((estimate.cost, Unknowns::of(&estimate.values, &posed.layout, &start)))
 }
 
-/// Correlation of the bare arm's gravity torques by estimated and by assumed masses, over all poses and joints; `None`
-/// where no masses are assumed, or where gravity may point either way.
-fn agreement(session: &Session, unknowns: &Unknowns) -> Option<f64> {
-    let chain = &session.robot.chain;
-    if session.gravity.hemisphere.is_none() || chain.links().iter().any(|link| link.inertia.is_none()) {
+/// Correlation of the bare arm's gravity torques by estimated and by assumed masses, over the readings, each joint's mean taken away: the
+/// weaker of that with the assumed torques at the estimate and of that with those at nominal values, as neither may hang on gravity or
+/// offsets that the readings leave open. `None` where no masses are assumed, where gravity may point either way, where no joint turns far
+/// enough to tell, or where both disagree.
+fn agreement(session: &Session, solved: &Solved, unknowns: &Unknowns) -> Option<f64> {
+    let links = session.robot.chain.links();
+    if session.gravity.hemisphere.is_none() || links.iter().any(|link| link.inertia.is_none()) {
         return None;
     }
-    let flat = |unknowns: &Unknowns| -> Vec<f64> { unknowns.inertia.iter().flatten().copied().collect() };
-    let (estimated, assumed) = (flat(unknowns), flat(&Unknowns::nominal(session)));
-    let [mut a, mut b] = [vec![0.0; chain.joint_count()], vec![0.0; chain.joint_count()]];
+    let nominal = Unknowns::nominal(session);
+    let estimated = bare_torques(session, unknowns, unknowns);
+    let telling: Vec<(usize, usize)> =
+        solved.posed.rows.iter().copied().filter(|(_, channel)| turns_far(session, *channel)).collect();
+    let with = |values: &Unknowns| correlation(&telling, &estimated, &bare_torques(session, values, &nominal));
+    let (here, there) = (with(unknowns)?, with(&nominal)?);
+    (here * there > 0.0).then(|| if here.abs() < there.abs() { here } else { there })
+}
+
+/// Gravity torques of the bare arm in every pose, N·m, with the masses of one set of values and the angles and gravity of another.
+fn bare_torques(session: &Session, at: &Unknowns, masses: &Unknowns) -> Vec<Vec<f64>> {
+    let chain = &session.robot.chain;
+    let inertia: Vec<f64> = masses.inertia.iter().flatten().copied().collect();
+    let of_pose = |pose: &Pose| {
+        let mut torque = vec![0.0; chain.joint_count()];
+        chain.gravity_torque(&session.terms.coordinates(&pose.position, at), at.gravity, &inertia, &mut torque);
+        torque
+    };
+    session.poses.iter().map(of_pose).collect()
+}
+
+/// Whether a channel is that of a joint that turns far over the poses.
+fn turns_far(session: &Session, channel: usize) -> bool {
+    let angles = || session.poses.iter().filter_map(|pose| pose.position.get(channel).copied());
+    let gain = || session.nominal(ParameterId::Sensor(channel, Quantity::PositionGain)).abs();
+    channel < session.joints.len()
+        && (angles().fold(f64::MIN, f64::max) - angles().fold(f64::MAX, f64::min)) * gain() > TURNS
+}
+
+/// Correlation of two sets of torques over these readings, by pose and joint, each joint's mean taken away.
+fn correlation(telling: &[(usize, usize)], first: &[Vec<f64>], second: &[Vec<f64>]) -> Option<f64> {
     let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
-    for pose in &session.poses {
-        let coordinates = session.terms.coordinates(&pose.position, unknowns);
-        chain.gravity_torque(&coordinates, unknowns.gravity, &estimated, &mut a);
-        chain.gravity_torque(&coordinates, unknowns.gravity, &assumed, &mut b);
-        for (a, b) in a.iter().zip(&b) {
-            (aa, ab, bb) = (aa + a * a, ab + a * b, bb + b * b);
-        }
+    for joint in 0..second.first()?.len() {
+        let rows = telling.iter().filter(|(_, channel)| *channel == joint);
+        let rows: Vec<(f64, f64)> = rows.map(|(pose, _)| (first[*pose][joint], second[*pose][joint])).collect();
+        let count = rows.len().max(1) as f64;
+        let mean = rows.iter().fold((0.0, 0.0), |sum, (a, b)| (sum.0 + a / count, sum.1 + b / count));
+        let sum = |of: fn(f64, f64) -> f64| rows.iter().map(|(a, b)| of(a - mean.0, b - mean.1)).sum::<f64>();
+        (aa, ab, bb) = (aa + sum(|a, _| a * a), ab + sum(|a, b| a * b), bb + sum(|_, b| b * b));
     }
     (aa * bb > 0.0).then(|| ab / (aa * bb).sqrt())
 }

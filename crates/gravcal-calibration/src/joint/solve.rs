@@ -74,14 +74,16 @@ pub fn solve(
     let solved = settled(session, solved, &sample, workbench)?;
     let stopped = solved.estimate.termination == Termination::Stopped;
     let noise_is_found = session.noise_estimated().contains(&true) && readings.order == Order::Together;
-    if (noise_is_found || solved.misfit(session)?.is_some()) && !stopped {
+    let doubtful = noise_is_found || !solved.estimate.termination.converged() || solved.misfit(session)?.is_some();
+    if doubtful && !stopped {
         return lowest_elsewhere(session, readings, &sample, solved, known, workbench);
     }
     Ok(solved)
 }
 
 /// The solution, or a likelier one from another start: a minimum that the stated noise rules out may be a local one, and noise that was
-/// found at a minimum excuses it.
+/// found at a minimum excuses it. The method's companion looks, from where the first one began and from elsewhere: one that creeps along a bent
+/// valley is where the other goes through.
 fn lowest_elsewhere(
     session: &Session,
     readings: &Readings,
@@ -91,15 +93,20 @@ fn lowest_elsewhere(
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     workbench.tell("other starting values");
+    let companion = workbench.solver().companion().filter(|other| other.check(&solved.posed.problem).is_ok());
+    let second = workbench.by(companion.as_deref().unwrap_or(workbench.solver()));
     let mut lower = false;
-    for start in further_starts(session, sample, known, workbench)? {
+    let same = best_start(session, sample, known, &second)?;
+    for start in std::iter::once(same).chain(further_starts(session, sample, known, &second)?) {
         // A start that leads nowhere says nothing of the others.
-        let Ok(other) = solve_from(session, readings, start, workbench) else { continue };
-        if other.minus_log_likelihood(session) < solved.minus_log_likelihood(session) - DECISIVE {
+        let Ok(other) = solve_from(session, readings, start, &second) else { continue };
+        let gain = solved.minus_log_likelihood(session) - other.minus_log_likelihood(session);
+        let converged = [&other, &solved].map(|solved| solved.estimate.termination.converged());
+        if gain > DECISIVE || gain > 0.0 && converged == [true, false] {
             (solved, lower) = (other, true);
         }
     }
-    if lower { settled(session, solved, sample, workbench) } else { Ok(solved) }
+    if lower { settled(session, solved, sample, &second) } else { Ok(solved) }
 }
 
 /// The same from where it is said to start.

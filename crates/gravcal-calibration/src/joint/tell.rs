@@ -149,6 +149,9 @@ pub(super) fn tell_parameters(session: &Session, solved: &Solved, judgement: &Ju
 const ALONG_CONSTRAINTS: &str = "Standard deviations hold along the active constraints: what these hold is taken as \
                                  known exactly.";
 
+/// A sign is decided by so many standard deviations.
+const SIGN_DECIDED: f64 = 5.0;
+
 /// A gain of the other sign than declared is the mirror image of a solution, not an answer. Nothing is said of what did not
 /// converge.
 pub(super) fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
@@ -160,12 +163,14 @@ pub(super) fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[P
         for quantity in [Quantity::TorqueGain, Quantity::PositionGain] {
             let name = quantity.name(&session.robot.chain.joints()[joint].name);
             let value = solved.estimate.values.scalar(ids[quantity as usize]);
-            let determined = parameters.iter().any(|p| p.name == name && p.determined);
-            if determined && value * session.joints[joint].of(quantity).nominal < 0.0 {
+            let std = parameters.iter().find(|p| p.name == name && p.determined).and_then(|p| p.std);
+            let decided = std.is_some_and(|std| value.abs() > SIGN_DECIDED * std);
+            if decided && value * session.joints[joint].of(quantity).nominal < 0.0 {
+                let kind = if quantity == Quantity::TorqueGain { "torque" } else { "position" };
                 mirrored.push(format!(
-                    "{name} came out as {value:.4}, of the other sign than declared: if the sensor is mounted \
-                     reversed, say so ({}_sign = \"reversed\" in its [[joint]])",
-                    if quantity == Quantity::TorqueGain { "torque" } else { "position" },
+                    "{name} came out as {value:.4}, of the other sign than declared: the {kind} sensor of {} reads the other \
+                     way. If it is mounted so, say {kind}_sign = \"reversed\" in its [[joint]]",
+                    session.robot.chain.joints()[joint].name,
                 ));
             }
         }
