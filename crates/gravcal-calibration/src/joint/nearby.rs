@@ -15,6 +15,8 @@ use crate::workbench::Workbench;
 const AS_LIKELY: f64 = 2.0;
 /// Values at which ½ χ² is smaller by more are better than the estimate, which then was no minimum.
 const BETTER: f64 = 0.1;
+/// Standard deviation that is told at least where an end of another start lies one away that is as plausible: both are within two.
+const WITHIN: f64 = 0.5;
 /// How often an estimate goes on from better values, at most.
 const ROUNDS: usize = 3;
 /// Times by which a standard deviation is too small that has no basis.
@@ -56,6 +58,7 @@ impl Solved {
             solved = Solved {
                 sign_known: solved.sign_known,
                 hemisphere_contradicted: solved.hemisphere_contradicted,
+                elsewhere: solved.elsewhere,
                 ..other
             };
         }
@@ -84,7 +87,8 @@ impl Solved {
         ];
         let nominal = nominal.into_iter().flatten().map(|values| (values, 1.0));
         let mut nearby = Vec::new();
-        for (values, share) in farther.chain(nominal) {
+        let elsewhere = self.elsewhere.iter().map(|values| (values.clone(), 1.0));
+        for (values, share) in farther.chain(nominal).chain(elsewhere) {
             let spectrum = Spectrum::new(problem, &values)?;
             let there = spectrum.covariance();
             let baseless =
@@ -127,6 +131,13 @@ impl Solved {
                 // What is beyond its limit there is not determined.
                 let at_least = (share * there.std(column)).min(limit);
                 factors[column] = factors[column].max(at_least / known.std(column).max(f64::MIN_POSITIVE));
+            }
+        }
+        for (id, values) in session.parameters().iter().flat_map(|id| self.elsewhere.iter().map(move |v| (id, v))) {
+            let block = self.posed.layout.block(*id);
+            let apart = (values.scalar(block) - self.estimate.values.scalar(block)).abs();
+            for column in self.judged_problem().columns_of(block) {
+                factors[column] = factors[column].max(WITHIN * apart / known.std(column).max(f64::MIN_POSITIVE));
             }
         }
         if self.nearby.is_empty() {

@@ -1,7 +1,9 @@
 //! Solving the joint problem: start, unstated noise.
 
 use gravcal_estimation::statistics::{NoiseKnowledge, Solution, along_constraints, leans};
-use gravcal_estimation::{Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty};
+use gravcal_estimation::{
+    Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty, Values,
+};
 
 use super::fit::{fit, fit_in_rounds};
 use super::nearby::Nearby;
@@ -12,7 +14,7 @@ use super::sample::Sample;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
-use crate::judgement::Explained;
+use crate::judgement::{Explained, IMPLAUSIBLE};
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -42,6 +44,8 @@ pub struct Solved {
     pub uncertainty: Uncertainty,
     /// Values nearby that may be the true ones, and at which the readings say less.
     pub(super) nearby: Vec<Nearby>,
+    /// Ends of other starts that explain the readings as plausibly.
+    pub(super) elsewhere: Vec<Values>,
     /// By how many standard deviations the readings would like to pass each active constraint.
     pub(super) leans: Vec<f64>,
     /// Whether gravity's sign is declared, or decided by the readings.
@@ -95,18 +99,24 @@ fn lowest_elsewhere(
     workbench.tell("other starting values");
     let companion = workbench.solver().companion().filter(|other| other.check(&solved.posed.problem).is_ok());
     let second = workbench.by(companion.as_deref().unwrap_or(workbench.solver()));
-    let mut lower = false;
+    let (mut lower, mut ends) = (false, Vec::new());
     let same = best_start(session, sample, known, &second)?;
     for start in std::iter::once(same).chain(further_starts(session, sample, known, &second)?) {
         // A start that leads nowhere says nothing of the others.
         let Ok(other) = solve_from(session, readings, start, &second) else { continue };
         let gain = solved.minus_log_likelihood(session) - other.minus_log_likelihood(session);
         let converged = [&other, &solved].map(|solved| solved.estimate.termination.converged());
+        if converged[0] {
+            ends.push((other.minus_log_likelihood(session), other.estimate.values.clone()));
+        }
         if gain > DECISIVE || gain > 0.0 && converged == [true, false] {
             (solved, lower) = (other, true);
         }
     }
-    if lower { settled(session, solved, sample, &second) } else { Ok(solved) }
+    let solved = if lower { settled(session, solved, sample, &second)? } else { solved };
+    let lowest = solved.minus_log_likelihood(session);
+    ends.retain(|(height, _)| *height < lowest + IMPLAUSIBLE);
+    Ok(Solved { elsewhere: ends.into_iter().map(|(_, values)| values).collect(), ..solved })
 }
 
 /// The same from where it is said to start.
@@ -207,6 +217,7 @@ impl Solved {
             uncertainty,
             leans,
             nearby: Vec::new(),
+            elsewhere: Vec::new(),
             sign_known: true,
             hemisphere_contradicted: false,
         })
