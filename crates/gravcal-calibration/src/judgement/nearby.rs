@@ -20,10 +20,6 @@
 //!
 //! Two kinds of directions are followed: singular ones that make up a share of a standard deviation that matters, and the error of each
 //! parameter, `v = C e`.
-//!
-//! An effect may be largest at the estimate, and fall to both sides: where a joint's torque comes out as nothing, the gain of its position has
-//! none that a bias could hide behind. Its slope is then zero and tells nothing. So each parameter is also moved by its own standard
-//! deviation, to either side, the rest following, and on by that of where it has come to.
 
 use gravcal_estimation::{EvaluateError, Problem, Reference, Values};
 use nalgebra::{DMatrix, DVector};
@@ -39,9 +35,6 @@ const STEADY: f64 = (1.0 - AT_LEAST) / PLAUSIBLE as f64;
 /// Steps at most by which the rest follows a piece; one that lowers ½ χ² by less is the last.
 const CORRECTIONS: usize = 6;
 const SETTLED: f64 = 0.1;
-/// A standard deviation that grows by less than this share of itself over its own length to both sides grows by less than half over
-/// [`PLAUSIBLE`] of them, with the square of the way.
-const LEVEL: f64 = 0.03;
 /// Only directions that make up this share of a limit of use are looked at.
 pub(crate) const MATTERS: f64 = 0.05;
 /// Length of the step of a difference, in limits of use.
@@ -82,9 +75,6 @@ pub(crate) fn least_informed_nearby(
     let mut found = Vec::new();
     for direction in faint.chain(errors) {
         found.extend(surroundings.where_less(&estimate, direction)?);
-    }
-    for column in determined {
-        found.extend(surroundings.where_farther(&estimate, *column)?);
     }
     Ok(found)
 }
@@ -196,39 +186,6 @@ impl Surroundings<'_> {
         Ok(found.map(|point| point.values))
     }
 
-    /// Where a column's value lies up to [`PLAUSIBLE`] of its standard deviations to either side, each that of where the one before ended, as
-    /// far as the readings allow; nothing where the standard deviation hardly grows to both sides.
-    fn where_farther(&self, estimate: &Point, column: usize) -> Result<Vec<Values>, EvaluateError> {
-        let variance = |point: &Point| point.covariance[(column, column)];
-        let farther = |here: &Point, side: f64| {
-            let step = here.covariance.column(column) * (side / variance(here).sqrt());
-            self.point(self.retracted(&here.values, &step))
-        };
-        let sides = [1.0, -1.0];
-        let [Some(up), Some(down)] = [farther(estimate, sides[0])?, farther(estimate, sides[1])?] else {
-            return Ok(Vec::new());
-        };
-        if 0.5 * (variance(&up) + variance(&down)) < (1.0 + LEVEL).powi(2) * variance(estimate) {
-            return Ok(Vec::new());
-        }
-        let held = DVector::from_fn(self.scales.len(), |k, _| if k == column { 1.0 } else { 0.0 });
-        let mut ends = Vec::new();
-        for (side, first) in sides.into_iter().zip([up, down]) {
-            let (mut found, mut next): (Option<Point>, Option<Point>) = (None, Some(first));
-            for _ in 0..PLAUSIBLE {
-                let Some(there) = next else { break };
-                let there = self.settled(there, &held)?;
-                if there.cost - estimate.cost >= IMPLAUSIBLE {
-                    break;
-                }
-                next = farther(&there, side)?;
-                found = Some(there);
-            }
-            ends.extend(found.map(|point| point.values));
-        }
-        Ok(ends)
-    }
-
     /// The size of the effect of a direction, and how it changes: `a`, with `s u = J v` by differences of the residuals.
     fn effect(&self, at: &Values, direction: &DVector<f64>) -> Result<(f64, DVector<f64>), EvaluateError> {
         let [there, back] = [DIFFERENCE, -DIFFERENCE].map(|h| self.retracted(at, &(direction * h)));
@@ -308,41 +265,5 @@ mod tests {
             assert!(judged(tilt).iter().any(|there| there.abs() < 0.3 * tilt), "{:?}", judged(tilt));
         }
         assert!(judged(20.0).is_empty() && judged(40.0).is_empty());
-    }
-
-    /// Readings of `torque · (1, cos, sin)` of small angles with an unknown share of each, and of `bias` beside: `torque`, `bias`, `gain`.
-    #[derive(Debug)]
-    struct Hidden {
-        blocks: [BlockId; 3],
-    }
-
-    impl Formula for Hidden {
-        fn blocks(&self) -> &[BlockId] {
-            &self.blocks
-        }
-
-        fn len(&self) -> usize {
-            2
-        }
-
-        fn evaluate<N: Number>(&self, x: LocalNumbers<'_, N>, residual: &mut [N]) -> Result<(), EvaluateError> {
-            let (torque, bias, gain) = (x.block(0)[0], x.block(1)[0], x.block(2)[0]);
-            (residual[0], residual[1]) = (bias + torque, bias + torque * N::from(0.5) * gain);
-            Ok(())
-        }
-    }
-
-    #[test]
-    fn a_bias_behind_which_a_torque_of_nothing_could_hide_is_followed_to_both_sides() {
-        let mut builder = ProblemBuilder::new();
-        let blocks = [("torque", 0.0), ("bias", 0.0), ("gain", 1.0)]
-            .map(|(name, value)| builder.add_block(Block::scalar(name, ""), &[value]));
-        builder.add_factor(Factor::new(Automatic(Hidden { blocks }), Noise::independent(&[1.0, 1.0]).unwrap()));
-        let (problem, values) = builder.build().unwrap();
-        let plausible = Reference::new(values.clone()).with(blocks[0], &[100.0]).with(blocks[2], &[1.0]);
-        let found = least_informed_nearby((&problem, &values), &[(1, 100.0)], &[1], &plausible).unwrap();
-        let biases: Vec<f64> = found.iter().map(|values| values.scalar(blocks[1])).collect();
-        // Its standard deviation at the estimate, √5, with the gain of no effect there.
-        assert!(biases.iter().any(|b| *b > 9.0) && biases.iter().any(|b| *b < -9.0), "{biases:?}");
     }
 }
