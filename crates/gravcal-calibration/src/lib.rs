@@ -54,6 +54,8 @@ mod robustness;
 mod slow_sweeps;
 #[cfg(test)]
 mod testing;
+#[cfg(test)]
+mod unexplained_errors;
 
 pub use calibrate::{EstimatorName, UnknownEstimator, UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
 pub use robot::Robot;

@@ -315,6 +315,8 @@ pub enum NoiseSource {
     Stated,
     /// The residuals.
     Residuals,
+    /// The session or the recordings, and the residuals what that does not explain, joint by joint.
+    StatedAndUnexplained,
 }
 
 impl fmt::Display for UncertaintyResult {
@@ -322,6 +324,9 @@ impl fmt::Display for UncertaintyResult {
         match self {
             UncertaintyResult::Noise { source: NoiseSource::Residuals, .. } => {
                 write!(f, "from the noise that the residuals show")
+            }
+            UncertaintyResult::Noise { source: NoiseSource::StatedAndUnexplained, .. } => {
+                write!(f, "from the stated noise and what of each joint's residuals it does not explain")
             }
             UncertaintyResult::Noise { widened_by: None, .. } => write!(f, "from the stated noise"),
             UncertaintyResult::Noise { widened_by: Some(factor), .. } => {
@@ -409,6 +414,22 @@ pub struct Fit {
     pub residuals: Vec<ReadingResidual>,
 }
 
+/// Errors of a joint's readings beyond their noise: see [`UnexplainedError`](crate::session::UnexplainedError).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct UnexplainedResult {
+    /// Standard deviation, unit of the reading; 0 where the noise explains the residuals.
+    pub std: f64,
+    /// Whether it was estimated from the residuals.
+    pub estimated: bool,
+    /// How many times the noise of the readings that is.
+    pub times_noise: f64,
+    /// Standard deviation over the poses of what gravity makes the joint read, unit of the reading.
+    pub gravity_std: f64,
+    /// `std` as a share of that, or of a tenth of the largest like it of any joint, where that is more; absent where nothing feels
+    /// gravity.
+    pub share_of_gravity: Option<f64>,
+}
+
 /// Residuals of one joint's torque readings.
 #[derive(Clone, Debug, Serialize)]
 pub struct JointFit {
@@ -422,10 +443,13 @@ pub struct JointFit {
     pub rms: f64,
     /// Largest |residual|.
     pub largest: f64,
-    /// Standard deviation that the fit assumed (mean over the readings).
+    /// Standard deviation of the noise that the fit assumed (mean over the readings), without unexplained errors.
     pub noise_std: f64,
     /// Whether that was estimated from the residuals.
     pub noise_estimated: bool,
+    /// Errors beyond that noise, where the session has such; told of the fit alone.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unexplained: Option<UnexplainedResult>,
     /// Largest less smallest reading of that joint in the fitted tables.
     pub range: f64,
 }

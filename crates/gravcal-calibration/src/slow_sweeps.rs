@@ -1,5 +1,7 @@
 //! Slow sweeps of joints with friction, from the recording to the estimate: errors are as large as their standard deviations say.
 
+mod standstills;
+
 use std::fs;
 use std::path::Path;
 
@@ -112,22 +114,42 @@ impl Recorder {
     }
 }
 
-fn estimated(folder: &Path, seed: u64, models: &str) -> (Session, EstimatorResult) {
+/// A recorder at the start of its recording, and the files that a session of it needs.
+fn recorder(folder: &Path, seed: u64, session: &str) -> Recorder {
     fs::write(folder.join("robot.toml"), TWO_JOINTS).unwrap();
-    fs::write(folder.join("session.toml"), SESSION.replace("MODELS", models)).unwrap();
+    fs::write(folder.join("session.toml"), session).unwrap();
     let text = "time_s,shoulder.position,elbow.position,shoulder.effort,elbow.effort\n".to_owned();
     let robot = crate::Robot::read(&folder.join("robot.toml")).unwrap();
     let gravity = crate::session::GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: None };
     let session = Session::new(robot, gravity, Vec::new());
     let random = Pcg64::seed_from_u64(seed);
-    let mut recorder = Recorder { session, text, samples: 0, at: [0.0; 2], direction: [0.0; 2], random };
+    Recorder { session, text, samples: 0, at: [0.0; 2], direction: [0.0; 2], random }
+}
+
+fn estimated(folder: &Path, seed: u64, models: &str) -> (Session, EstimatorResult) {
+    let mut recorder = recorder(folder, seed, &SESSION.replace("MODELS", models));
     recorder.sweeps(0, &[-1.1, -0.3, 0.6, 1.3]);
     recorder.sweeps(1, &[-0.9, 0.2, 1.1]);
+    result_of(folder, &recorder)
+}
+
+fn result_of(folder: &Path, recorder: &Recorder) -> (Session, EstimatorResult) {
     fs::write(folder.join("sweeps.csv"), &recorder.text).unwrap();
     let session = Session::read(&folder.join("session.toml")).unwrap();
     let solver = LevenbergMarquardt::default();
     let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
     (session, result)
+}
+
+/// The session of slow sweeps, `unit` and what stands beside it being said of its torques.
+pub(crate) fn recorded(folder: &Path, unit: &str) -> Session {
+    let (session, _) = estimated(folder, 1, "");
+    let file = folder.join("session.toml");
+    let text = fs::read_to_string(&file).unwrap();
+    let torque = "torque = { columns = [\"shoulder.effort\", \"elbow.effort\"], unit = \"N·m\" }";
+    assert!(text.contains(torque) && !session.poses.is_empty());
+    fs::write(&file, text.replace(torque, &torque.replace("unit = \"N·m\"", unit))).unwrap();
+    Session::read(&file).unwrap()
 }
 
 fn truth(name: &str) -> f64 {

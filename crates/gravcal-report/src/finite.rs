@@ -6,7 +6,7 @@
 use gravcal_calibration::result::{
     ActiveConstraint, CovarianceResult, DeflectionResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut,
     Iteration, JointFit, LossResult, MomentResult, NoiseSource, Outlier, ParameterResult, PositionErrorResult,
-    SensorModelTest, TestAgainstZero, UncertaintyResult, WeakCombination,
+    SensorModelTest, TestAgainstZero, UncertaintyResult, UnexplainedResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -136,9 +136,10 @@ fn of_held(held: &HeldBlock) -> Vec<Number> {
 
 fn of_uncertainty(uncertainty: &UncertaintyResult) -> Vec<Number> {
     match uncertainty {
-        UncertaintyResult::Noise { source: NoiseSource::Stated | NoiseSource::Residuals, widened_by } => {
-            each("widening of the noise", widened_by)
-        }
+        UncertaintyResult::Noise {
+            source: NoiseSource::Stated | NoiseSource::Residuals | NoiseSource::StatedAndUnexplained,
+            widened_by,
+        } => each("widening of the noise", widened_by),
         UncertaintyResult::Sandwich { blocks: _, block_poses: _ } => Vec::new(),
         UncertaintyResult::Bootstrap {
             blocks: _,
@@ -201,8 +202,13 @@ fn of_held_out(held_out: &HeldOut) -> Vec<Number> {
 }
 
 fn of_joint(fit: &JointFit) -> Vec<Number> {
-    let JointFit { joint, unit: _, readings: _, rms, largest, noise_std, noise_estimated: _, range } = fit;
-    each(&format!("residual of {joint}"), [rms, largest, noise_std, range])
+    let JointFit { joint, unit: _, readings: _, rms, largest, noise_std, noise_estimated: _, unexplained, range } = fit;
+    let mut numbers = each(&format!("residual of {joint}"), [rms, largest, noise_std, range]);
+    if let Some(UnexplainedResult { std, estimated: _, times_noise, gravity_std, share_of_gravity }) = unexplained {
+        let numbers_of = [std, times_noise, gravity_std].into_iter().chain(share_of_gravity);
+        numbers.extend(each(&format!("unexplained error of {joint}"), numbers_of));
+    }
+    numbers
 }
 
 fn each<'a>(place: &str, values: impl IntoIterator<Item = &'a f64>) -> Vec<Number> {

@@ -77,6 +77,7 @@ pub fn joint_fit(joint: &str) -> JointFit {
         largest: 2.12,
         noise_std: 0.8,
         noise_estimated: false,
+        unexplained: None,
         range: 456.0,
     }
 }

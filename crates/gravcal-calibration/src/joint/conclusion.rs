@@ -10,7 +10,7 @@ use super::tell::{mirrored_gains, tell_parameters, tell_termination};
 use super::{EstimateError, Unknowns};
 use crate::judgement::Judgement;
 use crate::parameter::Quantity;
-use crate::result::{GravityResult, NoiseSource, ParameterResult, UncertaintyResult, Verdict};
+use crate::result::{GravityResult, NoiseSource, ParameterResult, UncertaintyResult, UnexplainedResult, Verdict};
 use crate::session::{MistakenUnit, Session};
 use crate::workbench::Workbench;
 
@@ -21,6 +21,9 @@ const DOUBT: f64 = 1.5;
 /// Readings scatter so many times less than stated, where that is no accident: the stated noise is another.
 const TOO_WELL: f64 = 0.8;
 const SIGNIFICANCE: f64 = 1e-3;
+/// Unexplained errors of so large a share of what gravity makes a joint read contradict the model; from the smaller one on they are told.
+const UNEXPLAINED: f64 = 0.1;
+const WARNING: f64 = 0.03;
 /// Probability below which an earlier calibration is contradicted.
 const CONTRADICTED_PRIOR: f64 = 1e-4;
 /// Standard deviations by which readings pass a constraint that they contradict.
@@ -55,6 +58,7 @@ pub(super) fn conclude(
 ) -> Result<Conclusion, EstimateError> {
     let solved = solve(session, readings, known, workbench)?.with_nearby(session, workbench)?;
     // What was stopped on its way explains the readings badly whatever the model.
+    let unexplained = solved.unexplained_sizes(session)?;
     let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
     let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
     let solved = Solved { uncertainty, ..solved }.widened(session);
@@ -76,8 +80,10 @@ pub(super) fn conclude(
     };
     conclusion.remark_on_noise(session, misfit);
     conclusion.remark_on_contradictions(session, misfit);
+    conclusion.remark_on_unexplained(session, &unexplained);
     conclusion.remark_on_earlier(session, workbench)?;
-    let doubtful = session.noise_estimated().contains(&true) || conclusion.verdict == Verdict::Failed;
+    let excused = unexplained.iter().flatten().any(|size| size.std > WARNING * size.gravity_std);
+    let doubtful = session.noise_estimated().contains(&true) || excused || conclusion.verdict == Verdict::Failed;
     if let Some(mistake) = find_mistake(session, &conclusion.solved, doubtful, workbench)? {
         conclusion.fail_first(mistake);
     }
@@ -173,6 +179,39 @@ impl Conclusion {
         }
     }
 
+    /// Says where unexplained errors are large beside what gravity makes a sensor read. A stated size is judged as the noise is.
+    fn remark_on_unexplained(&mut self, session: &Session, sizes: &[Option<UnexplainedResult>]) {
+        let of_channel = |(channel, size): (usize, &Option<UnexplainedResult>)| {
+            let UnexplainedResult { std, estimated, share_of_gravity, .. } = (*size)?;
+            let share = share_of_gravity.filter(|share| estimated && *share > WARNING)?;
+            let (name, unit) = (session.channel_name(channel), session.channel_unit(channel));
+            let (digits, share_percent) = (decimals(std), 100.0 * share);
+            Some((share, format!("{name} ({std:.digits$} {unit}, {share_percent:.0} %)")))
+        };
+        let mut large: Vec<(f64, String)> = sizes.iter().enumerate().filter_map(of_channel).collect();
+        large.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let (failing, warned): (Vec<_>, Vec<_>) = large.into_iter().partition(|(share, _)| *share > UNEXPLAINED);
+        let names = |large: Vec<(f64, String)>| large.into_iter().map(|(_, name)| name).collect::<Vec<_>>().join(", ");
+        if !warned.is_empty() {
+            self.remarks.push(format!(
+                "Errors that the noise does not explain, beside what gravity makes the sensor read: {}. Intervals allow for them \
+                 as far as they differ from pose to pose; what is the same in many poses (friction from one side, a drift, a \
+                 wrong length or load mass) shifts values beyond their intervals.",
+                names(warned)
+            ));
+        }
+        if !failing.is_empty() {
+            self.fail(Mistake {
+                what: format!("the model contradicts the readings of {}", names(failing)),
+                advice: "So large a share of what gravity makes these sensors read is explained neither by gravity nor by noise. \
+                         What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
+                         loads' masses, distances and poses, values given as fixed, what touches the arm or pulls at it, single \
+                         bad rows."
+                    .into(),
+            });
+        }
+    }
+
     /// Holds an earlier calibration against the readings: χ² must not grow by more than chance where it is heeded.
     fn remark_on_earlier(&mut self, session: &Session, workbench: &Workbench<'_>) -> Result<(), EstimateError> {
         let solved = &self.solved;
@@ -252,4 +291,10 @@ fn other_unit(session: &Session, solved: &Solved, parameters: &[ParameterResult]
             "No position sensor is so far off its nominal gain: its readings are in another unit than declared; {looks}."
         ),
     })
+}
+
+/// Decimals that show two digits of a number.
+fn decimals(number: f64) -> usize {
+    let digits = 1.0 - number.abs().max(1e-12).log10().floor();
+    digits.clamp(0.0, 12.0) as usize
 }

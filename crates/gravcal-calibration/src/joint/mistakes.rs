@@ -10,7 +10,6 @@
 use gravcal_estimation::Termination;
 use gravcal_recording::Orientation;
 
-use super::readings::{Readings, first_noise};
 use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
 use super::solve::solve_from;
 use super::start::start_cost;
@@ -68,7 +67,7 @@ fn mistaken_columns(
     workbench: &Workbench<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
     // Noise found from residuals would excuse the very joints that are swapped.
-    let readings = Readings { noise: first_noise(session, &solved.readings.spreads), ..solved.readings.clone() };
+    let readings = solved.readings.unexcused(session);
     let start = start_cost(session, &readings)?;
     let mut promising = Vec::new();
     for hypothesis in hypotheses(session) {

@@ -28,6 +28,8 @@ mod tell;
 mod torques;
 mod twins;
 mod uncertainty;
+mod unexplained;
+mod unexplained_size;
 mod unknowns;
 
 use gravcal_estimation::statistics::{DECIDED, LinearFunction, StatisticsError, TooFewBlocks, stored_coordinates};

@@ -9,6 +9,7 @@ use gravcal_kinematics::Chain;
 use super::order::Order;
 use super::position_unknowns::Around;
 use super::torques::Torques;
+use super::unexplained;
 use super::unknowns::Layout;
 use crate::parameter::{ParameterId, Quantity};
 use crate::residuals::{
@@ -26,6 +27,8 @@ pub struct Readings {
     pub spreads: Arc<[f64]>,
     /// Standard deviation, by channel, of readings that state none; unit of the reading.
     pub noise: Vec<f64>,
+    /// Variance, by channel, of errors that the readings' noise does not explain; square of their unit.
+    pub unexplained: Vec<f64>,
     /// No reading counts as less uncertain than this, by channel; unit of the reading. Zero but where a start is looked for.
     pub floor: Arc<[f64]>,
     /// How readings far beyond that are to be counted. [`super::pose`] leaves it to `JointProblem::with_loss`: at a start
@@ -43,7 +46,8 @@ impl Readings {
         let spreads: Arc<[f64]> = session.spreads().into();
         let noise = first_noise(session, &spreads);
         let floor = vec![0.0; noise.len()].into();
-        let readings = Readings { used, spreads, noise, floor, loss: session.loss, order: Order::Together };
+        let (unexplained, loss, order) = (unexplained::stated(session), session.loss, Order::Together);
+        let readings = Readings { used, spreads, noise, unexplained, floor, loss, order };
         let repeated = |pose: usize| session.repeated.get(pose).is_some_and(|repeated| *repeated);
         readings
             .only(|pose, channel| !repeated(pose) && session.reading(pose, channel).is_some() && keep(pose, channel))
@@ -141,10 +145,17 @@ impl Readings {
         (0..session.loads.len()).map(|load| poses().any(|(pose, _)| pose.load == Some(load))).collect()
     }
 
-    /// Standard deviation of one reading, unit of the reading.
+    /// Standard deviation of one reading, unexplained errors included, unit of the reading.
     pub fn std(&self, session: &Session, pose: usize, channel: usize) -> f64 {
-        let std = session.reading(pose, channel).and_then(|r| r.std).unwrap_or(self.noise[channel]);
+        let own = self.own_std(session, pose, channel);
+        let unexplained = self.unexplained[channel];
+        let std = if unexplained > 0.0 { (own * own + unexplained).sqrt() } else { own };
         std.max(self.floor[channel])
+    }
+
+    /// The same by its own noise alone.
+    pub fn own_std(&self, session: &Session, pose: usize, channel: usize) -> f64 {
+        session.reading(pose, channel).and_then(|r| r.std).unwrap_or(self.noise[channel])
     }
 }
 

@@ -19,7 +19,6 @@ use gravcal_estimation::Termination;
 
 use super::mistakes::{Mistake, decisively_likelier};
 use super::problem::pose_with_constraints;
-use super::readings::first_noise;
 use super::sample::Sample;
 use super::start::{best_start, start_cost};
 use super::{EstimateError, Readings, Solved, Unknowns};
@@ -129,7 +128,7 @@ fn beside_the_others(
 ) -> Result<Option<Reversed>, EstimateError> {
     workbench.tell("looking for reversed sensors");
     // Noise found from residuals would excuse the very joint that is reversed.
-    let readings = Readings { noise: first_noise(session, &solved.readings.spreads), ..solved.readings.clone() };
+    let readings = solved.readings.unexcused(session);
     let mut joints: Vec<usize> = Vec::new();
     let mut cost = start_cost(session, &readings)?;
     loop {

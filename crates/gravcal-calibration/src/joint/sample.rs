@@ -54,7 +54,8 @@ impl Sample {
     /// # Errors
     /// As [`Sample::new`].
     pub fn with_noise_of(self, session: &Session, readings: &Readings) -> Result<Sample, PosingError> {
-        if self.readings.noise == readings.noise { Ok(self) } else { Sample::new(session, readings) }
+        let alike = self.readings.noise == readings.noise && self.readings.unexplained == readings.unexplained;
+        if alike { Ok(self) } else { Sample::new(session, readings) }
     }
 
     /// Its problem, started from here.

@@ -16,12 +16,14 @@ use super::twins::{DECISIVE, settled};
 use super::{EstimateError, Unknowns};
 use crate::judgement::{Explained, IMPLAUSIBLE};
 use crate::parameter::{ParameterId, Quantity};
-use crate::session::Session;
+use crate::session::{Session, UnexplainedError};
 use crate::workbench::Workbench;
 
 /// Rounds of noise estimation at most, and the relative change at which they end.
 const NOISE_ROUNDS: usize = 8;
 const NOISE_TOLERANCE: f64 = 1e-3;
+/// The same where errors of single joints are told from their noise, which shift from one to the other.
+const UNEXPLAINED_ROUNDS: usize = 30;
 /// Iterations of each: the next goes on from there.
 const NOISE_ITERATIONS: usize = 100;
 /// Iterations of a fit at most: what has not converged by then creeps.
@@ -77,9 +79,10 @@ pub fn solve(
     let sample = sample.with_noise_of(session, &solved.readings)?;
     let solved = settled(session, solved, &sample, workbench)?;
     let stopped = solved.estimate.termination == Termination::Stopped;
-    let noise_is_found = session.noise_estimated().contains(&true) && readings.order == Order::Together;
+    let noise_is_found = solved.readings.noise_found(session) && readings.order == Order::Together;
     let doubtful = noise_is_found || !solved.estimate.termination.converged() || solved.misfit(session)?.is_some();
     if doubtful && !stopped {
+        let readings = &readings.with_rough_unexplained(session);
         return lowest_elsewhere(session, readings, &sample, solved, known, workbench);
     }
     Ok(solved)
@@ -129,11 +132,18 @@ pub(super) fn solve_from(
     let (mut readings, mut start) = (readings.clone(), start);
     let loss = readings.loss;
     let posed = |readings: &Readings, start: &Unknowns| pose_with_constraints(session, readings, start);
-    if !session.noise_estimated().contains(&true) {
+    let estimated = session.unexplained_errors().contains(&UnexplainedError::Estimated);
+    if !session.noise_estimated().contains(&true) && !readings.unexplained_found(session) {
         workbench.tell("all unknowns together");
-        return solve_posed(readings.clone(), posed(&readings, &start)?, workbench);
+        let solved = solve_posed(readings.clone(), posed(&readings, &start)?, workbench)?;
+        let stopped = solved.estimate.termination == Termination::Stopped;
+        if !estimated || stopped || solved.unexplained(session)? == readings.unexplained {
+            return Ok(solved);
+        }
+        // Noise that explains so little weighs the joints wrongly: they begin alike.
+        readings = readings.with_rough_unexplained(session);
     }
-    for round in 0..NOISE_ROUNDS {
+    for round in 0..if estimated { UNEXPLAINED_ROUNDS } else { NOISE_ROUNDS } {
         workbench.tell("all unknowns together");
         // Where nothing is known of the noise, nothing is known of outliers, nor where unknowns should rest.
         readings.loss = if round == 0 { Loss::None } else { loss };
@@ -145,10 +155,12 @@ pub(super) fn solve_from(
             Loss::None => solved.residual_noise(session)?,
             _ => solved.median_noise(session)?,
         };
+        let unexplained = solved.unexplained(session)?;
         let settled = readings.loss == loss
+            && solved.stands_with(session, &unexplained, NOISE_TOLERANCE)
             && noise.iter().zip(&readings.noise).all(|(new, old)| (new / old - 1.0).abs() < NOISE_TOLERANCE);
         start = Unknowns::of(&solved.estimate.values, &solved.posed.layout, &start);
-        readings.noise = noise;
+        (readings.noise, readings.unexplained) = (noise, unexplained);
         if settled || solved.estimate.termination == Termination::Stopped {
             break;
         }

@@ -62,7 +62,7 @@ impl Solved {
         session: &Session,
         misfit: Option<f64>,
     ) -> Result<(Uncertainty, UncertaintyResult), EstimateError> {
-        let estimated = session.noise_estimated().iter().any(|estimated| *estimated);
+        let estimated = self.readings.noise_found(session);
         let robust = self.posed.loss != Loss::None;
         let widened_by = misfit.filter(|_| !robust);
         let knowledge = match (widened_by, estimated) {
@@ -70,7 +70,11 @@ impl Solved {
             (None, true) => NoiseKnowledge::Found,
             (None, false) => NoiseKnowledge::Stated,
         };
-        let source = if estimated || robust { NoiseSource::Residuals } else { NoiseSource::Stated };
+        let source = match (session.noise_estimated().contains(&true) || robust, estimated) {
+            (true, _) => NoiseSource::Residuals,
+            (false, true) => NoiseSource::StatedAndUnexplained,
+            (false, false) => NoiseSource::Stated,
+        };
         let uncertainty = Uncertainty::from_noise(&self.solution(), knowledge)?;
         Ok((uncertainty, UncertaintyResult::Noise { source, widened_by }))
     }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use crate::joint::{NORMAL_MEDIAN, Readings, Solved, median};
-use crate::result::{Fit, HeldOut, JointFit, ReadingResidual};
+use crate::result::{Fit, HeldOut, JointFit, ReadingResidual, UnexplainedResult};
 use crate::session::Session;
 
 /// Probability below which the stated noise is taken not to explain the residuals.
@@ -15,7 +15,7 @@ const SIGNIFICANCE: f64 = 1e-3;
 /// Residuals of readings, collected by channel.
 #[derive(Clone, Debug)]
 pub(crate) struct JointResiduals {
-    /// `(residual, assumed standard deviation)` in the unit of the reading, by channel.
+    /// `(residual, standard deviation of the noise)` in the unit of the reading, by channel.
     by_channel: Vec<Vec<(f64, f64)>>,
     /// Range of the readings, by channel.
     ranges: Arc<[f64]>,
@@ -26,13 +26,14 @@ impl JointResiduals {
     pub fn new(session: &Session, readings: &Readings, rows: &[(usize, usize)], whitened: &[f64]) -> Self {
         let mut by_channel = vec![Vec::new(); session.channel_count()];
         for ((pose, channel), r) in rows.iter().zip(whitened) {
-            let std = readings.std(session, *pose, *channel);
-            by_channel[*channel].push((r * std, std));
+            let own = readings.own_std(session, *pose, *channel);
+            by_channel[*channel].push((r * readings.std(session, *pose, *channel), own));
         }
         JointResiduals { by_channel, ranges: Arc::clone(&readings.spreads) }
     }
 
-    fn tell(&self, session: &Session) -> Vec<JointFit> {
+    /// `unexplained`: by channel; may be empty.
+    fn tell(&self, session: &Session, unexplained: &[Option<UnexplainedResult>]) -> Vec<JointFit> {
         let estimated = session.noise_estimated();
         self.by_channel
             .iter()
@@ -48,6 +49,7 @@ impl JointResiduals {
                     largest: rows.iter().fold(0.0, |m, (r, _)| m.max(r.abs())),
                     noise_std: rows.iter().map(|(_, std)| std).sum::<f64>() / count,
                     noise_estimated: estimated[channel],
+                    unexplained: unexplained.get(channel).copied().flatten(),
                     range: self.ranges[channel],
                 }
             })
@@ -67,7 +69,7 @@ pub(crate) struct Explained {
 impl Explained {
     pub fn of(session: &Session, solved: &Solved, chi_squared: f64) -> Result<Explained, EvaluateError> {
         let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.spectrum.rank());
-        let stated = !session.noise_estimated().iter().any(|e| *e);
+        let stated = !solved.readings.noise_found(session);
         let (p_value, median_ratio) = match (stated, solved.posed.loss) {
             (false, _) => (None, None),
             (true, Loss::None) => (by_chi_squared(chi_squared, degrees_of_freedom), None),
@@ -89,12 +91,14 @@ impl Explained {
 pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Fit, EvaluateError> {
     let chi_squared = whitened.iter().map(|r| r * r).sum();
     let Explained { degrees_of_freedom, p_value, median_ratio, .. } = Explained::of(session, solved, chi_squared)?;
+    let unexplained = solved.unexplained_sizes(session)?;
     Ok(Fit {
         chi_squared,
         degrees_of_freedom,
         p_value,
         median_ratio,
-        joints: JointResiduals::new(session, &solved.readings, &solved.posed.rows, whitened).tell(session),
+        joints: JointResiduals::new(session, &solved.readings, &solved.posed.rows, whitened)
+            .tell(session, &unexplained),
         held_out: None,
         held_out_missing: None,
         residuals: by_reading(session, solved, whitened)?,
@@ -153,7 +157,7 @@ pub(crate) fn held_out(session: &Session, readings: &Readings, rows: &[(usize, u
         files: Vec::new(),
         chi_squared: whitened[..rows.len()].iter().map(|r| r * r).sum(),
         readings: rows.len(),
-        joints: JointResiduals::new(session, readings, rows, whitened).tell(session),
+        joints: JointResiduals::new(session, readings, rows, whitened).tell(session, &[]),
     }
 }
 

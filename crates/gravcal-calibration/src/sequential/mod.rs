@@ -138,6 +138,9 @@ pub fn run_steps_handed(
         if let (Some(std), true) = (bias.residual_std, session.noise_estimated()[joint]) {
             readings.noise[joint] = std;
             bias = find(&readings);
+        } else if let Some(variance) = bias.residual_std.and_then(|std| readings.beyond_noise(session, joint, std)) {
+            readings.unexplained[joint] = variance;
+            bias = find(&readings);
         }
         biases.push(bias);
     }
@@ -232,7 +235,8 @@ impl SequentialValues {
 
     /// How the noise of a joint's torque readings is known, which steps 2 and 3 are held against.
     fn noise_knowledge(&self, session: &Session, joint: usize) -> NoiseKnowledge {
-        match (session.noise_estimated()[joint], self.noise_freedom[joint]) {
+        let found = session.noise_estimated()[joint] || self.readings.unexplained_found_of(session, joint);
+        match (found, self.noise_freedom[joint]) {
             (false, _) => NoiseKnowledge::Stated,
             (true, 0) => NoiseKnowledge::Unknown,
             (true, freedom) => NoiseKnowledge::Found(freedom),
@@ -300,7 +304,7 @@ pub fn tell_steps(
         active_constraints: Vec::new(),
         weak: Vec::new(),
         held: Vec::new(),
-        uncertainty: any.then(|| tell_uncertainty(session)),
+        uncertainty: any.then(|| tell_uncertainty(session, &known.readings)),
         loss: None,
         outliers: Vec::new(),
         fit: None,
@@ -360,9 +364,12 @@ pub fn tell_steps_briefly(session: &Session, known: &SequentialValues) -> Brief 
     }
 }
 
-fn tell_uncertainty(session: &Session) -> UncertaintyResult {
-    let estimated = session.noise_estimated().iter().any(|estimated| *estimated);
-    let source = if estimated { NoiseSource::Residuals } else { NoiseSource::Stated };
+fn tell_uncertainty(session: &Session, readings: &Readings) -> UncertaintyResult {
+    let source = match session.noise_estimated().contains(&true) {
+        true => NoiseSource::Residuals,
+        false if readings.unexplained_found(session) => NoiseSource::StatedAndUnexplained,
+        false => NoiseSource::Stated,
+    };
     UncertaintyResult::Noise { source, widened_by: None }
 }
 

@@ -17,6 +17,8 @@
 //! [readings]
 //! position = { columns = ["q1", "q2"], unit = "deg" }             # std = 0.02: of each reading, taken as exact without
 //! torque = { columns = ["y1", ""], unit = "count", std = 0.8 }    # "": no torque sensor
+//! # unexplained_std = "estimated" in it: errors beyond that noise, joint by joint from the residuals, as by default of means from
+//! # `still` and `sweeps`; or "none", or a number; in the unit of the readings, one for all or a list, as std
 //! # with lowest = 0, highest = 4095 in it: readings there or beyond are saturated, and left out
 //! # or, where no robot is named and instruments are turned otherwise, how they stood: v_base = R v_body
 //! orientation = { columns = ["qx", "qy", "qz", "qw"], order = "xyzw", rotation = "base-from-body" }
@@ -176,6 +178,7 @@ mod sweeps;
 #[cfg(test)]
 mod tests;
 mod uncertainty;
+mod unexplained;
 
 use std::path::{Path, PathBuf};
 
@@ -294,6 +297,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     let (wrists, accelerometers) = (&written.force_torque_sensor, &written.accelerometer);
     let instruments = instruments::resolve(&context, wrists, accelerometers, written.poses.len())?;
     let mapping = readings::mapping(&context, &written.readings, &instruments)?;
+    let unexplained = [readings::unexplained(&context, &written.readings)?, instruments.unexplained.clone()].concat();
     let said = joints::said(&context, &written.joint, written.joints.as_ref())?;
     let joints = joints::resolve(&context, &mapping, &said)?;
     let still = written.readings.still.as_ref();
@@ -357,6 +361,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
         repeated: Vec::new(),
         doubts: Vec::new(),
         searched,
+        unexplained: Vec::new(),
         loss,
         uncertainty,
         constraints,
@@ -373,6 +378,7 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     inertia::check_sweeps(document, &session)?;
     deflection::check_single_poses(document, &session)?;
     deflection::check_instruments(document, &session)?;
+    let session = unexplained::resolve(document, &unexplained, motion.is_any(), session)?;
     Ok(Session { repeated: session.find_repeated(), doubts: session.find_doubts(), ..session })
 }
 

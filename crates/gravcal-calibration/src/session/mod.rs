@@ -12,6 +12,7 @@ mod repeated;
 mod searched;
 mod solver;
 pub(crate) mod travel;
+mod unexplained;
 pub(crate) mod units;
 
 use std::path::{Path, PathBuf};
@@ -33,6 +34,7 @@ pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_in
 pub use instrument::{Drift, Instrument, InstrumentKind};
 pub use searched::Searched;
 pub use solver::SolverChoice;
+pub use unexplained::UnexplainedError;
 
 /// One calibration: the robot, what is known beforehand, and the static poses.
 #[derive(Clone, Debug)]
@@ -77,6 +79,9 @@ pub struct Session {
     pub doubts: Vec<String>,
     /// What was found in recordings in motion, where poses come from such, and what was lost of files.
     pub searched: Vec<Searched>,
+    /// By channel, errors of readings that their noise does not explain, as said; empty where there are none. See
+    /// [`Session::unexplained_errors`].
+    pub unexplained: Vec<UnexplainedError>,
     /// How the joint estimator counts torque readings far beyond their noise.
     pub loss: Loss,
     /// Where the joint estimator's standard deviations come from.
@@ -118,6 +123,7 @@ impl Session {
             poses: Vec::new(),
             validation: Vec::new(),
             deflection: Deflection::default(),
+            unexplained: Vec::new(),
             loss: Loss::None,
             uncertainty: UncertaintyChoice::default(),
             constraints: Constraints::default(),

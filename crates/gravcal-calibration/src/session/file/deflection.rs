@@ -73,19 +73,22 @@ pub(super) fn check_instruments(document: &Document, session: &Session) -> Resul
     Err(document.error(&field("compliance_std_rad_per_newton_metre"), message))
 }
 
+/// What gives poses unknowns of their own, where something does.
+pub(super) fn unknowns_of_single_poses(session: &Session) -> Option<Field> {
+    let Deflection { hold_std, pose_std, reading_std, compliance: _ } = &session.deflection;
+    if reading_std.iter().any(|std| *std > 0.0) {
+        Some(Field::new("readings").key("position").key("std"))
+    } else if pose_std.is_some() {
+        Some(field("pose_std_deg"))
+    } else {
+        // Poses of no sweep are holds of their own.
+        (hold_std.is_some() && sweeping(session).iter().any(Option::is_none)).then(|| field("hold_std_deg"))
+    }
+}
+
 /// Whether everything else that the session asks for goes with unknowns of single poses.
 pub(super) fn check_single_poses(document: &Document, session: &Session) -> Result<(), FileError> {
-    let Deflection { hold_std, pose_std, reading_std, compliance: _ } = &session.deflection;
-    let source = if reading_std.iter().any(|std| *std > 0.0) {
-        Field::new("readings").key("position").key("std")
-    } else if pose_std.is_some() {
-        field("pose_std_deg")
-    } else if hold_std.is_some() && sweeping(session).iter().any(Option::is_none) {
-        // Poses of no sweep are holds of their own.
-        field("hold_std_deg")
-    } else {
-        return Ok(());
-    };
+    let Some(source) = unknowns_of_single_poses(session) else { return Ok(()) };
     let refuse = |why: &str| Err(document.error(&source, why));
     if session.noise_estimated().iter().any(|estimated| *estimated) {
         return refuse(

@@ -5,10 +5,10 @@
 use gravcal_recording::{PoseMapping, ReadingColumn};
 use serde::Deserialize;
 
-use super::Context;
 use super::joints::{Sign, factor};
 use super::knowledge::{KnowledgeTable, start};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable};
+use super::{Context, unexplained};
 use crate::document::{Document, Field, FileError};
 use crate::parameter::{Limit, Parameter};
 use crate::robot::MountingTable;
@@ -147,6 +147,8 @@ pub(crate) struct Instruments {
     pub parameters: Vec<Parameter>,
     /// Column of each axis; `None` for axes that are not read.
     pub columns: Vec<Option<ReadingColumn>>,
+    /// What is said of unexplained errors of each axis.
+    pub unexplained: Vec<Option<unexplained::Said>>,
 }
 
 impl Instruments {
@@ -318,6 +320,7 @@ impl Section<'_> {
     ) -> Result<(), FileError> {
         let axes = self.kind.axes();
         let columns = ReadingColumns::new(self.context, &self.field.key("readings"), axes, readings)?;
+        all.unexplained.extend(unexplained::said(self.context, &self.field.key("readings"), axes, readings)?);
         let mut units = Vec::new();
         for axis in 0..axes.len() {
             let read = columns.of(axis, |unit| units::sensed_reading(unit, self.kind, axis))?;

@@ -3,7 +3,7 @@
 use gravcal_recording::ReadingColumn;
 use serde::Deserialize;
 
-use super::Context;
+use super::{Context, unexplained};
 use crate::document::{Field, FileError, OneOrMany};
 use crate::session::units::UnitError;
 
@@ -14,6 +14,7 @@ pub(super) struct ReadingColumnsTable {
     pub columns: Vec<String>,
     unit: Option<OneOrMany<String>>,
     std: Option<OneOrMany<f64>>,
+    pub unexplained_std: Option<OneOrMany<unexplained::Written>>,
     count: Option<OneOrMany<f64>>,
     lowest: Option<OneOrMany<f64>>,
     highest: Option<OneOrMany<f64>>,

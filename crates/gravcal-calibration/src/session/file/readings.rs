@@ -12,6 +12,7 @@ use super::reading_columns::{ReadingColumns, ReadingColumnsTable, Units};
 use super::select::{self, SelectTable};
 use super::still::StillTable;
 use super::sweeps::SweepsTable;
+use super::unexplained;
 use crate::document::{Field, FileError, OneOrMany};
 use crate::session::units;
 
@@ -106,6 +107,17 @@ pub(super) fn position_std(context: &Context<'_>, table: &ReadingsTable) -> Resu
         _ => Err(context.document.error(&field, format!("{std} is no standard deviation: expected 0 or more"))),
     };
     written.iter().zip(&units).map(inside).collect()
+}
+
+/// What is said of unexplained errors of the joints' torque readings, one for each joint.
+pub(super) fn unexplained(
+    context: &Context<'_>,
+    table: &ReadingsTable,
+) -> Result<Vec<Option<unexplained::Said>>, FileError> {
+    match &table.torque {
+        Some(table) => unexplained::said(context, &torque(), &context.joint_names, table),
+        None => Ok(vec![None; context.joint_names.len()]),
+    }
 }
 
 fn position() -> Field {

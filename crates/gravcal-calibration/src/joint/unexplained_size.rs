@@ -1,0 +1,88 @@
+//! How large unexplained errors are, beside the noise and beside what gravity makes a sensor read.
+//!
+//! Beside the noise of means they may be a hundred times as large, and all is well: the longer a dwell, the less noise has its mean. What
+//! they spoil is told by their size beside gravity's torque on the joint itself (standard deviation over the poses). A joint that carries
+//! next to nothing spoils nothing: it is held against a tenth of what the joint of its kind carries that carries most.
+
+use gravcal_estimation::EvaluateError;
+
+use super::solve::Solved;
+use crate::parameter::{ParameterId, Quantity};
+use crate::result::UnexplainedResult;
+use crate::session::{Session, UnexplainedError};
+
+/// Share of what the like channel reads of gravity that reads most of it: no channel is held against less.
+const LEAST_SHARE: f64 = 0.1;
+
+impl Solved {
+    /// Of each channel where the session has such errors.
+    pub(crate) fn unexplained_sizes(&self, session: &Session) -> Result<Vec<Option<UnexplainedResult>>, EvaluateError> {
+        let errors = session.unexplained_errors();
+        if errors.iter().all(|error| *error == UnexplainedError::Absent) {
+            return Ok(vec![None; errors.len()]);
+        }
+        let (gravity, noise) = (self.gravity_std(session)?, self.noise_by_channel(session));
+        let size = |(channel, error): (usize, &UnexplainedError)| {
+            let noise = noise[channel].filter(|_| *error != UnexplainedError::Absent)?;
+            let std = self.readings.unexplained[channel].sqrt();
+            let reference = gravity[channel].max(LEAST_SHARE * most_alike(session, &gravity, channel));
+            Some(UnexplainedResult {
+                std,
+                estimated: *error == UnexplainedError::Estimated,
+                times_noise: std / noise,
+                gravity_std: gravity[channel],
+                share_of_gravity: (reference > 0.0).then(|| std / reference),
+            })
+        };
+        Ok(errors.iter().enumerate().map(size).collect())
+    }
+
+    /// Standard deviation over its readings of what gravity makes each channel read, unit of the reading: what is left of the model's
+    /// predictions when those of sensors without gain are subtracted.
+    fn gravity_std(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+        let (problem, values) = (&self.posed.problem, &self.estimate.values);
+        let mut without = values.clone();
+        let joints = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, Quantity::TorqueGain));
+        let instruments = session.instruments.iter().flat_map(|instrument| instrument.gain_parameters());
+        for id in joints.chain(instruments.map(ParameterId::Further)) {
+            without.set(self.posed.layout.block(id), &[0.0]);
+        }
+        let (with, without) = (problem.residuals(values)?, problem.residuals(&without)?);
+        let mut read = vec![Vec::new(); session.channel_count()];
+        for ((pose, channel), (with, without)) in self.posed.rows.iter().zip(with.iter().zip(&without)) {
+            read[*channel].push((with - without) * self.readings.std(session, *pose, *channel));
+        }
+        Ok(read.iter().map(|read| spread(read)).collect())
+    }
+
+    /// Root mean square of the readings' own noise, by channel; nothing where nothing is read.
+    fn noise_by_channel(&self, session: &Session) -> Vec<Option<f64>> {
+        let mut squares = vec![Vec::new(); session.channel_count()];
+        for (pose, channel) in &self.posed.rows {
+            squares[*channel].push(self.readings.own_std(session, *pose, *channel).powi(2));
+        }
+        let mean = |squares: &Vec<f64>| squares.iter().sum::<f64>() / squares.len() as f64;
+        squares.iter().map(|own| (!own.is_empty()).then(|| mean(own).sqrt())).collect()
+    }
+}
+
+/// The largest of channels of the same kind, in the unit of this one.
+fn most_alike(session: &Session, gravity: &[f64], channel: usize) -> f64 {
+    let Some((instrument, axis)) = session.axis(channel) else {
+        let joints = session.robot.chain.joints();
+        let gain = |joint: usize| session.nominal(ParameterId::Sensor(joint, Quantity::TorqueGain)).abs();
+        let alike = (0..joints.len()).filter(|joint| joints[*joint].kind == joints[channel].kind);
+        return alike.map(|joint| gravity[joint] / gain(joint)).fold(0.0, f64::max) * gain(channel);
+    };
+    let alike = (0..gravity.len()).filter(|other| {
+        session.axis(*other).is_some_and(|(owner, other)| owner == instrument && other / 3 == axis / 3)
+    });
+    alike.map(|other| gravity[other]).fold(0.0, f64::max)
+}
+
+/// Standard deviation; 0 of none.
+fn spread(values: &[f64]) -> f64 {
+    let count = values.len().max(1) as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()
+}

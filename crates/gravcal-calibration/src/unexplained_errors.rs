@@ -1,0 +1,172 @@
+//! Readings with errors far beyond their noise, as means of standstills have them: intervals hold, and mistakes are still found.
+
+use gravcal_estimation::LossName;
+use gravcal_solvers::LevenbergMarquardt;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64;
+
+use crate::joint::{Signals, Unknowns, estimate_jointly};
+use crate::result::{EstimatorResult, NoiseSource, UncertaintyResult, UnexplainedResult, Verdict};
+use crate::session::{Session, UnexplainedError};
+use crate::simulation::{Disturbance, Simulation};
+use crate::testing::sarcos_shoulder;
+use crate::workbench::Workbench;
+
+/// Noise of a mean, counts.
+const MEAN: f64 = 0.08;
+
+fn shoulder() -> Simulation {
+    Simulation { disturbance: Disturbance::noise(vec![MEAN; 3]), ..sarcos_shoulder() }
+}
+
+/// The shoulder's readings with errors of these standard deviations besides their noise, which are estimated.
+fn with_errors(simulation: &Simulation, std: [f64; 3], trial: u64) -> Session {
+    let mut session = simulation.session(trial);
+    let mut random = Pcg64::seed_from_u64(1000 + trial);
+    for (std, reading) in session.poses.iter_mut().flat_map(|pose| std.into_iter().zip(&mut pose.torque)) {
+        let error: f64 = random.sample(StandardNormal);
+        reading.iter_mut().for_each(|reading| reading.value += std * error);
+    }
+    session.unexplained = vec![UnexplainedError::Estimated; 3];
+    session
+}
+
+fn estimate(session: &Session) -> EstimatorResult {
+    let solver = LevenbergMarquardt::default();
+    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+}
+
+fn errors_in_std(result: &EstimatorResult, truth: &Unknowns) -> Vec<f64> {
+    let estimated = result.parameters.iter().enumerate().filter(|(_, p)| p.determined && p.held.is_none());
+    estimated.map(|(i, p)| (p.value.unwrap() - truth.sensors[i / 4][i % 4]) / p.std.unwrap()).collect()
+}
+
+fn sizes(result: &EstimatorResult) -> Vec<UnexplainedResult> {
+    result.fit.as_ref().unwrap().joints.iter().map(|joint| joint.unexplained.unwrap()).collect()
+}
+
+/// Another noise of the readings than was drawn.
+fn stating(mut session: Session, std: f64) -> Session {
+    let readings = session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten());
+    readings.for_each(|reading| reading.std = Some(std));
+    session
+}
+
+#[test]
+fn errors_of_each_joint_are_found_in_its_own_size() {
+    let result = estimate(&with_errors(&shoulder(), [0.4, 2.0, 0.0], 0));
+    assert_eq!(result.verdict, Verdict::Determined, "{} {:?}", result.termination, result.notes);
+    let sizes = sizes(&result);
+    for (size, truth) in sizes.iter().zip([0.4, 2.0]) {
+        assert!((size.std / truth - 1.0).abs() < 0.1 && size.estimated, "{sizes:?}");
+        assert!((size.times_noise - size.std / MEAN).abs() < 1e-9, "{sizes:?}");
+        let share = size.share_of_gravity.unwrap();
+        assert!((0.001..0.1).contains(&share) && (share - size.std / size.gravity_std).abs() < 1e-12, "{sizes:?}");
+    }
+    assert!(sizes[2].std < 0.5 * MEAN, "{sizes:?}");
+    let found = UncertaintyResult::Noise { source: NoiseSource::StatedAndUnexplained, widened_by: None };
+    assert_eq!(result.uncertainty, Some(found));
+    let fit = result.fit.unwrap();
+    assert!((fit.chi_squared / fit.degrees_of_freedom as f64 - 1.0).abs() < 0.01 && fit.p_value.is_none(), "{fit:?}");
+}
+
+#[test]
+fn errors_are_as_large_as_intervals_say() {
+    let simulation = shoulder();
+    let trials = (0..30).flat_map(|trial| {
+        let result = estimate(&with_errors(&simulation, [0.4, 2.0, 0.1], trial));
+        assert_eq!(result.verdict, Verdict::Determined, "{trial}: {} {:?}", result.termination, result.notes);
+        errors_in_std(&result, &simulation.truth)
+    });
+    let errors: Vec<f64> = trials.collect();
+    let rms = (errors.iter().map(|z| z * z).sum::<f64>() / errors.len() as f64).sqrt();
+    let covered = errors.iter().filter(|z| z.abs() < 1.96).count() as f64 / errors.len() as f64;
+    assert!(errors.len() >= 300 && (0.88..1.12).contains(&rms) && covered > 0.92, "{} {rms} {covered}", errors.len());
+}
+
+/// To the bit, whether errors are looked for or not.
+#[test]
+fn noise_that_explains_the_readings_leaves_the_answer_as_it_was() {
+    let session = stating(with_errors(&shoulder(), [0.0; 3], 1), 1.2 * MEAN);
+    let (looked, not) = (estimate(&session), estimate(&Session { unexplained: Vec::new(), ..session.clone() }));
+    assert!(sizes(&looked).iter().all(|size| size.std == 0.0 && size.share_of_gravity == Some(0.0)));
+    let told = |result: &EstimatorResult| {
+        let EstimatorResult { verdict, parameters, covariance, termination, .. } = result;
+        format!("{verdict:?} {parameters:?} {covariance:?} {termination}")
+    };
+    assert_eq!(told(&looked), told(&not));
+    assert_eq!((looked.uncertainty, looked.fit.unwrap().p_value), (not.uncertainty, not.fit.unwrap().p_value));
+}
+
+/// Means of longer dwells have less noise, and errors that are none of noise stay: nothing is refused, and nothing wider.
+#[test]
+fn longer_dwells_are_neither_refused_nor_wider() {
+    let mut widths = Vec::new();
+    for noise in [0.8, 0.08, 0.008, 0.0008] {
+        let simulation = Simulation { disturbance: Disturbance::noise(vec![noise; 3]), ..sarcos_shoulder() };
+        let result = estimate(&with_errors(&simulation, [0.5; 3], 3));
+        assert_eq!(result.verdict, Verdict::Determined, "{noise}: {} {:?}", result.termination, result.notes);
+        widths.push(result.parameters.iter().filter_map(|p| p.std.filter(|std| *std > 0.0)).collect::<Vec<_>>());
+    }
+    for (longer, shorter) in widths.iter().skip(1).zip(&widths) {
+        assert_eq!(longer.len(), shorter.len());
+        assert!(longer.iter().zip(shorter).all(|(longer, shorter)| *longer < 1.03 * shorter), "{widths:?}");
+    }
+}
+
+#[test]
+fn a_stated_size_weighs_and_is_held_against_the_residuals() {
+    let mut session = with_errors(&shoulder(), [2.0; 3], 4);
+    session.unexplained = vec![UnexplainedError::Stated { std: 2.0 }; 3];
+    let result = estimate(&session);
+    assert_eq!((result.verdict, sizes(&result)[1].std), (Verdict::Determined, 2.0), "{:?}", result.notes);
+    let fit = result.fit.unwrap();
+    assert!(fit.p_value.unwrap() > 1e-3, "{:?}", fit.p_value);
+    session.unexplained = vec![UnexplainedError::Stated { std: 0.5 }; 3];
+    let result = estimate(&session);
+    assert_eq!(result.verdict, Verdict::Failed, "four times as large as stated");
+    assert!(result.termination.contains("4 times the stated noise"), "{}", result.termination);
+}
+
+#[test]
+fn outliers_are_no_errors_of_all_readings_under_a_loss() {
+    let mut session = with_errors(&shoulder(), [1.0; 3], 5);
+    for reading in session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()).skip(7).step_by(20) {
+        reading.value += 60.0;
+    }
+    session.loss = LossName::Tukey.efficient();
+    let result = estimate(&session);
+    assert_eq!(result.verdict, Verdict::Determined, "{} {:?}", result.termination, result.notes);
+    assert!(sizes(&result).iter().all(|size| (size.std - 1.0).abs() < 0.25), "{:?}", sizes(&result));
+    let errors = errors_in_std(&result, &shoulder().truth);
+    assert!(errors.iter().all(|z| z.abs() < 4.5), "{errors:?}");
+}
+
+fn assert_names(result: &EstimatorResult, names: &str) {
+    assert_eq!(result.verdict, Verdict::Failed, "{:?} {:?}", result.termination, result.notes);
+    assert!(result.termination.contains(names), "{} {:?}", result.termination, result.notes);
+    assert!(result.parameters.iter().all(|told| told.value.is_none() || told.held.is_some()));
+}
+
+#[test]
+fn a_reversed_sensor_is_named() {
+    let mut simulation = shoulder();
+    simulation.truth.sensors[1][0] *= -1.0;
+    assert_names(&estimate(&with_errors(&simulation, [0.5; 3], 6)), "reversed torque sensor: joint2");
+}
+
+#[test]
+fn swapped_columns_are_named() {
+    let mut session = with_errors(&shoulder(), [0.5; 3], 7);
+    session.poses.iter_mut().for_each(|pose| pose.torque.swap(1, 2));
+    assert_names(&estimate(&session), "swapped torque columns: joint2 and joint3");
+}
+
+#[test]
+fn loads_on_the_wrong_poses_fail_with_the_joint_named() {
+    let mut session = with_errors(&shoulder(), [0.5; 3], 8);
+    let bare = session.poses.iter_mut().filter(|pose| pose.load.is_none()).step_by(9);
+    bare.for_each(|pose| pose.load = Some(0));
+    assert_names(&estimate(&session), "joint");
+}
