@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::CalibrationPage;
 use crate::number::significant;
-use crate::table::fit::{chi_squared, prediction};
+use crate::table::fit::{chi_squared, prediction, unexplained_error};
 
 /// Outliers that are named on the page; `calibration.json` names all.
 const NAMED: usize = 20;
@@ -29,7 +29,10 @@ fn numbers(result: &EstimatorResult) -> Vec<String> {
     let fit = result.fit.as_ref();
     let held_out = fit.and_then(|fit| fit.held_out.as_ref());
     let all = fit.map(|fit| format!("{}: {}.", result.name, chi_squared(fit)));
-    all.into_iter().chain(held_out.map(|held_out| format!("{}.", prediction(held_out)))).collect()
+    let held_out = held_out.map(|held_out| format!("{}.", prediction(held_out)));
+    let joints = fit.into_iter().flat_map(|fit| &fit.joints);
+    let unexplained = joints.filter_map(|joint| Some(format!("{}.", unexplained_error(joint, &joint.unexplained?))));
+    all.into_iter().chain(held_out).chain(unexplained).collect()
 }
 
 fn constraints(active: &[ActiveConstraint]) -> Markup {

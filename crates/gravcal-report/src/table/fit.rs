@@ -1,6 +1,6 @@
 //! How well the model explains the readings.
 
-use gravcal_calibration::result::{EstimatorResult, Fit, HeldOut, JointFit};
+use gravcal_calibration::result::{EstimatorResult, Fit, HeldOut, JointFit, UnexplainedResult};
 
 use crate::grid::{Cell, Grid, Side};
 use crate::number::significant;
@@ -24,7 +24,33 @@ fn tell_one(name: &str, fit: &Fit) -> String {
     if fit.joints.iter().any(|joint| joint.noise_estimated) {
         text += &wrapped("    ", "    ", "~ estimated from the residuals");
     }
+    for (joint, unexplained) in fit.joints.iter().filter_map(|joint| Some((joint, joint.unexplained?))) {
+        text += &wrapped("    ", "      ", &unexplained_error(joint, &unexplained));
+    }
     text
+}
+
+/// How large errors are that the noise does not explain.
+pub(crate) fn unexplained_error(joint: &JointFit, unexplained: &UnexplainedResult) -> String {
+    let UnexplainedResult { std, estimated, times_noise, gravity_std, share_of_gravity } = unexplained;
+    let JointFit { joint, unit, .. } = joint;
+    if *std == 0.0 {
+        return format!("{joint}: nothing unexplained, the noise explains the residuals");
+    }
+    let stated = if *estimated { "" } else { " as stated" };
+    let mut told = format!("{joint}: unexplained {} {unit}{stated}", significant(*std, 2));
+    told += &format!(", {} times the noise", significant(*times_noise, 2));
+    // A joint that carries little is held against another.
+    let own = share_of_gravity.filter(|share| share * gravity_std > 0.99 * std);
+    told += &match (own, share_of_gravity) {
+        (Some(share), _) => format!(", {} % of gravity's part in its readings", significant(100.0 * share, 2)),
+        (None, Some(share)) => format!(
+            ", {} % of a tenth of gravity's part where that is largest (it carries less itself)",
+            significant(100.0 * share, 2)
+        ),
+        (None, None) => String::new(),
+    };
+    told
 }
 
 pub(crate) fn chi_squared(fit: &Fit) -> String {
@@ -47,6 +73,9 @@ fn probability(fit: &Fit) -> String {
         Some(p) => format!("p = {}", significant(p, 2)),
         None if fit.joints.iter().any(|joint| joint.noise_estimated) => {
             "noise estimated from the residuals, no p-value".to_owned()
+        }
+        None if fit.joints.iter().any(|joint| joint.unexplained.is_some_and(|u| u.estimated && u.std > 0.0)) => {
+            "unexplained errors estimated from the residuals, no p-value".to_owned()
         }
         None => "no p-value".to_owned(),
     }
@@ -152,5 +181,37 @@ Fit: residuals of the torque readings, in their unit
         assert!(told.contains("noise estimated from the\n    residuals, no p-value\n"), "{told}");
         assert!(!told.contains("held out"), "{told}");
         assert!(told.contains("~0.80") && told.ends_with("    ~ estimated from the residuals\n"), "{told}");
+    }
+
+    #[test]
+    fn unexplained_errors_stand_beside_noise_and_gravity() {
+        let told = |std: f64, gravity_std: f64, share_of_gravity| {
+            let unexplained =
+                UnexplainedResult { std, estimated: true, times_noise: std / 0.00245, gravity_std, share_of_gravity };
+            let joint = JointFit { unit: "N·m".to_owned(), unexplained: Some(unexplained), ..joint_fit("joint2") };
+            unexplained_error(&joint, &unexplained)
+        };
+        assert_eq!(
+            told(0.049, 49.0, Some(0.001)),
+            "joint2: unexplained 0.049 N·m, 20 times the noise, 0.10 % of gravity's part in its readings"
+        );
+        assert_eq!(
+            told(0.049, 0.0, Some(0.01)),
+            "joint2: unexplained 0.049 N·m, 20 times the noise, 1.0 % of a tenth of gravity's part where that is largest (it \
+             carries less itself)"
+        );
+        assert_eq!(told(0.0, 49.0, Some(0.0)), "joint2: nothing unexplained, the noise explains the residuals");
+        let joint = JointFit {
+            unexplained: Some(UnexplainedResult {
+                std: 0.049,
+                estimated: true,
+                times_noise: 20.0,
+                gravity_std: 49.0,
+                share_of_gravity: Some(0.001),
+            }),
+            ..joint_fit("joint2")
+        };
+        let told = tell_one("joint", &Fit { p_value: None, joints: vec![joint], held_out: None, ..fit() });
+        assert!(told.contains("unexplained errors estimated") && told.contains("    joint2: unexplained"), "{told}");
     }
 }
