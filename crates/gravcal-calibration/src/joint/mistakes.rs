@@ -10,6 +10,7 @@
 use gravcal_estimation::Termination;
 use gravcal_recording::Orientation;
 
+use super::readings::{Readings, first_noise};
 use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
 use super::solve::solve_from;
 use super::start::start_cost;
@@ -91,20 +92,20 @@ fn mistaken_columns(
     }
     let Some((after, hypothesis, end)) = best else { return Ok(None) };
     let tried = hypotheses(session).len();
-    let likelier =
-        decisively_likelier((&hypothesis.made(session), end), &readings, (session, solved), tried, workbench)?;
+    let likelier = decisively_likelier((&hypothesis.made(session), end), (session, solved), tried, workbench)?;
     Ok(likelier.then(|| hypothesis.tell(session, 100.0 * (after / before).sqrt())))
 }
 
 /// Whether a session, started there, explains the readings so much better than the solution that it is no accident of having tried so many.
 pub(super) fn decisively_likelier(
     (made, start): (&Session, Unknowns),
-    readings: &Readings,
     (session, solved): (&Session, &Solved),
     tried: usize,
     workbench: &Workbench<'_>,
 ) -> Result<bool, EstimateError> {
-    let other = solve_from(made, readings, start, workbench)?;
+    let noise = first_noise(session, &solved.readings.spreads);
+    let readings = Readings { noise, ..solved.readings.clone() }.with_rough_unexplained(session);
+    let other = solve_from(made, &readings, start, workbench)?;
     let gain = solved.minus_log_restricted_likelihood(session)? - other.minus_log_restricted_likelihood(made)?;
     Ok(gain > DECISIVE + (tried as f64).ln())
 }

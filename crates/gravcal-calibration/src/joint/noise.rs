@@ -15,7 +15,7 @@ use statrs::function::gamma::digamma;
 
 use super::readings::first_noise;
 use super::solve::Solved;
-use crate::session::Session;
+use crate::session::{Session, UnexplainedError};
 
 /// Sum of squares and degrees of freedom of a channel's residuals.
 #[derive(Clone, Copy, Default)]
@@ -58,7 +58,8 @@ impl Solved {
     pub(super) fn minus_log_restricted_likelihood(&self, session: &Session) -> Result<f64, EvaluateError> {
         let rows = self.posed.problem.augmented_jacobian(&self.estimate.values)?;
         let leverages = self.spectrum.leverages(&rows);
-        let found = session.noise_estimated();
+        let errors = session.unexplained_errors().into_iter().map(|error| error == UnexplainedError::Estimated);
+        let found: Vec<bool> = errors.zip(session.noise_estimated()).map(|(errors, noise)| errors || noise).collect();
         let unit = first_noise(session, &self.readings.spreads);
         let size = |((pose, channel), leverage): (&(usize, usize), &f64)| match found[*channel] {
             true => (1.0 - leverage).max(0.0) * (self.readings.std(session, *pose, *channel) / unit[*channel]).ln(),

@@ -160,7 +160,7 @@ fn beside_the_others(
         return Ok(None);
     }
     let (made, tried) = (turned(session, &joints), open.len());
-    if !decisively_likelier((&made, unknowns.clone()), &readings, (session, solved), tried, workbench)? {
+    if !decisively_likelier((&made, unknowns.clone()), (session, solved), tried, workbench)? {
         return Ok(None);
     }
     // All others may be the reversed ones: the assumed masses tell.
