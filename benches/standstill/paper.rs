@@ -1,7 +1,7 @@
 //! The paper's procedure, recorded in motion at 1 kHz and calibrated from the files alone, beside the table of perfect poses.
 
 use gravcal_calibration::joint::{self, Signals, Solved, Unknowns};
-use gravcal_calibration::simulation::{Dirt, Motion, Simulation, record, write_session};
+use gravcal_calibration::simulation::{Approach, Dirt, Motion, Simulation, record, write_session};
 use gravcal_calibration::{Session, Workbench};
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::measured_quantities;
@@ -23,6 +23,9 @@ pub(crate) fn motion() -> Motion {
         vibration: 20.0,
         settling_time: 0.03,
         correlation: 0.0,
+        approach: Approach::Any,
+        friction: None,
+        walk: Vec::new(),
         dirt: Dirt::default(),
     }
 }

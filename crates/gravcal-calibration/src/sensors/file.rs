@@ -84,20 +84,19 @@ impl<V> ModelTable<V> {
     }
 }
 
-/// The terms that a joint's `sensor_models` declare. `joint`: the field that holds them; `knows`: whether the poses say
+/// The terms that a joint's `sensor_models` declare. `models`: the field that holds them; `knows`: whether the poses say
 /// what a model needs; models that are `passed_over` are not declared.
 ///
 /// # Errors
 /// A model, an option or a parameter that is not known; a condition that no column gives.
 pub(crate) fn declare<'t, V>(
     document: &Document,
-    joint: &Field,
+    models: &Field,
     site: &Site<'_>,
     tables: &'t [ModelTable<V>],
     knows: impl Fn(Need) -> bool,
     passed_over: impl Fn(SensorModelName) -> bool,
 ) -> Result<Vec<DeclaredInFile<'t, V>>, FileError> {
-    let models = joint.key("sensor_models");
     document.check_names(tables.iter().map(|table| table.kind.as_str()), |i| models.at(i).key("kind"))?;
     let mut all = Vec::new();
     for (index, table) in tables.iter().enumerate() {

@@ -37,6 +37,7 @@ pub(super) fn session(simulation: &Simulation, trial: u64) -> Session {
 }
 
 /// Where the joints stand: position readings without noise, and the deflection drawn for each joint.
+#[derive(Clone)]
 pub(super) struct Stand {
     pub position: Vec<f64>,
     pub deflection: Vec<f64>,
@@ -97,7 +98,7 @@ fn read_sensors(
     let disturbance = &simulation.disturbance;
     let seen = simulation.seen_positions(stand, &coordinates);
     let position = seen.iter().zip(&disturbance.position_std).map(|(q, std)| q + std * normal(random)).collect();
-    let read = simulation.template.terms.torque_readings(torque, &conditions, &simulation.truth);
+    let read = simulation.torque_readings(torque, &conditions);
     let torque = read
         .iter()
         .enumerate()
@@ -131,7 +132,7 @@ impl Simulation {
         if !self.disturbance.deflection.seen {
             return stand.position.clone();
         }
-        let sent = self.template.terms.coordinates(&stand.position, &self.truth);
+        let sent = self.coordinates(&stand.position);
         let deflected = |joint: usize| {
             (coordinates[joint] - sent[joint]) / self.truth.sensors[joint][Quantity::PositionGain as usize]
         };

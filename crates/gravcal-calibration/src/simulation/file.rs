@@ -45,6 +45,7 @@ impl Reader<'_> {
             ..Session::new(self.robot.clone(), self.gravity()?, self.joints()?)
         };
         let mut truth = self.truth(&mut template)?;
+        let unmodelled = self.unmodelled(&template)?;
         let mut models = vec![Vec::new(); self.names().len()];
         for table in &self.table.joint {
             if let Some(joint) = self.names().iter().position(|name| *name == table.name) {
@@ -63,7 +64,7 @@ impl Reader<'_> {
             return Err(self.document.error(&Field::new("recording"), message));
         }
         let (models, instruments) = (DeclaredModels::new(models), read.simulated);
-        Ok(Simulation { template, truth, runs, disturbance, conditions, motion, models, instruments, seed })
+        Ok(Simulation { template, truth, unmodelled, runs, disturbance, conditions, motion, models, instruments, seed })
     }
 
     fn names(&self) -> Vec<&str> {

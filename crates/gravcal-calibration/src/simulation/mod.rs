@@ -12,9 +12,11 @@
 mod conditions;
 mod draw;
 mod file;
+mod friction;
 mod instruments;
 mod recording;
 mod statics;
+mod unmodelled;
 mod write;
 mod write_conditions;
 mod write_recording;
@@ -29,7 +31,9 @@ use crate::sensors::DeclaredModels;
 use crate::session::Session;
 
 pub use conditions::SimulatedConditions;
-pub use recording::{Dirt, Motion, Recorded, Sink, TrueStandstill, record};
+pub use friction::FrictionAtRest;
+pub use recording::{Approach, Dirt, Motion, Recorded, Sink, TrueStandstill, record};
+pub use unmodelled::Unmodelled;
 pub use write::{SimulateError, session_files, write_session};
 
 /// A simulated experiment.
@@ -39,6 +43,8 @@ pub struct Simulation {
     pub template: Session,
     /// The true values.
     pub truth: Unknowns,
+    /// What its sensors do besides, and no session says.
+    pub unmodelled: Unmodelled,
     /// One for each table of the template.
     pub runs: Vec<Run>,
     /// What disturbs the readings.
@@ -182,8 +188,8 @@ impl Simulation {
     /// An experiment whose sensors are affine, without instruments.
     pub fn new(template: Session, truth: Unknowns, runs: Vec<Run>, disturbance: Disturbance, seed: u64) -> Simulation {
         let (conditions, models) = (SimulatedConditions::default(), DeclaredModels::default());
-        let instruments = SimulatedInstruments::default();
-        Simulation { template, truth, runs, disturbance, conditions, motion: None, models, instruments, seed }
+        let (instruments, unmodelled) = (SimulatedInstruments::default(), Unmodelled::none(&template));
+        Simulation { template, truth, unmodelled, runs, disturbance, conditions, motion: None, models, instruments, seed }
     }
 
     /// Reads `simulation.toml` and the robot that it names.

@@ -7,7 +7,7 @@
 //!
 //! Noise of a sample is that of the averaged reading times the root of the number of samples; with a correlation time it is of first
 //! order from sample to sample. What makes a recording dirty (outliers, lost messages, touches) is drawn apart from the noise: a dirty
-//! recording has the noise of the clean one.
+//! recording has the noise of the clean one; so are friction at rest ([`super::friction`]) and the walk of zeros.
 
 use gravcal_recording::{Conditions, Reading};
 use rand::{RngExt, SeedableRng};
@@ -15,7 +15,9 @@ use rand_pcg::Pcg64;
 
 use super::Simulation;
 use super::draw::{Stand, normal, stands};
+use super::friction::{Bristles, FrictionAtRest};
 use super::statics::Statics;
+use crate::parameter::Quantity;
 use crate::session::{Pose, Session};
 
 /// Frequency of what vibrates after a move, Hz.
@@ -25,6 +27,10 @@ const OUTLIER: f64 = 50.0;
 const TOUCH: f64 = 20.0;
 /// How long a touch lasts, s.
 const TOUCHED: f64 = 0.06;
+/// From how far a joint comes to a pose from a chosen side, rad or m.
+const ASIDE: f64 = 0.05;
+/// Keeps the stream of the zeros' walk apart from the others.
+const WALK: u64 = 0x7761_6c6b;
 /// Time between the recordings of two tables, s.
 const BETWEEN: f64 = 10.0;
 
@@ -45,8 +51,37 @@ pub struct Motion {
     pub settling_time: f64,
     /// Correlation time of the noise, s; 0 for white noise.
     pub correlation: f64,
+    /// From which sides joints come to poses.
+    pub approach: Approach,
+    /// Friction that stays in part at rest, if there is any.
+    pub friction: Option<FrictionAtRest>,
+    /// Random walk of the zero of each torque reading: its standard deviation after a second, unit of the reading.
+    pub walk: Vec<f64>,
     /// What makes it dirty.
     pub dirt: Dirt,
+}
+
+/// From which sides joints come to poses.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Approach {
+    /// From where they were.
+    #[default]
+    Any,
+    /// Every position reading rises.
+    OneWay,
+    /// Each pose twice: every position reading rises, then falls.
+    BothWays,
+}
+
+impl Approach {
+    /// The sides from which each pose is come to; 0 for any.
+    pub fn sides(self) -> &'static [f64] {
+        match self {
+            Approach::Any => &[0.0],
+            Approach::OneWay => &[1.0],
+            Approach::BothWays => &[1.0, -1.0],
+        }
+    }
 }
 
 /// What makes a recording dirty.
@@ -91,7 +126,7 @@ pub struct Recorded {
 pub fn record<E>(simulation: &Simulation, motion: &Motion, trial: u64, sink: &mut Sink<'_, E>) -> Result<Recorded, E> {
     let mut random = Pcg64::new(u128::from(simulation.seed), u128::from(trial));
     let runs: Vec<Vec<Stand>> = simulation.runs.iter().map(|run| stands(simulation, run, &mut random)).collect();
-    let poses = runs.iter().map(Vec::len).sum();
+    let poses = runs.iter().map(Vec::len).sum::<usize>() * motion.approach.sides().len();
     let mut recorder = Recorder::new(simulation, motion, random, trial, poses);
     for (table, run) in runs.iter().enumerate() {
         recorder.record_table(table, run, sink)?;
@@ -107,6 +142,11 @@ struct Recorder<'a> {
     /// Of dirt.
     dirty: Pcg64,
     touched: Vec<usize>,
+    bristles: Option<Bristles<'a>>,
+    /// Of the walk.
+    walking: Pcg64,
+    /// Where the zero of each torque reading has gone, unit of the reading.
+    walked: Vec<f64>,
     /// Noise of each position and torque reading, in standard deviations.
     noise: Vec<f64>,
     /// Time of the next sample, s, is this and so many samples.
@@ -140,6 +180,9 @@ impl<'a> Recorder<'a> {
             random,
             dirty,
             touched,
+            bristles: motion.friction.as_ref().map(|friction| Bristles::new(friction, simulation.seed, trial)),
+            walking: Pcg64::seed_from_u64(simulation.seed ^ trial.rotate_left(32) ^ WALK),
+            walked: vec![0.0; joints],
             noise,
             begun: 0.0,
             sample: 0,
@@ -156,28 +199,79 @@ impl<'a> Recorder<'a> {
     fn record_table<E>(&mut self, table: usize, stands: &[Stand], sink: &mut Sink<'_, E>) -> Result<(), E> {
         let count = |seconds: f64| (seconds * self.motion.rate).round() as u64;
         let (moving, settling) = (count(self.motion.moving).max(1), count(self.motion.settling));
-        let mut before = &stands[0];
-        for (index, stand) in stands.iter().enumerate() {
-            for step in 1..=moving {
+        let sides = self.motion.approach.sides();
+        let visits = stands.iter().flat_map(|stand| sides.iter().map(move |side| (stand, *side)));
+        let mut before = stands[0].clone();
+        self.appear(&before);
+        for (index, (stand, side)) in visits.enumerate() {
+            if index > 0 && side != 0.0 {
+                let aside = self.aside(stand, side);
+                self.go(table, [&before, &aside], moving, sink)?;
+                before = aside;
+            }
+            let beyond = if index == 0 { stand.clone() } else { self.beyond(stand) };
+            if index > 0 {
+                self.go(table, [&before, &beyond], moving, sink)?;
+            }
+            for step in 1..=if index == 0 { moving + settling } else { settling } {
                 // The arm stands at the first pose from the beginning.
-                let share = step as f64 / moving as f64;
-                let at = between(before, stand, if index == 0 { 1.0 } else { share });
-                self.turn(before, stand);
-                let readings = self.readings(table, &at);
-                let since = if index == 0 { f64::INFINITY } else { (step as f64 - moving as f64) / self.motion.rate };
-                self.row(table, &Still { readings, since: since.min(f64::MAX) }, None, sink)?;
-            }
-            let readings = self.readings(table, stand);
-            for step in 1..=settling {
                 let since = if index == 0 { f64::MAX } else { step as f64 / self.motion.rate };
-                self.row(table, &Still { readings: readings.clone(), since }, None, sink)?;
+                let readings = self.readings(table, &between(&beyond, stand, step as f64 / settling.max(1) as f64));
+                self.row(table, &Still { readings, since }, None, sink)?;
             }
-            self.stand(table, index, stand, readings, sink)?;
-            before = stand;
+            self.stand(table, index, stand, sink)?;
+            before = stand.clone();
         }
         self.begun = self.time() + BETWEEN;
         self.sample = 0;
         Ok(())
+    }
+
+    /// One move.
+    fn go<E>(&mut self, table: usize, [from, to]: [&Stand; 2], steps: u64, sink: &mut Sink<'_, E>) -> Result<(), E> {
+        self.turn(from, to);
+        for step in 1..=steps {
+            let readings = self.readings(table, &between(from, to, step as f64 / steps as f64));
+            let since = (step as f64 - steps as f64) / self.motion.rate;
+            self.row(table, &Still { readings, since }, None, sink)?;
+        }
+        Ok(())
+    }
+
+    /// Coordinates of all joints for what friction does.
+    fn travelled(&self, stand: &Stand) -> Vec<f64> {
+        stand.position.iter().enumerate().map(|(joint, reading)| self.position_gain(joint) * reading).collect()
+    }
+
+    fn position_gain(&self, joint: usize) -> f64 {
+        self.simulation.truth.sensors[joint][Quantity::PositionGain as usize]
+    }
+
+    fn appear(&mut self, stand: &Stand) {
+        let at = self.travelled(stand);
+        self.bristles.iter_mut().for_each(|bristles| bristles.appear(at.clone()));
+    }
+
+    /// Where the joints go a little too far.
+    fn beyond(&mut self, stand: &Stand) -> Stand {
+        let goal = self.travelled(stand);
+        let beyond =
+            self.bristles.as_mut().map_or_else(|| vec![0.0; goal.len()], |bristles| bristles.overshoots(&goal));
+        self.moved(stand, &beyond)
+    }
+
+    /// Where the joints come from to come from one side.
+    fn aside(&self, stand: &Stand, side: f64) -> Stand {
+        let rises = |joint| self.position_gain(joint).signum() * side;
+        let away: Vec<f64> = (0..stand.position.len()).map(|joint| -ASIDE * rises(joint)).collect();
+        self.moved(stand, &away)
+    }
+
+    /// The same with each joint so far away, rad or m.
+    fn moved(&self, stand: &Stand, by: &[f64]) -> Stand {
+        let position = stand.position.iter().zip(by).enumerate();
+        let position = position.map(|(joint, (reading, by))| reading + by / self.position_gain(joint)).collect();
+        Stand { position, ..stand.clone() }
     }
 
     /// From which side each joint comes.
@@ -190,18 +284,12 @@ impl<'a> Recorder<'a> {
     }
 
     /// The samples of a standstill, and their mean as a pose.
-    fn stand<E>(
-        &mut self,
-        table: usize,
-        index: usize,
-        stand: &Stand,
-        readings: Vec<f64>,
-        sink: &mut Sink<'_, E>,
-    ) -> Result<(), E> {
+    fn stand<E>(&mut self, table: usize, index: usize, stand: &Stand, sink: &mut Sink<'_, E>) -> Result<(), E> {
         let (joints, samples) = (self.direction.len(), self.motion.samples);
         let from = self.time();
         let arrival = from - (if index == 0 { self.motion.moving } else { 0.0 }) - self.motion.settling;
         let mut mean = vec![0.0; 2 * joints];
+        let readings = self.readings(table, stand);
         let touched = self.touched.contains(&self.session.poses.len());
         let length = samples as f64 / self.motion.rate;
         let touch = touched.then(|| [from + 0.5 * length, from + 0.5 * length + TOUCHED.min(0.25 * length)]);
@@ -242,9 +330,22 @@ impl<'a> Recorder<'a> {
     fn readings(&mut self, table: usize, stand: &Stand) -> Vec<f64> {
         let simulation = self.simulation;
         let conditions = self.conditions(self.time());
+        let travelled = self.travelled(stand);
         let (coordinates, torque) = self.statics.of(stand, simulation.template.tables[table].load);
-        let torques = simulation.template.terms.torque_readings(torque, &conditions, &simulation.truth);
+        let mut torque = torque.to_vec();
+        if let Some(bristles) = &mut self.bristles {
+            bristles.go(&travelled);
+            bristles.add_to(&mut torque);
+        }
+        let torques = simulation.torque_readings(&torque, &conditions);
         simulation.seen_positions(stand, &coordinates).into_iter().chain(torques).collect()
+    }
+
+    /// The zeros walk on by one sample.
+    fn walk(&mut self) {
+        for (walked, walk) in self.walked.iter_mut().zip(&self.motion.walk).filter(|(_, walk)| **walk > 0.0) {
+            *walked += walk / self.motion.rate.sqrt() * normal(&mut self.walking);
+        }
     }
 
     /// Records one row, unless its message is lost. Gives the readings before anything makes them dirty.
@@ -264,6 +365,7 @@ impl<'a> Recorder<'a> {
         } else {
             0.0
         };
+        self.walk();
         let mut cells = vec![time];
         let mut clean = Vec::with_capacity(still.readings.len());
         for (channel, reading) in still.readings.iter().enumerate() {
@@ -276,7 +378,8 @@ impl<'a> Recorder<'a> {
                 Some(converter) if channel >= joints => converter.convert(value),
                 _ => value,
             };
-            let value = reading + std * (self.noise[channel] + vibration);
+            let zero = channel.checked_sub(joints).map_or(0.0, |joint| self.walked[joint]);
+            let value = reading + zero + std * (self.noise[channel] + vibration);
             clean.push(convert(value));
             let is_touched = touch.is_some_and(|[from, until]| (from..until).contains(&time));
             let touched = if is_touched && channel >= joints { TOUCH * std } else { 0.0 };

@@ -42,7 +42,7 @@ impl<'s> Statics<'s> {
         let Simulation { truth, template, disturbance, .. } = self.simulation;
         let inertia = &self.inertia[load.map_or(0, |load| load + 1)];
         let compliance = &disturbance.deflection.compliance;
-        let sensed = template.terms.coordinates(&stand.position, truth);
+        let sensed = self.simulation.coordinates(&stand.position);
         let rounds = if compliance.iter().any(|c| *c != 0.0) { COMPLIANCE_ROUNDS } else { 1 };
         self.torque.torque.fill(0.0);
         let mut coordinates = sensed.clone();

@@ -7,7 +7,7 @@ use serde::Serialize;
 use thiserror::Error;
 
 use super::write_conditions::{self, ConditionTables};
-use super::{Simulation, draw, write_recording};
+use super::{FrictionAtRest, Simulation, draw, write_recording};
 use crate::document::relative_path;
 use crate::sensors::ModelTable;
 use crate::session::Session;
@@ -340,8 +340,33 @@ fn table_bytes(simulation: &Simulation, session: &Session, table: usize) -> Resu
 #[derive(Serialize)]
 struct TruthTable {
     gravity_m_per_s2: [f64; 3],
+    /// After a second, unit of the reading.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    walk_per_root_s: Vec<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    friction_at_rest: Option<TrueFriction>,
     parameter: Vec<TrueParameter>,
+    /// What the session does not say.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    unmodelled: Vec<TrueParameter>,
     load: Vec<TruePlacement>,
+}
+
+/// As the simulation says it, by joint.
+#[derive(Serialize)]
+struct TrueFriction {
+    coulomb_newton_metre: Vec<f64>,
+    per_torque: f64,
+    presliding_rad: f64,
+    lean: f64,
+    spread: f64,
+}
+
+impl From<&FrictionAtRest> for TrueFriction {
+    fn from(friction: &FrictionAtRest) -> TrueFriction {
+        let FrictionAtRest { coulomb, per_torque, presliding, lean, spread } = friction.clone();
+        TrueFriction { coulomb_newton_metre: coulomb, per_torque, presliding_rad: presliding, lean, spread }
+    }
 }
 
 #[derive(Serialize)]
@@ -372,9 +397,19 @@ fn truth_toml(simulation: &Simulation) -> Result<String, SimulateError> {
         unit: parameter.unit,
     });
     let load = session.loads.iter().zip(&truth.loads);
+    let unmodelled = simulation.unmodelled.parameters().map(|(parameter, value)| TrueParameter {
+        name: parameter.name(),
+        value,
+        unit: parameter.unit.clone(),
+    });
+    let motion = simulation.motion.as_ref();
+    let walk = motion.map(|motion| motion.walk.clone()).filter(|walk| walk.iter().any(|walk| *walk > 0.0));
     Ok(toml::to_string(&TruthTable {
         gravity_m_per_s2: truth.gravity,
+        friction_at_rest: motion.and_then(|motion| motion.friction.as_ref()).map(TrueFriction::from),
+        walk_per_root_s: walk.unwrap_or_default(),
         parameter: parameter.chain(compliances).collect(),
+        unmodelled: unmodelled.collect(),
         load: load.map(|(load, position)| TruePlacement { name: load.name.clone(), position_m: *position }).collect(),
     })?)
 }

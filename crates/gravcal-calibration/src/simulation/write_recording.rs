@@ -97,9 +97,114 @@ load = "plate"
 "#;
 
     fn simulation(folder: &Path) -> Simulation {
+        simulation_with(folder, "").unwrap()
+    }
+
+    /// `more`: further lines of `[recording]`.
+    fn simulation_with(folder: &Path, more: &str) -> Result<Simulation, String> {
         fs::write(folder.join("robot.toml"), TWO_JOINTS).unwrap();
-        fs::write(folder.join("simulation.toml"), SIMULATION).unwrap();
-        Simulation::read(&folder.join("simulation.toml")).unwrap()
+        fs::write(
+            folder.join("simulation.toml"),
+            SIMULATION.replace("touched = 1\n", &format!("touched = 1\n{more}\n")),
+        )
+        .unwrap();
+        Simulation::read(&folder.join("simulation.toml")).map_err(|error| error.to_string())
+    }
+
+    fn recorded(simulation: &Simulation) -> Vec<Vec<f64>> {
+        let mut rows = Vec::new();
+        let mut keep = |_: usize, cells: &[f64]| {
+            rows.push(cells.to_vec());
+            Ok::<(), ()>(())
+        };
+        record(simulation, simulation.motion.as_ref().unwrap(), 0, &mut keep).unwrap();
+        rows
+    }
+
+    /// Friction at rest and the walk of a zero add to a recording, whose noise stays what it was; the truth tells of both, the session
+    /// of neither.
+    #[test]
+    fn friction_at_rest_and_walks_add_to_the_same_noise() {
+        let folder = tempfile::tempdir().unwrap();
+        let clean = recorded(&simulation(folder.path()));
+        let more = "friction = { coulomb_newton_metre = [0.2, 0.0] }\nwalk_per_root_s = [0.0, 0.01]";
+        let rough = simulation_with(folder.path(), more).unwrap();
+        let with = recorded(&rough);
+        assert_eq!(with, recorded(&rough));
+        assert_eq!(with.len(), clean.len());
+        // Columns: time, two positions, two torques; the robot's torque gains are 1.
+        let moved = with.iter().zip(&clean).map(|(with, clean)| (with[3] - clean[3]).abs()).fold(0.0, f64::max);
+        assert!((0.19..0.23).contains(&moved), "{moved}");
+        let walk = |rows: &[Vec<f64>], k: usize| rows[k][4] - clean[k][4];
+        let steps: Vec<f64> = (1..clean.len()).map(|k| walk(&with, k) - walk(&with, k - 1)).collect();
+        let step = (steps.iter().map(|step| step * step).sum::<f64>() / steps.len() as f64).sqrt();
+        // Friction moves positions by what the arm goes too far, which gravity feels.
+        assert!((step / (0.01 / 500f64.sqrt()) - 1.0).abs() < 0.1, "{step}");
+        let files = write_session(&rough, 0, folder.path(), false).unwrap();
+        let [session, truth] = [&files[0], files.last().unwrap()].map(|file| fs::read_to_string(file).unwrap());
+        assert!(truth.contains("[friction_at_rest]\ncoulomb_newton_metre = [0.2, 0.0]"), "{truth}");
+        assert!(truth.contains("walk_per_root_s = [0.0, 0.01]"), "{truth}");
+        assert!(!session.contains("newton_metre") && !session.contains("walk"), "{session}");
+    }
+
+    /// What a joint is said to do without the session: a drift and a ripple are in the readings and in the truth only.
+    #[test]
+    fn what_is_not_modelled_is_in_the_readings_and_not_in_the_session() {
+        let folder = tempfile::tempdir().unwrap();
+        let clean = simulation(folder.path());
+        let unmodelled = "unmodelled = [{ kind = \"torque-bias-in-time\", parameters = { torque_bias_drift = { value = 0.01, unit = \"Nm/s\" } } }]";
+        let text = SIMULATION.replace("name = \"elbow\"\n", &format!("name = \"elbow\"\n{unmodelled}\n"));
+        fs::write(folder.path().join("simulation.toml"), &text).unwrap();
+        let drifting = Simulation::read(&folder.path().join("simulation.toml")).unwrap();
+        for (with, without) in recorded(&drifting).iter().zip(&recorded(&clean)) {
+            assert_eq!(with[..4], without[..4]);
+            assert!((with[4] - without[4] - 0.01 * with[0]).abs() < 1e-9, "{with:?} {without:?}");
+        }
+        let files = write_session(&drifting, 0, folder.path(), false).unwrap();
+        let [session, truth] = [&files[0], files.last().unwrap()].map(|file| fs::read_to_string(file).unwrap());
+        assert!(!session.contains("drift") && session.contains("coulomb-friction"), "{session}");
+        assert!(truth.contains("[[unmodelled]]\nname = \"elbow.torque_bias_drift\"\nvalue = 0.01"), "{truth}");
+        fs::write(
+            folder.path().join("simulation.toml"),
+            text.replace("parameters = { torque_bias_drift", "parameters = { other"),
+        )
+        .unwrap();
+        let refused = Simulation::read(&folder.path().join("simulation.toml")).unwrap_err().to_string();
+        assert!(refused.contains("joint[0].unmodelled[0].parameters.other"), "{refused}");
+    }
+
+    #[test]
+    fn joints_come_from_the_side_that_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let directions = |approach: &str| {
+            let simulation = simulation_with(folder.path(), approach).unwrap();
+            let recorded =
+                record::<()>(&simulation, simulation.motion.as_ref().unwrap(), 0, &mut |_, _| Ok(())).unwrap();
+            let directions = recorded.session.poses.iter().map(|pose| pose.conditions.direction[1]);
+            (directions.collect::<Vec<f64>>(), recorded.session.poses)
+        };
+        let (rising, _) = directions("approach = \"one-way\"");
+        assert!(rising[1..12].iter().all(|side| *side == 1.0), "{rising:?}");
+        let (both, poses) = directions("approach = \"both-ways\"");
+        assert_eq!(both.len(), 40);
+        for pair in 1..12 {
+            let [first, second] = [&poses[2 * pair], &poses[2 * pair + 1]];
+            assert_eq!([both[2 * pair], both[2 * pair + 1]], [1.0, -1.0]);
+            assert!((first.position[1] - second.position[1]).abs() < 1e-4);
+        }
+    }
+
+    #[test]
+    fn friction_that_cannot_be_is_refused_by_its_field() {
+        let folder = tempfile::tempdir().unwrap();
+        let refused = |more: &str| simulation_with(folder.path(), more).unwrap_err();
+        let friction = |rest: &str| format!("friction = {{ coulomb_newton_metre = 0.1, {rest} }}");
+        assert!(refused(&friction("lean = 2")).contains("recording.friction.lean: 2 is no share"));
+        assert!(refused(&friction("presliding_rad = 0")).contains("recording.friction.presliding_rad: "));
+        assert!(refused(&friction("spread = -1")).contains("recording.friction.spread: -1 is negative"));
+        assert!(refused("friction = { coulomb_newton_metre = -1 }").contains("coulomb_newton_metre: -1 is negative"));
+        assert!(refused("walk_per_root_s = [1, 2, 3]").contains("recording.walk_per_root_s"));
+        assert!(refused("approach = \"left\"").contains("expected `any`, `one-way` or `both-ways`"));
     }
 
     /// What is read from the files is what stood there, with the sides from which joints came and without the touched pose; the

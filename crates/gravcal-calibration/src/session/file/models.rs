@@ -31,7 +31,7 @@ pub(super) fn resolve(
         // What is said of all joints is of those that have such a sensor.
         let passed_over = |model: SensorModelName| of_all && !model.is_of_position() && !site.reads_torque;
         let knows = |need| knows(mapping, motion, need);
-        for found in declare(context.document, &field, &site, models, knows, passed_over)? {
+        for found in declare(context.document, &field.key("sensor_models"), &site, models, knows, passed_over)? {
             parameters.push(with_knowledge(context, &found)?);
             terms.push(found.term);
         }

@@ -1,9 +1,15 @@
 //! `[recording]`: the tables are recordings in motion.
 
 use super::Reader;
-use crate::document::{Field, FileError};
-use crate::simulation::{Dirt, Motion};
+use super::tables::{FrictionTable, RecordingTable};
+use crate::document::{Field, FileError, OneOrMany};
+use crate::simulation::{Approach, Dirt, FrictionAtRest, Motion};
 
+/// Length of pre-sliding where nothing is said, rad or m.
+const PRESLIDING: f64 = 2e-4;
+/// What is left at rest of Coulomb friction where nothing is said, and how much that differs: together 0.49 rms.
+const LEAN: f64 = 0.42;
+const SPREAD: f64 = 0.25;
 /// Samples of all recordings at most: a day of them, a thousand a second.
 const MOST_SAMPLES: f64 = 86.4e6;
 /// Samples a second at most: times of messages are told in nanoseconds.
@@ -40,14 +46,60 @@ impl Reader<'_> {
             vibration: not_negative("vibration", table.vibration)?,
             settling_time: positive("settling_time_constant_s", table.settling_time_constant_s.unwrap_or(0.05), "s")?,
             correlation: not_negative("noise_correlation_s", table.noise_correlation_s)?,
+            approach: self.approach(table)?,
+            friction: table.friction.as_ref().map(|friction| self.friction(friction)).transpose()?,
+            walk: self.walk(table)?,
             dirt: Dirt {
                 outliers: share("outliers", table.outliers)?,
                 dropped: share("dropped", table.dropped)?,
                 touched: table.touched.unwrap_or(0),
             },
         };
+        if motion.friction.is_some() && motion.settling * motion.rate < 1.0 {
+            let message = "friction settles to what it is at rest after each move: expected one sample at least";
+            return Err(self.document.error(&field("settling_s"), message));
+        }
         self.check_size(&motion, poses)?;
         Ok(Some(motion))
+    }
+
+    fn approach(&self, table: &RecordingTable) -> Result<Approach, FileError> {
+        match table.approach.as_deref() {
+            None | Some("any") => Ok(Approach::Any),
+            Some("one-way") => Ok(Approach::OneWay),
+            Some("both-ways") => Ok(Approach::BothWays),
+            Some(other) => {
+                let message = format!("`{other}` is no approach: expected `any`, `one-way` or `both-ways`");
+                Err(self.document.error(&Field::new("recording").key("approach"), message))
+            }
+        }
+    }
+
+    fn friction(&self, table: &FrictionTable) -> Result<FrictionAtRest, FileError> {
+        let field = |key: &str| Field::new("recording").key("friction").key(key);
+        let not_negative = |key: &str, value: f64| self.not_negative(&field(key), &[value]).map(|()| value);
+        let names = self.names();
+        let coulomb = self.document.for_each(&field("coulomb_newton_metre"), &table.coulomb_newton_metre, &names)?;
+        self.not_negative(&field("coulomb_newton_metre"), &coulomb)?;
+        let lean = table.lean.unwrap_or(LEAN);
+        if !(0.0..=1.0).contains(&lean) {
+            return Err(self.document.error(&field("lean"), format!("{lean} is no share: expected 0 to 1")));
+        }
+        let presliding = table.presliding_rad.unwrap_or(PRESLIDING);
+        Ok(FrictionAtRest {
+            coulomb,
+            per_torque: not_negative("per_torque", table.per_torque.unwrap_or(0.0))?,
+            presliding: self.document.positive(&field("presliding_rad"), presliding, "a length", "rad")?,
+            lean,
+            spread: not_negative("spread", table.spread.unwrap_or(SPREAD))?,
+        })
+    }
+
+    fn walk(&self, table: &RecordingTable) -> Result<Vec<f64>, FileError> {
+        let field = Field::new("recording").key("walk_per_root_s");
+        let zero = OneOrMany::One(0.0);
+        let walk = self.document.for_each(&field, table.walk_per_root_s.as_ref().unwrap_or(&zero), &self.names())?;
+        self.not_negative(&field, &walk).map(|()| walk)
     }
 
     /// Whatever is recorded has an end that disks and clocks can hold.
@@ -57,7 +109,9 @@ impl Reader<'_> {
             return refuse("rate_hz", format!("{} Hz are too many: expected {HIGHEST_RATE} Hz at most", motion.rate));
         }
         // The first of a move counts, however short the move is.
-        let moving = (motion.rate * motion.moving).max(1.0) + motion.rate * motion.settling;
+        let moves = if motion.approach == Approach::Any { 1.0 } else { 2.0 };
+        let moving = moves * (motion.rate * motion.moving).max(1.0) + motion.rate * motion.settling;
+        let poses = poses * motion.approach.sides().len();
         let samples = poses as f64 * (moving + motion.samples as f64);
         if samples > MOST_SAMPLES {
             let message = format!(

@@ -100,9 +100,23 @@ pub struct RecordingTable {
     pub vibration: Option<f64>,
     pub settling_time_constant_s: Option<f64>,
     pub noise_correlation_s: Option<f64>,
+    pub approach: Option<String>,
+    pub friction: Option<FrictionTable>,
+    pub walk_per_root_s: Option<OneOrMany<f64>>,
     pub outliers: Option<f64>,
     pub dropped: Option<f64>,
     pub touched: Option<usize>,
+}
+
+/// See [`FrictionAtRest`](crate::simulation::FrictionAtRest).
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionTable {
+    pub coulomb_newton_metre: OneOrMany<f64>,
+    pub per_torque: Option<f64>,
+    pub presliding_rad: Option<f64>,
+    pub lean: Option<f64>,
+    pub spread: Option<f64>,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -124,6 +138,8 @@ pub struct JointTable {
     pub position_sensor: Option<PositionSensorTable>,
     #[serde(default)]
     pub sensor_models: Vec<ModelTable<ValueTable>>,
+    #[serde(default)]
+    pub unmodelled: Vec<ModelTable<ValueTable>>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -6,10 +6,18 @@ use super::Reader;
 use super::tables::{ConditionsTable, JointTable};
 use crate::document::{Field, FileError};
 use crate::joint::Unknowns;
-use crate::parameter::Quantity;
-use crate::robot::SensorTables;
-use crate::sensors::{Need, Site, declare, to_unit_of};
+use crate::parameter::{Parameter, Quantity};
+use crate::robot::{SensorTables, ValueTable};
+use crate::sensors::{DeclaredInFile, ModelTable, Need, Site, Term, declare, to_unit_of};
 use crate::session::Session;
+use crate::simulation::unmodelled::Unmodelled;
+
+/// A term with its true value, in the unit inside.
+struct TrueTerm {
+    term: Term,
+    parameter: Parameter,
+    value: f64,
+}
 
 impl Reader<'_> {
     pub fn truth(&self, template: &mut Session) -> Result<Unknowns, FileError> {
@@ -69,6 +77,34 @@ impl Reader<'_> {
         template: &mut Session,
         truth: &mut Unknowns,
     ) -> Result<(), FileError> {
+        for found in self.true_terms(joint, &field.key("sensor_models"), &table.sensor_models, template)? {
+            truth.further.push(found.value);
+            template.further.push(found.parameter);
+            template.terms.extend(vec![found.term]);
+        }
+        Ok(())
+    }
+
+    /// What the sensors of all joints do besides, and no session says.
+    pub fn unmodelled(&self, template: &Session) -> Result<Unmodelled, FileError> {
+        let mut unmodelled = Unmodelled::none(template);
+        for (index, table) in self.table.joint.iter().enumerate() {
+            let Some(joint) = self.names().iter().position(|name| *name == table.name) else { continue };
+            let field = Field::new("joint").at(index).key("unmodelled");
+            for found in self.true_terms(joint, &field, &table.unmodelled, template)? {
+                unmodelled.add(found.term, found.parameter, found.value);
+            }
+        }
+        Ok(unmodelled)
+    }
+
+    fn true_terms(
+        &self,
+        joint: usize,
+        field: &Field,
+        tables: &[ModelTable<ValueTable>],
+        template: &Session,
+    ) -> Result<Vec<TrueTerm>, FileError> {
         let (names, kinds) = (self.names(), self.robot.chain.joints().iter().map(|j| j.kind).collect::<Vec<_>>());
         let site = Site::new(joint, &names, &kinds, &template.joints[joint]);
         let (conditions, moves) = (self.table.conditions.as_ref(), self.table.recording.is_some());
@@ -79,21 +115,18 @@ impl Reader<'_> {
             Need::Velocity => said(&|table| table.largest_speed_rad_or_m_per_s.is_some()),
             Need::Direction => moves || said(&|table| table.direction || table.largest_speed_rad_or_m_per_s.is_some()),
         };
-        let mut terms = Vec::new();
-        for found in declare(self.document, field, &site, &table.sensor_models, knows, |_| false)? {
-            let parameter = found.parameter;
-            let Some(said) = found.said else {
+        let with_value = |found: DeclaredInFile<'_, ValueTable>| {
+            let DeclaredInFile { parameter, term, field, said } = found;
+            let Some(said) = said else {
                 let message =
                     format!("what is the true {0}? add parameters = {{ {0} = {{ value, unit }} }}", parameter.quantity);
-                return Err(self.document.error(&found.field, message));
+                return Err(self.document.error(&field, message));
             };
-            let wrong = |message| self.document.error(&found.field.key("unit"), message);
-            truth.further.push(said.value * to_unit_of(&parameter.unit, said.unit()).map_err(wrong)?);
-            template.further.push(parameter);
-            terms.push(found.term);
-        }
-        template.terms.extend(terms);
-        Ok(())
+            let factor = to_unit_of(&parameter.unit, said.unit());
+            let factor = factor.map_err(|message| self.document.error(&field.key("unit"), message))?;
+            Ok(TrueTerm { term, parameter, value: said.value * factor })
+        };
+        declare(self.document, field, &site, tables, knows, |_| false)?.into_iter().map(with_value).collect()
     }
 
     fn same_unit(&self, field: &Field, key: &str, found: &str, readings: Option<&str>) -> Result<(), FileError> {

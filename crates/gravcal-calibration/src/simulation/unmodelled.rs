@@ -1,0 +1,59 @@
+//! What simulated sensors do besides, and no session says: drifts, harmonics and whatever else a sensor model knows.
+
+use gravcal_recording::Conditions;
+
+use super::Simulation;
+use crate::joint::Unknowns;
+use crate::parameter::Parameter;
+use crate::sensors::{SensorTerms, Term};
+use crate::session::Session;
+
+/// Terms beyond those of the session, with their true values.
+#[derive(Clone, Debug)]
+pub struct Unmodelled {
+    terms: SensorTerms,
+    /// Those of the terms; gains, biases and offsets are zero, so that the terms alone are left.
+    values: Unknowns,
+    parameters: Vec<Parameter>,
+}
+
+impl Unmodelled {
+    pub(super) fn none(template: &Session) -> Unmodelled {
+        let sensors = vec![[0.0; 4]; template.joints.len()];
+        let values = Unknowns { sensors, further: Vec::new(), ..Unknowns::nominal(template) };
+        Unmodelled { terms: SensorTerms::default(), values, parameters: Vec::new() }
+    }
+
+    pub(super) fn add(&mut self, term: Term, parameter: Parameter, value: f64) {
+        self.terms.extend(vec![term]);
+        self.values.further.push(value);
+        self.parameters.push(parameter);
+    }
+
+    /// Its parameters with their true values.
+    pub(super) fn parameters(&self) -> impl Iterator<Item = (&Parameter, f64)> {
+        self.parameters.iter().zip(self.values.further.iter().copied())
+    }
+}
+
+impl Simulation {
+    /// True coordinates of all joints at these position readings, rad or m.
+    pub(super) fn coordinates(&self, readings: &[f64]) -> Vec<f64> {
+        let mut coordinates = self.template.terms.coordinates(readings, &self.truth);
+        if !self.unmodelled.terms.is_empty() {
+            let more = self.unmodelled.terms.coordinates(readings, &self.unmodelled.values);
+            coordinates.iter_mut().zip(more).for_each(|(coordinate, more)| *coordinate += more);
+        }
+        coordinates
+    }
+
+    /// What the torque sensors of all joints read at these torques.
+    pub(super) fn torque_readings(&self, torque: &[f64], conditions: &Conditions) -> Vec<f64> {
+        let mut readings = self.template.terms.torque_readings(torque, conditions, &self.truth);
+        if !self.unmodelled.terms.is_empty() {
+            let more = self.unmodelled.terms.torque_readings(torque, conditions, &self.unmodelled.values);
+            readings.iter_mut().zip(more).for_each(|(reading, more)| *reading += more);
+        }
+        readings
+    }
+}
