@@ -110,6 +110,11 @@ impl SensorTerms {
         self.terms.iter().any(|term| matches!(term.model.need(), Some(Need::Direction | Need::Velocity)))
     }
 
+    /// Joints whose torque readings depend on the side from which they came.
+    pub(crate) fn with_friction(&self) -> Vec<usize> {
+        self.terms.iter().filter(|term| term.model == SensorModelName::CoulombFriction).map(|term| term.joint).collect()
+    }
+
     /// Whether all readings are affine in the torques.
     pub(crate) fn are_straight(&self) -> bool {
         self.terms.iter().all(|term| match &term.function {

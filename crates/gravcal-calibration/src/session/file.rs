@@ -320,7 +320,8 @@ pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Se
     let mut tables = poses::tables(&context, &loads, all, clock)?;
     let read = if motion.is_any() {
         let apart = terms.need_direction();
-        let recordings = Recordings { document, written: all, loads: &loads, apart, watch };
+        let frictional = terms.with_friction();
+        let recordings = Recordings { document, written: all, loads: &loads, apart, frictional, watch };
         recordings.read(&mut tables, &mapping, &motion)?
     } else {
         poses::read_all(document, all, &tables, &mapping)?

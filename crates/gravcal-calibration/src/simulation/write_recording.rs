@@ -238,9 +238,17 @@ load = "plate"
         // The first pose of a recording comes from nowhere.
         assert_eq!(read.poses[0].conditions.direction, [0.0, 0.0]);
         assert_eq!(read.poses[1].conditions.direction, perfect.session.poses[1].conditions.direction);
+        // So the elbow, whose friction is estimated, says nothing there; the shoulder does.
+        let first_loaded = read.poses.iter().position(|pose| pose.table == 1).unwrap();
+        for (place, pose) in read.poses.iter().enumerate() {
+            let counts: Vec<bool> = pose.torque.iter().map(Option::is_some).collect();
+            assert_eq!(counts, [true, ![0, first_loaded].contains(&place)], "{place}");
+        }
         let notes: Vec<String> = read.searched.iter().flat_map(|searched| searched.notes(&read.readings)).collect();
         assert!(notes.iter().any(|note| note.contains("as if the arm were touched")), "{notes:?}");
         assert!(notes[0].starts_with("bare.mcap: "), "{notes:?}");
+        let left_out = "bare.mcap: 1 readings of `elbow.effort` are left out: it is not known from which side";
+        assert!(notes.iter().any(|note| note.starts_with(left_out)), "{notes:?}");
     }
 
     #[test]

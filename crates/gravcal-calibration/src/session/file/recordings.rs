@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use gravcal_recording::{
-    Part, PoseMapping, ReadError, Rows, Stillness, SweepRule, Watched, open_as, slow_sweeps, static_poses,
+    Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule, Watched, open_as, slow_sweeps, static_poses,
 };
 
 use super::SessionError;
@@ -31,6 +31,8 @@ pub(super) struct Recordings<'a> {
     pub loads: &'a [Load],
     /// Whether both ways of a sweep are poses of their own, because a sensor's model tells them apart.
     pub apart: bool,
+    /// Joints whose readings depend on the side from which they came.
+    pub frictional: Vec<usize>,
     /// Told how far each recording is read.
     pub watch: &'a dyn Fn(&Path, f64),
 }
@@ -53,12 +55,16 @@ impl Recordings<'_> {
                 table.load = Some(self.load(index, &name, table.load)?);
             }
             let search = Search { path: &table.path, mapping, part: written.part_of_recording(), watch: self.watch };
-            let searched = search.run(motion).map_err(wrong)?;
+            let mut searched = search.run(motion).map_err(wrong)?;
             if searched.found() == 0 {
                 let rejected = searched.rejected();
                 return Err(wrong(ReadError::NothingStands { path: table.path.clone(), rejected }));
             }
-            all.take(index, table.load, searched.poses(self.apart));
+            let mut poses = searched.poses(self.apart);
+            for joint in &self.frictional {
+                searched.remarks.extend(leave_out_unknown_sides(&mut poses, *joint, mapping));
+            }
+            all.take(index, table.load, poses);
             all.searched.push(searched);
         }
         count_time_from_first(&mut all.poses);
@@ -77,6 +83,24 @@ impl Recordings<'_> {
             _ => self.document.lookup(&field, "load", name, &known),
         }
     }
+}
+
+/// Leaves out what a joint with friction reads where it is not known from which side it came, such as where a recording begins, and
+/// says so. A joint that never moves has friction of one sign, which is a part of its bias.
+fn leave_out_unknown_sides(poses: &mut [StaticPose], joint: usize, mapping: &PoseMapping) -> Option<String> {
+    let side = |pose: &StaticPose| pose.conditions.direction.get(joint).copied().unwrap_or(0.0);
+    if poses.iter().all(|pose| side(pose) == 0.0) {
+        return None;
+    }
+    let unknown = poses.iter_mut().filter(|pose| side(pose) == 0.0 && pose.torque[joint].is_some());
+    let left_out = unknown.map(|pose| pose.torque[joint] = None).count();
+    let column = &mapping.torques[joint].as_ref()?.0.column;
+    (left_out > 0).then(|| {
+        format!(
+            "{left_out} readings of `{column}` are left out: it is not known from which side the joint had come there, and so which \
+             sign its friction has. Move every joint before the first standstill."
+        )
+    })
 }
 
 /// What is searched.
