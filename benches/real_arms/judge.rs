@@ -1,0 +1,88 @@
+//! One session: simulated, calibrated as `gravcal calibrate` does it, and held against its truth.
+
+use std::fs;
+use std::path::Path;
+
+use gravcal_calibration::result::{EstimatorResult, Verdict};
+use gravcal_calibration::simulation::{Simulation, write_session};
+use gravcal_calibration::{EstimatorName, Session, Workbench, check_choice};
+use gravcal_solvers::LevenbergMarquardt;
+
+use crate::arms::arms;
+use crate::line::{Line, Setting};
+
+/// An estimated number beside the truth.
+pub struct Told {
+    /// `joint2.torque_gain`.
+    pub name: String,
+    /// In standard deviations.
+    pub error: f64,
+    /// Whether its 95 % interval holds the truth.
+    pub held: bool,
+    pub std: f64,
+}
+
+/// What a session comes to.
+pub struct Judged {
+    pub exit: u8,
+    pub told: Vec<Told>,
+    /// Whether the report has the word that was looked for.
+    pub named: bool,
+}
+
+/// Simulates, calibrates and judges one session. `named`: a word of its report.
+///
+/// # Errors
+/// Where files cannot be written, or the simulation is refused.
+pub fn judge(setting: &Setting, seed: u64, number: u64, folder: &Path, named: Option<&str>) -> Result<Judged, String> {
+    let said = |error: &dyn std::fmt::Display| error.to_string();
+    let all = arms();
+    let arm = &all[usize::try_from(number % all.len() as u64).unwrap_or(0)];
+    fs::create_dir_all(folder).map_err(|error| said(&error))?;
+    let path = folder.join("simulation.toml");
+    fs::write(&path, setting.simulation(arm, seed, number)).map_err(|error| said(&error))?;
+    let simulation = Simulation::read(&path).map_err(|error| said(&error))?;
+    let files = write_session(&simulation, 0, folder, true).map_err(|error| said(&error))?;
+    let text = fs::read_to_string(&files[0]).map_err(|error| said(&error))?;
+    fs::write(&files[0], setting.spoil(text, arm)?).map_err(|error| said(&error))?;
+    Ok(match calibrated(&files[0]) {
+        Ok(result) => Judged {
+            exit: match result.verdict {
+                Verdict::Determined => 0,
+                Verdict::PartlyDetermined => 3,
+                Verdict::Failed => 4,
+            },
+            told: told(setting, &simulation, &result),
+            named: named.is_some_and(|word| has(&result, word)),
+        },
+        Err(refused) => Judged { exit: 2, told: Vec::new(), named: named.is_some_and(|word| refused.contains(word)) },
+    })
+}
+
+fn calibrated(path: &Path) -> Result<EstimatorResult, String> {
+    let session = Session::read(path).map_err(|error| error.to_string())?;
+    let (solver, estimators) = (LevenbergMarquardt::default(), [EstimatorName::Joint]);
+    check_choice(&session, &estimators, &solver).map_err(|error| error.to_string())?;
+    let results = gravcal_calibration::calibrate(&session, &estimators, &Workbench::new(&solver, &|_| {}));
+    results.into_iter().next().ok_or_else(|| "no estimator answered".to_owned())
+}
+
+/// Whatever was estimated and has a truth; the friction of a session that estimates it stands for bristles, and has none.
+fn told(setting: &Setting, simulation: &Simulation, result: &EstimatorResult) -> Vec<Told> {
+    let session = &simulation.template;
+    let of = |id| {
+        let name = session.parameter_name(id);
+        let found = result.parameter(&name)?;
+        let ((value, std), ci95) = (found.value.zip(found.std)?, found.ci95?);
+        let has_truth = std > 0.0 && !(setting.line == Line::Coulomb && name.ends_with("coulomb_friction"));
+        let truth = simulation.truth.value(id);
+        let held = (ci95[0]..=ci95[1]).contains(&truth);
+        has_truth.then(|| Told { error: (value - truth) / std, held, std, name })
+    };
+    session.parameters().into_iter().filter_map(of).collect()
+}
+
+fn has(result: &EstimatorResult, word: &str) -> bool {
+    let undetermined = result.undetermined.iter().flat_map(|one| [&one.why, &one.cure]);
+    result.notes.iter().chain([&result.termination]).chain(undetermined).any(|text| text.contains(word))
+}

@@ -1,0 +1,167 @@
+//! What recordings of a line are like, and the simulation of one.
+
+use clap::ValueEnum;
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64;
+
+use crate::arms::Arm;
+
+/// Standard deviation of a sample of torque, N·m, and of a position, rad.
+const TORQUE: f64 = 0.03;
+const POSITION: f64 = 1e-5;
+/// Samples of a dwell: 1.5 s at 200 Hz.
+const DWELL: usize = 300;
+
+/// Kinds of recordings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Line {
+    /// Random poses, joints come from both sides.
+    Still,
+    /// The same, and the session estimates Coulomb friction.
+    Coulomb,
+    /// Every joint always rises to its pose.
+    OneWay,
+    /// Every pose from both sides.
+    Pairs,
+    /// Friction grows by 0.02 of the torque.
+    Load,
+    /// Nine bare and nine loaded poses.
+    Few,
+    /// Dwells of 6 s.
+    Long,
+    /// Torque readings with noise that is correlated over 1 s.
+    Coloured,
+    /// Zeros walk by 0.05 N·m over a recording.
+    Walk,
+    /// Zeros drift by 0.05 N·m over a recording.
+    Drift,
+    /// Position readings with a harmonic of 1e-3 rad.
+    Harmonics,
+    /// Joints bend by 1e-4 rad for each N·m, which their sensors do not see.
+    Elastic,
+    /// The torque columns of two joints are swapped.
+    Swapped,
+    /// A torque column is read with the wrong sign, which the session declares to be right.
+    Reversed,
+    /// The bare poses are said to carry the load.
+    Label,
+}
+
+/// What is simulated.
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    pub line: Line,
+    /// Coulomb friction, N·m.
+    pub friction: f64,
+    poses: usize,
+    samples: usize,
+}
+
+impl Setting {
+    pub fn of(line: Line, friction: f64) -> Setting {
+        let poses = match line {
+            Line::Few => 9,
+            Line::Pairs => 13,
+            _ => 25,
+        };
+        Setting { line, friction, poses, samples: if line == Line::Long { 4 * DWELL } else { DWELL } }
+    }
+
+    pub fn name(&self) -> String {
+        let name = self.line.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned());
+        format!("{name}-{}", self.friction)
+    }
+
+    /// `simulation.toml` of one session.
+    pub fn simulation(&self, arm: &Arm, seed: u64, number: u64) -> String {
+        let mut random = Pcg64::new(u128::from(seed), u128::from(number));
+        let mut normal = |std: f64| std * random.sample::<f64, _>(StandardNormal);
+        let root = (self.samples as f64).sqrt();
+        let (torque, position) = (TORQUE / root, POSITION / root);
+        let mut text = format!(
+            "robot = {}\nseed = {}\n[gravity]\ndirection = [0.3, 0.2, -0.9]\nhemisphere = [0.3, 0.2, -0.9]\nmagnitude_m_per_s2 = 9.80665\n\
+             [torque]\nunit = \"N·m\"\nstd = {torque}\nconverter = {{ bits = 17, range = [-327.68, 327.68] }}\n\
+             [position]\nunit = \"rad\"\nstd = {position}\n",
+            arm.robot,
+            Pcg64::seed_from_u64(seed ^ number.rotate_left(32)).random::<u32>()
+        );
+        text += &self.recording();
+        if self.line == Line::Elastic {
+            text += "[deflection]\ncompliance_rad_per_newton_metre = 1e-4\n";
+        }
+        for (index, joint) in arm.joints.iter().enumerate() {
+            let [gain, bias] = [1.0 + normal(0.03), normal(0.3)];
+            let [scale, offset] = [1.0 + normal(0.003), if index == 0 { 0.0 } else { normal(0.01) }];
+            text += &format!(
+                "[[joint]]\nname = {joint:?}\ntorque_sensor = {{ gain = {{ value = {gain}, unit = \"N·m/(N·m)\" }}, bias = {{ value = {bias}, unit = \"N·m\" }} }}\n\
+                 position_sensor = {{ gain = {{ value = {scale}, unit = \"rad/rad\" }}, offset = {{ value = {offset}, unit = \"rad\" }} }}\n"
+            );
+            text += &self.models();
+        }
+        text += &format!(
+            "[[load]]\nname = \"weight\"\nmass_kg = {}\nlink = {:?}\nposition_m = [0.05, 0.04, 0.08]\n\
+             [[random]]\nfile = \"bare.csv\"\nposes = {poses}\n[[random]]\nfile = \"loaded.csv\"\nposes = {poses}\nload = \"weight\"\n",
+            arm.load,
+            arm.tip,
+            poses = self.poses
+        );
+        text
+    }
+
+    fn recording(&self) -> String {
+        let mut text = format!(
+            "[recording]\nrate_hz = 200\nsamples = {}\nmove_s = 1.5\nsettling_s = 0.3\nvibration = 5\nsettling_time_constant_s = 0.05\n",
+            self.samples
+        );
+        match self.line {
+            Line::OneWay => text += "approach = \"one-way\"\n",
+            Line::Pairs => text += "approach = \"both-ways\"\n",
+            Line::Coloured => text += "noise_correlation_s = 1\n",
+            // A walk of so much over the 160 s of a recording of both tables.
+            Line::Walk => text += &format!("walk_per_root_s = {}\n", 0.05 / 160f64.sqrt()),
+            _ => {}
+        }
+        let per_torque = if self.line == Line::Load { 0.02 } else { 0.0 };
+        if self.friction > 0.0 || per_torque > 0.0 {
+            text += &format!("friction = {{ coulomb_newton_metre = {}, per_torque = {per_torque} }}\n", self.friction);
+        }
+        text
+    }
+
+    /// What the joints' sensors do besides.
+    fn models(&self) -> String {
+        match self.line {
+            // The recording has the friction of bristles; what the session estimates has no truth of its own.
+            Line::Coulomb => {
+                "sensor_models = [{ kind = \"coulomb-friction\", parameters = { coulomb_friction = { value = 0, unit = \"N·m\" } } }]\n".into()
+            }
+            Line::Drift => format!(
+                "unmodelled = [{{ kind = \"torque-bias-in-time\", parameters = {{ torque_bias_drift = {{ value = {}, unit = \"N·m/s\" }} }} }}]\n",
+                0.05 / 160.0
+            ),
+            Line::Harmonics => "unmodelled = [{ kind = \"position-harmonics\", orders = [2], parameters = { position_sine_2 = { value = 7e-4, unit = \"rad\" }, position_cosine_2 = { value = 7e-4, unit = \"rad\" } } }]\n".into(),
+            _ => String::new(),
+        }
+    }
+
+    /// What a careless user does to `session.toml`.
+    pub fn spoil(&self, session: String, arm: &Arm) -> Result<String, String> {
+        let replaced = |text: &str, from: &str, to: &str| match text.contains(from) {
+            true => Ok(text.replacen(from, to, 1)),
+            false => Err(format!("`{from}` is not in the session")),
+        };
+        let columns = [1, 2].map(|joint: usize| format!("\"{}.effort\"", arm.joints[joint]));
+        match self.line {
+            Line::Swapped => {
+                let [a, b] = &columns;
+                replaced(&replaced(&replaced(&session, a, "\"\"")?, b, a)?, "\"\"", b)
+            }
+            Line::Reversed => {
+                Ok(format!("{session}\n[[joint]]\nname = {:?}\ntorque_sign = \"reversed\"\n", arm.joints[1]))
+            }
+            Line::Label => replaced(&session, "file = \"bare.csv\"", "file = \"bare.csv\"\nload = \"weight\""),
+            _ => Ok(session),
+        }
+    }
+}

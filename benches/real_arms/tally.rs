@@ -1,0 +1,64 @@
+//! What the sessions of a line come to.
+
+use std::collections::BTreeMap;
+
+use clap::ValueEnum;
+
+use crate::judge::{Judged, Told};
+use crate::line::Line;
+
+/// What the columns of a row are.
+pub fn heading() -> String {
+    format!(
+        "{:10} {:>8} {:>8}  {:>15}  {:>13}  {:>5}  {:>6}  {:>5}  {:>28}  {:>9}",
+        "line",
+        "friction",
+        "sessions",
+        "exit 0/2/3/4",
+        "held | biases",
+        "± mc",
+        "rms z",
+        "max z",
+        "worst parameter, held",
+        "median std"
+    ) + "  named"
+}
+
+/// One row.
+pub fn row(line: Line, friction: f64, sessions: &[Judged]) -> String {
+    let exits = [0, 2, 3, 4].map(|exit| sessions.iter().filter(|session| session.exit == exit).count().to_string());
+    let all = || sessions.iter().flat_map(|session| &session.told);
+    let (biases, others): (Vec<&Told>, Vec<&Told>) = all().partition(|told| told.name.ends_with("_bias"));
+    let share = |told: &[&Told]| 100.0 * told.iter().filter(|told| told.held).count() as f64 / told.len() as f64;
+    let squares = all().map(|told| told.error * told.error);
+    let rms = (squares.sum::<f64>() / all().count() as f64).sqrt();
+    let largest = all().map(|told| told.error.abs()).fold(0.0, f64::max);
+    let mut stds: Vec<f64> = others.iter().map(|told| told.std).collect();
+    stds.sort_by(f64::total_cmp);
+    // Parameters of one session are not independent: a session counts as a few of them.
+    let noise = 100.0 * (0.05 * 0.95 / (sessions.len() as f64 * 5.0)).sqrt();
+    format!(
+        "{:10} {friction:>8} {:>8}  {:>15}  {:>5.1} | {:>5.1}  {noise:>5.1}  {rms:>6.2}  {largest:>5.1}  {:>28}  {:>9.2e}  {:>5}",
+        line.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned()),
+        sessions.len(),
+        exits.join("/"),
+        share(&others),
+        share(&biases),
+        worst(all()),
+        stds.get(stds.len() / 2).copied().unwrap_or(f64::NAN),
+        sessions.iter().filter(|session| session.named).count(),
+    )
+}
+
+/// The parameter whose interval holds the truth least often.
+fn worst<'t>(all: impl Iterator<Item = &'t Told>) -> String {
+    let mut held: BTreeMap<&str, [usize; 2]> = BTreeMap::new();
+    for told in all {
+        let [holds, count] = held.entry(&told.name).or_default();
+        *holds += usize::from(told.held);
+        *count += 1;
+    }
+    let share = |[holds, count]: [usize; 2]| 100.0 * holds as f64 / count as f64;
+    let least = held.into_iter().min_by(|a, b| share(a.1).total_cmp(&share(b.1)));
+    least.map_or_else(|| "-".to_owned(), |(name, counts)| format!("{name} {:.0} %", share(counts)))
+}
