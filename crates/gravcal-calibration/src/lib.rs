@@ -51,6 +51,8 @@ mod reference;
 #[cfg(test)]
 mod robustness;
 #[cfg(test)]
+mod one_sided;
+#[cfg(test)]
 mod slow_sweeps;
 #[cfg(test)]
 mod testing;

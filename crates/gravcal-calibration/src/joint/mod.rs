@@ -12,6 +12,7 @@ mod mistakes;
 mod model_tests;
 mod nearby;
 mod noise;
+mod one_sided;
 mod order;
 mod placements;
 mod position_unknowns;
@@ -127,7 +128,9 @@ pub fn estimate(
 ) -> Result<EstimatorResult, EstimateError> {
     let conclusion = conclude(session, readings, known, workbench)?;
     let fit = fit_with_held_out(session, &conclusion.solved, workbench)?;
-    tell(session, name, conclusion, fit, workbench)
+    let mut result = tell(session, name, conclusion, fit, workbench)?;
+    one_sided::widen(session, &mut result);
+    Ok(result)
 }
 
 /// The same answer without what only a reader needs: no prediction of poses that were held out, no moments, no tests of sensor

@@ -1,0 +1,105 @@
+//! Recordings whose joints come to their standstills from one side, from the simulation to the estimate.
+
+use std::fs;
+use std::path::Path;
+
+use gravcal_solvers::LevenbergMarquardt;
+
+use crate::joint::{Signals, estimate_jointly};
+use crate::result::EstimatorResult;
+use crate::session::Session;
+use crate::simulation::{Simulation, write_session};
+use crate::testing::TWO_JOINTS;
+use crate::workbench::Workbench;
+
+/// Friction of 0.008 N·m leaves about twice the noise of a mean.
+const SIMULATION: &str = r#"
+robot = "robot.toml"
+seed = 5
+[gravity]
+direction = [0, 1, -3]
+magnitude_m_per_s2 = 9.81
+[torque]
+unit = "N·m"
+std = 0.001
+[position]
+unit = "rad"
+std = 1e-6
+[recording]
+rate_hz = 200
+samples = 100
+move_s = 0.4
+settling_s = 0.2
+APPROACH
+[[load]]
+name = "plate"
+mass_kg = 1
+link = "forearm"
+position_m = [0.1, 0, 0]
+[[joint]]
+name = "elbow"
+SAID
+[[random]]
+file = "bare.csv"
+poses = 12
+[[random]]
+file = "loaded.csv"
+poses = 12
+load = "plate"
+"#;
+
+const FRICTION: &str = "friction = { coulomb_newton_metre = [0, 0.008] }";
+
+fn estimated(folder: &Path, approach: &str, said: &str, trial: u64) -> (Simulation, EstimatorResult) {
+    fs::write(folder.join("robot.toml"), TWO_JOINTS).unwrap();
+    let text = SIMULATION.replace("APPROACH", approach).replace("SAID", said);
+    fs::write(folder.join("simulation.toml"), text).unwrap();
+    let simulation = Simulation::read(&folder.join("simulation.toml")).unwrap();
+    let files = write_session(&simulation, trial, folder, true).unwrap();
+    let session = Session::read(&files[0]).unwrap();
+    let solver = LevenbergMarquardt::default();
+    let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
+    (simulation, result)
+}
+
+/// Root mean square of the errors of the elbow's bias in its standard deviations, and how often the report says that it holds friction.
+fn errors(approach: &str) -> (f64, usize) {
+    let (mut squares, mut told) = (0.0, 0);
+    for trial in 0..10 {
+        let folder = tempfile::tempdir().unwrap();
+        let (simulation, result) = estimated(folder.path(), approach, "", trial);
+        let bias = result.parameter("elbow.torque_bias").unwrap();
+        let (Some(value), Some(std)) = (bias.value, bias.std) else { panic!("{result:?}") };
+        let place = result.covariance.order.iter().position(|name| *name == "elbow.torque_bias").unwrap();
+        assert!((result.covariance.matrix[place][place] / (std * std) - 1.0).abs() < 1e-9);
+        squares += ((value - simulation.truth.sensors[1][1]) / std).powi(2);
+        told += usize::from(result.notes.iter().any(|note| note.starts_with("elbow came to more than 80 %")));
+        assert!(!result.notes.iter().any(|note| note.starts_with("shoulder came to")), "{:?}", result.notes);
+    }
+    ((squares / 10.0f64).sqrt(), told)
+}
+
+#[test]
+fn a_bias_that_holds_friction_is_widened_by_it() {
+    let (rms, told) = errors(&format!("approach = \"one-way\"\n{FRICTION}"));
+    assert!(rms < 1.5 && told == 10, "{rms} {told}");
+}
+
+#[test]
+fn from_both_sides_and_without_friction_nothing_is_widened() {
+    let (rms, told) = errors(FRICTION);
+    assert!(rms < 2.5 && told == 0, "{rms} {told}");
+    let (rms, told) = errors("approach = \"one-way\"");
+    assert!(rms < 1.8 && told == 0, "{rms} {told}");
+}
+
+/// Where the session estimates friction, the standstill from nowhere does not tell it from the bias.
+#[test]
+fn friction_and_bias_of_a_one_sided_joint_are_one() {
+    let folder = tempfile::tempdir().unwrap();
+    let said = "sensor_models = [{ kind = \"coulomb-friction\", parameters = { coulomb_friction = { value = 0, unit = \"Nm\" } } }]";
+    let (_, result) = estimated(folder.path(), &format!("approach = \"one-way\"\n{FRICTION}"), said, 0);
+    let told = |name: &str| result.parameter(name).unwrap().value.is_some();
+    assert!(!told("elbow.torque_bias") && !told("elbow.coulomb_friction"), "{result:?}");
+    assert!(told("shoulder.torque_bias"));
+}
