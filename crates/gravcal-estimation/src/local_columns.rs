@@ -64,6 +64,11 @@ impl LocalColumns {
         self.islands.iter().map(|island| island.own.len()).sum()
     }
 
+    /// Number of all columns, local or shared.
+    pub fn columns(&self) -> usize {
+        self.places.len()
+    }
+
     /// Index of a column among the shared ones, if it is one.
     pub fn shared(&self, column: usize) -> Option<usize> {
         match self.places[column] {

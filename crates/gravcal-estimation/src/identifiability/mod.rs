@@ -16,7 +16,7 @@ use std::sync::Arc;
 
 use faer::Mat;
 
-use crate::local_columns::LocalColumns;
+use crate::local_columns::{LocalColumns, Reduced};
 use crate::sparse_basis::sparse_basis;
 use crate::statistics::Covariance;
 use crate::{Estimate, EvaluateError, NormalEquations, Problem, Values};
@@ -247,8 +247,17 @@ impl Spectrum {
                 row.iter_mut().zip(direction).for_each(|(sum, right)| *sum += left * right);
             }
         }
-        let shared = Covariance::new(tangent, size);
+        self.over_all_columns(Covariance::new(tangent, size))
+    }
+
+    /// A covariance of the shared columns with what local ones, if any, make of it.
+    pub(crate) fn over_all_columns(&self, shared: Covariance) -> Covariance {
         if self.has_local() { shared.with_local(Arc::clone(&self.local)) } else { shared }
+    }
+
+    /// What a linear function of columns is made of once local ones are eliminated.
+    pub(crate) fn reduce(&self, function: impl IntoIterator<Item = (usize, f64)>) -> Reduced {
+        self.local.reduce(function)
     }
 
     /// Whether the problem has local blocks.

@@ -386,12 +386,17 @@ impl<'a> Rows<'a> {
 
     /// Writes a row over all columns, the residual last.
     fn scatter(&self, factor: usize, row: usize, out: &mut [f64]) {
+        self.for_columns(factor, row, |column, entry| out[column] = entry);
+        out[out.len() - 1] = self.residual(row);
+    }
+
+    /// Calls `found(column, entry)` for the entries of a row in the tangent columns of the factor's free blocks.
+    pub fn for_columns(&self, factor: usize, row: usize, mut found: impl FnMut(usize, f64)) {
         let structure = self.problem.structure();
         self.for_blocks(factor, row, |place, entry| match place {
-            Place::Shared(index) => out[structure.shared[index]] = entry,
-            Place::Island { island, index } => out[structure.islands[island].columns[index]] = entry,
+            Place::Shared(index) => found(structure.shared[index], entry),
+            Place::Island { island, index } => found(structure.islands[island].columns[index], entry),
         });
-        out[out.len() - 1] = self.residual(row);
     }
 
     /// Calls `found(place, entry)` for every entry of a row in the tangent columns of the factor's free blocks.

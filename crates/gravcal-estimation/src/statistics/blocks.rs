@@ -6,6 +6,8 @@ use super::{StatisticsError, TooFewBlocks};
 
 /// Fewer blocks do not tell how much blocks scatter.
 pub const MIN_BLOCKS: usize = 30;
+/// The same where each is left out in its turn, which errs to the safe side with few blocks.
+pub const MIN_BLOCKS_LEFT_OUT: usize = 12;
 
 /// A cut of consecutive factors into blocks. Factors outside of them are no samples but knowledge (priors, known
 /// lengths), whose noise is taken as stated.
@@ -23,10 +25,42 @@ impl SampleBlocks {
         let all = samples.len();
         let count = all.checked_div(length).unwrap_or(0);
         if count < MIN_BLOCKS {
-            return Err(TooFewBlocks { samples: all, length });
+            return Err(TooFewBlocks { samples: all, length, needed: MIN_BLOCKS });
         }
-        let start = |block: usize| samples.start + block * all / count;
-        Ok(SampleBlocks { blocks: (0..count).map(|block| start(block)..start(block + 1)).collect() })
+        Ok(SampleBlocks { blocks: cut(samples, count).collect() })
+    }
+
+    /// Cuts each of some stretches of samples (one behind the other, without gaps) by itself: samples of different stretches share
+    /// no block, and a stretch shorter than `length` is one. For the [jackknife](super::Uncertainty::jackknife).
+    ///
+    /// # Errors
+    /// Below [`MIN_BLOCKS_LEFT_OUT`] blocks.
+    pub fn within(stretches: &[Range<usize>], length: usize) -> Result<Self, TooFewBlocks> {
+        let blocks: Vec<Range<usize>> = stretches
+            .iter()
+            .filter(|stretch| !stretch.is_empty())
+            .flat_map(|stretch| cut(stretch.clone(), stretch.len().checked_div(length).unwrap_or(0).max(1)))
+            .collect();
+        if length == 0 || blocks.len() < MIN_BLOCKS_LEFT_OUT {
+            let samples = stretches.iter().map(ExactSizeIterator::len).sum();
+            return Err(TooFewBlocks { samples, length, needed: MIN_BLOCKS_LEFT_OUT });
+        }
+        Ok(SampleBlocks { blocks })
+    }
+
+    /// Blocks that are cut already, one behind the other without gaps; empty ones are left out. For the
+    /// [jackknife](super::Uncertainty::jackknife).
+    ///
+    /// # Errors
+    /// Below [`MIN_BLOCKS_LEFT_OUT`] blocks.
+    pub fn given(blocks: &[Range<usize>]) -> Result<Self, TooFewBlocks> {
+        let blocks: Vec<Range<usize>> = blocks.iter().filter(|block| !block.is_empty()).cloned().collect();
+        if blocks.len() < MIN_BLOCKS_LEFT_OUT {
+            let samples: usize = blocks.iter().map(ExactSizeIterator::len).sum();
+            let length = samples.div_ceil(blocks.len().max(1));
+            return Err(TooFewBlocks { samples, length, needed: MIN_BLOCKS_LEFT_OUT });
+        }
+        Ok(SampleBlocks { blocks })
     }
 
     /// How many.
@@ -54,6 +88,12 @@ impl SampleBlocks {
     }
 }
 
+/// Samples in so many blocks, as equal as can be.
+fn cut(samples: Range<usize>, count: usize) -> impl Iterator<Item = Range<usize>> {
+    let start = move |block: usize| samples.start + block * samples.len() / count;
+    (0..count).map(move |block| start(block)..start(block + 1))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -66,6 +106,17 @@ mod tests {
         assert_eq!(all, (3..320).collect::<Vec<_>>());
         assert!(blocks.iter().all(|block| (10..=11).contains(&block.len())));
         assert_eq!(blocks.outside(322).collect::<Vec<_>>(), [0, 1, 2, 320, 321]);
+    }
+
+    #[test]
+    fn stretches_share_no_block() {
+        let blocks = SampleBlocks::within(&[2..12, 12..14, 14..14, 14..45], 3).unwrap();
+        let all: Vec<std::ops::Range<usize>> = blocks.iter().collect();
+        assert_eq!(all[..5], [2..5, 5..8, 8..12, 12..14, 14..17]);
+        assert_eq!((all.len(), blocks.outside(46).collect::<Vec<_>>()), (14, vec![0, 1, 45]));
+        let refused = SampleBlocks::within(&[0..20, 20..25], 3).unwrap_err().to_string();
+        assert!(refused.contains("and 12 are needed") && refused.ends_with("blocks of 1 to 2 samples"), "{refused}");
+        assert!(SampleBlocks::within(std::slice::from_ref(&(0..100)), 0).is_err());
     }
 
     #[test]

@@ -41,6 +41,19 @@ impl Covariance {
         Covariance { local: Some((local, 1.0)), ..self }
     }
 
+    /// Number of the problem's columns.
+    pub(super) fn columns(&self) -> usize {
+        self.local.as_ref().map_or(self.size, |(local, _)| local.columns())
+    }
+
+    /// A linear function of the problem's columns as one of the shared columns.
+    pub(super) fn shared(&self, function: &[(usize, f64)]) -> LinearFunction {
+        match &self.local {
+            Some((local, _)) => local.reduce(function.iter().copied()).shared,
+            None => function.to_vec(),
+        }
+    }
+
     /// Covariance between two columns.
     pub fn at(&self, row: usize, column: usize) -> f64 {
         self.between(&[(row, 1.0)], &[(column, 1.0)])

@@ -2,7 +2,6 @@
 
 use thiserror::Error;
 
-use super::MIN_BLOCKS;
 use crate::{EvaluateError, NoiseError, ProblemError};
 
 /// An uncertainty that the data do not give.
@@ -39,7 +38,7 @@ pub enum StatisticsError {
     /// A problem with unknowns of single samples.
     #[error(
         "the problem has blocks that belong to single samples (such as `{0}`): their uncertainty can be told from stated \
-         noise without losses only"
+         noise or by the jackknife, without losses, only"
     )]
     Local(String),
     /// With a loss that forgives outliers, a point that looks stationary and is no minimum.
@@ -76,19 +75,21 @@ pub enum StatisticsError {
 /// Blocks of which there are not enough.
 #[derive(Clone, Copy, Debug, Error, PartialEq, Eq)]
 #[error(
-    "{samples} samples in blocks of {length} are {} blocks, and {MIN_BLOCKS} are needed for their scatter to tell \
-     anything: {}", samples.checked_div(*length).unwrap_or(0), cure(*samples)
+    "{samples} samples in blocks of {length} are {} blocks, and {needed} are needed for their scatter to tell \
+     anything: {}", samples.checked_div(*length).unwrap_or(0), cure(*samples, *needed)
 )]
 pub struct TooFewBlocks {
     /// How many samples there are.
     pub samples: usize,
     /// How many of them were to make a block.
     pub length: usize,
+    /// How many blocks there must be at least.
+    pub needed: usize,
 }
 
-fn cure(samples: usize) -> String {
-    match samples / MIN_BLOCKS {
-        0 => format!("{MIN_BLOCKS} samples at least"),
+fn cure(samples: usize, needed: usize) -> String {
+    match samples / needed {
+        0 => format!("{needed} samples at least"),
         longest => format!("blocks of 1 to {longest} samples"),
     }
 }

@@ -1,11 +1,14 @@
 #![doc = include_str!("../../STATISTICS.md")]
 
 mod along_constraints;
+mod block_length;
 mod blocks;
 mod bootstrap;
 mod covariance;
+mod eigen;
 mod error;
 mod from_noise;
+mod jackknife;
 mod projected;
 mod quantile;
 mod redrawn;
@@ -13,10 +16,12 @@ mod sandwich;
 mod uncertainty;
 
 pub use along_constraints::{DECIDED, along_constraints, leans};
-pub use blocks::{MIN_BLOCKS, SampleBlocks};
+pub use block_length::{block_length, neighbour_correlation};
+pub use blocks::{MIN_BLOCKS, MIN_BLOCKS_LEFT_OUT, SampleBlocks};
 pub use bootstrap::{Bootstrap, Resampling};
 pub use covariance::{Covariance, LinearFunction, stored_coordinates};
 pub use error::{StatisticsError, TooFewBlocks};
 pub use from_noise::NoiseKnowledge;
+pub use jackknife::{Jackknife, ToldByOneBlock};
 pub use quantile::Quantile;
 pub use uncertainty::{Solution, Uncertainty};

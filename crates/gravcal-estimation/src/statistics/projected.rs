@@ -8,11 +8,15 @@
 //!     curvature    ρ′ ZᵀZ + 2 ρ″ (Zᵀ r)(Zᵀ r)ᵀ        of its cost, without second derivatives of r
 //! ```
 
+use std::ops::Range;
+
 use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};
 
 use super::{Covariance, Solution, StatisticsError};
+use crate::local_columns::Reduced;
 use crate::loss::LossValue;
+use crate::problem::Rows;
 use crate::{Loss, Noise, Problem};
 
 /// Rows of a problem in the coordinates of the determined directions.
@@ -23,6 +27,8 @@ pub(super) struct Projected<'a> {
     /// `z` of each row.
     rows: Vec<Vec<f64>>,
     residuals: Vec<f64>,
+    /// What each row reads of local columns once these follow the shared ones, where there are any.
+    local: Vec<Reduced>,
 }
 
 /// What is whitened, and forgiven, together.
@@ -47,8 +53,34 @@ impl<'a> Projected<'a> {
             problem: solution.problem,
             rows: augmented.chunks_exact(width).map(|row| project(&row[..width - 1])).collect(),
             residuals: augmented.chunks_exact(width).map(|row| row[width - 1]).collect(),
+            local: Vec::new(),
             directions,
         })
+    }
+
+    /// The same of a problem that may have local blocks, of its shared columns, if no loss forgives anything there.
+    pub fn of_shared(solution: &Solution<'a>) -> Result<Self, StatisticsError> {
+        let (problem, spectrum) = (solution.problem, solution.spectrum);
+        if !spectrum.has_local() || problem.factors().iter().any(|factor| factor.loss != Loss::None) {
+            return Self::new(solution);
+        }
+        let directions = spectrum.determined_directions();
+        let mut projected =
+            Projected { problem, directions, rows: Vec::new(), residuals: Vec::new(), local: Vec::new() };
+        let mut loaded = Rows::new(problem, solution.values);
+        for factor in 0..problem.factors().len() {
+            loaded.linearize(factor, false)?;
+            loaded.check_jacobian(factor)?;
+            for row in 0..problem.rows_of(factor).len() {
+                let mut entries = Vec::new();
+                loaded.for_columns(factor, row, |column, entry| entries.push((column, entry)));
+                let reduced = spectrum.reduce(entries);
+                projected.rows.push(Self::of_function(&projected.directions, &reduced.shared));
+                projected.residuals.push(loaded.residual(row));
+                projected.local.push(reduced);
+            }
+        }
+        Ok(projected)
     }
 
     /// The same in coordinates in which the curvature of the whole cost is the identity.
@@ -76,6 +108,57 @@ impl<'a> Projected<'a> {
     /// Number of determined directions.
     pub fn rank(&self) -> usize {
         self.directions.len()
+    }
+
+    /// Whether some columns are local.
+    pub fn has_local(&self) -> bool {
+        !self.local.is_empty()
+    }
+
+    /// `z` of each row of some factors.
+    pub fn rows_of(&self, factors: Range<usize>) -> &[Vec<f64>] {
+        &self.rows[self.range(factors)]
+    }
+
+    /// Whitened residuals of some factors.
+    pub fn residuals_of(&self, factors: Range<usize>) -> &[f64] {
+        &self.residuals[self.range(factors)]
+    }
+
+    /// The loss of a factor.
+    pub fn loss(&self, factor: usize) -> Loss {
+        self.problem.factors()[factor].loss
+    }
+
+    /// `√ρ′ z` of each row of some factors.
+    pub fn weighted_rows(&self, factors: Range<usize>) -> Vec<Vec<f64>> {
+        let mut weighted = Vec::new();
+        for piece in factors.flat_map(|factor| self.pieces(factor)) {
+            let weight = piece.loss.first.max(0.0).sqrt();
+            weighted.extend(piece.rows.iter().map(|row| row.iter().map(|z| weight * z).collect::<Vec<f64>>()));
+        }
+        weighted
+    }
+
+    /// `√ρ′ r` of each row of some factors.
+    pub fn weighted_residuals(&self, factors: Range<usize>) -> Vec<f64> {
+        let mut weighted = Vec::new();
+        for piece in factors.flat_map(|factor| self.pieces(factor)) {
+            let weight = piece.loss.first.max(0.0).sqrt();
+            weighted.extend(piece.residuals.iter().map(|r| weight * r));
+        }
+        weighted
+    }
+
+    /// Part of what two rows have in common that is due to local columns alone.
+    pub fn common_of_local(&self, a: usize, b: usize) -> f64 {
+        if self.has_local() { self.local[a].own_covariance(&self.local[b]) } else { 0.0 }
+    }
+
+    /// The rows of consecutive factors.
+    pub fn range(&self, factors: Range<usize>) -> Range<usize> {
+        let rows = |factor: usize| self.problem.rows_of(factor);
+        if factors.is_empty() { 0..0 } else { rows(factors.start).start..rows(factors.end - 1).end }
     }
 
     /// The pieces of one factor.
@@ -113,9 +196,9 @@ impl<'a> Projected<'a> {
         score
     }
 
-    /// `T M Tᵀ`: a covariance in the coordinates of the directions, by the problem's columns.
+    /// `T M Tᵀ`: a covariance in the coordinates of the directions, by the problem's shared columns.
     pub fn covariance(&self, matrix: &Mat<f64>) -> Covariance {
-        let size = self.problem.columns().len();
+        let size = self.directions.first().map_or(self.problem.columns().len(), Vec::len);
         let mut tangent = vec![0.0; size * size];
         for (k, left) in self.directions.iter().enumerate() {
             let mut row = vec![0.0; size];
@@ -203,6 +286,15 @@ pub(super) fn sandwiched(bread: &Mat<f64>, meat: &Mat<f64>) -> Result<Mat<f64>, 
     let factor = Llt::new(bread.as_ref(), faer::Side::Lower).map_err(|_| StatisticsError::NotConvex)?;
     let half = factor.solve(meat);
     Ok(factor.solve(half.transpose().to_owned()))
+}
+
+/// The step by the problem's columns that moves by `along` in the coordinates of the directions.
+pub(super) fn back(directions: &[Vec<f64>], along: &[f64]) -> Vec<f64> {
+    let mut step = vec![0.0; directions.first().map_or(0, Vec::len)];
+    for (direction, along) in directions.iter().zip(along) {
+        step.iter_mut().zip(direction).for_each(|(sum, d)| *sum += along * d);
+    }
+    step
 }
 
 fn dot(a: &[f64], b: &[f64]) -> f64 {

@@ -36,13 +36,10 @@
 
 use faer::Mat;
 
-use super::projected::{Projected, add_outer};
+use super::eigen::Eigen;
+use super::projected::{Projected, add_outer, back};
 use super::uncertainty::Spread;
 use super::{SampleBlocks, Solution, StatisticsError, Uncertainty};
-use crate::EvaluateError;
-
-/// A block whose share of the information on a direction exceeds one by less than this is all that tells it.
-const ALONE: f64 = 1e-6;
 
 impl Uncertainty {
     /// The uncertainty that the scatter of blocks tells.
@@ -98,34 +95,6 @@ impl BlockShare {
     }
 }
 
-/// Eigenvalues of a symmetric matrix with their directions.
-struct Eigen {
-    values: Vec<f64>,
-    directions: Vec<Vec<f64>>,
-}
-
-impl Eigen {
-    fn of(matrix: &Mat<f64>) -> Result<Eigen, EvaluateError> {
-        let eigen = matrix
-            .self_adjoint_eigen(faer::Side::Lower)
-            .map_err(|_| EvaluateError("the curvature of a block has no eigenvalues".into()))?;
-        let (vectors, values) = (eigen.U(), eigen.S());
-        Ok(Eigen {
-            values: values.column_vector().iter().copied().collect(),
-            directions: vectors.col_iter().map(|column| column.iter().copied().collect()).collect(),
-        })
-    }
-
-    fn pairs(&self) -> impl Iterator<Item = (f64, &Vec<f64>)> {
-        self.values.iter().copied().zip(&self.directions)
-    }
-
-    /// A direction of which the block holds all the information.
-    fn whole(&self) -> Option<&Vec<f64>> {
-        self.pairs().find(|(value, _)| 1.0 - value < ALONE).map(|(_, direction)| direction)
-    }
-}
-
 /// What tells the degrees of freedom of a function of the parameters.
 #[derive(Clone, Debug)]
 pub(super) struct Freedom {
@@ -158,15 +127,6 @@ fn times(matrix: &Mat<f64>, v: &[f64]) -> Vec<f64> {
         product.iter_mut().zip(column.iter()).for_each(|(sum, entry)| *sum += v * entry);
     }
     product
-}
-
-/// The step by the problem's columns that moves by `along` in the coordinates of the directions.
-fn back(directions: &[Vec<f64>], along: &[f64]) -> Vec<f64> {
-    let mut step = vec![0.0; directions.first().map_or(0, Vec::len)];
-    for (direction, along) in directions.iter().zip(along) {
-        step.iter_mut().zip(direction).for_each(|(sum, d)| *sum += along * d);
-    }
-    step
 }
 
 #[cfg(test)]

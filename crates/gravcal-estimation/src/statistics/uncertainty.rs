@@ -1,6 +1,7 @@
 //! A covariance together with what its intervals are made of.
 
 use super::bootstrap::Replicates;
+use super::jackknife::{ToldByBlocks, ratios};
 use super::sandwich::Freedom;
 use super::{Covariance, Quantile, StatisticsError};
 use crate::{BlockId, Problem, Spectrum, Values, named_combinations};
@@ -36,8 +37,8 @@ impl Solution<'_> {
     }
 }
 
-/// How far an estimate may be from the truth. Made by [`Uncertainty::from_noise`], [`Uncertainty::sandwich`] or
-/// [`Bootstrap::new`](super::Bootstrap::new); which of them is the caller's to tell.
+/// How far an estimate may be from the truth. Made by [`Uncertainty::from_noise`], [`Uncertainty::sandwich`],
+/// [`Uncertainty::jackknife`] or [`Bootstrap::new`](super::Bootstrap::new); which of them is the caller's to tell.
 #[derive(Clone, Debug)]
 pub struct Uncertainty {
     pub(super) covariance: Covariance,
@@ -51,8 +52,12 @@ pub(super) enum Spread {
     Quantile(Quantile),
     /// Student's quantile, with freedom that depends on the function.
     Blocks(Freedom),
+    /// The same, with the number of blocks that tell the function.
+    LeftOut(ToldByBlocks),
     /// Steps from the estimate to that of each replicate.
     Replicates(Replicates),
+    /// That of whichever of two has the larger standard deviation of the function.
+    Larger(Box<[Uncertainty; 2]>),
 }
 
 impl Uncertainty {
@@ -74,6 +79,15 @@ impl Uncertainty {
         }
     }
 
+    /// This uncertainty with the standard deviation of every column at least that of another: correlations stay as they are here, and the
+    /// quantile of a function is that of whichever of the two has the larger standard deviation of it.
+    #[must_use]
+    pub fn larger_of(self, other: Uncertainty) -> Uncertainty {
+        let factors: Vec<f64> = ratios(&other.covariance, &self.covariance).iter().map(|ratio| ratio.max(1.0)).collect();
+        let covariance = self.covariance.widened(&factors);
+        Uncertainty { covariance, spread: Spread::Larger(Box::new([self, other])) }
+    }
+
     /// 95 % interval of a function with this value, linear near the estimate (see [`Covariance::linearized`]).
     pub fn interval(&self, value: f64, function: &[(usize, f64)]) -> [f64; 2] {
         match &self.spread {
@@ -93,6 +107,12 @@ impl Uncertainty {
             Spread::Quantile(quantile) => *quantile,
             Spread::Replicates(replicates) => replicates.quantile(),
             Spread::Blocks(freedom) => Quantile::student(freedom.of(function)),
+            Spread::LeftOut(told) => Quantile::student(told.freedom(&self.covariance.shared(function))),
+            Spread::Larger(both) => {
+                let [a, b] = both.as_ref();
+                let larger = if a.covariance.std_of(function) < b.covariance.std_of(function) { b } else { a };
+                larger.quantile(function)
+            }
         }
     }
 }
