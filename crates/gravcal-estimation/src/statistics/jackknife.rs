@@ -206,10 +206,7 @@ impl Share {
 }
 
 /// Rows and residuals of a block with its local unknowns taken for errors.
-fn without_local(
-    projected: &Projected<'_>,
-    block: Range<usize>,
-) -> Result<(Vec<Vec<f64>>, Vec<f64>), StatisticsError> {
+fn without_local(projected: &Projected<'_>, block: Range<usize>) -> Result<(Vec<Vec<f64>>, Vec<f64>), StatisticsError> {
     let (mut rows, mut residuals) = (Vec::new(), Vec::new());
     let (own_rows, own_residuals) = (projected.rows_of(block.clone()), projected.residuals_of(block.clone()));
     let first = projected.range(block).start;
@@ -283,7 +280,8 @@ mod tests {
             }
         }
         for pivot in 0..size {
-            let best = (pivot..size).max_by(|a, b| system[*a][pivot].abs().total_cmp(&system[*b][pivot].abs())).unwrap();
+            let best =
+                (pivot..size).max_by(|a, b| system[*a][pivot].abs().total_cmp(&system[*b][pivot].abs())).unwrap();
             system.swap(pivot, best);
             for i in (0..size).filter(|i| *i != pivot) {
                 let factor = system[i][pivot] / system[pivot][pivot];
@@ -306,7 +304,8 @@ mod tests {
             let without = least_squares(&rows(&|sample| sample / length != block));
             for i in 0..size {
                 for j in 0..size {
-                    sum[i * size + j] += (without[i] - all[i]) * (without[j] - all[j]) * (count - 1) as f64 / count as f64;
+                    sum[i * size + j] +=
+                        (without[i] - all[i]) * (without[j] - all[j]) * (count - 1) as f64 / count as f64;
                 }
             }
         }
@@ -499,8 +498,7 @@ mod tests {
         let blocks: Vec<BlockId> =
             (0..8).map(|k| builder.add_block(Block::scalar(format!("x{k}"), ""), &[0.0])).collect();
         let slopes = |k: usize| (0..8).map(|j| noise(k * 8 + j)).collect::<Vec<f64>>();
-        let samples: Vec<Vec<(Vec<f64>, f64)>> =
-            (0..60).map(|k| vec![(slopes(k), noise(1000 + 3 * k))]).collect();
+        let samples: Vec<Vec<(Vec<f64>, f64)>> = (0..60).map(|k| vec![(slopes(k), noise(1000 + 3 * k))]).collect();
         samples.iter().flatten().for_each(|(slopes, y)| add(&mut builder, Line::new(&blocks, slopes, *y)));
         let solved = fit(builder);
         let found = jackknife(&solved, 60, 5).uncertainty;

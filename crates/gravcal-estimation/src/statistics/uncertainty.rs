@@ -83,7 +83,8 @@ impl Uncertainty {
     /// quantile of a function is that of whichever of the two has the larger standard deviation of it.
     #[must_use]
     pub fn larger_of(self, other: Uncertainty) -> Uncertainty {
-        let factors: Vec<f64> = ratios(&other.covariance, &self.covariance).iter().map(|ratio| ratio.max(1.0)).collect();
+        let factors: Vec<f64> =
+            ratios(&other.covariance, &self.covariance).iter().map(|ratio| ratio.max(1.0)).collect();
         let covariance = self.covariance.widened(&factors);
         Uncertainty { covariance, spread: Spread::Larger(Box::new([self, other])) }
     }
