@@ -47,6 +47,8 @@ mod descriptions;
 #[cfg(test)]
 mod instrumented;
 #[cfg(test)]
+mod left_out;
+#[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod robustness;

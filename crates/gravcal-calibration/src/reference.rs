@@ -299,7 +299,9 @@ fn a_moderate_misfit_widens_the_standard_deviations() {
     assert_eq!(widened.verdict, Verdict::PartlyDetermined, "its intervals cannot be relied on");
     assert!(widened.notes.iter().any(|note| note.contains("2.0 times worse")), "{:?}", widened.notes);
     let std = |result: &crate::result::EstimatorResult| result.parameters[0].std.unwrap();
-    assert!((std(&widened) / std(&honest) - 1.0).abs() < 0.05);
+    // At least by the misfit; by what leaving out poses tells where that is more, by chance here.
+    let ratio = std(&widened) / std(&honest);
+    assert!((0.95..1.5).contains(&ratio), "{ratio}");
 }
 
 /// A joint without a torque sensor tells nothing itself, and takes nothing from the others.

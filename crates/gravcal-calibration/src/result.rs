@@ -285,6 +285,17 @@ pub enum UncertaintyResult {
         /// By how much it was widened because the residuals exceed it.
         widened_by: Option<f64>,
     },
+    /// From what the estimate would be without each of some blocks of poses.
+    Jackknife(JackknifeResult),
+    /// The larger of what the noise tells and of the same.
+    LargerOfNoiseAndJackknife {
+        /// How large the noise is.
+        source: NoiseSource,
+        /// By how much what it tells was widened because the residuals exceed it.
+        widened_by: Option<f64>,
+        /// What leaving out poses tells.
+        jackknife: JackknifeResult,
+    },
     /// From the scatter of blocks of neighbouring poses.
     Sandwich {
         /// How many.
@@ -305,6 +316,43 @@ pub enum UncertaintyResult {
         /// Replicates whose poses determine less than all poses do.
         undetermined: usize,
     },
+}
+
+/// Blocks of poses, each left out in its turn.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct JackknifeResult {
+    /// How many.
+    pub blocks: usize,
+    /// Poses in the shortest and in the longest of them.
+    pub block_poses: [usize; 2],
+    /// Correlation of the residuals of neighbouring poses, where the length of blocks was found by it.
+    pub correlation: Option<f64>,
+    /// Poses that a block should have for that correlation, where there are too few for such blocks.
+    pub too_short_for: Option<usize>,
+    /// Parameters that were asked for, and gravity, of which one block alone tells a part: no scatter tells how well.
+    pub told_by_one_block: Vec<String>,
+}
+
+impl fmt::Display for JackknifeResult {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let poses = match self.block_poses {
+            [1, 1] => "a pose each".to_owned(),
+            [least, most] if least == most => format!("{least} poses"),
+            [least, most] => format!("{least} to {most} poses"),
+        };
+        write!(f, "jackknife over {} blocks of {poses}", self.blocks)
+    }
+}
+
+impl UncertaintyResult {
+    /// What leaving out poses tells, where that is a part of it.
+    pub fn jackknife(&self) -> Option<&JackknifeResult> {
+        match self {
+            UncertaintyResult::Jackknife(jackknife)
+            | UncertaintyResult::LargerOfNoiseAndJackknife { jackknife, .. } => Some(jackknife),
+            _ => None,
+        }
+    }
 }
 
 /// Where the size of the noise is known from.
@@ -331,6 +379,11 @@ impl fmt::Display for UncertaintyResult {
             UncertaintyResult::Noise { widened_by: None, .. } => write!(f, "from the stated noise"),
             UncertaintyResult::Noise { widened_by: Some(factor), .. } => {
                 write!(f, "from the stated noise, widened {factor:.1} times")
+            }
+            UncertaintyResult::Jackknife(jackknife) => write!(f, "robust to model error ({jackknife})"),
+            UncertaintyResult::LargerOfNoiseAndJackknife { source, widened_by, jackknife } => {
+                let noise = UncertaintyResult::Noise { source: *source, widened_by: *widened_by };
+                write!(f, "{noise}, or robust to model error ({jackknife}) where that is larger")
             }
             UncertaintyResult::Sandwich { blocks, block_poses } => {
                 write!(f, "robust to model error (sandwich over {blocks} blocks of {block_poses} poses)")

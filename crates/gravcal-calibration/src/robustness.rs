@@ -109,8 +109,6 @@ fn blocks_of_poses_tell_the_errors_that_poses_share() {
             .collect();
         errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64
     };
-    let plain = mean_square(UncertaintyChoice::Noise);
-    assert!(plain > 2.5, "{plain}, widened by the misfit as they are");
     let sandwich = mean_square(UncertaintyChoice::Sandwich { block_poses: 11 });
     // Errors over a standard deviation known with ν degrees of freedom have the mean square ν/(ν − 2).
     assert!((0.7..1.8).contains(&sandwich), "{sandwich}");
@@ -120,7 +118,7 @@ fn blocks_of_poses_tell_the_errors_that_poses_share() {
 fn what_is_chosen_is_what_is_told() {
     let session = |uncertainty| Session { uncertainty, ..with_shared_errors(0) };
     let noise = estimate(&session(UncertaintyChoice::Noise));
-    let Some(UncertaintyResult::Noise { widened_by: Some(widened), .. }) = noise.uncertainty else {
+    let Some(UncertaintyResult::LargerOfNoiseAndJackknife { widened_by: Some(widened), .. }) = noise.uncertainty else {
         panic!("{noise:?}")
     };
     assert!((1.2..1.6).contains(&widened), "{widened}");

@@ -170,7 +170,7 @@ fn misfit(fit: &Fit) -> Option<Concern> {
                 .into(),
             "Let sensor_models in the session's [[joint]] say what is seen, or [loss] count outliers less; then calibrate again."
                 .into(),
-            "Until then take standard deviations from the scatter of the data: [uncertainty] kind = \"sandwich\".".into(),
+            "Until then take standard deviations from the scatter of the data: [uncertainty] kind = \"jackknife\".".into(),
         ],
     })
 }

@@ -140,6 +140,12 @@ fn of_uncertainty(uncertainty: &UncertaintyResult) -> Vec<Number> {
             source: NoiseSource::Stated | NoiseSource::Residuals | NoiseSource::StatedAndUnexplained,
             widened_by,
         } => each("widening of the noise", widened_by),
+        UncertaintyResult::Jackknife(jackknife) => each("correlation of neighbouring poses", &jackknife.correlation),
+        UncertaintyResult::LargerOfNoiseAndJackknife { source: _, widened_by, jackknife } => {
+            let mut numbers = each("widening of the noise", widened_by);
+            numbers.extend(each("correlation of neighbouring poses", &jackknife.correlation));
+            numbers
+        }
         UncertaintyResult::Sandwich { blocks: _, block_poses: _ } => Vec::new(),
         UncertaintyResult::Bootstrap {
             blocks: _,

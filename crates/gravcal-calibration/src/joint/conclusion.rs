@@ -71,7 +71,8 @@ pub(super) fn conclude(
     let parameters = tell_parameters(session, &solved, &judgement);
     let complete =
         parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));
-    let reliable = misfit.is_none_or(|misfit| misfit < DOUBT);
+    let by_one_block = told.jackknife().is_some_and(|jackknife| !jackknife.told_by_one_block.is_empty());
+    let reliable = misfit.is_none_or(|misfit| misfit < DOUBT) && !by_one_block;
     let mut conclusion = Conclusion {
         verdict: if complete && reliable { Verdict::Determined } else { Verdict::PartlyDetermined },
         termination: tell_termination(&solved),
@@ -83,6 +84,7 @@ pub(super) fn conclude(
         solved,
     };
     conclusion.remark_on_noise(session, misfit);
+    conclusion.remark_on_blocks();
     conclusion.remark_on_contradictions(session, misfit);
     conclusion.remark_on_unexplained(session, &unexplained)?;
     conclusion.remark_on_earlier(session, workbench)?;
@@ -105,6 +107,9 @@ impl Conclusion {
                 UncertaintyResult::Noise { widened_by: Some(_), .. } => {
                     "All standard deviations are widened by that factor, which is honest only if the errors are noise."
                 }
+                UncertaintyResult::LargerOfNoiseAndJackknife { widened_by: Some(_), .. } => {
+                    "Standard deviations are widened by that factor, and are at least what leaving out neighbouring poses tells."
+                }
                 _ => "Standard deviations come from the residuals, and need no widening.",
             };
             self.remarks.push(format!(
@@ -121,6 +126,28 @@ impl Conclusion {
                 1.0 / ratio
             ));
         }
+    }
+
+    /// Says what blocks of poses left out cannot tell.
+    fn remark_on_blocks(&mut self) {
+        let Some(jackknife) = self.uncertainty.jackknife() else { return };
+        let mut remarks = Vec::new();
+        if !jackknife.told_by_one_block.is_empty() {
+            remarks.push(format!(
+                "One block of poses alone tells a part of {}: without it that part is open, so that nothing but the noise tells how \
+                 well it is known. Add poses like these, or state shorter blocks ([uncertainty] block_poses).",
+                jackknife.told_by_one_block.join(", ")
+            ));
+        }
+        if let Some(wanted) = jackknife.too_short_for {
+            remarks.push(format!(
+                "Errors outlast blocks of so few poses: residuals of neighbouring poses are correlated by {:.2}, for which blocks \
+                 should have {wanted} poses, and there are too few poses for that. Intervals may be too narrow. Look at the residuals \
+                 over time: a drifting zero makes such errors, and a bias for each table or a drift ([[joint]] sensor_models) takes them up.",
+                jackknife.correlation.unwrap_or(0.0)
+            ));
+        }
+        self.remarks.extend(remarks);
     }
 
     /// `√(χ²/dof)` where it is far below 1 and no accident.

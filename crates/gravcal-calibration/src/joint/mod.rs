@@ -15,6 +15,7 @@ mod noise;
 mod one_sided;
 mod order;
 mod placements;
+mod pose_blocks;
 mod position_unknowns;
 mod problem;
 mod readings;

@@ -4,14 +4,23 @@
 //! knowledge, and keep their stated noise. Noise that was estimated from the residuals stays as it was found while poses
 //! are drawn anew.
 
-use gravcal_estimation::statistics::{Bootstrap, NoiseKnowledge, Resampling, SampleBlocks, Solution, Uncertainty};
-use gravcal_estimation::{Loss, Spectrum};
+use gravcal_estimation::statistics::{
+    Bootstrap, Jackknife, NoiseKnowledge, Resampling, SampleBlocks, Solution, ToldByOneBlock, Uncertainty,
+};
+use gravcal_estimation::{BlockId, Loss, Spectrum};
 
 use super::EstimateError;
+use super::order::Order;
+use super::pose_blocks::BlocksOfPoses;
 use super::solve::Solved;
-use crate::result::{NoiseSource, UncertaintyResult};
-use crate::session::{Session, UncertaintyChoice};
+use crate::result::{JackknifeResult, NoiseSource, UncertaintyResult};
+use crate::session::{PoseBlocks, Session, UncertaintyChoice};
 use crate::workbench::Workbench;
+
+/// Fewer poses do not tell by themselves what an error of the model does.
+const FEWEST_POSES: usize = 14;
+/// Share of a variance along what one block alone tells from which on that is worth a word.
+const ALONE_SHARE: f64 = 0.01;
 
 impl Solved {
     pub(super) fn solution(&self) -> Solution<'_> {
@@ -31,6 +40,10 @@ impl Solved {
             // Only at a minimum do blocks scatter about zero; an estimate that is none has failed anyway.
             _ if !self.estimate.termination.converged() => self.noise_uncertainty(session, misfit),
             UncertaintyChoice::Noise => self.noise_uncertainty(session, misfit),
+            UncertaintyChoice::Jackknife { blocks } => {
+                let (uncertainty, told) = self.jackknife(session, blocks)?;
+                Ok((uncertainty, UncertaintyResult::Jackknife(told)))
+            }
             UncertaintyChoice::Sandwich { block_poses } => {
                 let blocks = blocks(block_poses)?;
                 let told = UncertaintyResult::Sandwich { blocks: blocks.count(), block_poses };
@@ -76,6 +89,52 @@ impl Solved {
             (false, false) => NoiseSource::Stated,
         };
         let uncertainty = Uncertainty::from_noise(&self.solution(), knowledge)?;
-        Ok((uncertainty, UncertaintyResult::Noise { source, widened_by }))
+        let errs = misfit.is_some() || self.readings.unexplained_found(session);
+        if !errs || !self.may_leave_out_poses() {
+            return Ok((uncertainty, UncertaintyResult::Noise { source, widened_by }));
+        }
+        let (left_out, jackknife) = self.jackknife(session, PoseBlocks::Found)?;
+        let told = UncertaintyResult::LargerOfNoiseAndJackknife { source, widened_by, jackknife };
+        Ok((uncertainty.larger_of(left_out), told))
+    }
+
+    /// Whether leaving out poses tells anything: there are enough, and the estimate is that of all of them together.
+    fn may_leave_out_poses(&self) -> bool {
+        let together = self.readings.order == Order::Together;
+        together && self.estimate.termination.converged() && self.posed.poses >= FEWEST_POSES
+    }
+
+    /// What the estimate without each of some blocks of poses tells, and what to say of it.
+    pub(super) fn jackknife(
+        &self,
+        session: &Session,
+        choice: PoseBlocks,
+    ) -> Result<(Uncertainty, JackknifeResult), EstimateError> {
+        let BlocksOfPoses { blocks, correlation, too_short_for } = self.blocks(session, choice)?;
+        let Jackknife { uncertainty, alone } = Uncertainty::jackknife(&self.solution(), &blocks)?;
+        let lengths = || blocks.iter().map(|block| block.len());
+        let told = JackknifeResult {
+            blocks: blocks.count(),
+            block_poses: [lengths().min().unwrap_or(0), lengths().max().unwrap_or(0)],
+            correlation,
+            too_short_for,
+            told_by_one_block: self.told_by_one_block(session, &alone),
+        };
+        Ok((uncertainty, told))
+    }
+
+    /// What was asked for of which single blocks tell more than [`ALONE_SHARE`] of its variance.
+    fn told_by_one_block(&self, session: &Session, alone: &[ToldByOneBlock]) -> Vec<String> {
+        let noise = self.spectrum.covariance();
+        let share = |column: usize| {
+            let along: f64 = alone.iter().map(|told| told.step[column].powi(2)).sum();
+            along > ALONE_SHARE * noise.at(column, column)
+        };
+        let told = |block: BlockId| self.posed.problem.columns_of(block).any(share);
+        let layout = &self.posed.layout;
+        let asked = session.parameters().into_iter().filter(|id| session.asks(&session.parameter_name(*id)));
+        let gravity = (session.asks("gravity") && told(layout.gravity)).then(|| "gravity".to_owned());
+        let parameters = asked.filter(|id| told(layout.block(*id))).map(|id| session.parameter_name(id));
+        gravity.into_iter().chain(parameters).collect()
     }
 }

@@ -120,8 +120,9 @@
 //! width = 1.345                              # optional, in standard deviations: where it begins to count less
 //!
 //! [uncertainty]                              # optional: where the joint estimator's standard deviations come from
-//! kind = "sandwich"                          # "noise" (the default), "sandwich", "bootstrap"
-//! block_poses = 10                           # neighbouring poses that may share an error; not with "noise"
+//! kind = "jackknife"                         # "noise" (the default), "jackknife", "sandwich", "bootstrap"
+//! block_poses = 10                           # neighbouring poses that may share an error; found by "jackknife", not with "noise"
+//! # with "jackknife" also block_s = 1.5 (needs time), blocks = "sweeps", or blocks = "pairs" (the same pose from two sides)
 //! replicates = 500                           # optional, with "bootstrap" only; so is seed = 1
 //!
 //! [constraints]                              # optional: obeyed by the joint estimate, which needs solver = "clarabel"

@@ -348,11 +348,17 @@ pub struct Deflection {
 }
 
 /// Where the joint estimator's standard deviations come from.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum UncertaintyChoice {
-    /// From the noise of the readings: the model holds.
+    /// From the noise of the readings: the model holds. Where the readings contradict that, the larger of it, widened, and of what
+    /// leaving out blocks of neighbouring poses tells.
     #[default]
     Noise,
+    /// From what the estimate would be without each of some blocks of poses, which may share errors of the model.
+    Jackknife {
+        /// Which.
+        blocks: PoseBlocks,
+    },
     /// From the scatter of blocks of neighbouring poses, which may share errors of the model.
     Sandwich {
         /// Poses in a block, at least.
@@ -367,6 +373,22 @@ pub enum UncertaintyChoice {
         /// Which random numbers.
         seed: u64,
     },
+}
+
+/// Which poses may share an error of the model. Those of different tables never do.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum PoseBlocks {
+    /// Neighbouring ones, as many as their residuals say.
+    #[default]
+    Found,
+    /// So many neighbouring ones, at least.
+    Poses(usize),
+    /// Neighbouring ones within so many seconds.
+    Seconds(f64),
+    /// Those of one sweep; each of no sweep is alone.
+    Sweeps,
+    /// Neighbouring ones in which every joint stands as in the first: the same pose, come to from different sides.
+    Pairs,
 }
 
 /// What the joint estimate must obey, whatever the readings say.

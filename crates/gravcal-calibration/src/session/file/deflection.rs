@@ -99,10 +99,10 @@ pub(super) fn check_single_poses(document: &Document, session: &Session) -> Resu
     if session.loss != Loss::None {
         return refuse("errors of each pose's positions would hide its outliers: leave [loss] out, or this");
     }
-    if session.uncertainty != UncertaintyChoice::Noise {
+    if !matches!(session.uncertainty, UncertaintyChoice::Noise | UncertaintyChoice::Jackknife { .. }) {
         return refuse(
-            "standard deviations from blocks of poses are not known where each pose has unknowns of its own: write \
-             [uncertainty] kind = \"noise\", or leave this out",
+            "standard deviations from the scatter of blocks are not known where each pose has unknowns of its own: write \
+             [uncertainty] kind = \"jackknife\" or \"noise\", or leave this out",
         );
     }
     Ok(())

@@ -10,7 +10,7 @@ use tempfile::TempDir;
 use crate::parameter::Quantity;
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
-    Pose, PoseTable, Session, UncertaintyChoice,
+    Pose, PoseBlocks, PoseTable, Session, UncertaintyChoice,
 };
 
 const SESSION: &str = r#"
@@ -707,10 +707,18 @@ fn an_uncertainty_has_what_it_needs_and_nothing_else() {
         let message = with(section).unwrap_err();
         assert!(message.starts_with(&format!("session.toml:{expected}")), "{message}");
     };
-    refused(
-        "kind = 'jackknife'",
-        "6: uncertainty.kind: unknown variant `jackknife`, expected one of `noise`, `sandwich`",
-    );
+    refused("kind = 'scatter'", "6: uncertainty.kind: unknown variant `scatter`, expected one of `noise`, `jackknife`");
+    let jackknife = |blocks| UncertaintyChoice::Jackknife { blocks };
+    assert_eq!(chosen("kind = 'jackknife'"), jackknife(PoseBlocks::Found));
+    assert_eq!(chosen("kind = 'jackknife'\nblock_poses = 2"), jackknife(PoseBlocks::Poses(2)));
+    assert_eq!(chosen("kind = 'jackknife'\nblocks = 'sweeps'"), jackknife(PoseBlocks::Sweeps));
+    assert_eq!(chosen("kind = 'jackknife'\nblocks = 'pairs'"), jackknife(PoseBlocks::Pairs));
+    refused("kind = 'jackknife'\nblock_poses = 3", "7: uncertainty.block_poses: 33 samples in blocks of 3 are 11 blocks");
+    refused("kind = 'jackknife'\nblock_s = 0", "7: uncertainty.block_s: ");
+    refused("kind = 'jackknife'\nblock_s = 1.5", "7: uncertainty.block_s: some poses have no time");
+    refused("kind = 'jackknife'\nblock_s = 1.5\nblock_poses = 2", "7: uncertainty.block_s: blocks are of poses");
+    refused("kind = 'sandwich'\nblock_poses = 1\nblocks = 'pairs'", "8: uncertainty.blocks: only a jackknife has");
+    refused("block_s = 2", "6: uncertainty.block_s: only a jackknife has such blocks");
     refused("kind = 'sandwich'", "5: uncertainty.block_poses: how many neighbouring poses may share an error?");
     refused("kind = 'sandwich'\nblock_poses = 0", "7: uncertainty.block_poses: 33 samples in blocks of 0 are 0 blocks");
     refused(

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use super::Context;
 use crate::document::{Field, FileError};
-use crate::session::{Pose, UncertaintyChoice};
+use crate::session::{Pose, PoseBlocks, UncertaintyChoice};
 
 /// Replicates of a bootstrap where nothing is said, and the fewest whose outermost fortieths mean anything.
 const REPLICATES: usize = 500;
@@ -20,6 +20,8 @@ pub(super) struct UncertaintyTable {
     #[serde(default)]
     kind: Kind,
     block_poses: Option<usize>,
+    block_s: Option<f64>,
+    blocks: Option<Blocks>,
     replicates: Option<usize>,
     seed: Option<u64>,
 }
@@ -29,8 +31,17 @@ pub(super) struct UncertaintyTable {
 enum Kind {
     #[default]
     Noise,
+    Jackknife,
     Sandwich,
     Bootstrap,
+}
+
+/// Blocks that poses make by themselves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Blocks {
+    Sweeps,
+    Pairs,
 }
 
 /// What `[uncertainty]` comes to for these poses.
@@ -46,9 +57,20 @@ pub(super) fn resolve(
         section.refuse("seed", table.seed.is_some(), message)?;
     }
     if table.kind == Kind::Noise {
-        let message = "the noise knows no blocks: write kind = \"sandwich\" or \"bootstrap\", or leave it out";
+        let message =
+            "the noise knows no blocks: write kind = \"jackknife\", \"sandwich\" or \"bootstrap\", or leave it out";
         section.refuse("block_poses", table.block_poses.is_some(), message)?;
+    }
+    if table.kind != Kind::Jackknife {
+        let message = "only a jackknife has such blocks: write kind = \"jackknife\", or leave it out";
+        section.refuse("block_s", table.block_s.is_some(), message)?;
+        section.refuse("blocks", table.blocks.is_some(), message)?;
+    }
+    if table.kind == Kind::Noise {
         return Ok(UncertaintyChoice::Noise);
+    }
+    if table.kind == Kind::Jackknife {
+        return Ok(UncertaintyChoice::Jackknife { blocks: section.pose_blocks(poses)? });
     }
     let block_poses = section.block_poses(poses)?;
     if table.kind == Kind::Sandwich {
@@ -74,14 +96,48 @@ impl Section<'_> {
         if wrong { Err(self.error(key, message)) } else { Ok(()) }
     }
 
+    /// Which poses a jackknife leaves out together. That there are enough blocks is seen once it is known which poses enter.
+    fn pose_blocks(&self, poses: &[Pose]) -> Result<PoseBlocks, FileError> {
+        let UncertaintyTable { block_poses, block_s, blocks, .. } = *self.table;
+        let only_one = "blocks are of poses (block_poses), of seconds (block_s), or those of blocks = \"sweeps\" or \"pairs\": keep one";
+        self.refuse("block_s", block_s.is_some() && block_poses.is_some(), only_one)?;
+        self.refuse("blocks", blocks.is_some() && (block_poses.is_some() || block_s.is_some()), only_one)?;
+        if let Some(length) = block_s {
+            let what = "the length of a block";
+            self.context.document.positive(&Field::new("uncertainty").key("block_s"), length, what, "seconds")?;
+            let without = poses.iter().any(|pose| pose.conditions.time.is_none());
+            self.refuse(
+                "block_s",
+                without,
+                "some poses have no time: name their column ([readings] time), or state block_poses",
+            )?;
+        }
+        if let Some(length) = block_poses {
+            let read = count_read(poses);
+            SampleBlocks::within(std::slice::from_ref(&(0..read)), length)
+                .map_err(|error| self.error("block_poses", error))?;
+        }
+        Ok(match (block_poses, block_s, blocks) {
+            (Some(length), ..) => PoseBlocks::Poses(length),
+            (_, Some(length), _) => PoseBlocks::Seconds(length),
+            (.., Some(Blocks::Sweeps)) => PoseBlocks::Sweeps,
+            (.., Some(Blocks::Pairs)) => PoseBlocks::Pairs,
+            (None, None, None) => PoseBlocks::Found,
+        })
+    }
+
     /// The length of a block, if the poses make enough of them.
     fn block_poses(&self, poses: &[Pose]) -> Result<usize, FileError> {
         let key = "block_poses";
         let length = self.table.block_poses.ok_or_else(|| {
             self.error(key, "how many neighbouring poses may share an error? add block_poses, 10 for ten of them")
         })?;
-        let read = poses.iter().filter(|pose| pose.torque.iter().chain(&pose.instruments).any(Option::is_some)).count();
-        SampleBlocks::new(0..read, length).map_err(|error| self.error(key, error))?;
+        SampleBlocks::new(0..count_read(poses), length).map_err(|error| self.error(key, error))?;
         Ok(length)
     }
+}
+
+/// How many poses have any reading.
+fn count_read(poses: &[Pose]) -> usize {
+    poses.iter().filter(|pose| pose.torque.iter().chain(&pose.instruments).any(Option::is_some)).count()
 }
