@@ -29,6 +29,10 @@ pub struct EarlierEstimate {
     pub quantities: Vec<EarlierQuantity>,
     /// Covariance of the quantities, row-major, in the products of their units.
     pub covariance: Vec<f64>,
+    /// From how many blocks of poses, left out one after the other, the covariance is; absent where it is from the noise.
+    pub blocks_left_out: Option<usize>,
+    /// Why its intervals may not hold, in words.
+    pub doubts: Vec<String>,
 }
 
 /// A sensor parameter of an earlier calibration.
@@ -132,9 +136,14 @@ pub struct EarlierInput {
     pub sha256: String,
 }
 
+/// Probability below which residuals are no accident.
+const IMPROBABLE: f64 = 1e-3;
+
 #[derive(Deserialize)]
 struct File {
     format: String,
+    #[serde(default)]
+    doubts: Vec<String>,
     estimators: Vec<Estimator>,
     provenance: Option<Provenance>,
 }
@@ -153,6 +162,49 @@ struct Estimator {
     parameters: Vec<EarlierParameter>,
     covariance: Matrix,
     moments: Vec<EarlierQuantity>,
+    #[serde(default)]
+    uncertainty: Option<Uncertainty>,
+    #[serde(default)]
+    fit: Option<Fit>,
+}
+
+/// Where its covariance comes from.
+#[derive(Default, Deserialize)]
+struct Uncertainty {
+    kind: String,
+    #[serde(flatten)]
+    own: Blocks,
+    /// Where it is the larger of two.
+    jackknife: Option<Blocks>,
+}
+
+/// Blocks of poses that were left out.
+#[derive(Clone, Copy, Default, Deserialize)]
+struct Blocks {
+    blocks: Option<usize>,
+    too_short_for: Option<usize>,
+}
+
+impl Uncertainty {
+    fn left_out(&self) -> Option<Blocks> {
+        if self.kind == "jackknife" { Some(self.own) } else { self.jackknife }
+    }
+}
+
+#[derive(Deserialize)]
+struct Fit {
+    chi_squared: f64,
+    degrees_of_freedom: usize,
+    p_value: Option<f64>,
+    median_ratio: Option<f64>,
+}
+
+impl Fit {
+    /// How many times worse than its stated noise it explains the readings, where that is no accident.
+    fn misfit(&self) -> Option<f64> {
+        let by_squares = || (self.chi_squared / self.degrees_of_freedom.max(1) as f64).sqrt();
+        self.p_value.filter(|p| *p < IMPROBABLE).map(|_| self.median_ratio.unwrap_or_else(by_squares))
+    }
 }
 
 #[derive(Deserialize)]
@@ -186,7 +238,10 @@ pub fn read_earlier(path: &Path, estimator: &str) -> Result<EarlierEstimate, Ear
         return Err(EarlierError::Failed { path: path.to_owned(), name: found.name, termination: found.termination });
     }
     let name = found.name.clone();
-    found.estimate().map_err(|what| EarlierError::Covariance { path: path.to_owned(), name, what })
+    let mut estimate =
+        found.estimate().map_err(|what| EarlierError::Covariance { path: path.to_owned(), name, what })?;
+    estimate.doubts.extend(file.doubts);
+    Ok(estimate)
 }
 
 /// The files that a `calibration.json` was made from, the session first; none where it does not say.
@@ -244,8 +299,21 @@ impl Estimator {
             gravity_ci95: self.gravity.as_ref().and_then(|gravity| gravity.ci95_m_per_s2),
             cone95_deg: self.gravity.as_ref().and_then(|gravity| gravity.cone95_deg),
             covariance: self.covariance.matrix.concat(),
+            blocks_left_out: self.uncertainty.as_ref().and_then(Uncertainty::left_out).and_then(|left| left.blocks),
+            doubts: self.doubts(),
             parameters: self.parameters,
         })
+    }
+
+    /// Why its intervals may not hold.
+    fn doubts(&self) -> Vec<String> {
+        let misfit = self.fit.as_ref().and_then(Fit::misfit);
+        let misfit =
+            misfit.map(|ratio| format!("its readings are explained {ratio:.1} times worse than their stated noise"));
+        let too_short = self.uncertainty.as_ref().and_then(Uncertainty::left_out).and_then(|left| left.too_short_for);
+        let too_short =
+            too_short.map(|_| "neighbouring poses share errors that outlast its blocks of poses".to_owned());
+        misfit.into_iter().chain(too_short).collect()
     }
 
     /// What an entry of the covariance's order stands for: a parameter, `gravity.x`, or `moments[3]`.
@@ -322,6 +390,33 @@ mod tests {
         assert_eq!(joint.gravity, Some([0.0, -6.0, -8.0]));
         assert_eq!((joint.gravity_ci95, joint.cone95_deg), (None, Some(0.1)));
         assert_eq!(joint.parameters.len(), 3);
+    }
+
+    #[test]
+    fn what_its_intervals_rest_on_is_read_and_doubted() {
+        let plain = read(("", ""), "joint").unwrap();
+        assert_eq!((plain.blocks_left_out, plain.doubts), (None, vec![]));
+        let with =
+            |text: &str| read((r#""name": "joint","#, &format!(r#""name": "joint", {text},"#)), "joint").unwrap();
+        let fit = |p: f64| {
+            format!(
+                r#""fit": {{ "chi_squared": 400.0, "degrees_of_freedom": 100, "p_value": {p}, "median_ratio": null }}"#
+            )
+        };
+        assert_eq!(with(&fit(1e-9)).doubts, ["its readings are explained 2.0 times worse than their stated noise"]);
+        assert!(with(&fit(0.2)).doubts.is_empty());
+        let jackknife = with(r#""uncertainty": { "kind": "jackknife", "blocks": 25, "too_short_for": null }"#);
+        assert_eq!((jackknife.blocks_left_out, jackknife.doubts), (Some(25), vec![]));
+        let larger = with(
+            r#""uncertainty": { "kind": "larger-of-noise-and-jackknife", "source": "stated", "widened_by": 2.0,
+               "jackknife": { "blocks": 14, "block_poses": [1, 2], "correlation": 0.8, "too_short_for": 9 } }"#,
+        );
+        assert_eq!(larger.blocks_left_out, Some(14));
+        assert_eq!(larger.doubts, ["neighbouring poses share errors that outlast its blocks of poses"]);
+        let sandwich = with(r#""uncertainty": { "kind": "sandwich", "blocks": 40, "block_poses": 3 }"#);
+        assert_eq!(sandwich.blocks_left_out, None);
+        let doubted = read((r#""estimators""#, r#""doubts": ["joint1: degrees?"], "estimators""#), "joint").unwrap();
+        assert_eq!(doubted.doubts, ["joint1: degrees?"]);
     }
 
     #[test]

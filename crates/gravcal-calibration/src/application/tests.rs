@@ -70,6 +70,8 @@ fn truth(simulation: &Simulation) -> (Session, EarlierEstimate) {
         cone95_deg: None,
         quantities,
         covariance: Vec::new(),
+        blocks_left_out: None,
+        doubts: Vec::new(),
     };
     (session, calibration)
 }

@@ -10,6 +10,12 @@
 //! calibrations it is `(x_a − x_b)ᵀ (C_a + C_b)⁻¹ (x_a − x_b)`. As there are many sensors, p-values are corrected by Holm's method:
 //! where nothing moved, any sensor at all is named with probability [`SIGNIFICANCE`] at most.
 //!
+//! Covariances that leaving out blocks of poses told have only as many degrees of freedom as there were blocks, less one (ν, the fewest
+//! of all calibrations). Then `χ²/d · (ν − p + 1)/ν` is held against F with d and ν − p + 1 degrees of freedom, as Hotelling's T² is.
+//!
+//! **Doubts.** What moved by errors of a model has not moved: where intervals of a calibration may not hold, that is told before any sensor
+//! is named ([`Comparison::doubts`]).
+//!
 //! **Assumptions.** Calibrations of different recordings (a reading in two of them counts as agreement), errors that are normal with the
 //! stated covariance. What all share (a load's mass, lengths of links, a prior) is no part of a difference and does not count as one.
 //!
@@ -28,7 +34,7 @@ use std::fmt;
 
 use gravcal_recording::EarlierEstimate;
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 use thiserror::Error;
 
 use crate::session::BASE_FRAME_CHOICE;
@@ -71,6 +77,8 @@ pub struct Comparison {
     pub sensors: Vec<SensorComparison>,
     /// Position offsets that define the base frame: if one of them moves, gravity seems to have moved.
     pub base_frame: Vec<String>,
+    /// By calibration, why its intervals may not hold: what seems to have moved may be an error of a model.
+    pub doubts: Vec<Vec<String>>,
 }
 
 /// One sensor in all calibrations.
@@ -163,7 +171,9 @@ pub fn compare(calibrations: &[&EarlierEstimate]) -> Result<Comparison, Comparis
     if calibrations.len() < 2 {
         return Err(ComparisonError::One);
     }
-    let mut sensors: Vec<SensorComparison> = sensors(calibrations)?.into_iter().map(tested).collect();
+    let freedom = calibrations.iter().filter_map(|one| one.blocks_left_out).min().map(|blocks| blocks as f64 - 1.0);
+    let mut sensors: Vec<SensorComparison> =
+        sensors(calibrations)?.into_iter().map(|sensor| tested(sensor, freedom)).collect();
     if sensors.iter().all(|sensor| sensor.name == GRAVITY || !sensor.in_all) {
         return Err(ComparisonError::NoSensorInCommon);
     }
@@ -171,12 +181,14 @@ pub fn compare(calibrations: &[&EarlierEstimate]) -> Result<Comparison, Comparis
         return Err(ComparisonError::NothingInCommon);
     }
     correct(&mut sensors);
-    Ok(Comparison { sensors, base_frame: base_frame(calibrations) })
+    let doubts = calibrations.iter().map(|calibration| calibration.doubts.clone()).collect();
+    Ok(Comparison { sensors, base_frame: base_frame(calibrations), doubts })
 }
 
-fn tested(sensor: Sensor) -> SensorComparison {
+/// `freedom`: degrees of freedom of the covariances where they were found by leaving out blocks.
+fn tested(sensor: Sensor, freedom: Option<f64>) -> SensorComparison {
     let Sensor { name, mut parameters, mut left_out, in_all, models_differ_in, estimates } = sensor;
-    let test = estimates.as_ref().and_then(test);
+    let test = estimates.as_ref().and_then(|estimates| test(estimates, freedom));
     if estimates.is_some() && test.is_none() {
         let why = "is not compared: its covariances cannot be inverted".to_owned();
         left_out.push(LeftOut { name: name.clone(), why, can_move: true });
@@ -196,7 +208,7 @@ fn base_frame(calibrations: &[&EarlierEstimate]) -> Vec<String> {
 }
 
 /// `None` where a covariance cannot be inverted.
-fn test(estimates: &Estimates) -> Option<HomogeneityTest> {
+fn test(estimates: &Estimates, freedom: Option<f64>) -> Option<HomogeneityTest> {
     let weights: Vec<DMatrix<f64>> = estimates
         .covariances
         .iter()
@@ -209,7 +221,7 @@ fn test(estimates: &Estimates) -> Option<HomogeneityTest> {
     let of = |(weight, value): (&DMatrix<f64>, &DVector<f64>)| (value - &mean).dot(&(weight * (value - &mean)));
     let chi_squared: f64 = weights.iter().zip(&estimates.values).map(of).sum();
     let degrees_of_freedom = (estimates.values.len() - 1) * size;
-    let p_value = ChiSquared::new(degrees_of_freedom as f64).ok()?.sf(chi_squared);
+    let p_value = probability(chi_squared, degrees_of_freedom as f64, size as f64, freedom)?;
     let steps: Option<Vec<f64>> = (1..estimates.values.len()).map(|next| step(estimates, next)).collect();
     let largest = steps?.into_iter().enumerate().fold((0, 0.0), |most, step| if step.1 > most.1 { step } else { most });
     Some(HomogeneityTest {
@@ -220,6 +232,14 @@ fn test(estimates: &Estimates) -> Option<HomogeneityTest> {
         moved: false,
         largest_step: largest,
     })
+}
+
+/// Probability of a χ² at least as large; `None` where covariances have too few degrees of freedom for so many parameters.
+fn probability(chi_squared: f64, degrees_of_freedom: f64, parameters: f64, freedom: Option<f64>) -> Option<f64> {
+    let Some(freedom) = freedom else { return Some(ChiSquared::new(degrees_of_freedom).ok()?.sf(chi_squared)) };
+    let left = freedom - parameters + 1.0;
+    let statistic = chi_squared / degrees_of_freedom * left / freedom;
+    Some(FisherSnedecor::new(degrees_of_freedom, left).ok()?.sf(statistic))
 }
 
 /// χ² of the difference to the calibration before.

@@ -36,6 +36,8 @@ fn earlier(result: &EstimatorResult) -> EarlierEstimate {
         cone95_deg: None,
         quantities: result.covariance.order.iter().map(quantity).collect(),
         covariance: result.covariance.matrix.concat(),
+        blocks_left_out: None,
+        doubts: Vec::new(),
     }
 }
 

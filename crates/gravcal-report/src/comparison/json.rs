@@ -12,6 +12,8 @@ struct Document<'a> {
     files: &'a [String],
     shared_inputs: &'a [String],
     different_robots: &'a [String],
+    /// By calibration, why its intervals may not hold.
+    doubts: &'a [Vec<String>],
     significance: f64,
     moved: Vec<&'a str>,
     /// What may have moved unnoticed.
@@ -56,6 +58,7 @@ pub(super) fn json(report: &ComparisonReport<'_>) -> Result<String, JsonError> {
         files: report.files,
         shared_inputs: report.shared,
         different_robots: report.robots,
+        doubts: &report.comparison.doubts,
         significance: SIGNIFICANCE,
         moved: report.comparison.moved().map(|sensor| sensor.name.as_str()).collect(),
         not_seen: report.comparison.not_seen(),

@@ -86,7 +86,11 @@ mod tests {
             models_differ_in: vec![],
             test: Some(test(1.2, 0.55, false)),
         };
-        Comparison { sensors: vec![torque, position], base_frame: vec!["joint1.position_offset".into()] }
+        Comparison {
+            sensors: vec![torque, position],
+            base_frame: vec!["joint1.position_offset".into()],
+            doubts: vec![vec![]; 2],
+        }
     }
 
     fn report<'a>(comparison: &'a Comparison, files: &'a [String], shared: &'a [String]) -> ComparisonReport<'a> {
@@ -142,6 +146,24 @@ mod tests {
         ] {
             assert!(words.contains(told), "{text}");
         }
+    }
+
+    #[test]
+    fn no_sensor_is_blamed_before_a_doubtful_calibration() {
+        let (mut comparison, files) = (comparison(), ["monday.json".to_owned(), "tuesday.json".to_owned()]);
+        comparison.doubts[1].push("its readings are explained 2.4 times worse than their stated noise".into());
+        let text = report(&comparison, &files, &[]).to_string();
+        let words = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(words.starts_with("Doubtful: calibration 2 (its readings are explained 2.4 times worse"), "{text}");
+        assert!(words.contains("Moved, or spoilt by an error of a model: joint2 torque"), "{text}");
+        let json: serde_json::Value =
+            serde_json::from_str(&report(&comparison, &files, &[]).to_json().unwrap()).unwrap();
+        assert_eq!(json["doubts"][1][0], comparison.doubts[1][0]);
+        assert_eq!(json["doubts"][0], serde_json::json!([]));
+        // Where nothing moved, doubts are no reason to speak of a move.
+        comparison.sensors[0].test = None;
+        let text = report(&comparison, &files, &[]).to_string();
+        assert!(text.starts_with("Doubtful: ") && !text.contains("Moved"), "{text}");
     }
 
     #[test]

@@ -12,7 +12,7 @@ pub(super) fn text(report: &ComparisonReport<'_>) -> String {
     let files =
         report.files.iter().enumerate().map(|(index, file)| wrapped("  ", "     ", &format!("{}  {file}", index + 1)));
     let sections = [
-        verdict(report.comparison) + &files.collect::<String>() + &warnings(report),
+        doubts(report.comparison) + &verdict(report.comparison) + &files.collect::<String>() + &warnings(report),
         tests(report),
         values(report),
         left_out(report),
@@ -20,15 +20,27 @@ pub(super) fn text(report: &ComparisonReport<'_>) -> String {
     sections.into_iter().filter(|section| !section.is_empty()).collect::<Vec<_>>().join("\n")
 }
 
+/// What must be known before a sensor is blamed.
+fn doubts(comparison: &Comparison) -> String {
+    let doubtful = comparison.doubts.iter().enumerate().filter(|(_, doubts)| !doubts.is_empty());
+    let told: Vec<String> =
+        doubtful.map(|(index, doubts)| format!("calibration {} ({})", index + 1, doubts.join("; "))).collect();
+    if told.is_empty() { String::new() } else { wrapped("", "  ", &format!("Doubtful: {}", told.join(", "))) }
+}
+
 fn verdict(comparison: &Comparison) -> String {
+    let blamed = match comparison.doubts.iter().any(|doubts| !doubts.is_empty()) {
+        true => "Moved, or spoilt by an error of a model",
+        false => "Moved",
+    };
     let not_seen = comparison.not_seen().join(", ");
     let moved: Vec<String> = comparison.moved().map(|sensor| moved(comparison, sensor)).collect();
     match (moved.is_empty(), not_seen.is_empty()) {
         (true, true) => "Nothing moved, as far as these calibrations tell\n".to_owned(),
         (true, false) => wrapped("", "  ", &format!("Nothing that can be compared moved; not seen: {not_seen}")),
-        (false, true) => wrapped("", "  ", &format!("Moved: {}", moved.join(", "))) + &base_frame(comparison),
+        (false, true) => wrapped("", "  ", &format!("{blamed}: {}", moved.join(", "))) + &base_frame(comparison),
         (false, false) => {
-            wrapped("", "  ", &format!("Moved: {}", moved.join(", ")))
+            wrapped("", "  ", &format!("{blamed}: {}", moved.join(", ")))
                 + &base_frame(comparison)
                 + &wrapped("", "  ", &format!("Not seen: {not_seen}"))
         }

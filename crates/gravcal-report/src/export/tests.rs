@@ -40,6 +40,8 @@ fn estimate() -> EarlierEstimate {
         cone95_deg: Some(0.18),
         quantities: vec![EarlierQuantity { terms: vec![("gravity.x".into(), 1.0)], value: 0.1 }],
         covariance: vec![1e-4],
+        blocks_left_out: None,
+        doubts: Vec::new(),
     }
 }
 
