@@ -5,7 +5,8 @@
 //! are drawn anew.
 
 use gravcal_estimation::statistics::{
-    Bootstrap, Jackknife, NoiseKnowledge, Resampling, SampleBlocks, Solution, ToldByOneBlock, Uncertainty,
+    Bootstrap, Jackknife, NoiseKnowledge, Resampling, SampleBlocks, Solution, StatisticsError, ToldByOneBlock,
+    Uncertainty,
 };
 use gravcal_estimation::{BlockId, Loss, Spectrum};
 
@@ -89,11 +90,16 @@ impl Solved {
             (false, false) => NoiseSource::Stated,
         };
         let uncertainty = Uncertainty::from_noise(&self.solution(), knowledge)?;
+        let by_noise = UncertaintyResult::Noise { source, widened_by };
         let errs = misfit.is_some() || self.readings.unexplained_found(session);
         if !errs || !self.may_leave_out_poses() {
-            return Ok((uncertainty, UncertaintyResult::Noise { source, widened_by }));
+            return Ok((uncertainty, by_noise));
         }
-        let (left_out, jackknife) = self.jackknife(session, PoseBlocks::Found)?;
+        let (left_out, jackknife) = match self.jackknife(session, PoseBlocks::Found) {
+            // A loss that forgives most of what contradicts the model leaves no minimum to leave out anything from.
+            Err(EstimateError::Statistics(StatisticsError::NotConvex)) => return Ok((uncertainty, by_noise)),
+            jackknife => jackknife?,
+        };
         let told = UncertaintyResult::LargerOfNoiseAndJackknife { source, widened_by, jackknife };
         Ok((uncertainty.larger_of(left_out), told))
     }
