@@ -22,6 +22,8 @@ const LEAST_PIVOT: f64 = 1e-9;
 pub(crate) struct LocalColumns {
     places: Vec<Place>,
     islands: Vec<LocalIsland>,
+    /// Place of each island's first column among those of all islands.
+    firsts: Vec<usize>,
 }
 
 /// An island, by what it follows and what it knows by itself.
@@ -56,7 +58,15 @@ impl LocalColumns {
         let islands = islands.map(|(columns, touched, rows)| {
             LocalIsland::new(columns.len(), touched, rows).map_err(|index| undetermined(problem, columns[index]))
         });
-        Ok(LocalColumns { places: problem.structure().places.clone(), islands: islands.collect::<Result<_, _>>()? })
+        let islands: Vec<LocalIsland> = islands.collect::<Result<_, _>>()?;
+        let mut next = 0;
+        let first = |island: &LocalIsland| {
+            let first = next;
+            next += island.own.len();
+            first
+        };
+        let firsts = islands.iter().map(first).collect();
+        Ok(LocalColumns { places: problem.structure().places.clone(), islands, firsts })
     }
 
     /// Number of local columns.
@@ -75,6 +85,15 @@ impl LocalColumns {
             Place::Shared(index) => Some(index),
             Place::Island { .. } => None,
         }
+    }
+
+    /// The islands' own unit errors in a function: place among those of all islands, and coefficient.
+    pub fn own_entries(&self, function: &Reduced) -> Vec<(usize, f64)> {
+        let first = |island: usize| self.firsts[island];
+        let of_island = |(island, own): &(usize, Vec<f64>)| {
+            own.iter().enumerate().map(|(k, c)| (first(*island) + k, *c)).collect::<Vec<_>>()
+        };
+        function.local.iter().flat_map(of_island).collect()
     }
 
     /// What a linear function of columns is made of.

@@ -294,9 +294,40 @@ impl Spectrum {
         augmented.chunks_exact(self.column_scales.len() + 1).map(leverage).collect()
     }
 
+    /// The rows of `augmented` in an orthonormal basis of what its columns span.
+    pub(crate) fn basis_rows(&self, augmented: &[f64]) -> BasisRows {
+        let directions = self.determined_directions();
+        let mut rows =
+            BasisRows { rank: directions.len(), shared: Vec::new(), local: Vec::new(), own: self.local.count() };
+        for row in augmented.chunks_exact(self.column_scales.len() + 1) {
+            let entries = row[..row.len() - 1].iter().copied().enumerate().filter(|(_, entry)| *entry != 0.0);
+            let reduced = self.local.reduce(entries);
+            let along =
+                |direction: &Vec<f64>| reduced.shared.iter().map(|(i, entry)| entry * direction[*i]).sum::<f64>();
+            rows.shared.extend(directions.iter().map(along));
+            if self.has_local() {
+                rows.local.push(self.local.own_entries(&reduced));
+            }
+        }
+        rows
+    }
+
     fn unscale(&self, direction: &[f64]) -> Vec<f64> {
         direction.iter().zip(&self.scales).map(|(v, scale)| v / scale).collect()
     }
+}
+
+/// Rows in an orthonormal basis.
+#[derive(Debug)]
+pub(crate) struct BasisRows {
+    /// Directions of the shared columns.
+    pub rank: usize,
+    /// So many entries a row.
+    pub shared: Vec<f64>,
+    /// By row, place and entry of the own directions of local columns; empty where there are none.
+    pub local: Vec<Vec<(usize, f64)>>,
+    /// How many of these there are.
+    pub own: usize,
 }
 
 /// `aᵀ M b`.

@@ -12,6 +12,7 @@ mod jackknife;
 mod projected;
 mod quantile;
 mod redrawn;
+mod residual_maker;
 mod sandwich;
 mod uncertainty;
 
@@ -24,4 +25,5 @@ pub use error::{StatisticsError, TooFewBlocks};
 pub use from_noise::NoiseKnowledge;
 pub use jackknife::{Jackknife, ToldByOneBlock};
 pub use quantile::Quantile;
+pub use residual_maker::ResidualMaker;
 pub use uncertainty::{Solution, Uncertainty};

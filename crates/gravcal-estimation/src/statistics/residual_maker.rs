@@ -1,0 +1,174 @@
+//! The residual maker `M = I − U Uᵀ` of a solved problem: what a fit leaves of anything added to its readings.
+//!
+//! With `U` an orthonormal basis of what the whitened Jacobian J spans (of its determined directions), errors `e` of the readings leave
+//! the residuals `r = M e`, to first order in the errors. A term `z a` that the model lacks changes them by `M z a`; so with `w = M z`
+//!
+//! ```text
+//!     a = −(wᵀ r)/(wᵀ w),      wᵀ r = zᵀ r,      χ² falls by (wᵀ r)²/(wᵀ w)
+//! ```
+//!
+//! if the term were estimated too (Rao's score test; Frisch and Waugh, 1933), without solving again. Local blocks enter by what follows
+//! the shared columns and what is their own, so that no matrix of all columns is made. **Assumptions.** No loss.
+
+use super::Solution;
+use crate::EvaluateError;
+
+/// `M`, with the residuals that it is judged by.
+#[derive(Clone, Debug)]
+pub struct ResidualMaker {
+    /// Orthonormal directions of the shared columns.
+    rank: usize,
+    /// Row of `U` over them, for each row of the problem.
+    shared: Vec<f64>,
+    /// Row of `U` over the own columns of islands: place and entry. Nothing where the problem has no local blocks.
+    local: Vec<Vec<(usize, f64)>>,
+    /// How many such columns there are.
+    own: usize,
+    /// Terms that were added: unit vectors, perpendicular to each other and to `U`.
+    added: Vec<Vec<f64>>,
+    residuals: Vec<f64>,
+}
+
+impl ResidualMaker {
+    /// That of a solution.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated.
+    pub fn new(solution: &Solution<'_>) -> Result<ResidualMaker, EvaluateError> {
+        let augmented = solution.problem.augmented_jacobian(solution.values)?;
+        let width = solution.problem.columns().len() + 1;
+        let residuals = augmented.chunks_exact(width).map(|row| row[width - 1]).collect();
+        let basis = solution.spectrum.basis_rows(&augmented);
+        let mut maker = ResidualMaker {
+            rank: basis.rank,
+            shared: basis.shared,
+            local: basis.local,
+            own: basis.own,
+            added: Vec::new(),
+            residuals,
+        };
+        // Where a solver stopped, or the reference pulled, a little is left along the Jacobian.
+        let mut cleared = std::mem::take(&mut maker.residuals);
+        maker.apply(&mut cleared);
+        maker.residuals = cleared;
+        Ok(maker)
+    }
+
+    /// `r`, one entry a row of the problem, in standard deviations.
+    pub fn residuals(&self) -> &[f64] {
+        &self.residuals
+    }
+
+    /// Turns `z` into `M z`.
+    pub fn apply(&self, z: &mut [f64]) {
+        let mut along = vec![0.0; self.rank];
+        let mut own = vec![0.0; self.own];
+        for (row, z) in z.iter().enumerate().filter(|(_, z)| **z != 0.0) {
+            along.iter_mut().zip(self.shared_of(row)).for_each(|(sum, u)| *sum += z * u);
+            self.local_of(row).iter().for_each(|(place, u)| own[*place] += z * u);
+        }
+        for (row, z) in z.iter_mut().enumerate() {
+            *z -= dot(&along, self.shared_of(row));
+            *z -= self.local_of(row).iter().map(|(place, u)| own[*place] * u).sum::<f64>();
+        }
+        for unit in &self.added {
+            let share = dot(unit, z);
+            z.iter_mut().zip(unit).for_each(|(z, u)| *z -= share * u);
+        }
+    }
+
+    /// Entry of `M`.
+    pub fn entry(&self, i: usize, j: usize) -> f64 {
+        let shared = dot(self.shared_of(i), self.shared_of(j));
+        let same = |(place, u): &(usize, f64)| {
+            let other = self.local_of(j).iter().filter(move |(other, _)| other == place);
+            other.map(|(_, v)| u * v).sum::<f64>()
+        };
+        let local: f64 = self.local_of(i).iter().map(same).sum();
+        let added: f64 = self.added.iter().map(|unit| unit[i] * unit[j]).sum();
+        f64::from(i == j) - shared - local - added
+    }
+
+    /// The same where terms are estimated too: unit vectors, perpendicular to each other, that `apply` left.
+    #[must_use]
+    pub fn with(mut self, terms: &[Vec<f64>]) -> ResidualMaker {
+        for term in terms {
+            let share = dot(term, &self.residuals);
+            self.residuals.iter_mut().zip(term).for_each(|(r, u)| *r -= share * u);
+        }
+        self.added.extend_from_slice(terms);
+        self
+    }
+
+    fn shared_of(&self, row: usize) -> &[f64] {
+        &self.shared[row * self.rank..(row + 1) * self.rank]
+    }
+
+    fn local_of(&self, row: usize) -> &[(usize, f64)] {
+        self.local.get(row).map_or(&[], Vec::as_slice)
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linearization::tests::problem;
+    use crate::testing::{Line, add, fit, line};
+    use crate::{Block, Spectrum};
+
+    const Y: [f64; 6] = [0.1, 1.3, 1.8, 3.4, 3.9, 5.6];
+
+    fn maker(solution: &Solution<'_>) -> ResidualMaker {
+        ResidualMaker::new(solution).unwrap()
+    }
+
+    /// By how much χ² falls, and the coefficient, are those of the fit with the column.
+    #[test]
+    fn an_added_column_is_that_of_the_larger_fit() {
+        let square = |t: usize| (t * t) as f64;
+        let without = fit(line(&Y));
+        let maker = maker(&without.solution());
+        let mut w: Vec<f64> = (0..Y.len()).map(square).collect();
+        maker.apply(&mut w);
+        let (along, length) = (dot(&w, maker.residuals()), dot(&w, &w));
+
+        let mut builder = crate::ProblemBuilder::new();
+        let ids = ["a", "b", "c"].map(|name| builder.add_block(Block::scalar(name, ""), &[0.0]));
+        for (t, y) in Y.iter().enumerate() {
+            add(&mut builder, Line::new(&ids, &[1.0, t as f64, square(t)], *y));
+        }
+        let with = fit(builder);
+        let chi = |solution: &Solution<'_>| {
+            solution.problem.residuals(solution.values).unwrap().iter().map(|r| r * r).sum::<f64>()
+        };
+        let fallen = chi(&without.solution()) - chi(&with.solution());
+        assert!((along * along / length / fallen - 1.0).abs() < 1e-9);
+        assert!((-along / length - with.values.as_slice()[2]).abs() < 1e-9);
+
+        let unit: Vec<f64> = w.iter().map(|w| w / length.sqrt()).collect();
+        let larger = maker.clone().with(&[unit]);
+        let expected = with.solution().problem.residuals(with.solution().values).unwrap();
+        assert!(larger.residuals().iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-9));
+        let trace: f64 = (0..Y.len()).map(|i| larger.entry(i, i)).sum();
+        assert!((trace - 3.0).abs() < 1e-9, "{trace}");
+    }
+
+    #[test]
+    fn local_blocks_are_as_good_as_eliminated() {
+        let ((plain, values), (eliminated, _)) = (problem(40, false), problem(40, true));
+        let spectra = [Spectrum::new(&plain, &values).unwrap(), Spectrum::new(&eliminated, &values).unwrap()];
+        let [a, b] = [(&plain, &spectra[0]), (&eliminated, &spectra[1])]
+            .map(|(problem, spectrum)| maker(&Solution { problem, values: &values, spectrum }));
+        let mut z: Vec<f64> = (0..plain.rows()).map(|i| ((i * i * 31 + 7 * i) % 97) as f64 - 48.0).collect();
+        let mut other = z.clone();
+        a.apply(&mut z);
+        b.apply(&mut other);
+        assert!(z.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-6), "{z:?} {other:?}");
+        let entries = (0..plain.rows()).map(|i| (i, (7 * i + 3) % plain.rows()));
+        assert!(entries.into_iter().all(|(i, j)| (a.entry(i, j) - b.entry(i, j)).abs() < 1e-9));
+    }
+}
