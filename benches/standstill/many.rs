@@ -1,7 +1,7 @@
 //! Many recordings of varied noise, rate and speed: how many standstills are found, and how true their standard errors are.
 
 use gravcal_benches::program::progress;
-use gravcal_calibration::simulation::{Converter, Dirt, Motion, Run, Simulation, TrueStandstill, record};
+use gravcal_calibration::simulation::{Approach, Converter, Dirt, Motion, Run, Simulation, TrueStandstill, record};
 use gravcal_recording::Standstill;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
@@ -81,6 +81,9 @@ fn varied(simulation: &Simulation, trial: u64, kind: usize) -> Simulation {
         vibration: between(1.0, 50.0),
         settling_time: between(0.01, 0.05),
         correlation: if kind == 2 { between(0.0005, 0.003) } else { 0.0 },
+        approach: Approach::Any,
+        friction: None,
+        walk: Vec::new(),
         dirt: if kind == 3 { Dirt { outliers: 0.01, dropped: 0.05, touched: 0 } } else { Dirt::default() },
     });
     varied

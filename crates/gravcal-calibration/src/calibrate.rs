@@ -248,6 +248,7 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         deflections: Vec::new(),
         position_errors: Vec::new(),
         sensor_models: Vec::new(),
+        residual_tests: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),
         weak: Vec::new(),

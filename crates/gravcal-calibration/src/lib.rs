@@ -49,11 +49,11 @@ mod instrumented;
 #[cfg(test)]
 mod left_out;
 #[cfg(test)]
+mod one_sided;
+#[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod robustness;
-#[cfg(test)]
-mod one_sided;
 #[cfg(test)]
 mod slow_sweeps;
 #[cfg(test)]

@@ -4,6 +4,7 @@
 
 mod detail;
 mod positions;
+mod residual_tests;
 mod residuals;
 
 use std::fmt;
@@ -13,6 +14,7 @@ use serde::Serialize;
 
 pub use detail::Detail;
 pub use positions::{DeflectionResult, PositionErrorResult};
+pub use residual_tests::{ResidualTest, ResidualTestKind};
 pub use residuals::ReadingResidual;
 
 use crate::EstimatorName;
@@ -45,6 +47,9 @@ pub struct EstimatorResult {
     /// Each model of a joint's sensor beyond gain and bias, tested against its absence.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sensor_models: Vec<SensorModelTest>,
+    /// Tests on residuals, what they name first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub residual_tests: Vec<ResidualTest>,
     /// What the data do not determine.
     pub undetermined: Vec<Undetermined>,
     /// Constraints of the session on which the estimate leans.

@@ -71,6 +71,7 @@ mod tests {
             deflections: Vec::new(),
             position_errors: Vec::new(),
             sensor_models: Vec::new(),
+            residual_tests: Vec::new(),
             undetermined: Vec::new(),
             active_constraints: Vec::new(),
             weak: Vec::new(),

@@ -6,7 +6,7 @@
 use gravcal_calibration::result::{
     ActiveConstraint, CovarianceResult, DeflectionResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut,
     Iteration, JointFit, LossResult, MomentResult, NoiseSource, Outlier, ParameterResult, PositionErrorResult,
-    SensorModelTest, TestAgainstZero, UncertaintyResult, UnexplainedResult, WeakCombination,
+    ResidualTest, SensorModelTest, TestAgainstZero, UncertaintyResult, UnexplainedResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -46,6 +46,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         deflections,
         position_errors,
         sensor_models,
+        residual_tests,
         undetermined: _,
         active_constraints,
         weak,
@@ -64,6 +65,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(deflections.iter().flat_map(of_deflection));
     let inside = inside.chain(position_errors.iter().flat_map(of_position_error));
     let inside = inside.chain(sensor_models.iter().flat_map(of_model_test));
+    let inside = inside.chain(residual_tests.iter().flat_map(of_residual_test));
     let inside = inside.chain(active_constraints.iter().flat_map(of_constraint));
     let inside = inside.chain(weak.iter().flat_map(of_weak));
     let inside = inside.chain(held.iter().flat_map(of_held));
@@ -163,6 +165,25 @@ fn of_model_test(tested: &SensorModelTest) -> Vec<Number> {
         [(format!("{joint} {model} statistic"), *statistic), (format!("{joint} {model} p_value"), *p_value)]
     };
     test.iter().flat_map(numbers).collect()
+}
+
+fn of_residual_test(tested: &ResidualTest) -> Vec<Number> {
+    let ResidualTest {
+        channel,
+        kind,
+        statistic,
+        degrees_of_freedom,
+        blocks: _,
+        p_value,
+        corrected_p_value,
+        size,
+        unit: _,
+        in_noise,
+        named: _,
+        spoils_intervals: _,
+    } = tested;
+    let numbers = degrees_of_freedom.iter().chain([statistic, p_value, corrected_p_value, size, in_noise]);
+    each(&format!("{kind} in the residuals of {channel}"), numbers)
 }
 
 fn of_constraint(active: &ActiveConstraint) -> Vec<Number> {

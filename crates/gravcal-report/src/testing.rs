@@ -27,6 +27,7 @@ pub fn result(name: &str) -> EstimatorResult {
         deflections: Vec::new(),
         position_errors: Vec::new(),
         sensor_models: Vec::new(),
+        residual_tests: Vec::new(),
         undetermined: Vec::new(),
         active_constraints: Vec::new(),
         weak: Vec::new(),

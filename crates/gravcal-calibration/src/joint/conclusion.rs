@@ -10,9 +10,11 @@ use super::readings::Readings;
 use super::solve::{Solved, solve, solve_from};
 use super::tell::{mirrored_gains, tell_parameters, tell_termination};
 use super::{EstimateError, Unknowns};
-use crate::judgement::Judgement;
+use crate::judgement::{Judgement, in_words, residual_tests};
 use crate::parameter::Quantity;
-use crate::result::{GravityResult, NoiseSource, ParameterResult, UncertaintyResult, UnexplainedResult, Verdict};
+use crate::result::{
+    GravityResult, NoiseSource, ParameterResult, ResidualTest, UncertaintyResult, UnexplainedResult, Verdict,
+};
 use crate::session::{MistakenUnit, Session};
 use crate::workbench::Workbench;
 
@@ -46,6 +48,8 @@ pub(super) struct Conclusion {
     pub verdict: Verdict,
     /// Why the solver ended, or why there is no answer to rely on.
     pub termination: String,
+    /// Whether residuals have a shape that noise has not.
+    pub residual_tests: Vec<ResidualTest>,
     /// What a reader must know before any number.
     pub remarks: Vec<String>,
 }
@@ -77,6 +81,7 @@ pub(super) fn conclude(
         verdict: if complete && reliable { Verdict::Determined } else { Verdict::PartlyDetermined },
         termination: tell_termination(&solved),
         remarks: Vec::new(),
+        residual_tests: residual_tests(session, &solved, &told)?,
         uncertainty: told,
         gravity,
         parameters,
@@ -85,6 +90,7 @@ pub(super) fn conclude(
     };
     conclusion.remark_on_noise(session, misfit);
     conclusion.remark_on_blocks();
+    conclusion.remark_on_residuals(session);
     conclusion.remark_on_contradictions(session, misfit);
     conclusion.remark_on_unexplained(session, &unexplained)?;
     conclusion.remark_on_earlier(session, workbench)?;
@@ -148,6 +154,17 @@ impl Conclusion {
             ));
         }
         self.remarks.extend(remarks);
+    }
+
+    /// Says what shape residuals have, and that intervals cannot hold where that is too large.
+    fn remark_on_residuals(&mut self, session: &Session) {
+        let named = || self.residual_tests.iter().filter(|test| test.named);
+        let spoilt = named().any(|test| test.spoils_intervals);
+        let told: Vec<String> = named().map(|test| in_words(session, test)).collect();
+        self.remarks.extend(told);
+        if spoilt {
+            self.verdict = self.verdict.max(Verdict::PartlyDetermined);
+        }
     }
 
     /// `√(χ²/dof)` where it is far below 1 and no accident.

@@ -26,7 +26,17 @@ pub(super) fn tell(
     fit: Fit,
     workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
-    let Conclusion { solved, judgement, uncertainty, gravity, parameters, verdict, termination, remarks } = conclusion;
+    let Conclusion {
+        solved,
+        judgement,
+        uncertainty,
+        gravity,
+        parameters,
+        verdict,
+        termination,
+        residual_tests,
+        remarks,
+    } = conclusion;
     let solved = &solved;
     let situation = solved.situation(session);
     let moments = determined_moments(
@@ -71,6 +81,7 @@ pub(super) fn tell(
         gravity,
         parameters,
         sensor_models,
+        residual_tests,
         undetermined,
         active_constraints: constraints::tell(&solved.posed.problem, &solved.estimate.active),
         weak,

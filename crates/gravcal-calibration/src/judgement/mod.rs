@@ -10,6 +10,7 @@ mod nearby;
 mod outliers;
 mod positions;
 mod remarks;
+mod residual_tests;
 
 pub(crate) use cure::Situation;
 pub(crate) use determined::{Judged, Judgement, judge, limits_of_use};
@@ -21,3 +22,4 @@ pub(crate) use nearby::{AT_LEAST, IMPLAUSIBLE, MATTERS, least_informed_nearby};
 pub(crate) use outliers::{file_name, outlier_note, outliers};
 pub(crate) use positions::{deflections, position_errors};
 pub(crate) use remarks::{held, loss, weak_combinations, weak_note};
+pub(crate) use residual_tests::{in_words, residual_tests};

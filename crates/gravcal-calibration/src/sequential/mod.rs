@@ -300,6 +300,7 @@ pub fn tell_steps(
         deflections: Vec::new(),
         position_errors: Vec::new(),
         sensor_models: Vec::new(),
+        residual_tests: Vec::new(),
         undetermined,
         active_constraints: Vec::new(),
         weak: Vec::new(),

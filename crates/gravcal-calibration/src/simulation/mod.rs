@@ -189,7 +189,18 @@ impl Simulation {
     pub fn new(template: Session, truth: Unknowns, runs: Vec<Run>, disturbance: Disturbance, seed: u64) -> Simulation {
         let (conditions, models) = (SimulatedConditions::default(), DeclaredModels::default());
         let (instruments, unmodelled) = (SimulatedInstruments::default(), Unmodelled::none(&template));
-        Simulation { template, truth, unmodelled, runs, disturbance, conditions, motion: None, models, instruments, seed }
+        Simulation {
+            template,
+            truth,
+            unmodelled,
+            runs,
+            disturbance,
+            conditions,
+            motion: None,
+            models,
+            instruments,
+            seed,
+        }
     }
 
     /// Reads `simulation.toml` and the robot that it names.

@@ -713,7 +713,10 @@ fn an_uncertainty_has_what_it_needs_and_nothing_else() {
     assert_eq!(chosen("kind = 'jackknife'\nblock_poses = 2"), jackknife(PoseBlocks::Poses(2)));
     assert_eq!(chosen("kind = 'jackknife'\nblocks = 'sweeps'"), jackknife(PoseBlocks::Sweeps));
     assert_eq!(chosen("kind = 'jackknife'\nblocks = 'pairs'"), jackknife(PoseBlocks::Pairs));
-    refused("kind = 'jackknife'\nblock_poses = 3", "7: uncertainty.block_poses: 33 samples in blocks of 3 are 11 blocks");
+    refused(
+        "kind = 'jackknife'\nblock_poses = 3",
+        "7: uncertainty.block_poses: 33 samples in blocks of 3 are 11 blocks",
+    );
     refused("kind = 'jackknife'\nblock_s = 0", "7: uncertainty.block_s: ");
     refused("kind = 'jackknife'\nblock_s = 1.5", "7: uncertainty.block_s: some poses have no time");
     refused("kind = 'jackknife'\nblock_s = 1.5\nblock_poses = 2", "7: uncertainty.block_s: blocks are of poses");

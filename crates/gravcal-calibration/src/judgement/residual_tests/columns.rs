@@ -1,0 +1,193 @@
+//! What the model may lack: columns of terms that are looked for in the residuals of a channel.
+
+use std::collections::BTreeSet;
+
+use gravcal_estimation::EvaluateError;
+use gravcal_kinematics::JointKind;
+
+use crate::joint::Solved;
+use crate::parameter::Quantity;
+use crate::session::{Pose, Session};
+
+/// Harmonics that are looked for.
+const ORDERS: std::ops::RangeInclusive<u32> = 1..=4;
+/// Step by which the slope over a coordinate is taken, rad.
+const STEP: f64 = 1e-4;
+/// More tables are not compared.
+const MOST_TABLES: usize = 40;
+/// Rows of a table that can be told to drift.
+const DRIFTING: usize = 4;
+
+/// A term that is looked for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Term {
+    Trend,
+    TrendInTables,
+    TorqueHarmonic(u32),
+    PositionHarmonic(u32),
+    Velocity,
+    Acceleration,
+    Direction,
+    Tables,
+}
+
+/// Makes columns: what a unit of a term's coefficient does to the whitened residuals.
+pub struct Columns<'a> {
+    session: &'a Session,
+    solved: &'a Solved,
+    rows: usize,
+    /// By joint, what a step of its coordinate does to the whitened residuals; empty of joints that slide.
+    slopes: Vec<Vec<f64>>,
+    /// By pose, when it was read, s; nothing where any pose does not tell.
+    times: Option<Vec<f64>>,
+}
+
+impl<'a> Columns<'a> {
+    /// `rows`: of the problem that is judged, whose first ones are the readings.
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated beside the solution.
+    pub fn new(session: &'a Session, solved: &'a Solved, rows: usize) -> Result<Columns<'a>, EvaluateError> {
+        let joints = session.robot.chain.joints().iter().enumerate();
+        let slope = |(joint, described): (usize, &gravcal_kinematics::Joint)| match described.kind {
+            JointKind::Prismatic => Ok(Vec::new()),
+            _ => slope(solved, joint, rows),
+        };
+        let times: Option<Vec<f64>> = session.poses.iter().map(|pose| pose.conditions.time).collect();
+        let times = times.filter(|times| times.iter().any(|time| *time != times[0]));
+        Ok(Columns { session, solved, rows, slopes: joints.map(slope).collect::<Result<_, _>>()?, times })
+    }
+
+    /// Every term that can be looked for in a channel.
+    pub fn terms(&self, channel: usize) -> Vec<Term> {
+        let mut terms = vec![Term::Trend, Term::TrendInTables, Term::Tables];
+        if channel < self.session.joints.len() {
+            if !self.slopes[channel].is_empty() {
+                terms.extend(ORDERS.map(Term::TorqueHarmonic));
+            }
+            terms.extend([Term::Velocity, Term::Acceleration, Term::Direction]);
+        }
+        terms
+    }
+
+    /// Those of a joint's coordinate, which every channel may show.
+    pub fn terms_of_position(&self, joint: usize) -> Vec<Term> {
+        if self.slopes[joint].is_empty() { Vec::new() } else { ORDERS.map(Term::PositionHarmonic).collect() }
+    }
+
+    /// Whether times are known.
+    pub fn in_time(&self) -> bool {
+        self.times.is_some()
+    }
+
+    /// Time, or number of the pose.
+    pub fn when(&self, pose: usize) -> f64 {
+        self.times.as_ref().map_or(pose as f64, |times| times[pose])
+    }
+
+    /// Columns of a term, one for each coefficient.
+    pub fn of(&self, channel: usize, term: &Term) -> Vec<Vec<f64>> {
+        match term {
+            Term::Trend => vec![self.trend(channel, |_| 0)],
+            Term::TrendInTables => self.trend_in_tables(channel),
+            Term::Tables => self.tables_apart(channel),
+            Term::TorqueHarmonic(order) => [f64::sin, f64::cos]
+                .map(|function| self.reading(channel, |pose| function(f64::from(*order) * self.angle(channel, pose))))
+                .into(),
+            Term::PositionHarmonic(order) => [f64::sin, f64::cos]
+                .map(|function| {
+                    self.coordinate(channel, |pose| function(f64::from(*order) * self.angle(channel, pose)))
+                })
+                .into(),
+            Term::Velocity => vec![self.condition(channel, |pose| &pose.conditions.velocity)],
+            Term::Acceleration => vec![self.condition(channel, |pose| &pose.conditions.acceleration)],
+            Term::Direction => vec![self.condition(channel, |pose| &pose.conditions.direction)],
+        }
+    }
+
+    /// Tables in which a channel is read.
+    pub fn tables(&self, channel: usize) -> Vec<usize> {
+        let tables: BTreeSet<usize> = self.poses(channel).map(|(_, pose)| self.session.poses[pose].table).collect();
+        tables.into_iter().collect()
+    }
+
+    /// Row and pose of every reading of a channel.
+    fn poses(&self, channel: usize) -> impl Iterator<Item = (usize, usize)> {
+        let rows = self.solved.posed.rows.iter().enumerate();
+        rows.filter(move |(_, (_, own))| *own == channel).map(|(row, (pose, _))| (row, *pose))
+    }
+
+    /// A term that adds to the readings of a channel.
+    fn reading(&self, channel: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut column = vec![0.0; self.rows];
+        for (row, pose) in self.poses(channel) {
+            column[row] = value(pose) / self.solved.readings.std(self.session, pose, channel);
+        }
+        column
+    }
+
+    /// A term that adds to the coordinate of a joint.
+    fn coordinate(&self, joint: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
+        let mut column = self.slopes[joint].clone();
+        for ((pose, _), entry) in self.solved.posed.rows.iter().zip(&mut column) {
+            *entry *= value(*pose);
+        }
+        column
+    }
+
+    /// The angle that the sensor shows.
+    fn angle(&self, joint: usize, pose: usize) -> f64 {
+        self.session.joints[joint].of(Quantity::PositionGain).nominal * self.session.poses[pose].position[joint]
+    }
+
+    fn condition(&self, joint: usize, of: impl Fn(&Pose) -> &Vec<f64>) -> Vec<f64> {
+        self.reading(joint, |pose| of(&self.session.poses[pose]).get(joint).copied().unwrap_or(0.0))
+    }
+
+    /// Time (or order) less its mean over the poses of a channel that are of one group.
+    fn trend(&self, channel: usize, group: impl Fn(usize) -> usize) -> Vec<f64> {
+        let mut sums: std::collections::BTreeMap<usize, (f64, f64)> = std::collections::BTreeMap::new();
+        for (_, pose) in self.poses(channel) {
+            let (sum, count) = sums.entry(group(pose)).or_default();
+            *sum += self.when(pose);
+            *count += 1.0;
+        }
+        self.reading(channel, |pose| {
+            let (sum, count) = sums[&group(pose)];
+            if count < DRIFTING as f64 { 0.0 } else { self.when(pose) - sum / count }
+        })
+    }
+
+    fn trend_in_tables(&self, channel: usize) -> Vec<Vec<f64>> {
+        if self.tables(channel).len() < 2 {
+            return Vec::new();
+        }
+        vec![self.trend(channel, |pose| self.session.poses[pose].table)]
+    }
+
+    /// One column for each table but the first.
+    fn tables_apart(&self, channel: usize) -> Vec<Vec<f64>> {
+        let tables = self.tables(channel);
+        if tables.len() > MOST_TABLES {
+            return Vec::new();
+        }
+        let of = |table: &usize| self.reading(channel, |pose| f64::from(self.session.poses[pose].table == *table));
+        tables.iter().skip(1).map(of).collect()
+    }
+}
+
+/// What a step of a joint's coordinate does to the whitened residuals, by differences: the offset may be held, and then has no column.
+fn slope(solved: &Solved, joint: usize, rows: usize) -> Result<Vec<f64>, EvaluateError> {
+    let (problem, block) =
+        (&solved.posed.problem, solved.posed.layout.sensors[joint][Quantity::PositionOffset as usize]);
+    let at = |step: f64| {
+        let mut values = solved.estimate.values.clone();
+        values.set(block, &[values.scalar(block) + step]);
+        problem.residuals(&values)
+    };
+    let (ahead, behind) = (at(STEP)?, at(-STEP)?);
+    let readings = solved.posed.rows.len();
+    let mut slope: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).take(readings).collect();
+    slope.resize(rows, 0.0);
+    Ok(slope)
+}

@@ -1,0 +1,257 @@
+//! Tests on residuals: whether what a fit leaves has a shape that noise has not, which tells that its intervals cannot hold.
+//!
+//! For each channel, terms are looked for that the model lacks ([`columns`]), by score tests from the same fit ([`score`]), and whether
+//! neighbouring poses are alike ([`neighbours`]). As there are many tests, p-values are corrected by Holm's method: where the model is
+//! right, anything at all is named with probability [`SIGNIFICANCE`] at most. What is named is then taken into the model, and all the rest
+//! is tested again, so that one error of the model is told once, by its likeliest name. An order of a harmonic, a file, a size: these are
+//! of that fit.
+//!
+//! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise; neighbours
+//! that are alike where their correlation is 0.2, unless standard deviations come from blocks. Less is told, and changes no verdict.
+//!
+//! **Not tested**: what was counted by a loss, what has not converged, readings that enter group by group, residuals that are but the
+//! rounding of numbers, a term that the model has already, a channel with too few readings to tell its noise.
+
+mod columns;
+mod neighbours;
+mod rows;
+mod score;
+#[cfg(test)]
+mod tests;
+mod words;
+
+use gravcal_estimation::statistics::{ResidualMaker, Solution};
+use gravcal_estimation::{EvaluateError, Loss};
+
+use crate::joint::{Order, Solved};
+use crate::judgement::outliers::file_name;
+use crate::result::{ResidualTest, ResidualTestKind, UncertaintyResult};
+use crate::session::Session;
+use columns::{Columns, Term};
+use neighbours::Neighbours;
+use rows::Rows;
+use score::{Score, score};
+pub(crate) use words::in_words;
+
+/// Probability, corrected for the number of tests, below which something is named.
+pub(crate) const SIGNIFICANCE: f64 = 0.01;
+/// What is seen of a term, in standard deviations of a reading, from which intervals cannot hold.
+const MATTERS: f64 = 0.25;
+/// Correlation of neighbours from which intervals from noise cannot hold: they are too narrow by up to a fifth.
+const ALIKE: f64 = 0.2;
+/// More is not named: then the model as a whole is wrong.
+const MOST_NAMED: usize = 8;
+/// Residuals below this share of the readings' range are those of arithmetic.
+const ROUNDING: f64 = 1e-7;
+/// Entries of the Jacobian beyond which it is not made a second time.
+const MOST_ENTRIES: usize = 100_000_000;
+
+/// Tests the residuals of a solution: what is named first, in the order in which it was found.
+///
+/// # Errors
+/// Where a residual cannot be evaluated.
+pub(crate) fn residual_tests(
+    session: &Session,
+    solved: &Solved,
+    uncertainty: &UncertaintyResult,
+) -> Result<Vec<ResidualTest>, EvaluateError> {
+    let problem = solved.judged_problem();
+    let tested = solved.estimate.termination.converged()
+        && solved.posed.loss == Loss::None
+        && solved.readings.order == Order::Together
+        && problem.rows() > solved.spectrum.rank()
+        && problem.rows().saturating_mul(problem.columns().len()) < MOST_ENTRIES;
+    if !tested {
+        return Ok(Vec::new());
+    }
+    let solution = Solution { problem, values: &solved.estimate.values, spectrum: &solved.spectrum };
+    let maker = ResidualMaker::new(&solution)?;
+    let columns = Columns::new(session, solved, problem.rows())?;
+    let rows = Rows::new(session, solved, &maker);
+    let session_of_tests =
+        Tests { session, solved, columns, robust: !matches!(uncertainty, UncertaintyResult::Noise { .. }) };
+    Ok(session_of_tests.all(maker, rows))
+}
+
+/// A test with what would take its term into the model.
+struct Tested {
+    test: ResidualTest,
+    candidate: Candidate,
+    gain: f64,
+    terms: Vec<Vec<f64>>,
+}
+
+/// What is looked for, and where.
+#[derive(Clone, Debug, PartialEq)]
+enum Candidate {
+    Term(usize, Term),
+    Neighbours(usize),
+}
+
+struct Tests<'a> {
+    session: &'a Session,
+    solved: &'a Solved,
+    columns: Columns<'a>,
+    /// Whether standard deviations hold where neighbours are alike.
+    robust: bool,
+}
+
+impl Tests<'_> {
+    fn all(&self, mut maker: ResidualMaker, mut rows: Rows) -> Vec<ResidualTest> {
+        let mut candidates = self.candidates(&maker, &rows);
+        let mut named: Vec<ResidualTest> = Vec::new();
+        loop {
+            let neighbours: Vec<Option<Neighbours>> =
+                (0..rows.channels()).map(|channel| Neighbours::of(&maker, &rows, channel)).collect();
+            let mut found: Vec<Tested> =
+                candidates.iter().filter_map(|candidate| self.test(&maker, &rows, &neighbours, candidate)).collect();
+            found.sort_by(|a, b| a.test.p_value.total_cmp(&b.test.p_value).then(b.gain.total_cmp(&a.gain)));
+            let least = named.last().map_or(0.0, |last| last.corrected_p_value);
+            correct(&mut found, least);
+            let first = found.first().filter(|first| first.test.corrected_p_value < SIGNIFICANCE);
+            let Some(first) = first.filter(|_| named.len() < MOST_NAMED) else {
+                named.extend(found.into_iter().map(|tested| tested.test));
+                return named;
+            };
+            candidates.retain(|candidate| *candidate != first.candidate);
+            named.push(self.judged(first.test.clone()));
+            maker = maker.with(&first.terms);
+            rows.count_freedom(&maker);
+        }
+    }
+
+    fn candidates(&self, maker: &ResidualMaker, rows: &Rows) -> Vec<Candidate> {
+        let scattered: Vec<usize> =
+            (0..rows.channels()).filter(|channel| self.scatters(maker, rows, *channel)).collect();
+        let own = |channel: &usize| {
+            let terms = self.columns.terms(*channel).into_iter();
+            terms
+                .map(|term| Candidate::Term(*channel, term))
+                .chain([Candidate::Neighbours(*channel)])
+                .collect::<Vec<_>>()
+        };
+        let of_position = |joint: usize| {
+            let terms = self.columns.terms_of_position(joint).into_iter();
+            terms.map(move |term| Candidate::Term(joint, term)).collect::<Vec<_>>()
+        };
+        let positions = if scattered.is_empty() { 0 } else { self.session.joints.len() };
+        scattered.iter().flat_map(own).chain((0..positions).flat_map(of_position)).collect()
+    }
+
+    /// Whether a channel's residuals are more than the rounding of numbers.
+    fn scatters(&self, maker: &ResidualMaker, rows: &Rows, channel: usize) -> bool {
+        let own = rows.of_channel(channel);
+        let square = |row: &usize| {
+            let (pose, _) = self.solved.posed.rows[*row];
+            (maker.residuals()[*row] * self.solved.readings.std(self.session, pose, channel)).powi(2)
+        };
+        let rms = (own.iter().map(square).sum::<f64>() / own.len().max(1) as f64).sqrt();
+        let largest = own.iter().filter_map(|row| self.session.reading(self.solved.posed.rows[*row].0, channel));
+        rms > ROUNDING * largest.map(|reading| reading.value.abs()).fold(0.0, f64::max)
+    }
+
+    fn test(
+        &self,
+        maker: &ResidualMaker,
+        rows: &Rows,
+        neighbours: &[Option<Neighbours>],
+        candidate: &Candidate,
+    ) -> Option<Tested> {
+        match candidate {
+            Candidate::Neighbours(channel) => {
+                let known = neighbours[*channel].as_ref()?;
+                let (correlation, t, freedom, p_value) = known.test(rows, *channel, maker.residuals())?;
+                let test = ResidualTest {
+                    channel: self.session.channel_name(*channel),
+                    kind: ResidualTestKind::Neighbours,
+                    statistic: t,
+                    degrees_of_freedom: [1.0, freedom.min(1e6)],
+                    blocks: None,
+                    p_value,
+                    corrected_p_value: p_value,
+                    size: correlation,
+                    unit: String::new(),
+                    in_noise: 0.0,
+                    named: false,
+                    spoils_intervals: false,
+                };
+                Some(Tested { test, candidate: candidate.clone(), gain: 0.0, terms: Vec::new() })
+            }
+            Candidate::Term(channel, term) => {
+                let columns = self.columns.of(*channel, term);
+                let scored = score(maker, rows, neighbours, &columns)?;
+                Some(self.tell(*channel, term, scored))
+            }
+        }
+    }
+
+    fn tell(&self, channel: usize, term: &Term, scored: Score) -> Tested {
+        let Score { statistic, degrees_of_freedom, blocks, p_value, coefficients, in_noise, gain, terms } = scored;
+        let unit = self.session.channel_unit(channel);
+        let amplitude = coefficients.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let first = coefficients.first().copied().unwrap_or(0.0);
+        let each = if self.columns.in_time() { "s" } else { "pose" };
+        let (kind, size, unit) = match term {
+            Term::Trend => (ResidualTestKind::Trend, first, format!("{unit}/{each}")),
+            Term::TrendInTables => (ResidualTestKind::TrendInTables, first, format!("{unit}/{each}")),
+            Term::TorqueHarmonic(order) => (ResidualTestKind::TorqueHarmonic { order: *order }, amplitude, unit),
+            Term::PositionHarmonic(order) => {
+                (ResidualTestKind::PositionHarmonic { order: *order }, amplitude, "rad".to_owned())
+            }
+            Term::Velocity => (ResidualTestKind::Velocity, first, self.by_motion(channel, &unit, "s")),
+            Term::Acceleration => (ResidualTestKind::Acceleration, first, self.by_motion(channel, &unit, "s²")),
+            Term::Direction => (ResidualTestKind::Direction, first, unit),
+            Term::Tables => {
+                let (table, size) = self.farthest(channel, &coefficients);
+                let file = file_name(&self.session.tables[table].path);
+                (ResidualTestKind::Tables { file }, size, unit)
+            }
+        };
+        let test = ResidualTest {
+            channel: self.session.channel_name(channel),
+            kind,
+            statistic,
+            degrees_of_freedom,
+            blocks,
+            p_value,
+            corrected_p_value: p_value,
+            size,
+            unit,
+            in_noise,
+            named: false,
+            spoils_intervals: false,
+        };
+        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, terms }
+    }
+
+    fn by_motion(&self, joint: usize, unit: &str, time: &str) -> String {
+        let slides = self.session.robot.chain.joints()[joint].kind == gravcal_kinematics::JointKind::Prismatic;
+        format!("{unit}/({}/{time})", if slides { "m" } else { "rad" })
+    }
+
+    /// The table that is farthest from the mean one, and by how much; `coefficients` are those of all but the first.
+    fn farthest(&self, channel: usize, coefficients: &[f64]) -> (usize, f64) {
+        let tables = self.columns.tables(channel);
+        let mean = coefficients.iter().sum::<f64>() / tables.len() as f64;
+        let apart =
+            tables.iter().zip(std::iter::once(&0.0).chain(coefficients)).map(|(table, own)| (*table, own - mean));
+        apart.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or((0, 0.0))
+    }
+
+    fn judged(&self, test: ResidualTest) -> ResidualTest {
+        let spoils = match test.kind {
+            ResidualTestKind::Neighbours => test.size >= ALIKE && !self.robust,
+            _ => test.in_noise >= MATTERS,
+        };
+        ResidualTest { named: true, spoils_intervals: spoils, ..test }
+    }
+}
+
+/// Holm's method: the k-th smallest of m p-values counts m − k + 1 times, and no less than a smaller one.
+fn correct(found: &mut [Tested], least: f64) {
+    let (count, mut least) = (found.len(), least);
+    for (place, tested) in found.iter_mut().enumerate() {
+        least = least.max(((count - place) as f64 * tested.test.p_value).min(1.0));
+        tested.test.corrected_p_value = least;
+    }
+}

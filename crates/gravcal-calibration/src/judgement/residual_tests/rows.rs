@@ -1,0 +1,114 @@
+//! Whose rows are whose, and in which order they were read.
+
+use std::collections::BTreeMap;
+
+use gravcal_estimation::statistics::ResidualMaker;
+
+use crate::joint::Solved;
+use crate::session::Session;
+
+/// Rows of a problem by what they read. Owners are the channels, and knowledge as the last one.
+#[derive(Debug)]
+pub struct Rows {
+    owner: Vec<usize>,
+    channels: usize,
+    /// Place of each row's pose in the order of reading.
+    place: Vec<usize>,
+    poses: usize,
+    of_channel: Vec<Vec<usize>>,
+    pairs: Vec<Vec<(usize, usize)>>,
+    /// Trace of the residual maker among an owner's rows.
+    freedom: Vec<f64>,
+}
+
+impl Rows {
+    pub fn new(session: &Session, solved: &Solved, maker: &ResidualMaker) -> Rows {
+        let rows = &solved.posed.rows;
+        let channels = session.channel_count();
+        let mut owner = vec![channels; maker.residuals().len()];
+        let mut of_channel = vec![Vec::new(); channels];
+        for (row, (_, channel)) in rows.iter().enumerate() {
+            owner[row] = *channel;
+            of_channel[*channel].push(row);
+        }
+        let mut order: Vec<usize> = rows.iter().map(|(pose, _)| *pose).collect();
+        order.dedup();
+        // By table, and in it by time where that is told; a sort keeps the order of equals.
+        let time = |pose: usize| session.poses[pose].conditions.time.unwrap_or(0.0);
+        order.sort_by(|a, b| session.poses[*a].table.cmp(&session.poses[*b].table).then(time(*a).total_cmp(&time(*b))));
+        let places: BTreeMap<usize, usize> = order.iter().enumerate().map(|(place, pose)| (*pose, place)).collect();
+        let place: Vec<usize> = rows.iter().map(|(pose, _)| places[pose]).collect();
+        let table = |row: usize| session.poses[rows[row].0].table;
+        let pairs = |own: &Vec<usize>| {
+            let mut own = own.clone();
+            own.sort_by_key(|row| place[*row]);
+            own.windows(2).map(|pair| (pair[0], pair[1])).filter(|(a, b)| table(*a) == table(*b)).collect()
+        };
+        let pairs = of_channel.iter().map(pairs).collect();
+        let mut rows = Rows { owner, channels, place, poses: order.len(), of_channel, pairs, freedom: Vec::new() };
+        rows.count_freedom(maker);
+        rows
+    }
+
+    /// To be done again where the residual maker is another.
+    pub fn count_freedom(&mut self, maker: &ResidualMaker) {
+        self.freedom = vec![0.0; self.owners()];
+        for (row, owner) in self.owner.iter().enumerate() {
+            self.freedom[*owner] += maker.entry(row, row).max(0.0);
+        }
+    }
+
+    /// Channels, and knowledge.
+    pub fn owners(&self) -> usize {
+        self.channels + 1
+    }
+
+    pub fn channels(&self) -> usize {
+        self.channels
+    }
+
+    pub fn owner(&self, row: usize) -> usize {
+        self.owner[row]
+    }
+
+    /// Degrees of freedom of each owner's residuals.
+    pub fn freedom(&self) -> &[f64] {
+        &self.freedom
+    }
+
+    pub fn of_channel(&self, channel: usize) -> &[usize] {
+        &self.of_channel[channel]
+    }
+
+    /// Rows of neighbouring poses of one table.
+    pub fn pairs(&self, channel: usize) -> &[(usize, usize)] {
+        &self.pairs[channel]
+    }
+
+    /// Place of a row's pose in the order of reading; nothing for knowledge.
+    pub fn place(&self, row: usize) -> Option<usize> {
+        self.place.get(row).copied()
+    }
+
+    pub fn poses(&self) -> usize {
+        self.poses
+    }
+}
+
+#[cfg(test)]
+impl Rows {
+    /// One channel read once in each pose of one table.
+    pub fn plain(count: usize, maker: &ResidualMaker) -> Rows {
+        let mut rows = Rows {
+            owner: vec![0; count],
+            channels: 1,
+            place: (0..count).collect(),
+            poses: count,
+            of_channel: vec![(0..count).collect()],
+            pairs: vec![(1..count).map(|row| (row - 1, row)).collect()],
+            freedom: Vec::new(),
+        };
+        rows.count_freedom(maker);
+        rows
+    }
+}

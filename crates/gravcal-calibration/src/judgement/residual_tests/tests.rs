@@ -1,0 +1,171 @@
+//! Each family with a case in which it is there, and right models in which nothing is.
+
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64;
+
+use super::*;
+use crate::result::{EstimatorResult, Verdict};
+use crate::sensors::testing::{estimate, shoulder, taken_as_affine, with_model};
+use crate::sensors::{Options, SensorModelName};
+use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
+
+/// Noise of the shoulder's readings, counts.
+const NOISE: f64 = 0.8;
+
+fn named(result: &EstimatorResult) -> Vec<&ResidualTest> {
+    result.residual_tests.iter().filter(|test| test.named).collect()
+}
+
+/// The first that is named, in a session whose readings of a joint are changed.
+fn first(mut session: Session, joint: usize, error: impl Fn(usize, &crate::session::Pose) -> f64) -> ResidualTest {
+    for (place, pose) in session.poses.iter_mut().enumerate() {
+        let error = error(place, pose);
+        if let Some(reading) = &mut pose.torque[joint] {
+            reading.value += error;
+        }
+    }
+    let result = estimate(&session);
+    let first =
+        (*named(&result).first().unwrap_or_else(|| panic!("nothing is named: {:?}", result.residual_tests))).clone();
+    assert_eq!(result.verdict == Verdict::Determined, !named(&result).iter().any(|test| test.spoils_intervals));
+    assert!(result.notes.iter().any(|note| note.contains(&first.channel)), "{:?}", result.notes);
+    first
+}
+
+fn harmonics(orders: &[u32]) -> Options {
+    Options { orders: Some(orders.to_vec()), ..Options::default() }
+}
+
+#[test]
+fn of_right_models_nothing_is_named_and_p_values_are_evenly_spread() {
+    let simulation = sarcos_with_instruments();
+    let mut values = Vec::new();
+    for trial in 0..16 {
+        let mut session = simulation.session(trial);
+        if trial % 2 == 1 {
+            let readings =
+                session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().chain(&mut pose.instruments));
+            readings.flatten().for_each(|reading| reading.std = None);
+        }
+        let result = estimate(&session);
+        assert!(named(&result).is_empty(), "{trial}: {:?}", named(&result));
+        values.extend(result.residual_tests.iter().map(|test| test.p_value));
+    }
+    let share = |level: f64| values.iter().filter(|p| **p < level).count() as f64 / values.len() as f64;
+    assert!(values.len() > 800, "{}", values.len());
+    for (level, off) in [(0.01, 0.012), (0.05, 0.025), (0.25, 0.06), (0.5, 0.07)] {
+        assert!((share(level) - level).abs() < off, "{level}: {}", share(level));
+    }
+}
+
+#[test]
+fn a_zero_that_drifts_is_named_with_its_size() {
+    let simulation =
+        with_model(shoulder(), 1, SensorModelName::TorqueBiasInTime, &Options::default(), &[3.0 * NOISE / 4000.0]);
+    let test = first(taken_as_affine(&simulation.session(0)), 1, |_, _| 0.0);
+    assert!(test.channel == "joint2" && test.kind == ResidualTestKind::Trend && test.spoils_intervals, "{test:?}");
+    assert!((test.size / (3.0 * NOISE / 4000.0) - 1.0).abs() < 0.3 && test.unit == "count/s", "{test:?}");
+}
+
+#[test]
+fn a_coordinate_that_runs_unevenly_is_named() {
+    let truth = [0.006, -0.0045];
+    let simulation = with_model(shoulder(), 1, SensorModelName::PositionHarmonics, &harmonics(&[4]), &truth);
+    let test = first(taken_as_affine(&simulation.session(0)), 0, |_, _| 0.0);
+    assert!(test.channel == "joint2" && test.kind == ResidualTestKind::PositionHarmonic { order: 4 }, "{test:?}");
+    assert!((test.size / 0.0075 - 1.0).abs() < 0.3 && test.unit == "rad", "{test:?}");
+}
+
+#[test]
+fn torques_that_go_with_angle_speed_acceleration_or_side_are_named() {
+    let session = shoulder().session(0);
+    let ripple = first(session.clone(), 0, |_, pose| (3.0 * pose.position[0]).sin());
+    assert!(ripple.kind == ResidualTestKind::TorqueHarmonic { order: 3 } && ripple.channel == "joint1", "{ripple:?}");
+    assert!((ripple.size - 1.0).abs() < 0.4, "{ripple:?}");
+
+    let fast = first(session.clone(), 2, |_, pose| 20.0 * pose.conditions.velocity[2]);
+    assert!(matches!(fast.kind, ResidualTestKind::Velocity | ResidualTestKind::Direction), "{fast:?}");
+
+    let mut shaken = session.clone();
+    let mut random = Pcg64::seed_from_u64(7);
+    shaken.poses.iter_mut().for_each(|pose| {
+        pose.conditions.acceleration = (0..3).map(|_| random.sample::<f64, _>(StandardNormal)).collect();
+    });
+    let inertia = first(shaken, 1, |_, pose| 0.4 * pose.conditions.acceleration[1]);
+    assert!(inertia.kind == ResidualTestKind::Acceleration && (inertia.size - 0.4).abs() < 0.15, "{inertia:?}");
+    assert_eq!(inertia.unit, "count/(rad/s²)");
+
+    let friction = first(session, 1, |_, pose| 0.8 * pose.conditions.direction[1]);
+    assert!(friction.kind == ResidualTestKind::Direction && (friction.size - 0.8).abs() < 0.3, "{friction:?}");
+}
+
+#[test]
+fn tables_that_differ_are_named_by_file() {
+    let test = first(sarcos_shoulder().session(0), 2, |_, pose| if pose.table == 4 { 2.0 } else { 0.0 });
+    assert!(
+        test.channel == "joint3" && test.kind == ResidualTestKind::Tables { file: "sweep-4.csv".into() },
+        "{test:?}"
+    );
+}
+
+/// A walk that comes back is no trend; where neighbours are alike, nothing else is named for it.
+#[test]
+fn neighbours_that_are_alike_are_named() {
+    let walk = |seed: u64| {
+        let mut random = Pcg64::seed_from_u64(seed);
+        let mut at = 0.0;
+        let step = move |_| {
+            at = 0.7 * at + 1.2 * random.sample::<f64, _>(StandardNormal);
+            at
+        };
+        (0..1000).map(step).collect::<Vec<f64>>()
+    };
+    let (mut found, mut others) = (0, 0);
+    for seed in 0..4 {
+        let errors = walk(seed);
+        let mut session = sarcos_shoulder().session(seed);
+        for (pose, error) in session.poses.iter_mut().zip(errors) {
+            if let Some(reading) = &mut pose.torque[1] {
+                reading.value += error;
+            }
+        }
+        let result = estimate(&session);
+        let neighbours = |test: &&&ResidualTest| test.kind == ResidualTestKind::Neighbours && test.channel == "joint2";
+        found += named(&result).iter().filter(neighbours).count();
+        others += named(&result).len() - named(&result).iter().filter(neighbours).count();
+    }
+    assert!(found == 4 && others <= 2, "{found} {others}");
+}
+
+#[test]
+fn a_wrist_sensor_that_warms_up_is_named() {
+    let mut session = sarcos_with_instruments().session(0);
+    for (place, pose) in session.poses.iter_mut().enumerate() {
+        if let Some(reading) = &mut pose.instruments[2] {
+            reading.value += 3.0 * (-(place as f64) / 80.0).exp();
+        }
+    }
+    let result = estimate(&session);
+    let first = named(&result)[0];
+    let drifts = matches!(first.kind, ResidualTestKind::Trend | ResidualTestKind::Tables { .. });
+    assert!(first.channel == "wrist.fz" && drifts, "{first:?}");
+}
+
+#[test]
+fn what_cannot_be_tested_is_not() {
+    let mut exact = sarcos_shoulder();
+    exact.disturbance.torque_std = vec![1e-12; 3];
+    assert!(estimate(&exact.session(0)).residual_tests.is_empty());
+
+    let mut few = sarcos_shoulder().session(0);
+    few.poses.truncate(37);
+    let tests = estimate(&few).residual_tests;
+    // Joints 2 and 3 stand, nothing tells speed or side, and there is but one table.
+    let absent = |kind: &ResidualTestKind| {
+        matches!(kind, ResidualTestKind::Velocity | ResidualTestKind::Direction | ResidualTestKind::Tables { .. })
+    };
+    assert!(tests.iter().all(|test| !absent(&test.kind)), "{tests:?}");
+    let own = tests.iter().filter(|test| test.channel != "joint1");
+    assert!(own.clone().all(|test| !matches!(test.kind, ResidualTestKind::TorqueHarmonic { .. })), "{tests:?}");
+}

@@ -1,0 +1,85 @@
+//! Tests on residuals: whether what a fit leaves has a shape that noise has not.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// One test on the residuals of a channel: a term that the model lacks, or neighbours that are alike.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ResidualTest {
+    /// `joint3`, or `wrist.fx`.
+    pub channel: String,
+    /// What was looked for.
+    #[serde(flatten)]
+    pub kind: ResidualTestKind,
+    /// Its statistic: F, or Student's t of neighbours.
+    pub statistic: f64,
+    /// Its degrees of freedom: terms, and what is left to tell their size.
+    pub degrees_of_freedom: [f64; 2],
+    /// Blocks of neighbouring poses whose scatter told the noise, where neighbours are alike.
+    pub blocks: Option<usize>,
+    /// Probability of a statistic at least as large if the model is right.
+    pub p_value: f64,
+    /// The same corrected for the number of tests, by Holm's method.
+    pub corrected_p_value: f64,
+    /// Size of the term: its coefficient, the amplitude of a harmonic, the largest difference of a table from the mean one; of neighbours
+    /// their correlation.
+    pub size: f64,
+    /// Unit of the size.
+    pub unit: String,
+    /// What is seen of it in the residuals, root mean square, in standard deviations of one reading.
+    pub in_noise: f64,
+    /// Whether the corrected p-value tells that it is there.
+    pub named: bool,
+    /// Whether it is so large that intervals cannot hold.
+    pub spoils_intervals: bool,
+}
+
+/// What a test on residuals looks for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "kebab-case")]
+pub enum ResidualTestKind {
+    /// A reading that drifts with time, or from pose to pose where no time is known.
+    Trend,
+    /// A reading that drifts within each table.
+    TrendInTables,
+    /// Neighbouring poses whose residuals are alike.
+    Neighbours,
+    /// A reading that depends on its joint's own angle.
+    TorqueHarmonic {
+        /// Periods a turn.
+        order: u32,
+    },
+    /// A coordinate that runs unevenly.
+    PositionHarmonic {
+        /// Periods a turn.
+        order: u32,
+    },
+    /// A reading that depends on its joint's speed.
+    Velocity,
+    /// A reading that depends on its joint's acceleration.
+    Acceleration,
+    /// A reading that depends on the side from which its joint came.
+    Direction,
+    /// A reading that is another in another table.
+    Tables {
+        /// The file that is farthest off.
+        file: String,
+    },
+}
+
+impl fmt::Display for ResidualTestKind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ResidualTestKind::Trend => f.write_str("trend"),
+            ResidualTestKind::TrendInTables => f.write_str("trend in each table"),
+            ResidualTestKind::Neighbours => f.write_str("neighbours alike"),
+            ResidualTestKind::TorqueHarmonic { order } => write!(f, "torque harmonic {order}"),
+            ResidualTestKind::PositionHarmonic { order } => write!(f, "position harmonic {order}"),
+            ResidualTestKind::Velocity => f.write_str("velocity"),
+            ResidualTestKind::Acceleration => f.write_str("acceleration"),
+            ResidualTestKind::Direction => f.write_str("side of approach"),
+            ResidualTestKind::Tables { file } => write!(f, "tables ({file})"),
+        }
+    }
+}
