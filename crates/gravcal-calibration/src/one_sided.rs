@@ -12,7 +12,7 @@ use crate::simulation::{Simulation, write_session};
 use crate::testing::TWO_JOINTS;
 use crate::workbench::Workbench;
 
-/// Friction of 0.008 N·m leaves about twice the noise of a mean.
+/// Friction of 0.005 N·m leaves 2.5 times the noise of a mean.
 const SIMULATION: &str = r#"
 robot = "robot.toml"
 seed = 5
@@ -41,14 +41,14 @@ name = "elbow"
 SAID
 [[random]]
 file = "bare.csv"
-poses = 12
+poses = 30
 [[random]]
 file = "loaded.csv"
-poses = 12
+poses = 30
 load = "plate"
 "#;
 
-const FRICTION: &str = "friction = { coulomb_newton_metre = [0, 0.008] }";
+const FRICTION: &str = "friction = { coulomb_newton_metre = [0, 0.005] }";
 
 fn estimated(folder: &Path, approach: &str, said: &str, trial: u64) -> (Simulation, EstimatorResult) {
     fs::write(folder.join("robot.toml"), TWO_JOINTS).unwrap();

@@ -289,14 +289,15 @@ impl<'a> Recorder<'a> {
         let from = self.time();
         let arrival = from - (if index == 0 { self.motion.moving } else { 0.0 }) - self.motion.settling;
         let mut mean = vec![0.0; 2 * joints];
-        let readings = self.readings(table, stand);
         let touched = self.touched.contains(&self.session.poses.len());
         let length = samples as f64 / self.motion.rate;
         let touch = touched.then(|| [from + 0.5 * length, from + 0.5 * length + TOUCHED.min(0.25 * length)]);
         for step in 0..samples {
             let since = self.motion.settling + step as f64 / self.motion.rate;
             let since = if index == 0 { f64::MAX } else { since };
-            let clean = self.row(table, &Still { readings: readings.clone(), since }, touch, sink)?;
+            // Zeros may drift while the arm stands.
+            let readings = self.readings(table, stand);
+            let clean = self.row(table, &Still { readings, since }, touch, sink)?;
             mean.iter_mut().zip(clean).for_each(|(mean, reading)| *mean += reading / samples as f64);
         }
         let interval = [arrival, self.time() - 1.0 / self.motion.rate];
