@@ -44,7 +44,7 @@ pub struct EstimatorResult {
     pub deflections: Vec<DeflectionResult>,
     /// The same pose by pose, in short.
     pub position_errors: Vec<PositionErrorResult>,
-    /// Each model of a joint's sensor beyond gain and bias, tested against its absence.
+    /// Each model of a joint's sensor beyond gain and bias, and of what an instrument's biases drift with, tested against its absence.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub sensor_models: Vec<SensorModelTest>,
     /// Tests on residuals, what they name first.
@@ -174,12 +174,13 @@ pub struct ParameterResult {
     pub nominal: f64,
 }
 
-/// A model of a joint's sensor, tested against the hypothesis that all its parameters are zero.
+/// A model of a joint's sensor or of an instrument's biases, tested against the hypothesis that all its parameters are zero.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SensorModelTest {
-    /// The joint.
+    /// The joint, or the instrument.
     pub joint: String,
-    /// `torque-bias-in-time`, …
+    /// `torque-bias-in-time`, …; `biases-of-tables` where an instrument has biases of its own in each table, which are tested for being
+    /// the same.
     pub model: &'static str,
     /// Its parameters that were estimated.
     pub parameters: Vec<String>,

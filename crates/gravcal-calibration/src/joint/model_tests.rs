@@ -7,9 +7,15 @@
 //!     (Δ / p) / (χ² / dof) ~ F(p, dof)   noise from the residuals
 //! ```
 //!
+//! So with the drifts of an instrument's biases, of all its axes together. That each table has biases of its own is tested by their
+//! differences `a`, which are linear in what is estimated: `aᵀ Σ⁻¹ a` is how much χ² grows where all tables have the same.
+//!
 //! Where standard deviations are robust to model error, or readings are counted by a loss, χ² means neither, and `aᵀ Σ⁻¹ a ~ χ²(p)`
 //! with the covariance `Σ` of the estimate `a` is asked instead (Wald).
 
+use std::ops::Range;
+
+use gravcal_estimation::statistics::LinearFunction;
 use gravcal_estimation::{BlockId, Loss};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
@@ -20,7 +26,7 @@ use super::{EstimateError, Solved, Unknowns};
 use crate::judgement::Judgement;
 use crate::parameter::ParameterId;
 use crate::result::{Fit, NoiseSource, SensorModelTest, TestAgainstZero, TestKind, UncertaintyResult};
-use crate::session::Session;
+use crate::session::{Drift, Instrument, Session};
 use crate::workbench::Workbench;
 
 /// Why a parameter is held in the problem without it.
@@ -38,19 +44,59 @@ pub(super) struct ModelTests<'a> {
 impl ModelTests<'_> {
     /// Tests every model of the session.
     pub fn all(&self, workbench: &Workbench<'_>) -> Result<Vec<SensorModelTest>, EstimateError> {
-        let models = self.session.terms.models().into_iter();
-        let tests = models.map(|(joint, model, places)| {
-            let parameters: Vec<ParameterId> =
-                places.map(ParameterId::Further).filter(|id| self.is_free(*id)).collect();
-            let determined = !parameters.is_empty() && parameters.iter().all(|id| self.judgement.determines(*id));
-            Ok(SensorModelTest {
-                joint: self.session.robot.chain.joints()[joint].name.clone(),
-                model: model.as_str(),
-                parameters: parameters.iter().map(|id| self.session.parameter_name(*id)).collect(),
-                test: if determined { self.test(&parameters, workbench)? } else { None },
-            })
+        let of_joints = self.session.terms.models().into_iter().map(|(joint, model, places)| {
+            self.one(&self.session.robot.chain.joints()[joint].name, model.as_str(), places, workbench)
         });
-        tests.collect()
+        let drifts = self.session.instruments.iter().flat_map(|instrument| {
+            let of_drift = |(place, drift): (usize, &Drift)| {
+                let axes = instrument.kind.axes().len();
+                let first = instrument.drift_parameters().start + place * axes;
+                self.one(&instrument.name, drift.as_str(), first..first + axes, workbench)
+            };
+            instrument.drifts.iter().enumerate().map(of_drift).collect::<Vec<_>>()
+        });
+        let of_tables = self.session.instruments.iter().filter(|instrument| instrument.biases > 1);
+        of_joints.chain(drifts).chain(of_tables.map(|instrument| Ok(self.of_tables(instrument)))).collect()
+    }
+
+    fn one(
+        &self,
+        owner: &str,
+        model: &'static str,
+        places: Range<usize>,
+        workbench: &Workbench<'_>,
+    ) -> Result<SensorModelTest, EstimateError> {
+        let parameters: Vec<ParameterId> = places.map(ParameterId::Further).filter(|id| self.is_free(*id)).collect();
+        let test = if self.determined(&parameters) { self.test(&parameters, workbench)? } else { None };
+        Ok(self.told(owner, model, &parameters, test))
+    }
+
+    /// Whether the biases of an instrument differ from table to table.
+    fn of_tables(&self, instrument: &Instrument) -> SensorModelTest {
+        let axes = instrument.kind.axes().len();
+        let bias =
+            |set: usize, axis: usize| ParameterId::Further(instrument.bias_parameters().start + set * axes + axis);
+        let of_axis = |axis: usize| (0..instrument.biases).map(|set| bias(set, axis)).collect::<Vec<_>>();
+        let free = |axis: &Vec<ParameterId>| axis.iter().all(|id| self.is_free(*id));
+        let by_axis: Vec<Vec<ParameterId>> = (0..axes).map(of_axis).filter(free).collect();
+        let parameters = by_axis.concat();
+        let test = if self.determined(&parameters) { self.differences(&by_axis) } else { None };
+        self.told(&instrument.name, "biases-of-tables", &parameters, test)
+    }
+
+    fn told(
+        &self,
+        owner: &str,
+        model: &'static str,
+        parameters: &[ParameterId],
+        test: Option<TestAgainstZero>,
+    ) -> SensorModelTest {
+        let parameters = parameters.iter().map(|id| self.session.parameter_name(*id)).collect();
+        SensorModelTest { joint: owner.to_owned(), model, parameters, test }
+    }
+
+    fn determined(&self, parameters: &[ParameterId]) -> bool {
+        !parameters.is_empty() && parameters.iter().all(|id| self.judgement.determines(*id))
     }
 
     fn is_free(&self, id: ParameterId) -> bool {
@@ -62,26 +108,24 @@ impl ModelTests<'_> {
         parameters: &[ParameterId],
         workbench: &Workbench<'_>,
     ) -> Result<Option<TestAgainstZero>, EstimateError> {
-        let from_noise = match self.uncertainty {
-            UncertaintyResult::Noise { source, widened_by } if self.solved.posed.loss == Loss::None => {
-                Some(*source == NoiseSource::Stated && widened_by.is_none())
-            }
-            _ => None,
-        };
-        let Some(stated) = from_noise else { return Ok(self.wald(parameters)) };
+        let Some(stated) = self.noise_stated() else { return Ok(self.wald(parameters)) };
         let Some(growth) = self.growth_without(parameters, workbench)? else { return Ok(None) };
         let (count, dof) = (parameters.len(), self.fit.degrees_of_freedom);
         Ok(if stated {
             chi_squared(TestKind::LikelihoodRatio, growth, count)
         } else {
-            let statistic = growth / count as f64 / (self.fit.chi_squared / dof as f64);
-            FisherSnedecor::new(count as f64, dof as f64).ok().map(|distribution| TestAgainstZero {
-                kind: TestKind::F,
-                statistic,
-                degrees_of_freedom: [Some(count), Some(dof)],
-                p_value: distribution.sf(statistic),
-            })
+            f(growth / count as f64 / (self.fit.chi_squared / dof as f64), count, dof)
         })
+    }
+
+    /// Whether the noise is as stated, or from the residuals; nothing where standard deviations come from neither.
+    fn noise_stated(&self) -> Option<bool> {
+        match self.uncertainty {
+            UncertaintyResult::Noise { source, widened_by } if self.solved.posed.loss == Loss::None => {
+                Some(*source == NoiseSource::Stated && widened_by.is_none())
+            }
+            _ => None,
+        }
     }
 
     /// By how much χ² grows where the parameters are zero; `None` where that problem does not converge.
@@ -104,11 +148,46 @@ impl ModelTests<'_> {
         let solved = self.solved;
         let blocks: Vec<BlockId> = parameters.iter().map(|id| solved.posed.layout.block(*id)).collect();
         let covariance = solved.covariance().stored(&solved.posed.problem, &solved.estimate.values, &blocks);
-        let count = parameters.len();
-        let values = DVector::from_iterator(count, blocks.iter().map(|id| solved.estimate.values.scalar(*id)));
-        let weighted = DMatrix::from_row_slice(count, count, &covariance).cholesky()?.solve(&values);
-        chi_squared(TestKind::Wald, values.dot(&weighted), count)
+        let values: Vec<f64> = blocks.iter().map(|id| solved.estimate.values.scalar(*id)).collect();
+        chi_squared(TestKind::Wald, weighted_square(&values, &covariance)?, values.len())
     }
+
+    /// Whether all parameters of each group are the same.
+    fn differences(&self, groups: &[Vec<ParameterId>]) -> Option<TestAgainstZero> {
+        let solved = self.solved;
+        let block = |id: &ParameterId| solved.posed.layout.block(*id);
+        let pairs: Vec<[BlockId; 2]> =
+            groups.iter().flat_map(|group| group.iter().skip(1).map(|id| [block(id), block(&group[0])])).collect();
+        let column = |id: &BlockId| solved.posed.problem.columns_of(*id).next();
+        let function = |[a, b]: &[BlockId; 2]| Some(vec![(column(a)?, 1.0), (column(b)?, -1.0)]);
+        let functions: Vec<LinearFunction> = pairs.iter().map(function).collect::<Option<_>>()?;
+        let difference = |[a, b]: &[BlockId; 2]| solved.estimate.values.scalar(*a) - solved.estimate.values.scalar(*b);
+        let values: Vec<f64> = pairs.iter().map(difference).collect();
+        let square = weighted_square(&values, &solved.covariance().of(&functions))?;
+        let (count, dof) = (values.len(), self.fit.degrees_of_freedom);
+        match self.noise_stated() {
+            Some(true) => chi_squared(TestKind::LikelihoodRatio, square, count),
+            // The covariance is scaled by what the residuals show.
+            Some(false) => f(square / count as f64, count, dof),
+            None => chi_squared(TestKind::Wald, square, count),
+        }
+    }
+}
+
+/// `aᵀ Σ⁻¹ a`; nothing where Σ has no inverse.
+fn weighted_square(values: &[f64], covariance: &[f64]) -> Option<f64> {
+    let (count, values) = (values.len(), DVector::from_column_slice(values));
+    let weighted = DMatrix::from_row_slice(count, count, covariance).cholesky()?.solve(&values);
+    Some(values.dot(&weighted))
+}
+
+fn f(statistic: f64, parameters: usize, dof: usize) -> Option<TestAgainstZero> {
+    FisherSnedecor::new(parameters as f64, dof as f64).ok().map(|distribution| TestAgainstZero {
+        kind: TestKind::F,
+        statistic,
+        degrees_of_freedom: [Some(parameters), Some(dof)],
+        p_value: distribution.sf(statistic),
+    })
 }
 
 fn chi_squared(kind: TestKind, statistic: f64, parameters: usize) -> Option<TestAgainstZero> {

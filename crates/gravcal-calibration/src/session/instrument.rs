@@ -56,6 +56,14 @@ pub enum Drift {
 }
 
 impl Drift {
+    /// Its name in files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Drift::Time => "bias-in-time",
+            Drift::Temperature { .. } => "bias-with-temperature",
+        }
+    }
+
     /// `φ`, s or K.
     pub(crate) fn value(self, conditions: &Conditions) -> f64 {
         match self {

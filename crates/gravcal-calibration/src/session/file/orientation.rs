@@ -127,7 +127,7 @@ mod tests {
 
     use crate::joint::{Signals, estimate_jointly};
     use crate::parameter::ParameterId;
-    use crate::result::{EstimatorResult, UncertaintyResult, Verdict};
+    use crate::result::{EstimatorResult, SensorModelTest, TestKind, UncertaintyResult, Verdict};
     use crate::session::Session;
     use crate::workbench::Workbench;
 
@@ -342,10 +342,29 @@ file = "poses.csv"
                 assert!((value - truth).abs() < 4.0 * std && std < 0.1, "{name}: {value} ± {std}, not {truth}");
             }
         }
+        let [test] = <[SensorModelTest; 1]>::try_from(result.sensor_models.clone()).unwrap();
+        assert_eq!((test.joint.as_str(), test.model, test.parameters.len()), ("wrist", "biases-of-tables", 12));
+        let told = test.test.unwrap();
+        assert!(
+            told.kind == TestKind::LikelihoodRatio && told.degrees_of_freedom == [Some(6), None] && told.p_value < 1e-9,
+            "{told:?}"
+        );
         let (mass, std) = found(&result, "wrist.tool_mass");
         assert!((mass - MASS).abs() < 4.0 * std && std < 0.01, "{mass} ± {std}");
         let report = crate::check::check(&session).unwrap();
         assert!(report.complete && report.tilts.is_empty());
+        // A sensor that was not zeroed needs but one.
+        let all = table("w,x,y,z", 1.0, wxyz);
+        let (head, rows) = all.split_once('\n').unwrap();
+        let rows: Vec<&str> = rows.lines().collect();
+        let halves = [&rows[..20], &rows[20..]].map(|rows| format!("{head}\n{}\n", rows.join("\n")));
+        let folder = tempfile::tempdir().unwrap();
+        let by_table = text.replace("name = \"wrist\"", "name = \"wrist\"\nbiases = \"table\"");
+        for (name, text) in [("session.toml", &by_table), ("poses.csv", &halves[0]), ("later.csv", &halves[1])] {
+            fs::write(folder.path().join(name), text).unwrap();
+        }
+        let same = estimated(&Session::read(&folder.path().join("session.toml")).unwrap());
+        assert!(same.sensor_models[0].test.as_ref().unwrap().p_value > 1e-3, "{:?}", same.sensor_models);
         // Of a second bias no reading tells where the second table has none of its axis.
         let forces = |row: &str| row.split(',').take(7).chain([""; 3]).collect::<Vec<_>>().join(",");
         let (head, rows) = later.split_once('\n').unwrap();
@@ -430,6 +449,19 @@ file = "poses.csv"
                 );
             }
         }
+        let needed = |result: &EstimatorResult| {
+            let told = |test: &SensorModelTest| {
+                let p = test.test.as_ref().unwrap().p_value;
+                assert_eq!((test.joint.as_str(), test.parameters.len()), ("wrist", 6));
+                (test.model, p)
+            };
+            result.sensor_models.iter().map(told).collect::<Vec<_>>()
+        };
+        let [(time, of_time), (temperature, of_temperature)] = needed(&result).try_into().unwrap();
+        assert_eq!((time, temperature), ("bias-in-time", "bias-with-temperature"));
+        assert!(of_time < 1e-6 && of_temperature < 1e-6, "{of_time} {of_temperature}");
+        let still = estimated(&read(&declared, &drifting(0.0, 0.0)).unwrap());
+        assert!(needed(&still).iter().all(|(_, p)| *p > 1e-3), "{:?}", still.sensor_models);
         let refused = |text: String| read(&text, &poses).unwrap_err();
         let message = refused(declared.replace("time = { column = \"t\", unit = \"s\" }\n", ""));
         assert!(message.contains("readings.time: a bias that drifts with time"), "{message}");
