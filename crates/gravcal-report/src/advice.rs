@@ -99,6 +99,9 @@ fn partly(result: &EstimatorResult) -> Advice {
         .map(|parameter| parameter.name.as_str())
         .chain(result.gravity.is_none().then_some("gravity"))
         .collect();
+    if open.is_empty() {
+        return intervals_in_doubt(result);
+    }
     let mut steps: Vec<String> = Vec::new();
     for undetermined in &result.undetermined {
         let asked = undetermined.parameters.iter().any(|name| open.contains(&name.as_str()));
@@ -120,6 +123,18 @@ fn partly(result: &EstimatorResult) -> Advice {
         headline: "Partly determined: do not use what has no number",
         why: format!("The data do not determine {}.{told}{}", open.join(", "), counted_less(result)),
         steps,
+    }
+}
+
+/// Everything asked for has a number, and what the residuals say forbids to trust the intervals.
+fn intervals_in_doubt(result: &EstimatorResult) -> Advice {
+    let concerns = concerns(result);
+    let told: Vec<&str> = concerns.iter().map(|concern| concern.what.as_str()).collect();
+    Advice {
+        level: Level::Care,
+        headline: "Determined, but intervals cannot hold",
+        why: format!("Everything asked for has a value, but {}.{}", told.join("; and "), counted_less(result)),
+        steps: concerns.into_iter().flat_map(|concern| concern.steps).collect(),
     }
 }
 
@@ -155,7 +170,7 @@ fn failed(result: &EstimatorResult) -> Advice {
 
 fn concerns(result: &EstimatorResult) -> Vec<Concern> {
     let of_fit = result.fit.as_ref().and_then(|fit| misfit(fit).or_else(|| too_good(fit)));
-    of_fit.into_iter().chain(far_gains(result)).collect()
+    of_fit.into_iter().chain(shape_of_residuals(result)).chain(far_gains(result)).collect()
 }
 
 /// The readings are explained worse than their stated noise, and that is no accident.
@@ -172,6 +187,16 @@ fn misfit(fit: &Fit) -> Option<Concern> {
                 .into(),
             "Until then take standard deviations from the scatter of the data: [uncertainty] kind = \"jackknife\".".into(),
         ],
+    })
+}
+
+/// Residuals that are no noise, of a size that intervals do not hold.
+fn shape_of_residuals(result: &EstimatorResult) -> Option<Concern> {
+    let spoilt = result.residual_tests.iter().filter(|test| test.named && test.spoils_intervals);
+    let told: Vec<String> = spoilt.map(|test| format!("{} ({})", test.channel, test.kind)).collect();
+    (!told.is_empty()).then(|| Concern {
+        what: format!("residuals are no noise: {}", told.join(", ")),
+        steps: vec!["Read the notes on these residuals: each says what the model lacks and how to mend it.".into()],
     })
 }
 

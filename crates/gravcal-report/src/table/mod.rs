@@ -3,6 +3,7 @@
 mod constraints;
 pub(crate) mod fit;
 mod positions;
+mod residual_tests;
 mod sensor_models;
 mod shared;
 mod values;
@@ -45,6 +46,7 @@ impl fmt::Display for CalibrationTable<'_> {
             constraints::tell(self.results),
             positions::tell(self.results),
             fit::tell(self.results),
+            residual_tests::tell(self.results),
             notes(self.results),
         ];
         let told: Vec<String> = sections.into_iter().filter(|section| !section.is_empty()).collect();

@@ -1,0 +1,71 @@
+//! What tests on residuals name, and how many there were. The notes say it in sentences.
+
+use gravcal_calibration::result::{EstimatorResult, ResidualTest};
+
+use crate::number::significant;
+use crate::text::wrapped;
+
+const HEADING: &str = "Tests on residuals";
+
+pub(super) fn tell(results: &[EstimatorResult]) -> String {
+    let tested = results.iter().filter(|result| !result.residual_tests.is_empty());
+    let told: String = tested.map(|result| tell_one(result, results.len() > 1)).collect();
+    if told.is_empty() { told } else { format!("{HEADING}\n{told}") }
+}
+
+fn tell_one(result: &EstimatorResult, several: bool) -> String {
+    let named: Vec<String> = result.residual_tests.iter().filter(|test| test.named).map(in_words).collect();
+    let whose = if several { format!("{}: ", result.name) } else { String::new() };
+    let count = result.residual_tests.len();
+    let first = match named.is_empty() {
+        true => format!("{whose}{count} for trends, harmonics, speed, side, tables and neighbours name nothing"),
+        false => format!("{whose}{} of {count} name what the model lacks", named.len()),
+    };
+    std::iter::once(first).chain(named).map(|line| wrapped("  ", "    ", &line)).collect()
+}
+
+fn in_words(test: &ResidualTest) -> String {
+    let ResidualTest { channel, kind, size, unit, corrected_p_value, .. } = test;
+    let size = format!("{} {unit}", significant(*size, 2));
+    let p = match *corrected_p_value < 1e-3 {
+        true => "p < 0.001".to_owned(),
+        false => format!("p = {}", significant(*corrected_p_value, 2)),
+    };
+    format!("{channel} {kind}: {}, {p}", size.trim_end())
+}
+
+#[cfg(test)]
+mod tests {
+    use gravcal_calibration::result::ResidualTestKind;
+
+    use super::*;
+    use crate::testing::result;
+
+    #[test]
+    fn what_is_named_is_told_and_the_rest_counted() {
+        let test = |kind, size, unit: &str, named| ResidualTest {
+            channel: "joint3".into(),
+            kind,
+            statistic: 30.0,
+            degrees_of_freedom: [1.0, 80.0],
+            blocks: None,
+            p_value: 1e-7,
+            corrected_p_value: if named { 1e-5 } else { 0.3 },
+            size,
+            unit: unit.into(),
+            in_noise: 0.6,
+            named,
+            spoils_intervals: named,
+        };
+        let mut joint = result("joint");
+        assert_eq!(tell(&[joint.clone()]), "");
+        joint.residual_tests = vec![test(ResidualTestKind::Neighbours, 0.01, "", false)];
+        assert!(tell(&[joint.clone()]).contains("name nothing"));
+        joint.residual_tests.insert(0, test(ResidualTestKind::Acceleration, 0.4, "N·m/(rad/s²)", true));
+        let text = tell(&[joint]);
+        assert!(
+            text.contains("1 of 2 name") && text.contains("joint3 acceleration: 0.40 N·m/(rad/s²), p < 0.001"),
+            "{text}"
+        );
+    }
+}
