@@ -36,7 +36,8 @@ fn half_a_degree_of_deflection_is_mended_by_modelling_it() {
 
     let unseen = of(Treatment::JointUnseen);
     assert!(unseen.iter().all(|(ratio, _)| *ratio > 1.7), "{unseen:?}");
-    assert!(coverage(&unseen) < 0.6, "{}", coverage(&unseen));
+    // Values are worse, but intervals hold: the misfit shows, and poses are left out to tell them.
+    assert!((0.88..0.99).contains(&coverage(&unseen)), "{}", coverage(&unseen));
     // Angles that are measured where the joints are need no model: the paper's remedy.
     let seen = of(Treatment::JointSeen);
     assert!(seen.iter().all(|(ratio, _)| *ratio < 1.2), "{seen:?}");

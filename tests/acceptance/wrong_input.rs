@@ -145,8 +145,8 @@ const IN_THE_SESSION: &[Mistake] = &[
     },
     Mistake {
         what: "an unknown uncertainty",
-        changes: &[("session.toml", Replace("[gravity]", "uncertainty = { kind = \"jackknife\" }\n[gravity]"))],
-        told: &["session.toml:{line}: uncertainty.kind: unknown variant `jackknife`", "`bootstrap`"],
+        changes: &[("session.toml", Replace("[gravity]", "uncertainty = { kind = \"guess\" }\n[gravity]"))],
+        told: &["session.toml:{line}: uncertainty.kind: unknown variant `guess`", "`bootstrap`"],
     },
     Mistake {
         what: "fewer than thirty blocks",

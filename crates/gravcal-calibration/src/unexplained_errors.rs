@@ -65,8 +65,11 @@ fn errors_of_each_joint_are_found_in_its_own_size() {
         assert!((0.001..0.1).contains(&share) && (share - size.std / size.gravity_std).abs() < 1e-12, "{sizes:?}");
     }
     assert!(sizes[2].std < 0.5 * MEAN, "{sizes:?}");
-    let found = UncertaintyResult::Noise { source: NoiseSource::StatedAndUnexplained, widened_by: None };
-    assert_eq!(result.uncertainty, Some(found));
+    let source = match result.uncertainty {
+        Some(UncertaintyResult::LargerOfNoiseAndJackknife { source, widened_by: None, .. }) => source,
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(source, NoiseSource::StatedAndUnexplained);
     let fit = result.fit.unwrap();
     assert!((fit.chi_squared / fit.degrees_of_freedom as f64 - 1.0).abs() < 0.01 && fit.p_value.is_none(), "{fit:?}");
 }

@@ -219,8 +219,8 @@ impl Conclusion {
                     .into(),
             });
         }
-        for told in mirrored_gains(session, &self.solved, &self.parameters) {
-            self.fail(Mistake { what: told, advice: String::new() });
+        for mirrored in mirrored_gains(session, &self.solved, &self.parameters) {
+            self.fail(mirrored);
         }
         if let Some(mistake) = other_unit(session, &self.solved, &self.parameters) {
             self.fail(mistake);
@@ -314,7 +314,7 @@ impl Conclusion {
             self.termination = mistake.what.clone();
         }
         self.verdict = Verdict::Failed;
-        self.remarks.push(if mistake.advice.is_empty() { mistake.what } else { mistake.advice });
+        self.remarks.push(mistake.advice);
     }
 
     /// Nothing can be relied on, and this is why.

@@ -3,6 +3,7 @@
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
 
+use super::mistakes::Mistake;
 use super::conclusion::Conclusion;
 use super::model_tests::ModelTests;
 use super::order::Order;
@@ -165,7 +166,7 @@ const SIGN_DECIDED: f64 = 5.0;
 
 /// A gain of the other sign than declared is the mirror image of a solution, not an answer. Nothing is said of what did not
 /// converge.
-pub(super) fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
+pub(super) fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<Mistake> {
     let mut mirrored = Vec::new();
     if !solved.estimate.termination.converged() {
         return mirrored;
@@ -178,11 +179,14 @@ pub(super) fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[P
             let decided = std.is_some_and(|std| value.abs() > SIGN_DECIDED * std);
             if decided && value * session.joints[joint].of(quantity).nominal < 0.0 {
                 let kind = if quantity == Quantity::TorqueGain { "torque" } else { "position" };
-                mirrored.push(format!(
-                    "{name} came out as {value:.4}, of the other sign than declared: the {kind} sensor of {} reads the other \
-                     way. If it is mounted so, say {kind}_sign = \"reversed\" in its [[joint]]",
-                    session.robot.chain.joints()[joint].name,
-                ));
+                let joint = &session.robot.chain.joints()[joint].name;
+                mirrored.push(Mistake {
+                    what: format!("reversed {kind} sensor: {joint}"),
+                    advice: format!(
+                        "{name} came out as {value:.4}, of the other sign than declared: the {kind} sensor of {joint} reads the \
+                         other way. If it is mounted so, say {kind}_sign = \"reversed\" in its [[joint]]."
+                    ),
+                });
             }
         }
     }
