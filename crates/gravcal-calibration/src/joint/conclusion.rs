@@ -158,10 +158,8 @@ impl Conclusion {
 
     /// Says what shape residuals have, and that intervals cannot hold where that is too large.
     fn remark_on_residuals(&mut self, session: &Session) {
-        let named = || self.residual_tests.iter().filter(|test| test.named);
-        let spoilt = named().any(|test| test.spoils_intervals);
-        let told: Vec<String> = named().map(|test| in_words(session, test)).collect();
-        self.remarks.extend(told);
+        let spoilt = self.residual_tests.iter().any(|test| test.named && test.spoils_intervals);
+        self.remarks.extend(in_words(session, &self.residual_tests));
         if spoilt {
             self.verdict = self.verdict.max(Verdict::PartlyDetermined);
         }

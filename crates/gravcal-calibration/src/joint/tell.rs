@@ -3,8 +3,8 @@
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
 
-use super::mistakes::Mistake;
 use super::conclusion::Conclusion;
+use super::mistakes::Mistake;
 use super::model_tests::ModelTests;
 use super::order::Order;
 use super::{EstimateError, Solved, constraints, sweep_moments};

@@ -3,8 +3,35 @@
 use crate::result::{ResidualTest, ResidualTestKind};
 use crate::session::Session;
 
-/// A test that names something, in sentences.
-pub(crate) fn in_words(session: &Session, test: &ResidualTest) -> String {
+/// What is named, in sentences; neighbours that are alike once for all channels.
+pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String> {
+    let named = || tests.iter().filter(|test| test.named);
+    let (alike, others): (Vec<&ResidualTest>, Vec<&ResidualTest>) =
+        named().partition(|test| test.kind == ResidualTestKind::Neighbours);
+    others.into_iter().map(|test| of_one(session, test)).chain(of_neighbours(&alike)).collect()
+}
+
+fn of_neighbours(tests: &[&ResidualTest]) -> Option<String> {
+    let sizes = || tests.iter().map(|test| test.size);
+    let (least, most) = (sizes().reduce(f64::min)?, sizes().reduce(f64::max)?);
+    let correlation = if tests.len() > 1 { format!("{least:.2} to {most:.2}") } else { format!("{most:.2}") };
+    let channels: Vec<&str> = tests.iter().map(|test| test.channel.as_str()).collect();
+    let p = tests.iter().map(|test| test.corrected_p_value).fold(0.0, f64::max);
+    let consequence = match tests.iter().any(|test| test.spoils_intervals) {
+        true => {
+            "Intervals cannot hold: take standard deviations from blocks of poses ([uncertainty] kind = \"jackknife\")."
+        }
+        false => "Intervals are hardly touched by it, or already allow for it.",
+    };
+    Some(format!(
+        "The residuals of {} are alike in neighbouring poses (correlation {correlation}): errors are not noise, and more poses nearby tell \
+         less than they seem to. ({}, all tests counted.) {consequence} Visit poses in another order, far from each other.",
+        channels.join(", "),
+        chance(p)
+    ))
+}
+
+fn of_one(session: &Session, test: &ResidualTest) -> String {
     let ResidualTest { channel, size, unit, in_noise, corrected_p_value, .. } = test;
     let of_joint = session.robot.chain.joints().iter().any(|joint| joint.name == *channel);
     let size = number(*size);
@@ -16,10 +43,7 @@ pub(crate) fn in_words(session: &Session, test: &ResidualTest) -> String {
             format!("The residual of {channel} drifts by {size} {unit} within each table: its zero creeps, and is read anew between them."),
             "Let the sensor warm up before it is read, and visit some poses twice in each table: at its beginning and its end.".into(),
         ),
-        ResidualTestKind::Neighbours => (
-            format!("The residuals of {channel} are alike in neighbouring poses (correlation {size}): its errors are not noise, and more poses nearby tell less than they seem to."),
-            "Take standard deviations from blocks of poses ([uncertainty] kind = \"sandwich\"), and visit poses in another order, far from each other.".into(),
-        ),
+        ResidualTestKind::Neighbours => return of_neighbours(&[test]).unwrap_or_default(),
         ResidualTestKind::TorqueHarmonic { order } => (
             format!("The residual of {channel} goes with its own angle, {}, by {size} {unit}.", periods(*order)),
             "A cable, a gear or a sensor that is loaded from the side does so: look at what pulls at the joint; spread the poses over its whole range.".into(),
@@ -45,16 +69,17 @@ pub(crate) fn in_words(session: &Session, test: &ResidualTest) -> String {
             tables(of_joint),
         ),
     };
-    let consequence = match (test.spoils_intervals, &test.kind) {
-        (true, _) => "Intervals cannot hold.",
-        (false, ResidualTestKind::Neighbours) => "Intervals are hardly touched by it.",
-        (false, _) => "It is real but small beside the noise, and changes no verdict.",
+    let consequence = match test.spoils_intervals {
+        true => "Intervals cannot hold.",
+        false => "It is real but small beside the noise, and changes no verdict.",
     };
-    let seen = match test.kind {
-        ResidualTestKind::Neighbours => String::new(),
-        _ => format!(", {} times the noise of a reading", number(*in_noise)),
-    };
-    format!("{what} (p = {}{seen}, all tests counted.) {consequence} {cure}", number(*corrected_p_value))
+    let p = chance(*corrected_p_value);
+    format!("{what} ({p}, {} times the noise of a reading, all tests counted.) {consequence} {cure}", number(*in_noise))
+}
+
+/// A p-value; digits far out in a tail mean nothing.
+fn chance(p: f64) -> String {
+    if p < 1e-6 { "p < 1e-6".into() } else { format!("p = {}", number(p)) }
 }
 
 fn drift(of_joint: bool) -> String {
