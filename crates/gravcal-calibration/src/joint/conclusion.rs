@@ -1,7 +1,5 @@
 //! What readings come to: the solution, what of it is determined, and the verdict, decided here for reports and batches alike.
 
-use std::cmp::Ordering;
-
 use gravcal_estimation::Termination;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -28,8 +26,6 @@ const SIGNIFICANCE: f64 = 1e-3;
 /// Unexplained errors of so large a share of what gravity makes a joint read contradict the model; from the smaller one on they are told.
 const UNEXPLAINED: f64 = 0.1;
 const WARNING: f64 = 0.03;
-/// Poses far off that are named.
-const NAMED: usize = 6;
 /// Probability below which an earlier calibration is contradicted.
 const CONTRADICTED_PRIOR: f64 = 1e-4;
 /// Standard deviations by which readings pass a constraint that they contradict.
@@ -92,7 +88,7 @@ pub(super) fn conclude(
     conclusion.remark_on_blocks();
     conclusion.remark_on_residuals(session);
     conclusion.remark_on_contradictions(session, misfit);
-    conclusion.remark_on_unexplained(session, &unexplained)?;
+    conclusion.remark_on_unexplained(session, &unexplained);
     conclusion.remark_on_earlier(session, workbench)?;
     let excused = unexplained.iter().flatten().any(|size| size.std > WARNING * size.gravity_std);
     let doubtful = session.noise_estimated().contains(&true) || excused || conclusion.verdict == Verdict::Failed;
@@ -226,53 +222,36 @@ impl Conclusion {
     }
 
     /// Says where unexplained errors are large beside what gravity makes a sensor read. A stated size is judged as the noise is.
-    /// From the warning on it also matters whether all poses have them, or a few are far off the others.
-    fn remark_on_unexplained(
-        &mut self,
-        session: &Session,
-        sizes: &[Option<UnexplainedResult>],
-    ) -> Result<(), EstimateError> {
-        let large = sizes.iter().enumerate().filter_map(|(channel, size)| Some((channel, (*size)?)));
-        let large =
-            large.filter(|(_, size)| size.estimated && size.share_of_gravity.is_some_and(|share| share > WARNING));
-        let mut large: Vec<(usize, UnexplainedResult)> = large.collect();
-        large.sort_by(|(_, a), (_, b)| b.share_of_gravity.partial_cmp(&a.share_of_gravity).unwrap_or(Ordering::Equal));
-        let (mut warned, mut failing, mut far) = (Vec::new(), Vec::new(), Vec::new());
-        for (channel, UnexplainedResult { std, share_of_gravity, .. }) in large {
-            let share = share_of_gravity.unwrap_or(0.0);
+    fn remark_on_unexplained(&mut self, session: &Session, sizes: &[Option<UnexplainedResult>]) {
+        let of_channel = |(channel, size): (usize, &Option<UnexplainedResult>)| {
+            let UnexplainedResult { std, estimated, share_of_gravity, .. } = (*size)?;
+            let share = share_of_gravity.filter(|share| estimated && *share > WARNING)?;
             let (name, unit) = (session.channel_name(channel), session.channel_unit(channel));
             let (digits, share_percent) = (decimals(std), 100.0 * share);
-            let told = format!("{name} ({std:.digits$} {unit}, {share_percent:.0} %)");
-            let own_far = self.solved.few_far_off(session, channel)?;
-            let fails = share > UNEXPLAINED || !own_far.is_empty();
-            if fails {
-                failing.push(told)
-            } else {
-                warned.push(told)
-            }
-            far.extend(own_far.into_iter().filter(|place| !far.contains(place)).collect::<Vec<_>>());
-        }
+            Some((share, format!("{name} ({std:.digits$} {unit}, {share_percent:.0} %)")))
+        };
+        let mut large: Vec<(f64, String)> = sizes.iter().enumerate().filter_map(of_channel).collect();
+        large.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let (failing, warned): (Vec<_>, Vec<_>) = large.into_iter().partition(|(share, _)| *share > UNEXPLAINED);
+        let names = |large: Vec<(f64, String)>| large.into_iter().map(|(_, name)| name).collect::<Vec<_>>().join(", ");
         if !warned.is_empty() {
             self.remarks.push(format!(
                 "Errors that the noise does not explain, beside what gravity makes the sensor read: {}. Intervals allow for them \
                  as far as they differ from pose to pose; what is the same in many poses (friction from one side, a drift, a \
                  wrong length or load mass) shifts values beyond their intervals.",
-                warned.join(", ")
+                names(warned)
             ));
         }
         if !failing.is_empty() {
             self.fail(Mistake {
-                what: format!("the model contradicts the readings of {}", failing.join(", ")),
-                advice: format!(
-                    "So large a share of what gravity makes these sensors read is explained neither by gravity nor by noise. \
-                     {}What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
-                     loads' masses, distances and poses, values given as fixed, what touches the arm or pulls at it, single bad \
-                     rows.",
-                    far_off_told(&far)
-                ),
+                what: format!("the model contradicts the readings of {}", names(failing)),
+                advice: "So large a share of what gravity makes these sensors read is explained neither by gravity nor by noise. \
+                         What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
+                         loads' masses, distances and poses, values given as fixed, what touches the arm or pulls at it, single \
+                         bad rows."
+                    .into(),
             });
         }
-        Ok(())
     }
 
     /// Holds an earlier calibration against the readings: χ² must not grow by more than chance where it is heeded.
@@ -360,17 +339,4 @@ fn other_unit(session: &Session, solved: &Solved, parameters: &[ParameterResult]
 fn decimals(number: f64) -> usize {
     let digits = 1.0 - number.abs().max(1e-12).log10().floor();
     digits.clamp(0.0, 12.0) as usize
-}
-
-/// Which poses are far off, if any are.
-fn far_off_told(far: &[String]) -> String {
-    let more = if far.len() > NAMED { format!(" and {} more", far.len() - NAMED) } else { String::new() };
-    match far {
-        [] => String::new(),
-        _ => format!(
-            "A few poses are far off the others: {}{more}. Was another load attached there than the session says, or was the \
-             arm touched? ",
-            far[..far.len().min(NAMED)].join(", ")
-        ),
-    }
 }

@@ -4,23 +4,15 @@
 //! they spoil is told by their size beside gravity's torque on the joint itself (standard deviation over the poses). A joint that carries
 //! next to nothing spoils nothing: it is held against a tenth of what the joint of its kind carries that carries most.
 
-use gravcal_estimation::{EvaluateError, Loss};
+use gravcal_estimation::EvaluateError;
 
-use super::robust::{NORMAL_MEDIAN, median};
 use super::solve::Solved;
-use crate::judgement::file_name;
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::UnexplainedResult;
 use crate::session::{Session, UnexplainedError};
 
 /// Share of what the like channel reads of gravity that reads most of it: no channel is held against less.
 const LEAST_SHARE: f64 = 0.1;
-/// Where the median of residuals makes their scatter less than this share of what their squares make it, a few are far off the others.
-/// It is 1 of normal errors and 0.7 of those that fall off as slowly as exp(−|r|); of 14 such readings it is less by chance in 1 % of
-/// cases.
-const MOST: f64 = 0.3;
-/// These are the ones beyond so many times the scatter of most.
-const FAR: f64 = 6.0;
 
 impl Solved {
     /// Of each channel where the session has such errors.
@@ -43,34 +35,6 @@ impl Solved {
             })
         };
         Ok(errors.iter().enumerate().map(size).collect())
-    }
-
-    /// Readings of a channel, the worst first, that are so far off the others that its errors are not those of all poses: file and line,
-    /// or none where most readings scatter as all do. Friction at rest has a largest size; a wrong load or a touch has not. A loss counts
-    /// such readings for little by itself.
-    pub(super) fn few_far_off(&self, session: &Session, channel: usize) -> Result<Vec<String>, EvaluateError> {
-        if self.posed.loss != Loss::None {
-            return Ok(Vec::new());
-        }
-        let freed = self.freed_residuals()?;
-        let own = self.posed.rows.iter().zip(freed).filter(|((_, other), _)| *other == channel);
-        let own: Vec<(usize, f64)> = own
-            .map(|((pose, _), r)| (*pose, r.abs() * self.readings.std(session, *pose, channel)))
-            .filter(|(_, size)| size.is_finite())
-            .collect();
-        let mut sizes: Vec<f64> = own.iter().map(|(_, size)| *size).collect();
-        let of_most = median(&mut sizes).unwrap_or(0.0) / NORMAL_MEDIAN;
-        let of_all = (sizes.iter().map(|size| size * size).sum::<f64>() / sizes.len().max(1) as f64).sqrt();
-        if of_most > MOST * of_all {
-            return Ok(Vec::new());
-        }
-        let mut far: Vec<(usize, f64)> = own.into_iter().filter(|(_, size)| *size > FAR * of_most).collect();
-        far.sort_by(|(_, a), (_, b)| b.total_cmp(a));
-        let place = |pose: usize| {
-            let pose = &session.poses[pose];
-            format!("{}:{}", file_name(&session.tables[pose.table].path), pose.line)
-        };
-        Ok(far.into_iter().map(|(pose, _)| place(pose)).collect())
     }
 
     /// Standard deviation over its readings of what gravity makes each channel read, unit of the reading: what is left of the model's
