@@ -166,10 +166,13 @@ fn swapped_columns_are_named() {
     assert_names(&estimate(&session), "swapped torque columns: joint2 and joint3");
 }
 
+/// A ninth of the bare poses: their errors are 4 to 6 % of what gravity makes the joints read.
 #[test]
-fn loads_on_the_wrong_poses_fail_with_the_joint_named() {
+fn loads_on_some_wrong_poses_are_a_warning_with_the_joints_named() {
     let mut session = with_errors(&shoulder(), [0.5; 3], 8);
     let bare = session.poses.iter_mut().filter(|pose| pose.load.is_none()).step_by(9);
     bare.for_each(|pose| pose.load = Some(0));
-    assert_names(&estimate(&session), "joint");
+    let result = estimate(&session);
+    let warning = "Errors that the noise does not explain, beside what gravity makes the sensor read: joint2 (";
+    assert!(result.notes.iter().any(|note| note.starts_with(warning)), "{:?}", result.notes);
 }

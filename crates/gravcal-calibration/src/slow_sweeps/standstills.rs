@@ -9,27 +9,29 @@ const HELD: f64 = 0.2;
 const STANDSTILLS: u32 = 24;
 
 impl Recorder {
-    fn stand(&mut self, seconds: f64, held: f64) {
-        self.direction = [0, 1].map(|_| held * self.random.random_range(-1.0..1.0));
+    fn stand(&mut self, seconds: f64, held: [f64; 2]) {
+        self.direction = held;
         (0..(seconds * RATE) as u32).for_each(|_| self.row());
     }
 
     /// Standstills at places spread evenly.
-    fn standstills(&mut self, seconds: f64, held: f64) {
+    fn standstills(&mut self, seconds: f64, seed: u64) {
+        // Apart from the noise, of which longer standstills draw more.
+        let mut friction = Pcg64::seed_from_u64(100 + seed);
         for k in 0..STANDSTILLS {
             let place = |step: f64| 1.3 * (2.0 * (f64::from(k) * step).fract() - 1.0);
             self.go(0, place(0.754_877_666), 2.0);
             self.go(1, place(0.569_840_291), 2.0);
-            self.stand(seconds, held);
+            self.stand(seconds, [0, 1].map(|_| HELD * friction.random_range(-1.0..1.0)));
         }
     }
 }
 
-fn standing(seed: u64, seconds: f64, held: f64) -> EstimatorResult {
+fn standing(seed: u64, seconds: f64) -> EstimatorResult {
     let folder = tempfile::tempdir().unwrap();
     let text = SESSION.replace("sweeps = {}", "still = {}").replace("MODELS", "");
     let mut recorder = recorder(folder.path(), seed, &text);
-    recorder.standstills(seconds, held);
+    recorder.standstills(seconds, seed);
     let (session, result) = result_of(folder.path(), &recorder);
     assert_eq!(session.poses.len(), STANDSTILLS as usize, "{:?}", session.searched);
     assert_eq!(result.verdict, Verdict::Determined, "{} {:?}", result.termination, result.notes);
@@ -44,10 +46,10 @@ fn unexplained(result: &EstimatorResult) -> Vec<UnexplainedResult> {
 fn friction_at_rest_is_told_and_errors_are_as_they_say() {
     let mut squares = Vec::new();
     for seed in 0..12 {
-        let result = standing(seed, 1.0, HELD);
+        let result = standing(seed, 1.0);
         for (told, joint) in unexplained(&result).iter().zip(&TRUTH) {
             let truth = HELD * joint.friction / 3_f64.sqrt();
-            assert!((0.5..1.6).contains(&(told.std / truth)) && told.times_noise > 2.0, "{told:?} {truth}");
+            assert!((0.5..1.6).contains(&(told.std / truth)) && told.times_noise > 1.5, "{told:?} {truth}");
             assert!(told.share_of_gravity.unwrap() < 0.1, "{told:?}");
         }
         for name in AFFINE {
@@ -61,7 +63,7 @@ fn friction_at_rest_is_told_and_errors_are_as_they_say() {
 
 #[test]
 fn longer_standstills_are_neither_refused_nor_worse() {
-    let std = |seconds: f64| AFFINE.map(|name| standing(1, seconds, HELD).parameter(name).unwrap().std.unwrap());
+    let std = |seconds: f64| AFFINE.map(|name| standing(1, seconds).parameter(name).unwrap().std.unwrap());
     let (short, long) = (std(1.0), std(6.0));
-    assert!(short.iter().zip(&long).all(|(short, long)| *long < 1.25 * short), "{short:?} {long:?}");
+    assert!(short.iter().zip(&long).all(|(short, long)| *long < 1.1 * short), "{short:?} {long:?}");
 }
