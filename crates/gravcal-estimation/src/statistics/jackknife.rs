@@ -322,8 +322,11 @@ mod tests {
         }
     }
 
+    /// The rows of a sample: slopes by all parameters, and the reading.
+    type Sample = Vec<(Vec<f64>, f64)>;
+
     /// `a + b t + c t²` with noise that grows.
-    fn parabola(count: usize) -> (ProblemBuilder, [BlockId; 3], Vec<Vec<(Vec<f64>, f64)>>) {
+    fn parabola(count: usize) -> (ProblemBuilder, [BlockId; 3], Vec<Sample>) {
         let mut builder = ProblemBuilder::new();
         let blocks = ["a", "b", "c"].map(|name| builder.add_block(Block::scalar(name, ""), &[0.0]));
         let sample = |k: usize| {
@@ -365,7 +368,7 @@ mod tests {
     }
 
     /// Readings `a + b t + e`, two a sample, with an unknown error `e = 0 ± 1` of each sample.
-    fn with_errors_of_samples(local: bool) -> (Solved, Vec<Vec<(Vec<f64>, f64)>>) {
+    fn with_errors_of_samples(local: bool) -> (Solved, Vec<Sample>) {
         const SAMPLES: usize = 24;
         let mut builder = ProblemBuilder::new();
         let [a, b] = ["a", "b"].map(|name| builder.add_block(Block::scalar(name, ""), &[0.0]));
@@ -437,7 +440,7 @@ mod tests {
         let found = jackknife(&solved, 24, 2);
         let expected = {
             // Left out, a sample's readings; its prior stays, so that the system is regular, and changes nothing else.
-            let readings: Vec<Vec<(Vec<f64>, f64)>> = samples.iter().map(|rows| rows[..2].to_vec()).collect();
+            let readings: Vec<Sample> = samples.iter().map(|rows| rows[..2].to_vec()).collect();
             let priors: Vec<(Vec<f64>, f64)> = samples.iter().map(|rows| rows[2].clone()).collect();
             by_hand(&readings, 2, &priors, 2)
         };
@@ -498,7 +501,7 @@ mod tests {
         let blocks: Vec<BlockId> =
             (0..8).map(|k| builder.add_block(Block::scalar(format!("x{k}"), ""), &[0.0])).collect();
         let slopes = |k: usize| (0..8).map(|j| noise(k * 8 + j)).collect::<Vec<f64>>();
-        let samples: Vec<Vec<(Vec<f64>, f64)>> = (0..60).map(|k| vec![(slopes(k), noise(1000 + 3 * k))]).collect();
+        let samples: Vec<Sample> = (0..60).map(|k| vec![(slopes(k), noise(1000 + 3 * k))]).collect();
         samples.iter().flatten().for_each(|(slopes, y)| add(&mut builder, Line::new(&blocks, slopes, *y)));
         let solved = fit(builder);
         let found = jackknife(&solved, 60, 5).uncertainty;
