@@ -74,7 +74,7 @@ pub(super) fn check_instruments(document: &Document, session: &Session) -> Resul
 }
 
 /// What gives poses unknowns of their own, where something does.
-pub(super) fn unknowns_of_single_poses(session: &Session) -> Option<Field> {
+fn unknowns_of_single_poses(session: &Session) -> Option<Field> {
     let Deflection { hold_std, pose_std, reading_std, compliance: _ } = &session.deflection;
     if reading_std.iter().any(|std| *std > 0.0) {
         Some(Field::new("readings").key("position").key("std"))

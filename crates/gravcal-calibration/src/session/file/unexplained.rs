@@ -8,7 +8,6 @@ use std::fmt;
 use serde::de::{Deserialize, Deserializer, Error, Visitor};
 
 use super::Context;
-use super::deflection::unknowns_of_single_poses;
 use super::reading_columns::ReadingColumnsTable;
 use crate::document::{Document, Field, FileError};
 use crate::session::{Session, UnexplainedError};
@@ -87,14 +86,8 @@ pub(super) fn resolve(
     recorded: bool,
     session: Session,
 ) -> Result<Session, FileError> {
-    let of_single_poses = unknowns_of_single_poses(&session).is_some();
     let unstated = session.noise_estimated();
     for (channel, Said { error, field }) in said.iter().enumerate().filter_map(|(c, said)| Some((c, said.as_ref()?))) {
-        if *error == UnexplainedError::Estimated && of_single_poses {
-            let message = "unexplained errors cannot be told from errors of each pose's positions: state how large they are, or \
-                           leave one of both out";
-            return Err(document.error(field, message));
-        }
         if *error != UnexplainedError::Absent && unstated[channel] {
             let name = session.channel_name(channel);
             let message = format!(
@@ -104,7 +97,7 @@ pub(super) fn resolve(
             return Err(document.error(field, message));
         }
     }
-    let default = if recorded && !of_single_poses { UnexplainedError::Estimated } else { UnexplainedError::Absent };
+    let default = if recorded { UnexplainedError::Estimated } else { UnexplainedError::Absent };
     let unexplained = said.iter().map(|said| said.as_ref().map_or(default, |said| said.error)).collect();
     Ok(Session { unexplained, ..session })
 }
@@ -155,9 +148,5 @@ mod tests {
         assert!(message.contains("unexplained_std: expected 2 entries, one for each joint"), "{message}");
         let message = read(&[("session.toml", STATED, "unexplained_std = \"estimated\" }")]).unwrap_err();
         assert!(message.contains("readings.torque.unexplained_std: readings of shoulder state no std"), "{message}");
-        let position = ("session.toml", "unit = \"deg\" }\ntorque", "unit = \"deg\", std = 0.1 }\ntorque");
-        let torque = ("session.toml", STATED, "std = 0.8, unexplained_std = \"estimated\" }");
-        let message = read(&[position, torque]).unwrap_err();
-        assert!(message.contains("cannot be told from errors of each pose's positions"), "{message}");
     }
 }
