@@ -73,7 +73,7 @@ fn errors(approach: &str) -> ([f64; 2], usize) {
         let (Some(value), Some(std)) = (bias.value, bias.std) else { panic!("{result:?}") };
         let place = result.covariance.order.iter().position(|name| *name == "elbow.torque_bias").unwrap();
         assert!((result.covariance.matrix[place][place] / (std * std) - 1.0).abs() < 1e-9);
-        let says_so = result.notes.iter().any(|note| note.starts_with("elbow came to more than 80 %"));
+        let says_so = result.notes.iter().any(|note| note.starts_with("elbow came to "));
         squares[usize::from(!says_so)] += ((value - simulation.truth.sensors[1][1]) / std).powi(2);
         told += usize::from(says_so);
         assert!(!result.notes.iter().any(|note| note.starts_with("shoulder came to")), "{:?}", result.notes);
@@ -89,9 +89,9 @@ fn a_bias_that_holds_friction_is_widened_by_it() {
 }
 
 #[test]
-fn from_both_sides_and_without_friction_nothing_is_widened() {
+fn from_both_sides_and_without_friction_nothing_holds_friction() {
     let ([_, rms], told) = errors(FRICTION);
-    assert!(rms < 2.5 && told == 0, "{rms} {told}");
+    assert!(rms < 1.5 && told == 0, "{rms} {told}");
     let ([_, rms], told) = errors("approach = \"one-way\"");
     assert!(rms < 1.8 && told == 0, "{rms} {told}");
 }

@@ -3,20 +3,65 @@
 use crate::result::{ResidualTest, ResidualTestKind};
 use crate::session::Session;
 
-/// What is named, in sentences; neighbours that are alike once for all channels.
+/// What is named, in sentences; neighbours that are alike, and friction at rest, once for all channels.
 pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String> {
-    let named = || tests.iter().filter(|test| test.named);
-    let (alike, others): (Vec<&ResidualTest>, Vec<&ResidualTest>) =
-        named().partition(|test| test.kind == ResidualTestKind::Neighbours);
-    others.into_iter().map(|test| of_one(session, test)).chain(of_neighbours(&alike)).collect()
+    let of_kind = |kind: &ResidualTestKind| -> Vec<&ResidualTest> {
+        tests.iter().filter(|test| test.named && test.kind == *kind).collect()
+    };
+    let others = tests.iter().filter(|test| test.named && !told_once(&test.kind));
+    others
+        .map(|test| of_one(session, test))
+        .chain(by_unit(of_kind(&ResidualTestKind::Direction)).iter().filter_map(|tests| of_direction(tests)))
+        .chain(of_neighbours(&of_kind(&ResidualTestKind::Neighbours)))
+        .collect()
+}
+
+fn told_once(kind: &ResidualTestKind) -> bool {
+    matches!(kind, ResidualTestKind::Neighbours | ResidualTestKind::Direction)
+}
+
+/// Joints that turn and joints that slide apart.
+fn by_unit(tests: Vec<&ResidualTest>) -> Vec<Vec<&ResidualTest>> {
+    let mut groups: Vec<Vec<&ResidualTest>> = Vec::new();
+    for test in tests {
+        match groups.iter_mut().find(|group| group[0].unit == test.unit) {
+            Some(group) => group.push(test),
+            None => groups.push(vec![test]),
+        }
+    }
+    groups
+}
+
+/// The channels of some tests, their sizes from least to most, and the largest of their p-values.
+fn together(tests: &[&ResidualTest]) -> Option<(String, [f64; 2], f64)> {
+    let sizes = || tests.iter().map(|test| test.size.abs());
+    let channels: Vec<&str> = tests.iter().map(|test| test.channel.as_str()).collect();
+    let p = tests.iter().map(|test| test.corrected_p_value).fold(0.0, f64::max);
+    Some((channels.join(", "), [sizes().reduce(f64::min)?, sizes().reduce(f64::max)?], p))
+}
+
+/// Friction that is left at rest; tests of one unit.
+fn of_direction(tests: &[&ResidualTest]) -> Option<String> {
+    let (channels, [least, most], p) = together(tests)?;
+    let size = if tests.len() > 1 { format!("{} to {}", number(least), number(most)) } else { number(most) };
+    let unit = &tests.first()?.unit;
+    let (consequence, cure) = match tests.iter().any(|test| test.spoils_intervals) {
+        true => (
+            "Intervals cannot hold.",
+            "Estimate it (sensor_models = [{ kind = \"coulomb-friction\" }] in the joint's [[joint]]), and come to each pose from both sides.",
+        ),
+        false => ("Intervals allow for it.", "To halve it, come to each pose from both sides."),
+    };
+    Some(format!(
+        "The residual of {channels} goes with the side from which the joint came: by {size} {unit} either way. This is friction. ({}, all \
+         tests counted.) {consequence} {cure}",
+        chance(p)
+    ))
 }
 
 fn of_neighbours(tests: &[&ResidualTest]) -> Option<String> {
-    let sizes = || tests.iter().map(|test| test.size);
-    let (least, most) = (sizes().reduce(f64::min)?, sizes().reduce(f64::max)?);
+    let (channels, [least, most], p) = together(tests)?;
     let correlation = if tests.len() > 1 { format!("{least:.2} to {most:.2}") } else { format!("{most:.2}") };
-    let channels: Vec<&str> = tests.iter().map(|test| test.channel.as_str()).collect();
-    let p = tests.iter().map(|test| test.corrected_p_value).fold(0.0, f64::max);
     let consequence = match tests.iter().any(|test| test.spoils_intervals) {
         true => {
             "Intervals cannot hold: take standard deviations from blocks of poses ([uncertainty] kind = \"jackknife\")."
@@ -24,9 +69,8 @@ fn of_neighbours(tests: &[&ResidualTest]) -> Option<String> {
         false => "Intervals are hardly touched by it, or already allow for it.",
     };
     Some(format!(
-        "The residuals of {} are alike in neighbouring poses (correlation {correlation}): errors are not noise, and more poses nearby tell \
+        "The residuals of {channels} are alike in neighbouring poses (correlation {correlation}): errors are not noise, and more poses nearby tell \
          less than they seem to. ({}, all tests counted.) {consequence} Visit poses in another order, far from each other.",
-        channels.join(", "),
         chance(p)
     ))
 }
@@ -44,6 +88,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             "Let the sensor warm up before it is read, and visit some poses twice in each table: at its beginning and its end.".into(),
         ),
         ResidualTestKind::Neighbours => return of_neighbours(&[test]).unwrap_or_default(),
+        ResidualTestKind::Direction => return of_direction(&[test]).unwrap_or_default(),
         ResidualTestKind::TorqueHarmonic { order } => (
             format!("The residual of {channel} goes with its own angle, {}, by {size} {unit}.", periods(*order)),
             "A cable, a gear or a sensor that is loaded from the side does so: look at what pulls at the joint; spread the poses over its whole range.".into(),
@@ -59,10 +104,6 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ResidualTestKind::Acceleration => (
             format!("The residual of {channel} goes with its acceleration: {size} {unit}. This is inertia."),
             "Leave accelerated rows out ([readings.select]), let joints stand ([readings.still]), or drive steadily.".into(),
-        ),
-        ResidualTestKind::Direction => (
-            format!("The residual of {channel} goes with the side from which the joint came: by {size} {unit} either way. This is friction."),
-            "Estimate it (sensor_models = [{ kind = \"coulomb-friction\" }] in its [[joint]]), and come to each pose from both sides.".into(),
         ),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),
