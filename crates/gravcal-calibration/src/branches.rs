@@ -9,7 +9,8 @@ use gravcal_solvers::LevenbergMarquardt;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use crate::calibrate::{EstimatorName, UnsuitableChoice, calibrate, check_choice};
+use crate::EstimatorName;
+use crate::calibrate::{UnsuitableChoice, calibrate, check_choice};
 use crate::joint::{Signals, Unknowns, estimate_jointly};
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::{EstimatorResult, Verdict};

@@ -6,7 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use gravcal_estimation::{IterationRecord, Loss, LossName};
 use gravcal_solvers::LevenbergMarquardt;
 
-use crate::calibrate::{EstimatorName, UnsuitableChoice, calibrate, check_choice};
+use crate::EstimatorName;
+use crate::calibrate::{UnsuitableChoice, calibrate, check_choice};
 use crate::result::{EstimatorResult, Verdict};
 use crate::session::{Session, UncertaintyChoice};
 use crate::simulation::Simulation;

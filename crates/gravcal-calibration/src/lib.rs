@@ -18,6 +18,7 @@
 mod axis_frames;
 mod calibrate;
 mod closed_form;
+mod estimator_name;
 mod judgement;
 mod workbench;
 
@@ -61,7 +62,8 @@ mod testing;
 #[cfg(test)]
 mod unexplained_errors;
 
-pub use calibrate::{EstimatorName, UnknownEstimator, UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
+pub use calibrate::{UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
+pub use estimator_name::{EstimatorName, UnknownEstimator};
 pub use robot::Robot;
 pub use session::Session;
 pub use workbench::Workbench;

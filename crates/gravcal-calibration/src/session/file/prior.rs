@@ -7,7 +7,7 @@ use serde::Deserialize;
 
 use super::Context;
 use super::poses::WrittenTables;
-use crate::calibrate::EstimatorName;
+use crate::EstimatorName;
 use crate::document::{Field, FileError};
 use crate::parameter::{Limit, Parameter};
 use crate::session::{
