@@ -5,10 +5,6 @@ use std::str::FromStr;
 
 use thiserror::Error;
 
-use super::{Declared, Options, RefusedOption, Site, Term};
-use super::{crosstalk, drift, friction, harmonics, polynomial};
-use crate::parameter::Parameter;
-
 /// A model of a joint's torque or position sensor, beyond the affine one that every sensor has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SensorModelName {
@@ -94,26 +90,6 @@ impl SensorModelName {
             SensorModelName::TorqueBiasInTime | SensorModelName::CoulombFriction | SensorModelName::ViscousFriction => {
                 &[]
             }
-        }
-    }
-
-    /// Its parameters and terms for one joint.
-    pub(crate) fn declare(self, site: &Site<'_>, options: &Options) -> Result<Vec<(Parameter, Term)>, RefusedOption> {
-        let term = |declared: Declared| {
-            (declared.parameter, Term { joint: site.joint, model: self, function: declared.function })
-        };
-        Ok(self.functions(site, options)?.into_iter().map(term).collect())
-    }
-
-    fn functions(self, site: &Site<'_>, options: &Options) -> Result<Vec<Declared>, RefusedOption> {
-        match self {
-            SensorModelName::TorqueBiasInTime => Ok(drift::in_time(site)),
-            SensorModelName::TorqueBiasWithTemperature => drift::with_temperature(site, options),
-            SensorModelName::TorqueGainPolynomial => polynomial::declare(site, options),
-            SensorModelName::CoulombFriction => Ok(friction::coulomb(site)),
-            SensorModelName::ViscousFriction => Ok(friction::viscous(site)),
-            SensorModelName::TorqueCrosstalk => crosstalk::declare(site, options),
-            SensorModelName::PositionHarmonics => harmonics::declare(site, options),
         }
     }
 }
