@@ -280,9 +280,35 @@ impl<'a> Context<'a> {
     }
 }
 
+impl Session {
+    /// Reads `session.toml` and everything it names.
+    ///
+    /// # Errors
+    /// Names the file, the line and the field.
+    pub fn read(path: &Path) -> Result<Session, SessionError> {
+        Session::read_watched(path, &|_, _| {})
+    }
+
+    /// The same; `watch` is told which recording in motion is being read, and which share of it is, as these may be long.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_watched(path: &Path, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
+        read(&Document::read(path)?, watch)
+    }
+
+    /// The same from a document, which may be another text than that of the file.
+    ///
+    /// # Errors
+    /// As for [`Session::read`].
+    pub fn of(document: &Document) -> Result<Session, SessionError> {
+        read(document, &|_, _| {})
+    }
+}
+
 /// Reads a session and everything it names. What `session.toml` says is checked before any table is opened.
 /// `watch` is told how far each recording in motion is read.
-pub(super) fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
+fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
     let written: SessionTable = document.parse()?;
     orientation::check_robot(document, written.robot.as_ref(), &written.readings)?;
     let source =

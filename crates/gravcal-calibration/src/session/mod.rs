@@ -7,6 +7,7 @@ mod draft;
 mod earlier;
 mod file;
 mod instrument;
+mod knowledge;
 pub(crate) mod parameters;
 mod repeated;
 mod searched;
@@ -15,13 +16,12 @@ pub(crate) mod travel;
 mod unexplained;
 pub(crate) mod units;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use gravcal_estimation::Loss;
 use gravcal_kinematics::{Chain, Transform};
 use gravcal_recording::{Conditions, Orientation, PoseMapping, PositionUnit, Reading, TorqueUnit};
 
-use crate::document::Document;
 use crate::parameter::{Parameter, Quantity};
 use crate::robot::Robot;
 use crate::sensors::SensorTerms;
@@ -32,6 +32,7 @@ pub use earlier::{EarlierCalibration, KnownCombination};
 pub use file::SessionError;
 pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};
 pub use instrument::{Drift, Instrument, InstrumentKind};
+pub use knowledge::{Knowledge, KnowledgeKind};
 pub use searched::Searched;
 pub use solver::SolverChoice;
 pub use unexplained::UnexplainedError;
@@ -135,30 +136,6 @@ impl Session {
         }
     }
 
-    /// Reads `session.toml` and everything it names.
-    ///
-    /// # Errors
-    /// Names the file, the line and the field.
-    pub fn read(path: &Path) -> Result<Session, SessionError> {
-        Session::read_watched(path, &|_, _| {})
-    }
-
-    /// The same; `watch` is told which recording in motion is being read, and which share of it is, as these may be long.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn read_watched(path: &Path, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
-        file::read(&Document::read(path)?, watch)
-    }
-
-    /// The same from a document, which may be another text than that of the file.
-    ///
-    /// # Errors
-    /// As for [`Session::read`].
-    pub fn of(document: &Document) -> Result<Session, SessionError> {
-        file::read(document, &|_, _| {})
-    }
-
     /// Two placements a known distance apart, neither of which is known by itself.
     pub(crate) fn pair_of_free_placements(&self) -> Option<&LoadDistance> {
         let free = |load: &usize| self.loads[*load].position.is_none();
@@ -257,31 +234,6 @@ impl JointKnowledge {
     pub fn of(&self, quantity: Quantity) -> Knowledge {
         self.parameters[quantity as usize]
     }
-}
-
-/// What is known of one sensor parameter beforehand, in inside units.
-///
-/// The sign of `nominal` of a gain is the declared sign of the sensor.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Knowledge {
-    /// Where the estimation starts.
-    pub nominal: f64,
-    /// How it is known.
-    pub kind: KnowledgeKind,
-}
-
-/// How a parameter is known.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum KnowledgeKind {
-    /// Only as a start.
-    Start,
-    /// As a prior with this standard deviation.
-    Prior {
-        /// In the parameter's unit.
-        std: f64,
-    },
-    /// Exactly: held.
-    Fixed,
 }
 
 /// One `[[poses]]` or `[[validation]]` of the session.
