@@ -119,3 +119,11 @@ impl Sweep {
             .all(|(joint, (a, b))| except.contains(&joint) || (a - b).abs() <= HOLD_TOLERANCE)
     }
 }
+
+/// The joint that sweeps in each pose; nothing where all stand.
+pub(crate) fn sweeping(session: &Session) -> Vec<Option<usize>> {
+    let mut sweeping = vec![None; session.poses.len()];
+    let sweeps = find_sweeps(session);
+    sweeps.iter().for_each(|sweep| sweep.poses.iter().for_each(|pose| sweeping[*pose] = Some(sweep.swept)));
+    sweeping
+}

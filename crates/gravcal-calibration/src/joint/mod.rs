@@ -52,7 +52,6 @@ pub(crate) use held_out::fit_with_held_out;
 pub(crate) use order::why_not_by_groups;
 pub use order::{Order, pose_by_pose, step_by_step};
 pub use position_unknowns::PositionUnknown;
-pub(crate) use position_unknowns::sweeping;
 pub(crate) use problem::pose_with_constraints;
 pub use problem::{JointProblem, PosingError, pose};
 pub use readings::Readings;

@@ -23,7 +23,7 @@ use super::unknowns::{Layout, Unknowns};
 use crate::parameter::Quantity;
 use crate::residuals::{PositionError, Prior};
 use crate::session::{Deflection, Session};
-use crate::sweeps::{Sweep, find_sweeps};
+use crate::sweeps::{Sweep, find_sweeps, sweeping};
 
 /// An unknown error of the positions of some joints, shared by some poses.
 #[derive(Clone, Debug)]
@@ -38,14 +38,6 @@ pub struct PositionUnknown {
     pub poses: Vec<usize>,
     /// Whether it is that of a hold, and not of a single pose's readings.
     pub is_hold: bool,
-}
-
-/// The joint that sweeps in each pose; nothing where all stand.
-pub(crate) fn sweeping(session: &Session) -> Vec<Option<usize>> {
-    let mut sweeping = vec![None; session.poses.len()];
-    let sweeps = find_sweeps(session);
-    sweeps.iter().for_each(|sweep| sweep.poses.iter().for_each(|pose| sweeping[*pose] = Some(sweep.swept)));
-    sweeping
 }
 
 /// Adds the unknowns that the session has: those of sweeps first, from where `start` has them, and all others from zero.

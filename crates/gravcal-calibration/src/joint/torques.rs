@@ -6,11 +6,11 @@ use std::sync::Arc;
 use gravcal_estimation::{BlockId, Residual};
 use gravcal_kinematics::Chain;
 
-use super::position_unknowns::sweeping;
 use super::sweep_moments::{SweepMoments, by_sweep};
 use super::unknowns::Layout;
 use crate::residuals::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, SweepTorque, SweepTorqueModel};
 use crate::session::{Pose, Session};
+use crate::sweeps::sweeping;
 
 /// What the poses of a session have in common.
 pub(super) struct Torques<'a> {

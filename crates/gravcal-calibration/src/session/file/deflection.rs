@@ -6,10 +6,10 @@ use serde::Deserialize;
 use super::Context;
 use super::readings::{self, ReadingsTable};
 use crate::document::{Document, Field, FileError, OneOrMany};
-use crate::joint::sweeping;
 use crate::parameter::Parameter;
 use crate::session::compliance::compliance_parameters;
 use crate::session::{Deflection, Session, UncertaintyChoice};
+use crate::sweeps::sweeping;
 
 /// `[deflection]`.
 #[derive(Debug, Default, Deserialize)]
