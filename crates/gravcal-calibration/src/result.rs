@@ -2,6 +2,7 @@
 //!
 //! The types serialize as they stand in `calibration.json`; what is undetermined has no value, never a number.
 
+mod blank;
 mod detail;
 mod positions;
 mod residual_tests;

@@ -6,7 +6,6 @@ use super::{
     BASE_FRAME_CHOICE, InertiaKnowledge, Knowledge, KnowledgeKind, LAST_FRAME_CHOICE, Load, NO_TORQUE_SENSOR, Session,
 };
 use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
-use crate::result::ParameterResult;
 
 /// Standard deviation, relative to a gain, beyond which a number would mislead; of an angle, rad; of a displacement, m.
 pub(crate) const GAIN_LIMIT: f64 = 0.1;
@@ -191,25 +190,6 @@ impl Session {
                 })
             });
         (by_default || listed(&self.ask.add)) && !listed(&self.ask.drop)
-    }
-
-    /// A parameter's entry in a result, without a value; `determined` only says that its value is not a choice.
-    pub(crate) fn blank_parameter(&self, id: ParameterId) -> ParameterResult {
-        let parameter = self.parameter(id);
-        let name = parameter.name();
-        let meaningless = [LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, UNREAD].map(Some).contains(&parameter.held);
-        ParameterResult {
-            asked: self.asks(&name),
-            unit: parameter.unit,
-            convention: parameter.convention,
-            value: None,
-            std: None,
-            ci95: None,
-            determined: !meaningless,
-            held: parameter.held.map(str::to_owned),
-            nominal: parameter.knowledge.nominal,
-            name,
-        }
     }
 
     /// Whether something known in the frame of a last link fixes that frame, or that of another one that the same joint moves:
