@@ -8,8 +8,9 @@ use crate::joint::{
     EstimateError, Readings, Signals, Unknowns, estimate, estimate_briefly, pose_at_nominal, pose_by_pose, select,
     step_by_step, why_not_by_groups,
 };
+use crate::plan::Plan;
 use crate::result::{Brief, CovarianceResult, Detail, EstimatorResult, ParameterResult, Verdict};
-use crate::sequential::{Plan, SequentialValues, run_steps, tell_steps, tell_steps_briefly};
+use crate::sequential::{SequentialValues, run_steps, tell_steps, tell_steps_briefly};
 use crate::session::Session;
 use crate::workbench::Workbench;
 

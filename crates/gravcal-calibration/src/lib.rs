@@ -20,6 +20,7 @@ mod calibrate;
 mod closed_form;
 mod estimator_name;
 mod judgement;
+mod plan;
 mod workbench;
 
 pub mod application;

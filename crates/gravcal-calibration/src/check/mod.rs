@@ -16,8 +16,8 @@ mod tilts;
 use serde::Serialize;
 
 use crate::joint::{EstimateError, Readings, Signals, select};
+use crate::plan::Plan;
 use crate::result::Undetermined;
-use crate::sequential::Plan;
 use crate::session::Session;
 
 use cures::cures;

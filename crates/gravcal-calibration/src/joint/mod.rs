@@ -40,8 +40,8 @@ use thiserror::Error;
 
 use crate::judgement::{Judged, Judgement, Situation, gravity_result, judge};
 use crate::parameter::ParameterId;
+use crate::plan::Plan;
 use crate::result::{Brief, EstimatorResult, GravityResult};
-use crate::sequential::Plan;
 use crate::session::Session;
 use crate::workbench::Workbench;
 use conclusion::{Conclusion, conclude};

@@ -23,7 +23,7 @@ use super::sample::Sample;
 use super::start::best_start;
 use super::{EstimateError, Signals, select};
 use crate::parameter::Quantity;
-use crate::sequential::Plan;
+use crate::plan::Plan;
 use crate::session::{Session, UncertaintyChoice};
 use crate::workbench::Workbench;
 

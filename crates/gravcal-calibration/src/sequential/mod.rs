@@ -17,7 +17,6 @@ mod fitting;
 mod found;
 mod gain;
 mod gravity;
-mod plan;
 
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::Quantile;
@@ -37,9 +36,9 @@ use carried::CarriedErrors;
 use contradiction::NoiseKnowledge;
 use gain::Gain;
 
+pub use crate::plan::{LoadPair, Plan};
 pub use found::{Found, Frozen, Missing};
 pub use gravity::Gravity;
-pub use plan::{LoadPair, Plan};
 
 /// What the steps found for one joint.
 #[derive(Clone, Debug)]
