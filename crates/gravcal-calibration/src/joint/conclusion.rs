@@ -3,11 +3,12 @@
 use gravcal_estimation::Termination;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::Unknowns;
+use super::error::EstimateError;
 use super::mistakes::{Mistake, find_mistake};
 use super::readings::Readings;
 use super::solve::{Solved, solve, solve_from};
 use super::tell::{mirrored_gains, tell_parameters, tell_termination};
-use super::{EstimateError, Unknowns};
 use crate::judgement::{Judgement, in_words, residual_tests};
 use crate::parameter::Quantity;
 use crate::result::{

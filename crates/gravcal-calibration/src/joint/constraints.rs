@@ -11,7 +11,8 @@
 
 use gravcal_estimation::{ActiveConstraint, Affine, BlockId, Constraint, Problem};
 
-use super::problem::{JointProblem, PosingError};
+use super::error::PosingError;
+use super::problem::JointProblem;
 use super::{Layout, Unknowns};
 use crate::parameter::Quantity;
 use crate::result;

@@ -2,7 +2,8 @@
 
 use gravcal_estimation::{BlockId, Factor, Problem};
 
-use super::problem::{JointProblem, PosingError};
+use super::error::PosingError;
+use super::problem::JointProblem;
 use crate::residuals::{KnownQuantity, LinearKnowledge};
 use crate::session::EarlierCalibration;
 

@@ -8,7 +8,7 @@
 
 use gravcal_estimation::{Estimate, IterationRecord, Termination};
 
-use super::EstimateError;
+use super::error::EstimateError;
 use super::in_order::estimate_in_order;
 use super::order::Order;
 use super::problem::JointProblem;

@@ -6,11 +6,12 @@
 
 use std::collections::BTreeSet;
 
+use super::error::EstimateError;
 use super::fit::fit;
 use super::problem::{pose, pose_with_constraints};
 use super::readings::Readings;
 use super::solve::Solved;
-use super::{EstimateError, JointProblem, Unknowns};
+use super::{JointProblem, Unknowns};
 use crate::judgement::{self, file_name, held_out};
 use crate::result::{Fit, HeldOut};
 use crate::session::Session;

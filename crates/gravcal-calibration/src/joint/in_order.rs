@@ -7,9 +7,10 @@ use gravcal_estimation::{
     BlockId, Covariance, Estimate, Factor, IterationRecord, Problem, Spectrum, Termination, Values,
 };
 
-use super::EstimateError;
+use super::error::EstimateError;
+use super::error::PosingError;
 use super::order::{NOT_YET, Order, first_of};
-use super::problem::{JointProblem, PosingError};
+use super::problem::JointProblem;
 use super::readings::Readings;
 use super::robust::solve_with_loss;
 use crate::workbench::Workbench;

@@ -2,7 +2,8 @@
 
 use gravcal_estimation::{BlockId, Problem};
 
-use super::problem::{JointProblem, PosingError, pose_readings_alone};
+use super::error::PosingError;
+use super::problem::{JointProblem, pose_readings_alone};
 use super::readings::Readings;
 use super::unknowns::Unknowns;
 use crate::parameter::Quantity;

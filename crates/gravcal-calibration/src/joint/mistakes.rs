@@ -10,12 +10,13 @@
 use gravcal_estimation::Termination;
 use gravcal_recording::Orientation;
 
+use super::error::EstimateError;
 use super::readings::{Readings, first_noise};
 use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
 use super::solve::solve_from;
 use super::start::start_cost;
 use super::twins::DECISIVE;
-use super::{EstimateError, Solved, Unknowns};
+use super::{Solved, Unknowns};
 use crate::parameter::Quantity;
 use crate::session::Session;
 use crate::workbench::Workbench;

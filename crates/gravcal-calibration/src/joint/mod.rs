@@ -3,6 +3,7 @@
 mod conclusion;
 mod constraints;
 mod earlier;
+mod error;
 mod fit;
 mod held_out;
 mod idle;
@@ -34,9 +35,8 @@ mod unexplained;
 mod unexplained_size;
 mod unknowns;
 
-use gravcal_estimation::statistics::{DECIDED, LinearFunction, StatisticsError, TooFewBlocks, stored_coordinates};
-use gravcal_estimation::{BlockId, Covariance, EvaluateError, SolveError, Spectrum, Values};
-use thiserror::Error;
+use gravcal_estimation::statistics::{DECIDED, LinearFunction, stored_coordinates};
+use gravcal_estimation::{BlockId, Covariance, Spectrum, Values};
 
 use crate::judgement::{Judged, Judgement, Situation, gravity_result, judge};
 use crate::parameter::ParameterId;
@@ -48,12 +48,13 @@ use conclusion::{Conclusion, conclude};
 use idle::idle_joints;
 use nearby::Nearby;
 
+pub use error::{EstimateError, PosingError};
 pub(crate) use held_out::fit_with_held_out;
 pub(crate) use order::why_not_by_groups;
 pub use order::{Order, pose_by_pose, step_by_step};
 pub use position_unknowns::PositionUnknown;
 pub(crate) use problem::pose_with_constraints;
-pub use problem::{JointProblem, PosingError, pose};
+pub use problem::{JointProblem, pose};
 pub use readings::Readings;
 pub(crate) use robust::{NORMAL_MEDIAN, median};
 pub(crate) use solve::solve_posed;
@@ -64,29 +65,6 @@ use tell::tell;
 pub(crate) use tell::{last_frame_choices, session_notes, unknown_sign};
 pub(crate) use twins::DECISIVE;
 pub use unknowns::{Layout, Unknowns};
-
-/// The joint problem could not be solved.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum EstimateError {
-    /// It could not be posed.
-    #[error(transparent)]
-    Posing(#[from] PosingError),
-    /// It could not be solved.
-    #[error(transparent)]
-    Solve(#[from] SolveError),
-    /// It could not be judged.
-    #[error(transparent)]
-    Evaluate(#[from] EvaluateError),
-    /// How uncertain it is could not be told.
-    #[error("no standard deviations: {0}")]
-    Statistics(#[from] StatisticsError),
-}
-
-impl From<TooFewBlocks> for EstimateError {
-    fn from(error: TooFewBlocks) -> Self {
-        EstimateError::Statistics(error.into())
-    }
-}
 
 /// Which torque readings an estimator may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

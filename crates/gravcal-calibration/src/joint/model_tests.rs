@@ -20,9 +20,10 @@ use gravcal_estimation::{BlockId, Loss};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
+use super::error::EstimateError;
 use super::fit::fit;
 use super::problem::{JointProblem, pose_with_constraints};
-use super::{EstimateError, Solved, Unknowns};
+use super::{Solved, Unknowns};
 use crate::judgement::Judgement;
 use crate::parameter::ParameterId;
 use crate::result::{Fit, NoiseSource, SensorModelTest, TestAgainstZero, TestKind, UncertaintyResult};

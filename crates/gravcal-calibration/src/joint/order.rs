@@ -17,11 +17,12 @@ use std::collections::BTreeSet;
 
 use gravcal_estimation::{BlockId, EvaluateError, Factor, Loss, Problem, Spectrum, Values};
 
+use super::error::EstimateError;
 use super::problem::{JointProblem, pose_with_constraints};
 use super::readings::Readings;
 use super::sample::Sample;
 use super::start::best_start;
-use super::{EstimateError, Signals, select};
+use super::{Signals, select};
 use crate::parameter::Quantity;
 use crate::plan::Plan;
 use crate::session::{Session, UncertaintyChoice};

@@ -4,13 +4,12 @@
 //! the placements of loads that no distance reads: these blocks are marked as linear.
 
 use gravcal_estimation::{
-    Block, BlockId, EvaluateError, Factor, Loss, Manifold, Noise, NoiseError, Problem, ProblemBuilder, ProblemError,
-    Values,
+    Block, BlockId, EvaluateError, Factor, Loss, Manifold, Noise, NoiseError, Problem, ProblemBuilder, Values,
 };
-use thiserror::Error;
 
 use super::constraints::{self, constrained};
 use super::earlier::with_earlier;
+use super::error::PosingError;
 use super::placements::{add_placements, distances_left};
 use super::position_unknowns::{add_priors, add_unknowns};
 use super::readings::{Readings, add_readings};
@@ -32,17 +31,6 @@ const NO_TORQUE: &str = "no torque of a joint is read";
 
 /// Why a parameter is held on which no reading that enters depends.
 const UNREAD: &str = "no reading depends on it";
-
-/// The joint problem cannot be posed.
-#[derive(Clone, Debug, Error, PartialEq)]
-pub enum PosingError {
-    /// See [`ProblemError`].
-    #[error(transparent)]
-    Problem(#[from] ProblemError),
-    /// See [`NoiseError`].
-    #[error(transparent)]
-    Noise(#[from] NoiseError),
-}
 
 /// A posed joint problem.
 #[derive(Clone, Debug)]

@@ -17,11 +17,12 @@
 
 use gravcal_estimation::Termination;
 
+use super::error::EstimateError;
 use super::mistakes::{Mistake, decisively_likelier};
 use super::problem::pose_with_constraints;
 use super::sample::Sample;
 use super::start::{best_start, start_cost};
-use super::{EstimateError, Readings, Solved, Unknowns};
+use super::{Readings, Solved, Unknowns};
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::{InstrumentKind, Pose, Session};
 use crate::workbench::Workbench;

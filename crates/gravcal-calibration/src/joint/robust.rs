@@ -14,7 +14,7 @@
 
 use gravcal_estimation::{Estimate, EvaluateError, Loss, LossName, Values};
 
-use super::EstimateError;
+use super::error::EstimateError;
 use super::problem::JointProblem;
 use super::solve::Solved;
 use crate::session::Session;

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
+use super::error::PosingError;
 use super::linear_part::FAINT_DAMPING;
-use super::problem::{JointProblem, PosingError, pose};
+use super::problem::{JointProblem, pose};
 use super::readings::Readings;
 use super::unknowns::Unknowns;
 use crate::session::Session;

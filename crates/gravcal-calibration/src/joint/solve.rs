@@ -5,6 +5,8 @@ use gravcal_estimation::{
     Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty, Values,
 };
 
+use super::Unknowns;
+use super::error::EstimateError;
 use super::fit::{fit, fit_in_rounds};
 use super::nearby::Nearby;
 use super::order::Order;
@@ -13,7 +15,6 @@ use super::readings::Readings;
 use super::sample::Sample;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
-use super::{EstimateError, Unknowns};
 use crate::judgement::{Explained, IMPLAUSIBLE};
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::{Session, UnexplainedError};

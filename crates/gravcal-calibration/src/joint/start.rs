@@ -5,8 +5,8 @@
 //! those that the sequential estimator found), and its worth is the cost after that linear problem is solved. A few of the
 //! best are followed a little further, and the one that comes lowest wins.
 
+use super::error::PosingError;
 use super::linear_part::LinearPart;
-use super::problem::PosingError;
 use super::readings::Readings;
 use super::sample::{Nearby, Sample, thinned};
 use super::unknowns::Unknowns;

@@ -4,10 +4,11 @@ use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
 
 use super::conclusion::Conclusion;
+use super::error::EstimateError;
 use super::mistakes::Mistake;
 use super::model_tests::ModelTests;
 use super::order::Order;
-use super::{EstimateError, Solved, constraints, sweep_moments};
+use super::{Solved, constraints, sweep_moments};
 use crate::judgement::{
     DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss, outlier_note,
     outliers, position_errors, weak_combinations, weak_note,

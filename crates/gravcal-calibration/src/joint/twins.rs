@@ -9,10 +9,11 @@
 
 use nalgebra::Vector3;
 
+use super::Unknowns;
+use super::error::EstimateError;
 use super::problem::pose_with_constraints;
 use super::sample::Sample;
 use super::solve::{Solved, solve_from, solve_posed};
-use super::{EstimateError, Unknowns};
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::Session;
 use crate::workbench::Workbench;

@@ -10,7 +10,7 @@ use gravcal_estimation::statistics::{
 };
 use gravcal_estimation::{BlockId, Loss, Spectrum};
 
-use super::EstimateError;
+use super::error::EstimateError;
 use super::order::Order;
 use super::pose_blocks::BlocksOfPoses;
 use super::solve::Solved;

@@ -1,0 +1,39 @@
+//! Why there is no joint estimate.
+
+use gravcal_estimation::statistics::{StatisticsError, TooFewBlocks};
+use gravcal_estimation::{EvaluateError, NoiseError, ProblemError, SolveError};
+use thiserror::Error;
+
+/// The joint problem cannot be posed.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum PosingError {
+    /// See [`ProblemError`].
+    #[error(transparent)]
+    Problem(#[from] ProblemError),
+    /// See [`NoiseError`].
+    #[error(transparent)]
+    Noise(#[from] NoiseError),
+}
+
+/// The joint problem could not be solved.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum EstimateError {
+    /// It could not be posed.
+    #[error(transparent)]
+    Posing(#[from] PosingError),
+    /// It could not be solved.
+    #[error(transparent)]
+    Solve(#[from] SolveError),
+    /// It could not be judged.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+    /// How uncertain it is could not be told.
+    #[error("no standard deviations: {0}")]
+    Statistics(#[from] StatisticsError),
+}
+
+impl From<TooFewBlocks> for EstimateError {
+    fn from(error: TooFewBlocks) -> Self {
+        EstimateError::Statistics(error.into())
+    }
+}
