@@ -24,6 +24,7 @@ mod reference;
 mod reversed;
 mod robust;
 mod sample;
+mod select;
 mod solve;
 mod start;
 mod sweep_moments;
@@ -40,7 +41,6 @@ use gravcal_estimation::{BlockId, Covariance, Spectrum, Values};
 
 use crate::judgement::{Judged, Judgement, Situation, gravity_result, judge};
 use crate::parameter::ParameterId;
-use crate::plan::Plan;
 use crate::result::{Brief, EstimatorResult, GravityResult};
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -57,23 +57,14 @@ pub(crate) use problem::pose_with_constraints;
 pub use problem::{JointProblem, pose};
 pub use readings::Readings;
 pub(crate) use robust::{NORMAL_MEDIAN, median};
+pub use select::{Signals, select};
 pub(crate) use solve::solve_posed;
 pub use solve::{Solved, solve};
 pub(crate) use start::start_around;
-use sweep_moments::SweepMoments;
 use tell::tell;
 pub(crate) use tell::{last_frame_choices, session_notes, unknown_sign};
 pub(crate) use twins::DECISIVE;
 pub use unknowns::{Layout, Unknowns};
-
-/// Which torque readings an estimator may use.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Signals {
-    /// All of them.
-    All,
-    /// Only those that the paper's steps read.
-    PaperSteps,
-}
 
 /// Solves the joint problem, from `known` values (the sequential estimator's) if they start it better than the
 /// nominal ones.
@@ -126,21 +117,6 @@ pub fn estimate_briefly(
         conclude(session, readings, known, workbench)?;
     let iterations = solved.estimate.iterations.len().saturating_sub(1);
     Ok(Brief { verdict, termination, iterations, gravity, parameters })
-}
-
-/// The torque readings that an estimator may use, with a first guess of unstated noise.
-pub fn select(session: &Session, signals: Signals) -> Readings {
-    let moments = sweep_moments::by_sweep(session).then(|| SweepMoments::of(session));
-    let entering = |pose: usize, channel: usize| {
-        channel >= session.joints.len() || moments.as_ref().is_none_or(|moments| moments.of_pose(pose).is_some())
-    };
-    match signals {
-        Signals::All => Readings::select(session, entering),
-        Signals::PaperSteps => {
-            let read = Plan::new(session).readings();
-            Readings::select(session, |pose, joint| read.contains(&(pose, joint)) && entering(pose, joint))
-        }
-    }
 }
 
 /// The joint problem at nominal values, with its constraints: what a solver must be able to take.

@@ -1,0 +1,30 @@
+//! Which readings an estimator may use.
+
+use super::readings::Readings;
+use super::sweep_moments::{SweepMoments, by_sweep};
+use crate::plan::Plan;
+use crate::session::Session;
+
+/// Which torque readings an estimator may use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signals {
+    /// All of them.
+    All,
+    /// Only those that the paper's steps read.
+    PaperSteps,
+}
+
+/// The torque readings that an estimator may use, with a first guess of unstated noise.
+pub fn select(session: &Session, signals: Signals) -> Readings {
+    let moments = by_sweep(session).then(|| SweepMoments::of(session));
+    let entering = |pose: usize, channel: usize| {
+        channel >= session.joints.len() || moments.as_ref().is_none_or(|moments| moments.of_pose(pose).is_some())
+    };
+    match signals {
+        Signals::All => Readings::select(session, entering),
+        Signals::PaperSteps => {
+            let read = Plan::new(session).readings();
+            Readings::select(session, |pose, joint| read.contains(&(pose, joint)) && entering(pose, joint))
+        }
+    }
+}
