@@ -1,4 +1,4 @@
-//! The estimate of a posed problem with its readings in their order: see [`super::order`].
+//! The estimate of a posed problem with its readings in their order: see [`super::groups`].
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,8 @@ use gravcal_estimation::{
 
 use super::error::EstimateError;
 use super::error::PosingError;
-use super::order::{NOT_YET, Order, first_of};
+use super::groups::{NOT_YET, first_of};
+use super::order::Order;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::robust::solve_with_loss;
