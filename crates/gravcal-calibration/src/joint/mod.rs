@@ -4,6 +4,7 @@ mod conclusion;
 mod constraints;
 mod earlier;
 mod error;
+mod factors;
 mod fit;
 mod groups;
 mod held_out;

@@ -10,9 +10,10 @@ use gravcal_estimation::{
 use super::constraints::{self, constrained};
 use super::earlier::with_earlier;
 use super::error::PosingError;
+use super::factors::add_readings;
 use super::placements::{add_placements, distances_left};
 use super::position_unknowns::{add_priors, add_unknowns};
-use super::readings::{Readings, add_readings};
+use super::readings::Readings;
 use super::reference::{reference, with_reference};
 use super::sweep_moments::{SweepMoments, by_sweep};
 use super::unknowns::{Layout, Unknowns};

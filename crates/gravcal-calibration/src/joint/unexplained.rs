@@ -15,7 +15,7 @@
 
 use gravcal_estimation::{EvaluateError, Loss};
 
-use super::readings::{Readings, first_noise};
+use super::readings::{Readings, first_noise, stated};
 use super::robust::{NORMAL_MEDIAN, median};
 use super::solve::Solved;
 use crate::session::{Session, UnexplainedError};
@@ -124,12 +124,6 @@ impl Readings {
     pub(crate) fn noise_found(&self, session: &Session) -> bool {
         session.noise_estimated().contains(&true) || self.unexplained_found(session)
     }
-}
-
-/// Variance of unexplained errors of each channel where it is stated; else zero.
-pub(super) fn stated(session: &Session) -> Vec<f64> {
-    let variance = |error: UnexplainedError| if let UnexplainedError::Stated { std } = error { std * std } else { 0.0 };
-    session.unexplained_errors().into_iter().map(variance).collect()
 }
 
 impl Solved {

@@ -1,0 +1,156 @@
+//! The readings as factors of the joint problem: one a pose, of everything that reads it.
+
+use std::sync::Arc;
+
+use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder, Residual};
+use gravcal_kinematics::Chain;
+
+use super::position_unknowns::Around;
+use super::readings::{Readings, position_terms};
+use super::torques::Torques;
+use super::unknowns::Layout;
+use crate::residuals::{
+    CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, SensedQuantity, SpecificForce, Stacked, Wrench,
+};
+use crate::session::{Instrument, InstrumentKind, Session};
+
+/// Adds the readings; gives pose and channel of each row.
+pub(super) fn add_readings(
+    session: &Session,
+    readings: &Readings,
+    layout: &Layout,
+    builder: &mut ProblemBuilder,
+) -> Result<Vec<(usize, usize)>, NoiseError> {
+    let around = Around::new(layout, builder.initial());
+    let mut models = Models::new(session, layout);
+    let mut rows = Vec::with_capacity(readings.count());
+    let (mut std, mut last): (Vec<f64>, Option<(Vec<f64>, Noise)>) = (Vec::new(), None);
+    for (pose, used) in readings.used.iter().enumerate().filter(|(_, used)| !used.is_empty()) {
+        std.clear();
+        std.extend(used.iter().map(|channel| readings.std(session, pose, *channel)));
+        // Most poses are as noisy as the one before.
+        let noise = match &last {
+            Some((alike, noise)) if *alike == std => noise.clone(),
+            _ => last.insert((std.clone(), Noise::independent(&std)?)).1.clone(),
+        };
+        let residual = models.residual(pose, used, |id| builder.block(id).len());
+        let factor = Factor { residual: around.residual(pose, residual), noise, loss: Loss::None };
+        builder.add_factor(factor);
+        rows.extend(used.iter().map(|channel| (pose, *channel)));
+    }
+    Ok(rows)
+}
+
+/// What poses share: by load, first of poses with nothing attached.
+struct Models<'s> {
+    session: &'s Session,
+    torques: Torques<'s>,
+    /// Of each instrument, by its set of biases.
+    instruments: Vec<Vec<Vec<Arc<InstrumentModel>>>>,
+}
+
+impl<'s> Models<'s> {
+    fn new(session: &'s Session, layout: &'s Layout) -> Models<'s> {
+        let chain = Arc::new(session.robot.chain.clone());
+        let loads = session.loads.iter().zip(&layout.loads).map(|(load, position)| {
+            position.clone().map(|position| CarriedLoad { position, mass: load.mass, link: load.link })
+        });
+        let loads: Vec<Option<CarriedLoad>> = std::iter::once(None).chain(loads).collect();
+        let instrument = |instrument: &Instrument| {
+            let model = |table: usize, load: &Option<CarriedLoad>| {
+                Arc::new(instrument_model((session, layout), Arc::clone(&chain), (instrument, table), load.clone()))
+            };
+            (0..instrument.biases).map(|set| loads.iter().map(|load| model(set, load)).collect()).collect()
+        };
+        Models {
+            session,
+            torques: Torques::new(session, layout),
+            instruments: session.instruments.iter().map(instrument).collect(),
+        }
+    }
+
+    /// The residual of the readings of one pose, in the order of their channels. `length`: numbers that store a block.
+    fn residual(&mut self, index: usize, used: &[usize], length: impl Fn(BlockId) -> usize) -> Arc<dyn Residual> {
+        let (session, pose) = (self.session, &self.session.poses[index]);
+        let load = pose.load.map_or(0, |load| load + 1);
+        let value = |channel: usize| session.reading(index, channel).map_or(f64::NAN, |reading| reading.value);
+        let torques: Vec<(usize, f64)> =
+            used.iter().filter(|channel| **channel < session.joints.len()).map(|c| (*c, value(*c))).collect();
+        // Most poses are read by joints alone.
+        if torques.len() == used.len() {
+            return self.torques.residual(session, index, torques);
+        }
+        let mut parts: Vec<Arc<dyn Residual>> = Vec::new();
+        if !torques.is_empty() {
+            parts.push(self.torques.residual(session, index, torques));
+        }
+        for (number, instrument) in session.instruments.iter().enumerate() {
+            let own = used.iter().filter_map(|channel| match session.axis(*channel) {
+                Some((owner, axis)) if owner == number => Some((axis, value(*channel))),
+                _ => None,
+            });
+            let own: Vec<(usize, f64)> = own.collect();
+            if !own.is_empty() {
+                let model = Arc::clone(&self.instruments[number][instrument.bias_set(pose.table)][load]);
+                let coordinates = coordinates(session, index, instrument.link);
+                let drifts = instrument.drifts.iter().map(|drift| drift.value(&pose.conditions)).collect();
+                let reading = InstrumentReading::new(model, coordinates, pose.orientation, own).drifting(drifts);
+                parts.push(Arc::new(reading));
+            }
+        }
+        if parts.len() == 1 { parts.remove(0) } else { Arc::new(Stacked::new(parts, length)) }
+    }
+}
+
+/// The model of an instrument in a table.
+fn instrument_model(
+    (session, layout): (&Session, &Layout),
+    chain: Arc<Chain>,
+    (instrument, table): (&Instrument, usize),
+    load: Option<CarriedLoad>,
+) -> InstrumentModel {
+    let own = &layout.further[instrument.own_parameters()];
+    let sensed: Arc<dyn SensedQuantity> = match instrument.kind {
+        InstrumentKind::ForceTorque => {
+            let beyond = load.filter(|load| load.link == instrument.link);
+            Arc::new(Wrench::new(&instrument.mounting, [own[0], own[1], own[2], own[3]], beyond))
+        }
+        InstrumentKind::Accelerometer => Arc::new(SpecificForce::new([own[0], own[1], own[2]])),
+    };
+    let gain = |((reading, sensed), block): (&(usize, usize), &BlockId)| GainEntry {
+        reading: *reading,
+        sensed: *sensed,
+        block: *block,
+    };
+    let biases =
+        [&layout.further[instrument.biases_of_table(table)], &layout.further[instrument.drift_parameters()]].concat();
+    let gains = instrument.gains.iter().zip(&layout.further[instrument.gain_parameters()]).map(gain);
+    InstrumentModel::new(
+        (chain, instrument.link),
+        instrument.mounting.rotation(),
+        sensed,
+        (layout.gravity, &coordinate_blocks(session, layout, instrument.link)),
+        (gains.collect(), &biases),
+    )
+}
+
+/// Blocks on which the coordinates of the joints that move a link depend: position gain and offset of each, then the terms
+/// of their position sensors.
+fn coordinate_blocks(session: &Session, layout: &Layout, link: usize) -> Vec<BlockId> {
+    let affine = joints_moving(session, link).flat_map(|joint| [layout.sensors[joint][2], layout.sensors[joint][3]]);
+    let terms = position_terms(session, link).map(|(place, ..)| layout.further[place]);
+    affine.chain(terms).collect()
+}
+
+/// `θ_j = Σ coefficient · block` in one pose: joint, place among those blocks, coefficient.
+fn coordinates(session: &Session, pose: usize, link: usize) -> Vec<(usize, usize, f64)> {
+    let position = &session.poses[pose].position;
+    let affine = joints_moving(session, link).flat_map(|joint| [(joint, position[joint]), (joint, 1.0)]);
+    let terms = position_terms(session, link);
+    let terms = terms.map(|(_, joint, function)| (joint, function.value(position[joint])));
+    affine.chain(terms).enumerate().map(|(place, (joint, coefficient))| (joint, place, coefficient)).collect()
+}
+
+fn joints_moving(session: &Session, link: usize) -> impl Iterator<Item = usize> {
+    (0..session.joints.len()).filter(move |joint| session.robot.chain.moves(*joint, link))
+}
