@@ -55,7 +55,6 @@ pub(crate) use groups::why_not_by_groups;
 pub use groups::{pose_by_pose, step_by_step};
 pub(crate) use held_out::fit_with_held_out;
 pub use order::Order;
-pub use position_unknowns::PositionUnknown;
 pub(crate) use problem::pose_with_constraints;
 pub use problem::{JointProblem, pose};
 pub use readings::Readings;
@@ -67,7 +66,7 @@ pub(crate) use start::start_around;
 use tell::tell;
 pub(crate) use tell::{last_frame_choices, session_notes, unknown_sign};
 pub(crate) use twins::DECISIVE;
-pub use unknowns::{Layout, Unknowns};
+pub use unknowns::{Layout, PositionUnknown, Unknowns};
 
 /// Solves the joint problem, from `known` values (the sequential estimator's) if they start it better than the
 /// nominal ones.

@@ -9,12 +9,9 @@
 
 use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
 
-use super::Unknowns;
 use super::sweep_moments::by_sweep;
+use super::unknowns::{Placement, Unknowns};
 use crate::session::{Load, Session};
-
-/// The blocks whose sum is a load's position.
-pub(crate) type Placement = Vec<BlockId>;
 
 /// Adds the blocks of all carried loads; distances enter only if `exact_distances`.
 pub(super) fn add_placements(

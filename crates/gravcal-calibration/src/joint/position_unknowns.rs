@@ -19,26 +19,11 @@ use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuild
 use gravcal_kinematics::JointKind;
 
 use super::readings::Readings;
-use super::unknowns::{Layout, Unknowns};
+use super::unknowns::{Layout, PositionUnknown, Unknowns};
 use crate::parameter::Quantity;
 use crate::residuals::{PositionError, Prior};
 use crate::session::{Deflection, Session};
 use crate::sweeps::{Sweep, find_sweeps, sweeping};
-
-/// An unknown error of the positions of some joints, shared by some poses.
-#[derive(Clone, Debug)]
-pub struct PositionUnknown {
-    /// One number for each of `joints`, rad (m for a joint that slides).
-    pub block: BlockId,
-    /// The joints that may be elsewhere.
-    pub joints: Vec<usize>,
-    /// How far, before any torque is read: one standard deviation each.
-    pub std: Vec<f64>,
-    /// The poses that share it.
-    pub poses: Vec<usize>,
-    /// Whether it is that of a hold, and not of a single pose's readings.
-    pub is_hold: bool,
-}
 
 /// Adds the unknowns that the session has: those of sweeps first, from where `start` has them, and all others from zero.
 pub(super) fn add_unknowns(

@@ -2,8 +2,6 @@
 
 use gravcal_estimation::{BlockId, Values};
 
-use super::placements::Placement;
-use super::position_unknowns::PositionUnknown;
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::{Instrument, InstrumentKind, Load, Session};
 
@@ -170,4 +168,22 @@ fn nominal_placements(session: &Session) -> Vec<[f64; 3]> {
         }
     }
     placements
+}
+
+/// The blocks whose sum is a load's position.
+pub(crate) type Placement = Vec<BlockId>;
+
+/// An unknown error of the positions of some joints, shared by some poses.
+#[derive(Clone, Debug)]
+pub struct PositionUnknown {
+    /// One number for each of `joints`, rad (m for a joint that slides).
+    pub block: BlockId,
+    /// The joints that may be elsewhere.
+    pub joints: Vec<usize>,
+    /// How far, before any torque is read: one standard deviation each.
+    pub std: Vec<f64>,
+    /// The poses that share it.
+    pub poses: Vec<usize>,
+    /// Whether it is that of a hold, and not of a single pose's readings.
+    pub is_hold: bool,
 }
