@@ -17,7 +17,8 @@ use gravcal_estimation::{BlockId, EvaluateError, Factor, Loss, Problem, Spectrum
 
 use super::error::EstimateError;
 use super::order::Order;
-use super::problem::{JointProblem, pose_with_constraints};
+use super::posing::pose_with_constraints;
+use super::problem::JointProblem;
 use super::readings::Readings;
 use super::sample::Sample;
 use super::select::{Signals, select};

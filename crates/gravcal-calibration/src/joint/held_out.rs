@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 
 use super::error::EstimateError;
 use super::fit::fit;
-use super::problem::{pose, pose_with_constraints};
+use super::posing::{pose, pose_with_constraints};
 use super::readings::Readings;
 use super::solve::Solved;
 use super::{JointProblem, Unknowns};

@@ -3,7 +3,8 @@
 use gravcal_estimation::{BlockId, Problem};
 
 use super::error::PosingError;
-use super::problem::{JointProblem, pose_readings_alone};
+use super::posing::pose_readings_alone;
+use super::problem::JointProblem;
 use super::readings::Readings;
 use super::unknowns::Unknowns;
 use crate::parameter::Quantity;

@@ -1,5 +1,6 @@
 //! The joint estimator: every torque reading once, all unknowns together.
 
+mod blocks;
 mod conclusion;
 mod constraints;
 mod earlier;
@@ -19,6 +20,7 @@ mod one_sided;
 mod order;
 mod placements;
 mod pose_blocks;
+mod posing;
 mod position_unknowns;
 mod problem;
 mod readings;
@@ -55,8 +57,9 @@ pub(crate) use groups::why_not_by_groups;
 pub use groups::{pose_by_pose, step_by_step};
 pub(crate) use held_out::fit_with_held_out;
 pub use order::Order;
-pub(crate) use problem::pose_with_constraints;
-pub use problem::{JointProblem, pose};
+pub use posing::pose;
+pub(crate) use posing::pose_with_constraints;
+pub use problem::JointProblem;
 pub use readings::Readings;
 pub(crate) use robust::{NORMAL_MEDIAN, median};
 pub use select::{Signals, select};

@@ -22,7 +22,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::error::EstimateError;
 use super::fit::fit;
-use super::problem::{JointProblem, pose_with_constraints};
+use super::posing::pose_with_constraints;
+use super::problem::JointProblem;
 use super::{Solved, Unknowns};
 use crate::judgement::Judgement;
 use crate::parameter::ParameterId;

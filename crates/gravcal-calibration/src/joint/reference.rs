@@ -10,7 +10,8 @@
 
 use gravcal_estimation::{Problem, ProblemBuilder, Reference, Values};
 
-use super::problem::{JointProblem, add_unknown_blocks};
+use super::blocks::add_unknown_blocks;
+use super::problem::JointProblem;
 use super::readings::Readings;
 use super::unknowns::{Layout, Unknowns};
 use crate::parameter::{ParameterId, Quantity};

@@ -19,7 +19,7 @@ use gravcal_estimation::Termination;
 
 use super::error::EstimateError;
 use super::mistakes::{Mistake, decisively_likelier};
-use super::problem::pose_with_constraints;
+use super::posing::pose_with_constraints;
 use super::sample::Sample;
 use super::start::{best_start, start_cost};
 use super::{Readings, Solved, Unknowns};

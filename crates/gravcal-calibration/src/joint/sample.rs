@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use super::error::PosingError;
 use super::linear_part::FAINT_DAMPING;
-use super::problem::{JointProblem, pose};
+use super::posing::pose;
+use super::problem::JointProblem;
 use super::readings::Readings;
 use super::unknowns::Unknowns;
 use crate::session::Session;

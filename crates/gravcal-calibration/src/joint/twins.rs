@@ -11,7 +11,7 @@ use nalgebra::Vector3;
 
 use super::Unknowns;
 use super::error::EstimateError;
-use super::problem::pose_with_constraints;
+use super::posing::pose_with_constraints;
 use super::sample::Sample;
 use super::solve::{Solved, solve_from, solve_posed};
 use crate::parameter::{ParameterId, Quantity};

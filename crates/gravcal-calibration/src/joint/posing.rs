@@ -1,0 +1,134 @@
+//! The joint problem: all residuals over all unknowns, every reading exactly once.
+//!
+//! For given gravity, gains, mountings and positions all of it is affine in the biases, the links' masses and moments and
+//! the placements of loads that no distance reads: these blocks are marked as linear.
+
+use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder};
+
+use super::blocks::{add_blocks, add_unknown_blocks};
+use super::constraints::{self, constrained};
+use super::earlier::with_earlier;
+use super::error::PosingError;
+use super::factors::add_readings;
+use super::placements::distances_left;
+use super::position_unknowns::add_priors;
+use super::problem::JointProblem;
+use super::readings::Readings;
+use super::reference::{reference, with_reference};
+use super::unknowns::{Layout, Unknowns};
+use crate::residuals::{GravityNorm, LoadDistance, Prior};
+use crate::session::{InertiaKnowledge, Knowledge, KnowledgeKind, Session};
+
+/// Centre of mass from which an assumed mass's moment is taken to be uncertain, m: see [`moment_std`].
+const TYPICAL_LEVER: f64 = 0.1;
+
+/// Standard deviation of an exact distance that cannot be held by the placements themselves, m.
+const EXACT_DISTANCE_STD: f64 = 1e-6;
+
+/// Poses the joint problem with the given readings, from the given start.
+///
+/// # Errors
+/// Where there is nothing to measure or nothing unknown.
+pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, PosingError> {
+    let mut builder = ProblemBuilder::new();
+    let layout = add_unknown_blocks(session, readings, start, &mut builder);
+    let rows = add_readings(session, readings, &layout, &mut builder)?;
+    add_knowledge(session, readings, &layout, &mut builder)?;
+    let (problem, initial) = builder.build()?;
+    let posed = JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None };
+    let posed = with_reference(session, readings, posed);
+    match &session.earlier {
+        None => Ok(posed),
+        Some(earlier) => with_earlier(earlier, posed),
+    }
+}
+
+/// The same under the session's constraints, from the nearest start that obeys them.
+///
+/// # Errors
+/// As [`pose`].
+pub(crate) fn pose_with_constraints(
+    session: &Session,
+    readings: &Readings,
+    start: &Unknowns,
+) -> Result<JointProblem, PosingError> {
+    let mut start = start.clone();
+    constraints::respect(session, &mut start);
+    constrained(session, pose(session, readings, &start)?)
+}
+
+/// The same with the readings alone: no prior and nothing that needs one, no known norm, no known distance. A characteristic
+/// that is bent is taken for straight, as it is where a start begins.
+///
+/// # Errors
+/// As [`pose`].
+pub(crate) fn pose_readings_alone(
+    session: &Session,
+    readings: &Readings,
+    start: &Unknowns,
+) -> Result<JointProblem, PosingError> {
+    let mut builder = ProblemBuilder::new();
+    let layout = add_blocks(session, readings, start, false, &mut builder);
+    let rows = add_readings(session, readings, &layout, &mut builder)?;
+    let (problem, initial) = builder.build()?;
+    let mut nominal = ProblemBuilder::new();
+    add_blocks(session, readings, &Unknowns::nominal(session), false, &mut nominal);
+    let reference = reference(session, readings, &problem, &layout, nominal.initial());
+    let problem = problem.with_reference(reference);
+    Ok(JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None })
+}
+
+fn add_knowledge(
+    session: &Session,
+    readings: &Readings,
+    layout: &Layout,
+    builder: &mut ProblemBuilder,
+) -> Result<(), NoiseError> {
+    if let Some(std) = session.gravity.magnitude_std {
+        let residual = GravityNorm::new(layout.gravity, session.gravity.magnitude);
+        builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
+    }
+    for id in session.parameters() {
+        if let Knowledge { nominal, kind: KnowledgeKind::Prior { std } } = session.knowledge(id) {
+            add_prior(builder, layout.block(id), vec![nominal], &[std])?;
+        }
+    }
+    if let InertiaKnowledge::Model { relative_std } = &session.inertia {
+        for ((link, id), relative_std) in session.robot.chain.links().iter().zip(&layout.inertia).zip(relative_std) {
+            if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {
+                let [x, y, z] = inertia.first_moment;
+                let moment = relative_std * moment_std(inertia.mass, [x, y, z]);
+                let std = [relative_std * inertia.mass, moment, moment, moment];
+                add_prior(builder, *id, vec![inertia.mass, x, y, z], &std)?;
+            }
+        }
+    }
+    for (load, placement) in session.loads.iter().zip(&layout.loads) {
+        // A load with a position of its own is tied to no other: its placement is one block.
+        if let (Some(position), Some(std), Some([id])) = (load.position, load.position_std, placement.as_deref()) {
+            add_prior(builder, *id, position.to_vec(), &[std; 3])?;
+        }
+    }
+    add_priors(layout, builder)?;
+    for index in distances_left(session, &readings.carried(session)) {
+        let known = &session.load_distances[index];
+        if let [Some(a), Some(b)] = known.between.map(|load| layout.loads[load].clone()) {
+            let residual = LoadDistance::new([a, b], known.distance);
+            let std = known.std.unwrap_or(EXACT_DISTANCE_STD);
+            builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
+        }
+    }
+    Ok(())
+}
+
+fn add_prior(builder: &mut ProblemBuilder, block: BlockId, expected: Vec<f64>, std: &[f64]) -> Result<(), NoiseError> {
+    builder.add_factor(Factor::new(Prior::new(block, expected), Noise::independent(std)?));
+    Ok(())
+}
+
+/// Size of a first moment for a relative uncertainty, kg·m: that of the moment itself, but at least that of the
+/// mass at [`TYPICAL_LEVER`], so that a moment drawn as zero is not taken as exact.
+fn moment_std(mass: f64, moment: [f64; 3]) -> f64 {
+    let length = moment.iter().map(|c| c * c).sum::<f64>().sqrt();
+    length.max(mass * TYPICAL_LEVER)
+}
