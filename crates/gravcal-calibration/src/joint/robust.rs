@@ -15,13 +15,11 @@
 use gravcal_estimation::{Estimate, EvaluateError, Loss, LossName, Values};
 
 use super::error::EstimateError;
+use super::median::{NORMAL_MEDIAN, median};
 use super::problem::JointProblem;
 use super::solve::Solved;
 use crate::session::Session;
 use crate::workbench::Workbench;
-
-/// Median of |r| of normal residuals of unit variance.
-pub(crate) const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 
 /// Solves a problem posed without a loss under `loss`.
 pub(super) fn solve_with_loss(
@@ -71,24 +69,5 @@ impl Solved {
             if median > 0.0 { median / NORMAL_MEDIAN } else { *old }
         };
         Ok(self.readings.noise.iter().enumerate().map(noise).collect())
-    }
-}
-
-/// The middle number; of two in the middle their mean.
-pub(crate) fn median(numbers: &mut [f64]) -> Option<f64> {
-    numbers.sort_by(f64::total_cmp);
-    let (low, high) = (numbers.len().checked_sub(1)? / 2, numbers.len() / 2);
-    Some(0.5 * (numbers[low] + numbers[high]))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_median_stands_in_the_middle() {
-        assert_eq!(median(&mut []), None);
-        assert_eq!(median(&mut [3.0, 1.0, 2.0]), Some(2.0));
-        assert_eq!(median(&mut [4.0, 1.0, 3.0, 2.0]), Some(2.5));
     }
 }

@@ -15,8 +15,8 @@
 
 use gravcal_estimation::{EvaluateError, Loss};
 
+use super::median::{NORMAL_MEDIAN, median};
 use super::readings::{Readings, first_noise, stated};
-use super::robust::{NORMAL_MEDIAN, median};
 use super::solve::Solved;
 use crate::session::{Session, UnexplainedError};
 
