@@ -10,7 +10,7 @@ use super::error::EstimateError;
 use super::fit::fit;
 use super::posing::{pose, pose_with_constraints};
 use super::readings::Readings;
-use super::solve::Solved;
+use super::solved::Solved;
 use super::{JointProblem, Unknowns};
 use crate::judgement::{self, file_name, held_out};
 use crate::result::{Fit, HeldOut};

@@ -6,7 +6,8 @@ use super::Unknowns;
 use super::error::EstimateError;
 use super::problem::JointProblem;
 use super::reference::WITHIN_USE;
-use super::solve::{Solved, solve_from};
+use super::solve::solve_from;
+use super::solved::{Nearby, Solved};
 use crate::judgement::{AT_LEAST, Judged, MATTERS, least_informed_nearby, limits_of_use};
 use crate::parameter::ParameterId;
 use crate::session::Session;
@@ -24,17 +25,6 @@ const ROUNDS: usize = 3;
 const BASELESS: f64 = 10.0;
 /// Iterations at most to where open parameters are at their nominal values.
 const ITERATIONS: usize = 100;
-
-/// Values that may be the true ones, and what the readings say there.
-#[derive(Debug)]
-pub(super) struct Nearby {
-    pub values: Values,
-    pub spectrum: Spectrum,
-    /// Share of standard deviations there that is told at least.
-    pub share: f64,
-    /// Columns that are beyond their limit there, and so much worse known that what the readings say at the estimate has no basis.
-    pub open: Vec<usize>,
-}
 
 impl Solved {
     /// The same with values nearby that may be the true ones; from better values where there are such, as along the bend of a valley.

@@ -14,7 +14,7 @@ use gravcal_estimation::EvaluateError;
 use statrs::function::gamma::digamma;
 
 use super::readings::first_noise;
-use super::solve::Solved;
+use super::solved::Solved;
 use crate::session::{Session, UnexplainedError};
 
 /// Sum of squares and degrees of freedom of a channel's residuals.

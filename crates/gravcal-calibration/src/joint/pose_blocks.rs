@@ -6,7 +6,7 @@ use gravcal_estimation::statistics::{
     MIN_BLOCKS_LEFT_OUT, SampleBlocks, StatisticsError, TooFewBlocks, block_length, neighbour_correlation,
 };
 
-use super::solve::Solved;
+use super::solved::Solved;
 use crate::parameter::Quantity;
 use crate::session::{PoseBlocks, Session};
 use crate::sweeps::{HOLD_TOLERANCE, find_sweeps};

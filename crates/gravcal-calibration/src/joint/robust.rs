@@ -17,7 +17,7 @@ use gravcal_estimation::{Estimate, EvaluateError, Loss, LossName, Values};
 use super::error::EstimateError;
 use super::median::{NORMAL_MEDIAN, median};
 use super::problem::JointProblem;
-use super::solve::Solved;
+use super::solved::Solved;
 use crate::session::Session;
 use crate::workbench::Workbench;
 

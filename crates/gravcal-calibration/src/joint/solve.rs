@@ -1,23 +1,19 @@
 //! Solving the joint problem: start, unstated noise.
 
-use gravcal_estimation::statistics::{NoiseKnowledge, Solution, along_constraints, leans};
-use gravcal_estimation::{
-    Covariance, Estimate, EvaluateError, Loss, Problem, Spectrum, Termination, Uncertainty, Values,
-};
+use gravcal_estimation::{EvaluateError, Loss, Termination};
 
-use super::Unknowns;
 use super::error::EstimateError;
 use super::fit::{fit, fit_in_rounds};
-use super::nearby::Nearby;
 use super::order::Order;
 use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::sample::Sample;
+use super::solved::Solved;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
+use super::unknowns::Unknowns;
 use crate::judgement::{Explained, IMPLAUSIBLE};
-use crate::parameter::{ParameterId, Quantity};
 use crate::session::{Session, UnexplainedError};
 use crate::workbench::Workbench;
 
@@ -30,33 +26,6 @@ const UNEXPLAINED_ROUNDS: usize = 30;
 const NOISE_ITERATIONS: usize = 100;
 /// Iterations of a fit at most: what has not converged by then creeps.
 const ITERATIONS: usize = 2000;
-
-/// A solved and judged joint problem.
-#[derive(Debug)]
-pub struct Solved {
-    /// The readings that entered, with the noise that was stated or found.
-    pub readings: Readings,
-    /// The problem.
-    pub posed: JointProblem,
-    /// Its solution.
-    pub estimate: Estimate,
-    /// What the data determine there, along the active constraints.
-    pub spectrum: Spectrum,
-    /// The problem with what the active constraints hold as readings; nothing where none is active.
-    pub(super) along_constraints: Option<Problem>,
-    /// How well: from the noise, unless another uncertainty was chosen.
-    pub uncertainty: Uncertainty,
-    /// Values nearby that may be the true ones, and at which the readings say less.
-    pub(super) nearby: Vec<Nearby>,
-    /// Ends of other starts that explain the readings as plausibly.
-    pub(super) elsewhere: Vec<Values>,
-    /// By how many standard deviations the readings would like to pass each active constraint.
-    pub(super) leans: Vec<f64>,
-    /// Whether gravity's sign is declared, or decided by the readings.
-    pub(crate) sign_known: bool,
-    /// Whether the readings decide for the other hemisphere than the declared one.
-    pub(super) hemisphere_contradicted: bool,
-}
 
 /// Solves for everything, from `known` values if they start the problem better than the nominal ones; noise that no
 /// reading states is estimated from the residuals of each joint; the readings' loss is heeded.
@@ -183,88 +152,8 @@ pub(crate) fn solve_posed(
 }
 
 impl Solved {
-    /// − ln of the likelihood with the noise as stated or found here, but for what all solutions share.
-    pub(super) fn minus_log_likelihood(&self, session: &Session) -> f64 {
-        let size = |(pose, channel): &(usize, usize)| self.readings.std(session, *pose, *channel).ln();
-        self.estimate.cost + self.posed.rows.iter().map(size).sum::<f64>()
-    }
-
     /// How many times worse than their stated noise the readings are explained, where that is no accident.
     pub(super) fn misfit(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
         Ok(Explained::of(session, self, 2.0 * self.estimate.cost)?.misfit())
-    }
-
-    /// Judges a problem at its start, without solving it.
-    ///
-    /// # Errors
-    /// Where it cannot be evaluated there.
-    pub fn at_start(readings: Readings, posed: JointProblem) -> Result<Solved, EstimateError> {
-        let estimate = Estimate {
-            values: posed.initial.clone(),
-            cost: posed.problem.without_reference().cost(&posed.initial)?,
-            termination: Termination::AsGiven,
-            iterations: Vec::new(),
-            way: Vec::new(),
-            active: Vec::new(),
-            without_effect: Vec::new(),
-            normal_equations: None,
-        };
-        Solved::judged(readings, posed, estimate)
-    }
-
-    pub(super) fn judged(readings: Readings, posed: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
-        let mut spectrum = Spectrum::of(&posed.problem, &estimate)?;
-        let leans = leans(&posed.problem, &estimate, &spectrum);
-        let along = along_constraints(&posed.problem, &estimate, &spectrum)?;
-        if let Some(problem) = &along {
-            spectrum = Spectrum::new(problem, &estimate.values)?;
-        }
-        let problem = along.as_ref().unwrap_or(&posed.problem);
-        let solution = Solution { problem, values: &estimate.values, spectrum: &spectrum };
-        let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
-        Ok(Solved {
-            readings,
-            posed,
-            estimate,
-            spectrum,
-            along_constraints: along,
-            uncertainty,
-            leans,
-            nearby: Vec::new(),
-            elsewhere: Vec::new(),
-            sign_known: true,
-            hemisphere_contradicted: false,
-        })
-    }
-
-    /// The problem as it is judged: along the active constraints.
-    pub(crate) fn judged_problem(&self) -> &Problem {
-        self.along_constraints.as_ref().unwrap_or(&self.posed.problem)
-    }
-
-    /// Covariance of the columns.
-    pub fn covariance(&self) -> &Covariance {
-        self.uncertainty.covariance()
-    }
-
-    /// Standard deviation of a joint's sensor parameter, in its unit; 0 where it is held.
-    pub fn sensor_std(&self, joint: usize, quantity: Quantity) -> f64 {
-        self.parameter_std(ParameterId::Sensor(joint, quantity))
-    }
-
-    /// Standard deviation of any parameter, in its unit; 0 where it is held.
-    pub fn parameter_std(&self, id: ParameterId) -> f64 {
-        let id = self.posed.layout.block(id);
-        self.posed.problem.columns_of(id).next().map_or(0.0, |column| self.covariance().std(column))
-    }
-
-    /// Covariance of gravity in base coordinates, 3 × 3, row-major, (m/s²)².
-    pub fn gravity_covariance(&self) -> Vec<f64> {
-        self.covariance().stored(&self.posed.problem, &self.estimate.values, &[self.posed.layout.gravity])
-    }
-
-    /// The solution as plain numbers.
-    pub fn unknowns(&self, fallback: &Unknowns) -> Unknowns {
-        Unknowns::of(&self.estimate.values, &self.posed.layout, fallback)
     }
 }

@@ -13,7 +13,7 @@ use gravcal_estimation::{BlockId, Loss, Spectrum};
 use super::error::EstimateError;
 use super::order::Order;
 use super::pose_blocks::BlocksOfPoses;
-use super::solve::Solved;
+use super::solved::Solved;
 use crate::result::{JackknifeResult, NoiseSource, UncertaintyResult};
 use crate::session::{PoseBlocks, Session, UncertaintyChoice};
 use crate::workbench::Workbench;

@@ -17,7 +17,7 @@ use gravcal_estimation::{EvaluateError, Loss};
 
 use super::median::{NORMAL_MEDIAN, median};
 use super::readings::{Readings, first_noise, stated};
-use super::solve::Solved;
+use super::solved::Solved;
 use crate::session::{Session, UnexplainedError};
 
 /// Halvings of the interval in which a variance lies: beyond the digits of a number.

@@ -6,7 +6,7 @@
 
 use gravcal_estimation::EvaluateError;
 
-use super::solve::Solved;
+use super::solved::Solved;
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::UnexplainedResult;
 use crate::session::{Session, UnexplainedError};
