@@ -1,0 +1,73 @@
+//! The joint estimator from readings to a result, for a reader or for batches.
+
+use super::conclusion::{Conclusion, conclude};
+use super::error::EstimateError;
+use super::held_out::fit_with_held_out;
+use super::one_sided;
+use super::posing::pose_with_constraints;
+use super::problem::JointProblem;
+use super::readings::Readings;
+use super::select::{Signals, select};
+use super::tell::tell;
+use super::unknowns::Unknowns;
+use crate::result::{Brief, EstimatorResult};
+use crate::session::Session;
+use crate::workbench::Workbench;
+
+/// Solves the joint problem, from `known` values (the sequential estimator's) if they start it better than the
+/// nominal ones.
+///
+/// # Errors
+/// Where there is no answer at all; not converging is a verdict.
+pub fn estimate_jointly(
+    session: &Session,
+    signals: Signals,
+    known: Option<&Unknowns>,
+    workbench: &Workbench<'_>,
+) -> Result<EstimatorResult, EstimateError> {
+    let name = match signals {
+        Signals::All => "joint",
+        Signals::PaperSteps => "joint-paper-signals",
+    };
+    estimate(session, name, &select(session, signals), known, workbench)
+}
+
+/// Solves the joint problem of these readings, in the order in which they are to enter, and tells it under `name`.
+///
+/// # Errors
+/// As [`estimate_jointly`].
+pub fn estimate(
+    session: &Session,
+    name: &str,
+    readings: &Readings,
+    known: Option<&Unknowns>,
+    workbench: &Workbench<'_>,
+) -> Result<EstimatorResult, EstimateError> {
+    let conclusion = conclude(session, readings, known, workbench)?;
+    let fit = fit_with_held_out(session, &conclusion.solved, workbench)?;
+    let mut result = tell(session, name, conclusion, fit, workbench)?;
+    one_sided::widen(session, &mut result);
+    Ok(result)
+}
+
+/// The same answer without what only a reader needs: no prediction of poses that were held out, no moments, no tests of sensor
+/// models. For batches.
+///
+/// # Errors
+/// Where there is no answer at all; not converging is a verdict.
+pub fn estimate_briefly(
+    session: &Session,
+    readings: &Readings,
+    known: Option<&Unknowns>,
+    workbench: &Workbench<'_>,
+) -> Result<Brief, EstimateError> {
+    let Conclusion { solved, gravity, parameters, verdict, termination, .. } =
+        conclude(session, readings, known, workbench)?;
+    let iterations = solved.estimate.iterations.len().saturating_sub(1);
+    Ok(Brief { verdict, termination, iterations, gravity, parameters })
+}
+
+/// The joint problem at nominal values, with its constraints: what a solver must be able to take.
+pub(crate) fn pose_at_nominal(session: &Session) -> Result<JointProblem, EstimateError> {
+    Ok(pose_with_constraints(session, &select(session, Signals::All), &Unknowns::nominal(session))?)
+}

@@ -1,0 +1,74 @@
+//! What is determined of a solved joint problem, and gravity as it is told.
+
+use gravcal_estimation::statistics::{DECIDED, LinearFunction, stored_coordinates};
+use gravcal_estimation::{BlockId, Covariance, Spectrum, Values};
+
+use super::idle::idle_joints;
+use super::problem::JointProblem;
+use super::solved::{Nearby, Solved};
+use super::unknowns::Unknowns;
+use crate::judgement::{Judged, Judgement, Situation, gravity_result, judge};
+use crate::parameter::ParameterId;
+use crate::result::GravityResult;
+use crate::session::Session;
+
+impl Solved {
+    /// What is determined.
+    pub(crate) fn judge(&self, session: &Session) -> Judgement {
+        self.judge_with_spreads(session, &self.readings.spreads)
+    }
+
+    /// The same with given spreads (largest less smallest reading of each channel).
+    pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
+        let JointProblem { problem, layout, .. } = &self.posed;
+        let judged = |values: &Values, spectrum: &Spectrum, covariance: &Covariance| {
+            judge(session, &Judged { problem, values, layout, spectrum }, covariance, spreads)
+        };
+        let mut judgement = judged(&self.estimate.values, &self.spectrum, self.covariance());
+        for Nearby { values, spectrum, share, open } in &self.nearby {
+            let at_least = spectrum.covariance().scaled(share * share);
+            judgement.leave_open_what_is_open_in(&judged(values, spectrum, &at_least));
+            let is_open = |id: BlockId| problem.columns_of(id).any(|column| open.contains(&column));
+            judgement.gravity &= !is_open(layout.gravity);
+            judgement.leave_open(session.parameters().into_iter().filter(|id| is_open(layout.block(*id))));
+        }
+        judgement.gravity &= self.sign_known;
+        judgement.leave_open(self.readings.unread_and_unknown(session));
+        judgement.leave_open(self.on_bound(session));
+        judgement
+    }
+
+    pub(crate) fn situation<'s>(&self, session: &'s Session) -> Situation<'s> {
+        let g = self.estimate.values.get(self.posed.layout.gravity);
+        let read = (0..session.joints.len()).map(|joint| self.posed.rows.iter().any(|(_, j)| *j == joint)).collect();
+        let unread = self.readings.unread_and_unknown(session);
+        let idle = idle_joints(session, &self.unknowns(&Unknowns::nominal(session)));
+        Situation { session, gravity: [g[0], g[1], g[2]], read, unread, on_bound: self.on_bound(session), idle }
+    }
+
+    /// Parameters that a constraint holds which the readings would like to pass: no interval about its bound would mean anything.
+    fn on_bound(&self, session: &Session) -> Vec<ParameterId> {
+        let decided = self.estimate.active.iter().zip(&self.leans).filter(|(_, lean)| **lean >= DECIDED);
+        let held: Vec<BlockId> =
+            decided.flat_map(|(active, _)| &active.holds).flat_map(|f| f.terms.iter().map(|(id, ..)| *id)).collect();
+        session.parameters().into_iter().filter(|id| held.contains(&self.posed.layout.block(*id))).collect()
+    }
+
+    pub(super) fn gravity(&self, session: &Session) -> GravityResult {
+        let (problem, values, id) = (&self.posed.problem, &self.estimate.values, self.posed.layout.gravity);
+        let axes = stored_coordinates(problem, values, &[id]);
+        let radius = |_std: f64, along: [f64; 3]| {
+            let of_axis = |(axis, share): (&LinearFunction, f64)| {
+                axis.iter().map(|(column, c)| (*column, share * c)).collect::<Vec<_>>()
+            };
+            let function: LinearFunction = axes.iter().zip(along).flat_map(of_axis).collect();
+            self.uncertainty.cone(&function)
+        };
+        let g = values.get(id);
+        let ci95 = std::array::from_fn(|axis| {
+            let function = axes.get(axis).map_or(&[][..], |function| function.as_slice());
+            self.uncertainty.interval(g[axis], function)
+        });
+        gravity_result([g[0], g[1], g[2]], &self.gravity_covariance(), ci95, session.asks("gravity"), radius)
+    }
+}
