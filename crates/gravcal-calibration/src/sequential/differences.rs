@@ -3,12 +3,12 @@
 use gravcal_estimation::{Block, BlockId, Factor, Noise};
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::SequentialValues;
 use super::bias::readings_of;
 use super::carried::place;
 use super::contradiction::refuse_contradiction;
 use super::fitting::{StepFit, StepProblem};
 use super::found::{Frozen, Missing};
+use super::values::SequentialValues;
 use crate::closed_form::fit_sinusoid;
 use crate::parameter::Quantity;
 use crate::plan::{LoadPair, Plan};

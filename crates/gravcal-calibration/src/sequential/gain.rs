@@ -13,7 +13,7 @@ use super::contradiction::refuse_contradiction;
 use super::differences::{Difference, Observed};
 use super::fitting::{StepFit, StepProblem};
 use super::found::{Found, Frozen, Missing};
-use super::{Gravity, SequentialValues};
+use super::values::{Gravity, SequentialValues};
 use crate::axis_frames::AxisFrames;
 use crate::closed_form::{PositionDifference, gain_and_offset, gain_at_known_offset};
 use crate::parameter::Quantity;

@@ -3,12 +3,12 @@
 use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
 use nalgebra::{Complex, Vector3};
 
-use super::SequentialValues;
 use super::bias::readings_of;
 use super::carried::{CarriedErrors, place};
 use super::contradiction::refuse_contradiction;
 use super::fitting::{StepFit, StepProblem};
 use super::found::Missing;
+use super::values::{Gravity, SequentialValues};
 use crate::axis_frames::AxisFrames;
 use crate::closed_form::{GravityStart, SweepDirection, fit_sinusoid, gravity_from_sweeps};
 use crate::parameter::Quantity;
@@ -22,19 +22,6 @@ const SWEPT: usize = 1;
 const HELD: usize = 0;
 /// Direction error above which the step refuses, rad.
 const LIMIT: f64 = 0.1;
-
-/// Gravity as step 2 found it.
-#[derive(Clone, Debug)]
-pub struct Gravity {
-    /// Base coordinates, m/s².
-    pub vector: [f64; 3],
-    /// Its covariance, 3 × 3, row-major, conditional on step 1.
-    pub covariance: Vec<f64>,
-    /// What had to be taken at its nominal value, in words.
-    pub assumed: Option<String>,
-    /// Solver iterations.
-    pub iterations: usize,
-}
 
 /// Minimises (16) over gravity and the lumped moment, from the closed-form solution of (14)–(15).
 pub(super) fn find_gravity(

@@ -5,10 +5,15 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_solvers::LevenbergMarquardt;
 
 use super::*;
+use crate::joint::Unknowns;
+use crate::parameter::Quantity;
 use crate::robot::Robot;
-use crate::session::{GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable};
+use crate::session::{
+    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable, Session,
+};
 use crate::simulation::{Disturbance, Run, Simulation};
 use crate::testing::{sarcos_shoulder, shared_session};
+use crate::workbench::Workbench;
 
 const GRAVITY: [f64; 3] = [-3.43, -5.94, -7.0];
 const NOISE: f64 = 0.02;

@@ -1,0 +1,242 @@
+//! The steps' values in words and numbers.
+
+use gravcal_estimation::BlockId;
+use gravcal_estimation::statistics::Quantile;
+
+use super::found::Missing;
+use super::values::SequentialValues;
+use crate::joint::{self, EstimateError, Readings, solve_posed};
+use crate::judgement::{determined_moments, gravity_result};
+use crate::parameter::{ParameterId, Quantity};
+use crate::result::{
+    Brief, CovarianceResult, Detail, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined,
+    Verdict,
+};
+use crate::session::Session;
+use crate::workbench::Workbench;
+
+/// Tells the steps' values. To judge them on the same footing as the joint estimator, the joint problem is solved
+/// for what the steps leave out (masses, moments, placements, parameters not found) with their values held.
+///
+/// # Errors
+/// Where that problem has no answer at all.
+pub fn tell_steps(
+    session: &Session,
+    known: &SequentialValues,
+    workbench: &Workbench<'_>,
+) -> Result<EstimatorResult, EstimateError> {
+    let Brief { verdict, termination, iterations, gravity, parameters } = tell_steps_briefly(session, known);
+    let undetermined = tell_missing(session, known);
+    let any = verdict != Verdict::Failed;
+    let mut result = EstimatorResult {
+        name: "sequential".into(),
+        verdict,
+        termination,
+        iterations,
+        trace: Vec::new(),
+        gravity,
+        covariance: tell_covariance(session, known),
+        moments: Vec::new(),
+        deflections: Vec::new(),
+        position_errors: Vec::new(),
+        sensor_models: Vec::new(),
+        residual_tests: Vec::new(),
+        undetermined,
+        active_constraints: Vec::new(),
+        weak: Vec::new(),
+        held: Vec::new(),
+        uncertainty: any.then(|| tell_uncertainty(session, &known.readings)),
+        loss: None,
+        outliers: Vec::new(),
+        fit: None,
+        notes: tell_notes(session, known),
+        detail: Detail::default(),
+        parameters,
+    };
+    if let Some(start) = known.as_start(session) {
+        workbench.tell("judging the sequential values on all readings");
+        let start = joint::start_around(session, &known.readings, &start)?;
+        let mut posed = joint::pose(session, &known.readings, &start)?;
+        let held = found_blocks(&posed, known);
+        posed.problem = posed.problem.holding(&held, "found by the sequential steps");
+        let solved = solve_posed(known.readings.clone(), posed, workbench)?;
+        if !solved.estimate.termination.converged() {
+            result.notes.push(format!("The fit below is no optimum: {}.", solved.estimate.termination));
+        }
+        let moments = determined_moments(
+            &solved.posed.problem,
+            &solved.estimate.values,
+            &solved.posed.layout,
+            &solved.spectrum,
+            solved.covariance(),
+            &[],
+        );
+        result.moments = moments.into_iter().map(|moment| moment.told).collect();
+        result.detail.singular_values = solved.spectrum.singular_values().to_vec();
+        result.fit = Some(joint::fit_with_held_out(session, &solved, workbench)?);
+    }
+    Ok(result)
+}
+
+/// The same of sensors and gravity alone, without judging it.
+pub fn tell_steps_briefly(session: &Session, known: &SequentialValues) -> Brief {
+    let parameters = tell_parameters(session, known);
+    let asked = session.asks("gravity");
+    let gravity = known.gravity.as_ref().ok();
+    let complete = parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !asked);
+    let any = parameters.iter().any(|p| p.determined && p.held.is_none()) || gravity.is_some();
+    Brief {
+        verdict: match (any, complete) {
+            (false, _) => Verdict::Failed,
+            (true, true) => Verdict::Determined,
+            (true, false) => Verdict::PartlyDetermined,
+        },
+        termination: match known.impossible {
+            None => "three steps, each with the results of the steps before frozen".into(),
+            Some(_) => "no step was taken".into(),
+        },
+        iterations: known.iterations,
+        gravity: gravity.map(|g| {
+            let std = |axis: usize| g.covariance[4 * axis].max(0.0).sqrt();
+            let ci95 = std::array::from_fn(|axis| Quantile::normal().interval(g.vector[axis], std(axis)));
+            gravity_result(g.vector, &g.covariance, ci95, asked, |std, _| Quantile::normal().cone(std))
+        }),
+        parameters,
+    }
+}
+
+fn tell_uncertainty(session: &Session, readings: &Readings) -> UncertaintyResult {
+    let source = match session.noise_estimated().contains(&true) {
+        true => NoiseSource::Residuals,
+        false if readings.unexplained_found(session) => NoiseSource::StatedAndUnexplained,
+        false => NoiseSource::Stated,
+    };
+    UncertaintyResult::Noise { source, widened_by: None }
+}
+
+fn found_blocks(posed: &joint::JointProblem, known: &SequentialValues) -> Vec<BlockId> {
+    let sensors =
+        posed.layout.sensors.iter().zip(&known.sensors).flat_map(|(ids, sensor)| {
+            Quantity::ALL.into_iter().filter(|q| sensor.of(*q).is_ok()).map(|q| ids[q as usize])
+        });
+    // Whatever else sensors do, the steps take it as it is assumed.
+    sensors.chain([posed.layout.gravity]).chain(posed.layout.further.iter().copied()).collect()
+}
+
+/// Gravity's covariance and the variances of what the steps found: between steps, and between the parameters of one
+/// step, nothing is known to the sequential estimator, and zeros stand for it.
+fn tell_covariance(session: &Session, known: &SequentialValues) -> CovarianceResult {
+    let joints = session.robot.chain.joints().iter().zip(&known.sensors).enumerate();
+    let found = joints.flat_map(|(index, (joint, sensor))| {
+        Quantity::ALL.into_iter().filter_map(move |quantity| {
+            let free = session.held_reason(index, quantity).is_none();
+            let frozen = sensor.of(quantity).as_ref().ok().filter(|_| free)?;
+            Some((quantity.name(&joint.name), frozen.std * frozen.std))
+        })
+    });
+    let gravity = known.gravity.as_ref().ok();
+    let axes = if gravity.is_some() { 3 } else { 0 };
+    let (names, variances): (Vec<String>, Vec<f64>) = found.unzip();
+    let order: Vec<String> =
+        ["gravity.x", "gravity.y", "gravity.z"][..axes].iter().map(|n| (*n).to_owned()).chain(names).collect();
+    let entry = |i: usize, j: usize| match gravity {
+        Some(gravity) if i < axes && j < axes => gravity.covariance[3 * i + j],
+        _ if i == j => variances[i - axes],
+        _ => 0.0,
+    };
+    let matrix = (0..order.len()).map(|i| (0..order.len()).map(|j| entry(i, j)).collect()).collect();
+    CovarianceResult { order, matrix }
+}
+
+fn tell_parameters(session: &Session, known: &SequentialValues) -> Vec<ParameterResult> {
+    let quantile = Quantile::normal();
+    let tell = |id: ParameterId| {
+        let mut told = session.blank_parameter(id);
+        let ParameterId::Sensor(joint, quantity) = id else {
+            told.determined = false;
+            return told;
+        };
+        match known.sensors[joint].of(quantity) {
+            Ok(found) if told.determined => {
+                told.value = Some(found.value);
+                told.std = Some(found.std);
+                told.ci95 = Some(quantile.interval(found.value, found.std));
+            }
+            _ => told.determined = false,
+        }
+        told
+    };
+    session.parameters().into_iter().map(tell).collect()
+}
+
+/// What was not found, parameters with one and the same reason together.
+fn tell_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined> {
+    if let Some(missing) = &known.impossible {
+        return vec![Undetermined {
+            combination: "everything".into(),
+            ..missing.clone().tell(vec!["everything".into()])
+        }];
+    }
+    let mut reasons: Vec<(Missing, Vec<String>)> = Vec::new();
+    let mut add = |missing: &Missing, name: String| match reasons.iter_mut().find(|(m, _)| m == missing) {
+        Some((_, names)) => names.push(name),
+        None => reasons.push((missing.clone(), vec![name])),
+    };
+    if let Err(missing) = &known.gravity {
+        add(missing, "gravity".into());
+    }
+    for (joint, sensor) in known.sensors.iter().enumerate() {
+        for quantity in Quantity::ALL {
+            if let Err(missing) = sensor.of(quantity) {
+                add(missing, quantity.name(&session.robot.chain.joints()[joint].name));
+            }
+        }
+    }
+    for id in session.parameters() {
+        let name = session.parameter_name(id);
+        if matches!(id, ParameterId::Further(_)) && session.asks(&name) {
+            add(&Missing::new(ONLY_AFFINE, "use the joint estimator"), name);
+        }
+    }
+    let mut told: Vec<Undetermined> = reasons.into_iter().map(|(missing, names)| missing.tell(names)).collect();
+    told.extend(joint::last_frame_choices(session));
+    told
+}
+
+const ONLY_AFFINE: &str = "the sequential procedure knows only gains, biases and offsets of joint sensors";
+
+fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
+    let mut notes = joint::session_notes(session);
+    if known.impossible.is_some() {
+        return notes;
+    }
+    notes.push(
+        "Standard deviations are those of each step given the frozen results of the steps before it; the errors of \
+         those results are not in them, and no covariance between steps is known."
+            .into(),
+    );
+    let unheeded =
+        [(!session.instruments.is_empty(), "instruments"), (session.earlier.is_some(), "earlier calibrations")];
+    notes.extend(
+        unheeded.into_iter().filter(|(there, _)| *there).map(|(_, what)| format!("The steps do not heed {what}.")),
+    );
+    notes.extend(known.gravity.as_ref().ok().and_then(|g| g.assumed.clone()));
+    if !session.terms.is_empty() {
+        notes.push(
+            "The steps know only affine sensors: their values are those of readings without further terms.".into(),
+        );
+    }
+    let largest: Vec<String> = known
+        .largest_residuals
+        .iter()
+        .enumerate()
+        .filter_map(|(joint, largest)| {
+            let unit = session.joints[joint].torque_unit.map_or_else(String::new, |u| u.to_string());
+            Some(format!("{} {:.2} {unit}", session.robot.chain.joints()[joint].name, (*largest)?))
+        })
+        .collect();
+    if !largest.is_empty() {
+        notes.push(format!("Largest residual of the sinusoids of step 1: {}.", largest.join(", ")));
+    }
+    notes
+}

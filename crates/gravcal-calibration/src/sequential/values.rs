@@ -1,0 +1,186 @@
+//! What the steps found.
+
+use super::bias::Bias;
+use super::carried::CarriedErrors;
+use super::contradiction::NoiseKnowledge;
+use super::found::{Found, Frozen, Missing};
+use crate::joint::{Readings, Unknowns};
+use crate::parameter::Quantity;
+use crate::plan::Plan;
+use crate::session::Session;
+
+/// What the steps found for one joint.
+#[derive(Clone, Debug)]
+pub struct SensorValues {
+    /// Step 3.
+    pub torque_gain: Found,
+    /// Step 1.
+    pub torque_bias: Found,
+    /// Step 1.
+    pub position_gain: Found,
+    /// Step 3.
+    pub position_offset: Found,
+}
+
+impl SensorValues {
+    /// What was found for one quantity.
+    pub fn of(&self, quantity: Quantity) -> &Found {
+        match quantity {
+            Quantity::TorqueGain => &self.torque_gain,
+            Quantity::TorqueBias => &self.torque_bias,
+            Quantity::PositionGain => &self.position_gain,
+            Quantity::PositionOffset => &self.position_offset,
+        }
+    }
+}
+
+/// What the steps found.
+#[derive(Clone, Debug)]
+pub struct SequentialValues {
+    /// One for each joint.
+    pub sensors: Vec<SensorValues>,
+    /// Step 2.
+    pub gravity: Result<Gravity, Missing>,
+    /// Largest |residual| of the sinusoids of step 1 by joint, unit of the torque reading.
+    pub largest_residuals: Vec<Option<f64>>,
+    /// Solver iterations of all steps.
+    pub iterations: usize,
+    /// The readings with the noise that was stated or found.
+    pub readings: Readings,
+    /// Why there is nothing that the steps could do.
+    pub impossible: Option<Missing>,
+    /// Degrees of freedom of the residuals of step 1 by joint, none where it had no sweep.
+    noise_freedom: Vec<usize>,
+    pub(super) errors: CarriedErrors,
+}
+
+impl SequentialValues {
+    pub(super) fn after_step_1(
+        biases: &[Bias],
+        readings: Readings,
+        errors: CarriedErrors,
+        impossible: Option<Missing>,
+    ) -> SequentialValues {
+        let not_yet = || Err(Missing::new("not reached", ""));
+        SequentialValues {
+            sensors: biases
+                .iter()
+                .map(|bias| SensorValues {
+                    torque_gain: not_yet(),
+                    torque_bias: bias.torque_bias.clone(),
+                    position_gain: bias.position_gain.clone(),
+                    position_offset: not_yet(),
+                })
+                .collect(),
+            gravity: Err(Missing::new("not reached", "")),
+            largest_residuals: biases.iter().map(|b| b.largest_residual).collect(),
+            iterations: biases.iter().map(|b| b.iterations).sum(),
+            readings,
+            impossible,
+            noise_freedom: biases.iter().map(|b| b.degrees_of_freedom).collect(),
+            errors,
+        }
+    }
+
+    pub(super) fn without_steps(session: &Session, plan: &Plan, readings: Readings) -> SequentialValues {
+        let not_done = || Err(Missing::new("not reached", ""));
+        let sensors = session.joints.iter().map(|_| SensorValues {
+            torque_gain: not_done(),
+            torque_bias: not_done(),
+            position_gain: not_done(),
+            position_offset: not_done(),
+        });
+        let mut known = SequentialValues {
+            sensors: sensors.collect(),
+            gravity: Err(Missing::new("not reached", "")),
+            largest_residuals: vec![None; session.joints.len()],
+            iterations: 0,
+            readings,
+            impossible: impossible(session, plan),
+            noise_freedom: vec![0; session.joints.len()],
+            errors: CarriedErrors::none(session.joints.len()),
+        };
+        known.respect_exact_knowledge(session);
+        known
+    }
+
+    pub(super) fn take_step_1(&mut self, values: &Unknowns) {
+        let exact =
+            |joint: usize, quantity: Quantity| Ok(Frozen { value: values.sensors[joint][quantity as usize], std: 0.0 });
+        for (joint, sensor) in self.sensors.iter_mut().enumerate() {
+            sensor.torque_bias = exact(joint, Quantity::TorqueBias);
+            sensor.position_gain = exact(joint, Quantity::PositionGain);
+        }
+        self.errors = CarriedErrors::none(self.sensors.len());
+    }
+
+    /// How the noise of a joint's torque readings is known, which steps 2 and 3 are held against.
+    pub(super) fn noise_knowledge(&self, session: &Session, joint: usize) -> NoiseKnowledge {
+        let found = session.noise_estimated()[joint] || self.readings.unexplained_found_of(session, joint);
+        match (found, self.noise_freedom[joint]) {
+            (false, _) => NoiseKnowledge::Stated,
+            (true, 0) => NoiseKnowledge::Unknown,
+            (true, freedom) => NoiseKnowledge::Found(freedom),
+        }
+    }
+
+    /// What the session gives as exact is no result of a step.
+    pub(super) fn respect_exact_knowledge(&mut self, session: &Session) {
+        for (joint, sensor) in self.sensors.iter_mut().enumerate() {
+            for quantity in Quantity::ALL {
+                if session.held_reason(joint, quantity).is_some() {
+                    let exact = Ok(Frozen { value: session.joints[joint].of(quantity).nominal, std: 0.0 });
+                    match quantity {
+                        Quantity::TorqueGain => sensor.torque_gain = exact,
+                        Quantity::TorqueBias => sensor.torque_bias = exact,
+                        Quantity::PositionGain => sensor.position_gain = exact,
+                        Quantity::PositionOffset => sensor.position_offset = exact,
+                    }
+                }
+            }
+        }
+    }
+
+    /// A start for the joint problem: what was found, the nominal values for the rest. `None` without gravity.
+    pub fn as_start(&self, session: &Session) -> Option<Unknowns> {
+        let mut start = Unknowns::nominal(session);
+        start.gravity = self.gravity.as_ref().ok()?.vector;
+        for (values, sensor) in start.sensors.iter_mut().zip(&self.sensors) {
+            for quantity in Quantity::ALL {
+                if let Ok(found) = sensor.of(quantity) {
+                    values[quantity as usize] = found.value;
+                }
+            }
+        }
+        Some(start)
+    }
+}
+
+/// Why the steps have nothing to do, if they have not.
+pub(super) fn impossible(session: &Session, plan: &Plan) -> Option<Missing> {
+    if !session.robot.chain.is_serial() {
+        return Some(Missing::new(
+            "the steps go from joint to joint along one serial chain, and this robot branches or has joints that mimic others",
+            "rely on the joint estimator (--estimator joint)",
+        ));
+    }
+    plan.sweeps.is_empty().then(|| {
+        Missing::new(
+            "the session has no sweeps, which the steps are made of",
+            "rely on the joint estimator; or sweep one joint while the others stand (`gravcal check` tells the rule)",
+        )
+    })
+}
+
+/// Gravity as step 2 found it.
+#[derive(Clone, Debug)]
+pub struct Gravity {
+    /// Base coordinates, m/s².
+    pub vector: [f64; 3],
+    /// Its covariance, 3 × 3, row-major, conditional on step 1.
+    pub covariance: Vec<f64>,
+    /// What had to be taken at its nominal value, in words.
+    pub assumed: Option<String>,
+    /// Solver iterations.
+    pub iterations: usize,
+}
