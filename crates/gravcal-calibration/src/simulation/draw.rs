@@ -1,14 +1,15 @@
 //! One trial: poses, deflections, readings.
 
-use gravcal_recording::{Conditions, Reading};
-use rand::{Rng, RngExt};
-use rand_distr::StandardNormal;
+use gravcal_recording::{Conditions, Reading, is_saturated};
+use rand::RngExt;
 use rand_pcg::Pcg64;
 
 use super::conditions::Course;
+use super::disturbance::Outliers;
+use super::experiment::{Run, Simulation};
 use super::instruments;
-use super::statics::Statics;
-use super::{Outliers, Run, Simulation};
+use super::normal::normal;
+use super::statics::{Stand, Statics};
 use crate::parameter::Quantity;
 use crate::session::{Pose, Session};
 
@@ -34,14 +35,6 @@ pub(super) fn session(simulation: &Simulation, trial: u64) -> Session {
         }
     }
     session
-}
-
-/// Where the joints stand: position readings without noise, and the deflection drawn for each joint.
-#[derive(Clone)]
-pub(super) struct Stand {
-    pub position: Vec<f64>,
-    pub deflection: Vec<f64>,
-    pub swept: Option<usize>,
 }
 
 pub(super) fn stands(simulation: &Simulation, run: &Run, random: &mut Pcg64) -> Vec<Stand> {
@@ -127,6 +120,23 @@ fn read_sensors(
 }
 
 impl Simulation {
+    /// The session of one trial.
+    pub fn session(&self, trial: u64) -> Session {
+        let mut session = session(self, trial);
+        let Some([lowest, highest]) = self.disturbance.converter.map(|converter| converter.ends()) else {
+            return session;
+        };
+        for pose in &mut session.poses {
+            for (reading, saturated) in pose.torque.iter_mut().zip(&mut session.saturated) {
+                if reading.is_some_and(|reading| is_saturated(reading.value, Some(lowest), Some(highest))) {
+                    *reading = None;
+                    *saturated += 1;
+                }
+            }
+        }
+        session
+    }
+
     /// Position readings without noise, the joints at their true coordinates.
     pub(super) fn seen_positions(&self, stand: &Stand, coordinates: &[f64]) -> Vec<f64> {
         if !self.disturbance.deflection.seen {
@@ -146,8 +156,4 @@ impl Outliers {
         let error = self.std * normal(random);
         if random.random_range(0.0..1.0) < self.share { error } else { 0.0 }
     }
-}
-
-pub(super) fn normal(random: &mut impl Rng) -> f64 {
-    random.sample(StandardNormal)
 }

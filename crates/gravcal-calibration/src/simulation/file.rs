@@ -12,15 +12,34 @@ use std::path::{Path, PathBuf};
 use gravcal_kinematics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
-use super::{Disturbance, Run, Simulation};
+use super::disturbance::Disturbance;
+use super::experiment::{Run, Simulation};
 use crate::document::{Document, Field, FileError, OneOrMany};
 use crate::robot::{Robot, resolve_robot};
 use crate::sensors::{DeclaredModels, ModelTable};
 use crate::session::{GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, Session, units};
 use tables::SimulationTable;
 
+impl Simulation {
+    /// Reads `simulation.toml` and the robot that it names.
+    ///
+    /// # Errors
+    /// Names the file, the line and the field.
+    pub fn read(path: &Path) -> Result<Simulation, FileError> {
+        read(&Document::read(path)?)
+    }
+
+    /// The same from a document, which may be another text than that of the file.
+    ///
+    /// # Errors
+    /// As for [`Simulation::read`].
+    pub fn of(document: &Document) -> Result<Simulation, FileError> {
+        read(document)
+    }
+}
+
 /// Reads a simulation and the robot that it names.
-pub(super) fn read(document: &Document) -> Result<Simulation, FileError> {
+fn read(document: &Document) -> Result<Simulation, FileError> {
     let table: SimulationTable = document.parse()?;
     let (robot, robot_path) = resolve_robot(document, &Field::new("robot"), &table.robot)?;
     Reader { document, table: &table, robot: &robot }.simulation(document.path(), robot_path)

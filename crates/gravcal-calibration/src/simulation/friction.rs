@@ -11,7 +11,7 @@
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-use super::draw::normal;
+use super::normal::normal;
 
 /// The least share that is left, as none leaves less than −1.
 const LEAST: f64 = -0.95;

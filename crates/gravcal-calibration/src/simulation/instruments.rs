@@ -5,8 +5,8 @@ use gravcal_recording::Reading;
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg64;
 
-use super::Simulation;
-use super::draw::normal;
+use super::experiment::Simulation;
+use super::normal::normal;
 use crate::session::{Instrument, InstrumentKind};
 
 /// Readings of all axes in a pose of a table, the joints at their true `coordinates`.

@@ -2,8 +2,7 @@
 
 use gravcal_kinematics::GravityTorque;
 
-use super::Simulation;
-use super::draw::Stand;
+use super::experiment::Simulation;
 
 /// Rounds in which a compliant joint and its torque come to agree; each shrinks the error by (compliance · stiffness
 /// of gravity), a few per cent.
@@ -56,4 +55,12 @@ impl<'s> Statics<'s> {
         }
         (coordinates, &self.torque.torque)
     }
+}
+
+/// Where the joints stand: position readings without noise, and the deflection drawn for each joint.
+#[derive(Clone)]
+pub(super) struct Stand {
+    pub position: Vec<f64>,
+    pub deflection: Vec<f64>,
+    pub swept: Option<usize>,
 }

@@ -2,7 +2,7 @@
 
 use gravcal_recording::Conditions;
 
-use super::Simulation;
+use super::experiment::Simulation;
 use crate::joint::Unknowns;
 use crate::parameter::Parameter;
 use crate::sensors::{SensorTerms, Term};

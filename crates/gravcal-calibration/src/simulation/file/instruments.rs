@@ -8,7 +8,7 @@ use serde::Deserialize;
 use crate::document::{Document, Field, FileError};
 use crate::robot::Robot;
 use crate::session::{AccelerometerTable, ForceTorqueTable, Instrument, Instruments, read_instruments};
-use crate::simulation::SimulatedInstruments;
+use crate::simulation::experiment::SimulatedInstruments;
 
 /// The part of the file.
 #[derive(Debug, Default, Deserialize)]
