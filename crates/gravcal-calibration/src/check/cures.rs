@@ -5,8 +5,8 @@
 
 use super::additions::{Addition, additions};
 use super::judged::NominalVerdict;
+use super::report::{Curable, Cure, PredictedStd};
 use super::supposed::Supposed;
-use super::{Curable, Cure, PredictedStd};
 use crate::joint::EstimateError;
 use crate::result::Undetermined;
 

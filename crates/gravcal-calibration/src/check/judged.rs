@@ -2,7 +2,7 @@
 
 use gravcal_estimation::BlockId;
 
-use super::CheckedParameter;
+use super::report::CheckedParameter;
 use super::sign;
 use crate::joint::{
     EstimateError, Readings, Solved, Unknowns, last_frame_choices, pose_with_constraints, unknown_sign,

@@ -1,8 +1,8 @@
 //! Which sweeps a session has, and what the sequential procedure will do with them.
 
-use super::{StepReport, SweepReport};
+use super::report::{StepReport, SweepReport};
 use crate::parameter::Quantity;
-use crate::sequential::{LoadPair, Plan};
+use crate::plan::{LoadPair, Plan};
 use crate::session::Session;
 use crate::sweeps::{HOLD_TOLERANCE, SWEEP_POSES, SWEEP_RANGE};
 

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
+use super::report::{TiltReport, TiltedGain};
 use super::supposed::Supposed;
-use super::{TiltReport, TiltedGain};
 use crate::joint::EstimateError;
 use crate::parameter::Quantity;
 use crate::session::Session;

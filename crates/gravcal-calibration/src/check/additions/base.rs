@@ -1,6 +1,6 @@
 //! Tilting the base.
 
-use super::Addition;
+use super::addition::Addition;
 use crate::check::supposed::Supposed;
 use crate::check::tilts::{first_axis, turned_from};
 

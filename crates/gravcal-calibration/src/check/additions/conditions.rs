@@ -1,6 +1,6 @@
 //! Recording some of the poses again under other conditions: for what sensors do beyond gain and bias.
 
-use super::Addition;
+use super::addition::Addition;
 use super::poses::{POSES, attached, some_present};
 use crate::check::supposed::Supposed;
 

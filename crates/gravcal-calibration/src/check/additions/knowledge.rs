@@ -1,6 +1,6 @@
 //! Stating something that is known: no pose is recorded for it.
 
-use super::Addition;
+use super::addition::Addition;
 use crate::check::supposed::Supposed;
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::KnowledgeKind;

@@ -1,6 +1,6 @@
 //! Attaching a load of known mass to a last link.
 
-use super::Addition;
+use super::addition::Addition;
 use super::poses::{poses, spread};
 use crate::check::supposed::Supposed;
 use crate::session::{Load, LoadDistance};

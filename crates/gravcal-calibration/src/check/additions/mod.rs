@@ -3,6 +3,7 @@
 //! An addition is a small function from a session to the session with it ([`Supposed`]), and its words. Groups of
 //! additions stand in the order of their effort; within a group they are the same thing done to one joint or load or another.
 
+mod addition;
 mod base;
 mod conditions;
 mod knowledge;
@@ -12,27 +13,7 @@ mod torque;
 
 use super::supposed::Supposed;
 
-/// One addition.
-pub(super) struct Addition {
-    /// What to do.
-    pub words: String,
-    /// The parameter that it states: no cure of that one alone.
-    pub states: Option<String>,
-    make: Box<dyn Fn(&mut Supposed)>,
-}
-
-impl Addition {
-    fn new(words: String, make: impl Fn(&mut Supposed) + 'static) -> Addition {
-        Addition { words, states: None, make: Box::new(make) }
-    }
-
-    /// The session with the addition.
-    pub fn made(&self, now: &Supposed) -> Supposed {
-        let mut supposed = now.clone();
-        (self.make)(&mut supposed);
-        supposed
-    }
-}
+pub(super) use addition::Addition;
 
 /// Everything that is tried, in groups of like additions, smallest effort first.
 pub(super) fn additions(now: &Supposed) -> Vec<Vec<Addition>> {

@@ -2,7 +2,7 @@
 
 use gravcal_kinematics::JointKind;
 
-use super::Addition;
+use super::addition::Addition;
 use crate::check::supposed::Supposed;
 use crate::session::InertiaKnowledge;
 

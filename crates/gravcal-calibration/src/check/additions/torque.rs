@@ -2,7 +2,7 @@
 
 use gravcal_recording::{Reading, TorqueUnit};
 
-use super::Addition;
+use super::addition::Addition;
 use crate::check::supposed::Supposed;
 
 /// In all poses. Its noise is supposed to be that of the joint before it, or of the next that is read.

@@ -1,0 +1,25 @@
+//! One addition to a session.
+
+use crate::check::supposed::Supposed;
+
+/// One addition.
+pub(in crate::check) struct Addition {
+    /// What to do.
+    pub words: String,
+    /// The parameter that it states: no cure of that one alone.
+    pub states: Option<String>,
+    pub(super) make: Box<dyn Fn(&mut Supposed)>,
+}
+
+impl Addition {
+    pub(super) fn new(words: String, make: impl Fn(&mut Supposed) + 'static) -> Addition {
+        Addition { words, states: None, make: Box::new(make) }
+    }
+
+    /// The session with the addition.
+    pub fn made(&self, now: &Supposed) -> Supposed {
+        let mut supposed = now.clone();
+        (self.make)(&mut supposed);
+        supposed
+    }
+}
