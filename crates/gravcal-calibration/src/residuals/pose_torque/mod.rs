@@ -11,6 +11,7 @@
 
 mod abreast;
 mod affine;
+mod by_terms;
 mod compliance;
 mod model;
 mod terms;
