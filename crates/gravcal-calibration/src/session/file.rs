@@ -154,6 +154,7 @@ mod ask;
 mod base_frame;
 mod conditions;
 mod constraints;
+mod context;
 mod csv;
 mod deflection;
 mod gravity;
@@ -183,9 +184,9 @@ mod unexplained;
 
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::ReadError;
 use serde::Deserialize;
 
+use self::context::Context;
 use self::poses::{ReadPoses, WrittenTables};
 use self::recordings::{InMotion, Recordings};
 use super::solver::Written;
@@ -194,6 +195,7 @@ use crate::document::{Document, Field, FileError};
 use crate::parameter::Quantity;
 use crate::robot::{Robot, RobotSource, resolve_robot};
 
+pub use context::SessionError;
 pub(crate) use instruments::{AccelerometerTable, ForceTorqueTable, Instruments};
 
 /// The instruments that a document declares for a robot; `tables`: how many tables of poses there are.
@@ -205,22 +207,6 @@ pub(crate) fn read_instruments(
     tables: usize,
 ) -> Result<Instruments, FileError> {
     instruments::resolve(&Context::new(document, robot, robot_path), force_torque, accelerometers, tables)
-}
-
-/// Why a session cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum SessionError {
-    /// Something is wrong with the session's file or the robot's.
-    #[error(transparent)]
-    File(#[from] FileError),
-    /// Something is wrong with a table of poses.
-    #[error("{error}\n  {named_by}")]
-    Table {
-        /// What, and where in the table.
-        error: ReadError,
-        /// The place in the session that named the table.
-        named_by: String,
-    },
 }
 
 /// `session.toml`.
@@ -260,24 +246,6 @@ struct SessionTable {
     prior: Option<prior::PriorTable>,
     #[serde(default)]
     ask: ask::AskTable,
-}
-
-/// What every section is read against.
-struct Context<'a> {
-    document: &'a Document,
-    robot: &'a Robot,
-    /// Where the robot was read from, for messages.
-    robot_path: &'a Path,
-    joint_names: Vec<&'a str>,
-    link_names: Vec<&'a str>,
-}
-
-impl<'a> Context<'a> {
-    fn new(document: &'a Document, robot: &'a Robot, robot_path: &'a Path) -> Self {
-        let joint_names = robot.chain.joints().iter().map(|joint| joint.name.as_str()).collect();
-        let link_names = robot.chain.links().iter().map(|link| link.name.as_str()).collect();
-        Context { document, robot, robot_path, joint_names, link_names }
-    }
 }
 
 impl Session {

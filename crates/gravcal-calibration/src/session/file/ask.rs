@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use crate::document::{Field, FileError};
 use crate::parameter::{Parameter, Quantity};
 use crate::session::{Ask, JointKnowledge};

@@ -5,7 +5,7 @@ use gravcal_kinematics::JointKind;
 use gravcal_recording::{ConditionColumn, ConditionColumns, ConditionUnit, MotionSource, Slope};
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use crate::document::{Field, FileError, OneOrMany};
 
 /// A column of all joints, with the unit of its numbers.

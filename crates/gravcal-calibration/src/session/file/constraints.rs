@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use crate::document::{Field, FileError, OneOrNamed};
 use crate::session::Constraints;
 

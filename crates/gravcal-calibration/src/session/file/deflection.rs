@@ -3,7 +3,7 @@
 use gravcal_estimation::Loss;
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use super::readings::{self, ReadingsTable};
 use crate::document::{Document, Field, FileError, OneOrMany};
 use crate::parameter::Parameter;

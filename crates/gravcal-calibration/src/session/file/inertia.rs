@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use crate::document::{Document, Field, FileError, OneOrNamed};
 use crate::session::{InertiaKnowledge, InstrumentKind, Session};
 use crate::sweeps::find_sweeps;

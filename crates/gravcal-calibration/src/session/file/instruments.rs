@@ -5,10 +5,11 @@
 use gravcal_recording::{PoseMapping, ReadingColumn};
 use serde::Deserialize;
 
+use super::context::Context;
 use super::joints::{Sign, factor};
 use super::knowledge::{KnowledgeTable, start};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable};
-use super::{Context, unexplained};
+use super::unexplained;
 use crate::document::{Document, Field, FileError};
 use crate::parameter::{Limit, Parameter};
 use crate::robot::MountingTable;

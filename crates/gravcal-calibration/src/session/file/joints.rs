@@ -15,7 +15,7 @@ use gravcal_kinematics::JointKind;
 use gravcal_recording::{PoseMapping, PositionUnit, TorqueUnit};
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use super::knowledge::{KnowledgeTable, scaled, start};
 use crate::document::{Field, FileError};
 use crate::parameter::Quantity;

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use crate::document::{Document, Field, FileError};
 use crate::session::{Load, LoadDistance};
 

@@ -3,7 +3,7 @@
 use gravcal_estimation::{Loss, LossName};
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use crate::document::{Field, FileError};
 
 /// `[loss]`.

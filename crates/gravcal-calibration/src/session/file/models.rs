@@ -3,7 +3,7 @@
 use gravcal_kinematics::JointKind;
 use gravcal_recording::PoseMapping;
 
-use super::Context;
+use super::context::Context;
 use super::joints::{Entry, Said};
 use super::knowledge::scaled;
 use super::recordings::InMotion;

@@ -7,7 +7,7 @@ use gravcal_kinematics::JointKind;
 use gravcal_recording::{Part, PoseMapping, ReadError, StaticPose, read_part};
 use serde::Deserialize;
 
-use super::{Context, SessionError};
+use super::context::{Context, SessionError};
 use crate::document::{Document, Field, FileError, OneOrMany};
 use crate::session::{InertiaKnowledge, Load, Pose, PoseTable, Searched};
 

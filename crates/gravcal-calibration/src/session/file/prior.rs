@@ -5,7 +5,7 @@ use gravcal_recording::{
 };
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use super::poses::WrittenTables;
 use crate::EstimatorName;
 use crate::document::{Field, FileError};

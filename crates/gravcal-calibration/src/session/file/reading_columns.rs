@@ -3,7 +3,8 @@
 use gravcal_recording::ReadingColumn;
 use serde::Deserialize;
 
-use super::{Context, unexplained};
+use super::context::Context;
+use super::unexplained;
 use crate::document::{Field, FileError, OneOrMany};
 use crate::session::units::UnitError;
 

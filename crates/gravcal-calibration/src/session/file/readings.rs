@@ -3,8 +3,8 @@
 use gravcal_recording::{MappingError, PoseMapping, PositionColumn, ReadingColumn, TorqueUnit};
 use serde::Deserialize;
 
-use super::Context;
 use super::conditions::{self, ConditionTable, DirectionTable, MotionTable, TimeTable};
+use super::context::Context;
 use super::csv::{self, CsvTable};
 use super::instruments::Instruments;
 use super::orientation::{self, OrientationTable};

@@ -6,7 +6,7 @@ use gravcal_recording::{
     Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule, Watched, open_as, slow_sweeps, static_poses,
 };
 
-use super::SessionError;
+use super::context::SessionError;
 use super::poses::{ReadPoses, WrittenTables, count_time_from_first};
 use crate::document::{Document, FileError};
 use crate::session::{Load, PoseTable, Searched};

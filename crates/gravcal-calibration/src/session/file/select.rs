@@ -4,8 +4,8 @@ use gravcal_kinematics::JointKind;
 use gravcal_recording::{ConditionUnit, MotionLimits, Selection};
 use serde::Deserialize;
 
-use super::Context;
 use super::conditions::{acceleration_units, speed_units, units_of_joints};
+use super::context::Context;
 use crate::document::{Field, FileError, OneOrMany};
 
 /// `[readings.select]`.

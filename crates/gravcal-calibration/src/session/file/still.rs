@@ -3,7 +3,7 @@
 use gravcal_recording::{PoseMapping, ReadingColumn, Selection, Stillness};
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use crate::document::{Field, FileError};
 
 /// `[readings.still]`.

@@ -4,7 +4,7 @@
 use gravcal_recording::{PoseMapping, SweepRule};
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use super::still::refuse_said_twice;
 use crate::document::{Field, FileError};
 use crate::session::JointKnowledge;

@@ -3,7 +3,7 @@
 use gravcal_estimation::statistics::SampleBlocks;
 use serde::Deserialize;
 
-use super::Context;
+use super::context::Context;
 use crate::document::{Field, FileError};
 use crate::session::{Pose, PoseBlocks, UncertaintyChoice};
 

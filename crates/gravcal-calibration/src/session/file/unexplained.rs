@@ -7,7 +7,7 @@ use std::fmt;
 
 use serde::de::{Deserialize, Deserializer, Error, Visitor};
 
-use super::Context;
+use super::context::Context;
 use super::reading_columns::ReadingColumnsTable;
 use crate::document::{Document, Field, FileError};
 use crate::session::{Session, UnexplainedError};
