@@ -175,6 +175,7 @@ mod reading_columns;
 mod readings;
 mod recordings;
 mod select;
+mod single_poses;
 mod still;
 mod sweeps;
 #[cfg(test)]
@@ -372,7 +373,7 @@ fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Session, Sess
         Some(prior) => prior::resolve(&context, prior, all, session)?,
     };
     inertia::check_sweeps(document, &session)?;
-    deflection::check_single_poses(document, &session)?;
+    single_poses::check_single_poses(document, &session)?;
     deflection::check_instruments(document, &session)?;
     let session = unexplained::resolve(document, &unexplained, motion.is_any(), session)?;
     Ok(Session { repeated: session.find_repeated(), doubts: session.find_doubts(), ..session })
