@@ -4,7 +4,7 @@
 
 use gravcal_recording::Reading;
 
-use super::Session;
+use super::contents::Session;
 
 impl Session {
     /// How many there are.

@@ -4,8 +4,9 @@ use std::ops::Range;
 
 use gravcal_kinematics::{Joint, JointKind};
 
+use super::contents::Session;
+use super::knowledge::{Knowledge, KnowledgeKind};
 use super::parameters::GIVEN;
-use super::{Knowledge, KnowledgeKind, Session};
 use crate::parameter::{Limit, Parameter};
 
 /// A compliance is told where its standard deviation is at most this share of what it was before any reading.

@@ -2,9 +2,9 @@
 
 use gravcal_kinematics::JointKind;
 
-use super::{
-    BASE_FRAME_CHOICE, InertiaKnowledge, Knowledge, KnowledgeKind, LAST_FRAME_CHOICE, Load, NO_TORQUE_SENSOR, Session,
-};
+use super::contents::Session;
+use super::knowledge::{Knowledge, KnowledgeKind};
+use super::known::{InertiaKnowledge, Load};
 use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
 
 /// Standard deviation, relative to a gain, beyond which a number would mislead; of an angle, rad; of a displacement, m.
@@ -222,3 +222,12 @@ pub(crate) const MOVE_MORE: &str =
 
 /// Why a parameter of exact knowledge is held.
 pub(crate) const GIVEN: &str = "given as exact";
+
+/// Why gain and bias of a torque that is not read are held.
+pub const NO_TORQUE_SENSOR: &str = "the joint has no torque sensor";
+
+/// Why the offset of the joint on which all others hang is held.
+pub const BASE_FRAME_CHOICE: &str = "it defines the base frame";
+
+/// Why the offset of a last joint is held.
+pub const LAST_FRAME_CHOICE: &str = "a choice of the last link's frame";

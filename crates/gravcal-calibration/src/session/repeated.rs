@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::Session;
+use super::contents::Session;
 
 /// Repeats are left out where they are more than this share of the poses, and more than so many. With a converter's round readings some
 /// poses may agree by chance.

@@ -3,7 +3,7 @@
 use gravcal_kinematics::{Chain, JointKind};
 use gravcal_recording::Travel;
 
-use super::JointKnowledge;
+use super::known::JointKnowledge;
 use crate::parameter::Quantity;
 
 /// Width of a bin where nothing is said, rad: 1°, over which the curvature of a torque `τ` changes it by `τ`/80,000.

@@ -1,0 +1,55 @@
+//! Static poses and the tables that they come from.
+
+use std::path::PathBuf;
+
+use gravcal_kinematics::{Chain, Transform};
+use gravcal_recording::{Conditions, Orientation, Reading};
+
+/// One `[[poses]]` or `[[validation]]` of the session.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PoseTable {
+    /// The file.
+    pub path: PathBuf,
+    /// Index of the load attached, if any.
+    pub load: Option<usize>,
+    /// Index of the swept joint, where declared.
+    pub swept: Option<usize>,
+    /// The step of the sequential procedure that may read its sweeps; `None`: every step that can.
+    pub step: Option<u8>,
+}
+
+/// One static pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pose {
+    /// Index into [`Session::tables`].
+    pub table: usize,
+    /// Line of the file.
+    pub line: u64,
+    /// Label of the declared sweep, where a column gives one.
+    pub sweep_label: Option<String>,
+    /// Index of the load attached, if any.
+    pub load: Option<usize>,
+    /// Position readings (rad, m, or the sensor's own unit).
+    pub position: Vec<f64>,
+    /// Rotation of the body that carries the instruments in the base's frame, where there are no joints.
+    pub orientation: Option<Orientation>,
+    /// Torque readings, absent where missing or unusable.
+    pub torque: Vec<Option<Reading>>,
+    /// Readings of the axes of all instruments, absent where missing or unusable.
+    pub instruments: Vec<Option<Reading>>,
+    /// Under which conditions they were read; time counts from the session's first pose.
+    pub conditions: Conditions,
+}
+
+impl Pose {
+    /// Frames of all links in the base's, at these coordinates of the joints (rad or m), or as a body without joints stood.
+    pub fn link_frames(&self, chain: &Chain, coordinates: &[f64]) -> Vec<Transform> {
+        let frames = chain.forward(coordinates);
+        // What was read is a rotation.
+        let turned = self.orientation.and_then(|rotation| Transform::from_rotation(rotation, [0.0; 3]).ok());
+        match turned {
+            None => frames,
+            Some(turned) => frames.iter().map(|frame| turned.compose(frame)).collect(),
+        }
+    }
+}
