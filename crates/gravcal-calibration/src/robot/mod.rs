@@ -2,78 +2,14 @@
 
 mod branches_file;
 mod file;
+mod model;
 mod sensors_file;
 mod source;
 #[cfg(test)]
 mod tests;
 
-use std::path::Path;
-
-use gravcal_kinematics::Chain;
-use gravcal_recording::{PositionUnit, TorqueUnit};
-
 pub use crate::document::FileError;
 pub(crate) use branches_file::MountingTable;
+pub use model::{NominalPositionSensor, NominalSensors, NominalTorqueSensor, Robot};
 pub(crate) use sensors_file::{PositionSensorTable, SensorTables, TorqueSensorTable, ValueTable};
 pub(crate) use source::{RobotSource, resolve_robot};
-
-/// A robot with the nominal values of its sensors.
-#[derive(Clone, Debug)]
-pub struct Robot {
-    /// Name, for output.
-    pub name: String,
-    /// Joints, links, and the links' assumed masses.
-    pub chain: Chain,
-    /// One for each joint that has a coordinate of its own.
-    pub sensors: Vec<NominalSensors>,
-}
-
-impl Robot {
-    /// Reads `robot.toml`: Denavit-Hartenberg rows with limits, assumed masses and nominal sensors.
-    ///
-    /// # Errors
-    /// Names the file, the line and the field.
-    pub fn read(path: &Path) -> Result<Robot, FileError> {
-        file::read(path)
-    }
-
-    /// Reads the chain from link `base` to the links `tips` of a URDF. It is named after the file, and nothing is nominally
-    /// known of its sensors.
-    ///
-    /// # Errors
-    /// Names the file, and what in it does not make a chain (see [`Chain::from_urdf`]).
-    pub fn from_urdf_file(path: &Path, base: &str, tips: &[&str]) -> Result<Robot, FileError> {
-        file::read_urdf(path, base, tips)
-    }
-}
-
-/// What a maker's sheet says of the sensors of one joint. Absent where the robot file is silent.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct NominalSensors {
-    /// The torque sensor: `reading = gain · torque + bias`.
-    pub torque: Option<NominalTorqueSensor>,
-    /// The position sensor: `coordinate = gain · reading + offset`.
-    pub position: Option<NominalPositionSensor>,
-}
-
-/// Nominal `reading = gain · torque + bias` (paper, eq. (8)).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NominalTorqueSensor {
-    /// Unit of the reading.
-    pub unit: TorqueUnit,
-    /// Reading units a N·m (or a N).
-    pub gain: f64,
-    /// Reading at no torque.
-    pub bias: f64,
-}
-
-/// Nominal `coordinate = gain · reading + offset` (paper, eq. (3)).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct NominalPositionSensor {
-    /// Unit of the reading.
-    pub unit: PositionUnit,
-    /// rad (or m) a unit of the reading *in SI*: a pure number for readings of an angle, rad/count for counts.
-    pub gain: f64,
-    /// rad (or m).
-    pub offset: f64,
-}

@@ -3,7 +3,7 @@
 use gravcal_kinematics::JointKind;
 use serde::Deserialize;
 
-use super::{NominalPositionSensor, NominalSensors, NominalTorqueSensor};
+use super::model::{NominalPositionSensor, NominalSensors, NominalTorqueSensor};
 use crate::document::{Document, Field, FileError};
 use crate::session::units::{self, UnitError};
 

@@ -7,7 +7,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
-use super::Robot;
+use super::model::Robot;
 use crate::document::{Document, Field, FileError, OneOrMany};
 
 /// `robot = "robot.toml"`, or `robot = { urdf = "robot.urdf", base = "base_link", tip = "tool0" }`; of a robot that
