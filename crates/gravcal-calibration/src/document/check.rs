@@ -1,6 +1,10 @@
 //! Checks of single values that many fields need.
 
-use super::{Document, Field, FileError, OneOrMany, OneOrNamed};
+use super::Document;
+use super::field::Field;
+use super::file_error::FileError;
+use super::one_or_many::OneOrMany;
+use super::one_or_named::OneOrNamed;
 
 impl Document {
     /// A number above zero.

@@ -2,7 +2,9 @@
 
 use gravcal_recording::nearest_name;
 
-use super::{Document, Field, FileError};
+use super::Document;
+use super::field::Field;
+use super::file_error::FileError;
 
 impl Document {
     /// The place of a name among `known`.

@@ -3,13 +3,13 @@
 use gravcal_estimation::Termination;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::Unknowns;
 use super::error::EstimateError;
 use super::mistakes::{Mistake, find_mistake};
 use super::readings::Readings;
 use super::solve::{solve, solve_from};
 use super::solved::Solved;
 use super::tell::{mirrored_gains, tell_parameters, tell_termination};
+use super::unknowns::Unknowns;
 use crate::judgement::{Judgement, in_words, residual_tests};
 use crate::parameter::Quantity;
 use crate::result::{

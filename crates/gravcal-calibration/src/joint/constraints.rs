@@ -13,7 +13,7 @@ use gravcal_estimation::{ActiveConstraint, Affine, BlockId, Constraint, Problem}
 
 use super::error::PosingError;
 use super::problem::JointProblem;
-use super::{Layout, Unknowns};
+use super::unknowns::{Layout, Unknowns};
 use crate::parameter::Quantity;
 use crate::result;
 use crate::session::Session;

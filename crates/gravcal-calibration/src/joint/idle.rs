@@ -3,7 +3,7 @@
 use gravcal_kinematics::JointKind;
 use nalgebra::Vector3;
 
-use super::Unknowns;
+use super::unknowns::Unknowns;
 use crate::session::Session;
 
 /// A joint is idle where its axis is within this angle of gravity, rad.

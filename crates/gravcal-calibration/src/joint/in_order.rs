@@ -7,8 +7,7 @@ use gravcal_estimation::{
     BlockId, Covariance, Estimate, Factor, IterationRecord, Problem, Spectrum, Termination, Values,
 };
 
-use super::error::EstimateError;
-use super::error::PosingError;
+use super::error::{EstimateError, PosingError};
 use super::groups::{NOT_YET, first_of};
 use super::order::Order;
 use super::problem::JointProblem;

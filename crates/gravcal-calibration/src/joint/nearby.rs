@@ -2,12 +2,12 @@
 
 use gravcal_estimation::{Reference, Spectrum, Values};
 
-use super::Unknowns;
 use super::error::EstimateError;
 use super::problem::JointProblem;
 use super::reference::WITHIN_USE;
 use super::solve::solve_from;
 use super::solved::{Nearby, Solved};
+use super::unknowns::Unknowns;
 use crate::judgement::{AT_LEAST, Judged, MATTERS, least_informed_nearby, limits_of_use};
 use crate::parameter::ParameterId;
 use crate::session::Session;

@@ -9,8 +9,8 @@ use gravcal_estimation::{Block, BlockId, ProblemBuilder};
 use gravcal_kinematics::{Chain, GravityTorque, JointKind};
 use nalgebra::{Matrix3, Vector3};
 
-use super::Unknowns;
 use super::placements::{first_alike, relative_placements};
+use super::unknowns::Unknowns;
 use crate::residuals::lumped_directions;
 use crate::session::{InertiaKnowledge, Session};
 use crate::sweeps::{HOLD_TOLERANCE, Sweep, find_sweeps};

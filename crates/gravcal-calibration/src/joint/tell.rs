@@ -8,7 +8,8 @@ use super::error::EstimateError;
 use super::mistakes::Mistake;
 use super::model_tests::ModelTests;
 use super::order::Order;
-use super::{Solved, constraints, sweep_moments};
+use super::solved::Solved;
+use super::{constraints, sweep_moments};
 use crate::judgement::{
     DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss, outlier_note,
     outliers, position_errors, weak_combinations, weak_note,

@@ -9,12 +9,12 @@
 
 use nalgebra::Vector3;
 
-use super::Unknowns;
 use super::error::EstimateError;
 use super::posing::pose_with_constraints;
 use super::sample::Sample;
 use super::solve::{solve_from, solve_posed};
 use super::solved::Solved;
+use super::unknowns::Unknowns;
 use crate::parameter::{ParameterId, Quantity};
 use crate::session::Session;
 use crate::workbench::Workbench;

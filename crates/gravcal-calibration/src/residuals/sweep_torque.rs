@@ -26,8 +26,7 @@ use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut}
 use gravcal_kinematics::{Joint, JointKind};
 use nalgebra::{Matrix3, Vector3};
 
-use super::pose_torque::joined;
-use super::{PoseTorque, PoseTorqueModel};
+use super::pose_torque::{PoseTorque, PoseTorqueModel, joined};
 
 /// What stands for one link in a sweep: each unknown as `[m, h_x, h_y, h_z]` in the link's frame.
 ///

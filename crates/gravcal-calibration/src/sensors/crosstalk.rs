@@ -11,7 +11,8 @@
 
 use gravcal_recording::Conditions;
 
-use super::{Declared, Options, RefusedOption, Site, TorqueFunction, Words};
+use super::declare::{Declared, Options, RefusedOption, Site, Words};
+use super::terms::TorqueFunction;
 use crate::parameter::Limit;
 
 /// Beyond this share of the joint's own gain an entry's standard deviation makes it useless.

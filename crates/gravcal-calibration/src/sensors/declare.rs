@@ -5,7 +5,7 @@ use std::sync::Arc;
 use gravcal_kinematics::JointKind;
 use gravcal_recording::TorqueUnit;
 
-use super::{Function, PositionFunction, TorqueFunction};
+use super::terms::{Function, PositionFunction, TorqueFunction};
 use crate::parameter::{Limit, Parameter, Quantity};
 use crate::session::units;
 use crate::session::{JointKnowledge, Knowledge, KnowledgeKind};

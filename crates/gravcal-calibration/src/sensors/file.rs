@@ -8,7 +8,9 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Need, Options, SensorModelName, Site, Term};
+use super::declare::{Options, Site};
+use super::name::{Need, SensorModelName};
+use super::terms::Term;
 use crate::document::{Document, Field, FileError};
 use crate::parameter::Parameter;
 

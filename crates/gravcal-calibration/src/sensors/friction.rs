@@ -10,7 +10,8 @@
 
 use gravcal_recording::Conditions;
 
-use super::{Declared, Site, TorqueFunction, Words};
+use super::declare::{Declared, Site, Words};
+use super::terms::TorqueFunction;
 use crate::parameter::Limit;
 
 /// 1, 0 or −1.

@@ -10,7 +10,8 @@
 
 use gravcal_kinematics::JointKind;
 
-use super::{Declared, Options, PositionFunction, RefusedOption, Site, Words};
+use super::declare::{Declared, Options, RefusedOption, Site, Words};
+use super::terms::PositionFunction;
 
 /// Largest standard deviation of an amplitude that is of use, rad: that of an offset.
 const USEFUL: f64 = 0.1;

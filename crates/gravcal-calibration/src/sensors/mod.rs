@@ -27,7 +27,9 @@ mod terms;
 #[cfg(test)]
 pub(crate) mod testing;
 
-pub(crate) use declare::{Declared, Options, RefusedOption, Site, Words};
+#[cfg(test)]
+pub(crate) use declare::Options;
+pub(crate) use declare::{RefusedOption, Site};
 pub use file::DeclaredModels;
 pub(crate) use file::{DeclaredInFile, ModelTable, declare, to_unit_of};
 pub use name::{Need, SensorModelName, UnknownSensorModel};

@@ -9,7 +9,8 @@
 
 use gravcal_recording::Conditions;
 
-use super::{Declared, Options, RefusedOption, Site, TorqueFunction, Words};
+use super::declare::{Declared, Options, RefusedOption, Site, Words};
+use super::terms::TorqueFunction;
 use crate::parameter::Limit;
 
 /// `τⁿ`.

@@ -2,7 +2,7 @@
 
 use gravcal_recording::Conditions;
 
-use super::SensorTerms;
+use super::terms::SensorTerms;
 use crate::joint::Unknowns;
 use crate::parameter::Quantity;
 

@@ -6,8 +6,10 @@ use gravcal_recording::{Cell, NewFiles, TorqueUnit, WriteError, clear_abandoned,
 use serde::Serialize;
 use thiserror::Error;
 
+use super::experiment::Simulation;
+use super::friction::FrictionAtRest;
 use super::write_conditions::{self, ConditionTables};
-use super::{FrictionAtRest, Simulation, draw, write_recording};
+use super::{draw, write_recording};
 use crate::document::relative_path;
 use crate::sensors::ModelTable;
 use crate::session::Session;

@@ -4,7 +4,7 @@ use gravcal_kinematics::JointKind;
 use gravcal_recording::Cell;
 use serde::Serialize;
 
-use super::SimulatedConditions;
+use super::conditions::SimulatedConditions;
 use crate::session::{Pose, Session};
 
 const TIME: &str = "time_s";

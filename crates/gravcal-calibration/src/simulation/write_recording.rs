@@ -4,8 +4,10 @@ use std::path::{Path, PathBuf};
 
 use gravcal_recording::{Heading, NewFiles, RowWriter, create};
 
+use super::experiment::Simulation;
+use super::motion::Motion;
+use super::recording::record;
 use super::write::{self, SimulateError, position_column, torque_column};
-use super::{Motion, Simulation, record};
 
 /// Writes the recordings, then what names them. Gives the files, `session.toml` first.
 pub(super) fn write(

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use gravcal_kinematics::JointKind;
 use gravcal_recording::PositionUnit;
 
-use super::{MistakenUnit, named};
+use super::named;
+use super::unit::MistakenUnit;
 use crate::parameter::Quantity;
 use crate::session::Session;
 
