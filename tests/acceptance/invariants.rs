@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::imports::Imports;
 use crate::tree;
 
 /// The crates that the program and its libraries are made of.
@@ -38,6 +39,37 @@ fn calibration_knows_neither_solvers_nor_reports() {
     let known = own_dependencies("gravcal-calibration");
     for stranger in ["gravcal-solvers", "gravcal-report"] {
         assert!(!known.iter().any(|name| name == stranger), "{stranger}");
+    }
+}
+
+/// Files that may import each other in a circle.
+const CIRCLE: usize = 3;
+
+/// Crates with larger circles, and the largest of each: none grows, and a crate whose circles are opened leaves the list.
+const LARGER_CIRCLES: [(&str, usize); 6] = [
+    ("gravcal-estimation", 12),
+    ("gravcal-recording", 41),
+    ("gravcal-report", 11),
+    ("gravcal-rerun", 12),
+    ("gravcal-solvers", 12),
+    ("gravcal-study", 8),
+];
+
+#[test]
+fn few_files_import_each_other_in_a_circle() {
+    for path in crates() {
+        let mut roots = ["lib.rs", "main.rs"].iter().map(|file| path.join("src").join(file));
+        let imports = Imports::of(&roots.find(|root| root.exists()).unwrap());
+        let circles = imports.circles();
+        let largest = circles.first().map_or(0, Vec::len);
+        let known = LARGER_CIRCLES.iter().find(|(name, _)| *name == tree::name(&path)).map(|(_, largest)| *largest);
+        let told = || circles.first().map(|circle| imports.within(circle)).unwrap_or_default();
+        assert!(largest <= known.unwrap_or(CIRCLE), "{largest} files import each other:\n{}", told());
+        assert!(
+            known.is_none() || largest > CIRCLE,
+            "the circles of {} are opened: take it off the list",
+            path.display()
+        );
     }
 }
 

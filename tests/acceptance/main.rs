@@ -14,6 +14,7 @@ mod experiments;
 mod exports;
 mod extreme_numbers;
 mod first_session;
+mod imports;
 mod instruments;
 mod invariants;
 mod kept;
