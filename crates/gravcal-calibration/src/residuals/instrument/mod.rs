@@ -10,44 +10,22 @@
 //! it, `u`, is its own ([`Wrench`], [`SpecificForce`]); the gains `K` are one an axis, or a full matrix. Axes without a
 //! usable reading have no row.
 
+mod sensed;
 mod specific_force;
 mod wrench;
 
-use std::fmt::Debug;
 use std::sync::Arc;
 
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 use gravcal_kinematics::Chain;
 use nalgebra::{Matrix3, Vector3};
 
+pub use sensed::{Sensed, SensedQuantity};
 pub use specific_force::SpecificForce;
 pub use wrench::Wrench;
 
 /// Stored columns of gravity.
 const GRAVITY: usize = 3;
-
-/// What an instrument senses of gravity in its frame.
-pub trait SensedQuantity: Debug + Send + Sync {
-    /// How many components it has: axes of the instrument.
-    fn axes(&self) -> usize;
-
-    /// Blocks of the unknowns that are its own, in the order of their columns.
-    fn blocks(&self) -> Vec<BlockId>;
-
-    /// `u`, with its derivatives. `gravity`: v, m/s²; `own`: the values of its blocks.
-    fn sense(&self, gravity: &Vector3<f64>, own: &[f64]) -> Sensed;
-}
-
-/// Value and derivatives of a [`SensedQuantity`], one entry an axis.
-#[derive(Clone, Debug)]
-pub struct Sensed {
-    /// `u`.
-    pub value: Vec<f64>,
-    /// By gravity in the instrument's frame.
-    pub by_gravity: Vec<Vector3<f64>>,
-    /// By its own unknowns.
-    pub by_own: Vec<Vec<f64>>,
-}
 
 /// One entry of the gains `K`: axis of the reading, axis of what is sensed, and its block.
 #[derive(Clone, Copy, Debug)]

@@ -16,7 +16,7 @@
 use gravcal_estimation::BlockId;
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
-use super::{Sensed, SensedQuantity};
+use super::sensed::{Sensed, SensedQuantity};
 
 /// Below this angle, rad, the coefficients come from their series: the next term is below rounding.
 const SMALL: f64 = 1e-3;

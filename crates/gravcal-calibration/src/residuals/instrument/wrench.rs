@@ -17,7 +17,7 @@ use gravcal_estimation::BlockId;
 use gravcal_kinematics::Transform;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Sensed, SensedQuantity};
+use super::sensed::{Sensed, SensedQuantity};
 use crate::residuals::CarriedLoad;
 
 /// What a six-axis force and torque sensor senses; N and N·m.
