@@ -2,6 +2,7 @@
 //! rows of an arm in motion that are taken as static poses.
 
 mod motion;
+mod names;
 mod positions;
 mod torques;
 mod unit;
@@ -9,7 +10,7 @@ mod unit;
 pub(crate) use motion::Joined;
 pub use unit::MistakenUnit;
 
-use super::Session;
+use super::contents::Session;
 
 impl Session {
     /// The same in sentences, each with what to do about it.
@@ -17,12 +18,6 @@ impl Session {
         let units = positions::doubts(self).into_iter().chain(torques::doubt(self));
         units.chain(motion::doubts(self)).collect()
     }
-}
-
-/// Names of joints in a sentence.
-fn named(session: &Session, joints: &[usize]) -> String {
-    let names = joints.iter().map(|joint| session.robot.chain.joints()[*joint].name.as_str());
-    names.collect::<Vec<_>>().join(", ")
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use gravcal_kinematics::JointKind;
 use gravcal_recording::PositionUnit;
 
-use super::named;
+use super::names::named;
 use super::unit::MistakenUnit;
 use crate::parameter::Quantity;
 use crate::session::Session;

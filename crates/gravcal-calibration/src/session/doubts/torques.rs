@@ -2,7 +2,7 @@
 
 use gravcal_kinematics::JointKind;
 
-use super::named;
+use super::names::named;
 use crate::joint::Unknowns;
 use crate::parameter::Quantity;
 use crate::session::Session;
