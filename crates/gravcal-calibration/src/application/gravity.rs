@@ -11,7 +11,8 @@
 use gravcal_kinematics::GravityTorque;
 use gravcal_recording::EarlierEstimate;
 
-use super::{ApplicationError, values};
+use super::error::ApplicationError;
+use super::values::values;
 use crate::joint::Unknowns;
 use crate::session::{InertiaKnowledge, Load, Session};
 

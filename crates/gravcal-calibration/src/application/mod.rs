@@ -14,109 +14,29 @@
 //! rest is the sign of noise.
 
 mod columns;
+mod error;
 mod friction_sign;
 mod gravity;
 #[cfg(test)]
 mod tests;
+mod values;
 
-use gravcal_recording::{Conditions, EarlierEstimate, EarlierParameter, MotionSource, is_saturated};
+use gravcal_recording::{Conditions, EarlierEstimate, MotionSource, is_saturated};
 
+pub use self::error::ApplicationError;
 pub use self::gravity::GravityModel;
+pub use self::values::check_units;
 
 use self::columns::Columns;
 use self::friction_sign::FrictionSign;
+use self::values::values;
 use crate::joint::Unknowns;
-use crate::parameter::{ParameterId, Quantity};
+use crate::parameter::Quantity;
 use crate::sensors::Need;
 use crate::session::Session;
 
 /// Step of numerical differentiation of a position sensor's terms, rad or m: their periods are far longer.
 const STEP: f64 = 1e-5;
-
-/// Why a calibration cannot be applied.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ApplicationError {
-    /// It is of another session.
-    #[error("the calibration knows no parameter {name} of the session: it is of another session")]
-    OtherSession {
-        /// The parameter.
-        name: String,
-    },
-    /// A body without joints has neither torques nor angles.
-    #[error(
-        "the session has no joints, and only their torques and angles are changed in a recording: export the gains of its instruments \
-         instead (gravcal export)"
-    )]
-    NoJoints,
-    /// A parameter in another unit: readings in one unit are not turned back by gains of another.
-    #[error(
-        "{name} is in {there} in the calibration, but in {here} in the session: it is of a session whose sensors are read in another \
-         unit"
-    )]
-    Unit {
-        /// The parameter.
-        name: String,
-        /// Its unit in the calibration.
-        there: String,
-        /// Its unit in the session.
-        here: String,
-    },
-    /// Parameters without a value.
-    #[error("the calibration does not determine {}", names.join(", "))]
-    Undetermined {
-        /// Their names.
-        names: Vec<String>,
-    },
-    /// A drift goes on with a clock that began with the calibration's recordings.
-    #[error(
-        "the bias of joint {joint}'s torque sensor drifts with the time since the session's first pose, which is no guide to \
-         another recording: calibrate without torque-bias-in-time"
-    )]
-    Drift {
-        /// The joint.
-        joint: String,
-    },
-    /// A sensor's model needs velocities that no column says.
-    #[error(
-        "the friction of joint {joint} depends on its velocity, and readings.velocity is a slope over whole tables: name \
-         columns of velocities"
-    )]
-    Slope {
-        /// The joint.
-        joint: String,
-    },
-    /// A column of the session is not in the recording.
-    #[error("the recording has no column `{column}`, which the session's [readings] name; its columns are {known}")]
-    NoColumn {
-        /// The column.
-        column: String,
-        /// Those that there are.
-        known: String,
-    },
-    /// Moments by sweep say nothing of other poses.
-    #[error(
-        "the session describes moments by sweep, which says nothing of gravity's torque in other poses: calibrate with \
-         description = \"link\""
-    )]
-    BySweep,
-    /// Gravity has no value.
-    #[error("the calibration does not determine gravity")]
-    NoGravity,
-    /// Masses and moments are not determined as far as a torque depends on them.
-    #[error("the calibration does not determine the masses and moments that gravity's torque depends on at {}", joints.join(", "))]
-    NoMoments {
-        /// The joints.
-        joints: Vec<String>,
-    },
-    /// There is no such load.
-    #[error("the session has no load `{name}`; it has {known}")]
-    NoLoad {
-        /// The name.
-        name: String,
-        /// Those that there are.
-        known: String,
-    },
-}
 
 /// What efforts become.
 #[derive(Clone, Debug, PartialEq)]
@@ -348,63 +268,4 @@ fn check_conditions(session: &Session) -> Result<(), ApplicationError> {
         }
     }
     Ok(())
-}
-
-/// Sees to it that a calibration's parameters are in the units of a session, as far as it has them.
-///
-/// # Errors
-/// Names the first parameter that is in another unit.
-pub fn check_units(session: &Session, calibration: &EarlierEstimate) -> Result<(), ApplicationError> {
-    session.parameters().into_iter().try_for_each(|id| {
-        let name = session.parameter_name(id);
-        let found = calibration.parameters.iter().find(|found| found.name == name);
-        found.map_or(Ok(()), |found| check_unit(session, id, found))
-    })
-}
-
-fn check_unit(session: &Session, id: ParameterId, found: &EarlierParameter) -> Result<(), ApplicationError> {
-    let here = session.parameter(id).unit;
-    match found.unit == here {
-        true => Ok(()),
-        false => Err(ApplicationError::Unit { name: found.name.clone(), there: found.unit.clone(), here }),
-    }
-}
-
-/// A value for every parameter that readings depend on.
-fn values(session: &Session, calibration: &EarlierEstimate, nominal: bool) -> Result<Unknowns, ApplicationError> {
-    let mut values = Unknowns::nominal(session);
-    let mut undetermined = Vec::new();
-    for id in session.parameters() {
-        let (joint, is_torque) = match id {
-            ParameterId::Sensor(joint, quantity) => {
-                (joint, matches!(quantity, Quantity::TorqueGain | Quantity::TorqueBias))
-            }
-            // Behind the terms are the parameters of instruments and the like, which no joint's reading depends on.
-            ParameterId::Further(index) if index < session.terms.len() => session.terms.site(index),
-            ParameterId::Further(_) => continue,
-        };
-        if is_torque && session.readings.torques[joint].is_none() {
-            continue;
-        }
-        let name = session.parameter_name(id);
-        let found = calibration.parameters.iter().find(|found| found.name == name);
-        let found = found.ok_or_else(|| ApplicationError::OtherSession { name: name.clone() })?;
-        check_unit(session, id, found)?;
-        // What is held by a choice of frame has the value that was chosen.
-        match found.value.or(found.held.as_ref().map(|_| found.nominal)) {
-            Some(value) => *values.value_mut(id) = value,
-            None if nominal => {}
-            None => undetermined.push(name),
-        }
-    }
-    // A joint without a torque sensor: any that reads nothing will do.
-    for (sensor, torque) in values.sensors.iter_mut().zip(&session.readings.torques) {
-        if torque.is_none() {
-            sensor[Quantity::TorqueGain as usize] = 1.0;
-        }
-    }
-    match undetermined.is_empty() {
-        true => Ok(values),
-        false => Err(ApplicationError::Undetermined { names: undetermined }),
-    }
 }

@@ -1,6 +1,6 @@
 use gravcal_recording::{
-    ConditionColumn, ConditionColumns, ConditionUnit, EarlierQuantity, MotionLimits, MotionSource, PoseMapping,
-    PositionColumn, PositionUnit, ReadingColumn, Selection, TorqueUnit,
+    ConditionColumn, ConditionColumns, ConditionUnit, EarlierParameter, EarlierQuantity, MotionLimits, MotionSource,
+    PoseMapping, PositionColumn, PositionUnit, ReadingColumn, Selection, TorqueUnit,
 };
 
 use super::*;

@@ -1,0 +1,71 @@
+//! A calibration's values as those of a session.
+
+use gravcal_recording::{EarlierEstimate, EarlierParameter};
+
+use super::error::ApplicationError;
+use crate::joint::Unknowns;
+use crate::parameter::{ParameterId, Quantity};
+use crate::session::Session;
+
+/// Sees to it that a calibration's parameters are in the units of a session, as far as it has them.
+///
+/// # Errors
+/// Names the first parameter that is in another unit.
+pub fn check_units(session: &Session, calibration: &EarlierEstimate) -> Result<(), ApplicationError> {
+    session.parameters().into_iter().try_for_each(|id| {
+        let name = session.parameter_name(id);
+        let found = calibration.parameters.iter().find(|found| found.name == name);
+        found.map_or(Ok(()), |found| check_unit(session, id, found))
+    })
+}
+
+fn check_unit(session: &Session, id: ParameterId, found: &EarlierParameter) -> Result<(), ApplicationError> {
+    let here = session.parameter(id).unit;
+    match found.unit == here {
+        true => Ok(()),
+        false => Err(ApplicationError::Unit { name: found.name.clone(), there: found.unit.clone(), here }),
+    }
+}
+
+/// A value for every parameter that readings depend on.
+pub(super) fn values(
+    session: &Session,
+    calibration: &EarlierEstimate,
+    nominal: bool,
+) -> Result<Unknowns, ApplicationError> {
+    let mut values = Unknowns::nominal(session);
+    let mut undetermined = Vec::new();
+    for id in session.parameters() {
+        let (joint, is_torque) = match id {
+            ParameterId::Sensor(joint, quantity) => {
+                (joint, matches!(quantity, Quantity::TorqueGain | Quantity::TorqueBias))
+            }
+            // Behind the terms are the parameters of instruments and the like, which no joint's reading depends on.
+            ParameterId::Further(index) if index < session.terms.len() => session.terms.site(index),
+            ParameterId::Further(_) => continue,
+        };
+        if is_torque && session.readings.torques[joint].is_none() {
+            continue;
+        }
+        let name = session.parameter_name(id);
+        let found = calibration.parameters.iter().find(|found| found.name == name);
+        let found = found.ok_or_else(|| ApplicationError::OtherSession { name: name.clone() })?;
+        check_unit(session, id, found)?;
+        // What is held by a choice of frame has the value that was chosen.
+        match found.value.or(found.held.as_ref().map(|_| found.nominal)) {
+            Some(value) => *values.value_mut(id) = value,
+            None if nominal => {}
+            None => undetermined.push(name),
+        }
+    }
+    // A joint without a torque sensor: any that reads nothing will do.
+    for (sensor, torque) in values.sensors.iter_mut().zip(&session.readings.torques) {
+        if torque.is_none() {
+            sensor[Quantity::TorqueGain as usize] = 1.0;
+        }
+    }
+    match undetermined.is_empty() {
+        true => Ok(values),
+        false => Err(ApplicationError::Undetermined { names: undetermined }),
+    }
+}
