@@ -3,7 +3,7 @@
 use gravcal_recording::{EarlierEstimate, EarlierParameter};
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
-use super::{ComparedParameter, ComparisonError, GRAVITY, LeftOut};
+use super::compared::{ComparedParameter, ComparisonError, GRAVITY, LeftOut};
 use crate::parameter::{Quantity, UNREAD};
 use crate::session::NO_TORQUE_SENSOR;
 
