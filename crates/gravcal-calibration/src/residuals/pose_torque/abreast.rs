@@ -7,7 +7,7 @@ use gravcal_estimation::{ABREAST, Residual};
 use gravcal_kinematics::{Abreast, Arithmetic, Bodies, LANES};
 use pulp::{Arch, Simd, WithSimd};
 
-use super::PoseTorque;
+use super::residual::{self, PoseTorque};
 use crate::parameter::Quantity;
 
 const _: () = assert!(ABREAST == LANES, "as many poses as a register has lanes");
@@ -54,12 +54,12 @@ impl<'a> Poses<'a> {
     /// As [`Residual::evaluate_abreast`].
     pub fn evaluate(
         &self,
-        workspace: &mut super::Workspace,
+        workspace: &mut residual::Workspace,
         x: &[f64],
         residual: &mut [[f64; LANES]],
         jacobian: Option<&mut [[f64; LANES]]>,
     ) -> bool {
-        let super::Workspace { inertia, abreast, .. } = workspace;
+        let residual::Workspace { inertia, abreast, .. } = workspace;
         let Some(instructions) = abreast.instructions else { return false };
         let pose = self.0[0];
         let (gains, offsets) = (pose.sensors(x, Quantity::PositionGain), pose.sensors(x, Quantity::PositionOffset));

@@ -2,7 +2,7 @@
 
 use gravcal_kinematics::{Arithmetic, GravityTorqueRow, Stored};
 
-use super::PoseTorque;
+use super::residual::PoseTorque;
 use crate::parameter::Quantity;
 
 impl PoseTorque {

@@ -2,8 +2,8 @@
 
 use gravcal_kinematics::GravityTorque;
 
-use super::PoseTorque;
 use super::model::sensor_column;
+use super::residual::PoseTorque;
 use super::terms::Terms;
 use crate::parameter::Quantity;
 

@@ -1,8 +1,16 @@
 //! Derivatives, patterns and loads of the pose torque; chains that other residuals are tested with.
 
-use gravcal_kinematics::{Attachment, DhConvention, DhRow, Joint, JointKind, Link, Mimic, Transform, chain_from_dh};
+use std::ops::Range;
+use std::sync::Arc;
 
-use gravcal_estimation::{Block, Factor, Loss, Manifold, Noise, ProblemBuilder};
+use gravcal_estimation::{
+    ABREAST, Block, BlockId, EvaluateError, Factor, LocalValues, Loss, Manifold, Noise, ProblemBuilder, Residual,
+    RowsMut,
+};
+use gravcal_kinematics::{
+    Attachment, Chain, DhConvention, DhRow, GravityTorque, Joint, JointKind, Link, Mimic, Transform, chain_from_dh,
+};
+use gravcal_recording::Conditions;
 use rand::{RngExt, SeedableRng};
 
 use super::*;

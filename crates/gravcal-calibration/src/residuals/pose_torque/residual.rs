@@ -1,0 +1,278 @@
+//! The residual of one pose, and its derivatives.
+
+use std::cell::RefCell;
+use std::ops::Range;
+use std::sync::Arc;
+
+use gravcal_estimation::{ABREAST, BlockId, EvaluateError, LocalValues, Residual, RowsMut};
+use gravcal_kinematics::{Bodies, Chain, GravityTorque, Single};
+use gravcal_recording::Conditions;
+
+use super::model::{CarriedLoad, GRAVITY, INERTIA, PoseTorqueModel, inertia_column, sensor_column};
+use super::{abreast, compliance};
+use crate::parameter::Quantity;
+
+/// The torque readings of one pose.
+#[derive(Clone, Debug)]
+pub struct PoseTorque {
+    pub(super) model: Arc<PoseTorqueModel>,
+    /// Position reading of every joint.
+    pub(super) position: Vec<f64>,
+    /// Joint and torque reading of each row.
+    pub(super) readings: Vec<(usize, f64)>,
+    /// What terms of the sensors read besides.
+    pub(super) conditions: Conditions,
+    /// The joint that sweeps, and so does not deflect like those that stand.
+    pub(super) sweeping: Option<usize>,
+}
+
+/// What an evaluation computes on the way, kept by each thread from one pose to the next.
+pub(super) struct Workspace {
+    pub(super) coordinates: Vec<f64>,
+    pub(super) inertia: Vec<f64>,
+    pub(super) torque: GravityTorque,
+    pub(super) bodies: Bodies,
+    pub(super) abreast: abreast::Workspace,
+    /// A row of the Jacobian, for terms of sensors that read other joints' torques.
+    pub(super) row: Vec<f64>,
+}
+
+impl Workspace {
+    fn new(joints: usize, links: usize) -> Self {
+        Workspace {
+            coordinates: vec![0.0; joints],
+            inertia: vec![0.0; INERTIA * links],
+            torque: GravityTorque::new(joints, links),
+            bodies: Bodies::new(links),
+            abreast: abreast::Workspace::new(joints, links),
+            row: Vec::new(),
+        }
+    }
+
+    fn is_for(&self, chain: &Chain) -> bool {
+        (self.coordinates.len(), self.inertia.len()) == (chain.joint_count(), INERTIA * chain.link_count())
+    }
+}
+
+thread_local! {
+    static WORKSPACE: RefCell<Workspace> = RefCell::new(Workspace::new(0, 0));
+}
+
+impl PoseTorque {
+    /// `position`: reading of every joint; `readings`: joint and torque reading, one a row.
+    pub fn new(model: Arc<PoseTorqueModel>, position: Vec<f64>, readings: Vec<(usize, f64)>) -> Self {
+        PoseTorque { model, position, readings, conditions: Conditions::default(), sweeping: None }
+    }
+
+    /// The same, read under these conditions.
+    pub fn under(self, conditions: Conditions) -> Self {
+        PoseTorque { conditions, ..self }
+    }
+
+    /// The same in a sweep of this joint: where joints give way, it does not.
+    pub fn sweeping(self, joint: Option<usize>) -> Self {
+        PoseTorque { sweeping: joint, ..self }
+    }
+
+    /// Does something in this thread's workspace.
+    fn with_workspace<T>(&self, task: impl FnOnce(&mut Workspace) -> T) -> T {
+        WORKSPACE.with_borrow_mut(|workspace| {
+            let chain = &self.model.chain;
+            if !workspace.is_for(chain) {
+                *workspace = Workspace::new(chain.joint_count(), chain.link_count());
+            }
+            task(workspace)
+        })
+    }
+
+    /// The joint whose reading a row is.
+    pub(crate) fn joint_of_row(&self, row: usize) -> usize {
+        self.readings[row].0
+    }
+
+    /// One parameter of every joint's sensors.
+    pub(super) fn sensors<'x>(&self, x: &'x [f64], quantity: Quantity) -> &'x [f64] {
+        let joints = self.position.len();
+        &x[sensor_column(joints, quantity, 0)..sensor_column(joints, quantity, joints)]
+    }
+
+    /// True coordinates of all joints.
+    fn set_coordinates(&self, x: &[f64], coordinates: &mut [f64]) {
+        let (gains, offsets) = (self.sensors(x, Quantity::PositionGain), self.sensors(x, Quantity::PositionOffset));
+        for (((coordinate, q), gain), offset) in coordinates.iter_mut().zip(&self.position).zip(gains).zip(offsets) {
+            *coordinate = gain * q + offset;
+        }
+    }
+
+    /// Masses and moments of all links, the load's included.
+    pub(super) fn set_inertia(&self, x: &[f64], inertia: &mut [f64]) {
+        let (links, beyond) = x[inertia_column(self.position.len(), 0)..].split_at(inertia.len());
+        inertia.copy_from_slice(links);
+        if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
+            let load = &beyond[..3 * position.len()];
+            let carried = &mut inertia[INERTIA * link..INERTIA * (link + 1)];
+            carried[0] += mass;
+            for part in load.chunks_exact(3) {
+                carried[1..].iter_mut().zip(part).for_each(|(h, r)| *h += mass * r);
+            }
+        }
+    }
+
+    /// The row of a joint's reading, times `gain`, from derivatives of all torques: where sensors have terms, joints give way or mimic
+    /// others.
+    pub(super) fn fill_row(&self, gain: f64, joint: usize, torque: &GravityTorque, row: &mut [f64]) {
+        let (n, links) = (self.position.len(), self.model.chain.link_count());
+        let [by_gravity, by_torque_sensors, by_position_gains, by_offsets, by_links, by_load] = self.parts(row);
+        for (entry, by) in by_gravity.iter_mut().zip(&torque.by_gravity[3 * joint..]) {
+            *entry = gain * by;
+        }
+        [by_torque_sensors[joint], by_torque_sensors[n + joint]] = [torque.torque[joint], 1.0];
+        for (by_offset, by) in by_offsets.iter_mut().zip(&torque.by_coordinate[n * joint..]) {
+            *by_offset = gain * by;
+        }
+        // Links before the joint do not load it: their entries stay zero, unless they make a joint give way.
+        let felt = &self.model.links[joint];
+        let felt = INERTIA * felt.start..INERTIA * felt.end;
+        let by_inertia = &torque.by_inertia[INERTIA * links * joint..];
+        by_links[felt.clone()].iter_mut().zip(&by_inertia[felt]).for_each(|(entry, by)| *entry = gain * by);
+        self.finish_row(by_position_gains, by_offsets, by_links, by_load);
+    }
+
+    /// The columns of gravity, torque gains and biases, position gains, offsets, links and load.
+    #[inline(always)]
+    pub(super) fn parts<'r, L>(&self, row: &'r mut [L]) -> [&'r mut [L]; 6] {
+        let n = self.position.len();
+        let (by_gravity, rest) = row.split_at_mut(GRAVITY);
+        let (by_torque_sensors, rest) = rest.split_at_mut(2 * n);
+        let (by_position_gains, rest) = rest.split_at_mut(n);
+        let (by_offsets, rest) = rest.split_at_mut(n);
+        let (by_links, by_load) = rest.split_at_mut(INERTIA * self.model.chain.link_count());
+        [by_gravity, by_torque_sensors, by_position_gains, by_offsets, by_links, by_load]
+    }
+
+    /// What follows from the columns of offsets and links.
+    #[inline(always)]
+    pub(super) fn finish_row(
+        &self,
+        by_position_gains: &mut [f64],
+        by_offsets: &[f64],
+        by_links: &[f64],
+        by_load: &mut [f64],
+    ) {
+        for ((by_gain, q), by_offset) in by_position_gains.iter_mut().zip(&self.position).zip(by_offsets) {
+            *by_gain = q * by_offset;
+        }
+        if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
+            let [_, by_moment @ ..] = by_links.as_chunks::<INERTIA>().0[link];
+            for part in by_load[..3 * position.len()].as_chunks_mut().0 {
+                *part = by_moment.map(|by| mass * by);
+            }
+        }
+    }
+
+    fn evaluate_in(
+        &self,
+        Workspace { coordinates, inertia, torque, bodies, row: scratch, .. }: &mut Workspace,
+        x: &[f64],
+        residual: &mut [f64],
+        mut jacobian: Option<RowsMut<'_>>,
+    ) -> Result<(), EvaluateError> {
+        let terms = self.model.terms.as_ref();
+        self.set_coordinates(x, coordinates);
+        if let Some(terms) = terms {
+            terms.add_to_coordinates(&self.position, x, coordinates);
+        }
+        self.set_inertia(&x[..self.model.affine_columns], inertia);
+        let gravity = [x[0], x[1], x[2]];
+        let (gain, bias) = (self.sensors(x, Quantity::TorqueGain), self.sensors(x, Quantity::TorqueBias));
+        if let Some(rows) = jacobian.as_mut().filter(|_| self.model.is_affine())
+            && let Some(torques) = self.model.chain.gravity_torque_rows(Single, coordinates, gravity, inertia, bodies)
+        {
+            for (row, (residual, (joint, reading))) in residual.iter_mut().zip(&self.readings).enumerate() {
+                let torque = torques.of_joint(*joint);
+                self.write_affine(Single, &torque, x, &self.position, rows.row(row));
+                *residual = self.predict_affine(Single, &torque, x) - reading;
+            }
+            return Ok(());
+        }
+        if let Some(column) = self.model.compliance {
+            let compliance = self.compliance(&x[column..]);
+            compliance::settle(&self.model.chain, coordinates, gravity, inertia, &compliance, torque)?;
+        } else if jacobian.is_some() {
+            self.model.chain.linearize_gravity_torque(coordinates, gravity, inertia, torque);
+        } else {
+            self.model.chain.update_gravity_torque(coordinates, gravity, inertia, torque);
+        }
+        for (residual, (joint, reading)) in residual.iter_mut().zip(&self.readings) {
+            let (gain, bias) = (gain[*joint], bias[*joint]);
+            *residual = gain * torque.torque[*joint] + bias - reading;
+            if let Some(terms) = terms {
+                *residual += terms.reading(*joint, &torque.torque, &self.conditions, x);
+            }
+        }
+        if let Some(mut rows) = jacobian {
+            for (row, (joint, _)) in self.readings.iter().enumerate() {
+                let row = rows.row(row);
+                match terms {
+                    None => self.fill_row(gain[*joint], *joint, torque, row),
+                    Some(terms) => self.fill_row_with_terms(terms, x, *joint, torque, row, scratch),
+                }
+                if let Some(column) = self.model.compliance {
+                    self.fill_compliances(column, torque, row);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// `c` of each joint, 0 of the one that sweeps.
+    fn compliance(&self, stored: &[f64]) -> Vec<f64> {
+        let own = |(joint, c): (usize, &f64)| if self.sweeping == Some(joint) { 0.0 } else { *c };
+        stored.iter().take(self.position.len()).enumerate().map(own).collect()
+    }
+
+    /// A compliance enters like its joint's offset, times the torque.
+    fn fill_compliances(&self, column: usize, torque: &GravityTorque, row: &mut [f64]) {
+        let joints = self.position.len();
+        for (joint, torque) in torque.torque.iter().enumerate() {
+            let by_offset = row[sensor_column(joints, Quantity::PositionOffset, joint)];
+            row[column + joint] = if self.sweeping == Some(joint) { 0.0 } else { by_offset * torque };
+        }
+    }
+}
+
+impl Residual for PoseTorque {
+    fn blocks(&self) -> &[BlockId] {
+        &self.model.blocks
+    }
+
+    fn len(&self) -> usize {
+        self.readings.len()
+    }
+
+    fn row_pattern(&self, row: usize) -> Option<&[Range<usize>]> {
+        Some(&self.model.patterns[self.readings[row].0])
+    }
+
+    fn evaluate(
+        &self,
+        x: LocalValues<'_>,
+        residual: &mut [f64],
+        jacobian: Option<RowsMut<'_>>,
+    ) -> Result<(), EvaluateError> {
+        self.with_workspace(|workspace| self.evaluate_in(workspace, x.as_slice(), residual, jacobian))
+    }
+
+    fn evaluate_abreast(
+        &self,
+        all: [&dyn Residual; ABREAST],
+        x: LocalValues<'_>,
+        residual: &mut [[f64; ABREAST]],
+        jacobian: Option<&mut [[f64; ABREAST]]>,
+    ) -> bool {
+        match abreast::Poses::of(all) {
+            Some(poses) => self.with_workspace(|workspace| poses.evaluate(workspace, x.as_slice(), residual, jacobian)),
+            None => false,
+        }
+    }
+}
