@@ -3,7 +3,7 @@
 use gravcal_kinematics::JointKind;
 use gravcal_recording::{ColumnFound, ConditionUnit, Inspection, JointFound, PositionUnit, TorqueUnit, Travel};
 
-use super::DraftError;
+use super::error::DraftError;
 use crate::robot::{NominalSensors, Robot};
 
 /// A joint with its columns.

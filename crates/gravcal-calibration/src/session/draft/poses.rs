@@ -5,7 +5,8 @@ use std::fmt::Write;
 use gravcal_kinematics::JointKind;
 use gravcal_recording::TorqueUnit;
 
-use super::Draft;
+use super::joints::DraftJoint;
+use super::recorded::Draft;
 use super::text::{list, one_or_list, quoted};
 use crate::session::Searched;
 
@@ -107,7 +108,7 @@ impl Draft<'_> {
     /// Sensors of the joints of an arm in motion: friction, and what makes little data suffice.
     pub(super) fn sensors_in_motion(&self) -> String {
         let joints = self.joints.iter().filter(|joint| joint.torque.is_some());
-        let joint = |joint: &super::DraftJoint| {
+        let joint = |joint: &DraftJoint| {
             let mut text = format!("\n[[joint]]\nname = {}\n{FRICTION}", quoted(&joint.name));
             if joint.torque.as_ref().is_some_and(|(_, unit)| *unit == TorqueUnit::NewtonMeter) {
                 text += AS_CALIBRATED;
@@ -118,7 +119,7 @@ impl Draft<'_> {
     }
 }
 
-impl super::DraftJoint {
+impl DraftJoint {
     fn slides(&self) -> bool {
         self.kind == JointKind::Prismatic
     }

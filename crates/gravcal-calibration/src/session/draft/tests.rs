@@ -1,7 +1,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use gravcal_recording::{inspect, inspect_as};
+use gravcal_recording::{CsvWriting, inspect, inspect_as};
 use tempfile::TempDir;
 
 use super::*;

@@ -7,7 +7,7 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 
 use super::joints::DraftJoint;
 use super::poses::Rule;
-use super::{Draft, DraftPoses};
+use super::recorded::{Draft, DraftPoses};
 use crate::document::relative_path;
 
 /// What a sensor reads at no torque, as far as anyone can say: a current or a share is about zero then, others read what is amid their
