@@ -2,8 +2,8 @@
 //!
 //! The types serialize as they stand in `calibration.json`; what is undetermined has no value, never a number.
 
-mod blank;
 mod detail;
+mod parameter;
 mod positions;
 mod residual_tests;
 mod residuals;
@@ -14,6 +14,7 @@ use gravcal_estimation::IterationRecord;
 use serde::Serialize;
 
 pub use detail::Detail;
+pub use parameter::ParameterResult;
 pub use positions::{DeflectionResult, PositionErrorResult};
 pub use residual_tests::{ResidualTest, ResidualTestKind};
 pub use residuals::ReadingResidual;
@@ -148,31 +149,6 @@ pub struct GravityResult {
     pub cone95_deg: f64,
     /// Whether it was asked for.
     pub asked: bool,
-}
-
-/// One sensor parameter.
-#[derive(Clone, Debug, Serialize)]
-pub struct ParameterResult {
-    /// `joint1.torque_gain`.
-    pub name: String,
-    /// Unit of value, std and interval.
-    pub unit: String,
-    /// The equation in which it stands.
-    pub convention: &'static str,
-    /// Absent where undetermined.
-    pub value: Option<f64>,
-    /// Standard deviation; 0 where the value is held.
-    pub std: Option<f64>,
-    /// 95 % interval.
-    pub ci95: Option<[f64; 2]>,
-    /// Whether the data (or exact knowledge) give it a value.
-    pub determined: bool,
-    /// Why it was held and not estimated, where it was.
-    pub held: Option<String>,
-    /// Whether it was asked for.
-    pub asked: bool,
-    /// The value from which the estimation started.
-    pub nominal: f64,
 }
 
 /// A model of a joint's sensor or of an instrument's biases, tested against the hypothesis that all its parameters are zero.

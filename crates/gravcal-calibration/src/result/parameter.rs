@@ -1,8 +1,34 @@
-//! The entry of a parameter before anything is estimated.
+//! What is told of one parameter.
 
-use super::ParameterResult;
+use serde::Serialize;
+
 use crate::parameter::{ParameterId, UNREAD};
 use crate::session::{LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, Session};
+
+/// One sensor parameter.
+#[derive(Clone, Debug, Serialize)]
+pub struct ParameterResult {
+    /// `joint1.torque_gain`.
+    pub name: String,
+    /// Unit of value, std and interval.
+    pub unit: String,
+    /// The equation in which it stands.
+    pub convention: &'static str,
+    /// Absent where undetermined.
+    pub value: Option<f64>,
+    /// Standard deviation; 0 where the value is held.
+    pub std: Option<f64>,
+    /// 95 % interval.
+    pub ci95: Option<[f64; 2]>,
+    /// Whether the data (or exact knowledge) give it a value.
+    pub determined: bool,
+    /// Why it was held and not estimated, where it was.
+    pub held: Option<String>,
+    /// Whether it was asked for.
+    pub asked: bool,
+    /// The value from which the estimation started.
+    pub nominal: f64,
+}
 
 impl Session {
     /// A parameter's entry in a result, without a value; `determined` only says that its value is not a choice.
