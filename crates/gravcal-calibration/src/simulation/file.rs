@@ -2,6 +2,7 @@
 
 mod disturbance;
 mod instruments;
+mod reader;
 mod recording;
 mod runs;
 mod tables;
@@ -9,15 +10,15 @@ mod truth;
 
 use std::path::{Path, PathBuf};
 
-use gravcal_kinematics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
 use super::disturbance::Disturbance;
 use super::experiment::{Run, Simulation};
 use crate::document::{Document, Field, FileError, OneOrMany};
-use crate::robot::{Robot, resolve_robot};
+use crate::robot::resolve_robot;
 use crate::sensors::{DeclaredModels, ModelTable};
 use crate::session::{GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, Session, units};
+use reader::Reader;
 use tables::SimulationTable;
 
 impl Simulation {
@@ -43,13 +44,6 @@ fn read(document: &Document) -> Result<Simulation, FileError> {
     let table: SimulationTable = document.parse()?;
     let (robot, robot_path) = resolve_robot(document, &Field::new("robot"), &table.robot)?;
     Reader { document, table: &table, robot: &robot }.simulation(document.path(), robot_path)
-}
-
-/// The file being read, and the robot whose names it uses.
-struct Reader<'a> {
-    document: &'a Document,
-    table: &'a SimulationTable,
-    robot: &'a Robot,
 }
 
 impl Reader<'_> {
@@ -84,14 +78,6 @@ impl Reader<'_> {
         }
         let (models, instruments) = (DeclaredModels::new(models), read.simulated);
         Ok(Simulation { template, truth, unmodelled, runs, disturbance, conditions, motion, models, instruments, seed })
-    }
-
-    fn names(&self) -> Vec<&str> {
-        self.robot.chain.joints().iter().map(|joint| joint.name.as_str()).collect()
-    }
-
-    fn kind(&self, joint: usize) -> JointKind {
-        self.robot.chain.joints()[joint].kind
     }
 
     fn gravity(&self) -> Result<GravityKnowledge, FileError> {

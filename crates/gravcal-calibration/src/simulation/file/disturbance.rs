@@ -1,6 +1,6 @@
 //! What disturbs the readings, and under which conditions they are read.
 
-use super::Reader;
+use super::reader::Reader;
 use super::tables::{ConverterTable, OutliersTable};
 use crate::document::{Field, FileError, OneOrMany};
 use crate::session::Session;

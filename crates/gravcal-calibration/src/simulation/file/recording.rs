@@ -1,6 +1,6 @@
 //! `[recording]`: the tables are recordings in motion.
 
-use super::Reader;
+use super::reader::Reader;
 use super::tables::{FrictionTable, RecordingTable};
 use crate::document::{Field, FileError, OneOrMany};
 use crate::simulation::{Approach, Dirt, FrictionAtRest, Motion};

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::Reader;
+use super::reader::Reader;
 use super::tables::SweepTable;
 use crate::document::{Field, FileError};
 use crate::session::{Load, PoseTable};

@@ -2,7 +2,7 @@
 
 use gravcal_recording::TorqueUnit;
 
-use super::Reader;
+use super::reader::Reader;
 use super::tables::{ConditionsTable, JointTable};
 use crate::document::{Field, FileError};
 use crate::joint::Unknowns;
