@@ -1,10 +1,10 @@
 //! Checks of single values that many fields need.
 
-use super::Document;
 use super::field::Field;
 use super::file_error::FileError;
 use super::one_or_many::OneOrMany;
 use super::one_or_named::OneOrNamed;
+use super::toml_document::Document;
 
 impl Document {
     /// A number above zero.

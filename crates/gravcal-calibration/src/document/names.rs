@@ -2,9 +2,9 @@
 
 use gravcal_recording::nearest_name;
 
-use super::Document;
 use super::field::Field;
 use super::file_error::FileError;
+use super::toml_document::Document;
 
 impl Document {
     /// The place of a name among `known`.
