@@ -41,6 +41,18 @@ impl Imports {
         circles
     }
 
+    /// What files import that the facade of their own folder defines, a line each, for messages.
+    pub fn from_own_facade(&self) -> String {
+        let mut told = String::new();
+        for (file, imported) in &self.0 {
+            let own = facades_over(file);
+            for (facade, names) in imported.iter().filter(|(imported, _)| own.contains(imported)) {
+                told += &format!("{} imports {names:?} from {}\n", file.display(), facade.display());
+            }
+        }
+        told
+    }
+
     fn reached_from<'a>(&'a self, file: &'a Path) -> BTreeSet<&'a Path> {
         let (mut reached, mut open) = (BTreeSet::new(), vec![file]);
         while let Some(file) = open.pop() {
@@ -59,6 +71,13 @@ impl Imports {
         }
         told
     }
+}
+
+/// Where the module over that of a file may stand.
+fn facades_over(file: &Path) -> [PathBuf; 3] {
+    let beside = file.parent().unwrap();
+    let folder = if file.ends_with("mod.rs") { beside.parent().unwrap() } else { beside };
+    [folder.join("mod.rs"), folder.join("lib.rs"), folder.with_extension("rs")]
 }
 
 /// A path in its parts.
@@ -227,17 +246,38 @@ impl<'ast> Visit<'ast> for Reader {
     }
 }
 
-/// Writes a crate, and tells the circles of its files.
-fn circles(files: &[(&str, &str)]) -> Vec<Vec<String>> {
-    let folder = tempfile::tempdir().unwrap();
+/// Writes a crate, and reads its imports.
+fn written(folder: &Path, files: &[(&str, &str)]) -> Imports {
     for (name, text) in files {
-        let path = folder.path().join(name);
+        let path = folder.join(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         fs::write(path, text).unwrap();
     }
-    let imports = Imports::of(&folder.path().join("lib.rs"));
+    Imports::of(&folder.join("lib.rs"))
+}
+
+/// The circles of the files of a crate.
+fn circles(files: &[(&str, &str)]) -> Vec<Vec<String>> {
+    let folder = tempfile::tempdir().unwrap();
+    let imports = written(folder.path(), files);
     let name = |file: &&Path| file.strip_prefix(folder.path()).unwrap().to_string_lossy().replace('\\', "/");
     imports.circles().iter().map(|circle| circle.iter().map(name).collect()).collect()
+}
+
+#[test]
+fn a_facade_that_defines_what_its_files_import_is_told() {
+    let told = |facade: &str, size: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let files = [
+            ("lib.rs", "mod parts;"),
+            ("parts/mod.rs", facade),
+            ("parts/one.rs", "use super::Size;"),
+            ("parts/size.rs", size),
+        ];
+        written(folder.path(), &files).from_own_facade()
+    };
+    assert!(told("mod one; mod size; pub struct Size;", "").contains("imports {\"Size\"}"));
+    assert_eq!(told("mod one; mod size; pub use size::Size;", "pub struct Size;"), "");
 }
 
 #[test]

@@ -74,6 +74,13 @@ fn few_files_import_each_other_in_a_circle() {
 }
 
 #[test]
+fn files_of_a_calibration_import_nothing_that_their_facade_defines() {
+    let imports = Imports::of(&tree::root().join("crates/gravcal-calibration/src/lib.rs"));
+    let told = imports.from_own_facade();
+    assert!(told.is_empty(), "{told}");
+}
+
+#[test]
 fn threads_enter_in_two_libraries_and_are_counted_by_the_program() {
     let names = crates().into_iter().map(|path| tree::name(&path));
     let threaded: Vec<String> = names.filter(|name| dependencies(name).contains(&"rayon".to_owned())).collect();
