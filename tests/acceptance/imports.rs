@@ -42,7 +42,7 @@ impl Imports {
     }
 
     /// What files import that the facade of their own folder defines, a line each, for messages.
-    pub fn from_own_facade(&self) -> String {
+    pub fn taken_from_own_facade(&self) -> String {
         let mut told = String::new();
         for (file, imported) in &self.0 {
             let own = facades_over(file);
@@ -274,7 +274,7 @@ fn a_facade_that_defines_what_its_files_import_is_told() {
             ("parts/one.rs", "use super::Size;"),
             ("parts/size.rs", size),
         ];
-        written(folder.path(), &files).from_own_facade()
+        written(folder.path(), &files).taken_from_own_facade()
     };
     assert!(told("mod one; mod size; pub struct Size;", "").contains("imports {\"Size\"}"));
     assert_eq!(told("mod one; mod size; pub use size::Size;", "pub struct Size;"), "");

@@ -76,7 +76,7 @@ fn few_files_import_each_other_in_a_circle() {
 #[test]
 fn files_of_a_calibration_import_nothing_that_their_facade_defines() {
     let imports = Imports::of(&tree::root().join("crates/gravcal-calibration/src/lib.rs"));
-    let told = imports.from_own_facade();
+    let told = imports.taken_from_own_facade();
     assert!(told.is_empty(), "{told}");
 }
 

@@ -9,8 +9,8 @@ pub struct Deflection {
     pub pose_std: Option<f64>,
     /// Standard deviation of each joint's position reading, unit of the reading; 0 (or missing) where taken as exact.
     pub reading_std: Vec<f64>,
-    /// Place of the first joint's compliance in [`Session::further`], where joints give way; see
-    /// [`Session::let_joints_give_way`].
+    /// Place of the first joint's compliance in [`Session::further`](crate::Session::further), where joints give way; see
+    /// [`Session::let_joints_give_way`](crate::Session::let_joints_give_way).
     pub compliance: Option<usize>,
 }
 

@@ -21,7 +21,7 @@ pub struct PoseTable {
 /// One static pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
-    /// Index into [`Session::tables`].
+    /// Index into [`Session::tables`](crate::Session::tables).
     pub table: usize,
     /// Line of the file.
     pub line: u64,
