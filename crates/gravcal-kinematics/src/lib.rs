@@ -46,6 +46,7 @@
 mod arithmetic;
 mod axis_frame;
 mod axis_rotations;
+mod body_inertia;
 mod chain;
 mod dh;
 mod forward;
@@ -63,6 +64,7 @@ mod without_lengths;
 mod random_chain;
 
 pub use arithmetic::{Abreast, Arithmetic, LANES, Lanes, Number, Single, Stored};
+pub use body_inertia::BodyInertia;
 pub use chain::{Attachment, Chain, ChainError, Mimic};
 pub use dh::{DhConvention, DhRow, chain_from_dh, joint_from_dh};
 pub use gravity::{Bodies, GravityTorque, GravityTorqueRow, GravityTorqueRows};

@@ -4,6 +4,7 @@ mod attachment;
 mod branches;
 mod check;
 mod error;
+mod inertia;
 mod topology;
 
 use std::sync::Arc;
@@ -32,6 +33,8 @@ pub struct Chain {
     /// One for each link.
     movers: Vec<Joint>,
     links: Vec<Link>,
+    /// Of each link, about its frame's origin, kg·m²; zero where none is known.
+    pub(crate) tensors: Vec<[f64; 6]>,
     pub(crate) topology: Topology,
     /// What moves each link, where joints mimic others.
     pub(crate) drives: Option<Vec<Drive>>,
@@ -84,7 +87,8 @@ impl Chain {
         let joints: Vec<Joint> = own.map(|(joint, _)| joint.clone()).collect();
         let drives = (joints.len() < movers.len()).then_some(drives);
         let axis_frames = movers.iter().map(AxisFrame::of).collect();
-        Ok(Chain { base, joints, movers, links, topology, drives, cut_joints: Vec::new(), axis_frames })
+        let tensors = vec![[0.0; 6]; links.len()];
+        Ok(Chain { base, joints, movers, links, tensors, topology, drives, cut_joints: Vec::new(), axis_frames })
     }
 
     /// One body that no joint moves: whoever uses it says how it stands. Its mover has no coordinate, and stands still.
@@ -104,6 +108,7 @@ impl Chain {
             axis_frames: Arc::from([AxisFrame::of(&still)]),
             movers: vec![still],
             links: vec![link],
+            tensors: vec![[0.0; 6]],
             topology: Topology::single(),
             drives: None,
             cut_joints: Vec::new(),
@@ -112,10 +117,12 @@ impl Chain {
 
     /// The same chain with every joint changed alike, but for name and kind; nothing is known of its links' masses.
     pub(crate) fn with_joints(&self, changed: impl Fn(&Joint) -> Joint) -> Chain {
-        let links = self.links.iter().map(|link| Link { inertia: None, ..link.clone() }).collect();
+        let links: Vec<Link> = self.links.iter().map(|link| Link { inertia: None, ..link.clone() }).collect();
+        let tensors = vec![[0.0; 6]; links.len()];
         let movers: Vec<Joint> = self.movers.iter().map(&changed).collect();
         let axis_frames = movers.iter().map(AxisFrame::of).collect();
-        Chain { joints: self.joints.iter().map(changed).collect(), movers, links, axis_frames, ..self.clone() }
+        let joints = self.joints.iter().map(changed).collect();
+        Chain { joints, movers, links, tensors, axis_frames, ..self.clone() }
     }
 
     /// Name of the base link, whose frame gravity is given in.

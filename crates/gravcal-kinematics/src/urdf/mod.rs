@@ -2,7 +2,7 @@
 //!
 //! The ways from the base to the tips become the chain, which branches where they part. Of what is off these ways,
 //!
-//! - bodies that fixed joints attach to a moving link are merged into it (mass and first moment);
+//! - bodies that fixed joints attach to a moving link are merged into it (mass, first moment and inertia tensor);
 //! - what hangs on the base, fixed or movable, loads no joint and is left out;
 //! - what hangs by a movable joint on a rigid body with a **tip** (a gripper's fingers) is cut off with all it carries; its
 //!   mass is not part of the model, and [`Chain::cut_joints`] names what was cut;
@@ -30,9 +30,10 @@ use joint::Motion;
 use tree::Tree;
 use urdf_rs::Robot;
 
+use crate::body_inertia::BodyInertia;
 use crate::chain::{Attachment, Chain, Mimic};
 use crate::joint::{Joint, JointKind};
-use crate::link::Link;
+use crate::link::{Link, LinkInertia};
 use crate::transform::Transform;
 
 impl Chain {
@@ -56,7 +57,7 @@ impl Chain {
         let tips = tips.iter().map(|tip| tree.find("tip", tip)).collect::<Result<_, _>>()?;
         let ends = Ends { base: tree.find("base", base)?, tips };
         let segments = fold(&tree, &ends)?;
-        let (links, cut) = carried(&tree, &segments, &ends)?;
+        let Carried { links, tensors, cut } = carried(&tree, &segments, &ends)?;
         let joints = segments.iter().map(|segment| segment.joint(&tree)).collect::<Result<_, _>>()?;
         let attachment = |segment: &Segment| {
             Ok(Attachment {
@@ -67,6 +68,7 @@ impl Chain {
         let attachments = segments.iter().map(attachment).collect::<Result<Vec<_>, UrdfError>>()?;
         let mut chain = Chain::branched(base, joints, links, &attachments)?;
         chain.cut_joints = cut;
+        chain.tensors = tensors;
         Ok(chain)
     }
 }
@@ -180,10 +182,17 @@ fn mimic(tree: &Tree, segments: &[Segment], source: &urdf_rs::Joint) -> Result<O
     }))
 }
 
-/// The links of the chain, and the names of the joints that were cut off behind the last ones.
-fn carried(tree: &Tree, segments: &[Segment], ends: &Ends) -> Result<(Vec<Link>, Vec<String>), UrdfError> {
-    let mut links = Vec::new();
-    let mut cut = Vec::new();
+/// The links of the chain, and what was cut off behind the last ones.
+struct Carried {
+    links: Vec<Link>,
+    /// About each link's origin, kg·m².
+    tensors: Vec<[f64; 6]>,
+    /// The names of the joints that were cut off.
+    cut: Vec<String>,
+}
+
+fn carried(tree: &Tree, segments: &[Segment], ends: &Ends) -> Result<Carried, UrdfError> {
+    let mut all = Carried { links: Vec::new(), tensors: Vec::new(), cut: Vec::new() };
     for segment in segments {
         let child = tree.child(segment.joint);
         let body = RigidBody::gather(tree, child)?;
@@ -193,13 +202,15 @@ fn carried(tree: &Tree, segments: &[Segment], ends: &Ends) -> Result<(Vec<Link>,
                 tree.link_name(child)
             }
             Some(tip) => {
-                cut.extend(body.movable_joints.iter().map(|&joint| tree.joint_name(joint)));
+                all.cut.extend(body.movable_joints.iter().map(|&joint| tree.joint_name(joint)));
                 tree.link_name(tip)
             }
         };
-        links.push(Link { name, inertia: body.inertia_in(&segment.after) });
+        let BodyInertia { mass, first_moment, tensor } = body.inertia_in(&segment.after);
+        all.links.push(Link { name, inertia: (mass > 0.0).then_some(LinkInertia { mass, first_moment }) });
+        all.tensors.push(tensor);
     }
-    Ok((links, cut))
+    Ok(all)
 }
 
 /// Only joints on the way to a tip may move what hangs on a body before the last.

@@ -352,3 +352,33 @@ proptest! {
         prop_assert!(Chain::from_urdf(&text, "base", &["hand"]).is_err());
     }
 }
+
+#[test]
+fn tensors_of_merged_bodies_are_about_the_links_origin() {
+    let turned = ARM
+        .replacen(r#"<origin xyz="0 0.5 0"/>"#, r#"<origin xyz="0 0.5 0" rpy="0 1.5707963267948966 0"/>"#, 1)
+        .replacen(
+            r#"<mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>"#,
+            r#"<mass value="2"/><inertia ixx="4" ixy="0" ixz="0" iyy="5" iyz="0" izz="6"/>"#,
+            1,
+        );
+    let parameters = Chain::from_urdf(&turned, "base", &["hand"]).unwrap().inertial_parameters().unwrap();
+    // The bracket's axes: 4 along −z, 5 along y and 6 along x of the bracket, whose x is the column's y.
+    let bracket = [5.0, 0.0, 6.0, 0.0, 0.0, 4.0];
+    // 2 kg at (0.5, 0, 0), 3 kg at (0, 0, 0.1) with a unit tensor.
+    let shift = [0.03, 0.0, 0.5 + 0.03, 0.0, 0.0, 0.5];
+    let column: Vec<f64> = (0..6).map(|k| bracket[k] + shift[k] + [1.0, 0.0, 1.0, 0.0, 0.0, 1.0][k]).collect();
+    let hand = [1.0, 0.1, 0.0, 0.0, 1.0, 0.0, 1.01, 0.0, 0.0, 1.01];
+    for (told, expected) in [(&parameters[4..10], column.as_slice()), (&parameters[10..], &hand)] {
+        let close = told.iter().zip(expected).all(|(l, r)| (l - r).abs() < 1e-14);
+        assert!(close, "{told:?} is not {expected:?}");
+    }
+}
+
+#[test]
+fn a_tensor_that_is_no_number_concerns_motion_only() {
+    let chain = arm_with(r#"ixx="1""#, r#"ixx="nan""#).unwrap();
+    assert_eq!(chain.links()[0].inertia.unwrap().mass, 5.0);
+    let message = chain.inertial_parameters().unwrap_err().to_string();
+    assert!(message.contains("inertia tensor of link `column`"), "{message}");
+}
