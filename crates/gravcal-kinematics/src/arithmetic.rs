@@ -228,3 +228,10 @@ pub(crate) fn times<N: Number>(m: &Matrix3<N>, v: &Vector3<N>) -> Vector3<N> {
         m.m31 * v.x + m.m32 * v.y + m.m33 * v.z,
     )
 }
+
+/// `Mᵀ v`.
+#[inline(always)]
+pub(crate) fn transposed_times<N: Number>(m: &Matrix3<N>, v: &Vector3<N>) -> Vector3<N> {
+    let [x, y, z] = columns(m);
+    Vector3::new(dot(&x, v), dot(&y, v), dot(&z, v))
+}

@@ -50,3 +50,15 @@ impl From<Frame<f64>> for Transform {
 pub(crate) fn constant<A: Arithmetic>(on: A, vector: &Vector3<f64>) -> Vector3<A::Number> {
     Vector3::new(on.constant(vector.x), on.constant(vector.y), on.constant(vector.z))
 }
+
+/// A vector from memory.
+#[inline(always)]
+pub(crate) fn load<A: Arithmetic>(on: A, vector: &Vector3<A::Stored>) -> Vector3<A::Number> {
+    Vector3::new(on.load(vector.x), on.load(vector.y), on.load(vector.z))
+}
+
+/// A vector to memory.
+#[inline(always)]
+pub(crate) fn store<A: Arithmetic>(on: A, vector: &Vector3<A::Number>) -> Vector3<A::Stored> {
+    Vector3::new(on.store(vector.x), on.store(vector.y), on.store(vector.z))
+}

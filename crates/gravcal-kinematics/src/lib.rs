@@ -1,21 +1,29 @@
-//! Robots as chains of joints: forward kinematics and gravity torque with analytic derivatives.
+//! Robots as chains of joints: forward kinematics, gravity torque and inverse dynamics with analytic derivatives.
 //!
 //! A [`Chain`] is made of joints, each with a fixed transform before and after it, and one body ("link") beyond
 //! each joint; it is serial, or branches, and joints may mimic others. It is built from Denavit-Hartenberg rows
 //! ([`chain_from_dh`]), from a URDF ([`Chain::from_urdf`]) or by hand ([`Chain::new`], [`Chain::branched`]), and answers
-//! three questions about a static pose:
+//! questions about a static pose:
 //!
 //! - where is every link? [`Chain::forward`]
 //! - which torque does every joint exert to hold the arm against gravity? [`Chain::gravity_torque`]
 //! - how does that torque change with the joint coordinates, with gravity, and with the masses and first moments
 //!   of the links? [`Chain::linearize_gravity_torque`]
 //!
+//! and about an arm in motion:
+//!
+//! - which torque does every joint exert? [`Chain::inverse_dynamics`]
+//! - how does it change with the ten inertial parameters of each link ([`BodyInertia`])? [`Chain::inverse_dynamics_regressor`]
+//! - and with coordinates, velocities, accelerations and gravity? [`Chain::linearize_inverse_dynamics`]
+//!
+//! of one sample ([`Single`]) or of four abreast ([`Abreast`]).
+//!
 //! # Conventions
 //!
 //! SI units and radians throughout. A transform `X_AB` takes coordinates in frame B to coordinates in frame A and
 //! rotation matrices are row-major. Gravity is the acceleration vector in base coordinates, (0, 0, −9.81) m/s² for an
 //! upright base with z up. Torque is what the joint **exerts** to hold the arm, the derivative of the potential energy
-//! with respect to the joint coordinate (the same sign as Pinocchio's generalized gravity).
+//! with respect to the joint coordinate (the same sign as Pinocchio's generalized gravity); in motion, to move it so (as Pinocchio's `rnea`).
 //!
 //! ```
 //! use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
@@ -41,14 +49,16 @@
 //!
 //! # What this crate does not do
 //!
-//! No closed loops, no dynamics beyond gravity, no sensors.
+//! No closed loops, no friction, no sensors; no forward dynamics.
 
 mod arithmetic;
 mod axis_frame;
 mod axis_rotations;
 mod body_inertia;
 mod chain;
+mod coupled;
 mod dh;
+mod dynamics;
 mod forward;
 mod frame;
 mod gravity;
@@ -67,6 +77,7 @@ pub use arithmetic::{Abreast, Arithmetic, LANES, Lanes, Number, Single, Stored};
 pub use body_inertia::BodyInertia;
 pub use chain::{Attachment, Chain, ChainError, Mimic};
 pub use dh::{DhConvention, DhRow, chain_from_dh, joint_from_dh};
+pub use dynamics::{DynamicParameters, InverseDynamics, JointMotion};
 pub use gravity::{Bodies, GravityTorque, GravityTorqueRow, GravityTorqueRows};
 pub use joint::{Joint, JointKind};
 pub use link::{Link, LinkInertia};

@@ -8,12 +8,12 @@ use super::INERTIA;
 use crate::arithmetic::{Arithmetic, Stored, columns, cross, dot, matrix, times};
 use crate::axis_frame::{AxisFrame, Motion};
 use crate::chain::{Chain, Run};
-use crate::frame::{Frame, constant};
+use crate::frame::{Frame, constant, load, store};
 use crate::transform::Transform;
 
 /// What hangs beyond one joint, in base coordinates, as it lies in memory.
 #[derive(Clone, Debug)]
-pub(super) struct BodyBeyond<L> {
+pub(crate) struct BodyBeyond<L> {
     /// Of the joint, rad or m.
     coordinate: L,
     motion: Motion<L>,
@@ -61,7 +61,7 @@ impl<L: Stored> BodyBeyond<L> {
     }
 
     #[inline(always)]
-    pub fn sensitivity<A: Arithmetic<Stored = L>>(
+    pub(super) fn sensitivity<A: Arithmetic<Stored = L>>(
         &self,
         on: A,
         gravity: &Vector3<A::Number>,
@@ -75,8 +75,19 @@ impl<L: Stored> BodyBeyond<L> {
         }
     }
 
+    /// z_i and o_i; no point where the joint slides.
     #[inline(always)]
-    fn link_pose<A: Arithmetic<Stored = L>>(&self, on: A) -> Frame<A::Number> {
+    pub fn axis<A: Arithmetic<Stored = L>>(&self, on: A) -> (Vector3<A::Number>, Option<Vector3<A::Number>>) {
+        let point = match self.motion {
+            Motion::Turn { .. } => Some(load(on, &self.point)),
+            Motion::Slide(_) => None,
+        };
+        (load(on, &self.axis), point)
+    }
+
+    /// R_k and p_k.
+    #[inline(always)]
+    pub fn link_pose<A: Arithmetic<Stored = L>>(&self, on: A) -> Frame<A::Number> {
         let [x, y, z] = self.link_axes(on);
         Frame { rotation: matrix(x, y, z), translation: load(on, &self.link_origin) }
     }
@@ -101,7 +112,7 @@ impl<L: Stored> BodyBeyond<L> {
     }
 
     #[inline(always)]
-    pub fn torque<A: Arithmetic<Stored = L>>(&self, on: A, sensitivity: &Sensitivity<A::Number>) -> A::Number {
+    pub(super) fn torque<A: Arithmetic<Stored = L>>(&self, on: A, sensitivity: &Sensitivity<A::Number>) -> A::Number {
         sensitivity.to_mass * on.constant(self.mass) + dot(&sensitivity.to_moment, &load(on, &self.moment))
     }
 
@@ -130,7 +141,7 @@ impl<L: Stored> Bodies<L> {
         Bodies { all: vec![BodyBeyond::nowhere(); links], placed: None }
     }
 
-    pub(super) fn as_slice(&self) -> &[BodyBeyond<L>] {
+    pub(crate) fn as_slice(&self) -> &[BodyBeyond<L>] {
         &self.all
     }
 
@@ -151,7 +162,7 @@ impl<L: Stored> Bodies<L> {
     /// Axes and link frames in base coordinates. While one joint sweeps those before it stand: what has not moved since the last
     /// pose is left as it is.
     #[inline(always)]
-    fn place<A: Arithmetic<Stored = L>>(&mut self, on: A, chain: &Chain, coordinates: &[L]) {
+    pub(crate) fn place<A: Arithmetic<Stored = L>>(&mut self, on: A, chain: &Chain, coordinates: &[L]) {
         let everything = self.placed.as_ref().is_none_or(|placed| !Arc::ptr_eq(placed, &chain.axis_frames));
         if everything {
             self.placed = Some(Arc::clone(&chain.axis_frames));
@@ -224,14 +235,4 @@ fn gather<A: Arithmetic>(on: A, chain: &Chain, inertia: &[f64], bodies: &mut [Bo
             );
         }
     }
-}
-
-#[inline(always)]
-fn load<A: Arithmetic>(on: A, vector: &Vector3<A::Stored>) -> Vector3<A::Number> {
-    Vector3::new(on.load(vector.x), on.load(vector.y), on.load(vector.z))
-}
-
-#[inline(always)]
-fn store<A: Arithmetic>(on: A, vector: &Vector3<A::Number>) -> Vector3<A::Stored> {
-    Vector3::new(on.store(vector.x), on.store(vector.y), on.store(vector.z))
 }

@@ -25,19 +25,20 @@
 //! ```
 //!
 //! and all of it is zero for axes and links on different branches. One sweep outward for the frames and one inward for the
-//! sums, then n² products. Where joints mimic others, see `coupled.rs`.
+//! sums, then n² products. Where joints mimic others, see `../coupled.rs`.
 
 mod body_beyond;
-mod coupled;
 
 use std::ops::Range;
 
 pub use body_beyond::Bodies;
-use body_beyond::{BodyBeyond, Sensitivity};
+pub(crate) use body_beyond::BodyBeyond;
+use body_beyond::Sensitivity;
 use nalgebra::Vector3;
 
 use crate::arithmetic::{Arithmetic, Single, dot};
-use crate::chain::Chain;
+use crate::chain::{Chain, Drive};
+use crate::coupled;
 use crate::frame::constant;
 
 /// Numbers of one link's inertia: mass and three components of the first moment.
@@ -70,6 +71,15 @@ struct Axes {
     torque: GravityTorque,
 }
 
+impl Axes {
+    /// `θ = A q + c`.
+    fn spread(&mut self, drives: &[Drive], coordinates: &[f64]) {
+        for (own, drive) in self.coordinates.iter_mut().zip(drives) {
+            *own = drive.coordinate(coordinates);
+        }
+    }
+}
+
 impl GravityTorque {
     /// A workspace for a chain of that many joints and links ([`Chain::joint_count`], [`Chain::link_count`]), all zero.
     pub fn new(joint_count: usize, link_count: usize) -> Self {
@@ -82,6 +92,14 @@ impl GravityTorque {
             bodies: Bodies::new(link_count),
             axes: (link_count > joint_count).then(|| Box::new(axes())),
         }
+    }
+
+    /// Everything by joints, from everything by axes.
+    fn gather(&mut self, drives: &[Drive], axes: &GravityTorque) {
+        coupled::gather(Single, drives, &axes.torque, &mut self.torque);
+        coupled::gather(Single, drives, &axes.by_gravity, &mut self.by_gravity);
+        coupled::gather(Single, drives, &axes.by_inertia, &mut self.by_inertia);
+        coupled::gather_both(Single, drives, &axes.by_coordinate, &mut self.by_coordinate);
     }
 
     fn assert_size(&self, n: usize, links: usize) {
@@ -111,7 +129,7 @@ impl Chain {
             Some(drives) => {
                 let mut by_axis = vec![0.0; self.link_count()];
                 torques(bodies.as_slice(), gravity, &mut by_axis);
-                coupled::gather(drives, &by_axis, torque);
+                coupled::gather(Single, drives, &by_axis, torque);
             }
         }
     }
@@ -135,7 +153,7 @@ impl Chain {
             axes.spread(drives, coordinates);
             axes.torque.bodies.sweep(Single, self, &axes.coordinates, inertia);
             torques(axes.torque.bodies.as_slice(), gravity, &mut axes.torque.torque);
-            coupled::gather(drives, &axes.torque.torque, &mut out.torque);
+            coupled::gather(Single, drives, &axes.torque.torque, &mut out.torque);
         } else {
             out.bodies.sweep(Single, self, coordinates, inertia);
             torques(out.bodies.as_slice(), gravity, &mut out.torque);
