@@ -6,10 +6,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test may stop at the first surprise")]
 
-use std::path::{Path, PathBuf};
+mod shared;
+
+use std::path::Path;
 
 use gravcal_kinematics::{Chain, GravityTorque};
 use serde::Deserialize;
+use shared::{chain, largest_difference, shared_data};
 
 /// N·m, N·m/rad, m: rounding of two different orders of summation.
 const TOLERANCE: f64 = 1e-10;
@@ -48,11 +51,6 @@ struct Worst {
     tip: f64,
 }
 
-fn shared_data() -> PathBuf {
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    std::env::var_os("GRAVCAL_SHARED_DATA").map_or_else(beside, PathBuf::from)
-}
-
 fn facts() -> Facts {
     toml::from_str(include_str!("pinocchio_facts.toml")).unwrap()
 }
@@ -61,13 +59,6 @@ fn facts() -> Facts {
 fn nominal_inertia(chain: &Chain) -> Vec<f64> {
     let inertias = chain.links().iter().map(|link| link.inertia.unwrap_or_default());
     inertias.flat_map(|i| [i.mass, i.first_moment[0], i.first_moment[1], i.first_moment[2]]).collect()
-}
-
-fn largest_difference(left: &[f64], right: &[f64]) -> f64 {
-    assert_eq!(left.len(), right.len());
-    // `max` would lose a NaN; the sum does not.
-    assert!(left.iter().sum::<f64>().is_finite(), "{left:?}");
-    left.iter().zip(right).map(|(l, r)| (l - r).abs()).fold(0.0, f64::max)
 }
 
 fn compare_pose(chain: &Chain, facts: &Facts, pose: &Pose, worst: &mut Worst) {
@@ -92,11 +83,7 @@ fn compare_pose(chain: &Chain, facts: &Facts, pose: &Pose, worst: &mut Worst) {
 }
 
 fn compare_robot(folder: &Path, facts: &Facts, robot: &Robot) -> Worst {
-    let text = std::fs::read_to_string(folder.join(&robot.file)).unwrap();
-    let tips: Vec<&str> = robot.tips.iter().map(String::as_str).collect();
-    let chain = Chain::from_urdf(&text, &robot.base, &tips).unwrap();
-    let names: Vec<_> = chain.joints().iter().map(|joint| joint.name.clone()).collect();
-    assert_eq!(names, robot.joints, "{}", robot.file);
+    let chain = chain(folder, &robot.file, &robot.base, &robot.tips, &robot.joints);
     let mut worst = Worst::default();
     for pose in &robot.pose {
         compare_pose(&chain, facts, pose, &mut worst);
@@ -106,11 +93,7 @@ fn compare_robot(folder: &Path, facts: &Facts, robot: &Robot) -> Worst {
 
 #[test]
 fn agrees_with_pinocchio() {
-    let folder = shared_data();
-    if !folder.is_dir() {
-        eprintln!("SKIPPED: no URDFs at {}; set GRAVCAL_SHARED_DATA to the folder that holds them", folder.display());
-        return;
-    }
+    let Some(folder) = shared_data() else { return };
     let facts = facts();
     assert_eq!(facts.robot.len(), 11);
     for robot in &facts.robot {
@@ -124,11 +107,8 @@ fn agrees_with_pinocchio() {
 
 #[test]
 fn the_hand_of_the_panda_ends_the_chain() {
-    let file = shared_data().join("urdf/panda_example-robot-data.urdf");
-    let Ok(text) = std::fs::read_to_string(&file) else {
-        eprintln!("SKIPPED: {} is not there; set GRAVCAL_SHARED_DATA to the folder that holds urdf/", file.display());
-        return;
-    };
+    let Some(folder) = shared_data() else { return };
+    let text = std::fs::read_to_string(folder.join("urdf/panda_example-robot-data.urdf")).unwrap();
     let chain = Chain::from_urdf(&text, "panda_link0", &["panda_hand"]).unwrap();
     assert_eq!(chain.cut_joints(), ["panda_finger_joint1", "panda_finger_joint2"]);
     // Link 7 and the hand, without the fingers' 15 g each.
