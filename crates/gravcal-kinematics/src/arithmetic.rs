@@ -235,3 +235,30 @@ pub(crate) fn transposed_times<N: Number>(m: &Matrix3<N>, v: &Vector3<N>) -> Vec
     let [x, y, z] = columns(m);
     Vector3::new(dot(&x, v), dot(&y, v), dot(&z, v))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct HaveLanes;
+
+    impl pulp::WithSimd for HaveLanes {
+        type Output = bool;
+
+        fn with_simd<S: Simd>(self, simd: S) -> bool {
+            Abreast::new(simd).is_some()
+        }
+    }
+
+    /// Else the tests of poses abreast would compare nothing, and nobody would see it.
+    #[test]
+    #[cfg(target_arch = "x86_64")]
+    fn a_processor_with_avx2_computes_four_abreast() {
+        let able = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+            && is_x86_feature_detected!("bmi2")
+            && is_x86_feature_detected!("lzcnt");
+        assert_eq!(pulp::Arch::new().dispatch(HaveLanes), able);
+    }
+}
