@@ -20,6 +20,7 @@ use super::link_motion::{Carrier, carrier};
 use super::spatial::{Twist, Wrench};
 use crate::arithmetic::{Arithmetic, Stored, dot};
 use crate::chain::Chain;
+use crate::frame::store;
 
 /// What the column of coordinate j needs of all axes before it, and its row of all coordinates before it.
 struct AtAxis<N> {
@@ -34,41 +35,60 @@ struct AtAxis<N> {
 /// Fills all derivatives but those by parameters. The workspace's links have been placed, moved and gathered.
 #[inline(always)]
 pub(super) fn write<A: Arithmetic>(on: A, chain: &Chain, gravity: [f64; 3], out: &mut InverseDynamics<A::Stored>) {
-    let n = out.motions.len();
+    change_axes(on, chain, gravity, out);
     out.by_coordinate.fill(A::Stored::ZERO);
     out.by_velocity.fill(A::Stored::ZERO);
     out.by_acceleration.fill(A::Stored::ZERO);
-    for i in 0..n {
-        let motion = &out.motions[i];
-        let Carrier { velocity, acceleration } = carrier(on, &out.motions, chain.topology.parents[i], gravity);
-        let (axis, rate) = (motion.axis.load(on), motion.axis_rate.load(on));
-        out.axis_changes[i] = Twist::store(on, &acceleration.cross(&axis).plus(&velocity.cross(&rate)));
-    }
-    for j in 0..n {
+    for j in 0..out.motions.len() {
         let at = at_axis(on, out, j);
-        let by_gravity = at.by_acceleration.force;
-        for (entry, by) in out.by_gravity[3 * j..3 * j + 3].iter_mut().zip([by_gravity.x, by_gravity.y, by_gravity.z]) {
-            *entry = on.store(-by);
-        }
-        let mut before = Some(j);
+        let by_gravity = store(on, &-at.by_acceleration.force);
+        out.by_gravity[3 * j..3 * j + 3].copy_from_slice(by_gravity.as_slice());
+        write_column(on, &at, j, j, out);
+        let mut before = chain.topology.parents[j];
         while let Some(i) = before {
-            let motion = &out.motions[i];
-            let (axis, rate, change) = (motion.axis.load(on), motion.axis_rate.load(on), out.axis_changes[i].load(on));
-            let (above, below) = (n * i + j, n * j + i);
-            let inertia = on.store(axis.dot(&at.by_acceleration));
-            out.by_acceleration[above] = inertia;
-            out.by_acceleration[below] = inertia;
-            if i < j {
-                let by_coordinate = change.dot(&at.by_acceleration) + dot(&rate.angular, &at.turned);
-                out.by_coordinate[below] = on.store(by_coordinate);
-                let twice = on.constant(2.0) * rate.dot(&at.by_acceleration);
-                out.by_velocity[below] = on.store(twice + dot(&axis.angular, &at.turned));
-            }
-            out.by_coordinate[above] = on.store(axis.dot(&at.by_coordinate));
-            out.by_velocity[above] = on.store(axis.dot(&at.by_velocity));
+            write_column(on, &at, i, j, out);
+            write_row(on, &at, i, j, out);
             before = chain.topology.parents[i];
         }
     }
+}
+
+/// Ψ̈ of each axis.
+#[inline(always)]
+fn change_axes<A: Arithmetic>(on: A, chain: &Chain, gravity: [f64; 3], out: &mut InverseDynamics<A::Stored>) {
+    let InverseDynamics { motions, axis_changes, .. } = out;
+    for ((motion, change), parent) in motions.iter().zip(axis_changes).zip(&chain.topology.parents) {
+        let Carrier { velocity, acceleration } = carrier(on, motions, *parent, gravity);
+        let (axis, rate) = (motion.axis.load(on), motion.axis_rate.load(on));
+        *change = Twist::store(on, &acceleration.cross(&axis).plus(&velocity.cross(&rate)));
+    }
+}
+
+/// Of the torque of axis i, by what axis j does: j is beyond i or i itself.
+#[inline(always)]
+fn write_column<A: Arithmetic>(
+    on: A,
+    at: &AtAxis<A::Number>,
+    i: usize,
+    j: usize,
+    out: &mut InverseDynamics<A::Stored>,
+) {
+    let (entry, axis) = (out.motions.len() * i + j, out.motions[i].axis.load(on));
+    out.by_coordinate[entry] = on.store(axis.dot(&at.by_coordinate));
+    out.by_velocity[entry] = on.store(axis.dot(&at.by_velocity));
+    out.by_acceleration[entry] = on.store(axis.dot(&at.by_acceleration));
+}
+
+/// Of the torque of axis j, by what axis i before it does.
+#[inline(always)]
+fn write_row<A: Arithmetic>(on: A, at: &AtAxis<A::Number>, i: usize, j: usize, out: &mut InverseDynamics<A::Stored>) {
+    let (entry, motion) = (out.motions.len() * j + i, &out.motions[i]);
+    let (axis, rate, change) = (motion.axis.load(on), motion.axis_rate.load(on), out.axis_changes[i].load(on));
+    let by_coordinate = change.dot(&at.by_acceleration) + dot(&rate.angular, &at.turned);
+    let by_velocity = rate.times(on.constant(2.0)).dot(&at.by_acceleration) + dot(&axis.angular, &at.turned);
+    out.by_coordinate[entry] = on.store(by_coordinate);
+    out.by_velocity[entry] = on.store(by_velocity);
+    out.by_acceleration[entry] = on.store(axis.dot(&at.by_acceleration));
 }
 
 #[inline(always)]

@@ -7,15 +7,18 @@
 //!         = S_i · F_i,    F_i = Σ_k F_k,    F_k = I_k a_k + v_k ×* I_k v_k = I_k a_k + B_k ω_k
 //! ```
 //!
-//! the recursion of Newton and Euler (Luh, Walker and Paul 1980; Featherstone, *Rigid Body Dynamics Algorithms*, ch. 5), with all motions and
-//! wrenches about the origin of the base and along its axes: motions outward (`link_motion.rs`), wrenches inward (`moving_body.rs`).
-//! Gravity is taken off the base's acceleration. What a joint's motor turns behind a gear adds its rotor inertia, told at the joint
-//! (N² times that of the rotor), and no more: `Ia_i θ̈_i`.
+//! the recursion of Newton and Euler (Luh, Walker and Paul 1980; Featherstone, *Rigid Body Dynamics Algorithms*, ch. 5), with all
+//! motions and wrenches about the origin of the base and along its axes: motions outward (`link_motion.rs`), wrenches inward
+//! (`moving_body.rs`). Gravity is taken off the base's acceleration. What hangs beyond a joint then adds up without a shift; rounding
+//! grows with the square of the distance, in lengths of the arm, at which the arm stands from that origin.
 //!
-//! `τ = Y(θ, θ̇, θ̈, g) π + diag(θ̈) Ia` is linear in the parameters `π`, ten a link ([`BodyInertia`](crate::BodyInertia)), and linear in gravity; at rest it is
-//! the gravity torque. The sign is Pinocchio's, as is the order of the parameters. `Y` is in `regressor.rs`, the other derivatives in `linearize.rs`.
-//! Where joints mimic others, all of it is computed by axes and then summed by joints, see `../coupled.rs`; a rotor turns with its
-//! joint's own coordinate.
+//! What a joint's motor turns behind a gear adds its rotor inertia, told at the joint (that of the rotor times the ratio squared), and
+//! no more: `Ia_i θ̈_i`.
+//!
+//! `τ = Y(θ, θ̇, θ̈, g) π + diag(θ̈) Ia` is linear in the parameters `π`, ten a link ([`BodyInertia`](crate::BodyInertia)), and linear in
+//! gravity; at rest it is the gravity torque. The sign is Pinocchio's, as is the order of the parameters. `Y` is in `regressor.rs`, the
+//! other derivatives in `linearize.rs`. Where joints mimic others, all of it is computed by axes and then summed by joints, see
+//! `../coupled.rs`; a rotor turns with its joint's own coordinate.
 
 mod linearize;
 mod link_motion;
