@@ -12,7 +12,7 @@ use clap::Parser;
 use gravcal_benches::clock::{median_seconds, microseconds};
 use gravcal_benches::program::ended;
 use gravcal_benches::seven_joints::SevenJoints;
-use gravcal_kinematics::{
+use gravcal_dynamics::{
     Abreast, Arithmetic, BodyInertia, Chain, DynamicParameters, InverseDynamics, JointMotion, LANES, Single,
 };
 use pulp::{Arch, Simd, WithSimd};

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use gravcal_benches::program::progress;
-use gravcal_kinematics::ChainError;
+use gravcal_dynamics::ChainError;
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::last_joint::{LastJoint, last_joint};
 

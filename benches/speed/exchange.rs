@@ -18,8 +18,8 @@ use std::fs;
 use std::path::Path;
 
 use gravcal_calibration::parameter::Quantity;
+use gravcal_dynamics::{Joint, Transform};
 use gravcal_estimation::BlockId;
-use gravcal_kinematics::{Joint, Transform};
 use tempfile::TempDir;
 
 use gravcal_benches::seven_joints::SevenJoints;

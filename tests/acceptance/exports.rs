@@ -243,7 +243,7 @@ for line in sys.stdin:
 /// The new URDF takes gain · reading for a joint's value, and gravity points along −z of its root.
 #[test]
 fn a_corrected_urdf_reproduces_the_residuals() {
-    use gravcal_kinematics::{Chain, UPRIGHT_LINK};
+    use gravcal_dynamics::{Chain, UPRIGHT_LINK};
     let calibrated = Calibrated::new(|folder| {
         let session = fs::read_to_string(folder.join("session.toml")).unwrap();
         let (before, rest) = session.split_once("[[joint]]").unwrap();

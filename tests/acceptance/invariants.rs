@@ -24,7 +24,7 @@ fn own_dependencies(name: &str) -> Vec<String> {
 
 #[test]
 fn what_robots_recordings_and_estimation_are_made_of_is_independent() {
-    for name in ["gravcal-estimation", "gravcal-kinematics", "gravcal-recording"] {
+    for name in ["gravcal-estimation", "gravcal-dynamics", "gravcal-recording"] {
         assert_eq!(own_dependencies(name), [""; 0], "{name}");
     }
 }

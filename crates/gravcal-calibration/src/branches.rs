@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-use gravcal_kinematics::{Attachment, Chain, Joint, JointKind, Link, LinkInertia, Mimic, Transform};
+use gravcal_dynamics::{Attachment, Chain, Joint, JointKind, Link, LinkInertia, Mimic, Transform};
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_solvers::LevenbergMarquardt;
 use rand::{RngExt, SeedableRng};

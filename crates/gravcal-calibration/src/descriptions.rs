@@ -146,11 +146,11 @@ fn sweeps_need_no_lengths() {
 }
 
 /// The reference robot with some lengths that it does not have.
-fn with_lengths(session: &Session) -> gravcal_kinematics::Chain {
+fn with_lengths(session: &Session) -> gravcal_dynamics::Chain {
     let chain = &session.robot.chain;
-    let longer = |joint: &gravcal_kinematics::Joint| gravcal_kinematics::Joint {
-        after: joint.after * gravcal_kinematics::Transform::along([0.3, -0.2, 0.1]),
+    let longer = |joint: &gravcal_dynamics::Joint| gravcal_dynamics::Joint {
+        after: joint.after * gravcal_dynamics::Transform::along([0.3, -0.2, 0.1]),
         ..joint.clone()
     };
-    gravcal_kinematics::Chain::new("base", chain.joints().iter().map(longer).collect(), chain.links().to_vec()).unwrap()
+    gravcal_dynamics::Chain::new("base", chain.joints().iter().map(longer).collect(), chain.links().to_vec()).unwrap()
 }

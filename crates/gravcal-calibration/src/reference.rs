@@ -343,8 +343,8 @@ fn without_a_hemisphere_known_lengths_decide_the_sign_of_gravity() {
 }
 
 /// The shoulder's axes with lengths between them.
-fn long_arm() -> gravcal_kinematics::Chain {
-    use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
+fn long_arm() -> gravcal_dynamics::Chain {
+    use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
     let row = |i: usize, alpha: f64| DhRow {
         name: format!("joint{i}"),
         kind: JointKind::Revolute,

@@ -7,7 +7,7 @@
 //! nominal position gains.
 
 use crate::session::Session;
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 
 use crate::parameter::Quantity;
 

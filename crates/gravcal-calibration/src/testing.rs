@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, LinkInertia, Transform, chain_from_dh};
+use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, Transform, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
 use crate::joint::Unknowns;

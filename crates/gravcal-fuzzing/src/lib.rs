@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use gravcal_calibration::simulation::{Simulation, record};
 use gravcal_calibration::{Robot, Session};
-use gravcal_kinematics::Chain;
+use gravcal_dynamics::Chain;
 use gravcal_recording::{CsvWriting, Rewriting, Row, inspect, open, read_earlier, read_earlier_session, rewrite};
 use gravcal_report::study::{StudyReport, report_files};
 use gravcal_study::batch::{StudyFolder, merge};

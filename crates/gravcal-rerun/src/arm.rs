@@ -1,7 +1,7 @@
 //! The arm in 3D, pose by pose.
 
 use gravcal_calibration::parameter::Quantity;
-use gravcal_kinematics::Transform;
+use gravcal_dynamics::Transform;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 use re_sdk_types::archetypes::{Points3D, Transform3D, ViewCoordinates};

@@ -1,6 +1,6 @@
 //! The arm's shape, as far as its kinematics tell it: straight pieces from joint to joint.
 
-use gravcal_kinematics::{Chain, JointKind, Transform};
+use gravcal_dynamics::{Chain, JointKind, Transform};
 use nalgebra::{UnitQuaternion, Vector3};
 use re_sdk_types::archetypes::Capsules3D;
 use re_sdk_types::components::{Color, FillMode};

@@ -27,12 +27,12 @@
 //! |---|---|
 //! | [`calibration`] | sensor models, the session, the sequential and joint estimators, simulation, verdicts |
 //! | [`estimation`] | nonlinear least squares: problem, covariance, identifiability; knows no robot |
-//! | [`kinematics`] | robots from DH rows or URDF, gravity torque with its derivatives |
+//! | [`dynamics`] | robots from DH rows or URDF, gravity torque and inverse dynamics with their derivatives |
 //! | [`recording`] | tables of static poses with units, in and out |
 //! | [`solvers`] | the methods that minimise |
 
 pub use gravcal_calibration as calibration;
+pub use gravcal_dynamics as dynamics;
 pub use gravcal_estimation as estimation;
-pub use gravcal_kinematics as kinematics;
 pub use gravcal_recording as recording;
 pub use gravcal_solvers as solvers;

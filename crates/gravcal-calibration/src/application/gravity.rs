@@ -8,7 +8,7 @@
 //!     x = x₀ + Bᵀ (b − B x₀)          B: orthonormal rows with the span of C, b: their values
 //! ```
 
-use gravcal_kinematics::GravityTorque;
+use gravcal_dynamics::GravityTorque;
 use gravcal_recording::EarlierEstimate;
 
 use super::error::ApplicationError;

@@ -3,7 +3,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
+use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_solvers::LevenbergMarquardt;
 use rand::RngExt;

@@ -46,7 +46,7 @@ fn of_links(session: &Session, layout: &Layout) -> Vec<(BlockId, Constraint)> {
 fn of_gains(session: &Session, layout: &Layout) -> Vec<(BlockId, Constraint)> {
     let Some(share) = session.constraints.torque_gains_within else { return Vec::new() };
     let joints = session.robot.chain.joints().iter().zip(&layout.sensors).enumerate();
-    let of_joint = |(index, (joint, ids)): (usize, (&gravcal_kinematics::Joint, &[BlockId; 4]))| {
+    let of_joint = |(index, (joint, ids)): (usize, (&gravcal_dynamics::Joint, &[BlockId; 4]))| {
         let id = ids[Quantity::TorqueGain as usize];
         let nominal = session.joints[index].of(Quantity::TorqueGain).nominal;
         let (name, room) = (Quantity::TorqueGain.name(&joint.name), share * nominal.abs());

@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use gravcal_dynamics::Chain;
 use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder, Residual};
-use gravcal_kinematics::Chain;
 
 use super::position_unknowns::Around;
 use super::readings::{Readings, position_terms};

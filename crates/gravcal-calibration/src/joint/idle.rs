@@ -1,6 +1,6 @@
 //! Joints that carry no gravity: their axis is parallel to it in every pose.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use nalgebra::Vector3;
 
 use super::unknowns::Unknowns;

@@ -15,8 +15,8 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use gravcal_dynamics::JointKind;
 use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuilder, Residual, Values};
-use gravcal_kinematics::JointKind;
 
 use super::readings::Readings;
 use super::unknowns::{Layout, PositionUnknown, Unknowns};

@@ -5,8 +5,8 @@
 //! of them sweeps and the others stand alike, and where the same load hangs beyond i, at whatever placement. The mass
 //! beyond a prismatic joint is the same in every posture.
 
+use gravcal_dynamics::{Chain, GravityTorque, JointKind};
 use gravcal_estimation::{Block, BlockId, ProblemBuilder};
-use gravcal_kinematics::{Chain, GravityTorque, JointKind};
 use nalgebra::{Matrix3, Vector3};
 
 use super::placements::{first_alike, relative_placements};
@@ -166,7 +166,7 @@ impl Moment {
     fn posture(&self, session: &Session) -> String {
         let chain = &session.robot.chain;
         let joints = beyond(chain, self.joint).map(|index| (index, &chain.joints()[index]));
-        let place = |(index, joint): (usize, &gravcal_kinematics::Joint)| match (joint.kind, self.held[index]) {
+        let place = |(index, joint): (usize, &gravcal_dynamics::Joint)| match (joint.kind, self.held[index]) {
             _ if self.swept == Some(index) => format!("{} sweeps", joint.name),
             (JointKind::Revolute, angle) => format!("{} at {:.1}°", joint.name, angle.to_degrees()),
             (JointKind::Prismatic, way) => format!("{} at {way:.3} m", joint.name),
@@ -220,7 +220,7 @@ fn across_the_axis(chain: &Chain, joint: usize, coordinates: &[f64], by_gravity:
 mod tests {
     use std::collections::BTreeMap;
 
-    use gravcal_kinematics::{Attachment, Transform};
+    use gravcal_dynamics::{Attachment, Transform};
 
     use super::*;
     use crate::joint::{self, Signals, pose};

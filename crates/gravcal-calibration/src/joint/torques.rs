@@ -3,8 +3,8 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use gravcal_dynamics::Chain;
 use gravcal_estimation::{BlockId, Residual};
-use gravcal_kinematics::Chain;
 
 use super::sweep_moments::{SweepMoments, by_sweep};
 use super::unknowns::Layout;

@@ -150,7 +150,7 @@ const SOME_PLACEMENT: [f64; 3] = [0.05, 0.04, 0.1];
 /// The direction in which placements of a known distance start apart: of unit length.
 const SOME_DIRECTION: [f64; 3] = [0.6, 0.48, 0.64];
 
-fn nominal_inertia(link: &gravcal_kinematics::Link) -> [f64; 4] {
+fn nominal_inertia(link: &gravcal_dynamics::Link) -> [f64; 4] {
     link.inertia.as_ref().map_or(SOME_INERTIA, |i| [i.mass, i.first_moment[0], i.first_moment[1], i.first_moment[2]])
 }
 

@@ -22,8 +22,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use gravcal_dynamics::{Joint, JointKind};
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
-use gravcal_kinematics::{Joint, JointKind};
 use nalgebra::{Matrix3, Vector3};
 
 use super::pose_torque::{PoseTorque, PoseTorqueModel, joined};

@@ -1,6 +1,6 @@
 //! How joints hang together where they do not simply follow each other, as `robot.toml` says it.
 
-use gravcal_kinematics::{DhRow, JointKind, Mimic, Transform};
+use gravcal_dynamics::{DhRow, JointKind, Mimic, Transform};
 use serde::Deserialize;
 
 use crate::document::{Document, Field, FileError};

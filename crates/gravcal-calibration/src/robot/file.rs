@@ -27,7 +27,7 @@
 
 use std::path::Path;
 
-use gravcal_kinematics::{Attachment, Chain, DhConvention, DhRow, Joint, JointKind, Link, LinkInertia, joint_from_dh};
+use gravcal_dynamics::{Attachment, Chain, DhConvention, DhRow, Joint, JointKind, Link, LinkInertia, joint_from_dh};
 use serde::Deserialize;
 
 use super::branches_file::{Branches, MimicTable, MountingTable};

@@ -1,6 +1,6 @@
 //! A robot as everything else sees it.
 
-use gravcal_kinematics::Chain;
+use gravcal_dynamics::Chain;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
 /// A robot with the nominal values of its sensors.

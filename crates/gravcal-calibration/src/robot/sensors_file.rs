@@ -1,6 +1,6 @@
 //! Sensors of a joint as files describe them: nominal ones in a robot's, true ones in a simulation's.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use serde::Deserialize;
 
 use super::model::{NominalPositionSensor, NominalSensors, NominalTorqueSensor};

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use gravcal_recording::TorqueUnit;
 
 use super::terms::{Function, PositionFunction, TorqueFunction};

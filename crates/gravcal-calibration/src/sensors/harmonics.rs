@@ -8,7 +8,7 @@
 //! drive ripples twice a turn of its input. Identified where the joint moves through a good part of a period, loaded so that gravity turns
 //! with it; over a short range the first order looks like gain and offset.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 
 use super::declare::{Declared, Options, RefusedOption, Site, Words};
 use super::terms::PositionFunction;

@@ -1,7 +1,7 @@
 //! Simulated sessions of the Sarcos shoulder with sensors that are not affine.
 
+use gravcal_dynamics::JointKind;
 use gravcal_estimation::Solver;
-use gravcal_kinematics::JointKind;
 use gravcal_solvers::LevenbergMarquardt;
 
 use super::{Options, SensorModelName, SensorTerms, Site};

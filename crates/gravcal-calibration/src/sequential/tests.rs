@@ -1,6 +1,6 @@
 //! The steps on simulated arms whose distal joints stand differently from pair to pair.
 
-use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
+use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_solvers::LevenbergMarquardt;
 

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravcal_kinematics::{Joint, JointKind};
+use gravcal_dynamics::{Joint, JointKind};
 
 use super::contents::Session;
 use super::knowledge::{Knowledge, KnowledgeKind};

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use gravcal_kinematics::Transform;
+use gravcal_dynamics::Transform;
 use gravcal_recording::Conditions;
 
 /// What an instrument is.

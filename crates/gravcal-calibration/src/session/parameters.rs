@@ -1,6 +1,6 @@
 //! The parameters of a session as one list, whatever they belong to.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 
 use super::contents::Session;
 use super::knowledge::{Knowledge, KnowledgeKind};

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use gravcal_kinematics::{Chain, Transform};
+use gravcal_dynamics::{Chain, Transform};
 use gravcal_recording::{Conditions, Orientation, Reading};
 
 /// One `[[poses]]` or `[[validation]]` of the session.

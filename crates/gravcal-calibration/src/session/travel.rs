@@ -1,6 +1,6 @@
 //! How far joints travel for each unit of their position readings, roughly, for finding slow sweeps.
 
-use gravcal_kinematics::{Chain, JointKind};
+use gravcal_dynamics::{Chain, JointKind};
 use gravcal_recording::Travel;
 
 use super::known::JointKnowledge;
@@ -14,7 +14,7 @@ pub(crate) const STEADY: f64 = 0.05;
 /// By nominal position gains.
 pub(crate) fn travels(chain: &Chain, joints: &[JointKnowledge]) -> Vec<Travel> {
     let gains = joints.iter().map(|joint| joint.of(Quantity::PositionGain).nominal.abs());
-    let travel = |(joint, gain): (&gravcal_kinematics::Joint, f64)| match joint.kind {
+    let travel = |(joint, gain): (&gravcal_dynamics::Joint, f64)| match joint.kind {
         JointKind::Revolute => Travel::Turns(gain),
         JointKind::Prismatic => Travel::Slides(gain),
     };

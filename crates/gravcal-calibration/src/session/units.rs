@@ -10,7 +10,7 @@
 
 use std::str::FromStr;
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
 use crate::session::InstrumentKind;

@@ -1,6 +1,6 @@
 //! What instruments read in one simulated pose.
 
-use gravcal_kinematics::Transform;
+use gravcal_dynamics::Transform;
 use gravcal_recording::Reading;
 use nalgebra::{Rotation3, Vector3};
 use rand_pcg::Pcg64;

@@ -1,6 +1,6 @@
 //! Where the joints of a simulated pose truly are, and the torques that hold them.
 
-use gravcal_kinematics::GravityTorque;
+use gravcal_dynamics::GravityTorque;
 
 use super::experiment::Simulation;
 

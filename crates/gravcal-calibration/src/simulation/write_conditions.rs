@@ -1,6 +1,6 @@
 //! Conditions of simulated poses as a session's readings declare them, and as columns of its tables.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use gravcal_recording::Cell;
 use serde::Serialize;
 

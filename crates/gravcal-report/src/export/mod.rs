@@ -33,7 +33,7 @@ mod urdf;
 use std::fmt;
 use std::str::FromStr;
 
-use gravcal_kinematics::UrdfError;
+use gravcal_dynamics::UrdfError;
 use gravcal_recording::EarlierEstimate;
 use thiserror::Error;
 

@@ -3,7 +3,7 @@
 //!
 //! The model takes `position_gain · reading` for a joint's value. A URDF has no place for gains nor for torque sensors.
 
-use gravcal_kinematics::UrdfCorrection;
+use gravcal_dynamics::UrdfCorrection;
 
 use super::corrections::{Corrections, JointCorrection};
 use super::numbers::float;

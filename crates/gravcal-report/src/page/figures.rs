@@ -157,7 +157,7 @@ fn file_name(path: &std::path::Path) -> String {
 }
 
 fn joints(session: &Session) -> Vec<Joint> {
-    let joint = |(index, described): (usize, &gravcal_kinematics::Joint)| {
+    let joint = |(index, described): (usize, &gravcal_dynamics::Joint)| {
         let (unit, factor) = match session.joints[index].position_unit.si() {
             PositionUnit::Radian => ("deg".to_owned(), 1_f64.to_degrees()),
             other => (other.to_string(), 1.0),

@@ -6,7 +6,7 @@ use gravcal_calibration::joint::Unknowns;
 use gravcal_calibration::robot::Robot;
 use gravcal_calibration::session::{GravityKnowledge, Load, LoadDistance, PoseTable, Session};
 use gravcal_calibration::simulation::{Disturbance, Run, Simulation};
-use gravcal_kinematics::{ChainError, DhConvention, DhRow, JointKind, Link, chain_from_dh};
+use gravcal_dynamics::{ChainError, DhConvention, DhRow, JointKind, Link, chain_from_dh};
 use rand::RngExt;
 use rand_pcg::Pcg64;
 

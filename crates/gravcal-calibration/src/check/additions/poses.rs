@@ -1,6 +1,6 @@
 //! Recording more poses with what is attached already, or with nothing.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 
 use super::addition::Addition;
 use crate::check::supposed::Supposed;

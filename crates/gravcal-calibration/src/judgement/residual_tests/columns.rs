@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use gravcal_dynamics::JointKind;
 use gravcal_estimation::EvaluateError;
-use gravcal_kinematics::JointKind;
 
 use crate::joint::Solved;
 use crate::parameter::Quantity;
@@ -50,7 +50,7 @@ impl<'a> Columns<'a> {
     /// Where a residual cannot be evaluated beside the solution.
     pub fn new(session: &'a Session, solved: &'a Solved, rows: usize) -> Result<Columns<'a>, EvaluateError> {
         let joints = session.robot.chain.joints().iter().enumerate();
-        let slope = |(joint, described): (usize, &gravcal_kinematics::Joint)| match described.kind {
+        let slope = |(joint, described): (usize, &gravcal_dynamics::Joint)| match described.kind {
             JointKind::Prismatic => Ok(Vec::new()),
             _ => slope(solved, joint, rows),
         };

@@ -229,7 +229,7 @@ impl Tests<'_> {
     }
 
     fn by_motion(&self, joint: usize, unit: &str, time: &str) -> String {
-        let slides = self.session.robot.chain.joints()[joint].kind == gravcal_kinematics::JointKind::Prismatic;
+        let slides = self.session.robot.chain.joints()[joint].kind == gravcal_dynamics::JointKind::Prismatic;
         format!("{unit}/({}/{time})", if slides { "m" } else { "rad" })
     }
 

@@ -16,8 +16,8 @@ mod wrench;
 
 use std::sync::Arc;
 
+use gravcal_dynamics::Chain;
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
-use gravcal_kinematics::Chain;
 use nalgebra::{Matrix3, Vector3};
 
 pub use sensed::{Sensed, SensedQuantity};
@@ -194,7 +194,7 @@ impl Residual for InstrumentReading {
 
 #[cfg(test)]
 pub(super) mod tests {
-    use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
+    use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
 
     use super::*;
     use crate::residuals::testing::{check_at_random_points, ids};

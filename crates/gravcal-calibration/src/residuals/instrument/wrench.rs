@@ -13,8 +13,8 @@
 //! The tool is part of the last link, whose whole mass and moment the joint torques see: the tool's own are unknowns that
 //! only this sensor reads. The loads are read by both.
 
+use gravcal_dynamics::Transform;
 use gravcal_estimation::BlockId;
-use gravcal_kinematics::Transform;
 use nalgebra::{Matrix3, Vector3};
 
 use super::sensed::{Sensed, SensedQuantity};

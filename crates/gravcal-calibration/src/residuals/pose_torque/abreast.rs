@@ -3,8 +3,8 @@
 use std::any::Any;
 use std::sync::Arc;
 
+use gravcal_dynamics::{Abreast, Arithmetic, Bodies, LANES};
 use gravcal_estimation::{ABREAST, Residual};
-use gravcal_kinematics::{Abreast, Arithmetic, Bodies, LANES};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::residual::{self, PoseTorque};

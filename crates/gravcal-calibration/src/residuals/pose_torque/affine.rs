@@ -1,6 +1,6 @@
 //! What affine sensors read of the torques, of one pose or of several abreast.
 
-use gravcal_kinematics::{Arithmetic, GravityTorqueRow, Stored};
+use gravcal_dynamics::{Arithmetic, GravityTorqueRow, Stored};
 
 use super::residual::PoseTorque;
 use crate::parameter::Quantity;

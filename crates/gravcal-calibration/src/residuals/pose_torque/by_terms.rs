@@ -1,6 +1,6 @@
 //! The row of a reading whose sensor has terms beyond the affine ones.
 
-use gravcal_kinematics::GravityTorque;
+use gravcal_dynamics::GravityTorque;
 
 use super::model::sensor_column;
 use super::residual::PoseTorque;

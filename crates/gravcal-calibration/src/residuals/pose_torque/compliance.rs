@@ -14,8 +14,8 @@
 //!
 //! by the implicit function theorem: a compliance enters like an offset, times the torque.
 
+use gravcal_dynamics::{Chain, GravityTorque};
 use gravcal_estimation::EvaluateError;
-use gravcal_kinematics::{Chain, GravityTorque};
 use nalgebra::{DMatrix, DVector};
 
 /// Newton's rounds at most: three suffice where joints give way by some degrees.

@@ -4,7 +4,7 @@
 //!     y_i = k_i τ_i(θ; g, moments, load) + b_i,     θ_j = s_j q_j + o_j
 //! ```
 //!
-//! `τ_i = z_{i−1} · (g × M_i)` is the chain's gravity torque (see `gravcal-kinematics`). A load of mass `m_L` at
+//! `τ_i = z_{i−1} · (g × M_i)` is the chain's gravity torque (see `gravcal-dynamics`). A load of mass `m_L` at
 //! `r_L` adds `(m_L, m_L r_L)` to the mass and first moment of the link that carries it. Joints without a usable
 //! reading have no row. What sensors do beyond this is in [`crate::sensors`]; where all are affine it costs nothing.
 //! Joints that give way under their torque are where `compliance.rs` finds them.

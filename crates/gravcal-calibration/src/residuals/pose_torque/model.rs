@@ -8,8 +8,8 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use gravcal_dynamics::Chain;
 use gravcal_estimation::BlockId;
-use gravcal_kinematics::Chain;
 
 use super::terms::Terms;
 use crate::parameter::Quantity;

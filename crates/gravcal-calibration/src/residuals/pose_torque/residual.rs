@@ -4,8 +4,8 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::Arc;
 
+use gravcal_dynamics::{Bodies, Chain, GravityTorque, Single};
 use gravcal_estimation::{ABREAST, BlockId, EvaluateError, LocalValues, Residual, RowsMut};
-use gravcal_kinematics::{Bodies, Chain, GravityTorque, Single};
 use gravcal_recording::Conditions;
 
 use super::model::{CarriedLoad, GRAVITY, INERTIA, PoseTorqueModel, inertia_column, sensor_column};

@@ -3,12 +3,12 @@
 use std::ops::Range;
 use std::sync::Arc;
 
+use gravcal_dynamics::{
+    Attachment, Chain, DhConvention, DhRow, GravityTorque, Joint, JointKind, Link, Mimic, Transform, chain_from_dh,
+};
 use gravcal_estimation::{
     ABREAST, Block, BlockId, EvaluateError, Factor, LocalValues, Loss, Manifold, Noise, ProblemBuilder, Residual,
     RowsMut,
-};
-use gravcal_kinematics::{
-    Attachment, Chain, DhConvention, DhRow, GravityTorque, Joint, JointKind, Link, Mimic, Transform, chain_from_dh,
 };
 use gravcal_recording::Conditions;
 use rand::{RngExt, SeedableRng};

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use gravcal_recording::PositionUnit;
 
 use super::names::named;

@@ -1,6 +1,6 @@
 //! Torque readings that the robot's masses cannot make.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 
 use super::names::named;
 use crate::joint::Unknowns;

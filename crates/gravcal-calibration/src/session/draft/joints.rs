@@ -1,6 +1,6 @@
 //! Joints of a recording become those of a robot, and their columns get units.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use gravcal_recording::{ColumnFound, ConditionUnit, Inspection, JointFound, PositionUnit, TorqueUnit, Travel};
 
 use super::error::DraftError;

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_kinematics::UrdfEnds;
+use gravcal_dynamics::UrdfEnds;
 
 use crate::document::{FileError, read_text};
 use crate::robot::Robot;

@@ -1,7 +1,7 @@
 //! `readings.time`, `.temperature`, `.velocity`, `.acceleration`, `.direction`: the conditions that models of sensors and the
 //! choice of readings need.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use gravcal_recording::{ConditionColumn, ConditionColumns, ConditionUnit, MotionSource, Slope};
 use serde::Deserialize;
 

@@ -11,7 +11,7 @@
 
 use std::fmt::Display;
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use gravcal_recording::{PoseMapping, PositionUnit, TorqueUnit};
 use serde::Deserialize;
 

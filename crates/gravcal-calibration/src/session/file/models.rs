@@ -1,6 +1,6 @@
 //! `sensor_models` of each `[[joint]]`, and of `[joints]`: terms beyond gain and bias, and what is known of their parameters.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use gravcal_recording::PoseMapping;
 
 use super::context::Context;

@@ -9,7 +9,7 @@
 //! with the rotation `R` of the body (`v_base = R v_body`) in the columns, and `R_m` that of the instrument's mounting on it,
 //! which is none unless `mounting` says so: see [`crate::residuals::InstrumentReading`].
 
-use gravcal_kinematics::Chain;
+use gravcal_dynamics::Chain;
 use gravcal_recording::{OrientationColumns, OrientationForm};
 use serde::Deserialize;
 

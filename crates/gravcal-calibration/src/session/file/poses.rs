@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use gravcal_recording::{Part, PoseMapping, ReadError, StaticPose, read_part};
 use serde::Deserialize;
 

@@ -1,6 +1,6 @@
 //! `[readings.select]`: which readings of an arm in motion count.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 use gravcal_recording::{ConditionUnit, MotionLimits, Selection};
 use serde::Deserialize;
 

@@ -1,6 +1,6 @@
 //! A simulation's file that is being read.
 
-use gravcal_kinematics::JointKind;
+use gravcal_dynamics::JointKind;
 
 use super::tables::SimulationTable;
 use crate::document::Document;

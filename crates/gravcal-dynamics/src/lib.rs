@@ -26,7 +26,7 @@
 //! with respect to the joint coordinate (the same sign as Pinocchio's generalized gravity); in motion, to move it so (as Pinocchio's `rnea`).
 //!
 //! ```
-//! use gravcal_kinematics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
+//! use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
 //!
 //! // A pendulum: one horizontal axis, 2 kg at 0.5 m along the link's x.
 //! let row = DhRow {
@@ -44,7 +44,7 @@
 //! // The axis is the base's z, so "down" is −y of the base; the mass sits in the link's origin.
 //! chain.gravity_torque(&[0.0], [0.0, -9.81, 0.0], &[2.0, 0.0, 0.0, 0.0], &mut torque);
 //! assert!((torque[0] - 2.0 * 9.81 * 0.5).abs() < 1e-12);
-//! # Ok::<(), gravcal_kinematics::ChainError>(())
+//! # Ok::<(), gravcal_dynamics::ChainError>(())
 //! ```
 //!
 //! # What this crate does not do

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_kinematics::Chain;
+use gravcal_dynamics::Chain;
 
 /// `GRAVCAL_SHARED_DATA`, or `../shared/data` beside the project; nothing, and a word about it, where that is not there.
 pub fn shared_data() -> Option<PathBuf> {

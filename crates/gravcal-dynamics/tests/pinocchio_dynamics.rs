@@ -9,7 +9,7 @@
 
 mod shared;
 
-use gravcal_kinematics::{Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
+use gravcal_dynamics::{Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
 use serde::Deserialize;
 use shared::{chain, largest_difference, shared_data};
 

@@ -10,7 +10,7 @@ mod shared;
 
 use std::path::Path;
 
-use gravcal_kinematics::{Chain, GravityTorque};
+use gravcal_dynamics::{Chain, GravityTorque};
 use serde::Deserialize;
 use shared::{chain, largest_difference, shared_data};
 
