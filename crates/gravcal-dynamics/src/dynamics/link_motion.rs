@@ -8,7 +8,7 @@
 
 use nalgebra::Vector3;
 
-use super::JointMotion;
+use super::joint_motion::JointMotion;
 use super::spatial::Twist;
 use crate::arithmetic::{Arithmetic, Stored, cross};
 use crate::chain::{Chain, Run};

@@ -20,6 +20,7 @@
 //! other derivatives in `linearize.rs`. Where joints mimic others, all of it is computed by axes and then summed by joints, see
 //! `../coupled.rs`; a rotor turns with its joint's own coordinate.
 
+mod joint_motion;
 mod linearize;
 mod link_motion;
 mod moving_body;
@@ -30,22 +31,13 @@ use link_motion::LinkMotion;
 use moving_body::Beyond;
 use spatial::Twist;
 
+pub use joint_motion::JointMotion;
+
 use crate::arithmetic::{Arithmetic, Stored};
 use crate::body_inertia::BODY;
 use crate::chain::{Chain, Drive};
 use crate::coupled;
 use crate::gravity::Bodies;
-
-/// How the joints that have a coordinate of their own move: one sample, or several abreast. n numbers each.
-#[derive(Clone, Copy, Debug)]
-pub struct JointMotion<'a, L = f64> {
-    /// rad or m.
-    pub coordinates: &'a [L],
-    /// rad/s or m/s.
-    pub velocities: &'a [L],
-    /// rad/s² or m/s².
-    pub accelerations: &'a [L],
-}
 
 /// What resists, in all samples alike.
 #[derive(Clone, Copy, Debug)]
