@@ -62,6 +62,8 @@ mod slow_sweeps;
 mod testing;
 #[cfg(test)]
 mod unexplained_errors;
+#[cfg(test)]
+mod unstated_noise;
 
 pub use calibrate::{UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
 pub use estimator_name::{EstimatorName, UnknownEstimator};

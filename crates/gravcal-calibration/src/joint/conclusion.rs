@@ -1,6 +1,6 @@
 //! What readings come to: the solution, what of it is determined, and the verdict, decided here for reports and batches alike.
 
-use gravcal_estimation::Termination;
+use gravcal_estimation::{EvaluateError, Termination};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::error::EstimateError;
@@ -91,6 +91,8 @@ pub(super) fn conclude(
     conclusion.remark_on_residuals(session);
     conclusion.remark_on_contradictions(session, misfit);
     conclusion.remark_on_unexplained(session, &unexplained);
+    conclusion.remark_on_noise_found(session)?;
+    conclusion.remark_on_gravity_upwards(session);
     conclusion.remark_on_earlier(session, workbench)?;
     let excused = unexplained.iter().flatten().any(|size| size.std > WARNING * size.gravity_std);
     let doubtful = session.noise_estimated().contains(&true) || excused || conclusion.verdict == Verdict::Failed;
@@ -254,6 +256,55 @@ impl Conclusion {
                     .into(),
             });
         }
+    }
+
+    /// Says where noise that nobody stated is so large beside what gravity makes a sensor read that something else is wrong.
+    fn remark_on_noise_found(&mut self, session: &Session) -> Result<(), EvaluateError> {
+        if !self.solved.estimate.termination.converged() {
+            return Ok(());
+        }
+        let sizes = self.solved.noise_beside_gravity(session)?;
+        let mut large: Vec<(f64, String)> = sizes
+            .iter()
+            .enumerate()
+            .filter_map(|(channel, size)| {
+                let (std, share) = size.filter(|(_, share)| *share > UNEXPLAINED)?;
+                let (name, unit) = (session.channel_name(channel), session.channel_unit(channel));
+                Some((share, format!("{name} ({:.*} {unit}, {:.0} %)", decimals(std), std, 100.0 * share)))
+            })
+            .collect();
+        if large.is_empty() {
+            return Ok(());
+        }
+        large.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+        let names: Vec<String> = large.into_iter().map(|(_, name)| name).collect();
+        self.verdict = self.verdict.max(Verdict::PartlyDetermined);
+        self.remarks.push(format!(
+            "What the model leaves of the readings is large beside what gravity makes the sensors read: {}. It is taken for their noise, \
+             as no std is stated. Noise so large is rare: look at units, signs, swapped columns, a rotation or an order of \
+             quaternions that is another, load masses, poses that are not static, single bad rows ([loss] finds these). State \
+             the std that the sensors have: what it does not explain is then told.",
+            names.join(", ")
+        ));
+        Ok(())
+    }
+
+    /// Torques of the other sign are those of gravity the other way up: where it comes out upwards and no hemisphere says so, one of both
+    /// is the case.
+    fn remark_on_gravity_upwards(&mut self, session: &Session) {
+        let Some(gravity) = self.gravity.as_ref().filter(|_| session.gravity.hemisphere.is_none()) else { return };
+        if gravity.vector_m_per_s2[2] <= 0.0 {
+            return;
+        }
+        self.verdict = self.verdict.max(Verdict::PartlyDetermined);
+        self.remarks.insert(
+            0,
+            "Gravity comes out upwards in base coordinates. Either the base hangs or leans over, or all torques are recorded with the \
+             other sign: the readings are the same in both cases. Say which: [gravity] hemisphere = [0, 0, -1] for an upright base, \
+             and torque_sign = \"reversed\" ([joints]; sign of a [[force_torque_sensor]]) if the signs are the other ones; hemisphere = \
+             [0, 0, 1] for a base that hangs."
+                .into(),
+        );
     }
 
     /// Holds an earlier calibration against the readings: χ² must not grow by more than chance where it is heeded.

@@ -17,6 +17,9 @@ use crate::workbench::Workbench;
 const DIRECTIONS: usize = 48;
 /// One direction of so many suffices to compare signs.
 const FEW: usize = 6;
+/// Angles by which the best of them is turned, rad: about half of what lies between them, and down to what other errors hide.
+const FIRST_TURN: f64 = 0.4;
+const LAST_TURN: f64 = 0.02;
 /// Candidates that are solved for briefly, and the least angle between their directions, rad.
 const CONTENDERS: usize = 4;
 const APART: f64 = 0.3;
@@ -150,7 +153,8 @@ fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
     nalgebra::Vector3::from(*a).angle(&nalgebra::Vector3::from(*b))
 }
 
-/// What the best of the nominal values under some directions of gravity costs, for comparing sessions that differ in signs.
+/// What the best of the nominal values under any direction of gravity costs, for comparing sessions that differ in signs and columns. The
+/// best of some directions is turned step by step, as a wrong direction may cost more than a wrong sign.
 pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, PosingError> {
     let nominal = Unknowns::nominal(session);
     let part = LinearPart::new(session, &thinned(session, readings), &nominal)?;
@@ -158,7 +162,25 @@ pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, 
         let gravity = direction.map(|c| session.gravity.magnitude * c);
         part.solve(&Unknowns { gravity, ..nominal.clone() }).0
     };
-    Ok(directions(session.gravity.hemisphere).step_by(FEW).map(cost).fold(f64::INFINITY, f64::min))
+    let some = directions(session.gravity.hemisphere).step_by(FEW).map(|direction| (cost(direction), direction));
+    let Some(mut best) = some.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { return Ok(f64::INFINITY) };
+    let mut turn = FIRST_TURN;
+    while turn > LAST_TURN {
+        let turned = turned(best.1, turn).map(|direction| (cost(direction), direction));
+        match turned.into_iter().min_by(|(a, _), (b, _)| a.total_cmp(b)) {
+            Some(lower) if lower.0 < best.0 => best = lower,
+            _ => turn *= 0.5,
+        }
+    }
+    Ok(best.0)
+}
+
+/// A direction turned four ways.
+fn turned(direction: [f64; 3], angle: f64) -> [[f64; 3]; 4] {
+    let direction = nalgebra::Vector3::from(direction);
+    let first = direction.cross(&nalgebra::Vector3::ith(direction.iamin(), 1.0)).normalize();
+    let second = direction.cross(&first);
+    [first, -first, second, -second].map(|side| (angle.cos() * direction + angle.sin() * side).into())
 }
 
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.

@@ -37,6 +37,19 @@ impl Solved {
         Ok(errors.iter().enumerate().map(size).collect())
     }
 
+    /// Noise that was found in each channel whose readings state none: its standard deviation, unit of the reading, and its share of what
+    /// gravity makes the channel read.
+    pub(super) fn noise_beside_gravity(&self, session: &Session) -> Result<Vec<Option<(f64, f64)>>, EvaluateError> {
+        let (gravity, noise) = (self.gravity_std(session)?, self.noise_by_channel(session));
+        let found = session.noise_estimated();
+        let of_channel = |channel: usize| {
+            let std = noise[channel].filter(|_| found[channel])?;
+            let reference = gravity[channel].max(LEAST_SHARE * most_alike(session, &gravity, channel));
+            (reference > 0.0).then(|| (std, std / reference))
+        };
+        Ok((0..session.channel_count()).map(of_channel).collect())
+    }
+
     /// Standard deviation over its readings of what gravity makes each channel read, unit of the reading: what is left of the model's
     /// predictions when those of sensors without gain are subtracted.
     fn gravity_std(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
