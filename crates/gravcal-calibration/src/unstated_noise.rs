@@ -80,6 +80,18 @@ fn swapped_columns_of_torques_or_positions_are_named() {
     assert_eq!(estimate(&positions).termination, "swapped position columns: joint2 and joint4");
 }
 
+#[test]
+fn a_wrong_hemisphere_and_exchanged_tables_are_named() {
+    let mut session = readings();
+    session.gravity.hemisphere = Some([0.0, 0.0, 1.0]);
+    let told = estimate(&session).termination;
+    assert!(told.contains("hemisphere") || told.contains("reversed torque sensors: joint1, joint2"), "{told}");
+    let mut session = readings();
+    session.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
+    session.poses.iter_mut().for_each(|pose| pose.load = if pose.load.is_some() { None } else { Some(0) });
+    assert_eq!(estimate(&session).termination, "tables with and without load plate exchanged");
+}
+
 /// Torques of the other sign: an arm that hangs reads the same.
 #[test]
 fn gravity_that_comes_out_upwards_is_asked_about() {

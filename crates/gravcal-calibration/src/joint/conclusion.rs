@@ -251,7 +251,7 @@ impl Conclusion {
                 what: format!("the model contradicts the readings of {}", names(failing)),
                 advice: "So large a share of what gravity makes these sensors read is explained neither by gravity nor by noise. \
                          What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
-                         loads' masses, distances and poses, values given as fixed, what touches the arm or pulls at it, single \
+                         hemisphere of gravity, the loads' masses, distances and poses, values given as fixed, what touches the arm or pulls at it, single \
                          bad rows."
                     .into(),
             });

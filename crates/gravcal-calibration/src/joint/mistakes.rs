@@ -2,7 +2,8 @@
 //! thing and explains them names that thing.
 //!
 //! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, columns of two joints that are
-//! swapped, of torques or of positions, and orientations that turn the other way.
+//! swapped, of torques or of positions, orientations that turn the other way, gravity in the other hemisphere than the declared one, and tables
+//! with and without the load exchanged.
 //!
 //! Of few readings some mistake always explains more, by chance. One is named only where the likelihood is decisively higher, the noise
 //! found anew with it, and allowing for how many were tried.
@@ -62,6 +63,10 @@ enum Hypothesis {
     TorquesSwapped(usize, usize),
     PositionsSwapped(usize, usize),
     OrientationsInverted,
+    /// Gravity points to the other hemisphere than the declared one.
+    HemisphereInverted,
+    /// Poses that are said to be bare carry the one load there is, and the other way round.
+    LoadExchanged,
 }
 
 fn mistaken_columns(
@@ -125,7 +130,15 @@ fn hypotheses(session: &Session) -> Vec<Hypothesis> {
         .chain(torques.map(|(a, b)| Hypothesis::TorquesSwapped(a, b)))
         .chain(positions.map(|(a, b)| Hypothesis::PositionsSwapped(a, b)))
         .chain(session.readings.orientation.is_some().then_some(Hypothesis::OrientationsInverted))
+        .chain(session.gravity.hemisphere.is_some().then_some(Hypothesis::HemisphereInverted))
+        .chain(exchangeable(session).then_some(Hypothesis::LoadExchanged))
         .collect()
+}
+
+/// Whether some poses carry the only load, and some none.
+fn exchangeable(session: &Session) -> bool {
+    let loaded = session.poses.iter().filter(|pose| pose.load.is_some()).count();
+    session.loads.len() == 1 && (1..session.poses.len()).contains(&loaded)
 }
 
 impl Hypothesis {
@@ -138,6 +151,12 @@ impl Hypothesis {
             }
             Hypothesis::TorquesSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.torque.swap(a, b)),
             Hypothesis::PositionsSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.position.swap(a, b)),
+            Hypothesis::HemisphereInverted => {
+                made.gravity.hemisphere = session.gravity.hemisphere.map(|pole| pole.map(|component| -component));
+            }
+            Hypothesis::LoadExchanged => {
+                made.poses.iter_mut().for_each(|pose| pose.load = if pose.load.is_some() { None } else { Some(0) });
+            }
             Hypothesis::OrientationsInverted => {
                 for pose in &mut made.poses {
                     let transposed = |rows: Orientation| [0, 1, 2].map(|i| [0, 1, 2].map(|j| rows[j][i]));
@@ -162,6 +181,15 @@ impl Hypothesis {
             Hypothesis::PositionsSwapped(a, b) => (
                 format!("swapped position columns: {} and {}", name(a), name(b)),
                 "Exchange them in [readings] position columns.".to_owned(),
+            ),
+            Hypothesis::HemisphereInverted => (
+                "gravity in the other hemisphere than the declared one".to_owned(),
+                "Correct [gravity] hemisphere; or, if it is right, all torques have the other sign (torque_sign = \"reversed\" in [joints])."
+                    .to_owned(),
+            ),
+            Hypothesis::LoadExchanged => (
+                format!("tables with and without load {} exchanged", session.loads[0].name),
+                "Exchange load = … among the [[poses]].".to_owned(),
             ),
             Hypothesis::OrientationsInverted => {
                 let inverse = session.readings.orientation.as_ref().is_some_and(|columns| columns.body_from_base);
