@@ -91,8 +91,8 @@ pub use orientation::{Orientation, OrientationColumns, OrientationForm};
 pub use pose::{Reading, Recording, StaticPose, read_part, read_poses};
 pub use rows::{
     Change, CheckedFile, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError,
-    Rewriting, Row, RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, create, inspect, inspect_as,
-    open, open_as, open_parquet, rewrite, shielded_parquet,
+    Rewriting, Row, RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, are_same_numbers, column_numbers,
+    create, inspect, inspect_as, open, open_as, open_parquet, rewrite, shielded_parquet,
 };
 pub use selection::{MotionLimits, Selection};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};

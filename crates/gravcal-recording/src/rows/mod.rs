@@ -34,7 +34,8 @@ use crate::error::ReadError;
 use crate::file::opened;
 
 pub use inspect::{
-    Clipped, ColumnFound, Gap, Guess, Inspection, JointFound, Meaning, Stuck, TimeFound, inspect, inspect_as,
+    Clipped, ColumnFound, Gap, Guess, Inspection, JointFound, Meaning, Stuck, TimeFound, are_same_numbers,
+    column_numbers, inspect, inspect_as,
 };
 pub use parquet::{CheckedFile, open_parquet, shielded_parquet};
 pub use rewrite::{Change, RewriteError, Rewriting, Watch, rewrite};

@@ -1,6 +1,7 @@
-//! What a session says that can hardly be so, seen before anything is solved: positions and torques in another unit than declared, and
-//! rows of an arm in motion that are taken as static poses.
+//! What a session says that can hardly be so, seen before anything is solved: positions and torques in another unit than declared or
+//! of two joints that are read as one's, and rows of an arm in motion that are taken as static poses.
 
+mod columns;
 mod motion;
 mod names;
 mod positions;
@@ -15,8 +16,9 @@ use super::contents::Session;
 impl Session {
     /// The same in sentences, each with what to do about it.
     pub(crate) fn find_doubts(&self) -> Vec<String> {
+        let columns = columns::doubt(self).into_iter();
         let units = positions::doubts(self).into_iter().chain(torques::doubt(self));
-        units.chain(motion::doubts(self)).collect()
+        columns.chain(units).chain(motion::doubts(self)).collect()
     }
 }
 

@@ -168,3 +168,27 @@ fn of_the_experiments_a_trajectory_alone_is_doubted() {
         assert_eq!(session.doubts.len(), usize::from(trajectory), "{:?}", session.doubts);
     }
 }
+
+#[test]
+fn columns_whose_numbers_do_not_go_together_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("robot.toml"), ROBOT).unwrap();
+    fs::write(folder.path().join("day.csv"), "q1,q2,tau1,tau2,tau3\n0,1,2,3,4\n0.2,1.1,2,3.3,4\n").unwrap();
+    let doubts = |positions: &str, torques: &str| {
+        let written = format!(
+            "robot = 'robot.toml'\n[gravity]\nmagnitude_m_per_s2 = 9.81\n[readings]\nposition = {{ columns = {positions}, unit = 'rad' \
+             }}\ntorque = {{ columns = {torques}, unit = 'N·m' }}\n[[poses]]\nfile = 'day.csv'\n"
+        );
+        fs::write(folder.path().join("session.toml"), written).unwrap();
+        Session::read(&folder.path().join("session.toml")).unwrap().doubts
+    };
+    let told = doubts("['q1', 'q2']", "['tau2', 'tau1']");
+    assert!(
+        told.len() == 1 && told[0].contains("shoulder reads `q1` and `tau2`, elbow reads `q2` and `tau1`"),
+        "{told:?}"
+    );
+    for torques in ["['tau1', 'tau2']", "['tau2', 'tau3']", "['tau2', '']"] {
+        assert_eq!(doubts("['q1', 'q2']", torques), [""; 0], "{torques}");
+    }
+    assert_eq!(doubts("['q2', 'q1']", "['tau2', 'tau1']"), [""; 0]);
+}

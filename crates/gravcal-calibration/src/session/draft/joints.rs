@@ -1,7 +1,10 @@
 //! Joints of a recording become those of a robot, and their columns get units.
 
 use gravcal_dynamics::JointKind;
-use gravcal_recording::{ColumnFound, ConditionUnit, Inspection, JointFound, PositionUnit, TorqueUnit, Travel};
+use gravcal_recording::{
+    ColumnFound, ConditionUnit, Inspection, JointFound, PositionUnit, TorqueUnit, Travel, are_same_numbers,
+    column_numbers,
+};
 
 use super::error::DraftError;
 use crate::robot::{NominalSensors, Robot};
@@ -50,17 +53,28 @@ impl DraftJoint {
 /// Longest travel of a sliding joint that is taken for metres.
 const METRES: f64 = 10.0;
 
-/// The robot's joints with the columns of the recording, and whether they were matched by their order, as no name or not all agree.
-/// The recording may have more joints. Without a robot those of the recording.
+/// How joints of a recording became those of a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MatchedBy {
+    /// Their names agree.
+    Name,
+    /// No name or not all agree: the numbers in the names of columns tell the order.
+    Number,
+    /// The columns stand in the order of the joints.
+    Order,
+}
+
+/// The robot's joints with the columns of the recording, and what told which is which. The recording may have more joints. Without a
+/// robot those of the recording.
 pub(super) fn matched(
     inspection: &Inspection,
     found: &[JointFound],
     robot: Option<&Robot>,
-) -> Result<(Vec<DraftJoint>, bool), DraftError> {
+) -> Result<(Vec<DraftJoint>, MatchedBy), DraftError> {
     let Some(robot) = robot else {
         let joint =
             |found: &JointFound| draft(inspection, found, &found.name, JointKind::Revolute, NominalSensors::default());
-        return Ok((found.iter().map(joint).collect(), false));
+        return Ok((found.iter().map(joint).collect(), MatchedBy::Name));
     };
     let joints = robot.chain.joints();
     let of_name = |name: &str| found.iter().find(|found| plain(&found.name) == plain(name));
@@ -70,18 +84,39 @@ pub(super) fn matched(
     let with_torque = inspection.joints_with_torque();
     let by_order = missing.len() == joints.len() || (!missing.is_empty() && found.len() == joints.len());
     let in_order = || match (found.len() == joints.len(), with_torque.len() == joints.len()) {
-        (true, _) => Some(found.iter().collect()),
+        (true, _) => Some(found.iter().collect::<Vec<_>>()),
         (false, true) => Some(with_torque.iter().collect()),
         (false, false) => None,
     };
-    let matched: Option<Vec<&JointFound>> = if by_order { in_order() } else { named.into_iter().collect() };
-    let Some(matched) = matched else {
+    let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();
+    let matched = match by_order {
+        true => in_order().map(|found| numbered(inspection, found, &names)),
+        false => named.into_iter().collect::<Option<Vec<_>>>().map(|found| (found, MatchedBy::Name)),
+    };
+    let Some((matched, by)) = matched else {
         let recorded = found.iter().map(|found| found.name.as_str()).collect::<Vec<_>>().join(", ");
         return Err(DraftError::OtherJoints { missing: missing.join(", "), joints: joints.len(), recorded });
     };
     let drafts = joints.iter().zip(matched).zip(&robot.sensors);
     let drafts = drafts.map(|((joint, found), sensors)| draft(inspection, found, &joint.name, joint.kind, *sensors));
-    Ok((drafts.collect(), by_order))
+    Ok((drafts.collect(), by))
+}
+
+/// As many joints of the recording as the robot has, whose names are these, in the robot's order: that of the numbers in the names of both
+/// where these are the same, else as they stand, which is that of their own numbers, where they have any.
+fn numbered<'a>(
+    inspection: &Inspection,
+    found: Vec<&'a JointFound>,
+    names: &[&str],
+) -> (Vec<&'a JointFound>, MatchedBy) {
+    let Some(numbers) = column_numbers(found.iter().map(|found| inspection.columns[found.position].name.as_str()))
+    else {
+        return (found, MatchedBy::Order);
+    };
+    let of_robot = column_numbers(names.iter().copied()).filter(|of_robot| are_same_numbers(of_robot, &numbers));
+    let Some(of_robot) = of_robot else { return (found, MatchedBy::Number) };
+    let of = |number: &u64| numbers.iter().position(|of| of == number).map(|place| found[place]);
+    (of_robot.iter().filter_map(of).collect(), MatchedBy::Number)
 }
 
 /// A name without what writers of tables change in it.

@@ -9,7 +9,7 @@ use gravcal_recording::{
 };
 
 use super::error::DraftError;
-use super::joints::{DraftJoint, matched};
+use super::joints::{DraftJoint, MatchedBy, matched};
 use super::robot::DraftRobot;
 use crate::session::Searched;
 use crate::session::doubts::Joined;
@@ -22,8 +22,8 @@ pub struct Draft<'a> {
     pub(super) inspection: &'a Inspection,
     pub(super) robot: Option<&'a DraftRobot>,
     pub(super) joints: Vec<DraftJoint>,
-    /// Whether joints of the recording became those of the robot by their order, as names do not agree.
-    pub(super) by_order: bool,
+    /// How joints of the recording became those of the robot.
+    pub(super) by: MatchedBy,
     /// Names of joints of the recording that are none of the robot's.
     pub(super) left_out: Vec<String>,
     /// How the recording is written, as far as it was said.
@@ -77,13 +77,13 @@ impl<'a> Draft<'a> {
         if found.is_empty() {
             return Err(DraftError::NoJoints { columns: columns() });
         }
-        let (joints, by_order) = matched(inspection, &found, robot.map(|robot| &robot.robot))?;
+        let (joints, by) = matched(inspection, &found, robot.map(|robot| &robot.robot))?;
         if joints.iter().all(|joint| joint.torque.is_none()) {
             return Err(DraftError::NoTorques { columns: columns() });
         }
         let is_taken = |name: &String| joints.iter().any(|joint| joint.recorded == *name);
         let left_out = found.into_iter().map(|found| found.name).filter(|name| !is_taken(name)).collect();
-        Ok(Draft { recording, inspection, robot, joints, by_order, left_out, csv: CsvWriting::default() })
+        Ok(Draft { recording, inspection, robot, joints, by, left_out, csv: CsvWriting::default() })
     }
 
     /// The same of a recording that, if it is CSV, is said to be written so, as the inspection was told.

@@ -108,9 +108,43 @@ fn rows_of_an_arm_in_motion_without_a_clock_are_asked_about() {
 fn joints_of_other_names_are_taken_in_their_order_and_that_is_told() {
     let (text, notes, session) = drafted(&standing("t_s,q1_rad,q2_rad,tau1_Nm,tau2_Nm"));
     assert_eq!(session.unwrap().readings.positions[0].column, "q1_rad");
-    let told = "joints were matched by their order, as their names differ: shoulder is `q1_rad`, elbow is `q2_rad`";
+    let told = "joints were matched by the order of the numbers in the columns' names, as their names differ: shoulder is \
+                `q1_rad`, elbow is `q2_rad`";
     assert_eq!(notes, [told]);
-    assert!(text.contains("they were taken in their order") && text.contains("shoulder is q1_rad, elbow is q2_rad."));
+    assert!(
+        text.contains("taken in the order of the numbers in the columns' names.")
+            && text.contains("shoulder is q1_rad, elbow is q2_rad.")
+    );
+}
+
+#[test]
+fn columns_are_paired_and_ordered_by_the_numbers_in_their_names() {
+    let columns = |session: &Session| {
+        let torque = |joint: usize| session.readings.torques[joint].as_ref().unwrap().0.column.clone();
+        let position = |joint: usize| session.readings.positions[joint].column.clone();
+        [0, 1].map(|joint| (position(joint), torque(joint)))
+    };
+    let numbered = [("J1 [°]", "T1 (Nm)"), ("J2 [°]", "T2 (Nm)")].map(|(a, b)| (a.to_owned(), b.to_owned()));
+    let (text, _, session) = drafted(&standing("t_s,J2 [°],J1 [°],T1 (Nm),T2 (Nm)"));
+    let session = session.unwrap();
+    assert_eq!(columns(&session), numbered, "{text}");
+    assert!(session.doubts.is_empty(), "{:?}", session.doubts);
+    // Other numbers: in their order, which is told.
+    let (text, ..) = drafted(&standing("t_s,J1 [°],J2 [°],T0 (Nm),T1 (Nm)"));
+    assert!(text.contains("# LOOK AT THIS: Which torque is of which joint is not told"), "{text}");
+}
+
+/// A robot's joints may stand in another order than that of the numbers in their names.
+#[test]
+fn numbers_of_the_robots_joints_count_where_they_are_those_of_the_columns() {
+    let (folder, path) = folder(&standing("t_s,J1 [°],J2 [°],T1 (Nm),T2 (Nm)"));
+    let robot = TWO_JOINTS.replace("\"shoulder\"", "\"axis2\"").replace("\"elbow\"", "\"axis1\"");
+    fs::write(folder.path().join("robot.toml"), robot).unwrap();
+    let robot = self::robot(&folder);
+    let inspection = inspect(&path, &|_| {}).unwrap();
+    let draft = Draft::new(&path, &inspection, Some(&robot)).unwrap();
+    let columns: Vec<String> = draft.mapping().positions.into_iter().map(|position| position.column).collect();
+    assert_eq!(columns, ["J2 [°]", "J1 [°]"]);
 }
 
 #[test]
@@ -136,7 +170,10 @@ fn a_recording_may_have_more_joints_than_the_robot() {
     // Of other names: those that read a torque are as many as the robot has.
     let (_, notes, session) = drafted(&finger(&standing("t_s,q1_rad,q2_rad,tau1_Nm,tau2_Nm")));
     assert_eq!(session.unwrap().readings.positions[1].column, "q2_rad");
-    assert!(notes[0].starts_with("joints were matched by their order") && notes[1].contains("finger"), "{notes:?}");
+    assert!(
+        notes[0].starts_with("joints were matched by the order of the numbers") && notes[1].contains("finger"),
+        "{notes:?}"
+    );
 }
 
 #[test]

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
-use super::joints::DraftJoint;
+use super::joints::{DraftJoint, MatchedBy};
 use super::poses::Rule;
 use super::recorded::{Draft, DraftPoses};
 use crate::document::relative_path;
@@ -57,10 +57,15 @@ impl Draft<'_> {
     /// What was guessed of the joints and the robot, for people.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        if self.by_order {
+        let by = match self.by {
+            MatchedBy::Name => None,
+            MatchedBy::Number => Some("the order of the numbers in the columns' names"),
+            MatchedBy::Order => Some("their order"),
+        };
+        if let Some(by) = by {
             let pairs: Vec<String> =
                 self.joints.iter().map(|joint| format!("{} is `{}`", joint.name, joint.position.0)).collect();
-            notes.push(format!("joints were matched by their order, as their names differ: {}", pairs.join(", ")));
+            notes.push(format!("joints were matched by {by}, as their names differ: {}", pairs.join(", ")));
         }
         if let Some(ends) = self.robot.filter(|robot| robot.guessed).and_then(|robot| robot.ends.as_ref()) {
             notes.push(format!("the chain is taken to go from `{}` to `{}`", ends.base, ends.tips.join("`, `")));
@@ -96,9 +101,20 @@ impl Draft<'_> {
     fn readings(&self) -> String {
         let joints = &self.joints;
         let mut text = String::new();
-        if self.by_order {
-            text += "\n# The robot's joints and the recording's have different names: they were taken in their order.";
-        }
+        text += &self
+            .inspection
+            .pairing_doubt()
+            .map_or_else(String::new, |doubt| format!("\n{}", commented(&format!("LOOK AT THIS: {doubt}"))));
+        text += match self.by {
+            MatchedBy::Name => "",
+            MatchedBy::Number => {
+                "\n# The robot's joints and the recording's have different names: they were taken in the order of the numbers in the \
+                 columns' names."
+            }
+            MatchedBy::Order => {
+                "\n# The robot's joints and the recording's have different names: they were taken in their order."
+            }
+        };
         text += "\n# Columns in the order of the robot's joints:";
         for joint in joints {
             let recorded = if joint.recorded == joint.name { "" } else { joint.position.0.as_str() };

@@ -1,5 +1,6 @@
 //! Which columns are of one joint, as far as their names tell.
 
+use super::numbers::{are_same_numbers, column_numbers};
 use super::{Inspection, Meaning};
 use crate::rows::joint_state::ColumnName;
 
@@ -17,11 +18,30 @@ pub struct JointFound {
 }
 
 impl Inspection {
-    /// The joints of the recording, in the order of their positions. Of several columns with one meaning the first that has readings
-    /// is taken, of the same topic where one is; where names do not tell which torque is whose, and there are as many as positions, they
-    /// are taken in their order.
+    /// The joints of the recording, in the order of their positions, or of the numbers in the names of these columns where each has its
+    /// own. Of several columns with one meaning the first that has readings is taken, of the same topic where one is. Where names do not
+    /// tell which torque is whose, and there are as many as positions, the numbers in them do, or else their order.
     /// What was asked of a joint is taken only where no sensor's reading is there, and a motor's current where no torque is.
     pub fn joints(&self) -> Vec<JointFound> {
+        self.paired().0
+    }
+
+    /// Why positions and torques that were paired by their order may not belong together: the numbers in their names do not say so.
+    pub fn pairing_doubt(&self) -> Option<String> {
+        let (joints, unsure) = self.paired();
+        let why = unsure?;
+        let name = |place: usize| self.columns[place].name.as_str();
+        let pair = |joint: &JointFound| Some(format!("`{}` with `{}`", name(joint.position), name(joint.torque?)));
+        let pairs: Vec<String> = joints.iter().filter_map(pair).collect();
+        Some(format!(
+            "Which torque is of which joint is not told by the names of their columns: {why}. They are paired by their order: {}. Look \
+             whether that is so.",
+            pairs.join(", ")
+        ))
+    }
+
+    /// The joints, and what speaks against the order by which they were paired with their torques, if they were.
+    fn paired(&self) -> (Vec<JointFound>, Option<String>) {
         let mut joints: Vec<JointFound> = Vec::new();
         for position in self.meaning(Meaning::Position) {
             let name = self.columns[position].guess.joint.clone().unwrap_or_default();
@@ -31,13 +51,54 @@ impl Inspection {
                 joints.push(JointFound { name, position, torque, velocity });
             }
         }
-        let by_order = |meaning| Some(self.meaning(meaning)).filter(|torques| torques.len() == joints.len());
+        let as_many = |meaning| Some(self.meaning(meaning)).filter(|torques| torques.len() == joints.len());
+        let mut doubt = None;
         if joints.iter().all(|joint| joint.torque.is_none())
-            && let Some(torques) = by_order(Meaning::Torque).or_else(|| by_order(Meaning::Current))
+            && let Some(torques) = as_many(Meaning::Torque).or_else(|| as_many(Meaning::Current))
         {
-            joints.iter_mut().zip(torques).for_each(|(joint, torque)| joint.torque = Some(torque));
+            doubt = self.pair(&mut joints, &torques);
         }
-        joints
+        (self.by_number(joints), doubt)
+    }
+
+    /// Pairs joints with as many torques: by the numbers in their names or, where these are not the same, by their order. Then tells what
+    /// these numbers are.
+    fn pair(&self, joints: &mut [JointFound], torques: &[usize]) -> Option<String> {
+        let positions: Vec<usize> = joints.iter().map(|joint| joint.position).collect();
+        let numbers = [self.numbers(&positions), self.numbers(torques)];
+        if let [Some(of_positions), Some(of_torques)] = &numbers
+            && are_same_numbers(of_positions, of_torques)
+        {
+            let of = |number| of_torques.iter().position(|of| of == number).map(|place| torques[place]);
+            joints.iter_mut().zip(of_positions).for_each(|(joint, number)| joint.torque = of(number));
+            return None;
+        }
+        joints.iter_mut().zip(torques).for_each(|(joint, torque)| joint.torque = Some(*torque));
+        let listed = |numbers: &[u64]| numbers.iter().map(u64::to_string).collect::<Vec<_>>().join(", ");
+        match &numbers {
+            [Some(of_positions), Some(of_torques)] => Some(format!(
+                "those of positions carry the numbers {}, those of torques {}",
+                listed(of_positions),
+                listed(of_torques)
+            )),
+            [Some(only), None] => Some(format!("only those of positions carry numbers ({})", listed(only))),
+            [None, Some(only)] => Some(format!("only those of torques carry numbers ({})", listed(only))),
+            [None, None] => None,
+        }
+    }
+
+    /// The numbers in the names of columns.
+    fn numbers(&self, columns: &[usize]) -> Option<Vec<u64>> {
+        column_numbers(columns.iter().map(|column| self.columns[*column].name.as_str()))
+    }
+
+    /// Joints in the order of the numbers in the names of their positions, where each has its own.
+    fn by_number(&self, joints: Vec<JointFound>) -> Vec<JointFound> {
+        let positions: Vec<usize> = joints.iter().map(|joint| joint.position).collect();
+        let Some(numbers) = self.numbers(&positions) else { return joints };
+        let mut numbered: Vec<(u64, JointFound)> = numbers.into_iter().zip(joints).collect();
+        numbered.sort_by_key(|(number, _)| *number);
+        numbered.into_iter().map(|(_, joint)| joint).collect()
     }
 
     /// Those of them whose torque reading ever changes; all, where none does. A gripper's fingers have mostly none.
@@ -45,7 +106,7 @@ impl Inspection {
         let changes = |torque: usize| self.columns[torque].lowest < self.columns[torque].highest;
         let (alive, dead): (Vec<JointFound>, Vec<JointFound>) =
             self.joints().into_iter().partition(|joint| joint.torque.is_some_and(changes));
-        if alive.is_empty() { dead } else { alive }
+        self.by_number(if alive.is_empty() { dead } else { alive })
     }
 
     /// Those of joints that move: by a hundredth at least of what the one does that moves most. The fingers of a gripper that carries

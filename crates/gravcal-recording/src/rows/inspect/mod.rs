@@ -6,6 +6,7 @@
 mod column;
 mod joints;
 mod names;
+mod numbers;
 #[cfg(test)]
 mod tests;
 mod text;
@@ -21,6 +22,7 @@ pub use self::column::{Clipped, ColumnFound, Stuck};
 pub use self::joints::JointFound;
 use self::names::DATES;
 pub use self::names::{Guess, Meaning};
+pub use self::numbers::{are_same_numbers, column_numbers};
 use self::time::TimeWatch;
 pub use self::time::{Gap, TimeFound};
 use super::{Row, Rows, Source, Watched};

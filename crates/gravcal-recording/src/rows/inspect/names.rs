@@ -115,8 +115,10 @@ const UNITS: [(&str, &str); 18] = [
 /// The column that is a clock, if one is.
 pub(super) fn clock(columns: &[String]) -> Option<usize> {
     let is_clock = |column: &String| {
-        let words = words(column);
-        matches!(words.first().map(String::as_str), Some("t" | "time" | "timestamp" | "stamp" | "zeit"))
+        let (head, unit) = without_unit(column);
+        let words = words(&head);
+        unit.and_then(meaning_of_unit).is_none()
+            && matches!(words.first().map(String::as_str), Some("t" | "time" | "timestamp" | "stamp" | "zeit"))
     };
     let named = columns.iter().position(|column| column == TIME);
     named.or_else(|| columns.iter().position(is_clock))
@@ -178,7 +180,7 @@ pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Gue
 }
 
 /// The name without a unit that stands in brackets of any kind, or at its end behind a space or `_` where words do not tell it.
-fn without_unit(column: &str) -> (String, Option<&'static str>) {
+pub(super) fn without_unit(column: &str) -> (String, Option<&'static str>) {
     for brackets in [['[', ']'], ['(', ')'], ['{', '}'], ['<', '>']] {
         let parts =
             column.split_once(brackets[0]).and_then(|(before, rest)| Some((before, rest.split_once(brackets[1])?)));

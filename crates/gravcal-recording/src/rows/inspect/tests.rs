@@ -110,10 +110,49 @@ fn what_sensors_read_is_taken_before_what_was_asked_and_torques_before_currents(
     }
 }
 
+/// Of each joint, in their order, the columns of its position and its torque.
+fn pairs(header: &str) -> (Vec<String>, Inspection) {
+    let cells = |from: usize| (0..header.split(',').count()).map(|cell| (from + cell).to_string()).collect::<Vec<_>>();
+    let found = inspected(&format!("{header}\n{}\n{}\n", cells(1).join(","), cells(2).join(",")));
+    let name = |place: usize| found.columns[place].name.as_str();
+    let pair = |joint: &JointFound| format!("{} {}", name(joint.position), joint.torque.map_or("", name));
+    (found.joints().iter().map(pair).collect(), found)
+}
+
+#[test]
+fn numbers_in_names_tell_which_torque_is_whose() {
+    let (told, found) = pairs("J1 [°],J3 [°],J2 [°],T3 (Nm),T1 (Nm),T2 (Nm)");
+    assert_eq!(told, ["J1 [°] T1 (Nm)", "J2 [°] T2 (Nm)", "J3 [°] T3 (Nm)"]);
+    assert_eq!(found.pairing_doubt(), None);
+    // Of names that tell the joint, numbers are only the order.
+    assert_eq!(pairs("tau1,q2,tau2,q1").0, ["q1 tau1", "q2 tau2"]);
+    // A joint without a number leaves the others where they stand.
+    assert_eq!(pairs("q2,q1,q_elbow").0, ["q2 ", "q1 ", "q_elbow "]);
+}
+
+#[test]
+fn numbers_that_do_not_go_together_are_told() {
+    for (header, expected) in [
+        ("J1 [°],J2 [°],T0 (Nm),T1 (Nm)", "those of positions carry the numbers 1, 2, those of torques 0, 1"),
+        ("J1 [°],J2 [°],left (Nm),right (Nm)", "only those of positions carry numbers (1, 2)"),
+        ("left [°],right [°],T1 (Nm),T2 (Nm)", "only those of torques carry numbers (1, 2)"),
+    ] {
+        let (told, found) = pairs(header);
+        let (positions, torques): (Vec<_>, Vec<_>) = header.split(',').enumerate().partition(|(place, _)| *place < 2);
+        let in_order: Vec<String> = positions.iter().zip(&torques).map(|(a, b)| format!("{} {}", a.1, b.1)).collect();
+        assert_eq!(told, in_order);
+        let doubt = found.pairing_doubt().unwrap();
+        assert!(doubt.contains(expected) && doubt.contains("paired by their order: `"), "{doubt}");
+        assert!(found.to_string().contains("Which torque is of which joint is not told"), "{found}");
+    }
+    assert_eq!(pairs("left [°],right [°],upper (Nm),lower (Nm)").1.pairing_doubt(), None);
+}
+
 #[test]
 fn the_clock_is_found_by_its_name() {
     let clock = |names: [&str; 2]| names::clock(&names.map(str::to_owned));
     assert_eq!((clock(["q", "time_s"]), clock(["timestamp", "q"]), clock(["a", "tau"])), (Some(1), Some(0), None));
+    assert_eq!((clock(["J1 [°]", "T1 (Nm)"]), clock(["q", "T (ms)"])), (None, Some(1)));
     for (name, step, unit) in
         [("time_s", 0.001, "s"), ("t", 0.001, "s"), ("t", 1.0, "ms"), ("stamp", 1e6, "ns"), ("t_us", 1e3, "µs")]
     {

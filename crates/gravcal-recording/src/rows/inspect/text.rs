@@ -29,6 +29,10 @@ impl fmt::Display for Inspection {
             writeln!(f, "{} rows repeat the row before them.", self.repeated)?;
         }
         columns_text(f, &self.columns, self.time.as_ref())?;
+        if let Some(doubt) = self.pairing_doubt() {
+            writeln!(f)?;
+            wrapped(f, "", &doubt)?;
+        }
         if !self.remarks.is_empty() {
             writeln!(f, "\nLost or left out")?;
         }
