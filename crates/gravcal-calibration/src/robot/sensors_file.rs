@@ -74,7 +74,9 @@ impl Place<'_> {
     fn torque(&self, sensor: &TorqueSensorTable) -> Result<NominalTorqueSensor, FileError> {
         let field = self.joint.key("torque_sensor");
         let (gain, bias) = (field.key("gain"), field.key("bias"));
-        let unit = self.fitting(&gain, units::torque_gain(sensor.gain.unit(), self.kind))?;
+        let unit = units::torque_gain(sensor.gain.unit(), self.kind);
+        let turned = |unit: &str| units::torque_gain(Some(unit), self.kind).is_ok();
+        let unit = self.fitting(&gain, unit.map_err(|error| error.of_gain(Some(sensor.gain.value), turned)))?;
         let nominal = NominalTorqueSensor { unit, gain: self.gain(&gain, &sensor.gain)?, bias: 0.0 };
         let Some(table) = &sensor.bias else { return Ok(nominal) };
         let bias_unit = self.fitting(&bias, units::torque_reading(table.unit()))?;
@@ -88,7 +90,9 @@ impl Place<'_> {
     fn position(&self, sensor: &PositionSensorTable) -> Result<NominalPositionSensor, FileError> {
         let field = self.joint.key("position_sensor");
         let (gain, offset) = (field.key("gain"), field.key("offset"));
-        let unit = self.fitting(&gain, units::position_gain(sensor.gain.unit(), self.kind))?;
+        let unit = units::position_gain(sensor.gain.unit(), self.kind);
+        let turned = |unit: &str| units::position_gain(Some(unit), self.kind).is_ok();
+        let unit = self.fitting(&gain, unit.map_err(|error| error.of_gain(Some(sensor.gain.value), turned)))?;
         let value = self.gain(&gain, &sensor.gain)? * unit.to_si();
         let nominal = NominalPositionSensor { unit: unit.reading, gain: value, offset: 0.0 };
         let Some(table) = &sensor.offset else { return Ok(nominal) };

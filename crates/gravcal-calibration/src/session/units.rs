@@ -17,10 +17,37 @@ use crate::session::InstrumentKind;
 
 /// A unit that is missing, or does not fit its quantity.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{}: expected {expected}", described(.found.as_deref()))]
+#[error("{}: expected {expected}{}", described(.found.as_deref()), told(.turned.as_deref()))]
 pub(crate) struct UnitError {
     found: Option<String>,
     expected: String,
+    /// What was written, the right way round.
+    turned: Option<String>,
+}
+
+impl UnitError {
+    /// The same of a gain of this `value` that may be written the other way round: torque a reading, not reading a torque. `fits` tells
+    /// whether a unit may stand there.
+    pub fn of_gain(mut self, value: Option<f64>, fits: impl Fn(&str) -> bool) -> UnitError {
+        self.turned = value.zip(self.found.as_deref()).and_then(|(value, unit)| turned(value, unit, fits));
+        self
+    }
+}
+
+/// A gain that fits when it is turned round: `12 N·m/A is 0.0833 A/(N·m)`.
+fn turned(value: f64, unit: &str, fits: impl Fn(&str) -> bool) -> Option<String> {
+    let (numerator, denominator) = unit.split_once('/')?;
+    let bracketed = |unit: &str| match unit.chars().all(|letter| letter.is_alphanumeric() || letter == '%') {
+        true => unit.to_owned(),
+        false => format!("({unit})"),
+    };
+    let turned = format!("{}/{}", without_brackets(denominator), bracketed(without_brackets(numerator)));
+    let inverse = format!("{:.2e}", 1.0 / value).parse::<f64>().ok().filter(|inverse| inverse.is_normal())?;
+    fits(&turned).then(|| format!("{value} {unit} is {inverse} {turned}"))
+}
+
+fn told(turned: Option<&str>) -> String {
+    turned.map_or_else(String::new, |turned| format!("; {turned}"))
 }
 
 fn described(found: Option<&str>) -> String {
@@ -126,6 +153,22 @@ pub(crate) fn sensed_reading(written: Option<&str>, kind: InstrumentKind, axis: 
     })
 }
 
+/// The same where one unit is written for all axes: with forces in N go moments in N·m.
+pub(crate) fn sensed_by_all(written: Option<&str>, kind: InstrumentKind, axis: usize) -> Result<String, UnitError> {
+    if kind == InstrumentKind::Accelerometer {
+        return sensed_reading(written, kind, axis);
+    }
+    let newtons = same(written, "N").is_ok();
+    let unit = if newtons && axis >= 3 { Some("N·m") } else { written };
+    sensed_reading(unit, kind, axis).map_err(|_| {
+        let each = "[\"N\", \"N\", \"N\", \"N·m\", \"N·m\", \"N·m\"]";
+        refused(
+            written,
+            format!("one of N (of forces, with N·m of moments), count, V, or one for each axis, such as {each}"),
+        )
+    })
+}
+
 /// Unit of the gain of such an axis, such as `count/(N·m)`.
 pub(crate) fn gain_of(reading: &str, sensed: &str) -> String {
     if reading.contains('/') { format!("({reading})/{sensed}") } else { format!("{reading}/{sensed}") }
@@ -170,7 +213,7 @@ fn without_brackets(unit: &str) -> &str {
 }
 
 fn refused(written: Option<&str>, expected: String) -> UnitError {
-    UnitError { found: written.map(str::to_owned), expected }
+    UnitError { found: written.map(str::to_owned), expected, turned: None }
 }
 
 fn coordinates(kind: JointKind) -> [PositionUnit; 2] {
@@ -233,6 +276,31 @@ mod tests {
         assert_eq!(natural_gain("N·m", "(N·m)"), Some(1.0));
         assert_eq!(natural_gain("count", "N"), None);
         assert!((natural_gain("g", "(m/s²)").unwrap() * 9.80665 - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn one_unit_of_a_wrist_sensor_is_that_of_its_forces() {
+        let unit = |written, axis| sensed_by_all(written, InstrumentKind::ForceTorque, axis);
+        assert_eq!([0, 2, 3, 5].map(|axis| unit(Some("N"), axis).unwrap()), ["N", "N", "N·m", "N·m"]);
+        assert_eq!(unit(Some("count"), 4), Ok("count".to_owned()));
+        for written in [None, Some("Nm"), Some("kg")] {
+            let message = unit(written, 0).unwrap_err().to_string();
+            assert!(message.contains("such as [\"N\", \"N\", \"N\", \"N·m\", \"N·m\", \"N·m\"]"), "{message}");
+        }
+        assert_eq!(sensed_by_all(Some("g"), InstrumentKind::Accelerometer, 2), Ok("g".to_owned()));
+    }
+
+    #[test]
+    fn a_gain_that_is_written_the_other_way_round_is_told_the_right_way() {
+        let told = |value, unit: &str| {
+            let error = torque_gain(Some(unit), Revolute).unwrap_err();
+            error.of_gain(Some(value), |turned| torque_gain(Some(turned), Revolute).is_ok()).to_string()
+        };
+        assert!(told(12.0, "N·m/A").ends_with("; 12 N·m/A is 0.0833 A/(N·m)"), "{}", told(12.0, "N·m/A"));
+        assert!(told(0.5, "Nm/(count)").ends_with("; 0.5 Nm/(count) is 2 count/Nm"), "{}", told(0.5, "Nm/(count)"));
+        for (value, unit) in [(12.0, "N·m"), (12.0, "kg/A"), (0.0, "N·m/A"), (f64::INFINITY, "N·m/A")] {
+            assert!(told(value, unit).ends_with("as the joint is revolute"), "{}", told(value, unit));
+        }
     }
 
     #[test]

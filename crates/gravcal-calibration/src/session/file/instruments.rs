@@ -324,7 +324,8 @@ impl Section<'_> {
         all.unexplained.extend(unexplained::said(self.context, &self.field.key("readings"), axes, readings)?);
         let mut units = Vec::new();
         for axis in 0..axes.len() {
-            let read = columns.of(axis, |unit| units::sensed_reading(unit, self.kind, axis))?;
+            let unit = if columns.have_units_of_their_own() { units::sensed_reading } else { units::sensed_by_all };
+            let read = columns.of(axis, |written| unit(written, self.kind, axis))?;
             let (column, unit) = read.unzip();
             all.columns.push(column);
             units.push(unit);
@@ -387,7 +388,9 @@ impl Section<'_> {
                 (Some(unit), Some(table)) => {
                     let field = self.field.key(key);
                     let expected = units::gain_of(unit, sensed);
+                    let turned = |unit: &str| units::same(Some(unit), &expected).is_ok();
                     units::same(table.unit(), &expected)
+                        .map_err(|error| error.of_gain(table.value(), turned))
                         .map_err(|error| self.context.document.error(&field.key("unit"), error))?;
                     table.gain(self.context.document, &field, factor(self.sign))
                 }

@@ -206,7 +206,9 @@ impl<'a> Joint<'a> {
         let sign = factor(self.torque_sign().map(|entry| *entry.value));
         if let Some(entry) = self.said.of(Quantity::TorqueGain) {
             let Entry { value: table, field, .. } = &entry;
-            let unit = self.fitting(&entry, units::torque_gain(table.unit(), self.kind))?;
+            let unit = units::torque_gain(table.unit(), self.kind);
+            let turned = |unit: &str| units::torque_gain(Some(unit), self.kind).is_ok();
+            let unit = self.fitting(&entry, unit.map_err(|error| error.of_gain(table.value(), turned)))?;
             self.check_reading(&entry, unit, reading)?;
             return table.gain(self.context.document, field, sign);
         }
@@ -238,7 +240,9 @@ impl<'a> Joint<'a> {
         let reading = self.position_unit.si();
         if let Some(entry) = self.said.of(Quantity::PositionGain) {
             let Entry { value: table, field, .. } = &entry;
-            let unit = self.fitting(&entry, units::position_gain(table.unit(), self.kind))?;
+            let unit = units::position_gain(table.unit(), self.kind);
+            let turned = |unit: &str| units::position_gain(Some(unit), self.kind).is_ok();
+            let unit = self.fitting(&entry, unit.map_err(|error| error.of_gain(table.value(), turned)))?;
             self.check_reading(&entry, unit.reading.si(), reading)?;
             let gain = table.gain(self.context.document, field, sign)?;
             return Ok(scaled(gain, unit.to_si()));

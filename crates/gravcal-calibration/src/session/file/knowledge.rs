@@ -22,6 +22,11 @@ impl KnowledgeTable {
         self.unit.as_deref()
     }
 
+    /// The number that is written, whatever is known of it.
+    pub fn value(&self) -> Option<f64> {
+        self.nominal.or(self.fixed)
+    }
+
     /// A bias or offset, in the written unit.
     pub fn knowledge(&self, document: &Document, field: &Field) -> Result<Knowledge, FileError> {
         match (self.nominal, self.std, self.fixed) {

@@ -230,6 +230,21 @@ file = "poses.csv"
     }
 
     #[test]
+    fn newtons_of_a_wrist_sensor_go_with_newton_metres() {
+        let poses = table("w,x,y,z", 1.0, wxyz);
+        let units = "[\"N\", \"N\", \"N\", \"N·m\", \"N·m\", \"N·m\"]";
+        assert_eq!(SESSION.matches(units).count(), 1);
+        assert_eq!(
+            read(&SESSION.replace(units, "\"N\""), &poses).unwrap().further,
+            read(SESSION, &poses).unwrap().further
+        );
+        let message = read(&SESSION.replace(units, "\"kg\""), &poses).unwrap_err();
+        assert!(message.contains(&format!("or one for each axis, such as {units}")), "{message}");
+        let message = read(&SESSION.replace("fixed = 1, unit = \"N/N\"", "nominal = 4, unit = \"N/count\""), &poses);
+        assert!(message.unwrap_err().contains("the unit `N/count` does not fit: expected N/N"));
+    }
+
+    #[test]
     fn the_same_orientations_may_be_written_otherwise() {
         let written = "columns = [\"w\", \"x\", \"y\", \"z\"], order = \"wxyz\", rotation = \"base-from-body\"";
         let columns = "columns = [\"x\", \"y\", \"z\", \"w\"], order = \"xyzw\", rotation = \"body-from-base\"";

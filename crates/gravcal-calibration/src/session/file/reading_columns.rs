@@ -65,6 +65,11 @@ impl<'a> ReadingColumns<'a> {
         })
     }
 
+    /// Whether each joint (or axis) has a unit, and not one all.
+    pub fn have_units_of_their_own(&self) -> bool {
+        matches!(self.units.written, Some(OneOrMany::Many(_)))
+    }
+
     /// The reading of a joint (or axis) with its unit; `None` where it has no column (and needs no unit).
     pub fn of<U>(
         &self,

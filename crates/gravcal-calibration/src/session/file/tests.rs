@@ -372,6 +372,18 @@ fn units_are_mandatory() {
 }
 
 #[test]
+fn a_gain_of_torque_a_reading_is_told_the_right_way_round() {
+    let gain = "nominal = 5.5, unit = \"count/(N·m)\"";
+    for (written, told) in [("12", "12"), ("12.5", "12.5")] {
+        let message = refused(gain, &format!("nominal = {written}, unit = \"N·m/count\""));
+        assert!(
+            message.contains(&format!("; {told} N·m/count is 0.08")) && message.ends_with("count/(N·m)"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn units_of_the_files_agree() {
     assert_refused(
         "count/(N·m)",
