@@ -27,9 +27,9 @@ use crate::terminal;
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The recording
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    /// The recording: one, to whose session others of the same columns are added as further [[poses]]
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
 
     /// Write a session to start from
     #[arg(long, value_name = "OUT.toml")]
@@ -100,7 +100,7 @@ struct Told<'a> {
 
 /// Runs the command.
 pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
-    let file = arguments.file.as_path();
+    let file = only(&arguments.files)?;
     targets::check([Some(file), arguments.robot.as_deref()].into_iter().flatten(), arguments.session.as_slice())?;
     if let Some(session) = arguments.session.as_deref().filter(|session| session.exists() && !arguments.overwrite) {
         let message = format!("{}: there is such a file already", session.display());
@@ -113,6 +113,10 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let inspection = inspect_as(file, &csv, &|share| watch("reading", share));
     let inspection = inspection.map_err(|error| Failure::bad_input(&error))?;
     let robot = robot(arguments, &inspection)?;
+    let inspection = match &robot {
+        Some(robot) => inspection.with_sliding(|joint| robot.slides(joint)),
+        None => inspection,
+    };
     let draft = match Draft::new(file, &inspection, robot.as_ref()) {
         Ok(draft) => Some(draft.written(csv)),
         // What cannot be guessed matters only to who wants it, or has given a robot that does not fit.
@@ -136,6 +140,27 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
         tell_session(path, draft, poses)?;
     }
     Ok(Exit::Determined)
+}
+
+/// The one recording that is inspected.
+fn only(files: &[PathBuf]) -> Result<&Path, Failure> {
+    match files {
+        [file] => Ok(file),
+        [] => Err(Failure::said("which recording? name its file")),
+        [first, others @ ..] => {
+            let tables: String = others
+                .iter()
+                .map(|other| format!("\n  [[poses]]\n  file = {:?}", other.display().to_string()))
+                .collect();
+            let message = format!("{} recordings are named, and one is inspected at a time", files.len());
+            let hint = format!(
+                "draw up the session from {}; others of the same columns are added to it by hand, each with the load it was taken \
+                 with, if any (load = \"…\"):{tables}",
+                first.display()
+            );
+            Err(Failure::said(message).hint(hint))
+        }
+    }
 }
 
 fn robot(arguments: &Arguments, inspection: &Inspection) -> Result<Option<DraftRobot>, Failure> {
@@ -208,4 +233,24 @@ fn tell_session(path: &Path, draft: &Draft<'_>, poses: &DraftPoses) -> Result<()
     };
     let notes: String = notes.iter().map(|note| format!("note: {note}\n")).collect();
     terminal::print(&format!("\n{notes}Session in {}. {next}\n", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn further_recordings_are_shown_as_poses_of_the_session() {
+        let files = ["bare.csv", "loaded.csv", "second load.csv"].map(PathBuf::from);
+        assert_eq!(only(&files[..1]).unwrap(), Path::new("bare.csv"));
+        let told = only(&files).unwrap_err().to_string();
+        for expected in [
+            "3 recordings are named, and one is inspected at a time",
+            "draw up the session from bare.csv;",
+            "\n  [[poses]]\n  file = \"loaded.csv\"\n  [[poses]]\n  file = \"second load.csv\"",
+        ] {
+            assert!(told.contains(expected), "{told}");
+        }
+        assert!(only(&[]).is_err());
+    }
 }

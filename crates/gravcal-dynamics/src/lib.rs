@@ -83,4 +83,4 @@ pub use joint::{Joint, JointKind};
 pub use link::{Link, LinkInertia};
 pub use link_gravity::LinkGravity;
 pub use transform::{NotARotation, Transform};
-pub use urdf::{UPRIGHT_LINK, UrdfCorrection, UrdfEnds, UrdfError};
+pub use urdf::{UPRIGHT_LINK, UrdfCorrection, UrdfEnds, UrdfError, urdf_sliding_joints};

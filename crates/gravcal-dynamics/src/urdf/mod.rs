@@ -28,13 +28,22 @@ pub use error::UrdfError;
 use essentials::essentials;
 use joint::Motion;
 use tree::Tree;
-use urdf_rs::Robot;
+use urdf_rs::{JointType, Robot};
 
 use crate::body_inertia::BodyInertia;
 use crate::chain::{Attachment, Chain, Mimic};
 use crate::joint::{Joint, JointKind};
 use crate::link::{Link, LinkInertia};
 use crate::transform::Transform;
+
+/// The joints of a URDF that slide, by name, wherever they hang: a gripper's fingers mostly do.
+///
+/// # Errors
+/// The text is no URDF.
+pub fn urdf_sliding_joints(text: &str) -> Result<Vec<String>, UrdfError> {
+    let sliding = read(text)?.joints.into_iter().filter(|joint| joint.joint_type == JointType::Prismatic);
+    Ok(sliding.map(|joint| joint.name).collect())
+}
 
 impl Chain {
     /// The chain from link `base` to the links `tips` of a URDF: one tip for a serial robot, one for each branch otherwise.

@@ -120,7 +120,7 @@ fn numbered<'a>(
 }
 
 /// A name without what writers of tables change in it.
-fn plain(name: &str) -> String {
+pub(super) fn plain(name: &str) -> String {
     name.chars().filter(|letter| letter.is_alphanumeric()).flat_map(char::to_lowercase).collect()
 }
 

@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_dynamics::UrdfEnds;
+use gravcal_dynamics::{JointKind, UrdfEnds, urdf_sliding_joints};
 
+use super::joints::plain;
 use crate::document::{FileError, read_text};
 use crate::robot::Robot;
 
@@ -26,6 +27,8 @@ pub struct DraftRobot {
     pub(super) ends: Option<UrdfEnds>,
     /// Whether base and tips were guessed.
     pub(super) guessed: bool,
+    /// Names of the joints that slide, of a URDF off the chain, too.
+    sliding: Vec<String>,
 }
 
 impl DraftRobot {
@@ -45,7 +48,10 @@ impl DraftRobot {
             if base.is_some() || !tips.is_empty() {
                 return Err(FileError::new(path, "only a URDF has links to choose as base and tip: leave them away"));
             }
-            return Ok(DraftRobot { robot: Robot::read(path)?, path: path.to_owned(), ends: None, guessed: false });
+            let robot = Robot::read(path)?;
+            let slides = robot.chain.joints().iter().filter(|joint| joint.kind == JointKind::Prismatic);
+            let sliding = slides.map(|joint| joint.name.clone()).collect();
+            return Ok(DraftRobot { robot, path: path.to_owned(), ends: None, guessed: false, sliding });
         }
         let guessed = base.is_none() || tips.is_empty();
         let ends = match base {
@@ -56,7 +62,13 @@ impl DraftRobot {
         };
         let named: Vec<&str> = ends.tips.iter().map(String::as_str).collect();
         let robot = Robot::from_urdf_file(path, &ends.base, &named)?;
-        Ok(DraftRobot { robot, path: path.to_owned(), ends: Some(ends), guessed })
+        let sliding = urdf_sliding_joints(&read_text(path)?).map_err(|error| FileError::new(path, error))?;
+        Ok(DraftRobot { robot, path: path.to_owned(), ends: Some(ends), guessed, sliding })
+    }
+
+    /// Whether the joint of this name slides, as far as the robot's file knows it.
+    pub fn slides(&self, joint: &str) -> bool {
+        self.sliding.iter().any(|name| plain(name) == plain(joint))
     }
 }
 

@@ -194,6 +194,15 @@ fn a_urdf_is_followed_to_the_recorded_joints_it_has() {
         Ok::<_, String>(robot.ends.map(|ends| (ends.base, ends.tips.concat())).unwrap())
     };
     let whole = Ok(("base".to_owned(), "fore".to_owned()));
+    // Which joints slide is known of those beyond the chain, too.
+    let text = fs::read_to_string(&urdf).unwrap();
+    let finger = "<link name=\"finger\"/><joint name=\"grip_1\" type=\"prismatic\"><parent link=\"fore\"/><child link=\"finger\"/></joint>";
+    let gripping = folder.path().join("gripping.urdf");
+    fs::write(&gripping, text.replace("</robot>", &format!("{finger}</robot>"))).unwrap();
+    let recorded = RecordedJoints { all: &["shoulder", "elbow"], moving: &["shoulder", "elbow"] };
+    let robot = DraftRobot::read(&gripping, None, &[], recorded).unwrap();
+    assert_eq!(robot.robot.chain.joints().len(), 2);
+    assert!(robot.slides("grip_1") && robot.slides("grip1") && !robot.slides("elbow"));
     assert_eq!(ends(&[], &["shoulder", "elbow", "finger"]), whole);
     // A joint that stands all the time is part of what the last one carries that moves.
     let standing = RecordedJoints { all: &["shoulder", "elbow"], moving: &["shoulder"] };

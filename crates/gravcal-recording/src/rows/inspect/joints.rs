@@ -4,6 +4,9 @@ use super::numbers::{are_same_numbers, column_numbers};
 use super::{Inspection, Meaning};
 use crate::rows::joint_state::ColumnName;
 
+/// Longest travel, or largest speed, of a sliding joint that is taken for metres.
+const METRES: f64 = 10.0;
+
 /// The columns of a joint, as places in [`Inspection::columns`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JointFound {
@@ -115,6 +118,25 @@ impl Inspection {
         let range = |joint: &JointFound| self.columns[joint.position].highest - self.columns[joint.position].lowest;
         let largest = joints.iter().map(range).fold(0.0, f64::max);
         joints.iter().filter(move |joint| range(joint) >= 0.01 * largest)
+    }
+
+    /// The same where it is known which joints slide, by the names of these: units that names of columns do not tell are those of
+    /// lengths and forces.
+    #[must_use]
+    pub fn with_sliding(mut self, slides: impl Fn(&str) -> bool) -> Inspection {
+        let columns = self.columns.iter_mut().filter(|column| column.guess.joint.as_deref().is_some_and(&slides));
+        for column in columns.filter(|column| !column.guess.unit_named) {
+            let long = column.lowest.abs().max(column.highest.abs()) > METRES;
+            column.guess.unit = match column.guess.unit {
+                Some("rad" | "deg") if long => Some("mm"),
+                Some("rad" | "deg") => Some("m"),
+                Some("rad/s" | "deg/s") if long => Some("mm/s"),
+                Some("rad/s" | "deg/s") => Some("m/s"),
+                Some("N·m") => Some("N"),
+                unit => unit,
+            };
+        }
+        self
     }
 
     /// Columns that say something and have this meaning: those that sensors read, where there is one.

@@ -110,6 +110,16 @@ fn what_sensors_read_is_taken_before_what_was_asked_and_torques_before_currents(
     }
 }
 
+#[test]
+fn units_of_joints_that_slide_are_lengths_and_forces() {
+    let columns = "t_s,arm_pos,finger_pos,finger_vel,finger_effort,rail_pos,rail_pos_deg";
+    let found = inspected(&format!("{columns}\n0,1,0.02,0.1,3,0,0\n1,2,0.04,0.1,4,800,90\n"));
+    let units = |found: &Inspection| found.columns.iter().map(|column| column.guess.unit.unwrap()).collect::<Vec<_>>();
+    assert_eq!(units(&found), ["rad", "rad", "rad/s", "N·m", "count", "deg"]);
+    let known = found.with_sliding(|joint| joint == "finger" || joint == "rail");
+    assert_eq!(units(&known), ["rad", "m", "m/s", "N", "count", "deg"]);
+}
+
 /// Of each joint, in their order, the columns of its position and its torque.
 fn pairs(header: &str) -> (Vec<String>, Inspection) {
     let cells = |from: usize| (0..header.split(',').count()).map(|cell| (from + cell).to_string()).collect::<Vec<_>>();
