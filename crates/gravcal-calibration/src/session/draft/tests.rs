@@ -124,13 +124,13 @@ fn columns_are_paired_and_ordered_by_the_numbers_in_their_names() {
         let position = |joint: usize| session.readings.positions[joint].column.clone();
         [0, 1].map(|joint| (position(joint), torque(joint)))
     };
-    let numbered = [("J1 [°]", "T1 (Nm)"), ("J2 [°]", "T2 (Nm)")].map(|(a, b)| (a.to_owned(), b.to_owned()));
-    let (text, _, session) = drafted(&standing("t_s,J2 [°],J1 [°],T1 (Nm),T2 (Nm)"));
+    let numbered = [("J1 [rad]", "T1 (Nm)"), ("J2 [rad]", "T2 (Nm)")].map(|(a, b)| (a.to_owned(), b.to_owned()));
+    let (text, _, session) = drafted(&standing("t_s,J2 [rad],J1 [rad],T1 (Nm),T2 (Nm)"));
     let session = session.unwrap();
     assert_eq!(columns(&session), numbered, "{text}");
     assert!(session.doubts.is_empty(), "{:?}", session.doubts);
     // Other numbers: in their order, which is told.
-    let (text, ..) = drafted(&standing("t_s,J1 [°],J2 [°],T0 (Nm),T1 (Nm)"));
+    let (text, ..) = drafted(&standing("t_s,J1 [rad],J2 [rad],T0 (Nm),T1 (Nm)"));
     assert!(text.contains("# LOOK AT THIS: Which torque is of which joint is not told"), "{text}");
 }
 
