@@ -126,6 +126,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let draft = match draft {
         None => None,
         Some(draft) => {
+            let draft = draft.looked_at(&|share| watch("looking at", share));
+            let draft = draft.map_err(|error| Failure::bad_input(&error))?;
             let poses = draft.search(&|share| watch("searching", share)).map_err(|error| Failure::bad_input(&error))?;
             Some((draft, poses))
         }

@@ -11,7 +11,8 @@ pub enum DraftError {
     /// It cannot be told which columns are positions.
     #[error(
         "which columns are the joints' positions and torques is not told by their names: expected such as \
-         `shoulder.position` and `shoulder.effort`, or `q1_deg` and `tau1_Nm`; the columns are {columns}"
+         `shoulder.position` and `shoulder.effort`, or `q1_deg` and `tau1_Nm`; or, of a wrist sensor that is turned without joints, \
+         `qx`, `qy`, `qz`, `qw` and `fx`, `fy`, `fz`, `tx`, `ty`, `tz`; the columns are {columns}"
     )]
     NoJoints {
         /// Names of the columns.

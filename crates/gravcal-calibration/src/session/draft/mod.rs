@@ -6,11 +6,13 @@
 //!                          path of the recording ─────────────────────────┘
 //! ```
 
+mod body;
 mod error;
 mod joints;
 mod poses;
 mod recorded;
 mod robot;
+mod sense;
 #[cfg(test)]
 mod tests;
 mod text;

@@ -8,9 +8,11 @@ use gravcal_recording::{
     static_poses,
 };
 
+use super::body::DraftBody;
 use super::error::DraftError;
 use super::joints::{DraftJoint, MatchedBy, matched};
 use super::robot::DraftRobot;
+use super::sense::Forces;
 use crate::session::Searched;
 use crate::session::doubts::Joined;
 use crate::session::travel::{BIN, STEADY};
@@ -22,6 +24,8 @@ pub struct Draft<'a> {
     pub(super) inspection: &'a Inspection,
     pub(super) robot: Option<&'a DraftRobot>,
     pub(super) joints: Vec<DraftJoint>,
+    /// Of a wrist sensor that is turned without joints: then there are none.
+    pub(super) body: Option<DraftBody>,
     /// How joints of the recording became those of the robot.
     pub(super) by: MatchedBy,
     /// Names of joints of the recording that are none of the robot's.
@@ -72,6 +76,13 @@ impl<'a> Draft<'a> {
         robot: Option<&'a DraftRobot>,
     ) -> Result<Draft<'a>, DraftError> {
         let found = inspection.joints();
+        let body =
+            DraftBody::find(inspection).filter(|_| robot.is_none() && found.iter().all(|joint| joint.torque.is_none()));
+        if body.is_some() {
+            let (joints, by, left_out) =
+                (Vec::new(), MatchedBy::Name, found.into_iter().map(|found| found.name).collect());
+            return Ok(Draft { recording, inspection, robot, joints, body, by, left_out, csv: CsvWriting::default() });
+        }
         let columns =
             || inspection.columns.iter().map(|column| format!("`{}`", column.name)).collect::<Vec<_>>().join(", ");
         if found.is_empty() {
@@ -83,13 +94,32 @@ impl<'a> Draft<'a> {
         }
         let is_taken = |name: &String| joints.iter().any(|joint| joint.recorded == *name);
         let left_out = found.into_iter().map(|found| found.name).filter(|name| !is_taken(name)).collect();
-        Ok(Draft { recording, inspection, robot, joints, by, left_out, csv: CsvWriting::default() })
+        Ok(Draft { recording, inspection, robot, joints, body, by, left_out, csv: CsvWriting::default() })
     }
 
     /// The same of a recording that, if it is CSV, is said to be written so, as the inspection was told.
     #[must_use]
     pub fn written(self, csv: CsvWriting) -> Draft<'a> {
         Draft { csv, ..self }
+    }
+
+    /// The same with what the forces of a wrist sensor say of signs, for which the recording is read; of joints nothing is read. `watch`
+    /// is told which share is read.
+    ///
+    /// # Errors
+    /// The recording cannot be read.
+    pub fn looked_at(mut self, watch: &dyn Fn(f64)) -> Result<Draft<'a>, ReadError> {
+        if let Some(body) = &mut self.body {
+            let mut forces = Forces::default();
+            let columns = body.quaternion.iter().chain(body.axes[..3].iter().map(|(column, _)| column));
+            each_row(self.recording, &self.csv, columns, watch, |cells| {
+                if let [x, y, z, w, fx, fy, fz] = *cells {
+                    forces.take([x, y, z, w], [fx, fy, fz]);
+                }
+            })?;
+            body.sense = forces.sense();
+        }
+        Ok(self)
     }
 
     /// Which columns are which readings.
@@ -102,6 +132,8 @@ impl<'a> Draft<'a> {
         PoseMapping {
             positions: self.joints.iter().map(position).collect(),
             torques: self.joints.iter().map(torque).collect(),
+            orientation: self.body.as_ref().map(DraftBody::orientation),
+            instruments: self.body.as_ref().map_or_else(Vec::new, DraftBody::instruments),
             conditions: ConditionColumns {
                 time: self.time(),
                 velocity: self.velocities().map_or(MotionSource::Unknown, MotionSource::Columns),
@@ -118,6 +150,9 @@ impl<'a> Draft<'a> {
     /// # Errors
     /// The recording cannot be read.
     pub fn search(&self, watch: &dyn Fn(f64)) -> Result<DraftPoses, ReadError> {
+        if self.body.is_some() {
+            return Ok(DraftPoses::Rows { doubt: self.doubt_of_body() });
+        }
         if self.rows_are_poses() {
             return Ok(DraftPoses::Rows { doubt: self.doubt(watch)? });
         }
@@ -136,19 +171,20 @@ impl<'a> Draft<'a> {
         let scales: Vec<f64> = self.joints.iter().map(DraftJoint::scale).collect();
         let ranges = self.joints.iter().zip(&scales).map(|(joint, scale)| scale * (joint.reach[1] - joint.reach[0]));
         let mut joined = Joined::new(ranges);
-        let mut rows = Watched::new(open_as(self.recording, &self.csv)?, watch);
-        let (mut row, mut known, mut places) = (Row::default(), 0, Vec::new());
-        while rows.read(&mut row)? {
-            if rows.columns().len() != known {
-                known = rows.columns().len();
-                let place = |joint: &DraftJoint| rows.columns().iter().position(|name| *name == joint.position.0);
-                places = self.joints.iter().map(place).collect();
-            }
-            let cell = |place: &Option<usize>| place.map_or(f64::NAN, |place| row.cells[place]);
-            let positions: Vec<f64> = places.iter().zip(&scales).map(|(place, scale)| scale * cell(place)).collect();
+        each_row(self.recording, &self.csv, self.joints.iter().map(|joint| &joint.position.0), watch, |cells| {
+            let positions: Vec<f64> = cells.iter().zip(&scales).map(|(cell, scale)| scale * cell).collect();
             joined.take(&positions);
-        }
+        })?;
         Ok(joined.tell(self.recording, self.inspection.time.is_some()))
+    }
+
+    /// Poses are not looked for in what a wrist sensor reads.
+    fn doubt_of_body(&self) -> Option<String> {
+        let interval = self.inspection.time.as_ref().filter(|_| !self.rows_are_poses())?.interval_s;
+        Some(format!(
+            "Rows are {interval:.3} s apart, and each is taken as a static pose. Where the sensor moves in between, or stands for many rows, \
+             make one row of each standstill: its means."
+        ))
     }
 
     /// `None` where it is not known how far a joint travels for each count or volt.
@@ -177,4 +213,26 @@ impl<'a> Draft<'a> {
         };
         self.joints.iter().map(column).collect()
     }
+}
+
+/// What each row of a recording says in these columns; what it does not say is not a number.
+fn each_row<'c>(
+    recording: &Path,
+    csv: &CsvWriting,
+    columns: impl Iterator<Item = &'c String>,
+    watch: &dyn Fn(f64),
+    mut take: impl FnMut(&[f64]),
+) -> Result<(), ReadError> {
+    let columns: Vec<&String> = columns.collect();
+    let mut rows = Watched::new(open_as(recording, csv)?, watch);
+    let (mut row, mut known, mut places) = (Row::default(), 0, Vec::new());
+    while rows.read(&mut row)? {
+        if rows.columns().len() != known {
+            known = rows.columns().len();
+            places = columns.iter().map(|column| rows.columns().iter().position(|name| name == *column)).collect();
+        }
+        let cell = |place: &Option<usize>| place.map_or(f64::NAN, |place| row.cells[place]);
+        take(&places.iter().map(cell).collect::<Vec<f64>>());
+    }
+    Ok(())
 }

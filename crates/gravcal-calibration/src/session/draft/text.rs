@@ -5,6 +5,7 @@ use std::path::Path;
 
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
+use super::body::DraftBody;
 use super::joints::{DraftJoint, MatchedBy};
 use super::poses::Rule;
 use super::recorded::{Draft, DraftPoses};
@@ -30,6 +31,12 @@ impl Draft<'_> {
             "# A session to start from, drawn up by `gravcal inspect` from {}.\n{HEAD}",
             recording.rsplit('/').next().unwrap_or(&recording)
         );
+        if let Some(body) = &self.body {
+            text += &format!("estimators = [\"joint\"]\n{GRAVITY_OF_BODY}\n[readings]\n");
+            text += &poses.doubt().map_or_else(String::new, |doubt| commented(&format!("LOOK AT THIS: {doubt}")));
+            text += &format!("{ROWS_OF_BODY}{}{}{}", body.orientation_text(), self.csv_text(), body.sensor_text());
+            return text + &self.loads() + &self.poses_text(&recording);
+        }
         text += &self.robot_text(folder);
         text += ESTIMATORS;
         text += GRAVITY;
@@ -46,8 +53,11 @@ impl Draft<'_> {
         if rule == Rule::Select {
             text += &self.sensors_in_motion();
         }
-        text += &self.loads();
-        let _ = write!(text, "\n[[poses]]\nfile = {}\n", quoted(&recording));
+        text + &self.loads() + &self.poses_text(&recording)
+    }
+
+    fn poses_text(&self, recording: &str) -> String {
+        let mut text = format!("\n[[poses]]\nfile = {}\n", quoted(recording));
         if let Some(load) = self.inspection.metadata.get("load") {
             let _ = writeln!(text, "load = {}                         # as the recording says", quoted(load));
         }
@@ -56,7 +66,7 @@ impl Draft<'_> {
 
     /// What was guessed of the joints and the robot, for people.
     pub fn notes(&self) -> Vec<String> {
-        let mut notes = Vec::new();
+        let mut notes = self.body.as_ref().map_or_else(Vec::new, DraftBody::notes);
         let by = match self.by {
             MatchedBy::Name => None,
             MatchedBy::Number => Some("the order of the numbers in the columns' names"),
@@ -186,7 +196,8 @@ impl Draft<'_> {
 
     fn loads(&self) -> String {
         let last = self.robot.and_then(|robot| robot.robot.chain.links().last());
-        let link = quoted(last.map_or("link7", |link| link.name.as_str()));
+        let unknown = if self.body.is_some() { BODY } else { "link7" };
+        let link = quoted(last.map_or(unknown, |link| link.name.as_str()));
         match self.inspection.metadata.get("load") {
             Some(load) => {
                 let load = quoted(load);
@@ -194,6 +205,7 @@ impl Draft<'_> {
                     "\n# FILL IN what the load weighs, and its link:\n[[load]]\nname = {load}\n# mass_kg = …\nlink = {link}\n# position_m = [0, 0, 0.1]             # of its centre of mass in the link, where known\n"
                 )
             }
+            None if self.body.is_some() => String::new(),
             None => LOADS.replace("LINK", &link),
         }
     }
@@ -271,6 +283,15 @@ magnitude_m_per_s2 = 9.80665           # standard gravity. Yours follows from la
 # hemisphere = [0, 0, -1]              # roughly where it points in base coordinates, here of an upright base: settles its sign
 ";
 
+const GRAVITY_OF_BODY: &str = "
+[gravity]
+magnitude_m_per_s2 = 9.80665           # standard gravity. Yours follows from latitude_deg and altitude_m, instead of this
+hemisphere = [0, 0, -1]                # a guess: roughly where it points in the frame in which orientations are told, here down its z axis
+";
+
+/// Name of the body in a session without joints.
+const BODY: &str = "body";
+
 const INERTIA: &str = "
 [inertia]
 links = \"unknown\"                      # masses and centres of mass are found along with the sensors
@@ -288,6 +309,12 @@ const GUESS: &str = "                           # a guess\n";
 const ROWS: &str = "\
 # Every row of the file is taken as one static pose, as there is no clock, or rows are long apart. Where rows are single samples
 # of standstills, this makes one pose of those with equal positions:
+# merge_repeated_rows = true
+";
+
+const ROWS_OF_BODY: &str = "\
+# Every row of the file is taken as one static pose. Where rows are single samples of standstills, this makes one pose of those
+# with equal orientations:
 # merge_repeated_rows = true
 ";
 

@@ -1,7 +1,7 @@
 //! Which columns are of one joint, as far as their names tell.
 
 use super::numbers::{are_same_numbers, column_numbers};
-use super::{Inspection, Meaning};
+use super::{ColumnFound, Inspection, Meaning};
 use crate::rows::joint_state::ColumnName;
 
 /// Longest travel, or largest speed, of a sliding joint that is taken for metres.
@@ -137,6 +137,15 @@ impl Inspection {
             };
         }
         self
+    }
+
+    /// The column of each of these axes of a force-torque sensor, or parts of a quaternion: the first that says something of it; `None`
+    /// where one is missing.
+    pub fn axes<const N: usize>(&self, meaning: Meaning, axes: [&str; N]) -> Option<[&ColumnFound; N]> {
+        let columns = self.meaning(meaning);
+        let of = |axis: &str| columns.iter().find(|column| self.columns[**column].guess.axis == Some(axis));
+        let places: Option<Vec<&ColumnFound>> = axes.iter().map(|axis| Some(&self.columns[*of(axis)?])).collect();
+        places?.try_into().ok()
     }
 
     /// Columns that say something and have this meaning: those that sensors read, where there is one.

@@ -13,6 +13,8 @@ use crate::unit::{PositionUnit, TorqueUnit};
 pub struct Guess {
     /// What kind of reading it is; `None` where the name does not tell.
     pub meaning: Option<Meaning>,
+    /// Of which axis of a force-torque sensor (`fx` to `nz`), or which part of a quaternion (`x` to `w`).
+    pub axis: Option<&'static str>,
     /// Of which joint: its name in messages, else what is left of the column's name.
     pub joint: Option<String>,
     /// Its unit; `None` where neither name nor range tells.
@@ -38,6 +40,8 @@ pub enum Meaning {
     /// Of an axis of a force-torque sensor.
     #[serde(rename = "force-torque")]
     ForceTorque,
+    /// Part of a quaternion that tells how a body stood.
+    Orientation,
     /// Of a thermometer.
     Temperature,
 }
@@ -87,8 +91,19 @@ const COMMANDED: [&str; 12] = [
 const MEASURED: [&str; 6] = ["measured", "meas", "actual", "act", "sensed", "msr"];
 
 /// Words for the axes of a force-torque sensor, and for such a sensor, of which a word is an axis.
-const WRENCH_AXES: [&str; 9] = ["fx", "fy", "fz", "tx", "ty", "tz", "mx", "my", "mz"];
+const WRENCH_AXES: [(&str, &[&str]); 6] = [
+    ("fx", &["fx"]),
+    ("fy", &["fy"]),
+    ("fz", &["fz"]),
+    ("nx", &["tx", "mx", "nx"]),
+    ("ny", &["ty", "my", "ny"]),
+    ("nz", &["tz", "mz", "nz"]),
+];
 const WRENCH: [&str; 6] = ["wrench", "ft", "tcp", "wrist", "force", "fts"];
+
+/// Words for the parts of a quaternion, and for a quaternion, of which a word is a part.
+const QUATERNION_PARTS: [(&str, &str); 4] = [("x", "qx"), ("y", "qy"), ("z", "qz"), ("w", "qw")];
+const QUATERNION: [&str; 4] = ["quat", "quaternion", "orientation", "attitude"];
 
 /// Words for units.
 const UNITS: [(&str, &str); 18] = [
@@ -151,7 +166,7 @@ pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Gue
                 Quantity::Effort => Meaning::Torque,
             };
             let commanded = name.topic.is_some_and(|topic| words(topic).iter().any(|word| is_commanded(word)));
-            Told { meaning: Some(meaning), joint: Some(name.joint.to_owned()), unit: None, commanded }
+            Told { meaning: Some(meaning), joint: Some(name.joint.to_owned()), commanded, ..Told::default() }
         }
         None => by_words(&head, bracketed.and_then(meaning_of_unit)),
     };
@@ -166,14 +181,17 @@ pub(super) fn guess(column: &str, lowest: f64, highest: f64, whole: bool) -> Gue
         Meaning::Torque => Some("N·m"),
         Meaning::Current if largest > 100.0 => Some("mA"),
         Meaning::Current => Some("A"),
-        Meaning::ForceTorque => None,
+        Meaning::ForceTorque if told.axis?.starts_with('f') => Some("N"),
+        Meaning::ForceTorque => Some("N·m"),
+        Meaning::Orientation => None,
         Meaning::Temperature if lowest > 200.0 => Some("K"),
         Meaning::Temperature => Some("degC"),
     };
     Guess {
         meaning,
-        joint: told.joint,
         unit: said.or_else(by_range),
+        axis: told.axis,
+        joint: told.joint,
         unit_named: said.is_some(),
         commanded: told.commanded,
     }
@@ -240,6 +258,7 @@ fn is_commanded(word: &str) -> bool {
 #[derive(Default)]
 struct Told {
     meaning: Option<Meaning>,
+    axis: Option<&'static str>,
     joint: Option<String>,
     unit: Option<&'static str>,
     commanded: bool,
@@ -252,9 +271,13 @@ fn by_words(column: &str, by_unit: Option<Meaning>) -> Told {
     let commanded = words.iter().any(|word| is_commanded(word));
     let is_rate = words.iter().any(|word| word == "per");
     let unit_of = |word: &String| UNITS.iter().find(|(name, _)| name == word).map(|(_, unit)| *unit);
+    if let Some(part) = quaternion_part(&words) {
+        return Told { meaning: Some(Meaning::Orientation), axis: Some(part), commanded, ..Told::default() };
+    }
     if is_of_wrench(&words) {
         let unit = words.iter().skip(1).find_map(unit_of);
-        return Told { meaning: Some(Meaning::ForceTorque), unit, commanded, ..Told::default() };
+        let axis = wrench_axis(&words);
+        return Told { meaning: Some(Meaning::ForceTorque), axis, unit, commanded, ..Told::default() };
     }
     let meaning_of =
         |word: &String| WORDS.iter().find(|(_, names)| names.contains(&word.as_str())).map(|(meaning, _)| *meaning);
@@ -278,13 +301,33 @@ fn by_words(column: &str, by_unit: Option<Meaning>) -> Told {
             && !(*place > 0 && (unit_of(word).is_some() || ["per", "s"].contains(&word.as_str())))
     });
     let joint: String = left.map(|(_, word)| word.as_str()).collect();
-    Told { meaning: Some(meaning), joint: (!joint.is_empty()).then_some(joint), unit, commanded }
+    Told { meaning: Some(meaning), joint: (!joint.is_empty()).then_some(joint), unit, commanded, axis: None }
 }
 
 /// `fx`, `ft_sensor_tz`, `wrench.force.x`, `tcp_torque_y`.
 fn is_of_wrench(words: &[String]) -> bool {
     let any = |of: &[&str]| words.iter().any(|word| of.contains(&word.as_str()));
-    any(&WRENCH_AXES) || any(&WRENCH) && any(&["x", "y", "z"])
+    WRENCH_AXES.iter().any(|(_, names)| any(names)) || any(&WRENCH) && any(&["x", "y", "z"])
+}
+
+/// Which axis of it, where the name tells a force from a moment.
+fn wrench_axis(words: &[String]) -> Option<&'static str> {
+    let any = |of: &[&str]| words.iter().any(|word| of.contains(&word.as_str()));
+    let along = ["x", "y", "z"].iter().position(|letter| any(&[letter]));
+    let named = WRENCH_AXES.iter().position(|(_, names)| any(names));
+    let place = named.or_else(|| match (any(&["torque", "moment"]), any(&["force"])) {
+        (true, _) => Some(3 + along?),
+        (false, true) => along,
+        (false, false) => None,
+    });
+    place.map(|place| WRENCH_AXES[place].0)
+}
+
+/// `qx`, `tool_qw`, `pose.orientation.x`.
+fn quaternion_part(words: &[String]) -> Option<&'static str> {
+    let any = |of: &[&str]| words.iter().any(|word| of.contains(&word.as_str()));
+    let is_part = |(part, name): &&(&str, &str)| any(&[name]) || any(&QUATERNION) && any(&[part]);
+    QUATERNION_PARTS.iter().find(is_part).map(|(part, _)| *part)
 }
 
 /// The words and numbers of a name in lower case: `qd1_rad` is `qd`, `1`, `rad`.

@@ -78,13 +78,36 @@ fn meanings_are_guessed_from_names_and_ranges() {
         ("load_torque2 [%]", near, false, named(Meaning::Torque, "load2", "%")),
         ("qd1 [°/s]", near, false, named(Meaning::Velocity, "1", "deg/s")),
         ("tau_a", near, false, named(Meaning::Torque, "a", "N·m")),
-        ("ft_sensor_fz", near, false, named(Meaning::ForceTorque, "", "-")),
+        ("ft_sensor_fz", near, false, named(Meaning::ForceTorque, "", "N")),
+        ("ft_sensor_tz", near, false, named(Meaning::ForceTorque, "", "N·m")),
+        ("fx", [0.0, 4095.0], true, named(Meaning::ForceTorque, "", "count")),
+        ("wrist_orientation_x", near, false, named(Meaning::Orientation, "", "-")),
         ("wrench.torque.x [Nm]", near, false, named(Meaning::ForceTorque, "", "N·m")),
         ("temperature2", [20.0, 30.0], false, named(Meaning::Temperature, "2", "degC")),
     ] {
         assert_eq!(guess(name, range, whole), expected, "{name}");
     }
     assert_eq!(guess("voltage", near, false).0, None);
+}
+
+#[test]
+fn axes_of_wrenches_and_parts_of_quaternions_are_told_by_their_names() {
+    let axis = |name: &str| names::guess(name, -1.0, 1.0, false).axis.unwrap_or("-");
+    for (name, expected) in [
+        ("fx", "fx"),
+        ("tz [Nm]", "nz"),
+        ("mx", "nx"),
+        ("wrench.force.y", "fy"),
+        ("wrench.torque.y", "ny"),
+        ("ft_x", "-"),
+        ("qx", "x"),
+        ("tool_qw", "w"),
+        ("pose.orientation.z", "z"),
+        ("q1", "-"),
+        ("orientation", "-"),
+    ] {
+        assert_eq!(axis(name), expected, "{name}");
+    }
 }
 
 #[test]
@@ -104,7 +127,8 @@ fn what_sensors_read_is_taken_before_what_was_asked_and_torques_before_currents(
     let expected = [("q1_measured", "tau1_measured"), ("q2", "current2_A")];
     assert_eq!(joints, expected.map(|(position, torque)| (position.to_owned(), Some(torque.to_owned()))));
     let text = found.to_string();
-    for line in ["asked of the joint", "of a force-torque sensor", "no sensor reads such numbers", "no recording tells"]
+    for line in
+        ["asked of the joint", "a [[force_torque_sensor]] of", "no sensor reads such numbers", "no recording tells"]
     {
         assert!(text.contains(line), "{text}");
     }

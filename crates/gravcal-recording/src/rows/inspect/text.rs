@@ -112,7 +112,10 @@ fn columns_text(f: &mut fmt::Formatter<'_>, columns: &[ColumnFound], time: Optio
             wrapped(f, "  - ", "what was asked of the joint, as its name says: no reading of a sensor")?;
         }
         if column.guess.meaning == Some(Meaning::ForceTorque) {
-            wrapped(f, "  - ", "of a force-torque sensor, as its name says: an [[instrument]] of a session")?;
+            wrapped(f, "  - ", "of a force-torque sensor, as its name says: a [[force_torque_sensor]] of a session")?;
+        }
+        if column.guess.meaning == Some(Meaning::Orientation) {
+            wrapped(f, "  - ", "part of a quaternion, as its name says: [readings] orientation of a session")?;
         }
         if column.lowest.abs().max(column.highest.abs()) > RUBBISH {
             wrapped(
