@@ -6,6 +6,7 @@ use std::path::Path;
 use tempfile::TempDir;
 
 use crate::program::{Run, gravcal_in};
+use crate::small_session;
 
 const ROBOT: &str = r#"
 name = "my-arm"
@@ -118,6 +119,27 @@ fn a_mistaken_unit_is_told_before_all_else() {
         serde_json::from_str(&fs::read_to_string(results.join("calibration.json")).unwrap()).unwrap();
     assert_eq!(json["doubts"].as_array().unwrap().len(), 1);
     assert!(fs::read_to_string(results.join("report.html")).unwrap().contains("Look at this first"));
+}
+
+/// Masses in another unit than kg put all torque gains off alike, which the fit does not show: told first, and kept in what is written.
+#[test]
+fn a_load_ten_times_too_heavy_is_asked_about_before_all_else() {
+    let folder = small_session::small_session();
+    let file = folder.path().join("session.toml");
+    let session = fs::read_to_string(&file).unwrap();
+    fs::write(&file, session.replace("mass_kg = 1.724", "mass_kg = 17.24")).unwrap();
+    let run = small_session::calibrate(folder.path());
+    assert_eq!(run.code, 3, "{run:?}");
+    let first = "Look at this first\n  - All torque gains are 0.1";
+    assert!(run.stdout.starts_with(first), "{run:?}");
+    let results = folder.path().join(small_session::RESULTS);
+    let written = |name: &str| fs::read_to_string(results.join(name)).unwrap();
+    assert!(written("table.txt").starts_with(first));
+    let json: serde_json::Value = serde_json::from_str(&written("calibration.json")).unwrap();
+    let doubts = json["doubts"].as_array().unwrap();
+    assert!(doubts.len() == 1 && doubts[0].as_str().unwrap().contains("plate-a 17.24 kg"), "{doubts:?}");
+    let page = written("report.html");
+    assert!(page.contains("Look at this first") && page.contains("Determined, but far from what is nominal"));
 }
 
 /// A recording in motion whose clock is lost is no table of static poses, and that is said.

@@ -67,6 +67,7 @@ mod unstated_noise;
 
 pub use calibrate::{UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
 pub use estimator_name::{EstimatorName, UnknownEstimator};
+pub use judgement::doubts_of_results;
 pub use robot::Robot;
 pub use session::Session;
 pub use workbench::Workbench;

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::{EstimatorName, Session, Workbench};
+use gravcal_calibration::{EstimatorName, Session, Workbench, doubts_of_results};
 use gravcal_estimation::IterationRecord;
 #[cfg(feature = "rerun")]
 use gravcal_recording::Digest;
@@ -114,11 +114,12 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let interrupt = Interrupt::listen()?;
     let results = calibrate(&session, &choice, &watch, (progress(arguments), &interrupt));
 
-    let shown = CalibrationTable { robot: &session.robot.name, doubts: &[], results: &results };
-    let table = CalibrationTable { doubts: &session.doubts, ..shown }.to_string();
+    let found = doubts_of_results(&session, &results);
+    let doubts = [&session.doubts[..], &found].concat();
+    let shown = CalibrationTable { robot: &session.robot.name, doubts: &found, results: &results };
+    let table = CalibrationTable { doubts: &doubts, ..shown }.to_string();
     let page = CalibrationPage { session: &session, results: &results, provenance: &provenance };
-    let calibration =
-        CalibrationFile { doubts: &session.doubts, estimators: &results, provenance: &provenance }.to_json();
+    let calibration = CalibrationFile { doubts: &doubts, estimators: &results, provenance: &provenance }.to_json();
     let calibration = calibration.map_err(|error| Failure::no_convergence(&error));
     let written = calibration
         .as_ref()

@@ -129,6 +129,19 @@ fn partly(result: &EstimatorResult) -> Advice {
 /// Everything asked for has a number, and what the residuals say forbids to trust the intervals.
 fn intervals_in_doubt(result: &EstimatorResult) -> Advice {
     let concerns = concerns(result);
+    if concerns.is_empty() {
+        return Advice {
+            level: Level::Care,
+            headline: "Determined, but far from what is nominal",
+            why: format!(
+                "Everything asked for has a value, and what is doubted of it stands at the top.{}",
+                counted_less(result)
+            ),
+            steps: vec![
+                "Look at what is doubted; mend the session, or state the nominal values that the sensors have.".into(),
+            ],
+        };
+    }
     let told: Vec<&str> = concerns.iter().map(|concern| concern.what.as_str()).collect();
     Advice {
         level: Level::Care,

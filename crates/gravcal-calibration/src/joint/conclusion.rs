@@ -10,7 +10,7 @@ use super::solve::{solve, solve_from};
 use super::solved::Solved;
 use super::tell::{mirrored_gains, tell_parameters, tell_termination};
 use super::unknowns::Unknowns;
-use crate::judgement::{Judgement, in_words, residual_tests};
+use crate::judgement::{Judgement, far_off, in_words, residual_tests};
 use crate::parameter::Quantity;
 use crate::result::{
     GravityResult, NoiseSource, ParameterResult, ResidualTest, UncertaintyResult, UnexplainedResult, Verdict,
@@ -86,6 +86,9 @@ pub(super) fn conclude(
         judgement,
         solved,
     };
+    if !far_off(session, &conclusion.parameters).is_empty() {
+        conclusion.verdict = conclusion.verdict.max(Verdict::PartlyDetermined);
+    }
     conclusion.remark_on_noise(session, misfit);
     conclusion.remark_on_blocks();
     conclusion.remark_on_residuals(session);

@@ -2,6 +2,7 @@
 
 mod cure;
 mod determined;
+mod far_off;
 mod fit;
 mod friction;
 mod gravity;
@@ -14,6 +15,8 @@ mod residual_tests;
 
 pub(crate) use cure::Situation;
 pub(crate) use determined::{Judged, Judgement, judge, limits_of_use};
+pub use far_off::doubts_of_results;
+pub(crate) use far_off::far_off;
 pub(crate) use fit::{Explained, fit, held_out};
 pub(crate) use friction::driving_friction_notes;
 pub(crate) use gravity::gravity_result;

@@ -18,8 +18,8 @@ mod provenance;
 mod tests;
 mod verdict;
 
-use gravcal_calibration::Session;
 use gravcal_calibration::result::{EstimatorResult, deciding};
+use gravcal_calibration::{Session, doubts_of_results};
 use maud::{Markup, html};
 
 use crate::doubts::HEADING;
@@ -50,7 +50,7 @@ impl CalibrationPage<'_> {
         let data = figures::data(self)?;
         let body = html! {
             h1 { (title) }
-            (doubts(&self.session.doubts))
+            (doubts(&[&self.session.doubts[..], &doubts_of_results(self.session, self.results)].concat()))
             (verdict::section(self))
             (parameters::section(self))
             (identifiability::section(self))
@@ -75,7 +75,7 @@ impl CalibrationPage<'_> {
     }
 }
 
-/// What the session says that can hardly be so.
+/// What can hardly be so of what the session says.
 fn doubts(doubts: &[String]) -> Markup {
     html! {
         @if !doubts.is_empty() {

@@ -29,7 +29,7 @@ use shared::{Shared, by_content};
 pub struct CalibrationTable<'a> {
     /// Name of the robot.
     pub robot: &'a str,
-    /// What the session says that can hardly be so.
+    /// What can hardly be so of what the session says, before anything is solved and by what came out.
     pub doubts: &'a [String],
     /// What the estimators answered.
     pub results: &'a [EstimatorResult],

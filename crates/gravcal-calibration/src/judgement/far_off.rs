@@ -1,0 +1,211 @@
+//! Values that came out so far from what was known of them beforehand that rather something else is wrong: a load's mass or a reading in
+//! another unit than declared, a load at another place than stated.
+//!
+//! The fit says nothing of such mistakes: a load ten times too heavy makes all torque gains a tenth, and explains the readings as well.
+
+use std::f64::consts::FRAC_PI_4;
+
+use gravcal_dynamics::JointKind;
+use gravcal_recording::PositionUnit;
+
+use crate::parameter::{ParameterId, Quantity};
+use crate::result::{EstimatorResult, ParameterResult, deciding};
+use crate::session::Session;
+
+/// No torque sensor is so many times more sensitive than it should be, or less.
+const FAR: f64 = 3.0;
+/// No position sensor is mounted so far from where it should be, rad.
+const FAR_TURNED: f64 = FRAC_PI_4;
+/// Gains that differ by less than this share are off by one factor.
+const ONE_FACTOR: f64 = 0.2;
+
+/// What the values of the estimator that decides make doubtful of the session, in sentences; see [`Session::doubts`] for what is doubtful
+/// before anything is solved.
+pub fn doubts_of_results(session: &Session, results: &[EstimatorResult]) -> Vec<String> {
+    deciding(results).map_or_else(Vec::new, |result| far_off(session, &result.parameters))
+}
+
+/// What these values make doubtful of the session.
+pub(crate) fn far_off(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
+    gains(session, parameters).into_iter().chain(offsets(session, parameters)).collect()
+}
+
+/// A torque gain that was found, beside its nominal value.
+struct Gain {
+    joint: usize,
+    ratio: f64,
+    far: bool,
+}
+
+fn gains(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
+    let all: Vec<Gain> = (0..session.joints.len())
+        .filter_map(|joint| {
+            let told = Told::of(session, parameters, joint, Quantity::TorqueGain)?;
+            let [one, other] = [0, 1].map(|end| told.interval[end] / told.nominal);
+            let far = one.min(other) > FAR || one.max(other) < 1.0 / FAR;
+            Some(Gain { joint, ratio: told.value / told.nominal, far: far && told.value * told.nominal > 0.0 })
+        })
+        .collect();
+    let (most, least) =
+        all.iter().fold((0.0_f64, f64::MAX), |(most, least), gain| (most.max(gain.ratio), least.min(gain.ratio)));
+    if all.len() > 1 && all.iter().all(|gain| gain.far) && most < FAR * least {
+        return vec![of_all(session, least, most)];
+    }
+    all.iter().filter(|gain| gain.far).map(|gain| of_one(session, gain)).collect()
+}
+
+fn of_all(session: &Session, least: f64, most: f64) -> String {
+    let times = match most < (1.0 + ONE_FACTOR) * least {
+        true => two_digits((least * most).sqrt()),
+        false => format!("{} to {}", two_digits(least), two_digits(most)),
+    };
+    let carried = session.loads.iter().enumerate();
+    let carried = carried.filter(|(load, _)| session.poses.iter().any(|pose| pose.load == Some(*load)));
+    let masses: Vec<String> = carried.map(|(_, load)| format!("{} {} kg", load.name, load.mass)).collect();
+    let likely = match masses.as_slice() {
+        [] => "are the stated masses in kg?".to_owned(),
+        [only] => format!("is the load's mass in kg (mass_kg: {only})?"),
+        several => format!("are the loads' masses in kg (mass_kg: {})?", several.join(", ")),
+    };
+    format!(
+        "All torque gains are {times} times what is nominal: {likely} All gains are measured against it. If it is right, look at \
+         the unit of the torque readings, and at the nominal gains."
+    )
+}
+
+fn of_one(session: &Session, gain: &Gain) -> String {
+    let name = session.parameter_name(ParameterId::Sensor(gain.joint, Quantity::TorqueGain));
+    let unit = session.joints[gain.joint].torque_unit.map_or_else(String::new, |unit| unit.to_string());
+    format!(
+        "{name} is {} times its nominal value: is the unit of its readings {unit}? State what it is in [readings] torque, or the \
+         gain that the sensor has (torque_gain = {{ nominal = …, unit = … }}).",
+        two_digits(gain.ratio)
+    )
+}
+
+fn offsets(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
+    let turns = |joint: &usize| session.robot.chain.joints()[*joint].kind == JointKind::Revolute;
+    let told = |joint: usize| {
+        let told = Told::of(session, parameters, joint, Quantity::PositionOffset)?;
+        // Where zero of a counter lies nobody knows.
+        let known = session.joints[joint].position_unit.si() == PositionUnit::Radian || told.nominal != 0.0;
+        let off =
+            (told.value - told.nominal + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
+        let half = 0.5 * (told.interval[1] - told.interval[0]);
+        (known && off.abs() - half > FAR_TURNED).then(|| of_offset(session, joint, off))
+    };
+    (0..session.joints.len()).filter(turns).filter_map(told).collect()
+}
+
+fn of_offset(session: &Session, joint: usize, off: f64) -> String {
+    let name = session.parameter_name(ParameterId::Sensor(joint, Quantity::PositionOffset));
+    let placed: Vec<&str> = session
+        .loads
+        .iter()
+        .filter(|load| load.position.is_some() && session.robot.chain.moves(joint, load.link))
+        .map(|load| load.name.as_str())
+        .collect();
+    let place = match placed.as_slice() {
+        [] => String::new(),
+        names => format!("the place of {} (position_m), or ", names.join(", ")),
+    };
+    format!(
+        "{name} is {:.0}° from its nominal value: is {place}the sensor's sign or zero as stated? If the sensor is mounted so, say \
+         position_offset = {{ nominal = …, unit = \"deg\" }} in its [[joint]].",
+        off.to_degrees()
+    )
+}
+
+/// A parameter that was found, in its unit.
+struct Told {
+    value: f64,
+    interval: [f64; 2],
+    nominal: f64,
+}
+
+impl Told {
+    /// Nothing where it has no value, or was held.
+    fn of(session: &Session, parameters: &[ParameterResult], joint: usize, quantity: Quantity) -> Option<Told> {
+        let name = session.parameter_name(ParameterId::Sensor(joint, quantity));
+        let told = parameters.iter().find(|parameter| parameter.name == name && parameter.held.is_none())?;
+        let (value, interval) = (told.value?, told.ci95?);
+        Some(Told { value, interval, nominal: told.nominal })
+    }
+}
+
+/// A positive number to two digits.
+fn two_digits(number: f64) -> String {
+    let decimals = (1.0 - number.max(f64::MIN_POSITIVE).log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{number:.decimals$}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::doubts_of_results;
+    use crate::result::Verdict;
+    use crate::sensors::testing::estimate;
+    use crate::session::Session;
+    use crate::testing::sarcos_shoulder;
+
+    fn doubts(session: &Session) -> (Verdict, Vec<String>) {
+        let result = estimate(session);
+        (result.verdict, doubts_of_results(session, &[result]))
+    }
+
+    /// The reference protocol, every torque asked for and told.
+    fn right() -> Session {
+        sarcos_shoulder().session(0)
+    }
+
+    #[test]
+    fn what_is_near_its_nominal_value_is_not_doubted() {
+        assert_eq!(doubts(&right()), (Verdict::Determined, vec![]));
+    }
+
+    #[test]
+    fn a_load_ten_times_too_heavy_makes_all_gains_a_tenth_and_is_asked_for() {
+        let mut session = right();
+        session.loads.iter_mut().for_each(|load| load.mass *= 10.0);
+        let (verdict, doubts) = doubts(&session);
+        assert_eq!(verdict, Verdict::PartlyDetermined);
+        assert!(
+            doubts.len() == 1
+                && doubts[0].starts_with("All torque gains are 0.098 times")
+                && doubts[0].contains("are the loads' masses in kg (mass_kg: plate-a 17.24 kg, plate-b 17.24 kg)?"),
+            "{doubts:?}"
+        );
+    }
+
+    #[test]
+    fn one_column_in_another_unit_is_named() {
+        let mut session = right();
+        for reading in session.poses.iter_mut().filter_map(|pose| pose.torque[1].as_mut()) {
+            reading.value /= 1000.0;
+            reading.std = reading.std.map(|std| std / 1000.0);
+        }
+        let (verdict, doubts) = doubts(&session);
+        assert_eq!(verdict, Verdict::PartlyDetermined);
+        assert!(
+            doubts.len() == 1
+                && doubts[0].starts_with(
+                    "joint2.torque_gain is 0.00089 times its nominal value: is the unit of its readings count?"
+                ),
+            "{doubts:?}"
+        );
+    }
+
+    #[test]
+    fn an_offset_far_from_nominal_is_named_and_one_of_a_counter_is_not() {
+        let mut session = right();
+        session.joints[1].parameters[3].nominal -= 1.0;
+        let (verdict, told) = doubts(&session);
+        assert_eq!(verdict, Verdict::PartlyDetermined);
+        assert!(
+            told.len() == 1 && told[0].starts_with("joint2.position_offset is 57° from its nominal value"),
+            "{told:?}"
+        );
+        session.joints[1].position_unit = gravcal_recording::PositionUnit::Count;
+        session.joints[1].parameters[3].nominal = 0.0;
+        assert_eq!(doubts(&session).1, [""; 0]);
+    }
+}
