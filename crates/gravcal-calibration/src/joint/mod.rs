@@ -32,6 +32,7 @@ mod reversed;
 mod robust;
 mod sample;
 mod select;
+mod signs;
 mod solve;
 mod solved;
 mod start;

@@ -1,6 +1,6 @@
 //! Solving the joint problem: start, unstated noise.
 
-use gravcal_estimation::{EvaluateError, Loss, Termination};
+use gravcal_estimation::{EvaluateError, Loss, Termination, Values};
 
 use super::error::EstimateError;
 use super::fit::{fit, fit_in_rounds};
@@ -9,6 +9,7 @@ use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::sample::Sample;
+use super::signs::turned_gains;
 use super::solved::Solved;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
@@ -89,7 +90,13 @@ fn lowest_elsewhere(
     }
     let solved = if lower { settled(session, solved, sample, &second)? } else { solved };
     let lowest = solved.minus_log_likelihood(session);
-    ends.retain(|(height, _)| *height < lowest + IMPLAUSIBLE);
+    let nominal = Unknowns::nominal(session);
+    let turned = |values: &Values| turned_gains(session, &Unknowns::of(values, &solved.posed.layout, &nominal));
+    // A sign is declared, and an end of another sign is no value that the parameters may have.
+    let here = turned(&solved.estimate.values);
+    ends.retain(|(height, values)| {
+        *height < lowest + IMPLAUSIBLE && turned(values).iter().all(|gain| here.contains(gain))
+    });
     Ok(Solved { elsewhere: ends.into_iter().map(|(_, values)| values).collect(), ..solved })
 }
 

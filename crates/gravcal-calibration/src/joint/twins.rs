@@ -6,12 +6,14 @@
 //! - **Mirrored placements.** The vector between two placements of a known distance shows in its length and in what the
 //!   joints carry of it; along the axis of the joint that carries it the latter may be little, and its sign a matter of
 //!   where the start lay.
+//! - **Axes the other way round**: see `signs.rs`.
 
 use nalgebra::Vector3;
 
 use super::error::EstimateError;
 use super::posing::pose_with_constraints;
 use super::sample::Sample;
+use super::signs::axes_as_declared;
 use super::solve::{solve_from, solve_posed};
 use super::solved::Solved;
 use super::unknowns::Unknowns;
@@ -35,7 +37,8 @@ pub(super) fn settled(
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     let solved = right_way_up(session, solved, sample, workbench)?;
-    unmirrored(session, solved, sample, workbench)
+    let solved = unmirrored(session, solved, sample, workbench)?;
+    axes_as_declared(session, solved, workbench)
 }
 
 fn right_way_up(

@@ -316,6 +316,29 @@ file = "poses.csv"
         assert!(found(&result, "wrist.tool_mass").0 < 0.0, "taken at its word");
     }
 
+    /// Nothing stated but the tool's mass, to this; neither gravity's hemisphere nor any noise.
+    fn weighed(std: &str) -> String {
+        let mass = format!("tool_mass = {{ nominal = 1.4, std = {std}, unit = \"kg\" }}\nmoment_gain");
+        let bare = SESSION
+            .replace("hemisphere = [0, 0, -1]\n", "")
+            .replace("force_gain = { fixed = 1, unit = \"N/N\" }\n", "");
+        bare.replace(", std = [0.1, 0.1, 0.1, 0.01, 0.01, 0.01]", "").replace("moment_gain", &mass)
+    }
+
+    #[test]
+    fn the_better_the_mass_of_the_tool_is_known_the_better_are_the_gains() {
+        let poses = table("w,x,y,z", 1.0, wxyz);
+        let mut before = f64::INFINITY;
+        for std in ["0.01", "0.003", "0.002", "0.001", "0.0001"] {
+            let result = estimated(&read(&weighed(std), &poses).unwrap());
+            assert_eq!(result.verdict, Verdict::Determined, "{std}: {:?} {:?}", result.undetermined, result.notes);
+            let (value, of_gain) = found(&result, "wrist.gain_fx");
+            assert!((value - 1.0).abs() < 4.0 * of_gain && of_gain < before, "{std}: {value} ± {of_gain}");
+            before = of_gain;
+        }
+        assert!(before < 0.003, "{before}");
+    }
+
     /// The same poses in two tables, between which the sensor was zeroed.
     fn zeroed_between() -> (String, [String; 2]) {
         let text = table("w,x,y,z", 1.0, wxyz);

@@ -1,0 +1,159 @@
+//! Gains of the other sign than declared: mirror images of a solution, not other answers.
+//!
+//! Nothing but the declaration tells some signs: gravity and all gains of a sensor negative read the same. And an axis has two ends: the
+//! joint before it half a turn on puts the one where the other was, and with the reading, the torque and the offset of the joint
+//! counted about that, negative all three, nothing stands or weighs otherwise,
+//!
+//! ```text
+//!     Rot_z(π) Rot_x(±π/2) Rot_z(θ) = Rot_x(±π/2) Rot_z(−θ) Rot_y(π),
+//! ```
+//!
+//! where masses and moments beyond are those seen from a frame half a turn about its `y` on. Of such images the one that reads as
+//! declared is the answer.
+
+use std::f64::consts::PI;
+
+use gravcal_dynamics::{JointKind, Transform};
+
+use super::error::EstimateError;
+use super::posing::pose_with_constraints;
+use super::solve::solve_posed;
+use super::solved::Solved;
+use super::twins::DECISIVE;
+use super::unknowns::Unknowns;
+use crate::parameter::{ParameterId, Quantity};
+use crate::session::{Load, Session};
+use crate::workbench::Workbench;
+
+/// Share of its nominal value below which a gain has no sign: it may be zero.
+const HAS_SIGN: f64 = 0.1;
+
+/// The free gains that have the other sign than declared.
+pub(super) fn turned_gains(session: &Session, values: &Unknowns) -> Vec<ParameterId> {
+    let joints = 0..session.joints.len();
+    let sensors =
+        joints.flat_map(|joint| [Quantity::TorqueGain, Quantity::PositionGain].map(|q| ParameterId::Sensor(joint, q)));
+    let instruments = session.instruments.iter().flat_map(|instrument| instrument.gain_parameters());
+    let turned = |id: &ParameterId| {
+        let nominal = session.nominal(*id);
+        session.held(*id).is_none() && values.value(*id) * nominal < -HAS_SIGN * nominal * nominal
+    };
+    sensors.chain(instruments.map(ParameterId::Further)).filter(turned).collect()
+}
+
+/// The solution, or, where both gains of a joint have the other sign than declared, its mirror image about that joint's axis, if that has
+/// fewer such gains and explains the readings as well.
+///
+/// # Errors
+/// Where the image cannot be posed.
+pub(super) fn axes_as_declared(
+    session: &Session,
+    solved: Solved,
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
+    let nominal = Unknowns::nominal(session);
+    let found = solved.unknowns(&nominal);
+    let Some(image) = turned_axes(session, &found) else { return Ok(solved) };
+    workbench.tell("axes the other way round");
+    let posed = pose_with_constraints(session, &solved.readings, &image)?.with_loss(solved.posed.loss)?;
+    // An image that leads nowhere is none.
+    let Ok(other) = solve_posed(solved.readings.clone(), posed, workbench) else { return Ok(solved) };
+    let fewer = turned_gains(session, &other.unknowns(&nominal)).len() < turned_gains(session, &found).len();
+    let as_likely = other.minus_log_likelihood(session) < solved.minus_log_likelihood(session) + DECISIVE;
+    Ok(match fewer && as_likely && other.estimate.termination.converged() {
+        true => Solved { sign_known: solved.sign_known, ..other },
+        false => solved,
+    })
+}
+
+/// The axes of joints with two turned gains turned back, and free offsets by half turns to near their nominal values; nothing where
+/// there is no such joint.
+fn turned_axes(session: &Session, found: &Unknowns) -> Option<Unknowns> {
+    let gains = turned_gains(session, found);
+    let has = |joint: &usize, quantity: Quantity| gains.contains(&ParameterId::Sensor(*joint, quantity));
+    let both = |joint: &usize| has(joint, Quantity::TorqueGain) && has(joint, Quantity::PositionGain);
+    let turned: Vec<usize> = (0..session.joints.len()).filter(both).collect();
+    // Moments by sweep have no frames that could be turned.
+    if turned.is_empty() || !found.sweep_moments.is_empty() {
+        return None;
+    }
+    let mut image = found.clone();
+    for joint in &turned {
+        [Quantity::TorqueGain, Quantity::PositionGain]
+            .iter()
+            .for_each(|quantity| image.sensors[*joint][*quantity as usize] *= -1.0);
+    }
+    let joints = session.robot.chain.joints();
+    for joint in (0..joints.len()).filter(|joint| joints[*joint].kind == JointKind::Revolute) {
+        let offset = ParameterId::Sensor(joint, Quantity::PositionOffset);
+        if session.held(offset).is_some() {
+            continue;
+        }
+        let sign = if turned.contains(&joint) { -1.0 } else { 1.0 };
+        let (value, nominal) = (sign * found.value(offset), session.nominal(offset));
+        *image.value_mut(offset) = value - PI * ((value - nominal) / PI).round();
+    }
+    Some(standing_alike(session, found, image))
+}
+
+/// The image with masses and placements where they are in the first pose of what it is the image of, seen from its frames.
+fn standing_alike(session: &Session, found: &Unknowns, image: Unknowns) -> Unknowns {
+    let Some(pose) = session.poses.first() else { return image };
+    let frames = |values| session.robot.chain.forward(&session.terms.coordinates(&pose.position, values));
+    let from_before = |(before, after): (&Transform, &Transform)| after.inverse().compose(before);
+    let moved: Vec<Transform> = frames(found).iter().zip(&frames(&image)).map(from_before).collect();
+    let inertia = |(&[mass, x, y, z], moved): (&[f64; 4], &Transform)| {
+        let (turned, shift) = (moved.rotate_vector([x, y, z]), moved.translation());
+        let [x, y, z] = [0, 1, 2].map(|axis| turned[axis] + mass * shift[axis]);
+        [mass, x, y, z]
+    };
+    let placement = |(position, load): (&[f64; 3], &Load)| match (load.position, load.position_std) {
+        (Some(_), None) => *position,
+        _ => moved[load.link].transform_point(*position),
+    };
+    Unknowns {
+        inertia: found.inertia.iter().zip(&moved).map(inertia).collect(),
+        loads: found.loads.iter().zip(&session.loads).map(placement).collect(),
+        ..image
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use gravcal_solvers::LevenbergMarquardt;
+
+    use super::*;
+    use crate::joint::solve::solve_from;
+    use crate::joint::{Signals, select};
+    use crate::testing::sarcos_shoulder;
+
+    #[test]
+    fn an_axis_the_other_way_round_is_turned_back_at_no_cost() {
+        let simulation = sarcos_shoulder();
+        let (session, truth) = (simulation.session(0), simulation.truth);
+        // The second joint half a turn on turns the axis of the third round.
+        let mut mirror = truth.clone();
+        mirror.sensors[1][3] += PI;
+        [0, 2].into_iter().for_each(|parameter| mirror.sensors[2][parameter] *= -1.0);
+        let mirror = standing_alike(&session, &truth, mirror);
+        let solver = LevenbergMarquardt::default();
+        let workbench = Workbench::new(&solver, &|_: &str| {});
+        let solved = solve_from(&session, &select(&session, Signals::All), mirror, &workbench).unwrap();
+        let nominal = Unknowns::nominal(&session);
+        let both = [Quantity::TorqueGain, Quantity::PositionGain].map(|quantity| ParameterId::Sensor(2, quantity));
+        assert_eq!(turned_gains(&session, &solved.unknowns(&nominal)), both);
+        let cost = solved.estimate.cost;
+        assert!(cost < 800.0, "the mirror image explains the readings: {cost}");
+
+        let declared = axes_as_declared(&session, solved, &workbench).unwrap();
+        let found = declared.unknowns(&nominal);
+        assert_eq!(turned_gains(&session, &found), []);
+        assert!((declared.estimate.cost / cost - 1.0).abs() < 1e-6, "{} {cost}", declared.estimate.cost);
+        for (found, truth) in found.sensors.iter().zip(&truth.sensors) {
+            assert!(
+                (found[0] / truth[0] - 1.0).abs() < 0.02 && (found[3] - truth[3]).abs() < 0.02,
+                "{found:?} {truth:?}"
+            );
+        }
+    }
+}
