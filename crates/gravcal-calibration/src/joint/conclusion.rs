@@ -100,6 +100,7 @@ pub(super) fn conclude(
     let excused = unexplained.iter().flatten().any(|size| size.std > WARNING * size.gravity_std);
     let doubtful = session.noise_estimated().contains(&true) || excused || conclusion.verdict == Verdict::Failed;
     if let Some(mistake) = find_mistake(session, &conclusion.solved, doubtful, workbench)? {
+        conclusion.forget_mirrored(session);
         conclusion.fail_first(mistake);
     }
     if conclusion.verdict == Verdict::Failed {
@@ -350,6 +351,12 @@ impl Conclusion {
         self.remarks.push(mistake.advice);
     }
 
+    /// Takes back what signs of gains accuse sensors of, as they come from a fit of a model that is wrong for another reason.
+    fn forget_mirrored(&mut self, session: &Session) {
+        let mirrored = mirrored_gains(session, &self.solved, &self.parameters);
+        self.remarks.retain(|remark| mirrored.iter().all(|mistake| mistake.advice != *remark));
+    }
+
     /// Nothing can be relied on, and this is why.
     fn fail_first(&mut self, mistake: Mistake) {
         self.verdict = Verdict::Failed;
@@ -395,4 +402,28 @@ fn other_unit(session: &Session, solved: &Solved, parameters: &[ParameterResult]
 fn decimals(number: f64) -> usize {
     let digits = 1.0 - number.abs().max(1e-12).log10().floor();
     digits.clamp(0.0, 12.0) as usize
+}
+
+#[cfg(test)]
+mod tests {
+    use gravcal_solvers::LevenbergMarquardt;
+
+    use super::*;
+    use crate::joint::{Signals, select};
+    use crate::testing::sarcos_shoulder;
+
+    #[test]
+    fn beside_another_cause_no_sensor_is_accused_by_the_sign_of_its_gain() {
+        let mut simulation = sarcos_shoulder();
+        simulation.truth.sensors[2][0] *= -1.0;
+        let session = simulation.session(0);
+        let solver = LevenbergMarquardt::default();
+        let workbench = Workbench::new(&solver, &|_: &str| {});
+        let mut conclusion = conclude(&session, &select(&session, Signals::All), None, &workbench).unwrap();
+        let accused = |conclusion: &Conclusion| conclusion.remarks.iter().any(|r| r.contains("of the other sign than"));
+        assert!(accused(&conclusion), "{:?}", conclusion.remarks);
+        conclusion.parameters = tell_parameters(&session, &conclusion.solved, &conclusion.judgement);
+        conclusion.forget_mirrored(&session);
+        assert!(!accused(&conclusion), "{:?}", conclusion.remarks);
+    }
 }

@@ -287,6 +287,8 @@ mod tests {
         assert_eq!(result.verdict, Verdict::Failed, "{:?}", result.notes);
         let told = result.notes.iter().any(|note| note.contains(names) && note.contains("torque_sign = \"reversed\""));
         assert!(told, "{:?}", result.notes);
+        let accusing = result.notes.iter().filter(|note| note.contains("the other way")).count();
+        assert_eq!(accusing, 1, "the cause is named once, and nobody else: {:?}", result.notes);
         assert!(result.parameters.iter().all(|told| told.value.is_none() || told.held.is_some()));
     }
 
