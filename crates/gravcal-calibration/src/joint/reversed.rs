@@ -91,12 +91,15 @@ pub(super) fn reversed_wrist(session: &Session, solved: &Solved) -> Option<Mista
         (negative && gains_kept).then_some((wrist, value, std))
     })?;
     let name = &wrist.name;
+    // Of what nothing but its sign is known no number is told.
+    let known = solved.judge(session).determines(ParameterId::Further(wrist.own_parameters().start));
+    let size = if known { format!(", {mass:.3} ± {std:.3} kg") } else { String::new() };
     Some(Mistake {
         what: format!("reversed force-torque sensor: {name}"),
         advice: format!(
-            "The mass of what hangs beyond {name} would be negative, {mass:.3} ± {std:.3} kg: it reads the other way, the force \
-             that the tool exerts on the link. Say sign = \"reversed\" in its [[force_torque_sensor]]; or \"normal\", if that \
-             is how it is."
+            "The mass of what hangs beyond {name} would be negative{size}: it reads the other way, the force that the \
+             tool exerts on the link. Say sign = \"reversed\" in its [[force_torque_sensor]]; or \"normal\", if that is \
+             how it is."
         ),
     })
 }

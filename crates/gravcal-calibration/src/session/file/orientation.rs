@@ -339,6 +339,19 @@ file = "poses.csv"
         assert!(before < 0.003, "{before}");
     }
 
+    #[test]
+    fn of_a_reversed_sensor_whose_scale_is_open_no_mass_is_told() {
+        let poses = table("w,x,y,z", -1.0, wxyz);
+        let note = |session: &str| {
+            let result = estimated(&read(session, &poses).unwrap());
+            let note = result.notes.into_iter().find(|note| note.contains("sign = \"reversed\" in its"));
+            note.unwrap()
+        };
+        assert!(note(SESSION).starts_with("The mass of what hangs beyond wrist would be negative, -1.4"));
+        let open = note(&SESSION.replace("force_gain = { fixed = 1, unit = \"N/N\" }\n", ""));
+        assert!(open.starts_with("The mass of what hangs beyond wrist would be negative: it reads"), "{open}");
+    }
+
     /// The same poses in two tables, between which the sensor was zeroed.
     fn zeroed_between() -> (String, [String; 2]) {
         let text = table("w,x,y,z", 1.0, wxyz);
