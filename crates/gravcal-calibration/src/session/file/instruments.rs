@@ -44,8 +44,15 @@ const WITH_TEMPERATURE: DriftWords = (
 
 /// What would determine what the data do not.
 const TURN_MORE: &str = "add poses that turn the instrument in more directions";
-const ATTACH_LOAD: &str = "record poses with a load of known mass beyond the sensor besides those without, at two placements \
-                           for a matrix of gains; or state tool_mass";
+const FORCE_SCALE: &str = "take the gains of readings in N at their word, force_gain = { fixed = 1, unit = \"N/N\" }; or state \
+                           tool_mass; or record poses with a load of known mass beyond the sensor besides those without, at two \
+                           placements for a matrix of gains";
+const FORCE_SCALE_BESIDE_MASS: &str = "take the gains of readings in N at their word, force_gain = { fixed = 1, unit = \"N/N\" }; or \
+                                       record poses with a load of known mass beyond the sensor besides those without, at two \
+                                       placements for a matrix of gains";
+const MOMENT_SCALE: &str = "take the gains of readings in N·m at their word, moment_gain = { fixed = 1, unit = \"N·m/(N·m)\" }; or \
+                            state tool_moment_x, tool_moment_y and tool_moment_z; or record poses with a load of known mass at a \
+                            known place beyond the sensor besides those without, at two placements for a matrix of gains";
 const STATE_MOUNTING: &str = "state how the instrument is mounted (mounting, with a smaller mounting_std_deg or none), and \
                               turn the joints before it further";
 
@@ -419,7 +426,8 @@ impl Section<'_> {
             (format!("gain_{}_{}", axes[reading], axes[sensed]), start(0.0), limit)
         };
         let cure = match self.kind {
-            InstrumentKind::ForceTorque => ATTACH_LOAD,
+            InstrumentKind::ForceTorque if sensed < 3 => FORCE_SCALE,
+            InstrumentKind::ForceTorque => MOMENT_SCALE,
             InstrumentKind::Accelerometer => TURN_MORE,
         };
         Parameter {
@@ -521,7 +529,14 @@ impl Section<'_> {
             };
             let parameter = self.parameter(key.to_owned(), unit.to_owned(), TOOL_CONVENTION, knowledge);
             let limit = Limit::Absolute(limit);
-            all.parameters.push(Parameter { limit, cure: ATTACH_LOAD, linear: true, ..parameter });
+            let cure = if key == "tool_mass" { FORCE_SCALE } else { MOMENT_SCALE };
+            all.parameters.push(Parameter { limit, cure, linear: true, ..parameter });
+        }
+        let Some(instrument) = all.instruments.last() else { return Ok(()) };
+        let (own, first) = (instrument.own_parameters(), instrument.first_parameter);
+        if all.parameters[own.start].knowledge.kind != KnowledgeKind::Start {
+            let scaled = all.parameters[first..].iter_mut().filter(|parameter| parameter.cure == FORCE_SCALE);
+            scaled.for_each(|parameter| parameter.cure = FORCE_SCALE_BESIDE_MASS);
         }
         Ok(())
     }

@@ -340,6 +340,26 @@ file = "poses.csv"
     }
 
     #[test]
+    fn the_cure_of_a_common_scale_states_what_is_not_stated_yet() {
+        let poses = table("w,x,y,z", 1.0, wxyz);
+        let cure = |session: &str, parameter: &str| {
+            let result = estimated(&read(session, &poses).unwrap());
+            let open = result.undetermined.iter().find(|open| open.parameters.iter().any(|name| name == parameter));
+            open.map(|open| open.cure.clone()).unwrap_or_else(|| panic!("{:?}", result.undetermined))
+        };
+        let forces = SESSION.replace("force_gain = { fixed = 1, unit = \"N/N\" }\n", "");
+        let told = cure(&forces, "wrist.gain_fx");
+        assert!(told.contains("force_gain = { fixed = 1, unit = \"N/N\" }; or state tool_mass; or record"), "{told}");
+        let stated = weighed("0.001").replace("moment_gain = { fixed = 1, unit = \"N·m/(N·m)\" }\n", "");
+        let told = cure(&stated, "wrist.gain_nx");
+        assert!(told.contains("moment_gain = { fixed = 1, unit = \"N·m/(N·m)\" }; or state tool_moment_x"), "{told}");
+        assert!(!told.contains("tool_mass"), "{told}");
+        let rough = forces.replace("moment_gain", "tool_mass = { nominal = 1.4, std = 1, unit = \"kg\" }\nmoment_gain");
+        let told = cure(&rough, "wrist.gain_fx");
+        assert!(told.contains("force_gain = ") && !told.contains("tool_mass"), "{told}");
+    }
+
+    #[test]
     fn of_a_reversed_sensor_whose_scale_is_open_no_mass_is_told() {
         let poses = table("w,x,y,z", -1.0, wxyz);
         let note = |session: &str| {
