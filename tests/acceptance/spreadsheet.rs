@@ -130,7 +130,7 @@ fn a_load_ten_times_too_heavy_is_asked_about_before_all_else() {
     fs::write(&file, session.replace("mass_kg = 1.724", "mass_kg = 17.24")).unwrap();
     let run = small_session::calibrate(folder.path());
     assert_eq!(run.code, 3, "{run:?}");
-    let first = "Look at this first\n  - All torque gains are 0.1";
+    let first = "Look at this first\n  - All torque gains are 0.099 times what is nominal: ";
     assert!(run.stdout.starts_with(first), "{run:?}");
     let results = folder.path().join(small_session::RESULTS);
     let written = |name: &str| fs::read_to_string(results.join(name)).unwrap();
