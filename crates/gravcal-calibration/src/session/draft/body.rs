@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use gravcal_recording::{Inspection, Meaning, OrientationColumns, OrientationForm, ReadingColumn};
 
+use super::quoting::{list, quoted};
 use super::sense::Sense;
-use super::text::{list, quoted};
 
 /// Parts of a quaternion and axes of a sensor, as a session has them in order.
 const PARTS: [&str; 4] = ["x", "y", "z", "w"];

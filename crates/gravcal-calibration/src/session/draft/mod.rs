@@ -10,6 +10,7 @@ mod body;
 mod error;
 mod joints;
 mod poses;
+mod quoting;
 mod recorded;
 mod robot;
 mod sense;

@@ -6,8 +6,8 @@ use gravcal_dynamics::JointKind;
 use gravcal_recording::TorqueUnit;
 
 use super::joints::DraftJoint;
+use super::quoting::{list, one_or_list, quoted};
 use super::recorded::Draft;
-use super::text::{list, one_or_list, quoted};
 use crate::session::Searched;
 
 /// Rows over which an acceleration is a slope, and a speed.

@@ -8,6 +8,7 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 use super::body::DraftBody;
 use super::joints::{DraftJoint, MatchedBy};
 use super::poses::Rule;
+use super::quoting::{list, one_or_list, quoted};
 use super::recorded::{Draft, DraftPoses};
 use crate::document::relative_path;
 
@@ -241,25 +242,6 @@ fn commented(text: &str) -> String {
 
 /// Letters in a line of a comment.
 const COMMENT: usize = 120;
-
-/// A text as TOML has it.
-pub(super) fn quoted(text: &str) -> String {
-    toml::Value::from(text).to_string()
-}
-
-/// Texts as a list.
-pub(super) fn list(texts: &[&str]) -> String {
-    format!("[{}]", texts.iter().map(|text| quoted(text)).collect::<Vec<_>>().join(", "))
-}
-
-/// One text where all that say anything are the same, else a list.
-pub(super) fn one_or_list(texts: &[&str]) -> String {
-    let mut some = texts.iter().filter(|text| !text.is_empty());
-    match some.next() {
-        Some(first) if some.all(|text| text == first) => quoted(first),
-        _ => list(texts),
-    }
-}
 
 const HEAD: &str = "\
 # Units, and which column is what, are guesses from names and ranges: look them over. Then
