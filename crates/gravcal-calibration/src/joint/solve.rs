@@ -23,6 +23,8 @@ const NOISE_ROUNDS: usize = 8;
 const NOISE_TOLERANCE: f64 = 1e-3;
 /// The same where errors of single joints are told from their noise, which shift from one to the other.
 const UNEXPLAINED_ROUNDS: usize = 30;
+/// − ln of the likelihoods of a solution and of its image differ by less, both found by iteration.
+const AS_LIKELY: f64 = 0.1;
 /// Iterations of each: the next goes on from there.
 const NOISE_ITERATIONS: usize = 100;
 /// Iterations of a fit at most: what has not converged by then creeps.
@@ -92,11 +94,12 @@ fn lowest_elsewhere(
     let lowest = solved.minus_log_likelihood(session);
     let nominal = Unknowns::nominal(session);
     let turned = |values: &Values| turned_gains(session, &Unknowns::of(values, &solved.posed.layout, &nominal));
-    // A sign is declared, and an end of another sign is no value that the parameters may have.
+    // A sign is declared: an end of another sign that explains exactly as much is an image, no value that the parameters may have.
     let here = turned(&solved.estimate.values);
-    ends.retain(|(height, values)| {
-        *height < lowest + IMPLAUSIBLE && turned(values).iter().all(|gain| here.contains(gain))
-    });
+    let is_image = |height: f64, values: &Values| {
+        (height - lowest).abs() < AS_LIKELY && turned(values).iter().any(|gain| !here.contains(gain))
+    };
+    ends.retain(|(height, values)| *height < lowest + IMPLAUSIBLE && !is_image(*height, values));
     Ok(Solved { elsewhere: ends.into_iter().map(|(_, values)| values).collect(), ..solved })
 }
 
