@@ -25,7 +25,6 @@ pub enum Term {
     TrendInTables,
     TorqueHarmonic(u32),
     PositionHarmonic(u32),
-    Compliance,
     Velocity,
     Acceleration,
     Direction,
@@ -73,10 +72,7 @@ impl<'a> Columns<'a> {
 
     /// Those of a joint's coordinate, which every channel may show.
     pub fn terms_of_position(&self, joint: usize) -> Vec<Term> {
-        if self.slopes[joint].is_empty() {
-            return Vec::new();
-        }
-        ORDERS.map(Term::PositionHarmonic).chain([Term::Compliance]).collect()
+        if self.slopes[joint].is_empty() { Vec::new() } else { ORDERS.map(Term::PositionHarmonic).collect() }
     }
 
     /// Whether times are known.
@@ -103,7 +99,6 @@ impl<'a> Columns<'a> {
                     self.coordinate(channel, |pose| function(f64::from(*order) * self.angle(channel, pose)))
                 })
                 .into(),
-            Term::Compliance => vec![self.coordinate(channel, |pose| self.torque(channel, pose))],
             Term::Velocity => vec![self.condition(channel, |pose| &pose.conditions.velocity)],
             Term::Acceleration => vec![self.condition(channel, |pose| &pose.conditions.acceleration)],
             Term::Direction => vec![self.condition(channel, |pose| &pose.conditions.direction)],
@@ -143,14 +138,6 @@ impl<'a> Columns<'a> {
     /// The angle that the sensor shows.
     fn angle(&self, joint: usize, pose: usize) -> f64 {
         self.session.joints[joint].of(Quantity::PositionGain).nominal * self.session.poses[pose].position[joint]
-    }
-
-    /// The torque that the sensor read, by what was found of it; zero where it was not read.
-    fn torque(&self, joint: usize, pose: usize) -> f64 {
-        let sensor = &self.solved.posed.layout.sensors[joint];
-        let found = |quantity: Quantity| self.solved.estimate.values.scalar(sensor[quantity as usize]);
-        let reading = self.session.reading(pose, joint);
-        reading.map_or(0.0, |r| (r.value - found(Quantity::TorqueBias)) / found(Quantity::TorqueGain))
     }
 
     fn condition(&self, joint: usize, of: impl Fn(&Pose) -> &Vec<f64>) -> Vec<f64> {

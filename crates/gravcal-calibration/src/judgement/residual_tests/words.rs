@@ -97,10 +97,6 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
             format!("The residuals show a coordinate of {channel} that runs unevenly, {}, by {size} rad.", periods(*order)),
             format!("Estimate it: sensor_models = [{{ kind = \"position-harmonics\", orders = [{order}] }}] in its [[joint]]."),
         ),
-        ResidualTestKind::Compliance => (
-            format!("The residuals show that {channel} gives way under its torque by {size} {unit}, which its position sensor does not see."),
-            "Estimate it: [deflection] compliance_std_rad_per_newton_metre, an upper estimate of it for each joint.".into(),
-        ),
         ResidualTestKind::Velocity => (
             format!("The residual of {channel} goes with its speed: {size} {unit}."),
             "This is viscous friction (sensor_models = [{ kind = \"viscous-friction\" }]) or what comes with speed: drive slower, and both ways.".into(),
