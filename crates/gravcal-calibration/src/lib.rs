@@ -28,6 +28,7 @@ pub mod check;
 pub mod comparison;
 pub mod document;
 pub mod joint;
+pub mod number;
 pub mod parameter;
 pub mod residuals;
 pub mod result;

@@ -3,9 +3,9 @@
 use gravcal_calibration::result::{EstimatorResult, Fit, Verdict};
 use gravcal_calibration::session::MistakenUnit;
 
-use crate::number::significant;
 use crate::sensor_row::split_name;
 use crate::table::fit::IMPROBABLE;
+use gravcal_calibration::number::significant;
 
 /// A position gain this far from its nominal value, as a share of it, is no matter of calibration.
 const FAR: f64 = 0.3;

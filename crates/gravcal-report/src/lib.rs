@@ -29,7 +29,6 @@ mod finite;
 mod footnotes;
 mod grid;
 mod json;
-mod number;
 mod output;
 mod page;
 mod provenance;

@@ -8,6 +8,7 @@ use std::f64::consts::FRAC_PI_4;
 use gravcal_dynamics::JointKind;
 use gravcal_recording::PositionUnit;
 
+use crate::number::significant;
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::{EstimatorResult, ParameterResult, deciding};
 use crate::session::Session;
@@ -56,8 +57,8 @@ fn gains(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
 
 fn of_all(session: &Session, least: f64, most: f64) -> String {
     let times = match most < (1.0 + ONE_FACTOR) * least {
-        true => two_digits((least * most).sqrt()),
-        false => format!("{} to {}", two_digits(least), two_digits(most)),
+        true => significant((least * most).sqrt(), 2),
+        false => format!("{} to {}", significant(least, 2), significant(most, 2)),
     };
     let carried = session.loads.iter().enumerate();
     let carried = carried.filter(|(load, _)| session.poses.iter().any(|pose| pose.load == Some(*load)));
@@ -79,7 +80,7 @@ fn of_one(session: &Session, gain: &Gain) -> String {
     format!(
         "{name} is {} times its nominal value: is the unit of its readings {unit}? State what it is in [readings] torque, or the \
          gain that the sensor has (torque_gain = {{ nominal = …, unit = … }}).",
-        two_digits(gain.ratio)
+        significant(gain.ratio, 2)
     )
 }
 
@@ -131,12 +132,6 @@ impl Told {
         let (value, interval) = (told.value?, told.ci95?);
         Some(Told { value, interval, nominal: told.nominal })
     }
-}
-
-/// A positive number to two digits.
-fn two_digits(number: f64) -> String {
-    let decimals = (1.0 - number.max(f64::MIN_POSITIVE).log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{number:.decimals$}")
 }
 
 #[cfg(test)]

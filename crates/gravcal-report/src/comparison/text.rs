@@ -4,9 +4,9 @@ use gravcal_calibration::comparison::{Comparison, GRAVITY, SIGNIFICANCE, SensorC
 
 use super::{ComparisonReport, caveats};
 use crate::grid::{Cell, Grid, Side};
-use crate::number::{measured, significant};
 use crate::sensor_row::{shown_unit, split_name};
 use crate::text::wrapped;
+use gravcal_calibration::number::{measured, significant};
 
 pub(super) fn text(report: &ComparisonReport<'_>) -> String {
     let files =

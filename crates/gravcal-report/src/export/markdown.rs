@@ -2,8 +2,8 @@
 
 use super::rows::{Row, Status, conventions, rows};
 use super::{Export, Exported, head};
-use crate::number::{measured, shortest};
 use crate::sensor_row::shown_unit;
+use gravcal_calibration::number::{measured, shortest};
 
 pub(super) fn export(export: &Export<'_>) -> Exported {
     let rows = rows(export.estimate);

@@ -4,8 +4,8 @@ use gravcal_calibration::result::{ActiveConstraint, EstimatorResult, Outlier};
 use maud::{Markup, html};
 
 use super::CalibrationPage;
-use crate::number::significant;
 use crate::table::fit::{chi_squared, prediction, unexplained_error};
+use gravcal_calibration::number::significant;
 
 /// Outliers that are named on the page; `calibration.json` names all.
 const NAMED: usize = 20;

@@ -4,8 +4,8 @@ use gravcal_calibration::result::{EstimatorResult, ParameterResult, Verdict};
 use maud::{Markup, html};
 
 use super::CalibrationPage;
-use crate::number::{measured, shortest};
 use crate::sensor_row::{shown_unit, split_name};
+use gravcal_calibration::number::{measured, shortest};
 
 pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
     let Some(main) = page.main() else { return html! {} };

@@ -6,8 +6,8 @@ use maud::{Markup, PreEscaped, html};
 use super::StudyReport;
 use super::markdown::cell;
 use super::text::heading;
-use crate::number::significant;
 use crate::page::document;
+use gravcal_calibration::number::significant;
 
 /// With the figures as SVG.
 pub(super) fn page(report: &StudyReport<'_>, figures: &[(String, String)]) -> String {

@@ -3,8 +3,8 @@
 use gravcal_calibration::result::{ActiveConstraint, EstimatorResult};
 
 use super::shared::{Shared, by_content};
-use crate::number::significant;
 use crate::text::wrapped;
+use gravcal_calibration::number::significant;
 
 const HEADING: &str = "Active constraints, and by how much ½ χ² would fall if they gave way";
 

@@ -3,8 +3,8 @@
 use gravcal_calibration::result::{EstimatorResult, Fit, HeldOut, JointFit, UnexplainedResult};
 
 use crate::grid::{Cell, Grid, Side};
-use crate::number::significant;
 use crate::text::wrapped;
+use gravcal_calibration::number::significant;
 
 /// Below this probability the stated noise and the model do not go together.
 pub(crate) const IMPROBABLE: f64 = 1e-3;

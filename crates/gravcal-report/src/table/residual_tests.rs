@@ -2,8 +2,8 @@
 
 use gravcal_calibration::result::{EstimatorResult, ResidualTest};
 
-use crate::number::significant;
 use crate::text::wrapped;
+use gravcal_calibration::number::significant;
 
 const HEADING: &str = "Tests on residuals";
 

@@ -3,8 +3,8 @@
 use gravcal_calibration::result::{EstimatorResult, SensorModelTest, TestAgainstZero};
 
 use super::shared::{Shared, by_content};
-use crate::number::significant;
 use crate::text::wrapped;
+use gravcal_calibration::number::significant;
 
 const HEADING: &str = "Sensor models, each tested against its absence";
 /// A smaller probability is told as smaller.

@@ -1,5 +1,6 @@
 //! What a test says, and what to do about it.
 
+use crate::number::significant;
 use crate::result::{ResidualTest, ResidualTestKind};
 use crate::session::Session;
 
@@ -43,7 +44,11 @@ fn together(tests: &[&ResidualTest]) -> Option<(String, [f64; 2], f64)> {
 /// Friction that is left at rest; tests of one unit.
 fn of_direction(tests: &[&ResidualTest]) -> Option<String> {
     let (channels, [least, most], p) = together(tests)?;
-    let size = if tests.len() > 1 { format!("{} to {}", number(least), number(most)) } else { number(most) };
+    let size = if tests.len() > 1 {
+        format!("{} to {}", significant(least, 2), significant(most, 2))
+    } else {
+        significant(most, 2)
+    };
     let unit = &tests.first()?.unit;
     let (consequence, cure) = match tests.iter().any(|test| test.spoils_intervals) {
         true => (
@@ -78,7 +83,7 @@ fn of_neighbours(tests: &[&ResidualTest]) -> Option<String> {
 fn of_one(session: &Session, test: &ResidualTest) -> String {
     let ResidualTest { channel, size, unit, in_noise, corrected_p_value, .. } = test;
     let of_joint = session.robot.chain.joints().iter().any(|joint| joint.name == *channel);
-    let size = number(*size);
+    let size = significant(*size, 2);
     let (what, cure) = match &test.kind {
         ResidualTestKind::Trend => {
             (format!("The residual of {channel} drifts by {size} {unit}: its zero creeps."), drift(of_joint))
@@ -115,12 +120,15 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         false => "It is real but small beside the noise, and changes no verdict.",
     };
     let p = chance(*corrected_p_value);
-    format!("{what} ({p}, {} times the noise of a reading, all tests counted.) {consequence} {cure}", number(*in_noise))
+    format!(
+        "{what} ({p}, {} times the noise of a reading, all tests counted.) {consequence} {cure}",
+        significant(*in_noise, 2)
+    )
 }
 
 /// A p-value; digits far out in a tail mean nothing.
 fn chance(p: f64) -> String {
-    if p < 1e-6 { "p < 1e-6".into() } else { format!("p = {}", number(p)) }
+    if p < 1e-6 { "p < 1e-6".into() } else { format!("p = {}", significant(p, 2)) }
 }
 
 fn drift(of_joint: bool) -> String {
@@ -147,15 +155,5 @@ fn periods(order: u32) -> String {
         1 => "once a turn".into(),
         2 => "twice a turn".into(),
         _ => format!("{order} times a turn"),
-    }
-}
-
-/// Two digits.
-fn number(value: f64) -> String {
-    if value == 0.0 || (1e-3..1e4).contains(&value.abs()) {
-        let digits = (1 - value.abs().max(1e-3).log10().floor() as i32).max(0) as usize;
-        format!("{value:.digits$}")
-    } else {
-        format!("{value:.1e}")
     }
 }

@@ -8,6 +8,7 @@ use gravcal_recording::TorqueUnit;
 use super::joints::DraftJoint;
 use super::quoting::{list, one_or_list, quoted};
 use super::recorded::Draft;
+use crate::number::rounded;
 use crate::session::Searched;
 
 /// Rows over which an acceleration is a slope, and a speed.
@@ -62,7 +63,7 @@ impl Draft<'_> {
 
     fn select(&self) -> String {
         let interval = self.inspection.time.as_ref().map_or(0.0, |time| time.interval_s);
-        let window = two_digits(ROWS_OF_SLOPE * interval);
+        let window = rounded(ROWS_OF_SLOPE * interval, 2);
         let mut text = String::from(SELECT);
         match self.velocities() {
             Some(columns) => {
@@ -86,7 +87,7 @@ impl Draft<'_> {
              acceleration_below = {{ value = 0.5, unit = {} }}",
             one_or_list(&units)
         );
-        let least: Vec<String> = self.joints.iter().map(|joint| two_digits(joint.least_speed())).collect();
+        let least: Vec<String> = self.joints.iter().map(|joint| rounded(joint.least_speed(), 2).to_string()).collect();
         let units: Vec<&str> = self.joints.iter().map(|joint| joint.speed_unit()).collect();
         let _ = writeln!(
             text,
@@ -136,11 +137,6 @@ impl DraftJoint {
     fn least_speed(&self) -> f64 {
         self.fastest.filter(|fastest| *fastest > 0.0).map_or(0.05, |fastest| MOVES * fastest)
     }
-}
-
-/// A number with two digits.
-fn two_digits(number: f64) -> String {
-    format!("{number:.1e}").parse::<f64>().map_or_else(|_| number.to_string(), |rounded| rounded.to_string())
 }
 
 const STILL: &str = "# least_duration_s = 0.1               # shorter ones are left out

@@ -6,7 +6,7 @@ const MOST_DIGITS: i32 = 9;
 /// A value and its standard deviation, both down to the second significant digit of the latter: `7.118`, `0.020`.
 ///
 /// Beyond what reads well as a plain number both turn to powers of ten: `7.6699e-4`, `1.2e-7`.
-pub(crate) fn measured(value: f64, std: f64) -> (String, String) {
+pub fn measured(value: f64, std: f64) -> (String, String) {
     if !(std > 0.0 && std.is_finite() && value.is_finite()) {
         return (shortest(value), shortest(std));
     }
@@ -32,7 +32,7 @@ fn power_of_ten(value: f64, last: i32) -> String {
 }
 
 /// A number with so many significant digits, trailing zeros kept: `0.80`.
-pub(crate) fn significant(value: f64, digits: usize) -> String {
+pub fn significant(value: f64, digits: usize) -> String {
     if value == 0.0 || !value.is_finite() {
         return shortest(value);
     }
@@ -47,12 +47,17 @@ pub(crate) fn significant(value: f64, digits: usize) -> String {
 }
 
 /// A number with up to six significant digits, without trailing zeros: `2048`, `6.69`.
-pub(crate) fn shortest(value: f64) -> String {
+pub fn shortest(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return unsigned_zero(value.to_string());
     }
-    let rounded = format!("{value:.5e}").parse().unwrap_or(value);
+    let rounded = rounded(value, 6);
     if (-4..9).contains(&decade(rounded, 6)) { format!("{rounded}") } else { format!("{rounded:e}") }
+}
+
+/// A number rounded to so many significant digits.
+pub fn rounded(value: f64, digits: usize) -> f64 {
+    format!("{value:.*e}", digits.max(1) - 1).parse().unwrap_or(value)
 }
 
 /// Power of ten of the first digit after rounding to so many digits; 0 for zero.
