@@ -1,9 +1,10 @@
 //! What readings come to: the solution, what of it is determined, and the verdict, decided here for reports and batches alike.
 
-use gravcal_estimation::{EvaluateError, Termination};
+use gravcal_estimation::Termination;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::error::EstimateError;
+use super::large_errors::WARNING;
 use super::mistakes::{Mistake, find_mistake};
 use super::readings::Readings;
 use super::solve::{solve, solve_from};
@@ -12,9 +13,7 @@ use super::tell::{mirrored_gains, tell_parameters, tell_termination};
 use super::unknowns::Unknowns;
 use crate::judgement::{Judgement, far_off, in_words, residual_tests};
 use crate::parameter::Quantity;
-use crate::result::{
-    GravityResult, NoiseSource, ParameterResult, ResidualTest, UncertaintyResult, UnexplainedResult, Verdict,
-};
+use crate::result::{GravityResult, NoiseSource, ParameterResult, ResidualTest, UncertaintyResult, Verdict};
 use crate::session::{MistakenUnit, Session};
 use crate::workbench::Workbench;
 
@@ -25,9 +24,6 @@ const DOUBT: f64 = 1.5;
 /// Readings scatter so many times less than stated, where that is no accident: the stated noise is another.
 const TOO_WELL: f64 = 0.8;
 const SIGNIFICANCE: f64 = 1e-3;
-/// Unexplained errors of so large a share of what gravity makes a joint read contradict the model; from the smaller one on they are told.
-const UNEXPLAINED: f64 = 0.1;
-const WARNING: f64 = 0.03;
 /// Probability below which an earlier calibration is contradicted.
 const CONTRADICTED_PRIOR: f64 = 1e-4;
 /// Standard deviations by which readings pass a constraint that they contradict.
@@ -229,70 +225,6 @@ impl Conclusion {
         }
     }
 
-    /// Says where unexplained errors are large beside what gravity makes a sensor read. A stated size is judged as the noise is.
-    fn remark_on_unexplained(&mut self, session: &Session, sizes: &[Option<UnexplainedResult>]) {
-        let of_channel = |(channel, size): (usize, &Option<UnexplainedResult>)| {
-            let UnexplainedResult { std, estimated, share_of_gravity, .. } = (*size)?;
-            let share = share_of_gravity.filter(|share| estimated && *share > WARNING)?;
-            let (name, unit) = (session.channel_name(channel), session.channel_unit(channel));
-            let (digits, share_percent) = (decimals(std), 100.0 * share);
-            Some((share, format!("{name} ({std:.digits$} {unit}, {share_percent:.0} %)")))
-        };
-        let mut large: Vec<(f64, String)> = sizes.iter().enumerate().filter_map(of_channel).collect();
-        large.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        let (failing, warned): (Vec<_>, Vec<_>) = large.into_iter().partition(|(share, _)| *share > UNEXPLAINED);
-        let names = |large: Vec<(f64, String)>| large.into_iter().map(|(_, name)| name).collect::<Vec<_>>().join(", ");
-        if !warned.is_empty() {
-            self.remarks.push(format!(
-                "Errors that the noise does not explain, beside what gravity makes the sensor read: {}. Intervals allow for them \
-                 as far as they differ from pose to pose; what is the same in many poses (friction from one side, a drift, a \
-                 wrong length or load mass) shifts values beyond their intervals.",
-                names(warned)
-            ));
-        }
-        if !failing.is_empty() {
-            self.fail(Mistake {
-                what: format!("the model contradicts the readings of {}", names(failing)),
-                advice: "So large a share of what gravity makes these sensors read is explained neither by gravity nor by noise. \
-                         What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
-                         hemisphere of gravity, the loads' masses, distances and poses, values given as fixed, what touches the arm or pulls at it, single \
-                         bad rows."
-                    .into(),
-            });
-        }
-    }
-
-    /// Says where noise that nobody stated is so large beside what gravity makes a sensor read that something else is wrong.
-    fn remark_on_noise_found(&mut self, session: &Session) -> Result<(), EvaluateError> {
-        if !self.solved.estimate.termination.converged() {
-            return Ok(());
-        }
-        let sizes = self.solved.noise_beside_gravity(session)?;
-        let mut large: Vec<(f64, String)> = sizes
-            .iter()
-            .enumerate()
-            .filter_map(|(channel, size)| {
-                let (std, share) = size.filter(|(_, share)| *share > UNEXPLAINED)?;
-                let (name, unit) = (session.channel_name(channel), session.channel_unit(channel));
-                Some((share, format!("{name} ({:.*} {unit}, {:.0} %)", decimals(std), std, 100.0 * share)))
-            })
-            .collect();
-        if large.is_empty() {
-            return Ok(());
-        }
-        large.sort_by(|(a, _), (b, _)| b.total_cmp(a));
-        let names: Vec<String> = large.into_iter().map(|(_, name)| name).collect();
-        self.verdict = self.verdict.max(Verdict::PartlyDetermined);
-        self.remarks.push(format!(
-            "What the model leaves of the readings is large beside what gravity makes the sensors read: {}. It is taken for their noise, \
-             as no std is stated. Noise so large is rare: look at units, signs, swapped columns, a rotation or an order of \
-             quaternions that is another, load masses, poses that are not static, single bad rows ([loss] finds these). State \
-             the std that the sensors have: what it does not explain is then told.",
-            names.join(", ")
-        ));
-        Ok(())
-    }
-
     /// Torques of the other sign are those of gravity the other way up: where it comes out upwards and no hemisphere says so, one of both
     /// is the case.
     fn remark_on_gravity_upwards(&mut self, session: &Session) {
@@ -343,7 +275,7 @@ impl Conclusion {
     }
 
     /// Nothing can be relied on, for this reason if there is none yet.
-    fn fail(&mut self, mistake: Mistake) {
+    pub(super) fn fail(&mut self, mistake: Mistake) {
         if self.verdict != Verdict::Failed || !self.solved.estimate.termination.converged() {
             self.termination = mistake.what.clone();
         }
@@ -396,12 +328,6 @@ fn other_unit(session: &Session, solved: &Solved, parameters: &[ParameterResult]
             "No position sensor is so far off its nominal gain: its readings are in another unit than declared; {looks}."
         ),
     })
-}
-
-/// Decimals that show two digits of a number.
-fn decimals(number: f64) -> usize {
-    let digits = 1.0 - number.abs().max(1e-12).log10().floor();
-    digits.clamp(0.0, 12.0) as usize
 }
 
 #[cfg(test)]

@@ -13,6 +13,7 @@ mod held_out;
 mod idle;
 mod in_order;
 mod judged;
+mod large_errors;
 mod linear_part;
 mod median;
 mod mistakes;

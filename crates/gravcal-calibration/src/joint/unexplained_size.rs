@@ -22,10 +22,11 @@ impl Solved {
             return Ok(vec![None; errors.len()]);
         }
         let (gravity, noise) = (self.gravity_std(session)?, self.noise_by_channel(session));
+        let references = references(session, &gravity);
         let size = |(channel, error): (usize, &UnexplainedError)| {
             let noise = noise[channel].filter(|_| *error != UnexplainedError::Absent)?;
             let std = self.readings.unexplained[channel].sqrt();
-            let reference = gravity[channel].max(LEAST_SHARE * most_alike(session, &gravity, channel));
+            let reference = references[channel];
             Some(UnexplainedResult {
                 std,
                 estimated: *error == UnexplainedError::Estimated,
@@ -40,11 +41,10 @@ impl Solved {
     /// Noise that was found in each channel whose readings state none: its standard deviation, unit of the reading, and its share of what
     /// gravity makes the channel read.
     pub(super) fn noise_beside_gravity(&self, session: &Session) -> Result<Vec<Option<(f64, f64)>>, EvaluateError> {
-        let (gravity, noise) = (self.gravity_std(session)?, self.noise_by_channel(session));
-        let found = session.noise_estimated();
+        let (noise, found) = (self.noise_by_channel(session), session.noise_estimated());
+        let references = references(session, &self.gravity_std(session)?);
         let of_channel = |channel: usize| {
-            let std = noise[channel].filter(|_| found[channel])?;
-            let reference = gravity[channel].max(LEAST_SHARE * most_alike(session, &gravity, channel));
+            let (std, reference) = (noise[channel].filter(|_| found[channel])?, references[channel]);
             (reference > 0.0).then(|| (std, std / reference))
         };
         Ok((0..session.channel_count()).map(of_channel).collect())
@@ -77,6 +77,12 @@ impl Solved {
         let mean = |squares: &Vec<f64>| squares.iter().sum::<f64>() / squares.len() as f64;
         squares.iter().map(|own| (!own.is_empty()).then(|| mean(own).sqrt())).collect()
     }
+}
+
+/// What the errors of each channel are held against: what gravity makes it read, or a share of what it makes the like channel read.
+fn references(session: &Session, gravity: &[f64]) -> Vec<f64> {
+    let of_channel = |channel: usize| gravity[channel].max(LEAST_SHARE * most_alike(session, gravity, channel));
+    (0..gravity.len()).map(of_channel).collect()
 }
 
 /// The largest of channels of the same kind, in the unit of this one.

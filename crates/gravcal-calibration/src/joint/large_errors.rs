@@ -1,0 +1,92 @@
+//! Errors that are large beside what gravity makes a sensor read, in words: a wrong model makes such errors.
+
+use gravcal_estimation::EvaluateError;
+
+use super::conclusion::Conclusion;
+use super::mistakes::Mistake;
+use crate::number::significant;
+use crate::result::{UnexplainedResult, Verdict};
+use crate::session::Session;
+
+/// Errors of so large a share of what gravity makes a sensor read contradict the model; from the smaller one on they are told.
+const LARGE: f64 = 0.1;
+pub(super) const WARNING: f64 = 0.03;
+
+/// The errors of one channel.
+struct Errors {
+    /// Of what gravity makes the channel read.
+    share: f64,
+    /// The channel and their size.
+    text: String,
+}
+
+impl Errors {
+    fn of(session: &Session, channel: usize, std: f64, share: f64) -> Errors {
+        let (name, unit) = (session.channel_name(channel), session.channel_unit(channel));
+        Errors { share, text: format!("{name} ({} {unit}, {:.0} %)", significant(std, 2), 100.0 * share) }
+    }
+}
+
+impl Conclusion {
+    /// Says where unexplained errors are large beside what gravity makes a sensor read. A stated size is judged as the noise is.
+    pub(super) fn remark_on_unexplained(&mut self, session: &Session, sizes: &[Option<UnexplainedResult>]) {
+        let told = sizes.iter().enumerate().filter_map(|(channel, size)| {
+            let UnexplainedResult { std, estimated, share_of_gravity, .. } = (*size)?;
+            let share = share_of_gravity.filter(|share| estimated && *share > WARNING)?;
+            Some(Errors::of(session, channel, std, share))
+        });
+        let (failing, warned): (Vec<_>, Vec<_>) = told.partition(|errors| errors.share > LARGE);
+        if !warned.is_empty() {
+            self.remarks.push(format!(
+                "Errors that the noise does not explain, beside what gravity makes the sensor read: {}. Intervals allow for them \
+                 as far as they differ from pose to pose; what is the same in many poses (friction from one side, a drift, a \
+                 wrong length or load mass) shifts values beyond their intervals.",
+                listed(warned)
+            ));
+        }
+        if !failing.is_empty() {
+            self.fail(Mistake {
+                what: format!("the model contradicts the readings of {}", listed(failing)),
+                advice: "So large a share of what gravity makes these sensors read is explained neither by gravity nor by noise. \
+                         What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
+                         hemisphere of gravity, the loads' masses, distances and poses, values given as fixed, what touches the arm or \
+                         pulls at it, single bad rows."
+                    .into(),
+            });
+        }
+    }
+
+    /// Says where noise that nobody stated is so large beside what gravity makes a sensor read that something else is wrong.
+    ///
+    /// # Errors
+    /// Where the model has no finite value at the solution.
+    pub(super) fn remark_on_noise_found(&mut self, session: &Session) -> Result<(), EvaluateError> {
+        if !self.solved.estimate.termination.converged() {
+            return Ok(());
+        }
+        let sizes = self.solved.noise_beside_gravity(session)?;
+        let large = sizes.iter().enumerate().filter_map(|(channel, size)| {
+            let (std, share) = size.filter(|(_, share)| *share > LARGE)?;
+            Some(Errors::of(session, channel, std, share))
+        });
+        let large: Vec<Errors> = large.collect();
+        if large.is_empty() {
+            return Ok(());
+        }
+        self.verdict = self.verdict.max(Verdict::PartlyDetermined);
+        self.remarks.push(format!(
+            "What the model leaves of the readings is large beside what gravity makes the sensors read: {}. It is taken for their noise, \
+             as no std is stated. Noise so large is rare: look at units, signs, swapped columns, a rotation or an order of \
+             quaternions that is another, load masses, poses that are not static, single bad rows ([loss] finds these). State \
+             the std that the sensors have: what it does not explain is then told.",
+            listed(large)
+        ));
+        Ok(())
+    }
+}
+
+/// The channels, that of the largest share first.
+fn listed(mut errors: Vec<Errors>) -> String {
+    errors.sort_by(|a, b| b.share.total_cmp(&a.share));
+    errors.into_iter().map(|errors| errors.text).collect::<Vec<_>>().join(", ")
+}
