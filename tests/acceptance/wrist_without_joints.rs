@@ -108,6 +108,23 @@ fn a_real_one_whose_sign_is_not_said_is_named() {
     assert!(joint.parameters.iter().all(|parameter| parameter.value.is_none() || parameter.held.is_some()));
 }
 
+/// Gravity the other way up and a tool of negative mass read the same: which is right nothing but an assumed mass says.
+#[test]
+fn without_a_hemisphere_neither_check_nor_calibrate_tells_where_gravity_points() {
+    let Some(table) = real_table() else { return };
+    let folder = session_of(&table);
+    let text = fs::read_to_string(folder.path().join("session.toml")).unwrap();
+    write_session(folder.path(), &text.replace("hemisphere = [0, 0, -1]\n", ""));
+    let checked = gravcal_in(folder.path(), ["check", "session.toml"]);
+    assert_eq!(checked.code, 3, "{checked:?}");
+    assert!(checked.stdout.contains("can be determined: not gravity, wrist.tool_mass"), "{checked:?}");
+    let calibration = Calibration::of(&folder.path().join("session.toml"));
+    assert_eq!(calibration.run.code, 3, "{:?}", calibration.run);
+    let joint = calibration.estimator("joint");
+    assert!(joint.gravity.is_none(), "{:?}", calibration.run);
+    assert!(joint.parameters.iter().all(|parameter| parameter.name != "wrist.tool_mass" || parameter.value.is_none()));
+}
+
 #[test]
 fn what_is_exported_of_a_real_one_gives_the_weight_of_its_tool() {
     const C: &str = r#"

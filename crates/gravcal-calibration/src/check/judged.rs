@@ -40,21 +40,21 @@ pub(super) fn judge_at(
     readings: &Readings,
     values: &Unknowns,
 ) -> Result<NominalVerdict, EstimateError> {
-    let judged = Solved::at_start(readings.clone(), pose_with_constraints(session, readings, values)?)?;
+    let mut judged = Solved::at_start(readings.clone(), pose_with_constraints(session, readings, values)?)?;
+    judged.sign_known = sign::is_decided(session, readings, values)?;
     // Readings count, not their values: a bias is judged against the torque that the nominal model predicts.
-    let judgement = judged.judge_with_spreads(session, &predicted_spreads(session, readings, &judged)?);
+    let spreads = predicted_spreads(session, readings, &judged)?;
+    let judgement = judged.judge_with_spreads(session, &spreads);
     let (posed, covariance) = (&judged.posed, judged.covariance());
     let std = |id: BlockId| posed.problem.columns_of(id).map(|column| covariance.std(column)).reduce(f64::max);
-    let sign_known = sign::is_decided(session, readings, values)?;
-    let gravity = judgement.gravity && sign_known;
     let mut parameters = vec![CheckedParameter {
         name: "gravity".into(),
         unit: "deg".into(),
         asked: session.asks("gravity"),
-        determined: gravity,
+        determined: judgement.gravity,
         held: None,
         predicted_std: std(posed.layout.gravity)
-            .filter(|_| gravity)
+            .filter(|_| judgement.gravity)
             .map(|std| (std / session.gravity.magnitude).to_degrees()),
     }];
     for id in session.parameters() {
@@ -71,7 +71,7 @@ pub(super) fn judge_at(
     }
     let situation = judged.situation(session);
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
-    undetermined.extend((!sign_known).then(unknown_sign));
+    undetermined.extend(unknown_sign(session, &judged, &spreads));
     undetermined.extend(last_frame_choices(session));
     Ok(NominalVerdict { parameters, undetermined })
 }

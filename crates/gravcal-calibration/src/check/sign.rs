@@ -8,34 +8,22 @@
 //!     ½ (rᵀr − (Jᵀr)ᵀ (JᵀJ)⁺ (Jᵀr))
 //! ```
 //!
-//! Gains keep their sign: they are taken as known within [`GAIN_KNOWN`], because to first order a gain may become its
-//! negative, which undoes what the weight of a load on known lengths tells.
+//! Gains keep their sign ([`with_gains_known`]), because to first order a gain may become its negative, which undoes what the
+//! weight of a load on known lengths tells.
 
-use crate::joint::{DECISIVE, EstimateError, Readings, Solved, Unknowns, pose};
-use crate::parameter::Limit;
-use crate::session::{Knowledge, KnowledgeKind, Session};
-
-/// Standard deviation of a gain for this question, as a share of it.
-const GAIN_KNOWN: f64 = 0.3;
+use crate::joint::{DECISIVE, EstimateError, Readings, Solved, Unknowns, pose, with_gains_known};
+use crate::session::Session;
 
 /// Whether gravity's sign is declared, or can be decided by the readings.
 pub(super) fn is_decided(session: &Session, readings: &Readings, values: &Unknowns) -> Result<bool, EstimateError> {
     if session.gravity.hemisphere.is_some() {
         return Ok(true);
     }
-    let mut session = session.clone();
+    let mut session = with_gains_known(session);
     let predicted = pose(&session, readings, values)?.predicted(&session, readings)?;
     for (pose, channel, value) in predicted {
         if let Some(reading) = session.reading_mut(pose, channel) {
             reading.value = value;
-        }
-    }
-    for id in session.parameters() {
-        let parameter = session.parameter(id);
-        if let (Limit::ShareOfNominal(_), Knowledge { nominal, kind: KnowledgeKind::Start }) =
-            (parameter.limit, parameter.knowledge)
-        {
-            session.knowledge_mut(id).kind = KnowledgeKind::Prior { std: GAIN_KNOWN * nominal.abs() };
         }
     }
     let other = values.upside_down(&session);

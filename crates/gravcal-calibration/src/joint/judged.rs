@@ -33,9 +33,21 @@ impl Solved {
             judgement.leave_open(session.parameters().into_iter().filter(|id| is_open(layout.block(*id))));
         }
         judgement.gravity &= self.sign_known;
+        judgement.leave_unsaid(self.turning_with_gravity(session, spreads));
         judgement.leave_open(self.readings.unread_and_unknown(session));
         judgement.leave_open(self.on_bound(session));
         judgement
+    }
+
+    /// Parameters that have another value with gravity the other way up, where the readings do not tell which way that is.
+    pub(crate) fn turning_with_gravity(&self, session: &Session, spreads: &[f64]) -> Vec<ParameterId> {
+        if self.sign_known {
+            return Vec::new();
+        }
+        let found = self.unknowns(&Unknowns::nominal(session));
+        let other = found.upside_down(session);
+        let turns = |id: &ParameterId| (found.value(*id) - other.value(*id)).abs() > session.limit(*id, spreads);
+        session.parameters().into_iter().filter(turns).collect()
     }
 
     pub(crate) fn situation<'s>(&self, session: &'s Session) -> Situation<'s> {

@@ -64,5 +64,5 @@ pub(crate) use solve::solve_posed;
 pub use solved::Solved;
 pub(crate) use start::start_around;
 pub(crate) use tell::{last_frame_choices, session_notes, unknown_sign};
-pub(crate) use twins::DECISIVE;
+pub(crate) use twins::{DECISIVE, with_gains_known};
 pub use unknowns::{Layout, PositionUnknown, Unknowns};

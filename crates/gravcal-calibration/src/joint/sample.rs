@@ -79,6 +79,13 @@ impl Sample {
         }
     }
 
+    /// The cost of the readings alone where a few iterations from `start` lead: what unknowns rest on does not count.
+    pub fn cost_of_readings(&self, session: &Session, start: &Unknowns, workbench: &Workbench<'_>) -> f64 {
+        let end = self.nearby(session, start, 0.0, workbench).end;
+        let posed = self.posed_at(session, &end);
+        posed.problem.without_reference().cost(&posed.initial).unwrap_or(f64::INFINITY)
+    }
+
     /// The step to the minimum of the linear model; nothing if the cost is no lower where it leads.
     pub fn one_step(&self, session: &Session, start: &Unknowns) -> Option<OneStep> {
         let JointProblem { problem, initial, layout, .. } = &self.posed_at(session, start);

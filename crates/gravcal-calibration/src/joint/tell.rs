@@ -42,16 +42,9 @@ pub(super) fn tell(
     } = conclusion;
     let solved = &solved;
     let situation = solved.situation(session);
-    let moments = determined_moments(
-        &solved.posed.problem,
-        &solved.estimate.values,
-        &solved.posed.layout,
-        &solved.spectrum,
-        solved.covariance(),
-        &open_columns(session, solved, &judgement),
-    );
+    let moments = tell_moments(session, solved, &judgement);
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
-    undetermined.extend((!solved.sign_known).then(unknown_sign));
+    undetermined.extend(unknown_sign(session, solved, &solved.readings.spreads));
     undetermined.extend(last_frame_choices(session));
     let mut notes = remarks;
     notes.extend(
@@ -195,6 +188,21 @@ pub(super) fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[P
     mirrored
 }
 
+/// Combinations of moments and placements. Where gravity's sign is open, so is the sign of all of them.
+fn tell_moments(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<DeterminedMoment> {
+    if !solved.sign_known {
+        return Vec::new();
+    }
+    determined_moments(
+        &solved.posed.problem,
+        &solved.estimate.values,
+        &solved.posed.layout,
+        &solved.spectrum,
+        solved.covariance(),
+        &open_columns(session, solved, judgement),
+    )
+}
+
 /// Columns of gravity and of the parameters, as far as they are not determined.
 fn open_columns(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<usize> {
     let layout = &solved.posed.layout;
@@ -245,16 +253,17 @@ pub(crate) fn last_frame_choices(session: &Session) -> Vec<Undetermined> {
     (0..session.joints.len()).filter(chosen).map(tell).collect()
 }
 
-/// That the readings do not tell gravity from its opposite.
-pub(crate) fn unknown_sign() -> Undetermined {
-    Undetermined {
+/// That the readings do not tell gravity from its opposite, where that is so; with the parameters that would turn with it.
+pub(crate) fn unknown_sign(session: &Session, solved: &Solved, spreads: &[f64]) -> Option<Undetermined> {
+    let turning = solved.turning_with_gravity(session, spreads).into_iter().map(|id| session.parameter_name(id));
+    (!solved.sign_known).then(|| Undetermined {
         combination: "sign of gravity".into(),
-        parameters: vec!["gravity".into()],
+        parameters: std::iter::once("gravity".into()).chain(turning).collect(),
         why: "gravity the other way up, with all masses and moments negative, explains the readings as well".into(),
         cure: "state gravity's rough direction ([gravity] hemisphere), or attach a load of known mass at the end of known \
                lengths"
             .into(),
-    }
+    })
 }
 
 /// What every estimator's reader should know of frames, positions and loads.

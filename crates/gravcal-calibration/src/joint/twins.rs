@@ -2,7 +2,8 @@
 //!
 //! - **Upside down.** Gravity the other way up, with masses, moments and placements negative, gives the same torques, unless a
 //!   load of known mass hangs on known lengths. Where no hemisphere is declared both are solved for, the one that explains the
-//!   readings better is taken, and the sign counts as known only if that is decisive. Where one is declared the end must lie in it.
+//!   readings better is taken, and the sign counts as known only if that is decisive. What unknowns rest on decides nothing, but gains
+//!   keep their sign ([`with_gains_known`]). Where a hemisphere is declared the end must lie in it.
 //! - **Mirrored placements.** The vector between two placements of a known distance shows in its length and in what the
 //!   joints carry of it; along the axis of the joint that carries it the latter may be little, and its sign a matter of
 //!   where the start lay.
@@ -17,12 +18,14 @@ use super::signs::axes_as_declared;
 use super::solve::{solve_from, solve_posed};
 use super::solved::Solved;
 use super::unknowns::Unknowns;
-use crate::parameter::{ParameterId, Quantity};
-use crate::session::Session;
+use crate::parameter::{Limit, ParameterId, Quantity};
+use crate::session::{Knowledge, KnowledgeKind, Session};
 use crate::workbench::Workbench;
 
 /// Cost by which one of both must exceed the other to be ruled out: its likelihood is then less by e¹⁰.
 pub(crate) const DECISIVE: f64 = 10.0;
+/// Standard deviation of a gain where gravity is told from its opposite, as a share of it.
+const GAIN_KNOWN: f64 = 0.3;
 /// A twin is followed where it lowers the cost by more than this share: less is where the same solution was found again.
 const LOWER: f64 = 1e-6;
 
@@ -54,7 +57,9 @@ fn right_way_up(
     let nominal = Unknowns::nominal(session);
     let found = solved.unknowns(&nominal);
     let start = found.upside_down(session);
-    let [here, there] = [&found, &start].map(|start| sample.nearby(session, start, 0.0, workbench).cost);
+    let known = with_gains_known(session);
+    let sample = Sample::new(&known, &sample.readings)?;
+    let [here, there] = [&found, &start].map(|start| sample.cost_of_readings(&known, start, workbench));
     if there > here + DECISIVE {
         return Ok(solved);
     }
@@ -70,6 +75,21 @@ fn right_way_up(
         solved
     };
     Ok(Solved { sign_known, ..lower })
+}
+
+/// The session with gains known but for a share of them: gravity the other way up is explained by sensors that are all reversed, too, and
+/// the sign of a sensor is as declared.
+pub(crate) fn with_gains_known(session: &Session) -> Session {
+    let mut known = session.clone();
+    for id in session.parameters() {
+        let parameter = session.parameter(id);
+        if let (Limit::ShareOfNominal(_), Knowledge { nominal, kind: KnowledgeKind::Start }) =
+            (parameter.limit, parameter.knowledge)
+        {
+            known.knowledge_mut(id).kind = KnowledgeKind::Prior { std: GAIN_KNOWN * nominal.abs() };
+        }
+    }
+    known
 }
 
 /// The solution, or, where it lies in the other hemisphere than the declared one, an image of it that does not: gravity, masses, moments and

@@ -50,6 +50,11 @@ impl Judgement {
         self.leave_open(other.open.iter().copied());
     }
 
+    /// Counts parameters as open for a reason that is told elsewhere.
+    pub fn leave_unsaid(&mut self, parameters: impl IntoIterator<Item = ParameterId>) {
+        self.open.extend(parameters);
+    }
+
     /// Counts parameters as without any information.
     pub fn leave_open(&mut self, parameters: impl IntoIterator<Item = ParameterId>) {
         for id in parameters {
