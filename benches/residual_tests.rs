@@ -6,35 +6,6 @@
 //! sensor), right in every other way, or with one error: a zero that drifts, a coordinate that runs unevenly, errors that neighbouring
 //! poses share. Exit code 1 where right models are blamed in more than 2 of 100 sessions, or an error is named in fewer than 90.
 
-#[allow(dead_code, reason = "the populations use more of these")]
-#[path = "populations/arm.rs"]
-mod arm;
-#[allow(dead_code, reason = "the populations use more of these")]
-#[path = "populations/calibrate.rs"]
-mod calibrate;
-#[allow(dead_code, reason = "the populations use more of these")]
-#[path = "populations/draw.rs"]
-mod draw;
-#[allow(dead_code, reason = "the populations use more of these")]
-#[path = "populations/independent.rs"]
-mod independent;
-#[allow(dead_code, reason = "the populations use more of these")]
-#[path = "populations/model.rs"]
-mod model;
-#[allow(dead_code, reason = "the populations use more of these")]
-#[path = "populations/poor.rs"]
-mod poor;
-#[allow(dead_code, reason = "the populations use more of these")]
-#[path = "populations/statics.rs"]
-mod statics;
-#[allow(dead_code, reason = "the populations use more of these")]
-#[path = "populations/truth.rs"]
-mod truth;
-#[allow(dead_code, reason = "the populations use more of these")]
-#[path = "populations/write.rs"]
-mod write;
-
-use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
@@ -43,10 +14,12 @@ use gravcal_calibration::result::{ResidualTest, ResidualTestKind, Verdict};
 use gravcal_solvers::SolverName;
 use rayon::prelude::*;
 
-use arm::Arm;
-use calibrate::calibrate;
-use draw::{Kind, draw};
-use truth::Truth;
+use gravcal_benches::population::arm::Arm;
+use gravcal_benches::population::arms::Arms;
+use gravcal_benches::population::calibrate::calibrate;
+use gravcal_benches::population::draw::{Kind, draw};
+use gravcal_benches::population::truth::Truth;
+use gravcal_benches::population::write::{readings, write_session};
 
 /// The program's own.
 #[global_allocator]
@@ -75,9 +48,9 @@ struct Arguments {
     /// How wrong: standard deviations of a reading over the session, rad of a harmonic, or the correlation of neighbours [default: 3, 0.001, 0.6].
     #[arg(long)]
     size: Option<f64>,
-    /// Random arms alone, which need no files.
-    #[arg(long)]
-    random: bool,
+    /// Which arms: a number's arm depends on this, too.
+    #[arg(long, value_enum, default_value_t = Arms::All)]
+    arms: Arms,
 }
 
 /// An error of a session.
@@ -117,7 +90,7 @@ fn main() -> ExitCode {
 
 /// Whether the tests do what they should.
 fn run(arguments: &Arguments) -> Result<bool, String> {
-    let robots = robots(arguments.random)?;
+    let robots = arguments.arms.robots()?;
     let bar = progress(arguments.sessions, "sessions");
     let numbers = arguments.first..arguments.first + arguments.sessions;
     let outcomes: Vec<Option<Outcome>> = numbers
@@ -133,19 +106,6 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
     Ok(tell(arguments.wrong, &outcomes))
 }
 
-/// The robots of the shared data, in `GRAVCAL_SHARED_DATA` or `../shared/data` beside the project.
-fn robots(random: bool) -> Result<Vec<Arm>, String> {
-    if random {
-        return Ok(Vec::new());
-    }
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("GRAVCAL_SHARED_DATA").map_or_else(beside, PathBuf::from).join("urdf");
-    if !folder.is_dir() {
-        return Err(format!("{}: there are no URDFs; --random needs none", folder.display()));
-    }
-    arm::robots(&folder)
-}
-
 /// Nothing where there is no answer, or one that failed.
 fn session(arguments: &Arguments, robots: &[Arm], number: u64) -> Result<Option<Outcome>, String> {
     let kinds: &[Kind] = match arguments.wrong {
@@ -155,10 +115,10 @@ fn session(arguments: &Arguments, robots: &[Arm], number: u64) -> Result<Option<
     let kind = kinds[(number % kinds.len() as u64) as usize];
     // Robots take turns by number; so kinds must not.
     let mut truth = draw(kind, robots, arguments.seed, number / kinds.len() as u64)?;
-    let joint = (number / 3) as usize % truth.arm.len();
+    let joint = (number / 3) as usize % truth.arm.joint_count();
     let joint = spoil(&mut truth, arguments.wrong, arguments.size, joint);
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
-    write::write_session(&truth, folder.path())?;
+    write_session(&truth, folder.path())?;
     let answer = calibrate(&folder.path().join("session.toml"), SolverName::LevenbergMarquardt);
     let name = format!("{}-{number}-{}", kind.as_str(), truth.arm.name);
     let Ok(result) = answer.result else { return Ok(None) };
@@ -193,13 +153,13 @@ fn spoil(truth: &mut Truth, wrong: Wrong, size: Option<f64>, joint: usize) -> us
         Wrong::Harmonic => {
             // What the torques would be where the coordinate is another: errors are in standard deviations.
             let amplitude = size.unwrap_or(1e-3);
-            let exact = write::readings(truth);
+            let exact = readings(truth);
             let mut uneven = truth.clone();
             for table in &mut uneven.tables {
                 table.angles.iter_mut().for_each(|angles| angles[1] += amplitude * (2.0 * angles[1]).sin());
             }
             let noise = truth.noise.clone();
-            for (place, (with, without)) in write::readings(&uneven).iter().zip(&exact).enumerate() {
+            for (place, (with, without)) in readings(&uneven).iter().zip(&exact).enumerate() {
                 truth.errors[place] += (with - without) / noise[place % channels];
             }
             1

@@ -6,32 +6,20 @@
 //! determine it; a value more than 6 of its standard deviations from the truth; a standard deviation below half the independent
 //! Cramér-Rao bound; gravity upside down.
 
-mod arm;
-mod calibrate;
-mod draw;
-mod independent;
-mod judge;
-mod model;
-mod poor;
 mod run;
 mod starts;
-mod statics;
 mod tally;
-#[cfg(test)]
-mod tests;
-mod truth;
-mod write;
 
 use std::ops::Range;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::{Parser, ValueEnum};
+use clap::Parser;
 use gravcal_benches::program::progress;
 use gravcal_solvers::SolverName;
 
-use arm::Arm;
-use draw::Kind;
+use gravcal_benches::population::arms::Arms;
+use gravcal_benches::population::draw::Kind;
 use run::Population;
 use tally::{Trial, is_wrong, table};
 
@@ -77,15 +65,6 @@ struct Arguments {
     arms: Arms,
 }
 
-/// Which arms.
-#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Arms {
-    /// Those of URDFs of the shared data, and a random one in turn.
-    All,
-    /// Random ones alone, which need no files.
-    Random,
-}
-
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     match run(&arguments) {
@@ -111,7 +90,7 @@ fn run(arguments: &Arguments) -> Result<bool, String> {
     let population = Population {
         kind: *kind,
         seed: *seed,
-        robots: robots(arguments.arms)?,
+        robots: arguments.arms.robots()?,
         keep: keep.clone(),
         methods: if arguments.methods { SolverName::ALL.into() } else { vec![arguments.solver] },
         starts: arguments.starts,
@@ -139,22 +118,6 @@ fn numbers(arguments: &Arguments) -> Range<u64> {
         Some(number) => number..number + 1,
         None => arguments.first..arguments.first + arguments.sessions,
     }
-}
-
-/// The robots of the shared data, in `GRAVCAL_SHARED_DATA` or `../shared/data` beside the project.
-fn robots(arms: Arms) -> Result<Vec<Arm>, String> {
-    if arms == Arms::Random {
-        return Ok(Vec::new());
-    }
-    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/data");
-    let folder = std::env::var_os("GRAVCAL_SHARED_DATA").map_or_else(beside, PathBuf::from).join("urdf");
-    if !folder.is_dir() {
-        let folder = folder.display();
-        return Err(format!(
-            "{folder}: there are no URDFs; GRAVCAL_SHARED_DATA names the folder of shared data, --arms random needs none"
-        ));
-    }
-    arm::robots(&folder)
 }
 
 fn in_words(trial: &Trial) -> String {

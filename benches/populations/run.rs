@@ -8,14 +8,14 @@ use gravcal_calibration::result::Verdict;
 use gravcal_solvers::SolverName;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::arm::Arm;
-use crate::calibrate::{Answer, calibrate};
-use crate::draw::{Kind, draw};
-use crate::independent::information;
-use crate::judge::judge;
 use crate::starts::above_lowest;
 use crate::tally::Trial;
-use crate::write::{write_session, write_truth};
+use gravcal_benches::population::arm::Arm;
+use gravcal_benches::population::calibrate::{Answer, calibrate};
+use gravcal_benches::population::draw::{Kind, draw};
+use gravcal_benches::population::independent::information;
+use gravcal_benches::population::judge::judge;
+use gravcal_benches::population::write::{write_session, write_truth};
 
 /// Sessions of one kind.
 pub struct Population {

@@ -18,8 +18,8 @@ use nalgebra::Vector3;
 use rand::RngExt;
 use rand_pcg::Pcg64;
 
-use crate::draw::normal;
-use crate::truth::{GRAVITY, Truth};
+use gravcal_benches::population::draw::normal;
+use gravcal_benches::population::truth::{GRAVITY, Truth};
 
 /// Rounds in which the noise follows the residuals, and iterations of each.
 const ROUNDS: usize = 5;
@@ -70,7 +70,7 @@ fn random_start(session: &Session, truth: &Truth, random: &mut Pcg64) -> Unknown
         let mut moment = || mass * random.random_range(-0.2..0.2);
         [mass, moment(), moment(), moment()]
     };
-    let inertia = (0..truth.arm.len()).map(|joint| body(joint, random)).collect();
+    let inertia = (0..truth.arm.joint_count()).map(|joint| body(joint, random)).collect();
     Unknowns { gravity: gravity.into(), sensors, inertia, ..nominal }
 }
 

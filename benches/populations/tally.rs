@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use gravcal_calibration::result::Verdict;
 
-use crate::judge::{Cause, Judged};
 use crate::starts::SAME;
+use gravcal_benches::population::judge::{Cause, Judged};
 
 /// A session, its answer and what is wrong with it.
 #[derive(Clone, Debug)]

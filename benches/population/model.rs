@@ -11,8 +11,8 @@
 use faer::Mat;
 use nalgebra::Vector3;
 
-use crate::statics::{Number, complex, gravity_at, torques};
-use crate::truth::{PLACEMENTS, Sensors, Truth, Wrist};
+use super::statics::{Number, complex, gravity_at, torques};
+use super::truth::{PLACEMENTS, Sensors, Truth, Wrist};
 
 /// Step along the imaginary axis: its square is nothing beside one.
 const STEP: f64 = 1e-30;
@@ -62,7 +62,7 @@ pub fn unknowns(truth: &Truth) -> Unknowns {
 /// Every reading, table by table, pose by pose and channel by channel, at some values of the unknowns.
 pub fn predicted(truth: &Truth, values: &[Number]) -> Vec<Number> {
     let model = Model::new(truth, values);
-    let of_table = |table: &crate::truth::Table| {
+    let of_table = |table: &super::truth::Table| {
         let bodies = model.loaded(table.placement);
         table
             .angles
@@ -101,7 +101,7 @@ struct Model<'t> {
 
 impl<'t> Model<'t> {
     fn new(truth: &'t Truth, values: &'t [Number]) -> Model<'t> {
-        let n = truth.arm.len();
+        let n = truth.arm.joint_count();
         let (gravity, rest) = values.split_at(2);
         let (sensors, rest) = rest.split_at(4 * n);
         let (bodies, rest) = rest.split_at(4 * n);

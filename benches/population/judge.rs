@@ -6,12 +6,12 @@ use std::fmt;
 use gravcal_calibration::result::{EstimatorResult, GravityResult, ParameterResult, Verdict};
 use nalgebra::Vector3;
 
-use crate::calibrate::Answer;
-use crate::draw::NOMINAL_GAIN;
-use crate::independent::Information;
-use crate::model::{Unknowns, unknowns};
-use crate::truth::Truth;
-use crate::write::readings;
+use super::calibrate::Answer;
+use super::draw::NOMINAL_GAIN;
+use super::independent::Information;
+use super::model::{Unknowns, unknowns};
+use super::truth::Truth;
+use super::write::readings;
 
 /// A value this many of its standard deviations from the truth is wrong.
 const FAR: f64 = 6.0;
@@ -202,11 +202,12 @@ fn limits_of_use(truth: &Truth) -> Vec<f64> {
         own.clone().fold(f64::MIN, |most, y| most.max(*y)) - own.fold(f64::MAX, |least, y| least.min(*y))
     };
     let gains = truth.sensors.torque_gain.iter().map(|gain| USE_GAIN * gain.abs().min(nominal));
-    let joints = 0..truth.arm.len();
+    let joints = 0..truth.arm.joint_count();
     let biases = joints.clone().map(|joint| USE_BIAS * spread(joint));
     let arm = gains.chain(biases).chain(joints.clone().map(|_| USE_GAIN)).chain(joints.clone().map(|_| USE_ANGLE));
-    let others = 4 * truth.arm.len() + [0, 3, 5][truth.placements.len()];
-    let wrist =
-        [USE_GAIN; 6].into_iter().chain((truth.arm.len()..truth.channels()).map(|axis| USE_BIAS * spread(axis)));
+    let others = 4 * truth.arm.joint_count() + [0, 3, 5][truth.placements.len()];
+    let wrist = [USE_GAIN; 6]
+        .into_iter()
+        .chain((truth.arm.joint_count()..truth.channels()).map(|axis| USE_BIAS * spread(axis)));
     arm.chain(std::iter::repeat_n(f64::INFINITY, others)).chain(wrist).chain(USE_TOOL).collect()
 }

@@ -3,9 +3,9 @@
 use rand::RngExt;
 use rand_pcg::Pcg64;
 
-use crate::arm::Arm;
-use crate::draw::{normal, with_each_load, within};
-use crate::truth::Table;
+use super::arm::Arm;
+use super::draw::{normal, with_each_load, within};
+use super::truth::Table;
 
 /// Where joints stand, or about which angle they move.
 #[derive(Clone, Copy)]
@@ -22,9 +22,9 @@ enum Rest {
 pub fn tables(arm: &Arm, placements: usize, random: &mut Pcg64) -> Vec<Table> {
     let [few_joints, little, few_poses] = shortcomings(random);
     let rest = [Rest::Zero, Rest::NearZero, Rest::Middle][random.random_range(0..3)];
-    let moving = if few_joints { some_of(arm.len(), random) } else { vec![true; arm.len()] };
+    let moving = if few_joints { some_of(arm.joint_count(), random) } else { vec![true; arm.joint_count()] };
     let width = random.random_range(5.0..30.0_f64).to_radians();
-    let range = |(joint, moves): (&crate::statics::Joint, &bool), random: &mut Pcg64| {
+    let range = |(joint, moves): (&super::statics::Joint, &bool), random: &mut Pcg64| {
         let at = rest.at(joint.limits, random);
         match (moves, little) {
             (false, _) => [at, at],

@@ -5,14 +5,14 @@ use std::f64::consts::FRAC_PI_2;
 use gravcal_solvers::SolverName;
 use nalgebra::{Isometry3, Vector3};
 
-use crate::calibrate::{Answer, calibrate};
-use crate::draw::{Kind, draw};
-use crate::independent::information;
-use crate::judge::{Cause, Judged, judge};
-use crate::model::{jacobian, predicted, unknowns};
-use crate::statics::{Joint, Number, complex, torques};
-use crate::truth::Truth;
-use crate::write::write_session;
+use super::calibrate::{Answer, calibrate};
+use super::draw::{Kind, draw};
+use super::independent::information;
+use super::judge::{Cause, Judged, judge};
+use super::model::{jacobian, predicted, unknowns};
+use super::statics::{Joint, Number, complex, torques};
+use super::truth::Truth;
+use super::write::write_session;
 
 fn ordinary() -> Truth {
     draw(Kind::Ordinary, &[], 1, 3).unwrap()

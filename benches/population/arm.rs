@@ -8,7 +8,7 @@ use rand::RngExt;
 use rand_pcg::Pcg64;
 use urdf_rs::{JointType, Pose, Robot};
 
-use crate::statics::Joint;
+use super::statics::Joint;
 
 /// No joint turns further than this to either side, rad.
 const REACH: f64 = 2.6;
@@ -116,7 +116,7 @@ impl Arm {
     }
 
     /// How many joints.
-    pub fn len(&self) -> usize {
+    pub fn joint_count(&self) -> usize {
         self.joints.len()
     }
 }

@@ -11,8 +11,8 @@ use std::collections::BTreeMap;
 
 use faer::Mat;
 
-use crate::model::{Unknowns, jacobian, unknowns};
-use crate::truth::Truth;
+use super::model::{Unknowns, jacobian, unknowns};
+use super::truth::Truth;
 
 /// A singular value below this share of the largest is none.
 const RANK: f64 = 1e-8;

@@ -6,12 +6,12 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
-use crate::arm::Urdf;
-use crate::draw::{NOMINAL_BIAS, NOMINAL_GAIN, WRIST_NOISE};
-use crate::independent::Information;
-use crate::model::{predicted, unknowns};
-use crate::statics::Number;
-use crate::truth::{GRAVITY, PLACEMENTS, Truth, Wrist};
+use super::arm::Urdf;
+use super::draw::{NOMINAL_BIAS, NOMINAL_GAIN, WRIST_NOISE};
+use super::independent::Information;
+use super::model::{predicted, unknowns};
+use super::statics::Number;
+use super::truth::{GRAVITY, PLACEMENTS, Truth, Wrist};
 
 /// Writes `session.toml` and its tables into a folder.
 ///
@@ -62,7 +62,7 @@ fn session(truth: &Truth, urdf: &str) -> String {
     }
     let angle = if said.degrees { "deg" } else { "rad" };
     let unit = if said.counts { "count" } else { "N·m" };
-    let std = if said.std { format!(", std = {:?}", &truth.noise[..arm.len()]) } else { String::new() };
+    let std = if said.std { format!(", std = {:?}", &truth.noise[..arm.joint_count()]) } else { String::new() };
     lines.push("[readings]".to_owned());
     lines.push(format!("position = {{ columns = {}, unit = \"{angle}\" }}", columns("position")));
     lines.push(format!("torque = {{ columns = {}, unit = \"{unit}\"{std} }}", columns("torque")));
@@ -121,12 +121,12 @@ fn tables(truth: &Truth) -> Vec<(String, String)> {
     let joints = || truth.arm.joints.iter().map(|joint| joint.name.as_str());
     let header =
         joints().map(|joint| format!("{joint}_position")).chain(joints().map(|joint| format!("{joint}_torque")));
-    let wrist = Wrist::AXES.iter().take(truth.channels() - truth.arm.len()).map(ToString::to_string);
+    let wrist = Wrist::AXES.iter().take(truth.channels() - truth.arm.joint_count()).map(ToString::to_string);
     let header = header.chain(wrist).collect::<Vec<_>>().join(",");
     let torques = readings(truth);
     let mut torques = torques.chunks(truth.channels());
     let unit = if truth.said.degrees { 1f64.to_degrees() } else { 1.0 };
-    let text = |table: &crate::truth::Table| {
+    let text = |table: &super::truth::Table| {
         let mut text = format!("{header}\n");
         for angles in &table.angles {
             let positions = truth.position_readings(angles).into_iter().map(|angle| unit * angle);

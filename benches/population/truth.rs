@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::arm::Arm;
+use super::arm::Arm;
 
 /// Magnitude of gravity, m/s².
 pub const GRAVITY: f64 = 9.80665;

@@ -8,9 +8,9 @@ use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use crate::arm::{self, Arm};
-use crate::poor;
-use crate::truth::{GRAVITY, Said, Sensors, Table, Truth, Wrist};
+use super::arm::{self, Arm};
+use super::poor;
+use super::truth::{GRAVITY, Said, Sensors, Table, Truth, Wrist};
 
 /// Where a session's counts stand that says nothing else, and how many a newton metre makes.
 pub const NOMINAL_BIAS: f64 = 2048.0;
@@ -69,8 +69,10 @@ pub fn draw(kind: Kind, robots: &[Arm], seed: u64, number: u64) -> Result<Truth,
     };
     let said = said(kind, &mut random);
     let gravity = gravity(kind, &mut random);
-    let (sensors, mut noise) =
-        (sensors(arm.len(), said.counts, &mut random), noise(kind, arm.len(), said.counts, &mut random));
+    let (sensors, mut noise) = (
+        sensors(arm.joint_count(), said.counts, &mut random),
+        noise(kind, arm.joint_count(), said.counts, &mut random),
+    );
     let placements = placements(kind, &mut random);
     let tables = tables(kind, &arm, placements.len(), &mut random);
     let mass = random.random_range(1.0..4.0);
