@@ -16,12 +16,12 @@
 //! ```
 //!
 //! There the readings are judged, too. What is not determined there is not determined, and no standard deviation is told that is less than
-//! two thirds of that there ([`AT_LEAST`]). Where the problem is linear over the errors of its estimate, nothing changes.
+//! that there, or than two thirds of it ([`AT_LEAST`]) where the readings are against such values by more than two standard deviations. Where the problem is linear over the errors of its estimate, nothing changes.
 //!
 //! Two kinds of directions are followed: singular ones that make up a share of a standard deviation that matters, and the error of each
 //! parameter, `v = C e`.
 
-use gravcal_estimation::{EvaluateError, Problem, Reference, Values};
+use gravcal_estimation::{EvaluateError, Manifold, Problem, Reference, Values};
 use nalgebra::{DMatrix, DVector};
 
 /// Standard deviations from the estimate to which the truth is looked for, one a piece of the way.
@@ -64,10 +64,9 @@ pub(crate) fn least_informed_nearby(
     let norms = alone.linearize(values)?.column_scales();
     let scales = scales(&alone, &norms, asked, plausible);
     let mut firmness = DVector::zeros(scales.len());
-    plausible
-        .std_by_column(problem)
-        .into_iter()
-        .for_each(|(column, std)| firmness[column] = (scales[column] / std).powi(2));
+    for (column, std) in plausible.std_by_column(problem).into_iter().chain(directions(problem)) {
+        firmness[column] = (scales[column] / std).powi(2);
+    }
     let surroundings = Surroundings { problem: &alone, scales, firmness };
     let Some(estimate) = surroundings.point(values.clone())? else { return Ok(Vec::new()) };
     let faint = faint_directions(&estimate.hessian, asked).into_iter().map(Direction::Faint);
@@ -77,6 +76,14 @@ pub(crate) fn least_informed_nearby(
         found.extend(surroundings.where_less(&estimate, direction)?);
     }
     Ok(found)
+}
+
+/// Columns of directions, of which nobody can be farther off than about a radian, and what this is in their unit.
+fn directions(problem: &Problem) -> impl Iterator<Item = (usize, f64)> {
+    problem.columns().iter().enumerate().filter_map(|(column, of)| match problem.block(of.block).manifold {
+        Manifold::Sphere { radius } => Some((column, radius)),
+        Manifold::Euclidean => None,
+    })
 }
 
 /// What a step of one is by each column: a limit of use of what is asked for, what is plausible of the rest.
