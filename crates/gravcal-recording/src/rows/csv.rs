@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 use csv::StringRecord;
 
+use super::missing::{Missing, tell_missing};
 use super::{Row, Rows, Source};
 use crate::csv_lines::{CsvFormat, CsvWriting, Line, Lines, cells};
 use crate::error::ReadError;
@@ -70,19 +71,18 @@ impl Held {
         number.unwrap_or(f64::NAN)
     }
 
-    /// What counts as missing in it, in words.
-    fn remark(&self, column: &str) -> Option<String> {
-        let what = match self.dates {
-            Some(false) => "finite numbers",
-            Some(true) => "dates with times (ISO 8601)",
-            None => "finite numbers, nor dates with times such as 2024-05-01T12:00:00.010Z (ISO 8601)",
-        };
-        let Held { others, first_other, .. } = *self;
-        (others > 0).then(|| {
-            format!("column `{column}`: {others} cells are no {what}, and count as missing; the first is on line {first_other}")
-        })
+    /// What counts as missing in it.
+    fn missing<'a>(&self, column: &'a str) -> Missing<'a> {
+        Missing { column, count: self.others, first: Some(self.first_other) }
     }
 }
+
+/// Which cells count as missing, in words, in columns that hold numbers, dates, or neither.
+const MISSING: [(Option<bool>, &str); 3] = [
+    (Some(false), "cells that are no finite numbers"),
+    (Some(true), "cells that are no dates with times (ISO 8601)"),
+    (None, "cells that are neither finite numbers nor dates with times such as 2024-05-01T12:00:00.010Z (ISO 8601)"),
+];
 
 /// Counts the bytes that are read.
 pub(crate) struct Counted {
@@ -239,7 +239,10 @@ impl Rows for CsvRows {
         let left_out = self.left_out.iter().map(|(why, (count, first))| {
             format!("{}: {count} lines are left out ({why}), the first is line {first}", self.path.display())
         });
-        let others = self.columns.iter().zip(&self.held).filter_map(|(column, held)| held.remark(column));
+        let others = MISSING.iter().filter_map(|(dates, which)| {
+            let columns = self.columns.iter().zip(&self.held).filter(|(_, held)| held.dates == *dates);
+            tell_missing(which, columns.map(|(column, held)| held.missing(column)))
+        });
         left_out.chain(others).collect()
     }
 

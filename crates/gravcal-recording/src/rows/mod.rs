@@ -13,6 +13,7 @@ mod inspect;
 mod joint_state;
 mod mcap;
 mod messages;
+mod missing;
 mod parquet;
 mod rewrite;
 mod shield;

@@ -14,6 +14,7 @@ use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
 pub use self::lengths::CheckedFile;
+use super::missing::{Missing, tell_missing};
 use super::shield::shielded;
 use super::{Row, Rows, Source};
 use crate::error::ReadError;
@@ -129,11 +130,9 @@ impl Rows for ParquetRows {
     }
 
     fn remarks(&self) -> Vec<String> {
-        let bad = self.columns.iter().zip(&self.not_finite).filter(|(_, count)| **count > 0);
-        let bad = bad.map(|(column, count)| {
-            format!("column `{column}`: {count} cells are no finite numbers, and count as missing")
-        });
-        self.remarks.iter().cloned().chain(bad).collect()
+        let columns = self.columns.iter().zip(&self.not_finite);
+        let bad = columns.map(|(column, count)| Missing { column, count: *count, first: None });
+        self.remarks.iter().cloned().chain(tell_missing("cells that are no finite numbers", bad)).collect()
     }
 
     fn metadata(&self) -> BTreeMap<String, String> {

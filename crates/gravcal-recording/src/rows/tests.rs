@@ -205,7 +205,7 @@ fn json_is_read_like_cdr() {
     let expected = [
         "/js: 1 messages are damaged and left out (no such message in JSON), the first is message 2",
         "/js: 1 messages are damaged and left out (not as many numbers of position as names), the first is message 3",
-        "column `b.position`: 1 of its readings are no finite numbers, and count as missing",
+        "readings that are no finite numbers count as missing: 1 of `b.position`",
     ];
     assert_eq!(said.remarks, expected);
 }
@@ -254,14 +254,14 @@ fn readings_that_are_no_finite_numbers_are_missing_and_counted() {
         [("/a", 1.0, &["j"], &[f64::NAN]), ("/a", 2.0, &["j"], &[f64::INFINITY]), ("/a", 2.0, &["j"], &[1.0])];
     let said = read(&bag.messages("a.mcap", None, &sent)).unwrap();
     assert_eq!(some(&said.column("j.position")), [None, None, Some(1.0)]);
-    assert_eq!(said.remarks[0], "column `j.position`: 2 of its readings are no finite numbers, and count as missing");
+    assert_eq!(
+        said.remarks[0],
+        "readings that are no finite numbers count as missing: 2 of `j.position`, 2 of `j.effort`"
+    );
     let said = read(&bag.text("a.csv", "q,tau\n1,2\n-inf,nan\n3,x\n")).unwrap();
     assert_eq!(some(&said.column("q")), [Some(1.0), None, Some(3.0)]);
-    assert_eq!(said.remarks.len(), 2);
-    assert_eq!(
-        said.remarks[1],
-        "column `tau`: 2 cells are no finite numbers, and count as missing; the first is on line 3"
-    );
+    let told = "cells that are no finite numbers count as missing: 1 of `q`, 2 of `tau`; the first is on line 3";
+    assert_eq!(said.remarks, [told], "once for all columns");
 }
 
 /// Nine messages in three chunks, of a file with a summary.
