@@ -91,7 +91,8 @@ pub fn rewrite(
     match kind {
         Kind::Folder => refused("this is a folder; write the files in it again one by one"),
         Kind::Sqlite => refused(
-            "a bag in SQLite is not written again, only CSV and MCAP: make MCAP of it first (`ros2 bag convert`), and take that",
+            "a bag in SQLite is not written again, only CSV and MCAP: make MCAP of it first, and take that. `mcap convert in.db3 out.mcap` \
+             does it (a tool of mcap.dev), and so does `ros2 bag convert`",
         ),
         Kind::Parquet => refused("a Parquet file is not written again, only CSV and MCAP"),
         Kind::Mcap if !ends("mcap") => refused("this is an MCAP file, and becomes one: let the new name end in .mcap"),

@@ -152,7 +152,11 @@ fn nothing_is_lost_by_what_is_refused() {
         (&input, &input, "this is the recording itself"),
         (&input, &folder.path().join("a.csv"), "this is an MCAP file, and becomes one"),
         (&table, &folder.path().join("a.mcap"), "this is a CSV file, and becomes one"),
-        (&database, &folder.path().join("out.db3"), "make MCAP of it first (`ros2 bag convert`), and take that"),
+        (
+            &database,
+            &folder.path().join("out.db3"),
+            "make MCAP of it first, and take that. `mcap convert in.db3 out.mcap`",
+        ),
         (&folder.path().to_owned(), &output, "this is a folder; write the files in it again one by one"),
     ] {
         let error = again(from, to, &mut keep).unwrap_err();
