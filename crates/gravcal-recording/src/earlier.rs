@@ -289,6 +289,7 @@ impl Estimator {
             return Err(format!("its covariance must be a matrix of {size} rows and columns, as its order names them"));
         }
         check_covariance(&self.covariance)?;
+        check_intervals(&self.parameters)?;
         let quantity = |name: &String| {
             self.quantity(name).ok_or_else(|| format!("its covariance is of `{name}`, which has no value in the file"))
         };
@@ -328,6 +329,19 @@ impl Estimator {
         let index: usize = name.strip_prefix("moments[")?.strip_suffix(']')?.parse().ok()?;
         self.moments.get(index).cloned()
     }
+}
+
+/// What parameters say of their own uncertainty.
+fn check_intervals(parameters: &[EarlierParameter]) -> Result<(), String> {
+    for EarlierParameter { name, std, ci95, .. } in parameters {
+        if let Some(std) = std.filter(|std| *std < 0.0) {
+            return Err(format!("`{name}` has the standard deviation {std}, and none is negative"));
+        }
+        if let Some([low, high]) = ci95.filter(|[low, high]| low > high) {
+            return Err(format!("the 95 % interval of `{name}` goes from {low} down to {high}"));
+        }
+    }
+    Ok(())
 }
 
 /// Share of the standard deviations by which a covariance may miss what every covariance is: far more than rounding.
@@ -451,6 +465,9 @@ mod tests {
             assert!(refused.contains(told), "{refused}");
         }
         assert!(read(("[[4, 1, 0]", "[[4, 1.00000001, 0]"), "joint").is_ok());
+        let said = |of_gain: &str| refused("\"value\": 7.5,", &format!("\"value\": 7.5, {of_gain},"), "joint");
+        assert!(said("\"std\": -3").ends_with("`j.torque_gain` has the standard deviation -3, and none is negative"));
+        assert!(said("\"ci95\": [9, 6]").ends_with("interval of `j.torque_gain` goes from 9 down to 6"));
         assert!(refused("\"nominal\"", "\"start\"", "joint").contains("not a calibration.json that gravcal wrote"));
         assert!(read_earlier(Path::new("no-such.json"), "joint").unwrap_err().to_string().starts_with("no-such.json"));
     }
