@@ -109,7 +109,8 @@ impl Default for ColumnWatch {
 }
 
 impl ColumnWatch {
-    pub(super) fn take(&mut self, time: f64, reading: f64) {
+    /// `rests`: whether the arm rests, as all position sensors say, which then tells nothing of this one.
+    pub(super) fn take(&mut self, time: f64, reading: f64, rests: bool) {
         if reading.is_nan() {
             return;
         }
@@ -119,6 +120,9 @@ impl ColumnWatch {
             self.intervals.push(interval);
         }
         self.last_time = time;
+        if rests && reading == self.run.at {
+            return;
+        }
         let first = self.readings == 1;
         self.lowest.take(reading, first || reading < self.lowest.at);
         self.highest.take(reading, first || reading > self.highest.at);

@@ -77,15 +77,28 @@ fn clock(rows: &dyn Rows) -> Option<usize> {
     names::clock(columns).or_else(|| (0..columns.len()).find(|column| rows.holds_dates(*column)))
 }
 
+/// Whether several positions are recorded, and none has changed since the row before.
+fn rests(motion: &[Option<Meaning>], cells: &[f64], last: &[f64]) -> bool {
+    let positions = || motion.iter().enumerate().filter(|(_, of)| **of == Some(Meaning::Position));
+    let stays = |(place, _): (usize, &Option<Meaning>)| {
+        let number = |cells: &[f64]| cells.get(place).copied().unwrap_or(f64::NAN).to_bits();
+        number(cells) == number(last)
+    };
+    positions().nth(1).is_some() && positions().all(stays)
+}
+
 fn inspect_rows(rows: &mut dyn Rows) -> Result<Inspection, ReadError> {
     let clock = clock(rows);
     let mut time = TimeWatch::default();
     let mut columns: Vec<ColumnWatch> = Vec::new();
     let (mut row, mut last) = (Row::default(), Row::default());
     let (mut count, mut repeated) = (0, 0);
+    let mut motion: Vec<Option<Meaning>> = Vec::new();
     while rows.read(&mut row)? {
         count += 1;
         columns.resize_with(row.cells.len(), ColumnWatch::default);
+        let known = motion.len();
+        motion.extend(rows.columns().iter().skip(known).map(|name| names::meaning_of_motion(name)));
         let same = row.cells.len() == last.cells.len()
             && row.cells.iter().zip(&last.cells).all(|(a, b)| a.to_bits() == b.to_bits());
         repeated += u64::from(same && clock.is_some());
@@ -94,7 +107,9 @@ fn inspect_rows(rows: &mut dyn Rows) -> Result<Inspection, ReadError> {
             time.take(now, row.number);
         }
         if !(same && clock.is_some()) {
-            columns.iter_mut().zip(&row.cells).for_each(|(column, cell)| column.take(now, *cell));
+            let rests = rests(&motion, &row.cells, &last.cells);
+            let cells = columns.iter_mut().zip(&row.cells).zip(&motion);
+            cells.for_each(|((column, cell), motion)| column.take(now, *cell, rests && motion.is_some()));
         }
         std::mem::swap(&mut row, &mut last);
     }

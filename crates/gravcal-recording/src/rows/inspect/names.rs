@@ -105,6 +105,9 @@ const WRENCH: [&str; 6] = ["wrench", "ft", "tcp", "wrist", "force", "fts"];
 const QUATERNION_PARTS: [(&str, &str); 4] = [("x", "qx"), ("y", "qy"), ("z", "qz"), ("w", "qw")];
 const QUATERNION: [&str; 4] = ["quat", "quaternion", "orientation", "attitude"];
 
+/// Words for a clock.
+const CLOCK: [&str; 5] = ["t", "time", "timestamp", "stamp", "zeit"];
+
 /// Words for units.
 const UNITS: [(&str, &str); 18] = [
     ("rad", "rad"),
@@ -127,13 +130,17 @@ const UNITS: [(&str, &str); 18] = [
     ("degc", "degC"),
 ];
 
-/// The column that is a clock, if one is.
+/// The column that is a clock, if one is; `t1` beside `t2` is none, as each is of a joint.
 pub(super) fn clock(columns: &[String]) -> Option<usize> {
+    let of_joint = |word: &str| {
+        let numbered = |column: &&String| matches!(words(column).as_slice(), [first, number, ..] if first == word && number.parse::<u64>().is_ok());
+        columns.iter().filter(numbered).count() > 1
+    };
     let is_clock = |column: &String| {
         let (head, unit) = without_unit(column);
         let words = words(&head);
-        unit.and_then(meaning_of_unit).is_none()
-            && matches!(words.first().map(String::as_str), Some("t" | "time" | "timestamp" | "stamp" | "zeit"))
+        let named = words.first().filter(|word| CLOCK.contains(&word.as_str()));
+        unit.and_then(meaning_of_unit).is_none() && named.is_some_and(|word| words.len() == 1 || !of_joint(word))
     };
     let named = columns.iter().position(|column| column == TIME);
     named.or_else(|| columns.iter().position(is_clock))
@@ -153,6 +160,12 @@ pub(super) fn time_unit(column: &str, step: f64) -> TimeUnit {
     let by_step = TIME_UNITS.into_iter().find(|unit| step / unit.per_second < 0.5);
     let by_name = TIME_UNITS.into_iter().find(|unit| Some(unit.name) == said);
     by_name.or(by_step).unwrap_or(TIME_UNITS[0])
+}
+
+/// Whether a column tells where a joint is or how fast it moves, as its sensors read.
+pub(super) fn meaning_of_motion(column: &str) -> Option<Meaning> {
+    let Guess { meaning, commanded, .. } = guess(column, 0.0, 0.0, false);
+    meaning.filter(|meaning| !commanded && matches!(meaning, Meaning::Position | Meaning::Velocity))
 }
 
 /// What a column may mean.

@@ -50,6 +50,24 @@ fn stuck_and_saturated_sensors_are_told() {
     assert_eq!(found(&|row| f64::from(row / 250)).stuck, None);
 }
 
+/// Encoders without noise, of an arm that stands for long at the ends of its way: neither stuck nor at an end of their range.
+#[test]
+fn an_arm_that_rests_is_no_sensor_that_is_stuck() {
+    let rows = |stuck: bool| {
+        let row = |row: u32| {
+            let at = f64::from((row % 500).min(250)) * 1e-3;
+            let second = if stuck && row > 600 { 7.0 } else { 2.0 - at };
+            format!("{},{at},{second},{}\n", f64::from(row) * 1e-2, f64::from(row * 7919 % 1000))
+        };
+        inspected(&format!("time_s,q1,q2,tau1\n{}", (0..1000).map(row).collect::<String>()))
+    };
+    let resting = rows(false).columns;
+    assert!(resting.iter().all(|column| column.stuck.is_none() && column.clipped.is_empty()), "{resting:?}");
+    assert!(resting[0].readings == 1000 && (resting[0].interval_s - 0.01).abs() < 1e-9, "{resting:?}");
+    let stuck = rows(true).columns.remove(1).stuck.unwrap();
+    assert_eq!((stuck.at, stuck.readings), (7.0, 150), "while the other moves");
+}
+
 #[test]
 fn meanings_are_guessed_from_names_and_ranges() {
     let guess = |name: &str, range: [f64; 2], whole| {
@@ -187,6 +205,8 @@ fn the_clock_is_found_by_its_name() {
     let clock = |names: [&str; 2]| names::clock(&names.map(str::to_owned));
     assert_eq!((clock(["q", "time_s"]), clock(["timestamp", "q"]), clock(["a", "tau"])), (Some(1), Some(0), None));
     assert_eq!((clock(["J1 [°]", "T1 (Nm)"]), clock(["q", "T (ms)"])), (None, Some(1)));
+    assert_eq!((clock(["t1", "t2"]), clock(["t0", "q1"])), (None, Some(0)));
+    assert_eq!(names::clock(&["t_1", "t_2", "t"].map(str::to_owned)), Some(2));
     for (name, step, unit) in
         [("time_s", 0.001, "s"), ("t", 0.001, "s"), ("t", 1.0, "ms"), ("stamp", 1e6, "ns"), ("t_us", 1e3, "µs")]
     {
@@ -220,8 +240,7 @@ fn dates_with_times_are_a_clock() {
         "{commas:?}"
     );
     let other = inspected("time,q1\n2024-05-01 12:00:00,1\n12,2\n01.05.2024 12:00,3\n");
-    let told =
-        "column `time`: 2 cells are no dates with times (ISO 8601), and count as missing; the first is on line 3";
+    let told = "cells that are no dates with times (ISO 8601) count as missing: 2 of `time`; the first is on line 3";
     assert_eq!(other.remarks, [told]);
     let none = inspected("time,q1\n01.05.2024 12:00,1\n01.05.2024 12:01,2\n");
     assert!(none.time.is_none() && none.remarks[0].contains("nor dates with times such as"), "{none:?}");
