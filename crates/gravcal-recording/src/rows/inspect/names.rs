@@ -132,15 +132,18 @@ const UNITS: [(&str, &str); 18] = [
 
 /// The column that is a clock, if one is; `t1` beside `t2` is none, as each is of a joint.
 pub(super) fn clock(columns: &[String]) -> Option<usize> {
-    let of_joint = |word: &str| {
-        let numbered = |column: &&String| matches!(words(column).as_slice(), [first, number, ..] if first == word && number.parse::<u64>().is_ok());
-        columns.iter().filter(numbered).count() > 1
+    let numbered = |column: &str| match words(column).as_slice() {
+        [word, number, ..] if number.parse::<u64>().is_ok() => Some(word.clone()),
+        _ => None,
+    };
+    let of_joint = |column: &str| {
+        numbered(column)
+            .is_some_and(|word| columns.iter().filter(|other| numbered(other).as_ref() == Some(&word)).count() > 1)
     };
     let is_clock = |column: &String| {
         let (head, unit) = without_unit(column);
-        let words = words(&head);
-        let named = words.first().filter(|word| CLOCK.contains(&word.as_str()));
-        unit.and_then(meaning_of_unit).is_none() && named.is_some_and(|word| words.len() == 1 || !of_joint(word))
+        let named = words(&head).first().is_some_and(|word| CLOCK.contains(&word.as_str()));
+        named && unit.and_then(meaning_of_unit).is_none() && !of_joint(column)
     };
     let named = columns.iter().position(|column| column == TIME);
     named.or_else(|| columns.iter().position(is_clock))

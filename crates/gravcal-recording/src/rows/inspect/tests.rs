@@ -206,7 +206,8 @@ fn the_clock_is_found_by_its_name() {
     assert_eq!((clock(["q", "time_s"]), clock(["timestamp", "q"]), clock(["a", "tau"])), (Some(1), Some(0), None));
     assert_eq!((clock(["J1 [°]", "T1 (Nm)"]), clock(["q", "T (ms)"])), (None, Some(1)));
     assert_eq!((clock(["t1", "t2"]), clock(["t0", "q1"])), (None, Some(0)));
-    assert_eq!(names::clock(&["t_1", "t_2", "t"].map(str::to_owned)), Some(2));
+    let clock = |names: [&str; 3]| names::clock(&names.map(str::to_owned));
+    assert_eq!((clock(["t_1", "t_2", "t"]), clock(["t_s", "T1 (Nm)", "T2 (Nm)"])), (Some(2), Some(0)));
     for (name, step, unit) in
         [("time_s", 0.001, "s"), ("t", 0.001, "s"), ("t", 1.0, "ms"), ("stamp", 1e6, "ns"), ("t_us", 1e3, "µs")]
     {
