@@ -92,6 +92,19 @@ fn a_wrong_hemisphere_and_exchanged_tables_are_named() {
     assert_eq!(estimate(&session).termination, "tables with and without load plate exchanged");
 }
 
+/// Poses that are said to carry the load, and do not: the last of the table with the load, in the order in which they were read.
+#[test]
+fn a_load_that_fell_off_is_named_with_the_place() {
+    let mut session = readings();
+    for (number, pose) in session.poses.iter_mut().filter(|pose| pose.load.is_none()).skip(18).enumerate() {
+        (pose.table, pose.load, pose.line) = (1, Some(0), 100 + number as u64);
+    }
+    session.poses.sort_by_key(|pose| (pose.table, pose.line));
+    let result = estimate(&session);
+    assert_eq!(result.termination, "load plate gone from about line 100 of loaded.csv on", "{:?}", result.notes);
+    assert!(result.verdict == Verdict::Failed && result.notes[0].contains("belong to a [[poses]] without load"));
+}
+
 /// Torques of the other sign: an arm that hangs reads the same.
 #[test]
 fn gravity_that_comes_out_upwards_is_asked_about() {

@@ -2,8 +2,8 @@
 //! thing and explains them names that thing.
 //!
 //! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, columns of two joints that are
-//! swapped, of torques or of positions, orientations that turn the other way, gravity in the other hemisphere than the declared one, and tables
-//! with and without the load exchanged.
+//! swapped, of torques or of positions, orientations that turn the other way, gravity in the other hemisphere than the declared one, tables
+//! with and without the load exchanged, and a load that is lost in the middle of a table (`lost_load.rs`).
 //!
 //! Of few readings some mistake always explains more, by chance. One is named only where the likelihood is decisively higher, the noise
 //! found anew with it, and allowing for how many were tried.
@@ -12,6 +12,7 @@ use gravcal_estimation::Termination;
 use gravcal_recording::Orientation;
 
 use super::error::EstimateError;
+use super::lost_load::{LostLoad, lost_loads};
 use super::readings::{Readings, first_noise};
 use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
 use super::solve::solve_from;
@@ -67,6 +68,8 @@ enum Hypothesis {
     HemisphereInverted,
     /// Poses that are said to be bare carry the one load there is, and the other way round.
     LoadExchanged,
+    /// The load is gone from a pose of its table on.
+    LoadLost(LostLoad),
 }
 
 fn mistaken_columns(
@@ -78,12 +81,13 @@ fn mistaken_columns(
     let readings = solved.readings.unexcused(session);
     let start = start_cost(session, &readings)?;
     let mut promising = Vec::new();
-    for hypothesis in hypotheses(session) {
-        let cost = start_cost(&hypothesis.made(session), &readings)?;
-        if cost < BETTER_START * start {
-            promising.push((cost, hypothesis));
-        }
+    let hypotheses = hypotheses(session);
+    for hypothesis in &hypotheses {
+        promising.push((start_cost(&hypothesis.made(session), &readings)?, *hypothesis));
     }
+    let (lost, tried_of_lost) = lost_loads(session, &readings)?;
+    promising.extend(lost.into_iter().map(|(cost, lost)| (cost, Hypothesis::LoadLost(lost))));
+    promising.retain(|(cost, _)| *cost < BETTER_START * start);
     if promising.is_empty() {
         return Ok(None);
     }
@@ -98,7 +102,7 @@ fn mistaken_columns(
         }
     }
     let Some((after, hypothesis, end)) = best else { return Ok(None) };
-    let tried = hypotheses(session).len();
+    let tried = hypotheses.len() + tried_of_lost;
     let likelier = decisively_likelier((&hypothesis.made(session), end), (session, solved), tried, workbench)?;
     Ok(likelier.then(|| hypothesis.tell(session, 100.0 * (after / before).sqrt())))
 }
@@ -157,6 +161,7 @@ impl Hypothesis {
             Hypothesis::LoadExchanged => {
                 made.poses.iter_mut().for_each(|pose| pose.load = if pose.load.is_some() { None } else { Some(0) });
             }
+            Hypothesis::LoadLost(lost) => return lost.made(session),
             Hypothesis::OrientationsInverted => {
                 for pose in &mut made.poses {
                     let transposed = |rows: Orientation| [0, 1, 2].map(|i| [0, 1, 2].map(|j| rows[j][i]));
@@ -191,6 +196,7 @@ impl Hypothesis {
                 format!("tables with and without load {} exchanged", session.loads[0].name),
                 "Exchange load = … among the [[poses]].".to_owned(),
             ),
+            Hypothesis::LoadLost(lost) => lost.tell(session),
             Hypothesis::OrientationsInverted => {
                 let inverse = session.readings.orientation.as_ref().is_some_and(|columns| columns.body_from_base);
                 let other = if inverse { "base-from-body" } else { "body-from-base" };

@@ -15,6 +15,7 @@ mod in_order;
 mod judged;
 mod large_errors;
 mod linear_part;
+mod lost_load;
 mod median;
 mod mistakes;
 mod model_tests;
