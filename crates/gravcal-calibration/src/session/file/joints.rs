@@ -330,10 +330,13 @@ impl<'a> Joint<'a> {
     }
 
     fn no_nominal_gain(&self, sensor: &str, reading: impl Display, unit: &str) -> FileError {
-        let (name, robot) = (self.name, self.context.robot_path.display());
+        let (name, robot) = (self.name, self.context.robot_path);
+        // A URDF has no place for it.
+        let described = robot.extension().is_some_and(|extension| extension == "toml");
+        let in_robot = if described { format!(", or a {sensor}_sensor in {}", robot.display()) } else { String::new() };
         let message = format!(
-            "{sensor} readings of joint `{name}` are in {reading}, and nothing says roughly what that is: add [[joint]] \
-             name = \"{name}\", {sensor}_gain = {{ nominal = ..., unit = \"{unit}\" }}, or a {sensor}_sensor in {robot}"
+            "{sensor} readings of joint `{name}` are in {reading}, and nothing says roughly what that is: add {sensor}_gain = {{ nominal = \
+             ..., unit = \"{unit}\" }} to its [[joint]] (name = \"{name}\"), or to [joints] for all of them{in_robot}"
         );
         self.context.document.error(&Field::new("readings").key(sensor).key("unit"), message)
     }

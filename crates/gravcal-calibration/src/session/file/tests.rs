@@ -411,8 +411,8 @@ fn a_sensors_own_numbers_need_a_nominal_gain() {
     assert_eq!(
         refused("torque_gain = { nominal = 5.5, unit = \"count/(N·m)\" }\n", ""),
         "session.toml:10: readings.torque.unit: torque readings of joint `elbow` are in count, and nothing says roughly \
-         what that is: add [[joint]] name = \"elbow\", torque_gain = { nominal = ..., unit = \"count/(N·m)\" }, or a \
-         torque_sensor in robot.toml"
+         what that is: add torque_gain = { nominal = ..., unit = \"count/(N·m)\" } to its [[joint]] (name = \"elbow\"), or to \
+         [joints] for all of them, or a torque_sensor in robot.toml"
     );
     let message = refused("unit = \"deg\"", "unit = [\"count\", \"deg\"]");
     assert!(
