@@ -90,6 +90,27 @@ fn the_joint_problem_has_the_sum_of_their_informations() {
     assert!(all < 0.9 * without_wrist && all < 0.9 * without_imu, "{all} {without_wrist} {without_imu}");
 }
 
+/// Its first moment by its mass, with the standard deviation of that.
+#[test]
+fn the_centre_of_mass_of_the_tool_is_told() {
+    let simulation = sarcos_with_instruments();
+    let session = simulation.session(0);
+    let result = with_workbench(|workbench| estimate_jointly(&session, Signals::All, None, workbench)).unwrap();
+    let told =
+        result.notes.iter().find_map(|note| note.strip_prefix("What hangs beyond wrist has its centre of mass at "));
+    let told = told.unwrap_or_else(|| panic!("{:?}", result.notes));
+    let wrist = session.instruments.iter().find(|instrument| instrument.name == "wrist").unwrap();
+    let [mass, moment @ ..] = &simulation.truth.further[wrist.own_parameters()] else { panic!() };
+    let numbers: Vec<f64> = told.split([' ', ',']).filter_map(|word| word.parse().ok()).collect();
+    assert_eq!((numbers.len(), moment.len()), (6, 3), "{told}");
+    for (told, moment) in numbers.chunks(2).zip(moment) {
+        assert!(
+            (told[0] - moment / mass).abs() < 4.5 * told[1] && told[1] > 0.0 && told[1] < 0.01,
+            "{told:?} {moment}"
+        );
+    }
+}
+
 #[test]
 fn errors_of_gravity_fall_with_them_as_the_bound_says() {
     let simulation = sarcos_with_instruments();

@@ -12,7 +12,7 @@ use super::solved::Solved;
 use super::{constraints, sweep_moments};
 use crate::judgement::{
     DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss, outlier_note,
-    outliers, position_errors, weak_combinations, weak_note,
+    outliers, position_errors, tool_notes, weak_combinations, weak_note,
 };
 use crate::parameter::Quantity;
 use crate::result::{
@@ -56,6 +56,7 @@ pub(super) fn tell(
     notes.extend(session.earlier.iter().flat_map(EarlierCalibration::notes));
     notes.extend(sweep_moments::left_out_note(session));
     notes.extend(driving_friction_notes(session, &parameters));
+    notes.extend(tool_notes(session, solved, &parameters));
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
     let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
     let sensor_models = tests.all(workbench)?;

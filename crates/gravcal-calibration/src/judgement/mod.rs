@@ -12,6 +12,7 @@ mod outliers;
 mod positions;
 mod remarks;
 mod residual_tests;
+mod tools;
 
 pub(crate) use cure::Situation;
 pub(crate) use determined::{Judged, Judgement, judge, limits_of_use};
@@ -26,3 +27,4 @@ pub(crate) use outliers::{file_name, outlier_note, outliers};
 pub(crate) use positions::{deflections, position_errors};
 pub(crate) use remarks::{held, loss, weak_combinations, weak_note};
 pub(crate) use residual_tests::{in_words, residual_tests};
+pub(crate) use tools::tool_notes;

@@ -1,0 +1,53 @@
+//! Where what hangs beyond a force-torque sensor has its centre of mass: `c = h / m`, in the sensor's frame.
+
+use crate::joint::Solved;
+use crate::parameter::ParameterId;
+use crate::result::ParameterResult;
+use crate::session::{Instrument, InstrumentKind, Session};
+
+/// A mass within so many of its standard deviations of zero says nothing of a centre.
+const BEYOND_ZERO: f64 = 3.0;
+
+/// One sentence for each sensor whose tool's mass and first moment both have values; `parameters` are those of the session, in its order.
+pub(crate) fn tool_notes(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
+    let wrists = session.instruments.iter().filter(|instrument| instrument.kind == InstrumentKind::ForceTorque);
+    wrists.filter_map(|wrist| tool_note(session, solved, parameters, wrist)).collect()
+}
+
+fn tool_note(session: &Session, solved: &Solved, parameters: &[ParameterResult], wrist: &Instrument) -> Option<String> {
+    let ids: Vec<ParameterId> = wrist.own_parameters().map(ParameterId::Further).collect();
+    let of = |id: &ParameterId| parameters.iter().zip(session.parameters()).find(|(_, other)| other == id)?.0.value;
+    let values: Vec<f64> = ids.iter().filter_map(of).collect();
+    let [mass, moment @ ..] = values.as_slice() else { return None };
+    if moment.len() != 3 || mass.abs() <= BEYOND_ZERO * solved.parameter_std(ids[0]) {
+        return None;
+    }
+    let along = |axis: usize| {
+        let center = moment[axis] / mass;
+        let changes = [(ids[1 + axis], 1.0 / mass), (ids[0], -center / mass)];
+        let columns: Vec<(usize, f64)> =
+            changes.iter().flat_map(|(id, by)| column(solved, *id).map(|at| (at, *by))).collect();
+        format!("{} = {}", ["x", "y", "z"][axis], with_std(center, solved.covariance().std_of(&columns)))
+    };
+    Some(format!(
+        "What hangs beyond {} has its centre of mass at {}, {}, {} (m, in the sensor's frame: tool_moment / tool_mass).",
+        wrist.name,
+        along(0),
+        along(1),
+        along(2)
+    ))
+}
+
+/// The column of a parameter; `None` where it is held.
+fn column(solved: &Solved, id: ParameterId) -> Option<usize> {
+    solved.posed.problem.columns_of(solved.posed.layout.block(id)).next()
+}
+
+/// A number with its standard deviation, both to two digits of the latter; a tenth of a millimetre where it is exact.
+fn with_std(value: f64, std: f64) -> String {
+    if std <= 0.0 {
+        return format!("{value:.4}");
+    }
+    let decimals = (1.0 - std.log10().floor()).clamp(0.0, 12.0) as usize;
+    format!("{value:.decimals$} ± {std:.decimals$}")
+}
