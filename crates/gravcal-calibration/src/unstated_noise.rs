@@ -105,6 +105,19 @@ fn a_load_that_fell_off_is_named_with_the_place() {
     assert!(result.verdict == Verdict::Failed && result.notes[0].contains("belong to a [[poses]] without load"));
 }
 
+/// From some pose on, or always.
+#[test]
+fn a_position_sensor_that_is_stuck_is_the_first_thing_to_look_at() {
+    let first = "Look at this first: position readings that do not change while other joints move: joint4 ";
+    let mut stuck = readings();
+    let last = stuck.poses[11].position[3];
+    stuck.poses[12..30].iter_mut().for_each(|pose| pose.position[3] = last);
+    let result = estimate(&stuck);
+    assert!(result.notes[0].starts_with(first) && result.notes[0].contains("in 19 poses"), "{:?}", result.notes);
+    stuck.poses.iter_mut().for_each(|pose| pose.position[3] = last);
+    assert!(says(&estimate(&stuck), first));
+}
+
 /// Torques of the other sign: an arm that hangs reads the same.
 #[test]
 fn gravity_that_comes_out_upwards_is_asked_about() {

@@ -54,6 +54,7 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
         torque_readings: count_readings(session, &select(session, Signals::All)),
         standstills: session.searched.iter().flat_map(|searched| searched.notes(&session.readings)).collect(),
         selection: session.selection_note(),
+        unmoved: session.unmoved_note(),
         sweep_rule: sweep_rule(),
         sweeps: plan.sweeps.iter().enumerate().map(|(i, _)| tell_sweep(session, &plan, i)).collect(),
         steps: tell_steps(session, &plan),

@@ -19,6 +19,8 @@ pub struct CheckReport {
     pub standstills: Vec<String>,
     /// How many torque readings of each joint the limits of motion leave, in words; absent where they leave all.
     pub selection: Option<String>,
+    /// Joints whose position reading never changes while others move, in words; absent where there are none.
+    pub unmoved: Option<String>,
     /// Rule by which sweeps are detected, in words.
     pub sweep_rule: String,
     /// Sweeps found.

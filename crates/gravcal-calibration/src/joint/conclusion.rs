@@ -90,7 +90,7 @@ pub(super) fn conclude(
     conclusion.remark_on_residuals(session);
     conclusion.remark_on_contradictions(session, misfit);
     conclusion.remark_on_unexplained(session, &unexplained);
-    conclusion.remark_on_noise_found(session)?;
+    let noisy = conclusion.remark_on_noise_found(session)?;
     conclusion.remark_on_gravity_upwards(session);
     conclusion.remark_on_earlier(session, workbench)?;
     let excused = unexplained.iter().flatten().any(|size| size.std > WARNING * size.gravity_std);
@@ -98,6 +98,8 @@ pub(super) fn conclude(
     if let Some(mistake) = find_mistake(session, &conclusion.solved, doubtful, workbench)? {
         conclusion.forget_mirrored(session);
         conclusion.fail_first(mistake);
+    } else if misfit.is_some_and(|misfit| misfit > CONTRADICTION) || noisy || excused {
+        conclusion.remarks.splice(0..0, session.stuck_positions_remark());
     }
     if conclusion.verdict == Verdict::Failed {
         conclusion.withdraw();

@@ -56,13 +56,14 @@ impl Conclusion {
         }
     }
 
-    /// Says where noise that nobody stated is so large beside what gravity makes a sensor read that something else is wrong.
+    /// Says where noise that nobody stated is so large beside what gravity makes a sensor read that something else is wrong, and whether
+    /// it is.
     ///
     /// # Errors
     /// Where the model has no finite value at the solution.
-    pub(super) fn remark_on_noise_found(&mut self, session: &Session) -> Result<(), EvaluateError> {
+    pub(super) fn remark_on_noise_found(&mut self, session: &Session) -> Result<bool, EvaluateError> {
         if !self.solved.estimate.termination.converged() {
-            return Ok(());
+            return Ok(false);
         }
         let sizes = self.solved.noise_beside_gravity(session)?;
         let large = sizes.iter().enumerate().filter_map(|(channel, size)| {
@@ -71,7 +72,7 @@ impl Conclusion {
         });
         let large: Vec<Errors> = large.collect();
         if large.is_empty() {
-            return Ok(());
+            return Ok(false);
         }
         self.verdict = self.verdict.max(Verdict::PartlyDetermined);
         self.remarks.push(format!(
@@ -81,7 +82,7 @@ impl Conclusion {
              the std that the sensors have: what it does not explain is then told.",
             listed(large)
         ));
-        Ok(())
+        Ok(true)
     }
 }
 

@@ -270,6 +270,7 @@ pub(crate) fn unknown_sign(session: &Session, solved: &Solved, spreads: &[f64]) 
 /// What every estimator's reader should know of frames, positions and loads.
 pub(crate) fn session_notes(session: &Session) -> Vec<String> {
     let mut notes: Vec<String> = session.repeated_note().into_iter().collect();
+    notes.extend(session.unmoved_note());
     notes.extend(base_frame_note(session));
     notes.extend(load_mass_note(session));
     notes.extend(mimic_notes(session));

@@ -16,6 +16,7 @@ mod pose;
 mod repeated;
 mod searched;
 mod solver;
+mod stuck;
 pub(crate) mod travel;
 mod unexplained;
 pub(crate) mod units;

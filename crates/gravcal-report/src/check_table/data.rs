@@ -8,8 +8,8 @@ use crate::text::wrapped;
 pub(super) fn tell(report: &CheckReport) -> String {
     let poses = listed("Poses by load", &report.poses);
     let standstills = report.standstills.iter().map(|told| wrapped("", "  ", told)).collect::<String>();
-    let selection = report.selection.as_ref().map_or_else(String::new, |told| wrapped("", "  ", told));
-    poses + &listed("Torque readings by joint", &report.torque_readings) + &standstills + &selection
+    let notes = report.selection.iter().chain(&report.unmoved).map(|told| wrapped("", "  ", told)).collect::<String>();
+    poses + &listed("Torque readings by joint", &report.torque_readings) + &standstills + &notes
 }
 
 fn listed(heading: &str, counts: &[(String, usize)]) -> String {

@@ -26,6 +26,7 @@ fn report() -> CheckReport {
         torque_readings: vec![("joint1".into(), 148), ("joint2".into(), 147)],
         standstills: Vec::new(),
         selection: Some("Torque readings left by the limits of motion: joint1 148 of 150, joint2 147 of 150.".into()),
+        unmoved: Some("Position readings that are the same in all 150 poses: joint3.".into()),
         sweep_rule: "A sweep is five or more rows in which one joint moves.".into(),
         sweeps: vec![SweepReport {
             table: "bias.csv".into(),
@@ -117,6 +118,7 @@ Poses by load: none 111, plate-a 37
 Torque readings by joint: joint1 148, joint2 147
 Torque readings left by the limits of motion: joint1 148 of 150, joint2 147 of
   150.
+Position readings that are the same in all 150 poses: joint3.
 
 Sweeps
   A sweep is five or more rows in which one joint moves.

@@ -1,10 +1,11 @@
 //! What a session says that can hardly be so, seen before anything is solved: positions and torques in another unit than declared or
-//! of two joints that are read as one's, and rows of an arm in motion that are taken as static poses.
+//! of two joints that are read as one's, sensors that are stuck, and rows of an arm in motion that are taken as static poses.
 
 mod columns;
 mod motion;
 mod names;
 mod positions;
+mod stuck;
 mod torques;
 mod unit;
 
@@ -18,7 +19,7 @@ impl Session {
     pub(crate) fn find_doubts(&self) -> Vec<String> {
         let columns = columns::doubt(self).into_iter();
         let units = positions::doubts(self).into_iter().chain(torques::doubt(self));
-        columns.chain(units).chain(motion::doubts(self)).collect()
+        columns.chain(units).chain(stuck::doubts(self)).chain(motion::doubts(self)).collect()
     }
 }
 

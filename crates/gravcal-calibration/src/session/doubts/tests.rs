@@ -120,6 +120,30 @@ fn torques_beyond_the_model_are_doubted() {
     assert_eq!(session(["rad", "N·m"], "", bad).doubts, [""; 0]);
 }
 
+/// All of the time, or from some pose on; of a reading in coarse steps it may be chance, and each pose may be read several times.
+#[test]
+fn a_torque_sensor_that_is_stuck_is_doubted() {
+    let stuck = |from: u32, to: u32| {
+        let rows = poses(1.0, 1.0).zip(0..).map(move |(row, number)| {
+            let [a, b, c, d] = row;
+            [a, b, c, if (from..to).contains(&number) { 1.25 } else { d }]
+        });
+        session(["rad", "N·m"], "", rows).doubts
+    };
+    let told = stuck(0, 60);
+    let begin =
+        "Torque readings of elbow are the same number (1.25) in all 60 poses, where gravity should change them by ±";
+    assert!(told.len() == 1 && told[0].starts_with(begin), "{told:?}");
+    let told = stuck(20, 45);
+    let place = "in 25 poses one after another (line 22 of day.csv to line 46 of day.csv)";
+    assert!(told.len() == 1 && told[0].contains(place), "{told:?}");
+    assert_eq!(stuck(20, 25), [""; 0]);
+    let again = (0..60).map(|row| at([2.5 * random(row / 10, 1), 2.0 * random(row / 10, 2)], 1.0, 1.0));
+    assert_eq!(session(["rad", "N·m"], "", again).doubts, [""; 0]);
+    let coarse = poses(1.0, 1.0).map(|[a, b, c, d]| [a, b, c, (d / 3.0).round() * 3.0]);
+    assert_eq!(session(["rad", "N·m"], "", coarse).doubts, [""; 0]);
+}
+
 #[test]
 fn rows_of_an_arm_in_motion_are_doubted() {
     for per_second in [20.0, 100.0, 1000.0] {

@@ -50,31 +50,27 @@ const CURE: &str = "Look at the unit in [readings] torque (mN·m is one, and so 
 
 /// What gravity does to each joint in some of the poses, N·m or N; `None` where the robot's file says nothing of masses.
 fn model(session: &Session) -> Option<Vec<Vec<f64>>> {
-    let chain = &session.robot.chain;
-    if chain.links().iter().all(|link| link.inertia.is_none()) {
+    if session.robot.chain.links().iter().all(|link| link.inertia.is_none()) {
         return None;
     }
-    let inertia: Vec<f64> = chain
-        .links()
-        .iter()
-        .flat_map(|link| {
-            link.inertia
-                .as_ref()
-                .map_or([0.0; 4], |i| [i.mass, i.first_moment[0], i.first_moment[1], i.first_moment[2]])
-        })
-        .collect();
-    let sensors = Unknowns::nominal(session).sensors;
+    Some(gravity_torques(session, (0..session.poses.len()).step_by(session.poses.len().div_ceil(POSES).max(1))))
+}
+
+/// What gravity does to each joint in these poses, N·m or N, by the masses that are assumed, of the bare arm.
+pub(super) fn gravity_torques(session: &Session, poses: impl Iterator<Item = usize>) -> Vec<Vec<f64>> {
+    let chain = &session.robot.chain;
+    let Unknowns { sensors, inertia, .. } = Unknowns::nominal(session);
+    let inertia: Vec<f64> = inertia.into_iter().flatten().collect();
     let [gain, offset] = [Quantity::PositionGain, Quantity::PositionOffset].map(|quantity| quantity as usize);
     let mut of_joints = vec![Vec::new(); session.joints.len()];
     let mut torque = vec![0.0; session.joints.len()];
-    for pose in session.poses.iter().step_by(session.poses.len().div_ceil(POSES).max(1)) {
-        let coordinates =
-            pose.position.iter().zip(&sensors).map(|(reading, sensor)| sensor[gain] * reading + sensor[offset]);
-        let coordinates: Vec<f64> = coordinates.collect();
+    for pose in poses {
+        let readings = session.poses[pose].position.iter().zip(&sensors);
+        let coordinates: Vec<f64> = readings.map(|(reading, sensor)| sensor[gain] * reading + sensor[offset]).collect();
         chain.gravity_torque(&coordinates, session.gravity.assumed(), &inertia, &mut torque);
         of_joints.iter_mut().zip(&torque).for_each(|(all, torque)| all.push(*torque));
     }
-    Some(of_joints)
+    of_joints
 }
 
 /// Torques as the nominal gain tells them, but for the bias.
