@@ -142,6 +142,24 @@ fn a_load_ten_times_too_heavy_is_asked_about_before_all_else() {
     assert!(page.contains("Look at this first") && page.contains("Determined, but far from what is nominal"));
 }
 
+/// What the session makes doubtful is told before the solve, what came out after it: under one heading each.
+#[test]
+fn doubts_have_one_heading_before_the_solve_and_another_after_it() {
+    let folder = small_session::small_session();
+    let change = |name: &str, from: &str, to: &str| {
+        let text = fs::read_to_string(folder.path().join(name)).unwrap();
+        assert!(text.contains(from), "{text}");
+        fs::write(folder.path().join(name), text.replace(from, to)).unwrap();
+    };
+    change("session.toml", "mass_kg = 1.724", "mass_kg = 17.24");
+    change("robot.toml", "\nmass_kg = ", "\nmass_kg = 10000");
+    let run = small_session::calibrate(folder.path());
+    let headings = ["Look at this first\n", "Look at this, too\n"].map(|heading| run.stdout.matches(heading).count());
+    assert_eq!(headings, [1, 1], "{run:?}");
+    let table = fs::read_to_string(folder.path().join(small_session::RESULTS).join("table.txt")).unwrap();
+    assert!(table.starts_with("Look at this first\n") && table.matches("Look at this").count() == 1, "{table}");
+}
+
 /// A recording in motion whose clock is lost is no table of static poses, and that is said.
 #[test]
 fn rows_in_motion_without_a_clock_are_asked_about() {

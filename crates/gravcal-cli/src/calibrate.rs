@@ -10,7 +10,7 @@ use gravcal_estimation::IterationRecord;
 use gravcal_recording::Digest;
 use gravcal_report::{
     CalibrationFile, CalibrationPage, CalibrationTable, Contents, Input, Options, OutputError, OutputFolder,
-    Provenance, Written, tell_doubts,
+    Provenance, Written, tell_doubts, tell_further_doubts,
 };
 #[cfg(feature = "rerun")]
 use gravcal_rerun::CalibrationRecording;
@@ -116,7 +116,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
 
     let found = doubts_of_results(&session, &results);
     let doubts = [&session.doubts[..], &found].concat();
-    let shown = CalibrationTable { robot: &session.robot.name, doubts: &found, results: &results };
+    let further = if session.doubts.is_empty() { tell_doubts(&found) } else { tell_further_doubts(&found) };
+    let shown = CalibrationTable { robot: &session.robot.name, doubts: &[], results: &results };
     let table = CalibrationTable { doubts: &doubts, ..shown }.to_string();
     let page = CalibrationPage { session: &session, results: &results, provenance: &provenance };
     let calibration = CalibrationFile { doubts: &doubts, estimators: &results, provenance: &provenance }.to_json();
@@ -127,7 +128,8 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
         .and_then(|calibration| write(&folder, calibration, &page, &table, &watch));
     let printed = match arguments.quiet || arguments.json {
         true => Ok(()),
-        false => terminal::print(&format!("{shown}\n")),
+        false if further.is_empty() => terminal::print(&format!("{shown}\n")),
+        false => terminal::print(&format!("{further}\n{shown}\n")),
     };
     let (calibration, written) = (calibration?, written?);
     printed?;

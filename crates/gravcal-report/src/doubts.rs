@@ -4,11 +4,20 @@ use crate::text::{plain, wrapped};
 
 /// The doubts of a session as text of 80 columns; empty where there are none.
 pub fn tell_doubts(doubts: &[String]) -> String {
+    tell(HEADING, doubts)
+}
+
+/// The same of doubts that come after others, which were told.
+pub fn tell_further_doubts(doubts: &[String]) -> String {
+    tell("Look at this, too", doubts)
+}
+
+fn tell(heading: &str, doubts: &[String]) -> String {
     if doubts.is_empty() {
         return String::new();
     }
     let told: String = doubts.iter().map(|doubt| wrapped("  - ", "    ", doubt)).collect();
-    plain(&format!("{HEADING}\n{told}")).into_owned()
+    plain(&format!("{heading}\n{told}")).into_owned()
 }
 
 pub(crate) const HEADING: &str = "Look at this first";

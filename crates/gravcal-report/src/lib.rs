@@ -46,7 +46,7 @@ mod testing;
 pub use advice::{Advice, Level};
 pub use calibration_file::{CalibrationFile, FORMAT};
 pub use check_table::{CheckTable, check_json};
-pub use doubts::tell_doubts;
+pub use doubts::{tell_doubts, tell_further_doubts};
 pub use finite::NotFinite;
 pub use json::JsonError;
 pub use output::{Contents, OutputError, OutputFolder, Written};
