@@ -3,7 +3,8 @@
 //!
 //! Tried are torque sensors that read the other way (`reversed.rs`), position sensors that do, columns of two joints that are
 //! swapped, of torques or of positions, orientations that turn the other way, gravity in the other hemisphere than the declared one, tables
-//! with and without the load exchanged, and a load that is lost in the middle of a table (`lost_load.rs`).
+//! with and without the load exchanged, axes of a force-torque sensor that are (`exchanged_axes.rs`), and a load that is lost in the middle
+//! of a table (`lost_load.rs`).
 //!
 //! Of few readings some mistake always explains more, by chance. One is named only where the likelihood is decisively higher, the noise
 //! found anew with it, and allowing for how many were tried.
@@ -12,6 +13,7 @@ use gravcal_estimation::Termination;
 use gravcal_recording::Orientation;
 
 use super::error::EstimateError;
+use super::exchanged_axes::ExchangedAxes;
 use super::lost_load::{LostLoad, lost_loads};
 use super::readings::{Readings, first_noise};
 use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
@@ -51,10 +53,9 @@ pub(super) fn find_mistake(
     if let Some(reversed) = reversed_sensors(session, solved, doubtful, workbench)? {
         return Ok(Some(reversed));
     }
-    if let Some(reversed) = reversed_wrist(session, solved) {
-        return Ok(Some(reversed));
-    }
-    if doubtful { mistaken_columns(session, solved, workbench) } else { Ok(None) }
+    // What explains readings that are not explained comes before what turns the sign of a mass and explains nothing.
+    let mistaken = if doubtful { mistaken_columns(session, solved, workbench)? } else { None };
+    Ok(mistaken.or_else(|| reversed_wrist(session, solved)))
 }
 
 /// One thing that a session may have got wrong.
@@ -70,6 +71,8 @@ enum Hypothesis {
     LoadExchanged,
     /// The load is gone from a pose of its table on.
     LoadLost(LostLoad),
+    /// Of a force-torque sensor.
+    AxesExchanged(ExchangedAxes),
 }
 
 fn mistaken_columns(
@@ -136,6 +139,7 @@ fn hypotheses(session: &Session) -> Vec<Hypothesis> {
         .chain(session.readings.orientation.is_some().then_some(Hypothesis::OrientationsInverted))
         .chain(session.gravity.hemisphere.is_some().then_some(Hypothesis::HemisphereInverted))
         .chain(exchangeable(session).then_some(Hypothesis::LoadExchanged))
+        .chain(ExchangedAxes::all(session).into_iter().map(Hypothesis::AxesExchanged))
         .collect()
 }
 
@@ -162,6 +166,7 @@ impl Hypothesis {
                 made.poses.iter_mut().for_each(|pose| pose.load = if pose.load.is_some() { None } else { Some(0) });
             }
             Hypothesis::LoadLost(lost) => return lost.made(session),
+            Hypothesis::AxesExchanged(axes) => return axes.made(session),
             Hypothesis::OrientationsInverted => {
                 for pose in &mut made.poses {
                     let transposed = |rows: Orientation| [0, 1, 2].map(|i| [0, 1, 2].map(|j| rows[j][i]));
@@ -197,6 +202,7 @@ impl Hypothesis {
                 "Exchange load = … among the [[poses]].".to_owned(),
             ),
             Hypothesis::LoadLost(lost) => lost.tell(session),
+            Hypothesis::AxesExchanged(axes) => axes.tell(session),
             Hypothesis::OrientationsInverted => {
                 let inverse = session.readings.orientation.as_ref().is_some_and(|columns| columns.body_from_base);
                 let other = if inverse { "base-from-body" } else { "body-from-base" };

@@ -6,6 +6,7 @@ mod constraints;
 mod earlier;
 mod error;
 mod estimate;
+mod exchanged_axes;
 mod factors;
 mod fit;
 mod groups;

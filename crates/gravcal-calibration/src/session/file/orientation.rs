@@ -552,6 +552,39 @@ file = "poses.csv"
         assert!(told, "{:?}", result.notes);
     }
 
+    /// In the order of the columns, or by how the sensor is mounted.
+    #[test]
+    fn exchanged_axes_of_a_wrist_sensor_are_named() {
+        let poses = table("w,x,y,z", 1.0, wxyz);
+        for (old, new, told) in [
+            (
+                "\"fx\", \"fy\", \"fz\", \"nx\", \"ny\", \"nz\"",
+                "\"fy\", \"fx\", \"fz\", \"ny\", \"nx\", \"nz\"",
+                "x, y, z are in the columns of y, x, z",
+            ),
+            (
+                "\"fx\", \"fy\", \"fz\", \"nx\", \"ny\", \"nz\"",
+                "\"fy\", \"fz\", \"fx\", \"ny\", \"nz\", \"nx\"",
+                "x, y, z are in the columns of z, x, y",
+            ),
+            (
+                "name = \"wrist\"",
+                "name = \"wrist\"\nmounting = { rpy_deg = [0, 0, 90] }",
+                "its mounting is turned by rpy_deg = [0, 0, -90] besides",
+            ),
+            (
+                "name = \"wrist\"",
+                "name = \"wrist\"\nmounting = { rpy_deg = [180, 0, 0] }",
+                "x, y, z are in the columns of x, -y, -z",
+            ),
+        ] {
+            assert_eq!(SESSION.matches(old).count(), 1, "{old}");
+            let result = estimated(&read(&SESSION.replace(old, new), &poses).unwrap());
+            assert_eq!(result.verdict, Verdict::Failed, "{told}");
+            assert!(result.notes[0].contains(told), "{told}: {} {:?}", result.termination, result.notes);
+        }
+    }
+
     #[test]
     fn robust_standard_deviations_go_by_its_poses() {
         let session = format!("{SESSION}[uncertainty]\nkind = \"sandwich\"\nblock_poses = 1\n");
