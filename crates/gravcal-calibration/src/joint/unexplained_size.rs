@@ -50,9 +50,18 @@ impl Solved {
         Ok((0..session.channel_count()).map(of_channel).collect())
     }
 
-    /// Standard deviation over its readings of what gravity makes each channel read, unit of the reading: what is left of the model's
-    /// predictions when those of sensors without gain are subtracted.
+    /// Standard deviation over its readings of what gravity makes each channel read, unit of the reading.
     fn gravity_std(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+        let mut read = vec![Vec::new(); session.channel_count()];
+        for ((_, channel), reading) in self.posed.rows.iter().zip(self.gravity_readings(session)?) {
+            read[*channel].push(reading);
+        }
+        Ok(read.iter().map(|read| spread(read)).collect())
+    }
+
+    /// What gravity makes a sensor read, by row, unit of the reading: what is left of the model's predictions when those of sensors without
+    /// gain are subtracted.
+    pub(crate) fn gravity_readings(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
         let (problem, values) = (&self.posed.problem, &self.estimate.values);
         let mut without = values.clone();
         let joints = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, Quantity::TorqueGain));
@@ -61,11 +70,10 @@ impl Solved {
             without.set(self.posed.layout.block(id), &[0.0]);
         }
         let (with, without) = (problem.residuals(values)?, problem.residuals(&without)?);
-        let mut read = vec![Vec::new(); session.channel_count()];
-        for ((pose, channel), (with, without)) in self.posed.rows.iter().zip(with.iter().zip(&without)) {
-            read[*channel].push((with - without) * self.readings.std(session, *pose, *channel));
-        }
-        Ok(read.iter().map(|read| spread(read)).collect())
+        let reading = |((pose, channel), (with, without)): (&(usize, usize), (&f64, &f64))| {
+            (with - without) * self.readings.std(session, *pose, *channel)
+        };
+        Ok(self.posed.rows.iter().zip(with.iter().zip(&without)).map(reading).collect())
     }
 
     /// Root mean square of the readings' own noise, by channel; nothing where nothing is read.

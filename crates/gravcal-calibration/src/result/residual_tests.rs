@@ -55,6 +55,8 @@ pub enum ResidualTestKind {
         /// Periods a turn.
         order: u32,
     },
+    /// A coordinate that gives way under the joint's torque.
+    Compliance,
     /// A reading that depends on its joint's speed.
     Velocity,
     /// A reading that depends on its joint's acceleration.
@@ -76,6 +78,7 @@ impl fmt::Display for ResidualTestKind {
             ResidualTestKind::Neighbours => f.write_str("neighbours alike"),
             ResidualTestKind::TorqueHarmonic { order } => write!(f, "torque harmonic {order}"),
             ResidualTestKind::PositionHarmonic { order } => write!(f, "position harmonic {order}"),
+            ResidualTestKind::Compliance => f.write_str("compliance"),
             ResidualTestKind::Velocity => f.write_str("velocity"),
             ResidualTestKind::Acceleration => f.write_str("acceleration"),
             ResidualTestKind::Direction => f.write_str("side of approach"),

@@ -18,7 +18,9 @@ fn tell_one(result: &EstimatorResult, several: bool) -> String {
     let whose = if several { format!("{}: ", result.name) } else { String::new() };
     let count = result.residual_tests.len();
     let first = match named.is_empty() {
-        true => format!("{whose}{count} for trends, harmonics, speed, side, tables and neighbours name nothing"),
+        true => {
+            format!("{whose}{count} for trends, harmonics, compliance, speed, side, tables and neighbours name nothing")
+        }
         false => format!("{whose}{} of {count} name what the model lacks", named.len()),
     };
     std::iter::once(first).chain(named).map(|line| wrapped("  ", "    ", &line)).collect()

@@ -8,6 +8,7 @@ use gravcal_estimation::EvaluateError;
 use crate::joint::Solved;
 use crate::parameter::Quantity;
 use crate::session::{Pose, Session};
+use crate::sweeps::sweeping;
 
 /// Harmonics that are looked for.
 const ORDERS: std::ops::RangeInclusive<u32> = 1..=4;
@@ -25,6 +26,7 @@ pub enum Term {
     TrendInTables,
     TorqueHarmonic(u32),
     PositionHarmonic(u32),
+    Compliance,
     Velocity,
     Acceleration,
     Direction,
@@ -38,6 +40,8 @@ pub struct Columns<'a> {
     rows: usize,
     /// By joint, what a step of its coordinate does to the whitened residuals; empty of joints that slide.
     slopes: Vec<Vec<f64>>,
+    /// By pose and joint, the torque under which the joint gives way: the model's own, as errors of a reading are in its residual, too.
+    torques: Vec<Vec<f64>>,
     /// By pose, when it was read, s; nothing where any pose does not tell.
     times: Option<Vec<f64>>,
 }
@@ -55,7 +59,8 @@ impl<'a> Columns<'a> {
         };
         let times: Option<Vec<f64>> = session.poses.iter().map(|pose| pose.conditions.time).collect();
         let times = times.filter(|times| times.iter().any(|time| *time != times[0]));
-        Ok(Columns { session, solved, rows, slopes: joints.map(slope).collect::<Result<_, _>>()?, times })
+        let slopes = joints.map(slope).collect::<Result<_, _>>()?;
+        Ok(Columns { session, solved, rows, slopes, torques: torques(session, solved)?, times })
     }
 
     /// Every term that can be looked for in a channel.
@@ -72,7 +77,10 @@ impl<'a> Columns<'a> {
 
     /// Those of a joint's coordinate, which every channel may show.
     pub fn terms_of_position(&self, joint: usize) -> Vec<Term> {
-        if self.slopes[joint].is_empty() { Vec::new() } else { ORDERS.map(Term::PositionHarmonic).collect() }
+        if self.slopes[joint].is_empty() {
+            return Vec::new();
+        }
+        ORDERS.map(Term::PositionHarmonic).chain([Term::Compliance]).collect()
     }
 
     /// Whether times are known.
@@ -99,6 +107,7 @@ impl<'a> Columns<'a> {
                     self.coordinate(channel, |pose| function(f64::from(*order) * self.angle(channel, pose)))
                 })
                 .into(),
+            Term::Compliance => vec![self.coordinate(channel, |pose| self.torques[pose][channel])],
             Term::Velocity => vec![self.condition(channel, |pose| &pose.conditions.velocity)],
             Term::Acceleration => vec![self.condition(channel, |pose| &pose.conditions.acceleration)],
             Term::Direction => vec![self.condition(channel, |pose| &pose.conditions.direction)],
@@ -190,4 +199,17 @@ fn slope(solved: &Solved, joint: usize, rows: usize) -> Result<Vec<f64>, Evaluat
     let mut slope: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).take(readings).collect();
     slope.resize(rows, 0.0);
     Ok(slope)
+}
+
+/// The torque that the model gives a joint that stands, by pose and joint; zero where it moves, or is not read.
+fn torques(session: &Session, solved: &Solved) -> Result<Vec<Vec<f64>>, EvaluateError> {
+    let sweeping = sweeping(session);
+    let mut torques = vec![vec![0.0; session.joints.len()]; session.poses.len()];
+    for ((pose, channel), reading) in solved.posed.rows.iter().zip(solved.gravity_readings(session)?) {
+        if *channel < session.joints.len() && sweeping[*pose] != Some(*channel) {
+            let gain = solved.posed.layout.sensors[*channel][Quantity::TorqueGain as usize];
+            torques[*pose][*channel] = reading / solved.estimate.values.scalar(gain);
+        }
+    }
+    Ok(torques)
 }

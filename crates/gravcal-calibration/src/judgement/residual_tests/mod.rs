@@ -201,6 +201,7 @@ impl Tests<'_> {
             Term::PositionHarmonic(order) => {
                 (ResidualTestKind::PositionHarmonic { order: *order }, amplitude, "rad".to_owned())
             }
+            Term::Compliance => (ResidualTestKind::Compliance, first, "rad/(N·m)".to_owned()),
             Term::Velocity => (ResidualTestKind::Velocity, first, self.by_motion(channel, &unit, "s")),
             Term::Acceleration => (ResidualTestKind::Acceleration, first, self.by_motion(channel, &unit, "s²")),
             Term::Direction => (ResidualTestKind::Direction, first, unit),

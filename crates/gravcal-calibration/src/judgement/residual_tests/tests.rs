@@ -78,6 +78,37 @@ fn a_coordinate_that_runs_unevenly_is_named() {
 }
 
 #[test]
+fn joints_that_give_way_are_named_with_their_compliance() {
+    let mut simulation = sarcos_shoulder();
+    let truth = [8e-4, 0.0, -6e-4];
+    simulation.disturbance.deflection.compliance = truth.to_vec();
+    let result = estimate(&simulation.session(0));
+    let first = named(&result)[0];
+    assert!(first.kind == ResidualTestKind::Compliance && first.spoils_intervals, "{first:?}");
+    let of = |joint: &str| named(&result).into_iter().find(|test| test.channel == joint);
+    for (joint, truth) in [("joint1", truth[0]), ("joint3", truth[2])] {
+        let found = of(joint).unwrap_or_else(|| panic!("{joint}: {:?}", named(&result)));
+        assert!((found.size / truth - 1.0).abs() < 0.3 && found.unit == "rad/(N·m)", "{found:?}");
+    }
+    assert!(of("joint2").is_none(), "{:?}", named(&result));
+    let says = "joint1, joint3 give way";
+    assert!(result.notes.iter().any(|note| note.contains(says)), "{:?}", result.notes);
+}
+
+/// The noise of a reading is no torque that bends anything.
+#[test]
+fn noise_of_a_joint_is_not_taken_for_its_compliance() {
+    let mut simulation = sarcos_shoulder();
+    simulation.disturbance.torque_std = vec![0.8, 0.8, 300.0];
+    for trial in 0..4 {
+        let result = estimate(&simulation.session(trial));
+        let compliance = |test: &&ResidualTest| test.kind == ResidualTestKind::Compliance;
+        assert!(result.residual_tests.iter().filter(compliance).all(|test| !test.named), "{:?}", named(&result));
+        assert_eq!(result.residual_tests.iter().filter(compliance).count(), 3, "{:?}", result.residual_tests);
+    }
+}
+
+#[test]
 fn torques_that_go_with_angle_speed_acceleration_or_side_are_named() {
     let session = shoulder().session(0);
     let ripple = first(session.clone(), 0, |_, pose| (3.0 * pose.position[0]).sin());

@@ -4,7 +4,7 @@ use crate::number::significant;
 use crate::result::{ResidualTest, ResidualTestKind};
 use crate::session::Session;
 
-/// What is named, in sentences; neighbours that are alike, and friction at rest, once for all channels.
+/// What is named, in sentences; neighbours that are alike, friction at rest and joints that give way once for all channels.
 pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String> {
     let of_kind = |kind: &ResidualTestKind| -> Vec<&ResidualTest> {
         tests.iter().filter(|test| test.named && test.kind == *kind).collect()
@@ -13,12 +13,13 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
     others
         .map(|test| of_one(session, test))
         .chain(by_unit(of_kind(&ResidualTestKind::Direction)).iter().filter_map(|tests| of_direction(tests)))
+        .chain(of_compliance(session, &of_kind(&ResidualTestKind::Compliance)))
         .chain(of_neighbours(&of_kind(&ResidualTestKind::Neighbours)))
         .collect()
 }
 
 fn told_once(kind: &ResidualTestKind) -> bool {
-    matches!(kind, ResidualTestKind::Neighbours | ResidualTestKind::Direction)
+    matches!(kind, ResidualTestKind::Neighbours | ResidualTestKind::Direction | ResidualTestKind::Compliance)
 }
 
 /// Joints that turn and joints that slide apart.
@@ -80,6 +81,26 @@ fn of_neighbours(tests: &[&ResidualTest]) -> Option<String> {
     ))
 }
 
+/// Joints that bend.
+fn of_compliance(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
+    let (channels, [least, most], p) = together(tests)?;
+    let size = if tests.len() > 1 { format!("{} to {}", number(least), number(most)) } else { number(most) };
+    let consequence = match tests.iter().any(|test| test.spoils_intervals) {
+        true => "Intervals cannot hold.",
+        false => "It is real but small beside the noise, and changes no verdict.",
+    };
+    // What gives way moves instruments, which only deflections of unknown cause can say.
+    let cure = match session.instruments.is_empty() {
+        true => format!("Estimate it: [deflection] compliance_std_rad_per_newton_metre = {most:.0e}."),
+        false => "Allow for it: [deflection] hold_std_deg, by how much a standing joint bends.".into(),
+    };
+    Some(format!(
+        "The residuals show that {channels} give way under their torque, by {size} rad/(N·m), which position sensors do not see. ({}, all \
+         tests counted.) {consequence} {cure}",
+        chance(p)
+    ))
+}
+
 fn of_one(session: &Session, test: &ResidualTest) -> String {
     let ResidualTest { channel, size, unit, in_noise, corrected_p_value, .. } = test;
     let of_joint = session.robot.chain.joints().iter().any(|joint| joint.name == *channel);
@@ -94,6 +115,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ),
         ResidualTestKind::Neighbours => return of_neighbours(&[test]).unwrap_or_default(),
         ResidualTestKind::Direction => return of_direction(&[test]).unwrap_or_default(),
+        ResidualTestKind::Compliance => return of_compliance(session, &[test]).unwrap_or_default(),
         ResidualTestKind::TorqueHarmonic { order } => (
             format!("The residual of {channel} goes with its own angle, {}, by {size} {unit}.", periods(*order)),
             "A cable, a gear or a sensor that is loaded from the side does so: look at what pulls at the joint; spread the poses over its whole range.".into(),
