@@ -1,6 +1,10 @@
-//! From which side each joint came: the sign of its last movement that is more than noise.
+//! From which side each joint came: the sign of its last movement that is more than noise, and that turns its friction round. A joint that
+//! goes a little too far and comes back bends its bristles less, and slides to neither side.
 
 use super::block::Block;
+
+/// Movements up to this turn no friction round: gears and bearings slide from one or some 1e-4 rad on (or m).
+const PRESLIDING: f64 = 3e-4;
 
 /// Follows the turning points of each joint.
 #[derive(Clone, Debug)]
@@ -20,18 +24,19 @@ impl Approach {
         &self.direction
     }
 
-    /// Takes the next block. A movement is what exceeds twice the gate of the joint.
+    /// Takes the next block. A movement is what exceeds twice the gate of the joint, and pre-sliding.
     pub fn take(&mut self, block: &Block, gates: &[f64]) {
         for (joint, gate) in gates.iter().enumerate() {
             let sum = block.sums[joint];
             if sum.count == 0.0 {
                 continue;
             }
+            let least = PRESLIDING.max(2.0 * gate);
             let [low, high] = self.furthest[joint].get_or_insert([sum.mean, sum.mean]);
             *low = low.min(sum.mean);
             *high = high.max(sum.mean);
-            let fell = sum.mean < *high - 2.0 * gate;
-            let rose = sum.mean > *low + 2.0 * gate;
+            let fell = sum.mean < *high - least;
+            let rose = sum.mean > *low + least;
             if self.direction[joint] <= 0.0 && rose {
                 self.direction[joint] = 1.0;
                 (*low, *high) = (sum.mean, sum.mean);
@@ -55,10 +60,14 @@ mod tests {
     use crate::motion::block::Sum;
 
     fn followed(positions: &[f64]) -> Vec<f64> {
+        with_gate(0.1, positions)
+    }
+
+    fn with_gate(gate: f64, positions: &[f64]) -> Vec<f64> {
         let mut approach = Approach::new(1);
         let direction = |position: &f64| {
             let sums = vec![Sum { count: 1.0, mean: *position, ..Sum::default() }];
-            approach.take(&Block { from: 0.0, until: 0.0, row: 0, sums }, &[0.1]);
+            approach.take(&Block { from: 0.0, until: 0.0, row: 0, sums }, &[gate]);
             approach.direction()[0]
         };
         positions.iter().map(direction).collect()
@@ -68,6 +77,13 @@ mod tests {
     fn the_last_movement_tells_the_side() {
         assert_eq!(followed(&[0.0, 0.1, 0.3, 1.0, 0.9, 1.05]), [0.0, 0.0, 1.0, 1.0, 1.0, 1.0]);
         assert_eq!(followed(&[0.0, -1.0, -1.1, -1.0, -0.8, -1.0, -1.1]), [0.0, -1.0, -1.0, -1.0, 1.0, 1.0, -1.0]);
+    }
+
+    /// A very good encoder sees how a controller comes back from a little too far.
+    #[test]
+    fn what_only_bends_bristles_turns_no_side() {
+        assert_eq!(with_gate(1e-6, &[0.0, 0.2, 0.1999, 0.2001, 0.1999]), [0.0, 1.0, 1.0, 1.0, 1.0]);
+        assert_eq!(with_gate(1e-6, &[0.0, 0.2, 0.199]), [0.0, 1.0, -1.0]);
     }
 
     #[test]
