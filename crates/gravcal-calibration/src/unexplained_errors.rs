@@ -74,6 +74,27 @@ fn errors_of_each_joint_are_found_in_its_own_size() {
     assert!((fit.chi_squared / fit.degrees_of_freedom as f64 - 1.0).abs() < 0.01 && fit.p_value.is_none(), "{fit:?}");
 }
 
+/// Errors of positions move torques, too; what they explain is none of the others.
+#[test]
+fn errors_beside_those_of_positions_are_found_in_their_own_size() {
+    for position_std in [1e-6, 0.003, 0.01] {
+        let mut simulation = shoulder();
+        simulation.disturbance.position_std = vec![position_std; 3];
+        let mut session = with_errors(&simulation, [0.4, 2.0, 0.0], 0);
+        session.deflection.reading_std = vec![position_std; 3];
+        let result = estimate(&session);
+        assert_eq!(result.verdict, Verdict::Determined, "{position_std}: {} {:?}", result.termination, result.notes);
+        let sizes = sizes(&result);
+        for (size, truth) in sizes.iter().zip([0.4, 2.0]) {
+            assert!((size.std / truth - 1.0).abs() < 0.15, "{position_std}: {sizes:?}");
+        }
+        // What noise of positions does to a joint that reads 100 counts a radian is told from such errors by chance alone.
+        assert!(sizes[2].std < 0.5 * MEAN.hypot(100.0 * position_std), "{position_std}: {sizes:?}");
+        let worst = errors_in_std(&result, &simulation.truth).into_iter().map(f64::abs).fold(0.0, f64::max);
+        assert!(worst < 4.5, "{position_std}: {worst}");
+    }
+}
+
 #[test]
 fn errors_are_as_large_as_intervals_say() {
     let simulation = shoulder();
