@@ -2,6 +2,7 @@
 
 use gravcal_estimation::{Block, Manifold, ProblemBuilder};
 
+use super::at_rest;
 use super::placements::add_placements;
 use super::position_unknowns::add_unknowns;
 use super::problem::JointProblem;
@@ -24,7 +25,8 @@ pub(super) fn add_unknown_blocks(
     builder: &mut ProblemBuilder,
 ) -> Layout {
     let layout = add_blocks(session, readings, start, true, builder);
-    Layout { position_unknowns: add_unknowns(session, readings, start, builder), ..layout }
+    let position_unknowns = add_unknowns(session, readings, start, builder);
+    Layout { position_unknowns, at_rest: at_rest::add_unknown(session, readings, builder), ..layout }
 }
 
 pub(super) fn add_blocks(
@@ -60,7 +62,7 @@ pub(super) fn add_blocks(
         (inertia.collect(), Vec::new())
     };
     let loads = add_placements(session, &readings.carried(session), start, with_knowledge, builder);
-    Layout { gravity, sensors, further, inertia, sweep_moments, loads, position_unknowns: Vec::new() }
+    Layout { gravity, sensors, further, inertia, sweep_moments, loads, position_unknowns: Vec::new(), at_rest: None }
 }
 
 fn parameter_block(parameter: &Parameter) -> Block {

@@ -88,6 +88,7 @@ pub(super) fn conclude(
     conclusion.remark_on_noise(session, misfit);
     conclusion.remark_on_blocks();
     conclusion.remark_on_residuals(session);
+    conclusion.remarks.extend(conclusion.solved.biases_that_hold_friction(session));
     conclusion.remark_on_contradictions(session, misfit);
     conclusion.remark_on_unexplained(session, &unexplained);
     let noisy = conclusion.remark_on_noise_found(session)?;

@@ -3,7 +3,6 @@
 use super::conclusion::{Conclusion, conclude};
 use super::error::EstimateError;
 use super::held_out::fit_with_held_out;
-use super::one_sided;
 use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
 use super::readings::Readings;
@@ -45,9 +44,7 @@ pub fn estimate(
 ) -> Result<EstimatorResult, EstimateError> {
     let conclusion = conclude(session, readings, known, workbench)?;
     let fit = fit_with_held_out(session, &conclusion.solved, workbench)?;
-    let mut result = tell(session, name, conclusion, fit, workbench)?;
-    one_sided::widen(session, &mut result);
-    Ok(result)
+    tell(session, name, conclusion, fit, workbench)
 }
 
 /// The same answer without what only a reader needs: no prediction of poses that were held out, no moments, no tests of sensor

@@ -21,7 +21,8 @@ pub(super) fn add_readings(
     layout: &Layout,
     builder: &mut ProblemBuilder,
 ) -> Result<Vec<(usize, usize)>, NoiseError> {
-    let around = Around::new(layout, builder.initial());
+    let stored = builder.initial();
+    let around = Around::new(layout, stored.clone());
     let mut models = Models::new(session, layout);
     let mut rows = Vec::with_capacity(readings.count());
     let (mut std, mut last): (Vec<f64>, Option<(Vec<f64>, Noise)>) = (Vec::new(), None);
@@ -34,7 +35,12 @@ pub(super) fn add_readings(
             _ => last.insert((std.clone(), Noise::independent(&std)?)).1.clone(),
         };
         let residual = models.residual(pose, used, |id| builder.block(id).len());
-        let factor = Factor { residual: around.residual(pose, residual), noise, loss: Loss::None };
+        let residual = around.residual(pose, residual);
+        let residual = match &layout.at_rest {
+            Some(at_rest) => at_rest.residual((session, layout, &stored), pose, residual),
+            None => residual,
+        };
+        let factor = Factor { residual, noise, loss: Loss::None };
         builder.add_factor(factor);
         rows.extend(used.iter().map(|channel| (pose, *channel)));
     }

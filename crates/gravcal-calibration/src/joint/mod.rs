@@ -1,5 +1,6 @@
 //! The joint estimator: every torque reading once, all unknowns together.
 
+mod at_rest;
 mod blocks;
 mod conclusion;
 mod constraints;
@@ -22,7 +23,6 @@ mod mistakes;
 mod model_tests;
 mod nearby;
 mod noise;
-mod one_sided;
 mod order;
 mod placements;
 mod pose_blocks;
@@ -67,4 +67,4 @@ pub use solved::Solved;
 pub(crate) use start::start_around;
 pub(crate) use tell::{last_frame_choices, session_notes, unknown_sign};
 pub(crate) use twins::{DECISIVE, with_gains_known};
-pub use unknowns::{Layout, PositionUnknown, Unknowns};
+pub use unknowns::{AtRest, Layout, PositionUnknown, Unknowns};

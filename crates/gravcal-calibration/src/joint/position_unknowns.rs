@@ -21,7 +21,7 @@ use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuild
 use super::readings::Readings;
 use super::unknowns::{Layout, PositionUnknown, Unknowns};
 use crate::parameter::Quantity;
-use crate::residuals::{PositionError, Prior};
+use crate::residuals::{Prior, Shifted};
 use crate::session::{Deflection, Session};
 use crate::sweeps::{Sweep, find_sweeps, sweeping};
 
@@ -142,9 +142,9 @@ impl<'a> Around<'a> {
         let unknowns = self.of_pose.get(&pose).into_iter().flatten();
         unknowns.fold(inner, |inner, index| {
             let PositionUnknown { block, joints, .. } = &self.layout.position_unknowns[*index];
-            let offsets: Vec<BlockId> =
-                joints.iter().map(|joint| self.layout.sensors[*joint][Quantity::PositionOffset as usize]).collect();
-            Arc::new(PositionError::new(inner, |id| self.stored.get(id).len(), &offsets, *block))
+            let offset = |joint: &usize| (self.layout.sensors[*joint][Quantity::PositionOffset as usize], 1.0);
+            let offsets: Vec<(BlockId, f64)> = joints.iter().map(offset).collect();
+            Arc::new(Shifted::new(inner, |id| self.stored.get(id).len(), &offsets, *block))
         })
     }
 }

@@ -21,6 +21,8 @@ pub struct Readings {
     pub noise: Vec<f64>,
     /// Variance, by channel, of errors that the readings' noise does not explain; square of their unit.
     pub unexplained: Vec<f64>,
+    /// One standard deviation, by joint, of what friction leaves at rest; zero where that is no unknown, empty as long as it is not looked for.
+    pub at_rest: Vec<f64>,
     /// No reading counts as less uncertain than this, by channel; unit of the reading. Zero but where a start is looked for.
     pub floor: Arc<[f64]>,
     /// How readings far beyond that are to be counted. [`super::pose`] leaves it to `JointProblem::with_loss`: at a start
@@ -39,7 +41,7 @@ impl Readings {
         let noise = first_noise(session, &spreads);
         let floor = vec![0.0; noise.len()].into();
         let (unexplained, loss, order) = (stated(session), session.loss, Order::Together);
-        let readings = Readings { used, spreads, noise, unexplained, floor, loss, order };
+        let readings = Readings { used, spreads, noise, unexplained, at_rest: Vec::new(), floor, loss, order };
         let repeated = |pose: usize| session.repeated.get(pose).is_some_and(|repeated| *repeated);
         readings
             .only(|pose, channel| !repeated(pose) && session.reading(pose, channel).is_some() && keep(pose, channel))
@@ -140,7 +142,7 @@ impl Readings {
     /// Standard deviation of one reading, unexplained errors included, unit of the reading.
     pub fn std(&self, session: &Session, pose: usize, channel: usize) -> f64 {
         let own = self.own_std(session, pose, channel);
-        let unexplained = self.unexplained[channel];
+        let unexplained = self.unexplained[channel] + self.of_unknown_side(session, pose, channel);
         let std = if unexplained > 0.0 { (own * own + unexplained).sqrt() } else { own };
         std.max(self.floor[channel])
     }

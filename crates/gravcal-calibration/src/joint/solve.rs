@@ -110,6 +110,24 @@ pub(super) fn solve_from(
     start: Unknowns,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
+    let solved = solve_with_noise(session, readings, start, workbench)?;
+    let converged = solved.estimate.termination.converged();
+    match solved.readings.with_friction_at_rest(session).filter(|_| converged) {
+        Some(readings) => {
+            let start = solved.unknowns(&Unknowns::nominal(session));
+            solve_with_noise(session, &readings, start, workbench)
+        }
+        None => Ok(solved),
+    }
+}
+
+/// The same with the unknowns that the readings are said to have, and the noise that they show.
+fn solve_with_noise(
+    session: &Session,
+    readings: &Readings,
+    start: Unknowns,
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
     let (mut readings, mut start) = (readings.clone(), start);
     let loss = readings.loss;
     let posed = |readings: &Readings, start: &Unknowns| pose_with_constraints(session, readings, start);

@@ -147,7 +147,8 @@ impl Solved {
         let mut rows = vec![Vec::new(); session.channel_count()];
         for (index, (pose, channel)) in self.posed.rows.iter().enumerate() {
             let residual = jacobian[index * width + width - 1] * self.readings.std(session, *pose, *channel);
-            let noise = self.readings.own_std(session, *pose, *channel).powi(2);
+            let noise = self.readings.own_std(session, *pose, *channel).powi(2)
+                + self.readings.of_unknown_side(session, *pose, *channel);
             rows[*channel].push(Row {
                 noise,
                 squared: residual * residual,

@@ -125,6 +125,8 @@ pub struct Layout {
     pub loads: Vec<Option<Vec<BlockId>>>,
     /// Errors of positions: deflections of sweeps first, then those of single poses.
     pub position_unknowns: Vec<PositionUnknown>,
+    /// What friction leaves at rest, where it is an unknown.
+    pub at_rest: Option<AtRest>,
 }
 
 impl Layout {
@@ -186,4 +188,15 @@ pub struct PositionUnknown {
     pub poses: Vec<usize>,
     /// Whether it is that of a hold, and not of a single pose's readings.
     pub is_hold: bool,
+}
+
+/// What is left of the joints' friction at rest, as one unknown.
+#[derive(Clone, Debug)]
+pub struct AtRest {
+    /// One number for each of `joints`, unit of the torque reading.
+    pub block: BlockId,
+    /// The joints that have it.
+    pub joints: Vec<usize>,
+    /// One standard deviation each, before any torque is read.
+    pub std: Vec<f64>,
 }

@@ -8,9 +8,9 @@
 //!
 //! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise; neighbours
 //! that are alike where their correlation is 0.2, unless standard deviations come from blocks. Less is told, and changes no verdict. The side
-//! from which joints came spoils nothing where errors beyond the noise are estimated: what friction leaves at rest is one of these, has
-//! either sign where poses are random, and a bias that holds it is widened (`joint/one_sided.rs`); intervals then hold the truth as often as
-//! they should (`cargo run --release -p gravcal-benches --bin real_arms -- --line still --line one-way`).
+//! from which joints came spoils nothing where errors beyond the noise are estimated: what friction leaves at rest is then an unknown of the
+//! fit (`joint/at_rest.rs`), told from position gains and biases or widening their intervals
+//! (`cargo run --release -p gravcal-benches --bin real_arms -- --line still --line one-way` counts how often these hold the truth).
 //!
 //! **Not tested**: what was counted by a loss, what has not converged, readings that enter group by group, residuals that are but the
 //! rounding of numbers, a term that the model has already, a channel with too few readings to tell its noise.
@@ -19,6 +19,7 @@ mod columns;
 mod neighbours;
 mod rows;
 mod score;
+mod side;
 #[cfg(test)]
 mod tests;
 mod words;
@@ -182,7 +183,12 @@ impl Tests<'_> {
             }
             Candidate::Term(channel, term) => {
                 let columns = self.columns.of(*channel, term);
-                let scored = score(maker, rows, neighbours, &columns)?;
+                let scored = match term {
+                    Term::Direction if self.solved.has_friction_at_rest(*channel) => {
+                        side::of_estimate(self.solved, rows, *channel, &columns[0])?
+                    }
+                    _ => score(maker, rows, neighbours, &columns)?,
+                };
                 Some(self.tell(*channel, term, scored))
             }
         }

@@ -1,0 +1,220 @@
+//! Friction that is left at rest, to the side from which a joint came: one unknown of each joint.
+//!
+//! ```text
+//!     y_i = k τ_i + b + a_i c + u_i        a_i: 1 where the joint rose to its standstill, −1 where it fell, 0 where nobody knows
+//!     c = f ρ̄,  u_i = f (ρ_i − ρ̄) a_i      ρ: the share of friction f that is left at rest, of mean ρ̄
+//! ```
+//!
+//! `u` is an error of either sign, as `unexplained.rs` finds it. `c` is not: a joint that came to its highest poses from below, as it does
+//! where poses are random, turns `c` into an error of its position gain; one that always rises turns it into a bias. As an unknown it is
+//! told from both where the readings tell it, and widens their intervals where they do not. Its prior is zero give or take
+//! `2 √v`, with `v` the variance of the errors that were found without it: these scatter by `f σ_ρ` at least, and the mean of what is left is
+//! at most about twice its spread. Of joints whose errors noise may explain by chance there is no such unknown.
+//!
+//! Where nobody knows from which side a joint came, as at the beginning of each recording, `c` is an error of either sign of that reading.
+//!
+//! Instead of this, `c`'s effect could be added to the covariance; intervals of a position gain are then three times as wide, and its errors
+//! as large as they were.
+
+use std::sync::Arc;
+
+use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuilder, Residual, Values};
+
+use super::order::Order;
+use super::readings::Readings;
+use super::solved::Solved;
+use super::unknowns::{AtRest, Layout};
+use crate::parameter::{ParameterId, Quantity};
+use crate::residuals::{Prior, Shifted};
+use crate::session::Session;
+
+/// Fewest standstills of known direction that say so.
+const LEAST: usize = 5;
+/// Mean of what is left at rest, over its spread, at most.
+const LEAN: f64 = 2.0;
+/// Errors vary so many standard deviations by chance.
+const CHANCE: f64 = 3.0;
+/// By what share a standard deviation grows that is worth a remark.
+const REMARKABLE: f64 = 0.5;
+/// Share of its prior's information that readings give of friction whose size they tell.
+const TOLD: f64 = 0.1;
+
+/// Friction of one joint as the readings alone tell it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FoundAtRest {
+    /// Unit of the torque reading, positive against the motion.
+    pub size: f64,
+    /// Its standard deviation.
+    pub std: f64,
+}
+
+impl Readings {
+    /// The same with unknowns for what friction leaves at rest; nothing where no joint has any, or the session has them already.
+    pub(super) fn with_friction_at_rest(&self, session: &Session) -> Option<Readings> {
+        if !self.at_rest.is_empty() || self.order != Order::Together {
+            return None;
+        }
+        let estimated = session.terms.with_friction();
+        let has = |joint: &usize| !estimated.contains(joint) && Sides::of(session, *joint).is_some();
+        let std = |joint: usize| match has(&joint) && self.errs_beyond_chance(session, joint) {
+            true => LEAN * self.unexplained[joint].sqrt(),
+            false => 0.0,
+        };
+        let at_rest: Vec<f64> = (0..session.joints.len()).map(std).collect();
+        at_rest.iter().any(|std| *std > 0.0).then(|| Readings { at_rest, ..self.clone() })
+    }
+
+    /// Whether a channel's errors are larger than chance would make them of noise alone.
+    fn errs_beyond_chance(&self, session: &Session, channel: usize) -> bool {
+        let poses = (0..session.poses.len()).filter(|pose| self.used[*pose].contains(&channel));
+        let own: Vec<f64> = poses.map(|pose| self.own_std(session, pose, channel).powi(2)).collect();
+        let (count, sum) = (own.len().max(1) as f64, own.iter().sum::<f64>());
+        self.unexplained[channel] > CHANCE * (2.0 / count).sqrt() * sum / count
+    }
+
+    /// Variance of what friction leaves in a reading of which nobody knows from which side its joint came.
+    pub(super) fn of_unknown_side(&self, session: &Session, pose: usize, channel: usize) -> f64 {
+        let std = self.at_rest.get(channel).copied().unwrap_or(0.0);
+        if std > 0.0 && side(session, pose, channel) == Some(0.0) { std * std } else { 0.0 }
+    }
+}
+
+/// Adds the unknown of the joints that have one.
+pub(super) fn add_unknown(session: &Session, readings: &Readings, builder: &mut ProblemBuilder) -> Option<AtRest> {
+    let all = readings.at_rest.iter().copied().enumerate();
+    let (joints, std): (Vec<usize>, Vec<f64>) = all.filter(|(_, std)| *std > 0.0).unzip();
+    if joints.is_empty() {
+        return None;
+    }
+    let chain = session.robot.chain.joints();
+    let names: Vec<&str> = joints.iter().map(|joint| chain[*joint].name.as_str()).collect();
+    let mut block = Block::vector("friction_at_rest", "", &names).linear();
+    block.units = joints.iter().map(|joint| session.channel_unit(*joint)).collect();
+    let block = builder.add_block(block, &vec![0.0; joints.len()]);
+    Some(AtRest { block, joints, std })
+}
+
+impl AtRest {
+    /// Puts the unknown around the residual of a pose.
+    pub(super) fn residual(
+        &self,
+        (session, layout, stored): (&Session, &Layout, &Values),
+        pose: usize,
+        inner: Arc<dyn Residual>,
+    ) -> Arc<dyn Residual> {
+        let bias = |joint: usize| layout.sensors[joint][Quantity::TorqueBias as usize];
+        let shifted: Vec<(BlockId, f64)> =
+            self.joints.iter().map(|joint| (bias(*joint), side(session, pose, *joint).unwrap_or(0.0))).collect();
+        if shifted.iter().all(|(_, side)| *side == 0.0) {
+            return inner;
+        }
+        Arc::new(Shifted::new(inner, |id| stored.get(id).len(), &shifted, self.block))
+    }
+
+    /// Adds what is known of it beforehand.
+    pub(super) fn add_prior(&self, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
+        let prior = Prior::new(self.block, vec![0.0; self.std.len()]);
+        builder.add_factor(Factor::new(prior, Noise::independent(&self.std)?));
+        Ok(())
+    }
+}
+
+impl Solved {
+    /// What is left of a joint's friction, without its prior; nothing where it is no unknown, or the readings do not tell it.
+    pub(crate) fn friction_at_rest(&self, joint: usize) -> Option<FoundAtRest> {
+        let (at_rest, place, column) = self.at_rest(joint)?;
+        let prior = at_rest.std[place].powi(-2);
+        let all = self.covariance().std(column).powi(-2);
+        let own = all - prior;
+        let size = self.estimate.values.get(at_rest.block)[place] * all / own;
+        (own > TOLD * prior && size.is_finite()).then(|| FoundAtRest { size, std: own.sqrt().recip() })
+    }
+
+    /// Whether it is an unknown of this joint.
+    pub(crate) fn has_friction_at_rest(&self, joint: usize) -> bool {
+        self.at_rest(joint).is_some()
+    }
+
+    /// The unknown of a joint: place in its block, and column.
+    fn at_rest(&self, joint: usize) -> Option<(&AtRest, usize, usize)> {
+        let at_rest = self.posed.layout.at_rest.as_ref()?;
+        let place = at_rest.joints.iter().position(|other| *other == joint)?;
+        let column = self.posed.problem.columns_of(at_rest.block).nth(place)?;
+        Some((at_rest, place, column))
+    }
+
+    /// Says which biases hold friction, because their joints came to more of their standstills from one side than chance would have it.
+    pub(super) fn biases_that_hold_friction(&self, session: &Session) -> Vec<String> {
+        let joints = 0..session.joints.len();
+        joints.filter_map(|joint| self.bias_that_holds_friction(session, joint)).collect()
+    }
+
+    fn bias_that_holds_friction(&self, session: &Session, joint: usize) -> Option<String> {
+        let (at_rest, place, friction) = self.at_rest(joint)?;
+        let sides = Sides::of(session, joint).filter(|sides| sides.one_sided())?;
+        let bias = self.posed.layout.block(ParameterId::Sensor(joint, Quantity::TorqueBias));
+        let bias = self.posed.problem.columns_of(bias).next()?;
+        let both = self.covariance().of(&[vec![(bias, 1.0)], vec![(friction, 1.0)]]);
+        // What the bias would be known to if friction were known.
+        let alone = both[0] - both[1] * both[2] / both[3];
+        (both[0] > (1.0 + REMARKABLE).powi(2) * alone).then(|| {
+            let name = &session.robot.chain.joints()[joint].name;
+            format!(
+                "{name} came to {:.0} % of its standstills from one side, and its readings scatter beyond their noise: {} holds friction \
+                 that is left at rest, and its interval is widened by what that may be (± {:.2e} {}). Come to the same poses from both sides.",
+                100.0 * sides.larger_share(),
+                Quantity::TorqueBias.name(name),
+                at_rest.std[place],
+                session.channel_unit(joint)
+            )
+        })
+    }
+}
+
+/// From which side a joint came to a standstill that was found in a recording: 0 where nobody knows, nothing of any other pose.
+fn side(session: &Session, pose: usize, joint: usize) -> Option<f64> {
+    let pose = &session.poses[pose];
+    let side = pose.conditions.direction.get(joint)?;
+    let stands = pose.sweep_label.is_none() && pose.torque[joint].is_some();
+    stands.then(|| if *side == 0.0 { 0.0 } else { side.signum() })
+}
+
+/// From which sides a joint came.
+#[derive(Clone, Copy, Debug)]
+struct Sides {
+    rising: usize,
+    all: usize,
+}
+
+impl Sides {
+    /// Of the standstills of recordings; of tables nothing is known.
+    fn of(session: &Session, joint: usize) -> Option<Sides> {
+        if !session.searched.iter().any(|searched| searched.standstills.is_some()) {
+            return None;
+        }
+        let sides = (0..session.poses.len()).filter_map(|pose| side(session, pose, joint)).filter(|side| *side != 0.0);
+        let (rising, all) = sides.fold((0, 0), |(rising, all), side| (rising + usize::from(side > 0.0), all + 1));
+        (all >= LEAST).then_some(Sides { rising, all })
+    }
+
+    fn larger_share(self) -> f64 {
+        self.rising.max(self.all - self.rising) as f64 / self.all as f64
+    }
+
+    /// Whether chance would not have it so.
+    fn one_sided(self) -> bool {
+        (2.0 * self.larger_share() - 1.0).powi(2) > 4.0 / self.all as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn chance_makes_no_joint_one_sided() {
+        let one_sided = |rising, all| Sides { rising, all }.one_sided();
+        assert!(!one_sided(10, 20) && !one_sided(13, 20) && one_sided(16, 20) && one_sided(4, 20));
+        assert!(one_sided(9, 9) && one_sided(0, 9) && one_sided(260, 400) && !one_sided(210, 400));
+    }
+}

@@ -1,0 +1,139 @@
+//! Readings that are as if some parameters were others in this pose: errors in variables, and what friction leaves at rest.
+//!
+//! ```text
+//!     y = h(…, o_j + a_j δ_j, …)
+//! ```
+//!
+//! Around any residual that reads parameters `o_j` of one number, with one more block `δ` and known scales `a_j`. With position offsets
+//! and `a = 1` it is the deflection of joints that stand still, or the noise of their position readings (rad, m for a prismatic joint);
+//! with torque biases and the side of approach it is friction that is left at rest. `δ` needs a prior, whose width says how large such
+//! errors are. Because `δ_j` enters like `o_j`, values and derivatives are those of the inner residual at `o + a δ`. Of parameters
+//! that the inner residual does not read, `δ` has no effect.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
+
+/// A residual some of whose parameters are shifted.
+#[derive(Clone, Debug)]
+pub struct Shifted {
+    inner: Arc<dyn Residual>,
+    blocks: Vec<BlockId>,
+    /// First stored column of each block of `inner`, and their number.
+    starts: Vec<usize>,
+    /// Column of each shifted parameter, if it is read, and the scale of its shift.
+    shifted: Vec<(Option<usize>, f64)>,
+    /// What each row can touch.
+    patterns: Vec<Vec<Range<usize>>>,
+}
+
+impl Shifted {
+    /// `length`: how many numbers store a block; `shifted`: the blocks of one number to which the components of `shift` are
+    /// added, and so many times.
+    pub fn new(
+        inner: Arc<dyn Residual>,
+        length: impl Fn(BlockId) -> usize,
+        shifted: &[(BlockId, f64)],
+        shift: BlockId,
+    ) -> Self {
+        let mut starts = vec![0];
+        inner.blocks().iter().for_each(|id| starts.push(starts[starts.len() - 1] + length(*id)));
+        let width = starts[starts.len() - 1];
+        let column = |block: &BlockId| Some(starts[inner.blocks().iter().position(|id| id == block)?]);
+        let shifted: Vec<(Option<usize>, f64)> = shifted.iter().map(|(block, scale)| (column(block), *scale)).collect();
+        let shifts = width..width + shifted.len();
+        let patterns = (0..inner.len()).map(|row| extended(inner.row_pattern(row), width, shifts.clone())).collect();
+        let blocks = inner.blocks().iter().copied().chain([shift]).collect();
+        Shifted { inner, blocks, starts, shifted, patterns }
+    }
+
+    fn width(&self) -> usize {
+        self.starts[self.starts.len() - 1]
+    }
+}
+
+/// The pattern of a row with the columns of the shifts behind it.
+fn extended(pattern: Option<&[Range<usize>]>, width: usize, shifts: Range<usize>) -> Vec<Range<usize>> {
+    let mut ranges = pattern.map_or_else(|| vec![Range { start: 0, end: width }], <[_]>::to_vec);
+    ranges.push(shifts);
+    ranges
+}
+
+impl Residual for Shifted {
+    fn blocks(&self) -> &[BlockId] {
+        &self.blocks
+    }
+
+    fn len(&self) -> usize {
+        self.inner.len()
+    }
+
+    fn row_pattern(&self, row: usize) -> Option<&[Range<usize>]> {
+        Some(&self.patterns[row])
+    }
+
+    fn evaluate(
+        &self,
+        x: LocalValues<'_>,
+        residual: &mut [f64],
+        jacobian: Option<RowsMut<'_>>,
+    ) -> Result<(), EvaluateError> {
+        let (given, shifts) = x.as_slice().split_at(self.width());
+        let mut shifted = given.to_vec();
+        for ((column, scale), shift) in self.shifted.iter().zip(shifts) {
+            column.iter().for_each(|column| shifted[*column] += scale * shift);
+        }
+        let shifted = LocalValues::new(&shifted, &self.starts);
+        let Some(mut rows) = jacobian else {
+            return self.inner.evaluate(shifted, residual, None);
+        };
+        let mut inner = vec![0.0; self.len() * self.width()];
+        self.inner.evaluate(shifted, residual, Some(RowsMut::new(&mut inner, self.width())))?;
+        for (index, inner) in inner.chunks_exact(self.width()).enumerate() {
+            let (by_given, by_shifts) = rows.row(index).split_at_mut(inner.len());
+            by_given.copy_from_slice(inner);
+            by_shifts.iter_mut().zip(&self.shifted).for_each(|(entry, (column, scale))| {
+                *entry = column.map_or(0.0, |column| scale * inner[column]);
+            });
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::pose_torque::tests::loaded;
+    use super::*;
+    use crate::residuals::testing::{check_at_random_points, ids};
+
+    /// The offsets of the first and the last joint are shifted, the last one by twice as much the other way.
+    fn with_shifts() -> (Shifted, Vec<usize>) {
+        let (pose, mut lengths) = loaded(&[0, 1, 2]);
+        lengths.push(2);
+        let ids = ids(&lengths);
+        let offsets = [(ids[4], 1.0), (ids[12], -2.0)];
+        let shift = ids[lengths.len() - 1];
+        (Shifted::new(Arc::new(pose), |id| lengths[id.index()], &offsets, shift), lengths)
+    }
+
+    #[test]
+    fn derivatives() {
+        let (residual, lengths) = with_shifts();
+        check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+    }
+
+    #[test]
+    fn a_shift_acts_like_an_offset() {
+        let (residual, _) = with_shifts();
+        let width = residual.width();
+        let mut x: Vec<f64> = (0..width + 2).map(|k| 1.0 + (k as f64).sin()).collect();
+        let starts: Vec<usize> = residual.starts.iter().copied().chain([width + 2]).collect();
+        let (mut with, mut without) = ([0.0; 3], [0.0; 3]);
+        residual.evaluate(LocalValues::new(&x, &starts), &mut with, None).unwrap();
+        (x[12], x[14]) = (x[12] + x[width], x[14] - 2.0 * x[width + 1]); // 3 of gravity, then all k, b, s, o
+        let inner = LocalValues::new(&x[..width], &residual.starts);
+        residual.inner.evaluate(inner, &mut without, None).unwrap();
+        assert_eq!(with, without);
+    }
+}
