@@ -42,14 +42,16 @@ fn together(tests: &[&ResidualTest]) -> Option<(String, [f64; 2], f64)> {
     Some((channels.join(", "), [sizes().reduce(f64::min)?, sizes().reduce(f64::max)?], p))
 }
 
+/// The least and the most of several tests.
+fn from_to(least: f64, most: f64, tests: &[&ResidualTest]) -> String {
+    let most = significant(most, 2);
+    if tests.len() > 1 { format!("{} to {most}", significant(least, 2)) } else { most }
+}
+
 /// Friction that is left at rest; tests of one unit.
 fn of_direction(tests: &[&ResidualTest]) -> Option<String> {
     let (channels, [least, most], p) = together(tests)?;
-    let size = if tests.len() > 1 {
-        format!("{} to {}", significant(least, 2), significant(most, 2))
-    } else {
-        significant(most, 2)
-    };
+    let size = from_to(least, most, tests);
     let unit = &tests.first()?.unit;
     let (consequence, cure) = match tests.iter().any(|test| test.spoils_intervals) {
         true => (
@@ -84,7 +86,7 @@ fn of_neighbours(tests: &[&ResidualTest]) -> Option<String> {
 /// Joints that bend.
 fn of_compliance(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
     let (channels, [least, most], p) = together(tests)?;
-    let size = if tests.len() > 1 { format!("{} to {}", number(least), number(most)) } else { number(most) };
+    let size = from_to(least, most, tests);
     let consequence = match tests.iter().any(|test| test.spoils_intervals) {
         true => "Intervals cannot hold.",
         false => "It is real but small beside the noise, and changes no verdict.",
