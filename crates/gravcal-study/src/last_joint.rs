@@ -149,6 +149,7 @@ fn arm(joints: usize, seed: u64, draw: u64) -> Result<Simulation, ChainError> {
         further: Vec::new(),
         sweep_moments: Vec::new(),
         deflections: Vec::new(),
+        at_rest: Vec::new(),
     };
     Ok(Simulation::new(template, truth, runs, Disturbance::noise(vec![NOISE; joints]), random.random()))
 }

@@ -23,7 +23,7 @@ use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuild
 use super::order::Order;
 use super::readings::Readings;
 use super::solved::Solved;
-use super::unknowns::{AtRest, Layout};
+use super::unknowns::{AtRest, Layout, Unknowns};
 use crate::parameter::{ParameterId, Quantity};
 use crate::residuals::{Prior, Shifted};
 use crate::session::Session;
@@ -79,8 +79,13 @@ impl Readings {
     }
 }
 
-/// Adds the unknown of the joints that have one.
-pub(super) fn add_unknown(session: &Session, readings: &Readings, builder: &mut ProblemBuilder) -> Option<AtRest> {
+/// Adds the unknown of the joints that have one, from where `start` has it.
+pub(super) fn add_unknown(
+    session: &Session,
+    readings: &Readings,
+    start: &Unknowns,
+    builder: &mut ProblemBuilder,
+) -> Option<AtRest> {
     let all = readings.at_rest.iter().copied().enumerate();
     let (joints, std): (Vec<usize>, Vec<f64>) = all.filter(|(_, std)| *std > 0.0).unzip();
     if joints.is_empty() {
@@ -90,7 +95,8 @@ pub(super) fn add_unknown(session: &Session, readings: &Readings, builder: &mut 
     let names: Vec<&str> = joints.iter().map(|joint| chain[*joint].name.as_str()).collect();
     let mut block = Block::vector("friction_at_rest", "", &names).linear();
     block.units = joints.iter().map(|joint| session.channel_unit(*joint)).collect();
-    let block = builder.add_block(block, &vec![0.0; joints.len()]);
+    let start: Vec<f64> = joints.iter().map(|joint| start.at_rest.get(*joint).copied().unwrap_or(0.0)).collect();
+    let block = builder.add_block(block, &start);
     Some(AtRest { block, joints, std })
 }
 

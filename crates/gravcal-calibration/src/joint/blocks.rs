@@ -26,7 +26,7 @@ pub(super) fn add_unknown_blocks(
 ) -> Layout {
     let layout = add_blocks(session, readings, start, true, builder);
     let position_unknowns = add_unknowns(session, readings, start, builder);
-    Layout { position_unknowns, at_rest: at_rest::add_unknown(session, readings, builder), ..layout }
+    Layout { position_unknowns, at_rest: at_rest::add_unknown(session, readings, start, builder), ..layout }
 }
 
 pub(super) fn add_blocks(

@@ -50,8 +50,8 @@ pub(crate) fn fit_with_held_out(
 fn of_validation(session: &Session, solved: &Solved) -> Result<Option<HeldOut>, EstimateError> {
     let unseen =
         Session { poses: session.validation.clone(), validation: Vec::new(), repeated: Vec::new(), ..session.clone() };
-    let Readings { spreads, noise, unexplained, .. } = solved.readings.clone();
-    let readings = Readings { spreads, noise, unexplained, ..Readings::select(&unseen, |_, _| true) };
+    let Readings { spreads, noise, unexplained, at_rest, .. } = solved.readings.clone();
+    let readings = Readings { spreads, noise, unexplained, at_rest, ..Readings::select(&unseen, |_, _| true) };
     // Joints that stand in other sweeps deflect otherwise.
     let prediction = Unknowns { deflections: Vec::new(), ..solved.unknowns(&Unknowns::nominal(session)) };
     let predicted = predict(&unseen, &readings, &prediction)?;

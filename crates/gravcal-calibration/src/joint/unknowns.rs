@@ -24,6 +24,8 @@ pub struct Unknowns {
     pub loads: Vec<[f64; 3]>,
     /// The deflections of each sweep, in the order of the layout's unknowns; empty where all are zero.
     pub deflections: Vec<Vec<f64>>,
+    /// What friction leaves at rest, by joint, unit of the torque reading; empty where it is zero.
+    pub at_rest: Vec<f64>,
 }
 
 impl Unknowns {
@@ -41,6 +43,7 @@ impl Unknowns {
             sweep_moments: Vec::new(),
             loads: nominal_placements(session),
             deflections: Vec::new(),
+            at_rest: Vec::new(),
         }
     }
 
@@ -82,6 +85,7 @@ impl Unknowns {
             sweep_moments: self.sweep_moments.iter().map(|v| v.iter().map(|component| -component).collect()).collect(),
             loads: self.loads.iter().zip(&session.loads).map(placement).collect(),
             deflections: self.deflections.clone(),
+            at_rest: self.at_rest.clone(),
         }
     }
 
@@ -104,6 +108,10 @@ impl Unknowns {
             sweep_moments: layout.sweep_moments.iter().map(|id| values.get(*id).to_vec()).collect(),
             loads: layout.loads.iter().zip(&fallback.loads).map(|(p, f)| p.as_ref().map_or(*f, position)).collect(),
             deflections: layout.deflections_of_sweeps().map(|u| values.get(u.block).to_vec()).collect(),
+            at_rest: layout
+                .at_rest
+                .as_ref()
+                .map_or_else(Vec::new, |at_rest| at_rest.by_joint(values, layout.sensors.len())),
         }
     }
 }
@@ -199,4 +207,12 @@ pub struct AtRest {
     pub joints: Vec<usize>,
     /// One standard deviation each, before any torque is read.
     pub std: Vec<f64>,
+}
+
+impl AtRest {
+    fn by_joint(&self, values: &Values, joints: usize) -> Vec<f64> {
+        let mut of_joints = vec![0.0; joints];
+        self.joints.iter().zip(values.get(self.block)).for_each(|(joint, value)| of_joints[*joint] = *value);
+        of_joints
+    }
 }
