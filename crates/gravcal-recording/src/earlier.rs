@@ -166,6 +166,17 @@ struct Estimator {
     uncertainty: Option<Uncertainty>,
     #[serde(default)]
     fit: Option<Fit>,
+    #[serde(default)]
+    residual_tests: Vec<ResidualTest>,
+}
+
+/// A test on the residuals of a channel.
+#[derive(Deserialize)]
+struct ResidualTest {
+    channel: String,
+    /// `torque-harmonic`.
+    kind: String,
+    spoils_intervals: bool,
 }
 
 /// Where its covariance comes from.
@@ -314,7 +325,16 @@ impl Estimator {
         let too_short = self.uncertainty.as_ref().and_then(Uncertainty::left_out).and_then(|left| left.too_short_for);
         let too_short =
             too_short.map(|_| "neighbouring poses share errors that outlast its blocks of poses".to_owned());
-        misfit.into_iter().chain(too_short).collect()
+        misfit.into_iter().chain(too_short).chain(self.shapes()).collect()
+    }
+
+    /// What its residuals show that its intervals do not allow for.
+    fn shapes(&self) -> Option<String> {
+        let spoilt = self.residual_tests.iter().filter(|test| test.spoils_intervals);
+        let told: Vec<String> =
+            spoilt.map(|test| format!("{} {}", test.channel, test.kind.replace('-', " "))).collect();
+        (!told.is_empty())
+            .then(|| format!("its residuals show what its intervals do not allow for: {}", told.join(", ")))
     }
 
     /// What an entry of the covariance's order stands for: a parameter, `gravity.x`, or `moments[3]`.
@@ -427,6 +447,12 @@ mod tests {
         );
         assert_eq!(larger.blocks_left_out, Some(14));
         assert_eq!(larger.doubts, ["neighbouring poses share errors that outlast its blocks of poses"]);
+        let tested = with(
+            r#""residual_tests": [{ "channel": "joint6", "kind": "torque-harmonic", "order": 2, "p_value": 1e-9, "spoils_intervals": true },
+               { "channel": "joint1", "kind": "neighbours", "p_value": 1e-9, "spoils_intervals": false }]"#,
+        );
+        let shape = "its residuals show what its intervals do not allow for: joint6 torque harmonic";
+        assert_eq!(tested.doubts, [shape]);
         let sandwich = with(r#""uncertainty": { "kind": "sandwich", "blocks": 40, "block_poses": 3 }"#);
         assert_eq!(sandwich.blocks_left_out, None);
         let doubted = read((r#""estimators""#, r#""doubts": ["joint1: degrees?"], "estimators""#), "joint").unwrap();
