@@ -1,6 +1,7 @@
 //! Where what hangs beyond a force-torque sensor has its centre of mass: `c = h / m`, in the sensor's frame.
 
 use crate::joint::Solved;
+use crate::number::{measured, shortest};
 use crate::parameter::ParameterId;
 use crate::result::ParameterResult;
 use crate::session::{Instrument, InstrumentKind, Session};
@@ -27,7 +28,14 @@ fn tool_note(session: &Session, solved: &Solved, parameters: &[ParameterResult],
         let changes = [(ids[1 + axis], 1.0 / mass), (ids[0], -center / mass)];
         let columns: Vec<(usize, f64)> =
             changes.iter().flat_map(|(id, by)| column(solved, *id).map(|at| (at, *by))).collect();
-        format!("{} = {}", ["x", "y", "z"][axis], with_std(center, solved.covariance().std_of(&columns)))
+        let name = ["x", "y", "z"][axis];
+        match solved.covariance().std_of(&columns) {
+            std if std > 0.0 => {
+                let (center, std) = measured(center, std);
+                format!("{name} = {center} ± {std}")
+            }
+            _ => format!("{name} = {}", shortest(center)),
+        }
     };
     Some(format!(
         "What hangs beyond {} has its centre of mass at {}, {}, {} (m, in the sensor's frame: tool_moment / tool_mass).",
@@ -41,13 +49,4 @@ fn tool_note(session: &Session, solved: &Solved, parameters: &[ParameterResult],
 /// The column of a parameter; `None` where it is held.
 fn column(solved: &Solved, id: ParameterId) -> Option<usize> {
     solved.posed.problem.columns_of(solved.posed.layout.block(id)).next()
-}
-
-/// A number with its standard deviation, both to two digits of the latter; a tenth of a millimetre where it is exact.
-fn with_std(value: f64, std: f64) -> String {
-    if std <= 0.0 {
-        return format!("{value:.4}");
-    }
-    let decimals = (1.0 - std.log10().floor()).clamp(0.0, 12.0) as usize;
-    format!("{value:.decimals$} ± {std:.decimals$}")
 }
