@@ -13,7 +13,7 @@ use clap::Parser;
 use gravcal_benches::program::ended;
 use gravcal_benches::seven_joints::SevenJoints;
 use gravcal_calibration::parameter::Quantity;
-use gravcal_calibration::residuals::{PositionError, Prior};
+use gravcal_calibration::residuals::{Prior, Shifted};
 use gravcal_estimation::{
     Block, BlockId, Estimate, Factor, Noise, Problem, ProblemBuilder, SolveContext, Solver, Spectrum, Values,
 };
@@ -122,14 +122,15 @@ fn with_position_errors(poses: usize, local: bool) -> Result<(Problem, Values), 
     for id in posed.problem.block_ids() {
         builder.add_block(posed.problem.block(id).clone(), posed.initial.get(id));
     }
-    let offsets: Vec<BlockId> = posed.layout.sensors.iter().map(|ids| ids[Quantity::PositionOffset as usize]).collect();
+    let offset = |ids: &[BlockId; 4]| (ids[Quantity::PositionOffset as usize], 1.0);
+    let offsets: Vec<(BlockId, f64)> = posed.layout.sensors.iter().map(offset).collect();
     let names: Vec<&str> = session.robot.chain.joints().iter().map(|joint| joint.name.as_str()).collect();
     let noise = || Noise::independent(&[POSITION_ERROR; 7]).map_err(|e| e.to_string());
     for (index, factor) in posed.problem.factors().iter().enumerate() {
         let block = Block::vector(format!("pose{}.position_error", index + 1), "rad", &names);
         let error = builder.add_block(if local { block.local() } else { block }, &[0.0; 7]);
         let length = |id: BlockId| posed.problem.block(id).len();
-        let residual = PositionError::new(Arc::clone(&factor.residual), length, &offsets, error);
+        let residual = Shifted::new(Arc::clone(&factor.residual), length, &offsets, error);
         builder.add_factor(Factor { residual: Arc::new(residual), ..factor.clone() });
         builder.add_factor(Factor::new(Prior::new(error, vec![0.0; 7]), noise()?));
     }
