@@ -70,13 +70,8 @@ impl Solved {
         let determined: Vec<usize> =
             session.parameters().iter().filter(|id| judgement.determines(**id)).flat_map(columns).collect();
         let farther = least_informed_nearby((problem, values), &asked, &determined, &plausible)?;
-        let alone = problem.without_reference();
-        let here = alone.cost(values)?;
-        let mut weighed = Vec::new();
-        for there in farther {
-            let share = if alone.cost(&there)? - here < AS_LIKELY { 1.0 } else { AT_LEAST };
-            weighed.push((there, share));
-        }
+        let share = |growth: f64| if growth < AS_LIKELY { 1.0 } else { AT_LEAST };
+        let farther = farther.into_iter().map(|(values, growth)| (values, share(growth)));
         let (open, all) = (|id: &ParameterId| !judgement.determines(*id), |_: &ParameterId| true);
         let nominal = [
             self.nearer_to_nominal(session, open, &plausible, workbench)?,
@@ -85,7 +80,7 @@ impl Solved {
         let nominal = nominal.into_iter().flatten().map(|values| (values, 1.0));
         let mut nearby = Vec::new();
         let elsewhere = self.elsewhere.iter().map(|values| (values.clone(), 1.0));
-        for (values, share) in weighed.into_iter().chain(nominal).chain(elsewhere) {
+        for (values, share) in farther.chain(nominal).chain(elsewhere) {
             let spectrum = Spectrum::new(problem, &values)?;
             let there = spectrum.covariance();
             let baseless =

@@ -16,7 +16,8 @@
 //! ```
 //!
 //! There the readings are judged, too. What is not determined there is not determined, and no standard deviation is told that is less than
-//! that there, or than two thirds of it ([`AT_LEAST`]) where the readings are against such values by more than two standard deviations. Where the problem is linear over the errors of its estimate, nothing changes.
+//! that there; beyond two standard deviations, less than two thirds of it ([`AT_LEAST`]). Where the problem is linear over the errors of its
+//! estimate, nothing changes.
 //!
 //! Two kinds of directions are followed: singular ones that make up a share of a standard deviation that matters, and the error of each
 //! parameter, `v = C e`.
@@ -46,7 +47,8 @@ const RIDGE: f64 = 1e-14;
 /// Problems with more columns are not looked at: such have unknowns of single poses, which have knowledge of their own.
 const MOST_COLUMNS: usize = 400;
 
-/// Plausible values at which something has the least effect, one for each direction whose effect is not steady. `asked`: column and limit of
+/// Plausible values at which something has the least effect, one for each direction whose effect is not steady, with what ½ χ² is larger by
+/// there. `asked`: column and limit of
 /// use of what is asked for; `determined`: columns of what will be told; `plausible`: where unknowns lie of which the readings say nothing.
 ///
 /// # Errors
@@ -56,7 +58,7 @@ pub(crate) fn least_informed_nearby(
     asked: &[(usize, f64)],
     determined: &[usize],
     plausible: &Reference,
-) -> Result<Vec<Values>, EvaluateError> {
+) -> Result<Vec<(Values, f64)>, EvaluateError> {
     if problem.columns().len() > MOST_COLUMNS {
         return Ok(Vec::new());
     }
@@ -170,7 +172,7 @@ impl Surroundings<'_> {
 
     /// Where this direction has less effect, up to [`PLAUSIBLE`] standard deviations away; nearer by, or none, where the readings contradict
     /// what is farther. The way is curved: it is followed in pieces.
-    fn where_less(&self, estimate: &Point, mut direction: Direction) -> Result<Option<Values>, EvaluateError> {
+    fn where_less(&self, estimate: &Point, mut direction: Direction) -> Result<Option<(Values, f64)>, EvaluateError> {
         let (mut found, mut effect): (Option<Point>, Option<f64>) = (None, None);
         for _ in 0..PLAUSIBLE {
             let here = found.as_ref().unwrap_or(estimate);
@@ -190,7 +192,7 @@ impl Surroundings<'_> {
             }
             found = Some(there);
         }
-        Ok(found.map(|point| point.values))
+        Ok(found.map(|point| (point.values, point.cost - estimate.cost)))
     }
 
     /// The size of the effect of a direction, and how it changes: `a`, with `s u = J v` by differences of the residuals.
@@ -262,7 +264,7 @@ mod tests {
         let (problem, values) = builder.build().unwrap();
         let plausible = Reference::new(values.clone()).with(blocks[1], &[0.1]);
         let found = least_informed_nearby((&problem, &values), &[(1, 0.1)], &[1], &plausible).unwrap();
-        found.iter().map(|values| values.scalar(blocks[0])).collect()
+        found.iter().map(|(values, _)| values.scalar(blocks[0])).collect()
     }
 
     #[test]
