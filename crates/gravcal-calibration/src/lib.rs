@@ -65,6 +65,8 @@ mod testing;
 mod unexplained_errors;
 #[cfg(test)]
 mod unstated_noise;
+#[cfg(test)]
+mod wrist_by_hand;
 
 pub use calibrate::{UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
 pub use estimator_name::{EstimatorName, UnknownEstimator};

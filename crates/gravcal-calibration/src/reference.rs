@@ -329,6 +329,8 @@ fn without_a_hemisphere_known_lengths_decide_the_sign_of_gravity() {
     let shoulder = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert!(shoulder.verdict == Verdict::PartlyDetermined && shoulder.gravity.is_none());
     assert!(shoulder.undetermined.iter().any(|u| u.combination == "sign of gravity" && u.cure.contains("hemisphere")));
+    // The moments, negative, explain as much.
+    assert!(shoulder.moments.is_empty());
     let gain = &shoulder.parameters[0];
     assert!((gain.value.unwrap() - 7.12).abs() < 4.5 * gain.std.unwrap());
 
@@ -338,6 +340,7 @@ fn without_a_hemisphere_known_lengths_decide_the_sign_of_gravity() {
     session.gravity.hemisphere = None;
     let arm = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(arm.verdict, Verdict::Determined, "{:?}", arm.undetermined);
+    assert!(!arm.moments.is_empty());
     let found = arm.gravity.unwrap().vector_m_per_s2;
     assert!(found.iter().zip(long.truth.gravity).all(|(a, b)| (a - b).abs() < 0.05), "{found:?}");
 }
