@@ -13,8 +13,7 @@
 //!
 //! Where nobody knows from which side a joint came, as at the beginning of each recording, `c` is an error of either sign of that reading.
 //!
-//! Instead of this, `c`'s effect could be added to the covariance; intervals of a position gain are then three times as wide, and its errors
-//! as large as they were.
+//! Adding `c`'s effect to the covariance instead would widen intervals and leave errors as large as they were: `c` would not be told.
 
 use std::sync::Arc;
 

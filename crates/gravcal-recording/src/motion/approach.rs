@@ -3,7 +3,7 @@
 
 use super::block::Block;
 
-/// Movements up to this turn no friction round: gears and bearings slide from one or some 1e-4 rad on (or m).
+/// Movements up to this (rad, m) turn no friction round. Gears and bearings begin to slide after some 1e-4 rad; chosen, not measured.
 const PRESLIDING: f64 = 3e-4;
 
 /// Follows the turning points of each joint.
