@@ -27,6 +27,11 @@ pub fn read_whole(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     }
 }
 
+/// A file as people are told of it: the last part of its path.
+pub fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
+}
+
 /// Whether a file holds these bytes and no others. No more of it is read than that takes.
 ///
 /// # Errors

@@ -84,7 +84,7 @@ pub use earlier::{
     read_earlier_estimators, read_earlier_inputs, read_earlier_session,
 };
 pub use error::{Place, ReadError};
-pub use file::{LARGEST_DOCUMENT, LARGEST_RESULTS, holds, read_whole};
+pub use file::{LARGEST_DOCUMENT, LARGEST_RESULTS, file_name, holds, read_whole};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
 pub use motion::reader::Part;
 pub use orientation::{Orientation, OrientationColumns, OrientationForm};

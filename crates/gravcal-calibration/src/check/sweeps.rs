@@ -1,5 +1,7 @@
 //! Which sweeps a session has, and what the sequential procedure will do with them.
 
+use gravcal_recording::file_name;
+
 use super::report::{StepReport, SweepReport};
 use crate::parameter::Quantity;
 use crate::plan::{LoadPair, Plan};
@@ -31,9 +33,8 @@ pub(super) fn tell_sweep(session: &Session, plan: &Plan, index: usize) -> SweepR
     if plan.gain.iter().flatten().any(|pair| pair.sweeps.contains(&index)) {
         steps.push(3);
     }
-    let path = &session.tables[sweep.table].path;
     SweepReport {
-        table: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+        table: file_name(&session.tables[sweep.table].path),
         lines: [session.poses[first].line, session.poses[last].line],
         joint: session.robot.chain.joints()[sweep.swept].name.clone(),
         poses: sweep.poses.len(),

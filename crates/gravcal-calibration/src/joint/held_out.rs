@@ -6,6 +6,8 @@
 
 use std::collections::BTreeSet;
 
+use gravcal_recording::file_name;
+
 use super::error::EstimateError;
 use super::fit::fit;
 use super::posing::{pose, pose_with_constraints};
@@ -13,7 +15,7 @@ use super::problem::JointProblem;
 use super::readings::Readings;
 use super::solved::Solved;
 use super::unknowns::Unknowns;
-use crate::judgement::{self, file_name, held_out};
+use crate::judgement::{self, held_out};
 use crate::result::{Fit, HeldOut};
 use crate::session::Session;
 use crate::sweeps::find_sweeps;

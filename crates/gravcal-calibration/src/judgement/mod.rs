@@ -23,7 +23,7 @@ pub(crate) use friction::driving_friction_notes;
 pub(crate) use gravity::gravity_result;
 pub(crate) use moments::{DeterminedMoment, determined_moments};
 pub(crate) use nearby::{AT_LEAST, IMPLAUSIBLE, MATTERS, least_informed_nearby};
-pub(crate) use outliers::{file_name, outlier_note, outliers};
+pub(crate) use outliers::{outlier_note, outliers};
 pub(crate) use positions::{deflections, position_errors};
 pub(crate) use remarks::{held, loss, weak_combinations, weak_note};
 pub(crate) use residual_tests::{in_words, residual_tests};

@@ -1,8 +1,7 @@
 //! Readings that a robust loss counts less than half.
 
-use std::path::Path;
-
 use gravcal_estimation::{EvaluateError, Loss};
+use gravcal_recording::file_name;
 
 use crate::joint::Solved;
 use crate::result::Outlier;
@@ -36,10 +35,6 @@ pub(crate) fn outliers(session: &Session, solved: &Solved) -> Result<Vec<Outlier
         a.weight.total_cmp(&b.weight).then(b.residual_in_std.abs().total_cmp(&a.residual_in_std.abs()))
     });
     Ok(outliers)
-}
-
-pub(crate) fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 /// The loss and the worst outliers in words; nothing without a loss.

@@ -1,5 +1,7 @@
 //! What the torque readings say of where joints are, beyond what was known of it.
 
+use gravcal_recording::file_name;
+
 use crate::joint::{PositionUnknown, Solved};
 use crate::result::{DeflectionResult, PositionErrorResult};
 use crate::session::Session;
@@ -16,10 +18,9 @@ pub(crate) fn deflections(session: &Session, solved: &Solved) -> Vec<DeflectionR
 
 fn deflection(session: &Session, solved: &Solved, hold: &PositionUnknown, index: usize) -> DeflectionResult {
     let [first, last] = [hold.poses[0], hold.poses[hold.poses.len() - 1]].map(|pose| &session.poses[pose]);
-    let path = &session.tables[first.table].path;
     let (value, std) = found(solved, hold, index);
     DeflectionResult {
-        table: path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned(),
+        table: file_name(&session.tables[first.table].path),
         lines: [first.line, last.line],
         joint: session.robot.chain.joints()[hold.joints[index]].name.clone(),
         unit: solved.posed.problem.block(hold.block).units[index].clone(),

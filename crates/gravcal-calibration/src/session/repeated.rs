@@ -1,5 +1,7 @@
 //! Rows that repeat another one exactly: they are no new readings.
 
+use gravcal_recording::file_name;
+
 use std::collections::HashSet;
 
 use super::contents::Session;
@@ -41,8 +43,7 @@ impl Session {
         let repeated = &self.repeated;
         let count = repeated.iter().filter(|repeated| **repeated).count();
         let pose = &self.poses[repeated.iter().position(|repeated| *repeated)?];
-        let path = &self.tables[pose.table].path;
-        let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let file = file_name(&self.tables[pose.table].path);
         Some(format!(
             "{count} of {} rows repeat another one in every number (the first is line {} of {file}), and count once: a copy is \
              no new reading.",

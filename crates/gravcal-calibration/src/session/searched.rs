@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::path::PathBuf;
 
-use gravcal_recording::{PoseMapping, PositionUnit, Standstill, Standstills, StaticPose, Sweep, Sweeps, SweptBin};
+use gravcal_recording::{
+    PoseMapping, PositionUnit, Standstill, Standstills, StaticPose, Sweep, Sweeps, SweptBin, file_name,
+};
 
 /// One file.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,8 +48,7 @@ impl Searched {
     /// How many standstills and sweeps there are, of which length, with which friction, and what was rejected and why, for people.
     /// `mapping`: by which they were found.
     pub fn notes(&self, mapping: &PoseMapping) -> Vec<String> {
-        let name =
-            self.path.file_name().map_or_else(|| self.path.display().to_string(), |n| n.to_string_lossy().into());
+        let name = file_name(&self.path);
         let standstills = self.standstills.iter().flat_map(|found| standstill_notes(&name, found));
         let sweeps = self.sweeps.iter().flat_map(|found| sweep_notes(&name, found, mapping));
         let remarks = self.remarks.iter().map(|remark| format!("{name}: {remark}"));

@@ -4,6 +4,8 @@
 
 use std::collections::BTreeSet;
 
+use gravcal_recording::file_name;
+
 use super::contents::Session;
 
 /// Readings of fewer poses may be equal by chance.
@@ -89,8 +91,7 @@ impl Session {
         let others = (0..self.joints.len()).filter(|other| *other != joint && self.moves(*other, inside())).count();
         (others >= 2 && self.moves(joint, of_table())).then(|| {
             let line = |pose: usize| self.poses[pose].line;
-            let path = &self.tables[table].path;
-            let file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+            let file = file_name(&self.tables[table].path);
             let name = &self.robot.chain.joints()[joint].name;
             format!(
                 "{name} in {} poses one after another (lines {} to {} of {file})",

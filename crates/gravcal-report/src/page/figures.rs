@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use gravcal_calibration::Session;
 use gravcal_calibration::result::{EstimatorResult, ReadingResidual};
 use gravcal_calibration::sweeps::{Sweep, find_sweeps};
-use gravcal_recording::PositionUnit;
+use gravcal_recording::{PositionUnit, file_name};
 use maud::{Markup, html};
 use serde::Serialize;
 
@@ -150,10 +150,6 @@ pub(super) fn data(page: &CalibrationPage<'_>) -> Result<String, JsonError> {
 
 fn residuals(result: &EstimatorResult) -> impl Iterator<Item = &ReadingResidual> {
     result.fit.iter().flat_map(|fit| &fit.residuals)
-}
-
-fn file_name(path: &std::path::Path) -> String {
-    path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
 }
 
 fn joints(session: &Session) -> Vec<Joint> {

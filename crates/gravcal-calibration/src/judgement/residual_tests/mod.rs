@@ -26,9 +26,9 @@ mod words;
 
 use gravcal_estimation::statistics::{ResidualMaker, Solution};
 use gravcal_estimation::{EvaluateError, Loss};
+use gravcal_recording::file_name;
 
 use crate::joint::{Order, Solved};
-use crate::judgement::outliers::file_name;
 use crate::result::{ResidualTest, ResidualTestKind, UncertaintyResult};
 use crate::session::{Session, UnexplainedError};
 use columns::{Columns, Term};

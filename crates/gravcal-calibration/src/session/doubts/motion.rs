@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use gravcal_recording::Selection;
+use gravcal_recording::{Selection, file_name};
 
 use crate::parameter::Quantity;
 use crate::session::Session;
@@ -75,7 +75,7 @@ impl Joined {
             false if self.rows > STATIC_POSES => "nobody lets an arm stand so often",
             false => return None,
         };
-        let name = file.file_name().unwrap_or(file.as_os_str()).to_string_lossy();
+        let name = file_name(file);
         let clock = match has_clock {
             false => "give it a clock (a column of times, and [readings] time = { column = …, unit = … }) and ",
             true => "",

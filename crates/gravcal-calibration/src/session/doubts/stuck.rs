@@ -1,5 +1,7 @@
 //! Torque sensors whose reading stays the same where gravity changes: they are stuck, or the column is another quantity.
 
+use gravcal_recording::file_name;
+
 use super::torques::gravity_torques;
 use crate::parameter::Quantity;
 use crate::session::Session;
@@ -36,10 +38,7 @@ fn doubt(session: &Session, joint: usize, run: &Run, (torques, most): (&[f64], f
     let name = &session.robot.chain.joints()[joint].name;
     let of_all = readings(session, joint).count();
     let (first, last) = (&session.poses[run.first], &session.poses[run.last]);
-    let file = |table: usize| {
-        let path = &session.tables[table].path;
-        path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned()
-    };
+    let file = |table: usize| file_name(&session.tables[table].path);
     let place = match run.poses {
         poses if poses == of_all => format!("all {poses} poses"),
         poses => {
