@@ -1,19 +1,12 @@
 //! Wrist sensor and accelerometer beside the joints' torques: they tighten gravity as their information says.
 
-use gravcal_solvers::LevenbergMarquardt;
 use nalgebra::{DMatrix, Matrix3};
 
 use crate::joint::{self, JointProblem, Readings, Signals, Solved, estimate_jointly};
 use crate::result::Verdict;
 use crate::session::Session;
 use crate::simulation::Simulation;
-use crate::testing::sarcos_with_instruments;
-use crate::workbench::Workbench;
-
-fn with_workbench<T>(run: impl FnOnce(&Workbench<'_>) -> T) -> T {
-    let solver = LevenbergMarquardt::default();
-    run(&Workbench::new(&solver, &|_: &str| {}))
-}
+use crate::testing::{sarcos_with_instruments, with_workbench};
 
 /// Only the channels for which `keep` holds.
 fn part(session: &Session, keep: impl Fn(usize) -> bool) -> Readings {

@@ -1,19 +1,11 @@
 //! The estimators on the reference protocol, against the figures of an independent program (NumPy, SciPy).
 
-use gravcal_solvers::LevenbergMarquardt;
-
 use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
 use crate::parameter::Quantity;
 use crate::result::{EstimatorResult, Verdict};
 use crate::sequential::{Plan, run_steps, tell_steps};
 use crate::session::{KnowledgeKind, Session};
-use crate::testing::sarcos_shoulder;
-use crate::workbench::Workbench;
-
-fn with_workbench<T>(run: impl FnOnce(&Workbench<'_>) -> T) -> T {
-    let solver = LevenbergMarquardt::default();
-    run(&Workbench::new(&solver, &|_: &str| {}))
-}
+use crate::testing::{sarcos_shoulder, with_workbench};
 
 fn at_truth(session: &Session, truth: &Unknowns) -> Solved {
     let readings = joint::select(session, Signals::All);

@@ -1,14 +1,17 @@
 //! What the readings say at values near the estimate that may be the true ones.
 
+use gravcal_dynamics::JointKind;
 use gravcal_estimation::{Reference, Spectrum, Values};
+use nalgebra::{Matrix3, Vector3};
 
 use super::error::EstimateError;
 use super::problem::JointProblem;
 use super::reference::WITHIN_USE;
 use super::solve::solve_from;
 use super::solved::{Nearby, Solved};
+use super::twins::in_hemisphere;
 use super::unknowns::Unknowns;
-use crate::judgement::{AT_LEAST, Judged, MATTERS, least_informed_nearby, limits_of_use};
+use crate::judgement::{AT_LEAST, IMPLAUSIBLE, Judged, MATTERS, least_informed_nearby, limits_of_use};
 use crate::parameter::ParameterId;
 use crate::session::Session;
 use crate::workbench::Workbench;
@@ -42,8 +45,10 @@ impl Solved {
             let Some((_, better)) = lowest.filter(|(cost, _)| *cost < solved.estimate.cost - BETTER) else { break };
             let start = Unknowns::of(better, &solved.posed.layout, &Unknowns::nominal(session));
             // What leads nowhere leaves the estimate as it is.
-            let Ok(other) = solve_from(session, &solved.readings, start, workbench) else { break };
-            if other.minus_log_likelihood(session) >= solved.minus_log_likelihood(session) {
+            let other = solve_from(session, &solved.readings, start, workbench);
+            let Ok(other) = other.and_then(|other| in_hemisphere(session, other, workbench)) else { break };
+            let contradicts = other.hemisphere_contradicted && !solved.hemisphere_contradicted;
+            if contradicts || other.minus_log_likelihood(session) >= solved.minus_log_likelihood(session) {
                 break;
             }
             solved = Solved {
@@ -78,9 +83,10 @@ impl Solved {
             self.nearer_to_nominal(session, all, &plausible, workbench)?,
         ];
         let nominal = nominal.into_iter().flatten().map(|values| (values, 1.0));
+        let upright = self.upright(session, &plausible, workbench)?.map(|(values, growth)| (values, share(growth)));
         let mut nearby = Vec::new();
         let elsewhere = self.elsewhere.iter().map(|values| (values.clone(), 1.0));
-        for (values, share) in farther.chain(nominal).chain(elsewhere) {
+        for (values, share) in farther.chain(nominal).chain(upright).chain(elsewhere) {
             let spectrum = Spectrum::new(problem, &values)?;
             let there = spectrum.covariance();
             let baseless =
@@ -113,6 +119,38 @@ impl Solved {
         Ok((growth < AS_LIKELY).then_some(there.values))
     }
 
+    /// Where gravity is exactly along the axis of the first joint, which then carries nothing, and what ½ χ² is larger by there; nothing where
+    /// the readings contradict it. What rests on a smaller tilt rests on the estimate's own error.
+    fn upright(
+        &self,
+        session: &Session,
+        plausible: &Reference,
+        workbench: &Workbench<'_>,
+    ) -> Result<Option<(Values, f64)>, EstimateError> {
+        let (problem, gravity) = (self.judged_problem(), self.posed.layout.gravity);
+        let Some(along) = self.gravity_along_first_axis(session) else { return Ok(None) };
+        let mut start = self.estimate.values.clone();
+        start.set(gravity, along.as_slice());
+        let held = problem.with_reference(plausible.centered_at(&start)).holding(&[gravity], "along the first axis");
+        // What cannot be solved there says nothing.
+        let Ok(there) = workbench.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
+        let alone = problem.without_reference();
+        let growth = alone.cost(&there.values)? - alone.cost(&self.estimate.values)?;
+        Ok((growth < IMPLAUSIBLE).then_some((there.values, growth)))
+    }
+
+    /// The part of gravity along the axis of the first joint, as long as all of it; nothing where the rest is larger than its errors.
+    fn gravity_along_first_axis(&self, session: &Session) -> Option<Vector3<f64>> {
+        let first = session.robot.chain.movers().first().filter(|mover| mover.kind == JointKind::Revolute)?;
+        let axis = Vector3::from(first.before.rotate_vector(first.axis));
+        let g = Vector3::from_column_slice(self.estimate.values.get(self.posed.layout.gravity));
+        let along = axis * axis.dot(&g);
+        let Some(across) = (g - along).try_normalize(f64::MIN_POSITIVE) else { return Some(g) };
+        let variance = across.dot(&(Matrix3::from_row_slice(&self.gravity_covariance()) * across));
+        // Five standard deviations.
+        ((g - along).norm_squared() < 2.0 * IMPLAUSIBLE * variance).then(|| along.normalize() * g.norm())
+    }
+
     /// The same with no standard deviation less than its share of one nearby.
     pub(super) fn widened(self, session: &Session) -> Solved {
         let known = self.spectrum.covariance();
@@ -143,5 +181,31 @@ impl Solved {
         let JointProblem { layout, .. } = &self.posed;
         let (problem, values, spectrum) = (self.judged_problem(), &self.estimate.values, &self.spectrum);
         limits_of_use(session, &Judged { problem, values, layout, spectrum }, &self.readings.spreads)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::joint::{Signals, select};
+    use crate::testing::{sarcos_shoulder, with_workbench};
+
+    use super::super::solve::solve;
+
+    /// Whether the readings are judged with gravity exactly along the first axis.
+    fn is_judged_upright(tilt: f64) -> bool {
+        let mut simulation = sarcos_shoulder();
+        simulation.truth.gravity = [9.8 * tilt.sin(), 0.0, -9.8 * tilt.cos()];
+        simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
+        let session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let solved = with_workbench(|w| solve(&session, &readings, None, w)?.with_nearby(&session, w)).unwrap();
+        let gravity = solved.posed.layout.gravity;
+        solved.nearby.iter().any(|near| near.values.get(gravity)[..2] == [0.0, 0.0])
+    }
+
+    #[test]
+    fn a_base_that_may_be_upright_is_judged_as_if_it_were() {
+        assert!(is_judged_upright(0.0));
+        assert!(!is_judged_upright(0.3));
     }
 }

@@ -41,7 +41,9 @@ pub(super) fn settled(
 ) -> Result<Solved, EstimateError> {
     let solved = right_way_up(session, solved, sample, workbench)?;
     let solved = unmirrored(session, solved, sample, workbench)?;
-    axes_as_declared(session, solved, workbench)
+    let solved = axes_as_declared(session, solved, workbench)?;
+    // Each of these solved again, and may have ended anywhere.
+    in_hemisphere(session, solved, workbench)
 }
 
 fn right_way_up(
@@ -50,8 +52,8 @@ fn right_way_up(
     sample: &Sample,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
-    if let Some(pole) = session.gravity.hemisphere {
-        return in_hemisphere(session, solved, pole, workbench);
+    if session.gravity.hemisphere.is_some() {
+        return in_hemisphere(session, solved, workbench);
     }
     workbench.tell("gravity the other way up");
     let nominal = Unknowns::nominal(session);
@@ -94,17 +96,21 @@ pub(crate) fn with_gains_known(session: &Session) -> Session {
 
 /// The solution, or, where it lies in the other hemisphere than the declared one, an image of it that does not: gravity, masses, moments and
 /// placements negative; or gravity negative and a joint across it half a turn on, which is as good where those before it carry nothing.
-/// Without such an image the readings contradict the declaration.
-fn in_hemisphere(
+/// Without such an image the readings contradict the declaration. Whoever solves anew asks this last.
+///
+/// # Errors
+/// As [`super::solve`].
+pub(super) fn in_hemisphere(
     session: &Session,
     solved: Solved,
-    pole: [f64; 3],
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
+    let Some(pole) = session.gravity.hemisphere else { return Ok(solved) };
     let nominal = Unknowns::nominal(session);
     let found = solved.unknowns(&nominal);
     let lies_within = |values: &Unknowns| Vector3::from(values.gravity).dot(&Vector3::from(pole)) >= 0.0;
-    if lies_within(&found) || !solved.estimate.termination.converged() {
+    let known = solved.hemisphere_contradicted || !solved.estimate.termination.converged();
+    if known || lies_within(&found) {
         return Ok(solved);
     }
     workbench.tell("gravity in the declared hemisphere");
@@ -184,4 +190,36 @@ fn mirrored_placements(values: &Unknowns, along: AlongAxis) -> Unknowns {
     mirrored.loads[a] = (Vector3::from(values.loads[a]) + along.vector).into();
     mirrored.loads[b] = (Vector3::from(values.loads[b]) - along.vector).into();
     mirrored
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::joint::{Signals, select};
+    use crate::testing::{sarcos_shoulder, with_workbench};
+
+    use super::super::solve::solve;
+
+    /// An upright arm with the joint across gravity half a turn on, and gravity negative, reads the same.
+    #[test]
+    fn an_end_in_the_other_hemisphere_is_led_back() {
+        let mut simulation = sarcos_shoulder();
+        simulation.truth.gravity = [0.0, 0.0, -9.8];
+        simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
+        let session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let nominal = Unknowns::nominal(&session);
+        let free = |joint: &usize| session.held_reason(*joint, Quantity::PositionOffset).is_none();
+        let first_free = (0..session.joints.len()).find(free).unwrap();
+        let (above, back) = with_workbench(|w| {
+            let found = solve(&session, &readings, None, w)?.unknowns(&nominal);
+            let above = solve_from(&session, &readings, half_a_turn_on(&session, &found, first_free), w)?;
+            let (height, cost) = (above.unknowns(&nominal).gravity[2], above.estimate.cost);
+            assert!(height > 9.0, "{height}");
+            Ok::<_, EstimateError>((cost, in_hemisphere(&session, above, w)?))
+        })
+        .unwrap();
+        assert!(back.unknowns(&nominal).gravity[2] < -9.0 && !back.hemisphere_contradicted);
+        assert!((back.estimate.cost - above).abs() < DECISIVE);
+    }
 }
