@@ -114,6 +114,16 @@ impl<'a> Columns<'a> {
         }
     }
 
+    /// All joints bend, by the same for each unit of torque.
+    pub fn all_bend(&self) -> Vec<f64> {
+        let mut all = vec![0.0; self.rows];
+        for joint in (0..self.slopes.len()).filter(|joint| !self.slopes[*joint].is_empty()) {
+            let own = self.coordinate(joint, |pose| self.torques[pose][joint]);
+            all.iter_mut().zip(own).for_each(|(all, own)| *all += own);
+        }
+        all
+    }
+
     /// Tables in which a channel is read.
     pub fn tables(&self, channel: usize) -> Vec<usize> {
         let tables: BTreeSet<usize> = self.poses(channel).map(|(_, pose)| self.session.poses[pose].table).collect();

@@ -6,6 +6,10 @@
 //! is tested again, so that one error of the model is told once, by its likeliest name. An order of a harmonic, a file, a size: these are
 //! of that fit.
 //!
+//! **Every joint bends.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. One
+//! compliance of all joints is therefore looked for, too, and has half of the probability of naming anything, as all other tests
+//! together have.
+//!
 //! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise; neighbours
 //! that are alike where their correlation is 0.2, unless standard deviations come from blocks. Less is told, and changes no verdict. The side
 //! from which joints came spoils nothing where errors beyond the noise are estimated: what friction leaves at rest is then an unknown of the
@@ -34,7 +38,7 @@ use crate::session::{Session, UnexplainedError};
 use columns::{Columns, Term};
 use neighbours::Neighbours;
 use rows::Rows;
-use score::{Score, score};
+use score::{Score, lacking, score};
 pub(crate) use words::in_words;
 
 /// Probability, corrected for the number of tests, below which something is named.
@@ -83,6 +87,8 @@ struct Tested {
     candidate: Candidate,
     gain: f64,
     terms: Vec<Vec<f64>>,
+    /// Its share of the probability of naming anything.
+    weight: f64,
 }
 
 /// What is looked for, and where.
@@ -90,7 +96,12 @@ struct Tested {
 enum Candidate {
     Term(usize, Term),
     Neighbours(usize),
+    /// That all joints bend by the same for each unit of torque.
+    AllBend,
 }
+
+/// The channel of what all joints do.
+const ALL_JOINTS: &str = "all joints";
 
 struct Tests<'a> {
     session: &'a Session,
@@ -109,7 +120,11 @@ impl Tests<'_> {
                 (0..rows.channels()).map(|channel| Neighbours::of(&maker, &rows, channel)).collect();
             let mut found: Vec<Tested> =
                 candidates.iter().filter_map(|candidate| self.test(&maker, &rows, &neighbours, candidate)).collect();
-            found.sort_by(|a, b| a.test.p_value.total_cmp(&b.test.p_value).then(b.gain.total_cmp(&a.gain)));
+            let others = found.len().saturating_sub(1).max(1) as f64;
+            let all_bend = found.iter_mut().filter(|tested| tested.candidate == Candidate::AllBend);
+            all_bend.for_each(|tested| tested.weight = others);
+            let weighted = |tested: &Tested| tested.test.p_value / tested.weight;
+            found.sort_by(|a, b| weighted(a).total_cmp(&weighted(b)).then(b.gain.total_cmp(&a.gain)));
             let least = named.last().map_or(0.0, |last| last.corrected_p_value);
             correct(&mut found, least);
             let first = found.first().filter(|first| first.test.corrected_p_value < SIGNIFICANCE);
@@ -117,7 +132,7 @@ impl Tests<'_> {
                 named.extend(found.into_iter().map(|tested| tested.test));
                 return named;
             };
-            candidates.retain(|candidate| *candidate != first.candidate);
+            candidates.retain(|candidate| !first.candidate.covers(candidate));
             named.push(self.judged(&first.candidate, first.test.clone()));
             maker = maker.with(&first.terms);
             rows.count_freedom(&maker);
@@ -139,7 +154,13 @@ impl Tests<'_> {
             terms.map(move |term| Candidate::Term(joint, term)).collect::<Vec<_>>()
         };
         let positions = if scattered.is_empty() { 0 } else { self.session.joints.len() };
-        scattered.iter().flat_map(own).chain((0..positions).flat_map(of_position)).collect()
+        let mut candidates: Vec<Candidate> =
+            scattered.iter().flat_map(own).chain((0..positions).flat_map(of_position)).collect();
+        let bends = |candidate: &&Candidate| matches!(candidate, Candidate::Term(_, Term::Compliance));
+        if candidates.iter().filter(bends).count() > 1 {
+            candidates.push(Candidate::AllBend);
+        }
+        candidates
     }
 
     /// Whether a channel's residuals are more than the rounding of numbers.
@@ -179,7 +200,19 @@ impl Tests<'_> {
                     named: false,
                     spoils_intervals: false,
                 };
-                Some(Tested { test, candidate: candidate.clone(), gain: 0.0, terms: Vec::new() })
+                Some(Tested { test, candidate: candidate.clone(), gain: 0.0, terms: Vec::new(), weight: 1.0 })
+            }
+            Candidate::AllBend => {
+                let scored = score(maker, rows, neighbours, &[self.columns.all_bend()])?;
+                let each: Vec<Vec<f64>> = (0..self.session.joints.len())
+                    .filter(|joint| self.columns.terms_of_position(*joint).contains(&Term::Compliance))
+                    .flat_map(|joint| self.columns.of(joint, &Term::Compliance))
+                    .collect();
+                // Joints do not bend alike: the model takes up what each does.
+                let terms = lacking(maker, &each);
+                let tested = self.tell(0, &Term::Compliance, Score { terms, ..scored });
+                let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
+                Some(Tested { test, candidate: Candidate::AllBend, ..tested })
             }
             Candidate::Term(channel, term) => {
                 let columns = self.columns.of(*channel, term);
@@ -231,7 +264,7 @@ impl Tests<'_> {
             named: false,
             spoils_intervals: false,
         };
-        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, terms }
+        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, terms, weight: 1.0 }
     }
 
     fn by_motion(&self, joint: usize, unit: &str, time: &str) -> String {
@@ -257,17 +290,26 @@ impl Tests<'_> {
         let spoils = match candidate {
             Candidate::Neighbours(_) => test.size >= ALIKE && !self.robust,
             Candidate::Term(channel, Term::Direction) => test.in_noise >= MATTERS && !self.errs_at_rest(*channel),
-            Candidate::Term(..) => test.in_noise >= MATTERS,
+            Candidate::Term(..) | Candidate::AllBend => test.in_noise >= MATTERS,
         };
         ResidualTest { named: true, spoils_intervals: spoils, ..test }
     }
 }
 
-/// Holm's method: the k-th smallest of m p-values counts m − k + 1 times, and no less than a smaller one.
+impl Candidate {
+    /// Whether another need not be looked for where this is in the model.
+    fn covers(&self, other: &Candidate) -> bool {
+        self == other || (*self == Candidate::AllBend && matches!(other, Candidate::Term(_, Term::Compliance)))
+    }
+}
+
+/// Holm's method with weights: a p-value counts as often as its weight is contained in those of all that are no smaller, and no less than a
+/// smaller one. (Holm 1979, section 4.) With equal weights the k-th smallest of m counts m − k + 1 times.
 fn correct(found: &mut [Tested], least: f64) {
-    let (count, mut least) = (found.len(), least);
-    for (place, tested) in found.iter_mut().enumerate() {
-        least = least.max(((count - place) as f64 * tested.test.p_value).min(1.0));
+    let (mut rest, mut least) = (found.iter().map(|tested| tested.weight).sum::<f64>(), least);
+    for tested in found {
+        least = least.max((rest / tested.weight * tested.test.p_value).min(1.0));
         tested.test.corrected_p_value = least;
+        rest -= tested.weight;
     }
 }

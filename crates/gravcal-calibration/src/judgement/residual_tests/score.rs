@@ -58,7 +58,7 @@ pub fn score(
     neighbours: &[Option<Neighbours>],
     columns: &[Vec<f64>],
 ) -> Option<Score> {
-    let left: Vec<Left> = columns.iter().map(|column| Left::of(maker, column)).collect();
+    let left = left_of(maker, columns);
     let terms = orthonormal(&left);
     if terms.is_empty() {
         return None;
@@ -92,6 +92,15 @@ pub fn score(
         gain: along.norm_squared(),
         terms,
     })
+}
+
+/// What a model lacks that has none of these columns, as unit vectors perpendicular to each other.
+pub fn lacking(maker: &ResidualMaker, columns: &[Vec<f64>]) -> Vec<Vec<f64>> {
+    orthonormal(&left_of(maker, columns))
+}
+
+fn left_of(maker: &ResidualMaker, columns: &[Vec<f64>]) -> Vec<Left> {
+    columns.iter().map(|column| Left::of(maker, column)).collect()
 }
 
 /// What a fit leaves of a column of unit length; nothing where that is too little.

@@ -95,6 +95,52 @@ fn joints_that_give_way_are_named_with_their_compliance() {
     assert!(result.notes.iter().any(|note| note.contains(says)), "{:?}", result.notes);
 }
 
+/// Each joint's own test misses what all show together.
+#[test]
+fn joints_that_all_give_way_a_little_are_named_together() {
+    let mut simulation = sarcos_shoulder();
+    simulation.disturbance.deflection.compliance = vec![1e-4; 3];
+    let result = estimate(&simulation.session(0));
+    let [only] = named(&result)[..] else { panic!("{:?}", named(&result)) };
+    assert!(only.channel == "all joints" && only.kind == ResidualTestKind::Compliance, "{only:?}");
+    assert!((only.size / 1e-4 - 1.0).abs() < 0.6, "{only:?}");
+    assert!(result.notes.iter().any(|note| note.contains("all joints give way")), "{:?}", result.notes);
+}
+
+#[test]
+fn a_weighted_test_has_its_share_of_the_probability() {
+    let tested = |p_value: f64, weight: f64| Tested {
+        weight,
+        test: ResidualTest { p_value, ..test_of_nothing() },
+        candidate: Candidate::AllBend,
+        gain: 0.0,
+        terms: Vec::new(),
+    };
+    // Half of the weight in the first: its p-value counts twice, those that follow as Holm has them.
+    let mut found = [tested(0.004, 3.0), tested(0.002, 1.0), tested(0.003, 1.0), tested(0.5, 1.0)];
+    correct(&mut found, 0.0);
+    let corrected: Vec<f64> = found.iter().map(|tested| tested.test.corrected_p_value).collect();
+    let expected = [0.008, 0.008, 0.008, 0.5];
+    assert!(corrected.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{corrected:?}");
+}
+
+fn test_of_nothing() -> ResidualTest {
+    ResidualTest {
+        channel: String::new(),
+        kind: ResidualTestKind::Compliance,
+        statistic: 0.0,
+        degrees_of_freedom: [1.0, 1.0],
+        blocks: None,
+        p_value: 1.0,
+        corrected_p_value: 1.0,
+        size: 0.0,
+        unit: String::new(),
+        in_noise: 0.0,
+        named: false,
+        spoils_intervals: false,
+    }
+}
+
 /// The noise of a reading is no torque that bends anything.
 #[test]
 fn noise_of_a_joint_is_not_taken_for_its_compliance() {
@@ -104,7 +150,7 @@ fn noise_of_a_joint_is_not_taken_for_its_compliance() {
         let result = estimate(&simulation.session(trial));
         let compliance = |test: &&ResidualTest| test.kind == ResidualTestKind::Compliance;
         assert!(result.residual_tests.iter().filter(compliance).all(|test| !test.named), "{:?}", named(&result));
-        assert_eq!(result.residual_tests.iter().filter(compliance).count(), 3, "{:?}", result.residual_tests);
+        assert_eq!(result.residual_tests.iter().filter(compliance).count(), 4, "{:?}", result.residual_tests);
     }
 }
 
