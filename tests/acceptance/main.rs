@@ -35,6 +35,8 @@ mod solvers;
 mod spreadsheet;
 mod studies;
 mod tree;
+#[cfg(not(feature = "rerun"))]
+mod without_rerun;
 mod wrist_without_joints;
 mod wrong_input;
 mod wrong_simulation;

@@ -21,7 +21,6 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::names::{Choice, estimator_parser, solver_parser};
 use crate::progress::Progress;
-#[cfg(feature = "rerun")]
 use crate::rerun::RerunArguments;
 use crate::stopwatch::{Phase, Stopwatch};
 use crate::targets;
@@ -72,7 +71,6 @@ pub struct Arguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
 
-    #[cfg(feature = "rerun")]
     #[command(flatten)]
     rerun: RerunArguments,
 }
@@ -102,7 +100,6 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
     let folder = output_folder(arguments);
     targets::check(&session.inputs, &written_files(arguments, &folder))?;
     folder.check().map_err(|error| refused(&error))?;
-    #[cfg(feature = "rerun")]
     arguments.rerun.check(arguments.overwrite)?;
     let provenance = provenance(&session, path, &choice)?;
 
@@ -158,12 +155,7 @@ pub fn limit_threads(threads: Option<u16>) -> Result<(), Failure> {
 }
 
 fn written_files(arguments: &Arguments, folder: &OutputFolder) -> Vec<PathBuf> {
-    let files = folder.files().into_iter();
-    #[cfg(feature = "rerun")]
-    let files = files.chain(arguments.rerun.file().map(Path::to_owned));
-    #[cfg(not(feature = "rerun"))]
-    let _ = arguments;
-    files.collect()
+    folder.files().into_iter().chain(arguments.rerun.file().map(Path::to_owned)).collect()
 }
 
 fn output_folder(arguments: &Arguments) -> OutputFolder {

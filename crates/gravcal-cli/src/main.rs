@@ -15,7 +15,6 @@ mod inspect;
 mod interrupt;
 mod names;
 mod progress;
-#[cfg(feature = "rerun")]
 mod rerun;
 mod simulate;
 mod stopwatch;

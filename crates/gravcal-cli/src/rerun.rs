@@ -1,12 +1,14 @@
-//! `--rerun`, `--rerun-connect`, `--rerun-spawn`: a calibration to look at in Rerun.
+//! `--rerun`, `--rerun-connect`, `--rerun-spawn`: a calibration to look at in Rerun. A program that is built without the feature `rerun`
+//! knows them, and says how to build one that serves them.
 
-use std::io::Write;
+#[cfg(feature = "rerun")]
+mod shown;
+
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use gravcal_recording::{NewFile, WriteError};
-use gravcal_rerun::{CalibrationRecording, RecordingError, VIEWER_URL, check_address};
 
+#[cfg(not(feature = "rerun"))]
 use crate::failure::Failure;
 
 /// Where to show the calibration.
@@ -17,9 +19,8 @@ pub struct RerunArguments {
     file: Option<PathBuf>,
 
     /// Also show them in a Rerun viewer that is open
-    #[arg(long = "rerun-connect", value_name = "URL", num_args = 0..=1, require_equals = true,
-          default_missing_value = VIEWER_URL)]
-    connect: Option<String>,
+    #[arg(long = "rerun-connect", value_name = "URL", num_args = 0..=1, require_equals = true)]
+    connect: Option<Option<String>>,
 
     /// Also show them in a new Rerun viewer (needs the program `rerun`: pip install rerun-sdk)
     #[arg(long = "rerun-spawn")]
@@ -32,62 +33,22 @@ impl RerunArguments {
         self.file.as_deref()
     }
 
-    /// Whether the file can be written and the address names a viewer, as far as can be seen before the solve. Leaves nothing behind.
-    pub fn check(&self, overwrite: bool) -> Result<(), Failure> {
-        if let Some(url) = &self.connect {
-            check_address(url).map_err(|error| Failure::bad_input(&error).about("--rerun-connect"))?;
-        }
-        match &self.file {
-            Some(path) => NewFile::create(path, overwrite).map(drop).map_err(|error| unwritable(&error)),
-            None => Ok(()),
-        }
+    /// Which of the options is given, if any.
+    #[cfg(not(feature = "rerun"))]
+    fn given(&self) -> Option<&'static str> {
+        let given = [
+            ("--rerun", self.file.is_some()),
+            ("--rerun-connect", self.connect.is_some()),
+            ("--rerun-spawn", self.spawn),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(name, _)| name)
     }
 
-    /// Writes and shows what is asked for; gives a line for each.
-    pub fn show(&self, recording: &CalibrationRecording<'_>, overwrite: bool) -> Result<String, Failure> {
-        let mut told = String::new();
-        if let Some(path) = &self.file {
-            let bytes = recording.to_rrd().map_err(|error| failed(&error))?;
-            write(path, &bytes, overwrite).map_err(|error| not_shown(&error))?;
-            told += &format!("Rerun recording in {} (show it with `rerun {0}`)\n", path.display());
-        }
-        if let Some(url) = &self.connect {
-            recording.connect(url).map_err(|error| failed(&error))?;
-            told += &format!("Shown in the Rerun viewer at {url}\n");
-        }
-        if self.spawn {
-            recording.spawn().map_err(|error| failed(&error))?;
-            told += "Shown in a new Rerun viewer\n";
-        }
-        Ok(told)
+    /// Refuses what this program cannot serve.
+    #[cfg(not(feature = "rerun"))]
+    pub fn check(&self, _overwrite: bool) -> Result<(), Failure> {
+        let Some(option) = self.given() else { return Ok(()) };
+        let message = format!("{option}: this program is built without Rerun");
+        Err(Failure::said(message).hint("build one with it: cargo build --release --features rerun"))
     }
-}
-
-fn write(path: &Path, bytes: &[u8], overwrite: bool) -> Result<(), WriteError> {
-    let mut file = NewFile::create(path, overwrite)?;
-    file.write_all(bytes).map_err(|cause| WriteError::Io { path: path.to_owned(), cause })?;
-    file.finish()
-}
-
-fn unwritable(error: &WriteError) -> Failure {
-    let failure = Failure::bad_input(error);
-    match error {
-        WriteError::Exists { .. } => failure.hint("--overwrite replaces it"),
-        _ => failure.hint("--rerun FILE.rrd names another file"),
-    }
-}
-
-/// The results are there already: only who wanted to see them in Rerun does not.
-fn failed(error: &RecordingError) -> Failure {
-    let failure = not_shown(error);
-    match error {
-        RecordingError::Unreachable { .. } => failure.hint(
-            "start `rerun` first, or write a file with --rerun FILE.rrd; the results of the calibration are written",
-        ),
-        _ => failure,
-    }
-}
-
-fn not_shown(error: &dyn std::error::Error) -> Failure {
-    Failure::not_shown(error).hint("the results of the calibration are written all the same")
 }
