@@ -21,6 +21,7 @@ mod closed_form;
 mod estimator_name;
 mod judgement;
 mod plan;
+mod registry;
 mod workbench;
 
 pub mod application;
@@ -71,6 +72,7 @@ mod wrist_by_hand;
 pub use calibrate::{UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
 pub use estimator_name::{EstimatorName, UnknownEstimator};
 pub use judgement::doubts_of_results;
+pub use registry::{Registry, UnknownName};
 pub use robot::Robot;
 pub use session::Session;
 pub use workbench::Workbench;

@@ -5,6 +5,7 @@
 //! which unit and equation, what is known of them, and when a number would be of use. From there on all are treated
 //! alike: [`ParameterId`] names one of either kind.
 
+use std::borrow::Cow;
 use std::fmt;
 
 use crate::session::Knowledge;
@@ -81,7 +82,7 @@ pub struct Parameter {
     /// Unit inside the program.
     pub unit: String,
     /// The equation in which it stands.
-    pub convention: &'static str,
+    pub convention: Cow<'static, str>,
     /// What is known of it.
     pub knowledge: Knowledge,
     /// Why it is held and not estimated, if it is.
@@ -89,7 +90,7 @@ pub struct Parameter {
     /// Standard deviation beyond which a number would mislead.
     pub limit: Limit,
     /// What would determine it where the data do not.
-    pub cure: &'static str,
+    pub cure: Cow<'static, str>,
     /// Whether readings are affine in it, together with all other linear unknowns: see
     /// [`Block::linear`](gravcal_estimation::Block::linear).
     pub linear: bool,

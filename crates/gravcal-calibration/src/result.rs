@@ -158,7 +158,7 @@ pub struct SensorModelTest {
     pub joint: String,
     /// `torque-bias-in-time`, …; `biases-of-tables` where an instrument has biases of its own in each table, which are tested for being
     /// the same.
-    pub model: &'static str,
+    pub model: String,
     /// Its parameters that were estimated.
     pub parameters: Vec<String>,
     /// The test, where the data determine the parameters.

@@ -183,7 +183,7 @@ pub fn sarcos_with_instruments() -> Simulation {
             owner: owner.into(),
             quantity: format!("{}_{axis}", ["gain", "bias", "tool", "gain", "bias", "mounting"][group]),
             unit: String::new(),
-            convention: "",
+            convention: "".into(),
             knowledge: Knowledge {
                 nominal: *nominal,
                 kind: if fixed { KnowledgeKind::Fixed } else { KnowledgeKind::Start },
@@ -193,7 +193,7 @@ pub fn sarcos_with_instruments() -> Simulation {
                 0 => Limit::ShareOfNominal(0.1),
                 _ => Limit::Absolute(f64::INFINITY),
             },
-            cure: "",
+            cure: "".into(),
             linear: group % 3 == 1 || group == 2,
         }));
         simulation.truth.further.extend(truth);

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use gravcal_calibration::application::{Application, ApplicationError, Effort};
-use gravcal_calibration::{EstimatorName, Session};
+use gravcal_calibration::{EstimatorName, Registry, Session};
 use gravcal_recording::{
     CsvWriting, EarlierEstimate, RewriteError, Rewriting, WriteError, open_as, read_earlier, read_earlier_session,
     rewrite,
@@ -89,12 +89,12 @@ Exit codes:
   4  stopped by Ctrl-C; nothing is written";
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
+pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> {
     let bad = |error: &dyn std::error::Error| Failure::bad_input(error);
     let estimator = estimator_of(&arguments.calibration, arguments.estimator)?;
     let calibration = read_earlier(&arguments.calibration, estimator.as_str()).map_err(|error| bad(&error))?;
-    let session = Session::read(&session_path(&arguments.calibration, arguments.session.as_deref())?)
-        .map_err(|error| bad(&error))?;
+    let path = session_path(&arguments.calibration, arguments.session.as_deref())?;
+    let session = Session::read_with(&path, registry).map_err(|error| bad(&error))?;
     let own = [&arguments.calibration, &arguments.input];
     targets::check(own.into_iter().chain(&session.inputs), std::slice::from_ref(&arguments.output))?;
     let csv = arguments.columns.of(&arguments.input, &session.readings.csv)?;

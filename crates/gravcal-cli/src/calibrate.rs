@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::{EstimatorName, Session, Workbench, doubts_of_results};
+use gravcal_calibration::{EstimatorName, Registry, Session, Workbench, doubts_of_results};
 use gravcal_estimation::IterationRecord;
 #[cfg(feature = "rerun")]
 use gravcal_recording::Digest;
@@ -91,11 +91,11 @@ Exit codes, of the joint estimator if it ran:
 Ctrl-C stops after the current iteration, and what is known is told and written; a second one ends the program at once.";
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
+pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> {
     limit_threads(arguments.threads)?;
     let watch = Stopwatch::start(Phase::Read);
     let path = arguments.session.as_path();
-    let session = progress(arguments).read_session(path).map_err(|error| Failure::bad_input(&error))?;
+    let session = progress(arguments).read_session(path, registry).map_err(|error| Failure::bad_input(&error))?;
     let choice = Choice::new(&arguments.estimators, arguments.solver, &session, path)?;
     let folder = output_folder(arguments);
     targets::check(&session.inputs, &written_files(arguments, &folder))?;

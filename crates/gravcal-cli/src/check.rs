@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use gravcal_calibration::Registry;
 use gravcal_calibration::check::check;
 use gravcal_report::{CheckTable, check_json};
 
@@ -47,9 +48,9 @@ Exit codes:
   3  something that is asked for cannot be determined";
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
+pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> {
     let progress = Progress::new(arguments.quiet);
-    let session = progress.read_session(&arguments.session).map_err(|error| Failure::bad_input(&error))?;
+    let session = progress.read_session(&arguments.session, registry).map_err(|error| Failure::bad_input(&error))?;
     drop(progress);
     // Names that `calibrate` would refuse are refused here already.
     Choice::new(&[], None, &session, &arguments.session)?;

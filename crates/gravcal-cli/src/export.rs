@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gravcal_calibration::application::check_units;
-use gravcal_calibration::{EstimatorName, Session};
+use gravcal_calibration::{EstimatorName, Registry, Session};
 use gravcal_recording::{Digest, EarlierEstimate, LARGEST_DOCUMENT, read_earlier, read_earlier_inputs, read_whole};
 use gravcal_report::Input;
 use gravcal_report::export::{Export, ExportError, ExportFormat, RobotDescription};
@@ -70,12 +70,12 @@ fn format_parser() -> impl TypedValueParser<Value = ExportFormat> {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
+pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> {
     let calibration = &arguments.calibration;
     let estimator = estimator_of(calibration, arguments.estimator)?;
     let estimate = read_earlier(calibration, estimator.as_str()).map_err(|error| Failure::bad_input(&error))?;
     let robot = match arguments.to {
-        ExportFormat::Urdf => Some(read_urdf(arguments, &estimate)?),
+        ExportFormat::Urdf => Some(read_urdf(arguments, registry, &estimate)?),
         _ => None,
     };
     let read = robot.iter().flat_map(|robot| &robot.read).chain([calibration]);
@@ -112,9 +112,9 @@ struct Urdf {
     read: Vec<PathBuf>,
 }
 
-fn read_urdf(arguments: &Arguments, estimate: &EarlierEstimate) -> Result<Urdf, Failure> {
+fn read_urdf(arguments: &Arguments, registry: &Registry, estimate: &EarlierEstimate) -> Result<Urdf, Failure> {
     let path = session_path(&arguments.calibration, arguments.session.as_deref())?;
-    let session = Session::read(&path).map_err(|error| Failure::bad_input(&error))?;
+    let session = Session::read_with(&path, registry).map_err(|error| Failure::bad_input(&error))?;
     check_units(&session, estimate).map_err(|error| Failure::bad_input(&error).about(path.display()))?;
     let no_urdf = || refused(&ExportError::NoUrdf).about(path.display());
     // A session reads itself, then its robot.

@@ -6,8 +6,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::{JoinHandle, spawn};
 use std::time::Duration;
 
-use gravcal_calibration::Session;
 use gravcal_calibration::session::SessionError;
+use gravcal_calibration::{Registry, Session};
 use gravcal_estimation::IterationRecord;
 use gravcal_report::plain;
 use indicatif::ProgressBar;
@@ -70,11 +70,11 @@ impl Progress {
     }
 
     /// A session is read, of which long recordings are worth a word.
-    pub fn read_session(&self, path: &Path) -> Result<Session, SessionError> {
+    pub fn read_session(&self, path: &Path, registry: &Registry) -> Result<Session, SessionError> {
         let watch = |recording: &Path, share: f64| {
             self.stage(&format!("reading {}: {:.0} %", recording.display(), 100.0 * share));
         };
-        Session::read_watched(path, &watch)
+        Session::read_watched(path, registry, &watch)
     }
 
     /// The solver has done another iteration.

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use gravcal_calibration::Registry;
 use gravcal_calibration::simulation::{Simulation, session_files, write_session};
 
 use crate::exit::Exit;
@@ -46,8 +47,9 @@ Exit codes:
   2  bad input or usage; nothing is written";
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
-    let simulation = Simulation::read(&arguments.simulation).map_err(|error| Failure::bad_input(&error))?;
+pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> {
+    let simulation =
+        Simulation::read_with(&arguments.simulation, registry).map_err(|error| Failure::bad_input(&error))?;
     let beside = || folder_of(&arguments.simulation);
     let folder = arguments.output.clone().unwrap_or_else(beside);
     targets::check(&simulation.template.inputs, &session_files(&simulation, &folder))?;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, Subcommand};
+use gravcal_calibration::Registry;
 use gravcal_report::study::{StudyReport, report_files};
 use gravcal_solvers::SolverName;
 use gravcal_study::batch::{self, BatchError, Ended, Helpers, Manifest, NamedSolver, Shard, StudyFolder};
@@ -105,9 +106,9 @@ struct ReportArguments {
 }
 
 /// Runs the command.
-pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
+pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> {
     match &arguments.command {
-        Command::Run(arguments) => run_study(arguments),
+        Command::Run(arguments) => run_study(arguments, registry),
         Command::Merge(arguments) => merge(arguments),
         Command::Report(arguments) => report(&open(&arguments.folder)?, arguments.quiet),
     }
@@ -116,9 +117,9 @@ pub fn run(arguments: &Arguments) -> Result<Exit, Failure> {
 /// How the names of results end.
 const KINDS: [&str; 7] = ["json", "parquet", "csv", "txt", "md", "html", "svg"];
 
-fn run_study(arguments: &RunArguments) -> Result<Exit, Failure> {
+fn run_study(arguments: &RunArguments, registry: &Registry) -> Result<Exit, Failure> {
     crate::calibrate::limit_threads(arguments.threads)?;
-    let study = Study::read(&arguments.study).map_err(|error| Failure::bad_input(&error))?;
+    let study = Study::read_with(&arguments.study, registry).map_err(|error| Failure::bad_input(&error))?;
     let solvers = solvers(&study)?;
     batch::check(&study, &solvers).map_err(|error| refused(&error))?;
     let names: Vec<String> = solvers.iter().map(|(name, _)| name.clone()).collect();

@@ -47,7 +47,7 @@ pub fn determined(name: &str, unit: &str, value: f64, std: f64) -> ParameterResu
     ParameterResult {
         name: name.into(),
         unit: unit.into(),
-        convention: quantity.map_or("", Quantity::convention),
+        convention: quantity.map_or("", Quantity::convention).into(),
         value: Some(value),
         std: Some(std),
         ci95: Some([value - 1.96 * std, value + 1.96 * std]),

@@ -36,21 +36,25 @@ pub enum ApplicationError {
     },
     /// A drift goes on with a clock that began with the calibration's recordings.
     #[error(
-        "the bias of joint {joint}'s torque sensor drifts with the time since the session's first pose, which is no guide to \
-         another recording: calibrate without torque-bias-in-time"
+        "{model} of joint {joint} depends on the time since the session's first pose, which is no guide to another recording: \
+         calibrate without {model}"
     )]
     Drift {
         /// The joint.
         joint: String,
+        /// The sensor's model.
+        model: String,
     },
     /// A sensor's model needs velocities that no column says.
     #[error(
-        "the friction of joint {joint} depends on its velocity, and readings.velocity is a slope over whole tables: name \
-         columns of velocities"
+        "{model} of joint {joint} depends on velocities, and readings.velocity is a slope over whole tables: name columns of \
+         velocities"
     )]
     Slope {
         /// The joint.
         joint: String,
+        /// The sensor's model.
+        model: String,
     },
     /// A column of the session is not in the recording.
     #[error("the recording has no column `{column}`, which the session's [readings] name; its columns are {known}")]

@@ -8,7 +8,6 @@
 
 use gravcal_recording::{Conditions, MotionSource};
 
-use crate::sensors::SensorModelName;
 use crate::session::Session;
 
 /// Tells the direction of every joint from its speed, and counts the torques that have none.
@@ -32,10 +31,8 @@ struct Counted {
 
 impl FrictionSign {
     pub fn new(session: &Session) -> FrictionSign {
-        let models = session.terms.models();
-        let has_friction = |joint: usize| {
-            models.iter().any(|(owner, model, _)| *owner == joint && *model == SensorModelName::CoulombFriction)
-        };
+        let with_friction = session.terms.with_friction();
+        let has_friction = |joint: usize| with_friction.contains(&joint);
         let conditions = &session.readings.conditions;
         let by_velocity = conditions.direction.is_empty() && matches!(conditions.velocity, MotionSource::Columns(_));
         let count = if by_velocity { session.joints.len() } else { 0 };

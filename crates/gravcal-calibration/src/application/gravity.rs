@@ -222,7 +222,7 @@ impl Linear<'_> {
         let inertia = vec![0.0; INERTIA * links];
         let step = session.poses.len().div_ceil(POSES).max(1);
         for pose in session.poses.iter().step_by(step) {
-            let coordinates = session.terms.coordinates(&pose.position, values);
+            let coordinates = session.terms.coordinates(&pose.position, &pose.conditions, values);
             session.robot.chain.linearize_gravity_torque(&coordinates, self.gravity, &inertia, &mut work);
             for (joint, open) in
                 open.iter_mut().enumerate().filter(|(joint, _)| session.readings.torques[*joint].is_some())

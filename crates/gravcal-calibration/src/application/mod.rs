@@ -32,7 +32,7 @@ use self::friction_sign::FrictionSign;
 use self::values::values;
 use crate::joint::Unknowns;
 use crate::parameter::Quantity;
-use crate::sensors::Need;
+use crate::sensors::{Moment, Need};
 use crate::session::Session;
 
 /// Step of numerical differentiation of a position sensor's terms, rad or m: their periods are far longer.
@@ -132,7 +132,7 @@ impl<'a> Application<'a> {
             self.columns = Columns::find(&self.session.readings, columns);
         }
         self.hear(cells);
-        let coordinates = self.session.terms.coordinates(&self.positions, &self.values);
+        let coordinates = self.session.terms.coordinates(&self.positions, &self.conditions, &self.values);
         self.tell_motion(cells, &coordinates);
         if self.columns.torques.iter().flatten().any(|column| !cells[*column].is_nan()) {
             self.tell_torques(cells, &coordinates);
@@ -208,18 +208,22 @@ impl<'a> Application<'a> {
     /// `dθ/dq` at the last reading.
     fn position_gain(&self, joint: usize) -> f64 {
         let gain = self.values.sensors[joint][Quantity::PositionGain as usize];
-        let reading = self.positions[joint];
-        let own = self.session.terms.of_positions().filter(|(_, owner, _)| *owner == joint);
-        let slopes = own.map(|(place, _, function)| {
-            let rise = function.value(reading + STEP) - function.value(reading - STEP);
-            self.values.further[place] * rise / (2.0 * STEP)
-        });
-        gain + slopes.sum::<f64>()
+        let own = || self.session.terms.of_positions().filter(|term| term.joint == joint);
+        let at = |step: f64| {
+            let mut moved = self.positions.clone();
+            moved[joint] += step;
+            let at = Moment::new(&[], &[], &moved, &self.conditions);
+            own().map(|term| term.value(&at, &self.values.further, None)).sum::<f64>()
+        };
+        if own().next().is_none() {
+            return gain;
+        }
+        gain + (at(STEP) - at(-STEP)) / (2.0 * STEP)
     }
 
     /// Torques, or residuals.
     fn tell_torques(&mut self, cells: &mut [f64], coordinates: &[f64]) {
-        let torques = self.true_torques();
+        let torques = self.true_torques(coordinates);
         let gravity = self.gravity.as_mut().map(|model| model.torques(coordinates));
         for (joint, column) in self.columns.torques.iter().enumerate() {
             let Some(column) = column.filter(|column| !cells[*column].is_nan()) else { continue };
@@ -242,13 +246,14 @@ impl<'a> Application<'a> {
     }
 
     /// Torques behind the last readings; NaN where they are not known.
-    fn true_torques(&self) -> Vec<f64> {
+    fn true_torques(&self, coordinates: &[f64]) -> Vec<f64> {
         let terms = &self.session.terms;
         if (0..self.torques.len()).all(|joint| terms.of_torque(joint).next().is_none()) {
             let affine = self.torques.iter().zip(&self.values.sensors);
             return affine.map(|(reading, [gain, bias, ..])| (reading - bias) / gain).collect();
         }
-        let found = terms.torques(&self.torques, &self.conditions, &self.values);
+        let at = Moment::new(&[], coordinates, &self.positions, &self.conditions);
+        let found = terms.torques(&self.torques, &at, &self.values);
         found.unwrap_or_else(|| vec![f64::NAN; self.torques.len()])
     }
 }
@@ -256,15 +261,14 @@ impl<'a> Application<'a> {
 /// Whether a recording says all that the sensors' models need.
 fn check_conditions(session: &Session) -> Result<(), ApplicationError> {
     let slope = matches!(session.readings.conditions.velocity, MotionSource::Slope(_));
-    for (joint, model, _) in session.terms.models() {
-        let joint = session.robot.chain.joints()[joint].name.clone();
-        match model.need() {
-            Some(Need::Time) => return Err(ApplicationError::Drift { joint }),
-            Some(Need::Velocity) if slope => return Err(ApplicationError::Slope { joint }),
-            Some(Need::Direction) if slope && session.readings.conditions.direction.is_empty() => {
-                return Err(ApplicationError::Slope { joint });
-            }
-            _ => {}
+    let directed = !session.readings.conditions.direction.is_empty();
+    for model in session.terms.models() {
+        let joint = session.robot.chain.joints()[model.joint].name.clone();
+        if model.needs(Need::Time) {
+            return Err(ApplicationError::Drift { joint, model: model.name.to_owned() });
+        }
+        if slope && (model.needs(Need::Velocity) || model.needs(Need::Direction) && !directed) {
+            return Err(ApplicationError::Slope { joint, model: model.name.to_owned() });
         }
     }
     Ok(())

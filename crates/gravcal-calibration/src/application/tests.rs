@@ -5,7 +5,7 @@ use gravcal_recording::{
 
 use super::*;
 use crate::sensors::testing::{shoulder, with_model};
-use crate::sensors::{Options, SensorModelName};
+use crate::sensors::{Moment, Options};
 use crate::simulation::Simulation;
 use crate::testing::sarcos_shoulder;
 
@@ -86,7 +86,7 @@ fn row(session: &Session, simulation: &Simulation, load: Option<usize>) -> (Vec<
         ..Conditions::default()
     };
     let inside: Vec<f64> = readings.iter().map(|q| q * degrees).collect();
-    let coordinates = session.terms.coordinates(&inside, truth);
+    let coordinates = session.terms.coordinates(&inside, &conditions, truth);
     let mut inertia = truth.inertia.concat();
     if let Some(load) = load {
         let mass = session.loads[load].mass;
@@ -96,7 +96,7 @@ fn row(session: &Session, simulation: &Simulation, load: Option<usize>) -> (Vec<
     }
     let mut torque = [0.0; 3];
     session.robot.chain.gravity_torque(&coordinates, truth.gravity, &inertia, &mut torque);
-    let counts = session.terms.torque_readings(&torque, &conditions, truth);
+    let counts = session.terms.torque_readings(&Moment::new(&torque, &coordinates, &inside, &conditions), truth);
     let cells = [&[7.0][..], &readings, &counts, &velocities, &[temperature]].concat();
     (cells, torque, coordinates.iter().map(|coordinate| coordinate / degrees).collect())
 }
@@ -107,14 +107,14 @@ fn near(found: &[f64], expected: &[f64]) {
 
 /// Sensors with every model that can be applied.
 fn bent() -> Simulation {
-    let options = Options { reference_degc: Some(25.0), degree: Some(3), from: None, orders: Some(vec![1]) };
-    let models: [(SensorModelName, &[f64]); 6] = [
-        (SensorModelName::TorqueBiasWithTemperature, &[0.3]),
-        (SensorModelName::TorqueGainPolynomial, &[4e-3, -4e-5]),
-        (SensorModelName::CoulombFriction, &[1.5]),
-        (SensorModelName::ViscousFriction, &[20.0]),
-        (SensorModelName::TorqueCrosstalk, &[0.1, -0.2]),
-        (SensorModelName::PositionHarmonics, &[0.02, -0.01]),
+    let options = Options::default().with("reference_degC", 25).with("orders", vec![1]);
+    let models: [(&str, &[f64]); 6] = [
+        ("torque-bias-with-temperature", &[0.3]),
+        ("torque-gain-polynomial", &[4e-3, -4e-5]),
+        ("coulomb-friction", &[1.5]),
+        ("viscous-friction", &[20.0]),
+        ("torque-crosstalk", &[0.1, -0.2]),
+        ("position-harmonics", &[0.02, -0.01]),
     ];
     models.into_iter().fold(shoulder(), |simulation, (model, truth)| with_model(simulation, 1, model, &options, truth))
 }
@@ -134,7 +134,7 @@ fn readings_become_what_they_truly_say() {
         // Velocities are the derivatives of the coordinates.
         let advanced: Vec<f64> =
             (0..3).map(|joint| (before[1 + joint] + 1e-4 * before[7 + joint]).to_radians()).collect();
-        let advanced = session.terms.coordinates(&advanced, &simulation.truth);
+        let advanced = session.terms.coordinates(&advanced, &Conditions::default(), &simulation.truth);
         for joint in 0..3 {
             let velocity = (advanced[joint].to_degrees() - coordinates[joint]) / 1e-4;
             assert!((cells[7 + joint] - velocity).abs() < 1e-4, "{} {velocity}", cells[7 + joint]);
@@ -161,7 +161,7 @@ fn gains_of_other_units_are_refused() {
 #[test]
 fn a_resting_joint_has_no_sign_of_coulomb_friction() {
     let friction = 1.5;
-    let simulation = with_model(shoulder(), 1, SensorModelName::CoulombFriction, &Options::default(), &[friction]);
+    let simulation = with_model(shoulder(), 1, "coulomb-friction", &Options::default(), &[friction]);
     let (session, calibration) = truth(&simulation);
     let (moving, torque, _) = row(&session, &simulation, None);
     let step = friction / simulation.truth.sensors[1][0];
@@ -293,16 +293,16 @@ fn moments_that_no_torque_shows_may_be_undetermined_and_others_not() {
 #[test]
 fn what_a_recording_cannot_say_is_refused() {
     let (simulation, options) = (shoulder(), Options::default());
-    let drift = with_model(simulation.clone(), 1, SensorModelName::TorqueBiasInTime, &options, &[0.1]);
+    let drift = with_model(simulation.clone(), 1, "torque-bias-in-time", &options, &[0.1]);
     let (session, calibration) = truth(&drift);
     let error = Application::new(&session, &calibration, &Effort::Torque, false).unwrap_err();
-    assert_eq!(error, ApplicationError::Drift { joint: "joint2".into() });
+    assert_eq!(error, ApplicationError::Drift { joint: "joint2".into(), model: "torque-bias-in-time".into() });
 
-    let friction = with_model(simulation, 1, SensorModelName::ViscousFriction, &options, &[0.1]);
+    let friction = with_model(simulation, 1, "viscous-friction", &options, &[0.1]);
     let (mut session, calibration) = truth(&friction);
     session.readings.conditions.velocity = MotionSource::Slope(gravcal_recording::Slope { window: 0.1 });
     let error = Application::new(&session, &calibration, &Effort::Torque, false).unwrap_err();
-    assert_eq!(error, ApplicationError::Slope { joint: "joint2".into() });
+    assert_eq!(error, ApplicationError::Slope { joint: "joint2".into(), model: "viscous-friction".into() });
 
     let (session, mut calibration) = truth(&sarcos_shoulder());
     let mut application = Application::new(&session, &calibration, &Effort::Torque, false).unwrap();

@@ -41,8 +41,10 @@ pub(super) fn values(
                 (joint, matches!(quantity, Quantity::TorqueGain | Quantity::TorqueBias))
             }
             // Behind the terms are the parameters of instruments and the like, which no joint's reading depends on.
-            ParameterId::Further(index) if index < session.terms.len() => session.terms.site(index),
-            ParameterId::Further(_) => continue,
+            ParameterId::Further(index) => match session.terms.site(index) {
+                Some(site) => site,
+                None => continue,
+            },
         };
         if is_torque && session.readings.torques[joint].is_none() {
             continue;

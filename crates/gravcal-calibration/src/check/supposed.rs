@@ -110,6 +110,6 @@ impl Supposed {
 
     /// True coordinates of the joints in a pose, rad or m, at nominal values.
     pub fn coordinates(&self, pose: &Pose) -> Vec<f64> {
-        self.session.terms.coordinates(&pose.position, &self.values)
+        self.session.terms.coordinates(&pose.position, &pose.conditions, &self.values)
     }
 }

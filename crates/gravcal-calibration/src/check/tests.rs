@@ -373,10 +373,10 @@ fn cures_are_sweeps_where_moments_are_described_by_sweep() {
 /// All poses were approached from one side: friction looks like a bias.
 #[test]
 fn friction_wants_poses_approached_from_the_other_side() {
+    use crate::sensors::Options;
     use crate::sensors::testing::{shoulder, with_model};
-    use crate::sensors::{Options, SensorModelName};
 
-    let friction = with_model(shoulder(), 1, SensorModelName::CoulombFriction, &Options::default(), &[3.0]);
+    let friction = with_model(shoulder(), 1, "coulomb-friction", &Options::default(), &[3.0]);
     let mut session = friction.session(0);
     session.poses.iter_mut().for_each(|pose| pose.conditions.direction = vec![1.0; 3]);
     let report = check(&session).unwrap();

@@ -19,7 +19,7 @@ fn earlier(result: &EstimatorResult) -> EarlierEstimate {
         held: p.held.clone(),
         std: p.std,
         ci95: p.ci95,
-        convention: p.convention.to_owned(),
+        convention: p.convention.clone().into_owned(),
         nominal: p.nominal,
     };
     let gravity = result.gravity.as_ref().unwrap().vector_m_per_s2;

@@ -10,9 +10,10 @@ use super::readings::{Readings, position_terms};
 use super::torques::Torques;
 use super::unknowns::Layout;
 use crate::residuals::{
-    CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, SensedQuantity, SpecificForce, Stacked, Wrench,
+    CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, PositionTerms, SensedQuantity, SpecificForce, Stacked,
+    Wrench,
 };
-use crate::session::{Instrument, InstrumentKind, Session};
+use crate::session::{Instrument, InstrumentKind, Pose, Session};
 
 /// Adds the readings; gives pose and channel of each row.
 pub(super) fn add_readings(
@@ -100,7 +101,8 @@ impl<'s> Models<'s> {
                 let model = Arc::clone(&self.instruments[number][instrument.bias_set(pose.table)][load]);
                 let coordinates = coordinates(session, index, instrument.link);
                 let drifts = instrument.drifts.iter().map(|drift| drift.value(&pose.conditions)).collect();
-                let reading = InstrumentReading::new(model, coordinates, pose.orientation, own).drifting(drifts);
+                let reading = InstrumentReading::new(model, coordinates, pose.orientation, own);
+                let reading = reading.with_terms(position_terms_in(session, pose, instrument.link)).drifting(drifts);
                 parts.push(Arc::new(reading));
             }
         }
@@ -144,17 +146,22 @@ fn instrument_model(
 /// of their position sensors.
 fn coordinate_blocks(session: &Session, layout: &Layout, link: usize) -> Vec<BlockId> {
     let affine = joints_moving(session, link).flat_map(|joint| [layout.sensors[joint][2], layout.sensors[joint][3]]);
-    let terms = position_terms(session, link).map(|(place, ..)| layout.further[place]);
+    let terms = position_terms(session, link).flat_map(|term| layout.further[term.places.clone()].to_vec());
     affine.chain(terms).collect()
 }
 
-/// `θ_j = Σ coefficient · block` in one pose: joint, place among those blocks, coefficient.
+/// `s q + o` of each as `Σ coefficient · block` in one pose: joint, place among those blocks, coefficient.
 fn coordinates(session: &Session, pose: usize, link: usize) -> Vec<(usize, usize, f64)> {
     let position = &session.poses[pose].position;
     let affine = joints_moving(session, link).flat_map(|joint| [(joint, position[joint]), (joint, 1.0)]);
+    affine.enumerate().map(|(place, (joint, coefficient))| (joint, place, coefficient)).collect()
+}
+
+/// What position sensors of the same joints do beyond, in a pose: their parameters stand behind those.
+fn position_terms_in(session: &Session, pose: &Pose, link: usize) -> PositionTerms {
+    let affine = 2 * joints_moving(session, link).count();
     let terms = position_terms(session, link);
-    let terms = terms.map(|(_, joint, function)| (joint, function.value(position[joint])));
-    affine.chain(terms).enumerate().map(|(place, (joint, coefficient))| (joint, place, coefficient)).collect()
+    PositionTerms::new(affine, terms, pose.position.clone(), pose.conditions.clone())
 }
 
 fn joints_moving(session: &Session, link: usize) -> impl Iterator<Item = usize> {

@@ -18,7 +18,7 @@ pub(crate) fn idle_joints(session: &Session, unknowns: &Unknowns) -> Vec<bool> {
         if !idle.contains(&true) {
             break;
         }
-        let axes = chain.axes(&session.terms.coordinates(&pose.position, unknowns));
+        let axes = chain.axes(&session.terms.coordinates(&pose.position, &pose.conditions, unknowns));
         for (idle, axis) in idle.iter_mut().zip(axes) {
             *idle &= gravity.cross(&Vector3::from(axis)).norm() < IDLE_ANGLE * gravity.norm();
         }

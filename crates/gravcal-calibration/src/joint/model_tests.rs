@@ -47,8 +47,9 @@ pub(super) struct ModelTests<'a> {
 impl ModelTests<'_> {
     /// Tests every model of the session.
     pub fn all(&self, workbench: &Workbench<'_>) -> Result<Vec<SensorModelTest>, EstimateError> {
-        let of_joints = self.session.terms.models().into_iter().map(|(joint, model, places)| {
-            self.one(&self.session.robot.chain.joints()[joint].name, model.as_str(), places, workbench)
+        let vanishing = self.session.terms.models().filter(|model| model.vanishes_at_zero(&self.session.poses));
+        let of_joints = vanishing.map(|model| {
+            self.one(&self.session.robot.chain.joints()[model.joint].name, model.name, model.places(), workbench)
         });
         let drifts = self.session.instruments.iter().flat_map(|instrument| {
             let of_drift = |(place, drift): (usize, &Drift)| {
@@ -65,7 +66,7 @@ impl ModelTests<'_> {
     fn one(
         &self,
         owner: &str,
-        model: &'static str,
+        model: &str,
         places: Range<usize>,
         workbench: &Workbench<'_>,
     ) -> Result<SensorModelTest, EstimateError> {
@@ -90,12 +91,12 @@ impl ModelTests<'_> {
     fn told(
         &self,
         owner: &str,
-        model: &'static str,
+        model: &str,
         parameters: &[ParameterId],
         test: Option<TestAgainstZero>,
     ) -> SensorModelTest {
         let parameters = parameters.iter().map(|id| self.session.parameter_name(*id)).collect();
-        SensorModelTest { joint: owner.to_owned(), model, parameters, test }
+        SensorModelTest { joint: owner.to_owned(), model: model.to_owned(), parameters, test }
     }
 
     fn determined(&self, parameters: &[ParameterId]) -> bool {
@@ -205,12 +206,12 @@ fn chi_squared(kind: TestKind, statistic: f64, parameters: usize) -> Option<Test
 #[cfg(test)]
 mod tests {
     use crate::result::{SensorModelTest, TestKind};
+    use crate::sensors::Options;
     use crate::sensors::testing::{estimate, shoulder, with_model};
-    use crate::sensors::{Options, SensorModelName};
     use crate::session::{Session, UncertaintyChoice};
 
     fn with_drift(drift: f64, trial: u64) -> Session {
-        with_model(shoulder(), 1, SensorModelName::TorqueBiasInTime, &Options::default(), &[drift]).session(trial)
+        with_model(shoulder(), 1, "torque-bias-in-time", &Options::default(), &[drift]).session(trial)
     }
 
     fn tested(session: &Session) -> SensorModelTest {
@@ -221,7 +222,7 @@ mod tests {
     #[test]
     fn a_term_that_is_there_is_needed() {
         let told = tested(&with_drift(2e-3, 0));
-        assert_eq!((told.joint.as_str(), told.model), ("joint2", "torque-bias-in-time"));
+        assert_eq!((told.joint.as_str(), told.model.as_str()), ("joint2", "torque-bias-in-time"));
         assert_eq!(told.parameters, ["joint2.torque_bias_drift"]);
         let test = told.test.unwrap();
         assert_eq!((test.kind, test.degrees_of_freedom), (TestKind::LikelihoodRatio, [Some(1), None]));

@@ -7,7 +7,7 @@ use gravcal_estimation::Loss;
 
 use super::order::Order;
 use crate::parameter::{ParameterId, Quantity};
-use crate::sensors::PositionFunction;
+use crate::sensors::Term;
 use crate::session::{Instrument, InstrumentKind, KnowledgeKind, Pose, Session, UnexplainedError};
 
 /// Which readings enter, and how uncertain they are.
@@ -177,7 +177,7 @@ impl Instrument {
             ParameterId::Further(place) => {
                 let gain =
                     self.gains.iter().zip(self.gain_parameters()).any(|((row, _), own)| own == place && *row == axis);
-                let term = position_terms(session, self.link).any(|(own, ..)| own == place);
+                let term = position_terms(session, self.link).any(|term| term.places.contains(&place));
                 let axes = self.kind.axes().len();
                 let drift = self.drift_parameters().skip(axis).step_by(axes).any(|own| own == place);
                 gain || term
@@ -189,12 +189,9 @@ impl Instrument {
     }
 }
 
-/// Terms of the position sensors of the joints that move a link: place of the parameter, joint, function.
-pub(super) fn position_terms(
-    session: &Session,
-    link: usize,
-) -> impl Iterator<Item = (usize, usize, &dyn PositionFunction)> {
-    session.terms.of_positions().filter(move |(_, joint, _)| session.robot.chain.moves(*joint, link))
+/// Terms of the position sensors of the joints that move a link.
+pub(super) fn position_terms(session: &Session, link: usize) -> impl Iterator<Item = &Term> {
+    session.terms.of_positions().filter(move |term| session.robot.chain.moves(term.joint, link))
 }
 
 /// Variance of unexplained errors of each channel where it is stated; else zero.

@@ -244,7 +244,12 @@ fn bare_torques(session: &Session, at: &Unknowns, masses: &Unknowns) -> Vec<Vec<
     let inertia: Vec<f64> = masses.inertia.iter().flatten().copied().collect();
     let of_pose = |pose: &Pose| {
         let mut torque = vec![0.0; chain.joint_count()];
-        chain.gravity_torque(&session.terms.coordinates(&pose.position, at), at.gravity, &inertia, &mut torque);
+        chain.gravity_torque(
+            &session.terms.coordinates(&pose.position, &pose.conditions, at),
+            at.gravity,
+            &inertia,
+            &mut torque,
+        );
         torque
     };
     session.poses.iter().map(of_pose).collect()

@@ -99,7 +99,8 @@ fn turned_axes(session: &Session, found: &Unknowns) -> Option<Unknowns> {
 /// The image with masses and placements where they are in the first pose of what it is the image of, seen from its frames.
 fn standing_alike(session: &Session, found: &Unknowns, image: Unknowns) -> Unknowns {
     let Some(pose) = session.poses.first() else { return image };
-    let frames = |values| session.robot.chain.forward(&session.terms.coordinates(&pose.position, values));
+    let frames =
+        |values| session.robot.chain.forward(&session.terms.coordinates(&pose.position, &pose.conditions, values));
     let from_before = |(before, after): (&Transform, &Transform)| after.inverse().compose(before);
     let moved: Vec<Transform> = frames(found).iter().zip(&frames(&image)).map(from_before).collect();
     let inertia = |(&[mass, x, y, z], moved): (&[f64; 4], &Transform)| {

@@ -12,7 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 use super::placements::{first_alike, relative_placements};
 use super::unknowns::Unknowns;
 use crate::residuals::lumped_directions;
-use crate::session::{InertiaKnowledge, Session};
+use crate::session::{InertiaKnowledge, Pose, Session};
 use crate::sweeps::{HOLD_TOLERANCE, Sweep, find_sweeps};
 
 /// The moments of all sweeps of a session.
@@ -121,7 +121,10 @@ impl SweepMoments {
         order.sort_by_key(|moment| std::cmp::Reverse(self.moments[*moment].joint));
         for index in order {
             let Moment { joint, pose, .. } = self.moments[index];
-            let coordinates = session.terms.coordinates(&session.poses[pose].position, start);
+            let coordinates = {
+                let Pose { position, conditions, .. } = &session.poses[pose];
+                session.terms.coordinates(position, conditions, start)
+            };
             let whole = by_gravity(session, &session.robot.chain, pose, (&coordinates, &start.inertia), &start.loads);
             let known = self.link_inertia(session, pose, &values);
             let known = by_gravity(session, &without_lengths, pose, (&coordinates, &known), &placements);

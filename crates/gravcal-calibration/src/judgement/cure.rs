@@ -1,5 +1,7 @@
 //! Undetermined combinations in words: what they are, why, and which pose or load would determine them.
 
+use std::borrow::Cow;
+
 use super::determined::Combination;
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::Undetermined;
@@ -121,7 +123,7 @@ impl Situation<'_> {
     /// The cures of the further parameters.
     fn cures(&self, combination: &Combination) -> String {
         let further = combination.parameters.iter().filter(|(id, _)| matches!(id, ParameterId::Further(_)));
-        let mut cures: Vec<&str> = further.map(|(id, _)| self.session.parameter(*id).cure).collect();
+        let mut cures: Vec<Cow<'static, str>> = further.map(|(id, _)| self.session.parameter(*id).cure).collect();
         cures.dedup();
         cures.join("; ")
     }

@@ -5,7 +5,7 @@
 
 use crate::parameter::{ParameterId, Quantity};
 use crate::result::ParameterResult;
-use crate::sensors::SensorModelName;
+use crate::sensors::friction::{COULOMB, VISCOUS};
 use crate::session::Session;
 
 /// So many standard deviations beyond zero are told.
@@ -18,9 +18,8 @@ const CHECK: &str = "no friction does. See whether torques, positions and veloci
 
 /// Coefficients of friction that are significantly of the wrong sign.
 pub(crate) fn driving_friction_notes(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
-    let friction = [SensorModelName::CoulombFriction, SensorModelName::ViscousFriction];
-    let models = session.terms.models().into_iter().filter(|(_, model, _)| friction.contains(model));
-    let coefficients = models.flat_map(|(joint, _, places)| places.map(move |place| (joint, place)));
+    let models = session.terms.models().filter(|model| [COULOMB, VISCOUS].contains(&model.name));
+    let coefficients = models.flat_map(|model| model.places().map(move |place| (model.joint, place)));
     coefficients
         .filter_map(|(joint, place)| {
             let name = session.parameter_name(ParameterId::Further(place));
@@ -39,12 +38,12 @@ pub(crate) fn driving_friction_notes(session: &Session, parameters: &[ParameterR
 
 #[cfg(test)]
 mod tests {
+    use crate::sensors::Options;
     use crate::sensors::testing::{estimate, shoulder, with_model};
-    use crate::sensors::{Options, SensorModelName};
     use crate::testing::sarcos_shoulder;
 
     /// What is told of a friction that is truly this; the sensors of the second joint turned by these signs.
-    fn told(model: SensorModelName, truth: f64, [torque, position]: [f64; 2]) -> Vec<String> {
+    fn told(model: &str, truth: f64, [torque, position]: [f64; 2]) -> Vec<String> {
         let mut simulation = shoulder();
         let knowledge = &mut simulation.template.joints[1];
         knowledge.parameters[0].nominal *= torque;
@@ -59,23 +58,23 @@ mod tests {
     #[test]
     fn friction_that_drives_is_told_and_friction_that_brakes_is_not() {
         for (model, size, name) in [
-            (SensorModelName::CoulombFriction, 3.0, "joint2.coulomb_friction came out as -"),
-            (SensorModelName::ViscousFriction, 120.0, "joint2.viscous_friction came out as -"),
+            ("coulomb-friction", 3.0, "joint2.coulomb_friction came out as -"),
+            ("viscous-friction", 120.0, "joint2.viscous_friction came out as -"),
         ] {
             let driving = told(model, -size, [1.0, 1.0]);
             assert!(driving.len() == 1 && driving[0].starts_with(name), "{driving:?}");
             assert_eq!(told(model, size, [1.0, 1.0]), Vec::<String>::new());
         }
-        assert_eq!(told(SensorModelName::CoulombFriction, 0.0, [1.0, 1.0]), Vec::<String>::new(), "within its noise");
+        assert_eq!(told("coulomb-friction", 0.0, [1.0, 1.0]), Vec::<String>::new(), "within its noise");
     }
 
     #[test]
     fn a_reversed_sensor_turns_the_sign_of_its_friction() {
         assert_eq!(sarcos_shoulder().template.joints[1].parameters[2].nominal, 1.0);
         for signs in [[-1.0, 1.0], [1.0, -1.0]] {
-            assert_eq!(told(SensorModelName::CoulombFriction, -3.0, signs), Vec::<String>::new(), "{signs:?}");
-            assert_eq!(told(SensorModelName::CoulombFriction, 3.0, signs).len(), 1, "{signs:?}");
+            assert_eq!(told("coulomb-friction", -3.0, signs), Vec::<String>::new(), "{signs:?}");
+            assert_eq!(told("coulomb-friction", 3.0, signs).len(), 1, "{signs:?}");
         }
-        assert_eq!(told(SensorModelName::CoulombFriction, 3.0, [-1.0, -1.0]), Vec::<String>::new());
+        assert_eq!(told("coulomb-friction", 3.0, [-1.0, -1.0]), Vec::<String>::new());
     }
 }

@@ -18,7 +18,9 @@ mod sweep_torque;
 
 pub use gravity_norm::GravityNorm;
 pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
-pub use instrument::{GainEntry, InstrumentModel, InstrumentReading, Sensed, SensedQuantity, SpecificForce, Wrench};
+pub use instrument::{
+    GainEntry, InstrumentModel, InstrumentReading, PositionTerms, Sensed, SensedQuantity, SpecificForce, Wrench,
+};
 pub use linear_knowledge::{KnownQuantity, LinearKnowledge};
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks, MeasuredDifference};
 pub use load_distance::LoadDistance;

@@ -1,5 +1,7 @@
 //! What is told of one parameter.
 
+use std::borrow::Cow;
+
 use serde::Serialize;
 
 use crate::parameter::{ParameterId, UNREAD};
@@ -13,7 +15,7 @@ pub struct ParameterResult {
     /// Unit of value, std and interval.
     pub unit: String,
     /// The equation in which it stands.
-    pub convention: &'static str,
+    pub convention: Cow<'static, str>,
     /// Absent where undetermined.
     pub value: Option<f64>,
     /// Standard deviation; 0 where the value is held.

@@ -9,77 +9,92 @@
 //! independently. The last link's joints may trade off with the unknown moments, and the common scale of all gains scales the
 //! entries as well.
 
-use gravcal_recording::Conditions;
-
-use super::declare::{Declared, Options, RefusedOption, Site, Words};
-use super::terms::TorqueFunction;
+use super::model::{Declared, ParameterSpec, SensorModel, Site};
+use super::options::{Options, RefusedOption};
+use super::term::{Moment, Partials, Reads, SensorTerm};
 use crate::parameter::Limit;
 
 /// Beyond this share of the joint's own gain an entry's standard deviation makes it useless.
 const USEFUL: f64 = 0.1;
 
-/// `τ_j`.
+/// `torque-crosstalk`.
+#[derive(Debug)]
+pub(super) struct Crosstalk;
+
+/// `K_ij τ_j`.
 #[derive(Debug)]
 struct OtherTorque {
     other: usize,
 }
 
-impl TorqueFunction for OtherTorque {
-    fn source(&self) -> Option<usize> {
-        Some(self.other)
+impl SensorTerm for OtherTorque {
+    fn reads(&self) -> Reads {
+        Reads::positions().torque(self.other).affine_in_torques().linear_in_parameters()
     }
 
-    fn value(&self, torque: f64, _conditions: &Conditions) -> f64 {
-        torque
-    }
-
-    fn slope(&self, _torque: f64) -> f64 {
-        1.0
+    fn value(&self, at: &Moment<'_>, x: &[f64], partials: Option<Partials<'_>>) -> f64 {
+        let torque = at.torque(self.other);
+        if let Some(Partials { by_parameter, by_torque, .. }) = partials {
+            (by_parameter[0], by_torque[self.other]) = (torque, x[0]);
+        }
+        x[0] * torque
     }
 }
 
-pub(super) fn declare(site: &Site<'_>, options: &Options) -> Result<Vec<Declared>, RefusedOption> {
-    let others = match &options.from {
-        None => (0..site.names.len()).filter(|joint| *joint != site.joint).collect(),
-        Some(names) => names.iter().map(|name| other(site, name)).collect::<Result<Vec<usize>, RefusedOption>>()?,
-    };
-    let words = Words {
-        convention: "reading = ... + torque_crosstalk_<joint> * torque of that joint",
-        cure: "add poses in which the torques of these joints vary independently, with and without a load",
-    };
-    let term = |other: usize| {
-        // A point would part the name of the parameter from that of its joint.
-        let quantity = format!("torque_crosstalk_{}", site.names[other].replace('.', "_"));
-        let unit = format!("{}/({})", site.torque_unit, site.effort(other));
-        site.torque(quantity, unit, words, Limit::Absolute(USEFUL * site.torque_gain.abs()), OtherTorque { other })
-    };
-    Ok(others.into_iter().map(term).collect())
+impl SensorModel for Crosstalk {
+    fn name(&self) -> &str {
+        "torque-crosstalk"
+    }
+
+    fn help(&self) -> &str {
+        "the torque reading depends on other joints' torques"
+    }
+
+    fn options(&self) -> &[&str] {
+        &["from"]
+    }
+
+    fn declare(&self, site: &Site<'_>, options: &Options) -> Result<Vec<Declared>, RefusedOption> {
+        let others = match options.texts("from")? {
+            None => (0..site.names.len()).filter(|joint| *joint != site.joint).collect(),
+            Some(names) => names.iter().map(|name| other(site, name)).collect::<Result<Vec<usize>, RefusedOption>>()?,
+        };
+        let term = |other: usize| {
+            // A point would part the name of the parameter from that of its joint.
+            let name = format!("torque_crosstalk_{}", site.names[other].replace('.', "_"));
+            let unit = format!("{}/({})", site.torque_unit(), site.effort(other));
+            let parameter = ParameterSpec::new(name, unit, Limit::Absolute(USEFUL * site.torque_gain().abs()))
+                .in_equation("reading = ... + torque_crosstalk_<joint> * torque of that joint")
+                .cured_by("add poses in which the torques of these joints vary independently, with and without a load");
+            Declared::new([parameter], OtherTorque { other })
+        };
+        Ok(others.into_iter().map(term).collect())
+    }
 }
 
 fn other(site: &Site<'_>, name: &str) -> Result<usize, RefusedOption> {
-    let place = site.names.iter().position(|joint| *joint == name);
-    place.filter(|joint| *joint != site.joint).ok_or_else(|| {
-        let message = format!("`{name}` is not another joint; the joints are {}", site.names.join(", "));
-        RefusedOption { key: "from", message }
+    site.joint_named(name).filter(|joint| *joint != site.joint).ok_or_else(|| {
+        let joints = site.names.join(", ");
+        RefusedOption::new("from", format!("`{name}` is not another joint; the joints are {joints}"))
     })
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::sensors::Options;
     use crate::sensors::testing::{assert_told_apart, shoulder, undetermined, with_model};
-    use crate::sensors::{Options, SensorModelName};
 
     #[test]
     fn a_banded_matrix_is_told_from_a_diagonal_one() {
-        let options = Options { from: Some(vec!["joint3".into()]), ..Options::default() };
-        assert_told_apart(&with_model(shoulder(), 1, SensorModelName::TorqueCrosstalk, &options, &[0.2]));
+        let options = Options::default().with("from", vec!["joint3"]);
+        assert_told_apart(&with_model(shoulder(), 1, "torque-crosstalk", &options, &[0.2]));
     }
 
     #[test]
     fn a_full_matrix_is_told_from_a_diagonal_one() {
         let mut simulation = shoulder();
         for (joint, truth) in [[0.1, -0.15], [0.2, 0.1], [-0.1, 0.12]].into_iter().enumerate() {
-            simulation = with_model(simulation, joint, SensorModelName::TorqueCrosstalk, &Options::default(), &truth);
+            simulation = with_model(simulation, joint, "torque-crosstalk", &Options::default(), &truth);
         }
         assert_told_apart(&simulation);
     }
@@ -87,7 +102,7 @@ mod tests {
     /// Bare poses in which only the last joint moves do not fill a full matrix.
     #[test]
     fn a_matrix_that_the_data_cannot_fill_is_undetermined_by_name() {
-        let simulation = with_model(shoulder(), 0, SensorModelName::TorqueCrosstalk, &Options::default(), &[0.1, 0.1]);
+        let simulation = with_model(shoulder(), 0, "torque-crosstalk", &Options::default(), &[0.1, 0.1]);
         let mut session = simulation.session(0);
         session.poses.retain(|pose| pose.load.is_none() && pose.table == 2);
         let open = undetermined(&session);

@@ -1,124 +1,107 @@
-//! What a sensor model is declared for, and what it declares.
+//! From a model to the terms of a session: what any crate may declare is checked here.
 
+use std::ops::Range;
 use std::sync::Arc;
 
-use gravcal_dynamics::JointKind;
-use gravcal_recording::TorqueUnit;
+use super::model::{Declared, ParameterSpec, SensorModel, Side, Site};
+use super::options::{Options, RefusedOption};
+use super::term::{Moment, Partials, Reads, SensorTerm};
+use crate::parameter::{Parameter, Quantity};
+use crate::session::{Knowledge, KnowledgeKind};
 
-use super::terms::{Function, PositionFunction, TorqueFunction};
-use crate::parameter::{Limit, Parameter, Quantity};
-use crate::session::units;
-use crate::session::{JointKnowledge, Knowledge, KnowledgeKind};
-
-/// The sensors of one joint, for which a model is declared.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Site<'a> {
-    pub joint: usize,
-    /// Names of all joints.
-    pub names: &'a [&'a str],
-    pub kinds: &'a [JointKind],
-    /// Whether the joint's torque is read, and in which unit.
-    pub reads_torque: bool,
-    pub torque_unit: &'static str,
-    /// Nominal gains of its sensors.
-    pub torque_gain: f64,
-    pub position_gain: f64,
-}
-
-/// What a declaration may say besides the name of the model.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Options {
-    pub reference_degc: Option<f64>,
-    pub degree: Option<i32>,
-    pub from: Option<Vec<String>>,
-    pub orders: Option<Vec<u32>>,
-}
-
-/// An option that a model cannot do with.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct RefusedOption {
-    /// Its key in the file.
-    pub key: &'static str,
-    pub message: String,
-}
-
-/// The function of a term with the parameter that it declares.
+/// A term of one joint's sensor, with the places of its parameters.
 #[derive(Clone, Debug)]
-pub(crate) struct Declared {
-    pub parameter: Parameter,
-    pub function: Function,
+pub(crate) struct Term {
+    /// The sensor's joint.
+    pub joint: usize,
+    /// The name of the model that it is a part of; terms of one declaration share it.
+    pub model: Arc<str>,
+    pub side: Side,
+    pub reads: Reads,
+    /// Among all parameters of terms.
+    pub places: Range<usize>,
+    function: Arc<dyn SensorTerm>,
 }
 
-/// What is told of a parameter.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Words {
-    /// The equation in which it stands.
-    pub convention: &'static str,
-    /// What would determine it where the data do not.
-    pub cure: &'static str,
+impl Term {
+    /// `f`. `values`: of the parameters of all terms.
+    pub fn value(&self, at: &Moment<'_>, values: &[f64], partials: Option<Partials<'_>>) -> f64 {
+        self.value_of(at, &values[self.places.clone()], partials)
+    }
+
+    /// `f`. `own`: of its own parameters.
+    pub fn value_of(&self, at: &Moment<'_>, own: &[f64], partials: Option<Partials<'_>>) -> f64 {
+        self.function.value(at, own, partials)
+    }
 }
 
-impl<'a> Site<'a> {
-    /// The sensors of a joint of which this is known.
-    pub fn new(joint: usize, names: &'a [&'a str], kinds: &'a [JointKind], knowledge: &JointKnowledge) -> Site<'a> {
-        Site {
-            joint,
-            names,
-            kinds,
-            reads_torque: knowledge.torque_unit.is_some(),
-            torque_unit: knowledge.torque_unit.map_or("", TorqueUnit::name),
-            torque_gain: knowledge.of(Quantity::TorqueGain).nominal,
-            position_gain: knowledge.of(Quantity::PositionGain).nominal,
-        }
-    }
+/// What a model declares for the sensor of a joint: terms, each with its parameters.
+pub(crate) fn declare_terms(
+    model: &dyn SensorModel,
+    site: &Site<'_>,
+    options: &Options,
+) -> Result<Vec<(Term, Vec<Parameter>)>, RefusedOption> {
+    let declared = model.declare(site, options)?;
+    check_names(&declared)?;
+    let name: Arc<str> = model.name().into();
+    let term = |Declared { parameters, term: function }: Declared| {
+        let reads = function.reads();
+        check_reads(&reads, model.side(), site)?;
+        let linear = model.side() == Side::Torque && reads.is_linear();
+        let places = 0..parameters.len();
+        let parameters = parameters.into_iter().map(|spec| parameter(site, spec, linear)).collect();
+        Ok((
+            Term { joint: site.joint, model: Arc::clone(&name), side: model.side(), reads, places, function },
+            parameters,
+        ))
+    };
+    declared.into_iter().map(term).collect()
+}
 
-    /// A term of the joint's torque sensor, which starts at zero.
-    pub fn torque(
-        &self,
-        quantity: impl Into<String>,
-        unit: String,
-        words: Words,
-        limit: Limit,
-        function: impl TorqueFunction + 'static,
-    ) -> Declared {
-        let linear = function.source().is_none();
-        let parameter = Parameter { linear, ..self.parameter(quantity.into(), unit, words, limit) };
-        Declared { parameter, function: Function::Torque(Arc::new(function)) }
+fn parameter(site: &Site<'_>, spec: ParameterSpec, linear: bool) -> Parameter {
+    let ParameterSpec { name, unit, nominal, limit, convention, cure } = spec;
+    Parameter {
+        owner: site.names[site.joint].to_owned(),
+        quantity: name,
+        unit,
+        convention,
+        knowledge: Knowledge { nominal, kind: KnowledgeKind::Start },
+        held: None,
+        limit,
+        cure,
+        linear,
     }
+}
 
-    /// A term of the joint's position sensor, which starts at zero. `useful`: largest standard deviation that is of use.
-    pub fn position(
-        &self,
-        quantity: String,
-        words: Words,
-        useful: f64,
-        function: impl PositionFunction + 'static,
-    ) -> Declared {
-        let parameter = self.parameter(quantity, self.coordinate().to_owned(), words, Limit::Absolute(useful));
-        Declared { parameter, function: Function::Position(Arc::new(function)) }
+/// Names of parameters are keys of files, and told behind the joint's name and a point.
+fn check_names(declared: &[Declared]) -> Result<(), RefusedOption> {
+    let names: Vec<&str> = declared.iter().flat_map(|term| &term.parameters).map(|spec| spec.name.as_str()).collect();
+    for (place, name) in names.iter().enumerate() {
+        let fits = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '-';
+        let wrong = if name.is_empty() || !name.chars().all(fits) {
+            "expected letters, digits, `_` and `-`"
+        } else if names[..place].contains(name) {
+            "it names two of its parameters so"
+        } else if Quantity::ALL.iter().any(|quantity| quantity.as_str() == *name) {
+            "every sensor has a parameter of this name already"
+        } else {
+            continue;
+        };
+        return Err(RefusedOption::new("kind", format!("the model names a parameter `{name}`: {wrong}")));
     }
+    Ok(())
+}
 
-    /// Unit of what a joint exerts.
-    pub fn effort(&self, joint: usize) -> &'static str {
-        units::effort(self.kinds[joint]).name()
+fn check_reads(reads: &Reads, side: Side, site: &Site<'_>) -> Result<(), RefusedOption> {
+    let refused = |message: String| Err(RefusedOption::new("kind", message));
+    if let Some(joint) = reads.torques().iter().chain(reads.coordinates()).find(|joint| **joint >= site.names.len()) {
+        let count = site.names.len();
+        return refused(format!(
+            "the model reads joint number {joint}, counted from 0, but the robot has {count} joints"
+        ));
     }
-
-    /// Unit of the joint's coordinate.
-    pub fn coordinate(&self) -> &'static str {
-        units::si_coordinate(self.kinds[self.joint]).name()
+    if side == Side::Position && !(reads.torques().is_empty() && reads.coordinates().is_empty()) {
+        return refused("a model of a position sensor reads positions and conditions only, but this one reads torques or coordinates".into());
     }
-
-    fn parameter(&self, quantity: String, unit: String, words: Words, limit: Limit) -> Parameter {
-        Parameter {
-            owner: self.names[self.joint].to_owned(),
-            quantity,
-            unit,
-            convention: words.convention,
-            knowledge: Knowledge { nominal: 0.0, kind: KnowledgeKind::Start },
-            held: None,
-            limit,
-            cure: words.cure,
-            linear: false,
-        }
-    }
+    Ok(())
 }

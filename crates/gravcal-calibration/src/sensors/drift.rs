@@ -8,86 +8,125 @@
 //! Identified wherever the bias is and the poses are spread over time (temperatures). Where temperature rises evenly with
 //! time the two drifts are one; where all poses of one place are read in one go, a drift passes for moments.
 
-use gravcal_recording::Conditions;
+use super::model::{Declared, ParameterSpec, SensorModel, Site};
+use super::options::{Options, RefusedOption};
+use super::term::{Moment, Need, Partials, Reads, SensorTerm, scaled};
 
-use super::declare::{Declared, Options, RefusedOption, Site, Words};
-use super::terms::TorqueFunction;
-use crate::parameter::Limit;
+/// `torque-bias-in-time`.
+#[derive(Debug)]
+pub(super) struct DriftInTime;
 
-/// `t`.
+/// `torque-bias-with-temperature`.
+#[derive(Debug)]
+pub(super) struct DriftWithTemperature;
+
+/// `d t`.
 #[derive(Debug)]
 struct Time;
 
-impl TorqueFunction for Time {
-    fn value(&self, _torque: f64, conditions: &Conditions) -> f64 {
-        conditions.time.unwrap_or(0.0)
+impl SensorTerm for Time {
+    fn reads(&self) -> Reads {
+        Reads::positions().condition(Need::Time).linear_in_parameters()
+    }
+
+    fn value(&self, at: &Moment<'_>, x: &[f64], partials: Option<Partials<'_>>) -> f64 {
+        scaled(x, at.time(), partials)
     }
 }
 
-/// `T − T₀`.
+/// `e (T − T₀)`.
 #[derive(Debug)]
 struct Temperature {
     joint: usize,
     reference: f64,
 }
 
-impl TorqueFunction for Temperature {
-    fn value(&self, _torque: f64, conditions: &Conditions) -> f64 {
-        conditions.temperature.get(self.joint).map_or(0.0, |temperature| temperature - self.reference)
+impl SensorTerm for Temperature {
+    fn reads(&self) -> Reads {
+        Reads::positions().condition(Need::Temperature).linear_in_parameters()
+    }
+
+    fn value(&self, at: &Moment<'_>, x: &[f64], partials: Option<Partials<'_>>) -> f64 {
+        scaled(x, at.temperature(self.joint).map_or(0.0, |temperature| temperature - self.reference), partials)
     }
 }
 
-pub(super) fn in_time(site: &Site<'_>) -> Vec<Declared> {
-    let words = Words {
-        convention: "reading = ... + torque_bias_drift * (time since the first pose)",
-        cure: "record poses of the same kind again, hours later",
-    };
-    let (unit, limit) = (format!("{}/s", site.torque_unit), Limit::HalfSpread { channel: site.joint });
-    vec![site.torque("torque_bias_drift", unit, words, limit, Time)]
+impl SensorModel for DriftInTime {
+    fn name(&self) -> &str {
+        "torque-bias-in-time"
+    }
+
+    fn help(&self) -> &str {
+        "the torque bias drifts linearly in time"
+    }
+
+    fn declare(&self, site: &Site<'_>, _options: &Options) -> Result<Vec<Declared>, RefusedOption> {
+        let unit = format!("{}/s", site.torque_unit());
+        let parameter = ParameterSpec::new("torque_bias_drift", unit, site.half_spread())
+            .in_equation("reading = ... + torque_bias_drift * (time since the first pose)")
+            .cured_by("record poses of the same kind again, hours later");
+        Ok(vec![Declared::new([parameter], Time)])
+    }
 }
 
-pub(super) fn with_temperature(site: &Site<'_>, options: &Options) -> Result<Vec<Declared>, RefusedOption> {
-    let reference = options.reference_degc.ok_or_else(|| RefusedOption {
-        key: "reference_degC",
-        message: "at which temperature is torque_bias the bias? add reference_degC, such as 25".to_owned(),
-    })?;
-    let words = Words {
-        convention: "reading = ... + torque_bias_temperature_drift * (temperature - reference_degC)",
-        cure: "record poses of the same kind again with the sensors some kelvins warmer or colder",
-    };
-    let (unit, limit) = (format!("{}/K", site.torque_unit), Limit::HalfSpread { channel: site.joint });
-    let function = Temperature { joint: site.joint, reference };
-    Ok(vec![site.torque("torque_bias_temperature_drift", unit, words, limit, function)])
+impl SensorModel for DriftWithTemperature {
+    fn name(&self) -> &str {
+        "torque-bias-with-temperature"
+    }
+
+    fn help(&self) -> &str {
+        "the torque bias drifts linearly with temperature"
+    }
+
+    fn options(&self) -> &[&str] {
+        &["reference_degC"]
+    }
+
+    fn declare(&self, site: &Site<'_>, options: &Options) -> Result<Vec<Declared>, RefusedOption> {
+        let reference = options.number("reference_degC")?.ok_or_else(|| {
+            RefusedOption::new(
+                "reference_degC",
+                "at which temperature is torque_bias the bias? add reference_degC, such as 25".to_owned(),
+            )
+        })?;
+        let unit = format!("{}/K", site.torque_unit());
+        let parameter = ParameterSpec::new("torque_bias_temperature_drift", unit, site.half_spread())
+            .in_equation("reading = ... + torque_bias_temperature_drift * (temperature - reference_degC)")
+            .cured_by("record poses of the same kind again with the sensors some kelvins warmer or colder");
+        Ok(vec![Declared::new([parameter], Temperature { joint: site.joint, reference })])
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::sensors::Options;
     use crate::sensors::testing::{assert_told_apart, shoulder, undetermined, with_model};
-    use crate::sensors::{Options, SensorModelName};
 
-    const WARM: Options = Options { reference_degc: Some(30.0), degree: None, from: None, orders: None };
+    fn warm() -> Options {
+        Options::default().with("reference_degC", 30)
+    }
 
     #[test]
     fn a_drift_in_time_is_told_from_a_constant_bias() {
-        assert_told_apart(&with_model(shoulder(), 1, SensorModelName::TorqueBiasInTime, &Options::default(), &[2e-3]));
+        assert_told_apart(&with_model(shoulder(), 1, "torque-bias-in-time", &Options::default(), &[2e-3]));
     }
 
     #[test]
     fn a_drift_with_temperature_is_told_from_a_constant_bias() {
-        assert_told_apart(&with_model(shoulder(), 2, SensorModelName::TorqueBiasWithTemperature, &WARM, &[0.6]));
+        assert_told_apart(&with_model(shoulder(), 2, "torque-bias-with-temperature", &warm(), &[0.6]));
     }
 
     #[test]
     fn poses_of_one_time_determine_no_drift() {
-        let mut simulation = with_model(shoulder(), 1, SensorModelName::TorqueBiasInTime, &Options::default(), &[2e-3]);
+        let mut simulation = with_model(shoulder(), 1, "torque-bias-in-time", &Options::default(), &[2e-3]);
         simulation.conditions.pose_interval = Some(0.0);
         assert_eq!(undetermined(&simulation.session(0)), ["joint2.torque_bias_drift"]);
     }
 
     #[test]
     fn where_temperature_rises_evenly_with_time_only_their_sum_is_determined() {
-        let both = with_model(shoulder(), 1, SensorModelName::TorqueBiasInTime, &Options::default(), &[2e-3]);
-        let mut session = with_model(both, 1, SensorModelName::TorqueBiasWithTemperature, &WARM, &[0.6]).session(0);
+        let both = with_model(shoulder(), 1, "torque-bias-in-time", &Options::default(), &[2e-3]);
+        let mut session = with_model(both, 1, "torque-bias-with-temperature", &warm(), &[0.6]).session(0);
         for conditions in session.poses.iter_mut().map(|pose| &mut pose.conditions) {
             conditions.temperature = vec![30.0 + 1e-3 * conditions.time.unwrap(); 3];
         }

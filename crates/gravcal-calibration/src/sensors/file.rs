@@ -6,29 +6,28 @@
 
 use std::collections::BTreeMap;
 
+use gravcal_recording::nearest_name;
 use serde::{Deserialize, Serialize};
+use toml::Table;
 
-use super::declare::{Options, Site};
-use super::name::{Need, SensorModelName};
-use super::terms::Term;
+use super::declare::{Term, declare_terms};
+use super::model::{SensorModel, Side, Site};
+use super::options::{Options, RefusedOption};
+use super::term::Need;
 use crate::document::{Document, Field, FileError};
 use crate::parameter::Parameter;
+use crate::registry::Registry;
 
 /// One entry of `sensor_models`; `V` is what may be said of a parameter.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, expecting = "a table")]
+#[serde(expecting = "a table")]
 pub(crate) struct ModelTable<V> {
     kind: String,
-    #[serde(rename = "reference_degC", skip_serializing_if = "Option::is_none")]
-    reference_degc: Option<f64>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    degree: Option<i32>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    from: Option<Vec<String>>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    orders: Option<Vec<u32>>,
     #[serde(default = "BTreeMap::new", skip_serializing_if = "BTreeMap::is_empty")]
     parameters: BTreeMap<String, V>,
+    /// Everything else; which of it there may be is the model's.
+    #[serde(flatten)]
+    options: Table,
 }
 
 /// The sensor models of a simulation's joints, as its sessions declare them; none by default.
@@ -48,10 +47,15 @@ impl DeclaredModels {
     }
 }
 
-/// A term with what the file says of its parameter, and where; or where its model stands.
+/// A term with its parameters.
 pub(crate) struct DeclaredInFile<'t, V> {
-    pub parameter: Parameter,
     pub term: Term,
+    pub parameters: Vec<ParameterInFile<'t, V>>,
+}
+
+/// A parameter with what the file says of it, and where; or where its model stands.
+pub(crate) struct ParameterInFile<'t, V> {
+    pub parameter: Parameter,
     pub field: Field,
     pub said: Option<&'t V>,
 }
@@ -59,91 +63,123 @@ pub(crate) struct DeclaredInFile<'t, V> {
 impl<V> ModelTable<V> {
     /// The same without what is said of its parameters.
     pub fn without_parameters(&self) -> ModelTable<()> {
-        let ModelTable { kind, reference_degc, degree, from, orders, parameters: _ } = self;
-        ModelTable {
-            kind: kind.clone(),
-            reference_degc: *reference_degc,
-            degree: *degree,
-            from: from.clone(),
-            orders: orders.clone(),
-            parameters: BTreeMap::new(),
-        }
-    }
-
-    fn options(&self) -> Options {
-        let (from, orders) = (self.from.clone(), self.orders.clone());
-        Options { reference_degc: self.reference_degc, degree: self.degree, from, orders }
-    }
-
-    fn given(&self) -> Vec<&'static str> {
-        let given = [
-            ("reference_degC", self.reference_degc.is_some()),
-            ("degree", self.degree.is_some()),
-            ("from", self.from.is_some()),
-            ("orders", self.orders.is_some()),
-        ];
-        given.into_iter().filter(|(_, given)| *given).map(|(key, _)| key).collect()
+        ModelTable { kind: self.kind.clone(), parameters: BTreeMap::new(), options: self.options.clone() }
     }
 }
 
-/// The terms that a joint's `sensor_models` declare. `models`: the field that holds them; `knows`: whether the poses say
-/// what a model needs; models that are `passed_over` are not declared.
+/// What `sensor_models` are read against.
+pub(crate) struct ModelContext<'a> {
+    pub document: &'a Document,
+    pub registry: &'a Registry,
+    /// The field that holds them.
+    pub models: Field,
+}
+
+/// The terms that a joint's `sensor_models` declare. `knows`: whether the poses say what a term needs; models that are `passed_over` are
+/// not declared.
 ///
 /// # Errors
 /// A model, an option or a parameter that is not known; a condition that no column gives.
 pub(crate) fn declare<'t, V>(
-    document: &Document,
-    models: &Field,
+    context: &ModelContext<'_>,
     site: &Site<'_>,
     tables: &'t [ModelTable<V>],
     knows: impl Fn(Need) -> bool,
-    passed_over: impl Fn(SensorModelName) -> bool,
+    passed_over: impl Fn(&dyn SensorModel) -> bool,
 ) -> Result<Vec<DeclaredInFile<'t, V>>, FileError> {
-    document.check_names(tables.iter().map(|table| table.kind.as_str()), |i| models.at(i).key("kind"))?;
-    let mut all = Vec::new();
+    context.check_kinds(tables)?;
+    let mut all: Vec<DeclaredInFile<'t, V>> = Vec::new();
     for (index, table) in tables.iter().enumerate() {
-        let field = models.at(index);
-        let model: SensorModelName = table.kind.parse().map_err(|error| document.error(&field.key("kind"), error))?;
+        let field = context.models.at(index);
+        let model = context.model(&field, &table.kind)?;
         if passed_over(model) {
             continue;
         }
-        if let Some(key) = table.given().into_iter().find(|key| !model.options().contains(key)) {
-            return Err(document.error(&field.key(key), format!("{model} has no such option: delete it")));
+        let declared = context.declared(&field, site, (model, table), &knows)?;
+        let known = |name: &str| all.iter().flat_map(|own| &own.parameters).any(|own| own.parameter.quantity == name);
+        let mut names = declared.iter().flat_map(|own| &own.parameters).map(|own| own.parameter.quantity.as_str());
+        if let Some(twice) = names.find(|name| known(name)) {
+            let message =
+                format!("another model of this joint has a parameter `{twice}` already: give each its own name");
+            return Err(context.document.error(&field, message));
         }
-        check_need(document, &field, site, model, &knows)?;
-        let options = table.options();
-        let refused = |refused: super::RefusedOption| document.error(&field.key(refused.key), refused.message);
-        let declared = model.declare(site, &options).map_err(refused)?;
-        let names: Vec<&str> = declared.iter().map(|(parameter, _)| parameter.quantity.as_str()).collect();
-        for name in table.parameters.keys() {
-            document.lookup(&field.key("parameters").key(name), "parameter", name, &names)?;
-        }
-        all.extend(declared.into_iter().map(|(parameter, term)| {
-            let said = table.parameters.get(&parameter.quantity);
-            let place = said.map(|_| field.key("parameters").key(&parameter.quantity));
-            DeclaredInFile { field: place.unwrap_or_else(|| field.clone()), said, parameter, term }
-        }));
+        all.extend(declared);
     }
     Ok(all)
 }
 
-fn check_need(
-    document: &Document,
-    field: &Field,
-    site: &Site<'_>,
-    model: SensorModelName,
-    knows: impl Fn(Need) -> bool,
-) -> Result<(), FileError> {
-    if !model.is_of_position() && !site.reads_torque {
-        let message =
-            format!("joint `{}` has no column in readings.torque: name one, or delete this", site.names[site.joint]);
-        return Err(document.error(field, message));
+impl ModelContext<'_> {
+    fn model(&self, field: &Field, kind: &str) -> Result<&dyn SensorModel, FileError> {
+        self.registry.sensor_model(kind).map_err(|error| self.document.error(&field.key("kind"), error))
     }
-    match model.need() {
-        Some(need) if !knows(need) => {
-            Err(document.error(&field.key("kind"), format!("{model} needs {}", in_words(need))))
+
+    /// A joint has each model once, but for those that may be repeated.
+    fn check_kinds<V>(&self, tables: &[ModelTable<V>]) -> Result<(), FileError> {
+        let repeatable = |kind: &str| self.registry.sensor_model(kind).is_ok_and(SensorModel::is_repeatable);
+        let once: Vec<(usize, &str)> =
+            tables.iter().map(|table| table.kind.as_str()).enumerate().filter(|(_, kind)| !repeatable(kind)).collect();
+        let place = |place: usize| self.models.at(once[place].0).key("kind");
+        self.document.check_names(once.iter().map(|(_, kind)| *kind), place)
+    }
+
+    fn declared<'t, V>(
+        &self,
+        field: &Field,
+        site: &Site<'_>,
+        (model, table): (&dyn SensorModel, &'t ModelTable<V>),
+        knows: &impl Fn(Need) -> bool,
+    ) -> Result<Vec<DeclaredInFile<'t, V>>, FileError> {
+        let options = Options::of(table.options.clone());
+        self.check_options(field, model, &options)?;
+        if model.side() == Side::Torque && !site.reads_torque {
+            let joint = site.names[site.joint];
+            let message = format!("joint `{joint}` has no column in readings.torque: name one, or delete this");
+            return Err(self.document.error(field, message));
         }
-        _ => Ok(()),
+        let refused = |RefusedOption { keys, message }: RefusedOption| {
+            self.document.error(&keys.iter().fold(field.clone(), |field, key| field.key(key)), message)
+        };
+        let declared = declare_terms(model, site, &options).map_err(refused)?;
+        self.check_needs(field, model, declared.iter().map(|(term, _)| term), knows)?;
+        let names: Vec<&str> = declared.iter().flat_map(|(_, own)| own).map(|own| own.quantity.as_str()).collect();
+        for name in table.parameters.keys() {
+            self.document.lookup(&field.key("parameters").key(name), "parameter", name, &names)?;
+        }
+        let in_file = |parameter: Parameter| {
+            let said = table.parameters.get(&parameter.quantity);
+            let place = said.map(|_| field.key("parameters").key(&parameter.quantity));
+            ParameterInFile { field: place.unwrap_or_else(|| field.clone()), said, parameter }
+        };
+        let with_parameters = |(term, parameters): (Term, Vec<Parameter>)| DeclaredInFile {
+            term,
+            parameters: parameters.into_iter().map(in_file).collect(),
+        };
+        Ok(declared.into_iter().map(with_parameters).collect())
+    }
+
+    fn check_options(&self, field: &Field, model: &dyn SensorModel, options: &Options) -> Result<(), FileError> {
+        let Some(key) = options.keys().find(|key| !model.options().contains(key)) else { return Ok(()) };
+        let known: Vec<&str> = model.options().iter().copied().chain(["parameters"]).collect();
+        let near =
+            nearest_name(key, &known).map_or_else(|| "delete it".into(), |near| format!("did you mean `{near}`?"));
+        Err(self.document.error(&field.key(key), format!("{} has no such option: {near}", model.name())))
+    }
+
+    fn check_needs<'d>(
+        &self,
+        field: &Field,
+        model: &dyn SensorModel,
+        mut terms: impl Iterator<Item = &'d Term>,
+        knows: &impl Fn(Need) -> bool,
+    ) -> Result<(), FileError> {
+        let unknown = terms.find_map(|term| term.reads.needs().iter().copied().find(|need| !knows(*need)));
+        match unknown {
+            None => Ok(()),
+            Some(need) => {
+                let message = format!("{} needs {}", model.name(), in_words(need));
+                Err(self.document.error(&field.key("kind"), message))
+            }
+        }
     }
 }
 

@@ -8,85 +8,118 @@
 //! `f` and `v` are in units of the reading; divided by `k` they are torques. Identified where joints come from both sides; if a
 //! joint always came from one side, `f` is part of the bias.
 
-use gravcal_recording::Conditions;
+use super::model::{Declared, ParameterSpec, SensorModel, Site};
+use super::options::{Options, RefusedOption};
+use super::term::{Moment, Need, Partials, Reads, SensorTerm, scaled};
 
-use super::declare::{Declared, Site, Words};
-use super::terms::TorqueFunction;
-use crate::parameter::Limit;
+/// Names of the models of friction.
+pub(crate) const COULOMB: &str = "coulomb-friction";
+pub(crate) const VISCOUS: &str = "viscous-friction";
 
-/// 1, 0 or −1.
+/// [`COULOMB`].
+#[derive(Debug)]
+pub(super) struct Coulomb;
+
+/// [`VISCOUS`].
+#[derive(Debug)]
+pub(super) struct Viscous;
+
+/// `f sgn(q̇)`.
 #[derive(Debug)]
 struct Direction {
     joint: usize,
 }
 
-impl TorqueFunction for Direction {
-    fn value(&self, _torque: f64, conditions: &Conditions) -> f64 {
-        let by_velocity = || conditions.velocity.get(self.joint).map(|v| if *v == 0.0 { 0.0 } else { v.signum() });
-        conditions.direction.get(self.joint).copied().or_else(by_velocity).unwrap_or(0.0)
+impl SensorTerm for Direction {
+    fn reads(&self) -> Reads {
+        Reads::positions().condition(Need::Direction).linear_in_parameters()
+    }
+
+    fn value(&self, at: &Moment<'_>, x: &[f64], partials: Option<Partials<'_>>) -> f64 {
+        scaled(x, at.direction(self.joint), partials)
     }
 }
 
-/// `q̇`, rad/s or m/s.
+/// `v q̇`.
 #[derive(Debug)]
 struct Velocity {
     joint: usize,
 }
 
-impl TorqueFunction for Velocity {
-    fn value(&self, _torque: f64, conditions: &Conditions) -> f64 {
-        conditions.velocity.get(self.joint).copied().unwrap_or(0.0)
+impl SensorTerm for Velocity {
+    fn reads(&self) -> Reads {
+        Reads::positions().condition(Need::Velocity).linear_in_parameters()
+    }
+
+    fn value(&self, at: &Moment<'_>, x: &[f64], partials: Option<Partials<'_>>) -> f64 {
+        scaled(x, at.velocity(self.joint), partials)
     }
 }
 
-pub(super) fn coulomb(site: &Site<'_>) -> Vec<Declared> {
-    let words = Words {
-        convention: "reading = ... + coulomb_friction * direction of approach",
-        cure: "record poses that the joint comes to from the other side, too",
-    };
-    let limit = Limit::HalfSpread { channel: site.joint };
-    vec![site.torque("coulomb_friction", site.torque_unit.to_owned(), words, limit, Direction { joint: site.joint })]
+impl SensorModel for Coulomb {
+    fn name(&self) -> &str {
+        COULOMB
+    }
+
+    fn help(&self) -> &str {
+        "the torque reading depends on the side from which the joint came"
+    }
+
+    fn declare(&self, site: &Site<'_>, _options: &Options) -> Result<Vec<Declared>, RefusedOption> {
+        let parameter = ParameterSpec::new("coulomb_friction", site.torque_unit(), site.half_spread())
+            .in_equation("reading = ... + coulomb_friction * direction of approach")
+            .cured_by("record poses that the joint comes to from the other side, too");
+        Ok(vec![Declared::new([parameter], Direction { joint: site.joint })])
+    }
 }
 
-pub(super) fn viscous(site: &Site<'_>) -> Vec<Declared> {
-    let words = Words {
-        convention: "reading = ... + viscous_friction * velocity",
-        cure: "record poses at different velocities of the joint, in both directions",
-    };
-    let unit = format!("{}/({}/s)", site.torque_unit, site.coordinate());
-    let limit = Limit::HalfSpread { channel: site.joint };
-    vec![site.torque("viscous_friction", unit, words, limit, Velocity { joint: site.joint })]
+impl SensorModel for Viscous {
+    fn name(&self) -> &str {
+        VISCOUS
+    }
+
+    fn help(&self) -> &str {
+        "the torque reading depends on the joint's velocity"
+    }
+
+    fn declare(&self, site: &Site<'_>, _options: &Options) -> Result<Vec<Declared>, RefusedOption> {
+        let unit = format!("{}/({}/s)", site.torque_unit(), site.coordinate());
+        let parameter = ParameterSpec::new("viscous_friction", unit, site.half_spread())
+            .in_equation("reading = ... + viscous_friction * velocity")
+            .cured_by("record poses at different velocities of the joint, in both directions");
+        Ok(vec![Declared::new([parameter], Velocity { joint: site.joint })])
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use crate::sensors::Options;
     use crate::sensors::testing::{assert_told_apart, shoulder, undetermined, with_model};
-    use crate::sensors::{Options, SensorModelName};
 
-    fn with(model: SensorModelName, truth: f64) -> crate::simulation::Simulation {
+    fn with(model: &str, truth: f64) -> crate::simulation::Simulation {
         with_model(shoulder(), 1, model, &Options::default(), &[truth])
     }
 
     #[test]
     fn coulomb_friction_is_told_from_a_constant_bias() {
-        assert_told_apart(&with(SensorModelName::CoulombFriction, 3.0));
+        assert_told_apart(&with("coulomb-friction", 3.0));
     }
 
     #[test]
     fn viscous_friction_is_told_from_a_constant_bias() {
-        assert_told_apart(&with(SensorModelName::ViscousFriction, 120.0));
+        assert_told_apart(&with("viscous-friction", 120.0));
     }
 
     #[test]
     fn the_sign_of_the_velocity_is_a_direction() {
-        let mut simulation = with(SensorModelName::CoulombFriction, 3.0);
+        let mut simulation = with("coulomb-friction", 3.0);
         simulation.conditions.direction = false;
         assert_told_apart(&simulation);
     }
 
     #[test]
     fn poses_reached_from_one_side_leave_coulomb_friction_in_the_bias() {
-        let mut session = with(SensorModelName::CoulombFriction, 3.0).session(0);
+        let mut session = with("coulomb-friction", 3.0).session(0);
         session.poses.iter_mut().for_each(|pose| pose.conditions.direction = vec![1.0; 3]);
         assert_eq!(undetermined(&session), ["joint2.torque_bias", "joint2.coulomb_friction"]);
     }

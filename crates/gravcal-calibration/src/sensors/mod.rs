@@ -1,37 +1,125 @@
 //! What joint sensors do beyond gain and bias, gain and offset.
 //!
 //! ```text
-//!     reading of torque    y_i = k_i τ_i + b_i + Σ_p a_p φ_p(τ, conditions)
-//!     joint coordinate     θ_i = s_i q_i + o_i + Σ_p a_p ψ_p(q_i)
+//!     reading of torque    y_i = k_i τ_i + b_i + Σ f(x; τ, θ, q, conditions)
+//!     joint coordinate     θ_i = s_i q_i + o_i + Σ f(x; q, conditions)
 //! ```
 //!
-//! Each *term* is one named parameter `a_p` and one known function: `φ` of the torques of all joints and of the conditions
-//! of the pose ([`TorqueFunction`]), or `ψ` of the joint's own position reading ([`PositionFunction`]). A model of a sensor
-//! is the terms that one file here declares. Affine sensors have none, and cost nothing.
+//! A *model* ([`SensorModel`]) has a name in files and declares *terms* ([`SensorTerm`]) for the sensor of a joint: functions `f` of what
+//! is in a pose ([`Moment`]), each with named parameters `x` in which it may be nonlinear. Affine sensors have none, and cost nothing.
 //!
-//! **To add a model**: a file here with the functions and their declaration, and its name in [`SensorModelName`] and `models.rs`.
+//! # Adding a sensor model
+//!
+//! A model, in any crate, is
+//!
+//! 1. a term: a [`SensorFormula`], whose derivatives are found by dual numbers, or a [`SensorTerm`] with its own, which
+//!    [`check_term_derivatives`] holds against differences;
+//! 2. a [`SensorModel`] that declares the term's parameters for a joint: name, unit, where they start, and how uncertain they may be before
+//!    a number misleads;
+//! 3. a [`Registry`](crate::Registry) that knows it, handed to whoever reads a session: [`Session::read_with`](crate::Session::read_with),
+//!    [`Simulation::read_with`](crate::simulation::Simulation::read_with), or the whole program, `gravcal_cli::run`.
+//!
+//! Torque that ripples over the joint's angle, `a sin(n q + φ)`:
+//!
+//! ```
+//! use gravcal_calibration::Registry;
+//! use gravcal_calibration::parameter::Limit;
+//! use gravcal_calibration::sensors::{
+//!     Declared, Differentiated, Moment, Options, ParameterSpec, Reads, RefusedOption, SensorFormula, SensorModel, Site,
+//! };
+//! use gravcal_estimation::Number;
+//!
+//! #[derive(Debug)]
+//! struct Wave {
+//!     joint: usize,
+//! }
+//!
+//! impl SensorFormula for Wave {
+//!     fn reads(&self) -> Reads {
+//!         Reads::positions()
+//!     }
+//!
+//!     fn value<N: Number>(&self, at: &Moment<'_, N>, x: &[N]) -> N {
+//!         x[0] * (x[1] * at.position(self.joint) + x[2]).sin()
+//!     }
+//! }
+//!
+//! #[derive(Debug)]
+//! struct Ripple;
+//!
+//! impl SensorModel for Ripple {
+//!     fn name(&self) -> &str {
+//!         "torque-ripple"
+//!     }
+//!
+//!     fn help(&self) -> &str {
+//!         "the torque reading ripples with the joint's angle"
+//!     }
+//!
+//!     fn declare(&self, site: &Site<'_>, _options: &Options) -> Result<Vec<Declared>, RefusedOption> {
+//!         let parameter = |name: &str, unit: &str, limit| {
+//!             ParameterSpec::new(name, unit, limit)
+//!                 .in_equation("reading = ... + amplitude * sin(order * position + phase)")
+//!                 .cured_by("add poses that move the joint through several periods")
+//!         };
+//!         let parameters = [
+//!             parameter("amplitude", site.torque_unit(), site.half_spread()).starting_at(0.1),
+//!             parameter("order", "1/rad", Limit::Absolute(0.1)).starting_at(6.0),
+//!             parameter("phase", "rad", Limit::Absolute(0.2)),
+//!         ];
+//!         Ok(vec![Declared::new(parameters, Differentiated::new(Wave { joint: site.joint() }))])
+//!     }
+//! }
+//!
+//! let registry = Registry::standard().with_sensor_model(Ripple);
+//! assert_eq!(registry.sensor_model("torque-ripple").unwrap().name(), "torque-ripple");
+//! // Session::read_with(path, &registry) now knows: sensor_models = [{ kind = "torque-ripple" }]
+//! ```
+//!
+//! A parameter must matter where it starts: at an amplitude of zero, order and phase change nothing, and the solver cannot tell which way
+//! they go. So such models start near what is expected. A model that vanishes where all of its parameters are zero is tested against its
+//! absence; where it is nonlinear, with as many degrees of freedom as parameters, which is an approximation.
 
+mod automatic;
 mod crosstalk;
 mod declare;
+mod derivative_check;
 mod drift;
 mod file;
-mod friction;
+pub(crate) mod friction;
 mod harmonics;
-mod models;
-mod name;
+mod model;
+mod options;
 mod polynomial;
 mod readings;
 #[cfg(test)]
 mod saturation;
+mod term;
 mod terms;
 #[cfg(test)]
 pub(crate) mod testing;
 
-#[cfg(test)]
-pub(crate) use declare::Options;
-pub(crate) use declare::{RefusedOption, Site};
+use std::sync::Arc;
+
+pub use automatic::{Differentiated, SensorFormula};
+pub(crate) use declare::Term;
+pub use derivative_check::{WrongDerivative, check_term_derivatives};
 pub use file::DeclaredModels;
-pub(crate) use file::{DeclaredInFile, ModelTable, declare, to_unit_of};
-pub use name::{Need, SensorModelName, UnknownSensorModel};
-pub(crate) use terms::Term;
-pub use terms::{Function, PositionFunction, SensorTerms, TorqueFunction};
+pub(crate) use file::{DeclaredInFile, ModelContext, ModelTable, ParameterInFile, declare, to_unit_of};
+pub use model::{Declared, ParameterSpec, SensorModel, Side, Site};
+pub use options::{Options, RefusedOption};
+pub use term::{Moment, Need, Partials, Reads, SensorTerm};
+pub use terms::SensorTerms;
+
+/// The models that gravcal itself has.
+pub(crate) fn standard_sensor_models() -> Vec<Arc<dyn SensorModel>> {
+    vec![
+        Arc::new(drift::DriftInTime),
+        Arc::new(drift::DriftWithTemperature),
+        Arc::new(polynomial::Polynomial),
+        Arc::new(friction::Coulomb),
+        Arc::new(friction::Viscous),
+        Arc::new(crosstalk::Crosstalk),
+        Arc::new(harmonics::Harmonics),
+    ]
+}

@@ -1,7 +1,9 @@
 //! From readings to true values and back, for given parameters.
 
 use gravcal_recording::Conditions;
+use nalgebra::{DMatrix, DVector};
 
+use super::term::{Moment, Partials};
 use super::terms::SensorTerms;
 use crate::joint::Unknowns;
 use crate::parameter::Quantity;
@@ -11,55 +13,68 @@ const ITERATIONS: usize = 50;
 const TOLERANCE: f64 = 1e-14;
 
 impl SensorTerms {
-    /// True coordinates of all joints at these position readings: `θ = s q + o + Σ a ψ(q)`, rad or m.
-    pub fn coordinates(&self, readings: &[f64], values: &Unknowns) -> Vec<f64> {
+    /// True coordinates of all joints at these position readings: `θ = s q + o + Σ f(q, conditions)`, rad or m.
+    pub fn coordinates(&self, readings: &[f64], conditions: &Conditions, values: &Unknowns) -> Vec<f64> {
         let affine = readings.iter().zip(&values.sensors).map(|(q, [_, _, s, o])| s * q + o);
         let mut coordinates: Vec<f64> = affine.collect();
-        for (place, joint, function) in self.of_positions() {
-            coordinates[joint] += values.further[place] * function.value(readings[joint]);
+        let at = Moment::new(&[], &[], readings, conditions);
+        for term in self.of_positions() {
+            coordinates[term.joint] += term.value(&at, &values.further, None);
         }
         coordinates
     }
 
-    /// What the torque sensors of all joints read at these torques: `y = k τ + b + Σ a φ(τ, conditions)`.
-    pub fn torque_readings(&self, torque: &[f64], conditions: &Conditions, values: &Unknowns) -> Vec<f64> {
-        let affine = torque.iter().zip(&values.sensors).map(|(torque, [k, b, _, _])| k * torque + b);
+    /// What the torque sensors of all joints read at this moment: `y = k τ + b + Σ f(τ, θ, q, conditions)`.
+    pub fn torque_readings(&self, at: &Moment<'_>, values: &Unknowns) -> Vec<f64> {
+        let affine = values.sensors.iter().enumerate().map(|(joint, [k, b, _, _])| k * at.torque(joint) + b);
         let mut readings: Vec<f64> = affine.collect();
         for (joint, reading) in readings.iter_mut().enumerate() {
-            for (place, function) in self.of_torque(joint) {
-                let source = function.source().map_or(0.0, |source| torque[source]);
-                *reading += values.further[place] * function.value(source, conditions);
+            for term in self.of_torque(joint) {
+                *reading += term.value(at, &values.further, None);
             }
         }
         readings
     }
 
-    /// The true torques of all joints behind these readings, by Newton's method from those of affine sensors. `None`
-    /// where sensors saturate each other or their own terms so that it does not converge.
-    pub fn torques(&self, readings: &[f64], conditions: &Conditions, values: &Unknowns) -> Option<Vec<f64>> {
+    /// The true torques of all joints behind these readings, by Newton's method from those of affine sensors. `at`: the moment; its
+    /// torques do not matter. `None` where sensors saturate each other or their own terms so that it does not converge.
+    pub fn torques(&self, readings: &[f64], at: &Moment<'_>, values: &Unknowns) -> Option<Vec<f64>> {
         let affine = readings.iter().zip(&values.sensors).map(|(reading, [k, b, _, _])| (reading - b) / k);
-        let mut torque = nalgebra::DVector::from_iterator(readings.len(), affine);
+        let mut torque = DVector::from_iterator(readings.len(), affine);
         let scale = torque.amax().max(1.0);
         for _ in 0..ITERATIONS {
-            let mut slopes = nalgebra::DMatrix::zeros(readings.len(), readings.len());
-            for (joint, sensor) in values.sensors.iter().enumerate() {
-                slopes[(joint, joint)] = sensor[Quantity::TorqueGain as usize];
-                for (place, function) in self.of_torque(joint) {
-                    if let Some(source) = function.source() {
-                        slopes[(joint, source)] += values.further[place] * function.slope(torque[source]);
-                    }
-                }
-            }
-            let found = self.torque_readings(torque.as_slice(), conditions, values);
-            let missing =
-                nalgebra::DVector::from_iterator(readings.len(), readings.iter().zip(found).map(|(r, f)| r - f));
-            let step = slopes.lu().solve(&missing)?;
+            let found = torque.as_slice().to_vec();
+            let at = at.with_torque(&found);
+            let told = self.torque_readings(&at, values);
+            let missing = DVector::from_iterator(readings.len(), readings.iter().zip(told).map(|(r, f)| r - f));
+            let step = self.slopes(&at, values).lu().solve(&missing)?;
             torque += &step;
             if step.amax() <= TOLERANCE * scale {
                 return Some(torque.as_slice().to_vec());
             }
         }
         None
+    }
+
+    /// Derivatives of all readings by all torques.
+    fn slopes(&self, at: &Moment<'_>, values: &Unknowns) -> DMatrix<f64> {
+        let joints = values.sensors.len();
+        let mut slopes = DMatrix::zeros(joints, joints);
+        for (joint, sensor) in values.sensors.iter().enumerate() {
+            slopes[(joint, joint)] = sensor[Quantity::TorqueGain as usize];
+            for term in self.of_torque(joint) {
+                let [mut by_parameter, mut by_torque, mut by_coordinate] =
+                    [term.places.len(), joints, joints].map(|count| vec![0.0; count]);
+                let partials = Partials {
+                    by_parameter: &mut by_parameter,
+                    by_torque: &mut by_torque,
+                    by_coordinate: &mut by_coordinate,
+                };
+                term.value(at, &values.further, Some(partials));
+                term.reads.torques().iter().for_each(|source| slopes[(joint, *source)] += by_torque[*source]);
+            }
+        }
+        slopes
     }
 }
 
@@ -68,6 +83,7 @@ mod tests {
     use gravcal_recording::Conditions;
 
     use crate::joint::Unknowns;
+    use crate::sensors::Moment;
     use crate::sensors::testing::every_term;
     use crate::testing::sarcos_shoulder;
 
@@ -85,8 +101,9 @@ mod tests {
             direction: vec![1.0, -1.0, 1.0],
         };
         for torque in [[0.0; 3], [12.0, -30.0, 7.0], [-25.0, 18.0, -9.0]] {
-            let readings = terms.torque_readings(&torque, &conditions, &values);
-            let found = terms.torques(&readings, &conditions, &values).unwrap();
+            let at = Moment::new(&torque, &[0.1, 0.2, 0.3], &[0.3, 0.2, 0.1], &conditions);
+            let readings = terms.torque_readings(&at, &values);
+            let found = terms.torques(&readings, &at, &values).unwrap();
             let close = found.iter().zip(&torque).all(|(found, torque)| (found - torque).abs() < 1e-10);
             assert!(close, "{found:?} {torque:?}");
         }
@@ -97,6 +114,8 @@ mod tests {
         let terms = every_term();
         let mut values = Unknowns { further: vec![0.0; terms.len()], ..sarcos_shoulder().truth };
         values.sensors[1][0] = 0.0;
-        assert_eq!(terms.torques(&[2000.0; 3], &Conditions::default(), &values), None);
+        let conditions = Conditions::default();
+        let at = Moment::new(&[0.0; 3], &[0.0; 3], &[0.0; 3], &conditions);
+        assert_eq!(terms.torques(&[2000.0; 3], &at, &values), None);
     }
 }

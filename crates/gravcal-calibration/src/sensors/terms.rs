@@ -1,75 +1,65 @@
-//! The terms that sensors have beyond their affine models: functions with one parameter each.
+//! The terms that sensors have beyond their affine models.
 
-use std::fmt::Debug;
 use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_recording::Conditions;
 
-use super::name::{Need, SensorModelName};
-
-/// A function that a torque sensor adds to its reading: `φ(τ, conditions)`, of the torque of one joint at most.
-pub trait TorqueFunction: Debug + Send + Sync {
-    /// The joint on whose torque it depends; `None` where it depends on conditions alone, and the reading is affine in its
-    /// parameter.
-    fn source(&self) -> Option<usize> {
-        None
-    }
-
-    /// `φ`, in units of the reading a unit of the parameter. `torque`: of the source, N·m or N; 0 where there is none.
-    fn value(&self, torque: f64, conditions: &Conditions) -> f64;
-
-    /// Its derivative by that torque.
-    fn slope(&self, _torque: f64) -> f64 {
-        0.0
-    }
-
-    /// Whether that derivative is the same at every torque.
-    fn is_straight(&self) -> bool {
-        true
-    }
-}
-
-/// A function that a position sensor's true coordinate has beyond `s q + o`: `ψ(q)`.
-pub trait PositionFunction: Debug + Send + Sync {
-    /// `ψ`, in rad (or m) a unit of the parameter. `reading`: of the joint, rad, m or the sensor's own unit.
-    fn value(&self, reading: f64) -> f64;
-}
-
-/// The function of a term, and so the side on which it acts.
-#[derive(Clone, Debug)]
-pub enum Function {
-    /// Adds to a torque reading.
-    Torque(Arc<dyn TorqueFunction>),
-    /// Adds to a joint's coordinate.
-    Position(Arc<dyn PositionFunction>),
-}
-
-/// One parameter of a sensor with its function.
-#[derive(Clone, Debug)]
-pub(crate) struct Term {
-    /// The sensor's joint.
-    pub joint: usize,
-    /// The model that it is a part of.
-    pub model: SensorModelName,
-    pub function: Function,
-}
+use super::declare::Term;
+use super::model::Side;
+use super::term::{Moment, Need, Partials};
+use crate::session::Pose;
 
 /// What all sensors do beyond their affine models.
 ///
-/// Its parameters are the first ones of [`Session::further`](crate::Session), in the order of the terms.
+/// The parameters of its terms are the first ones of [`Session::further`](crate::Session), in the order of the terms.
 #[derive(Clone, Debug, Default)]
 pub struct SensorTerms {
     terms: Vec<Term>,
+    /// How many parameters all of them have.
+    parameters: usize,
+}
+
+/// A model of one joint's sensor, as its session has it.
+pub(crate) struct ModelInUse<'t> {
+    pub joint: usize,
+    pub name: &'t str,
+    pub terms: &'t [Term],
+}
+
+impl ModelInUse<'_> {
+    /// Places of its parameters.
+    pub fn places(&self) -> Range<usize> {
+        self.terms[0].places.start..self.terms[self.terms.len() - 1].places.end
+    }
+
+    /// Whether it does nothing where all of its parameters are zero: then it can be tested against its absence.
+    pub fn vanishes_at_zero(&self, poses: &[Pose]) -> bool {
+        let zeros = vec![0.0; self.places().end];
+        let vanishes = |pose: &Pose| {
+            // Neither zero nor alike.
+            let numbers: Vec<f64> = (1..=pose.position.len()).map(|joint| 0.7 * joint as f64).collect();
+            let at = Moment::new(&numbers, &pose.position, &pose.position, &pose.conditions);
+            self.terms.iter().all(|term| term.value(&at, &zeros, None) == 0.0)
+        };
+        poses.iter().all(vanishes)
+    }
+
+    /// Whether any of its terms reads this.
+    pub fn needs(&self, need: Need) -> bool {
+        self.terms.iter().any(|term| term.reads.needs().contains(&need))
+    }
 }
 
 impl SensorTerms {
-    pub(crate) fn new(terms: Vec<Term>) -> SensorTerms {
-        SensorTerms { terms }
-    }
-
-    pub(crate) fn extend(&mut self, terms: Vec<Term>) {
-        self.terms.extend(terms);
+    /// Adds terms, whose parameters come behind those of the terms before.
+    pub(crate) fn extend(&mut self, terms: impl IntoIterator<Item = Term>) {
+        for mut term in terms {
+            let first = self.parameters;
+            self.parameters += term.places.len();
+            term.places = first..self.parameters;
+            self.terms.push(term);
+        }
     }
 
     /// Whether all sensors are affine.
@@ -77,68 +67,75 @@ impl SensorTerms {
         self.terms.is_empty()
     }
 
+    /// How many parameters there are.
+    pub fn len(&self) -> usize {
+        self.parameters
+    }
+
     /// Whether any tells poses apart by how the joint came there or moves.
     pub(crate) fn need_direction(&self) -> bool {
-        self.terms.iter().any(|term| matches!(term.model.need(), Some(Need::Direction | Need::Velocity)))
+        let tells = |need: &Need| matches!(need, Need::Direction | Need::Velocity);
+        self.terms.iter().any(|term| term.reads.needs().iter().any(tells))
     }
 
     /// Joints whose torque readings depend on the side from which they came.
     pub(crate) fn with_friction(&self) -> Vec<usize> {
-        self.terms.iter().filter(|term| term.model == SensorModelName::CoulombFriction).map(|term| term.joint).collect()
+        let depends = |term: &&Term| term.side == Side::Torque && term.reads.needs().contains(&Need::Direction);
+        self.terms.iter().filter(depends).map(|term| term.joint).collect()
     }
 
     /// Whether all readings are affine in the torques.
     pub(crate) fn are_straight(&self) -> bool {
-        self.terms.iter().all(|term| match &term.function {
-            Function::Torque(function) => function.is_straight(),
-            Function::Position(_) => true,
-        })
+        self.terms.iter().all(|term| term.reads.is_affine_in_torques())
     }
 
-    /// How many parameters there are.
-    pub fn len(&self) -> usize {
-        self.terms.len()
+    /// The joint of a parameter's sensor, and whether that is one of torque; nothing where no term has the parameter.
+    pub(crate) fn site(&self, place: usize) -> Option<(usize, bool)> {
+        let term = self.terms.iter().find(|term| term.places.contains(&place))?;
+        Some((term.joint, term.side == Side::Torque))
     }
 
-    /// The joint of a term's sensor, and whether that is one of torque.
-    pub(crate) fn site(&self, place: usize) -> (usize, bool) {
-        let term = &self.terms[place];
-        (term.joint, matches!(term.function, Function::Torque(_)))
+    /// The terms of one joint's torque sensor.
+    pub(crate) fn of_torque(&self, joint: usize) -> impl Iterator<Item = &Term> {
+        self.terms.iter().filter(move |term| term.side == Side::Torque && term.joint == joint)
     }
 
-    /// The terms of one joint's torque sensor, each with the place of its parameter.
-    pub(crate) fn of_torque(&self, joint: usize) -> impl Iterator<Item = (usize, &dyn TorqueFunction)> {
-        self.terms.iter().enumerate().filter_map(move |(place, term)| match &term.function {
-            Function::Torque(function) if term.joint == joint => Some((place, function.as_ref())),
-            _ => None,
-        })
+    /// The terms of all position sensors.
+    pub(crate) fn of_positions(&self) -> impl Iterator<Item = &Term> {
+        self.terms.iter().filter(|term| term.side == Side::Position)
     }
 
-    /// The terms of all position sensors: place of the parameter, joint, function.
-    pub(crate) fn of_positions(&self) -> impl Iterator<Item = (usize, usize, &dyn PositionFunction)> {
-        self.terms.iter().enumerate().filter_map(|(place, term)| match &term.function {
-            Function::Position(function) => Some((place, term.joint, function.as_ref())),
-            Function::Torque(_) => None,
-        })
+    /// The models of all joints' sensors.
+    pub(crate) fn models(&self) -> impl Iterator<Item = ModelInUse<'_>> {
+        let together = self.terms.chunk_by(|a, b| Arc::ptr_eq(&a.model, &b.model));
+        together.map(|terms| ModelInUse { joint: terms[0].joint, name: &terms[0].model, terms })
     }
 
-    /// The models of all joints' sensors, each with the places of its parameters.
-    pub(crate) fn models(&self) -> Vec<(usize, SensorModelName, Range<usize>)> {
-        let places: Vec<usize> = (0..self.terms.len()).collect();
-        let model = |place: usize| (self.terms[place].joint, self.terms[place].model);
-        let together = places.chunk_by(|a, b| model(*a) == model(*b));
-        together.map(|own| (self.terms[own[0]].joint, self.terms[own[0]].model, own[0]..own[0] + own.len())).collect()
-    }
-
-    /// By how much, at most, a unit of a parameter changes the readings of its torque sensor under these conditions,
-    /// where that does not depend on torque; otherwise, and where it changes none, 1.
-    pub(crate) fn lever<'c>(&self, place: usize, conditions: impl Iterator<Item = &'c Conditions>) -> f64 {
-        match self.terms.get(place).map(|term| &term.function) {
-            Some(Function::Torque(function)) if function.source().is_none() => {
-                let largest = conditions.map(|pose| function.value(0.0, pose).abs()).fold(0.0, f64::max);
-                if largest > 0.0 { largest } else { 1.0 }
-            }
-            _ => 1.0,
-        }
+    /// By how much, at most, a unit of a parameter changes the readings of its torque sensor in these poses, where that does not depend
+    /// on torque; otherwise, and where it changes none, 1. `values`: of the parameters of all terms; of each pose the coordinates,
+    /// position readings and conditions.
+    pub(crate) fn lever<'c>(
+        &self,
+        place: usize,
+        values: &[f64],
+        poses: impl Iterator<Item = (Vec<f64>, &'c [f64], &'c Conditions)>,
+    ) -> f64 {
+        let suits =
+            |term: &&Term| term.places.contains(&place) && term.side == Side::Torque && term.reads.torques().is_empty();
+        let Some(term) = self.terms.iter().find(suits) else { return 1.0 };
+        let mut by_parameter = vec![0.0; term.places.len()];
+        let change = |(coordinate, position, conditions): (Vec<f64>, &[f64], &Conditions)| {
+            let (mut by_torque, mut by_coordinate) = (vec![0.0; coordinate.len()], vec![0.0; coordinate.len()]);
+            let partials = Partials {
+                by_parameter: &mut by_parameter,
+                by_torque: &mut by_torque,
+                by_coordinate: &mut by_coordinate,
+            };
+            let torque = vec![0.0; position.len()];
+            term.value(&Moment::new(&torque, &coordinate, position, conditions), values, Some(partials));
+            std::mem::take(&mut by_parameter[place - term.places.start]).abs()
+        };
+        let largest = poses.map(change).filter(|change| change.is_finite()).fold(0.0, f64::max);
+        if largest > 0.0 { largest } else { 1.0 }
     }
 }

@@ -4,8 +4,11 @@ use gravcal_dynamics::JointKind;
 use gravcal_estimation::Solver;
 use gravcal_solvers::LevenbergMarquardt;
 
-use super::{Options, SensorModelName, SensorTerms, Site};
+use super::declare::{Term, declare_terms};
+use super::{Options, SensorTerms, Side, Site};
 use crate::joint::{Signals, estimate_jointly};
+use crate::parameter::Parameter;
+use crate::registry::Registry;
 use crate::result::EstimatorResult;
 use crate::session::Session;
 use crate::simulation::{SimulatedConditions, Simulation};
@@ -27,7 +30,7 @@ pub fn shoulder() -> Simulation {
 pub fn with_model(
     mut simulation: Simulation,
     joint: usize,
-    model: SensorModelName,
+    model: &str,
     options: &Options,
     truth: &[f64],
 ) -> Simulation {
@@ -37,27 +40,28 @@ pub fn with_model(
         &[JointKind::Revolute; 3],
         &simulation.template.joints[joint],
     );
-    let declared = model.declare(&site, options).unwrap();
-    assert_eq!(declared.len(), truth.len());
-    for ((parameter, term), value) in declared.into_iter().zip(truth) {
-        simulation.template.further.push(parameter);
-        simulation.template.terms.extend(vec![term]);
-        simulation.truth.further.push(*value);
-    }
+    let registry = Registry::standard();
+    let declared = declare_terms(registry.sensor_model(model).unwrap(), &site, options).unwrap();
+    let (terms, parameters): (Vec<Term>, Vec<Vec<Parameter>>) = declared.into_iter().unzip();
+    simulation.template.terms.extend(terms);
+    simulation.template.further.extend(parameters.concat());
+    simulation.truth.further.extend(truth);
+    assert_eq!(simulation.template.further.len(), simulation.truth.further.len());
     simulation
 }
 
 /// Every model on every joint of a turning, a sliding and a turning one, where it can be.
 pub fn every_term() -> SensorTerms {
-    let options = Options { reference_degc: Some(25.0), degree: Some(3), from: None, orders: Some(vec![1, 3]) };
+    let registry = Registry::standard();
+    let options = Options::default().with("reference_degC", 25).with("orders", vec![1, 3]);
     let kinds = [JointKind::Revolute, JointKind::Prismatic, JointKind::Revolute];
     let joints = sarcos_shoulder().template.joints;
     let mut terms = SensorTerms::default();
     for joint in 0..3 {
         let site = Site::new(joint, &["joint1", "joint2", "joint3"], &kinds, &joints[joint]);
-        for model in SensorModelName::ALL {
-            if kinds[joint] == JointKind::Revolute || !model.is_of_position() {
-                terms.extend(model.declare(&site, &options).unwrap().into_iter().map(|(_, term)| term).collect());
+        for model in registry.sensor_models().filter(|model| !model.is_repeatable()) {
+            if kinds[joint] == JointKind::Revolute || model.side() == Side::Torque {
+                terms.extend(declare_terms(model, &site, &options).unwrap().into_iter().map(|(term, _)| term));
             }
         }
     }

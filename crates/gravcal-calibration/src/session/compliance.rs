@@ -24,14 +24,18 @@ fn compliance(joint: &Joint, std: f64) -> Parameter {
         owner: joint.name.clone(),
         quantity: "compliance".into(),
         unit: if joint.kind == JointKind::Revolute { "rad/(N·m)" } else { "m/N" }.into(),
-        convention: "coordinate = position_gain * reading + position_offset + compliance * torque, of a joint that stands",
+        convention:
+            "coordinate = position_gain * reading + position_offset + compliance * torque, of a joint that stands"
+                .into(),
         knowledge: Knowledge {
             nominal: 0.0,
             kind: if stiff { KnowledgeKind::Fixed } else { KnowledgeKind::Prior { std } },
         },
         held: stiff.then_some(GIVEN),
         limit: Limit::Absolute(if stiff { 1.0 } else { OBSERVABLE * std }),
-        cure: "hold the joint under torques that differ more, with and without a load; or leave it as it was known before",
+        cure:
+            "hold the joint under torques that differ more, with and without a load; or leave it as it was known before"
+                .into(),
         linear: false,
     }
 }

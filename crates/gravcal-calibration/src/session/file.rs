@@ -194,6 +194,7 @@ use super::solver::Written;
 use super::{JointKnowledge, KnowledgeKind, Pose, Session, SolverChoice};
 use crate::document::{Document, Field, FileError};
 use crate::parameter::Quantity;
+use crate::registry::Registry;
 use crate::robot::{Robot, RobotSource, resolve_robot};
 
 pub use context::SessionError;
@@ -255,29 +256,37 @@ impl Session {
     /// # Errors
     /// Names the file, the line and the field.
     pub fn read(path: &Path) -> Result<Session, SessionError> {
-        Session::read_watched(path, &|_, _| {})
+        Session::read_with(path, &Registry::standard())
+    }
+
+    /// The same; `registry` says what may be named, such as sensor models of one's own.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read).
+    pub fn read_with(path: &Path, registry: &Registry) -> Result<Session, SessionError> {
+        Session::read_watched(path, registry, &|_, _| {})
     }
 
     /// The same; `watch` is told which recording in motion is being read, and which share of it is, as these may be long.
     ///
     /// # Errors
     /// As [`read`](Self::read).
-    pub fn read_watched(path: &Path, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
-        read(&Document::read(path)?, watch)
+    pub fn read_watched(path: &Path, registry: &Registry, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
+        read(&Document::read(path)?, registry, watch)
     }
 
     /// The same from a document, which may be another text than that of the file.
     ///
     /// # Errors
     /// As for [`Session::read`].
-    pub fn of(document: &Document) -> Result<Session, SessionError> {
-        read(document, &|_, _| {})
+    pub fn of(document: &Document, registry: &Registry) -> Result<Session, SessionError> {
+        read(document, registry, &|_, _| {})
     }
 }
 
 /// Reads a session and everything it names. What `session.toml` says is checked before any table is opened.
 /// `watch` is told how far each recording in motion is read.
-fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
+fn read(document: &Document, registry: &Registry, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
     let written: SessionTable = document.parse()?;
     orientation::check_robot(document, written.robot.as_ref(), &written.readings)?;
     let source =
@@ -301,7 +310,7 @@ fn read(document: &Document, watch: &dyn Fn(&Path, f64)) -> Result<Session, Sess
     let sweeps = written.readings.sweeps.as_ref();
     let sweeps = sweeps.map(|sweeps| sweeps::resolve(&context, sweeps, &mapping, &joints)).transpose()?;
     let motion = InMotion { still, sweeps };
-    let (terms, mut further) = models::resolve(&context, &mapping, &motion, &joints, &said)?;
+    let (terms, mut further) = models::resolve(&context, registry, &mapping, &motion, &joints, &said)?;
     let instruments = instruments.behind(&mut further);
     instruments::check_conditions(document, &instruments, &mapping, motion.is_any())?;
     refuse_prior_on_base_frame(&context, &joints, &said)?;

@@ -5,6 +5,7 @@ use gravcal_dynamics::JointKind;
 use super::contents::Session;
 use super::knowledge::{Knowledge, KnowledgeKind};
 use super::known::{InertiaKnowledge, Load};
+use super::pose::Pose;
 use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
 
 /// Standard deviation, relative to a gain, beyond which a number would mislead; of an angle, rad; of a displacement, m.
@@ -46,11 +47,11 @@ impl Session {
             owner: described.name.clone(),
             quantity: quantity.as_str().to_owned(),
             unit: self.parameter_unit(joint, quantity),
-            convention: quantity.convention(),
+            convention: quantity.convention().into(),
             knowledge: self.joints[joint].of(quantity),
             held: self.held_reason(joint, quantity),
             limit: self.sensor_limit(joint, quantity),
-            cure: MOVE_MORE,
+            cure: MOVE_MORE.into(),
             linear: quantity == Quantity::TorqueBias,
         }
     }
@@ -126,16 +127,28 @@ impl Session {
         match id {
             ParameterId::Sensor(..) => 1.0,
             ParameterId::Further(index) => {
-                let conditions = || self.poses.iter().map(|pose| &pose.conditions);
                 match self.instruments.iter().find_map(|instrument| instrument.drift_of(index)) {
-                    None => self.terms.lever(index, conditions()),
+                    None => self.lever_of_term(index),
                     Some(drift) => {
-                        let largest = conditions().map(|pose| drift.value(pose).abs()).fold(0.0, f64::max);
+                        let values = self.poses.iter().map(|pose| drift.value(&pose.conditions).abs());
+                        let largest = values.fold(0.0, f64::max);
                         if largest > 0.0 { largest } else { 1.0 }
                     }
                 }
             }
         }
+    }
+
+    fn lever_of_term(&self, index: usize) -> f64 {
+        let values: Vec<f64> = self.further.iter().map(|parameter| parameter.knowledge.nominal).collect();
+        let nominal = |pose: &Pose| {
+            let affine = self.joints.iter().zip(&pose.position).map(|(joint, q)| {
+                joint.of(Quantity::PositionGain).nominal * q + joint.of(Quantity::PositionOffset).nominal
+            });
+            affine.collect()
+        };
+        let poses = self.poses.iter().map(|pose| (nominal(pose), pose.position.as_slice(), &pose.conditions));
+        self.terms.lever(index, &values, poses)
     }
 
     /// Unit of a joint's sensor parameter inside the program.

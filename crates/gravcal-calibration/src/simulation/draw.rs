@@ -11,6 +11,7 @@ use super::instruments;
 use super::normal::normal;
 use super::statics::{Stand, Statics};
 use crate::parameter::Quantity;
+use crate::sensors::Moment;
 use crate::session::{Pose, Session};
 
 /// Keeps the stream of outliers apart from that of the noise.
@@ -87,11 +88,11 @@ fn read_sensors(
 ) -> Pose {
     let simulation = statics.simulation();
     let load = simulation.template.tables[table].load;
-    let (coordinates, torque) = statics.of(stand, load);
+    let (coordinates, torque) = statics.of(stand, &conditions, load);
     let disturbance = &simulation.disturbance;
-    let seen = simulation.seen_positions(stand, &coordinates);
+    let seen = simulation.seen_positions(stand, &conditions, &coordinates);
     let position = seen.iter().zip(&disturbance.position_std).map(|(q, std)| q + std * normal(random)).collect();
-    let read = simulation.torque_readings(torque, &conditions);
+    let read = simulation.torque_readings(&Moment::new(torque, &coordinates, &seen, &conditions));
     let torque = read
         .iter()
         .enumerate()
@@ -138,11 +139,11 @@ impl Simulation {
     }
 
     /// Position readings without noise, the joints at their true coordinates.
-    pub(super) fn seen_positions(&self, stand: &Stand, coordinates: &[f64]) -> Vec<f64> {
+    pub(super) fn seen_positions(&self, stand: &Stand, conditions: &Conditions, coordinates: &[f64]) -> Vec<f64> {
         if !self.disturbance.deflection.seen {
             return stand.position.clone();
         }
-        let sent = self.coordinates(&stand.position);
+        let sent = self.coordinates(&stand.position, conditions);
         let deflected = |joint: usize| {
             (coordinates[joint] - sent[joint]) / self.truth.sensors[joint][Quantity::PositionGain as usize]
         };

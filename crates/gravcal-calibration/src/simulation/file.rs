@@ -15,6 +15,7 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 use super::disturbance::Disturbance;
 use super::experiment::{Run, Simulation};
 use crate::document::{Document, Field, FileError, OneOrMany};
+use crate::registry::Registry;
 use crate::robot::resolve_robot;
 use crate::sensors::{DeclaredModels, ModelTable};
 use crate::session::{GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, Session, units};
@@ -27,23 +28,31 @@ impl Simulation {
     /// # Errors
     /// Names the file, the line and the field.
     pub fn read(path: &Path) -> Result<Simulation, FileError> {
-        read(&Document::read(path)?)
+        Simulation::read_with(path, &Registry::standard())
+    }
+
+    /// The same; `registry` says what may be named, such as sensor models of one's own.
+    ///
+    /// # Errors
+    /// As for [`Simulation::read`].
+    pub fn read_with(path: &Path, registry: &Registry) -> Result<Simulation, FileError> {
+        Simulation::of(&Document::read(path)?, registry)
     }
 
     /// The same from a document, which may be another text than that of the file.
     ///
     /// # Errors
     /// As for [`Simulation::read`].
-    pub fn of(document: &Document) -> Result<Simulation, FileError> {
-        read(document)
+    pub fn of(document: &Document, registry: &Registry) -> Result<Simulation, FileError> {
+        read(document, registry)
     }
 }
 
 /// Reads a simulation and the robot that it names.
-fn read(document: &Document) -> Result<Simulation, FileError> {
+fn read(document: &Document, registry: &Registry) -> Result<Simulation, FileError> {
     let table: SimulationTable = document.parse()?;
     let (robot, robot_path) = resolve_robot(document, &Field::new("robot"), &table.robot)?;
-    Reader { document, table: &table, robot: &robot }.simulation(document.path(), robot_path)
+    Reader { document, registry, table: &table, robot: &robot }.simulation(document.path(), robot_path)
 }
 
 impl Reader<'_> {

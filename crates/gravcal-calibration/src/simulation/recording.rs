@@ -20,6 +20,7 @@ use super::motion::Motion;
 use super::normal::normal;
 use super::statics::{Stand, Statics};
 use crate::parameter::Quantity;
+use crate::sensors::Moment;
 use crate::session::{Pose, Session};
 
 /// Frequency of what vibrates after a move, Hz.
@@ -273,14 +274,15 @@ impl<'a> Recorder<'a> {
         let simulation = self.simulation;
         let conditions = self.conditions(self.time());
         let travelled = self.travelled(stand);
-        let (coordinates, torque) = self.statics.of(stand, simulation.template.tables[table].load);
+        let (coordinates, torque) = self.statics.of(stand, &conditions, simulation.template.tables[table].load);
         let mut torque = torque.to_vec();
         if let Some(bristles) = &mut self.bristles {
             bristles.go(&travelled);
             bristles.add_to(&mut torque);
         }
-        let torques = simulation.torque_readings(&torque, &conditions);
-        simulation.seen_positions(stand, &coordinates).into_iter().chain(torques).collect()
+        let seen = simulation.seen_positions(stand, &conditions, &coordinates);
+        let torques = simulation.torque_readings(&Moment::new(&torque, &coordinates, &seen, &conditions));
+        seen.into_iter().chain(torques).collect()
     }
 
     /// The zeros walk on by one sample.

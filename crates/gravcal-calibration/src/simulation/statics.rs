@@ -1,6 +1,7 @@
 //! Where the joints of a simulated pose truly are, and the torques that hold them.
 
 use gravcal_dynamics::GravityTorque;
+use gravcal_recording::Conditions;
 
 use super::experiment::Simulation;
 
@@ -37,11 +38,11 @@ impl<'s> Statics<'s> {
     }
 
     /// True coordinates and torques, stationary joints deflected.
-    pub fn of(&mut self, stand: &Stand, load: Option<usize>) -> (Vec<f64>, &[f64]) {
+    pub fn of(&mut self, stand: &Stand, conditions: &Conditions, load: Option<usize>) -> (Vec<f64>, &[f64]) {
         let Simulation { truth, template, disturbance, .. } = self.simulation;
         let inertia = &self.inertia[load.map_or(0, |load| load + 1)];
         let compliance = &disturbance.deflection.compliance;
-        let sensed = self.simulation.coordinates(&stand.position);
+        let sensed = self.simulation.coordinates(&stand.position, conditions);
         let rounds = if compliance.iter().any(|c| *c != 0.0) { COMPLIANCE_ROUNDS } else { 1 };
         self.torque.torque.fill(0.0);
         let mut coordinates = sensed.clone();

@@ -5,7 +5,7 @@ use gravcal_recording::Conditions;
 use super::experiment::Simulation;
 use crate::joint::Unknowns;
 use crate::parameter::Parameter;
-use crate::sensors::{SensorTerms, Term};
+use crate::sensors::{Moment, SensorTerms, Term};
 use crate::session::Session;
 
 /// Terms beyond those of the session, with their true values.
@@ -24,10 +24,10 @@ impl Unmodelled {
         Unmodelled { terms: SensorTerms::default(), values, parameters: Vec::new() }
     }
 
-    pub(super) fn add(&mut self, term: Term, parameter: Parameter, value: f64) {
-        self.terms.extend(vec![term]);
-        self.values.further.push(value);
-        self.parameters.push(parameter);
+    pub(super) fn add(&mut self, term: Term, parameters: Vec<Parameter>, values: Vec<f64>) {
+        self.terms.extend([term]);
+        self.values.further.extend(values);
+        self.parameters.extend(parameters);
     }
 
     /// Its parameters with their true values.
@@ -38,20 +38,20 @@ impl Unmodelled {
 
 impl Simulation {
     /// True coordinates of all joints at these position readings, rad or m.
-    pub(super) fn coordinates(&self, readings: &[f64]) -> Vec<f64> {
-        let mut coordinates = self.template.terms.coordinates(readings, &self.truth);
+    pub(super) fn coordinates(&self, readings: &[f64], conditions: &Conditions) -> Vec<f64> {
+        let mut coordinates = self.template.terms.coordinates(readings, conditions, &self.truth);
         if !self.unmodelled.terms.is_empty() {
-            let more = self.unmodelled.terms.coordinates(readings, &self.unmodelled.values);
+            let more = self.unmodelled.terms.coordinates(readings, conditions, &self.unmodelled.values);
             coordinates.iter_mut().zip(more).for_each(|(coordinate, more)| *coordinate += more);
         }
         coordinates
     }
 
-    /// What the torque sensors of all joints read at these torques.
-    pub(super) fn torque_readings(&self, torque: &[f64], conditions: &Conditions) -> Vec<f64> {
-        let mut readings = self.template.terms.torque_readings(torque, conditions, &self.truth);
+    /// What the torque sensors of all joints read at this moment.
+    pub(super) fn torque_readings(&self, at: &Moment<'_>) -> Vec<f64> {
+        let mut readings = self.template.terms.torque_readings(at, &self.truth);
         if !self.unmodelled.terms.is_empty() {
-            let more = self.unmodelled.terms.torque_readings(torque, conditions, &self.unmodelled.values);
+            let more = self.unmodelled.terms.torque_readings(at, &self.unmodelled.values);
             readings.iter_mut().zip(more).for_each(|(reading, more)| *reading += more);
         }
         readings

@@ -47,7 +47,7 @@ mod tests {
 
     fn tested(test: Option<TestAgainstZero>) -> SensorModelTest {
         let parameters = vec!["joint2.torque_bias_drift".into()];
-        SensorModelTest { joint: "joint2".into(), model: "torque-bias-in-time", parameters, test }
+        SensorModelTest { joint: "joint2".into(), model: "torque-bias-in-time".into(), parameters, test }
     }
 
     #[test]

@@ -169,11 +169,11 @@ fn measured_cell(value: f64, std: f64) -> Cell {
 }
 
 /// The equations in which the parameters stand.
-fn conventions(results: &[EstimatorResult]) -> Vec<&'static str> {
+fn conventions(results: &[EstimatorResult]) -> Vec<&str> {
     let mut conventions = Vec::new();
     for parameter in results.iter().flat_map(|result| &result.parameters) {
-        if !conventions.contains(&parameter.convention) {
-            conventions.push(parameter.convention);
+        if !conventions.contains(&&*parameter.convention) {
+            conventions.push(&*parameter.convention);
         }
     }
     conventions

@@ -52,6 +52,7 @@ mod source;
 
 use std::path::{Path, PathBuf};
 
+use gravcal_calibration::Registry;
 use gravcal_calibration::document::{Document, Field, FileError};
 
 pub use compared::Compared;
@@ -89,7 +90,15 @@ impl Study {
     /// # Errors
     /// Names the file, the line and the field, and the point where a varied value does not fit.
     pub fn read(path: &Path) -> Result<Study, StudyError> {
-        read::read(path)
+        Study::read_with(path, &Registry::standard())
+    }
+
+    /// The same; `registry` says what simulations and sessions may name.
+    ///
+    /// # Errors
+    /// As for [`Study::read`].
+    pub fn read_with(path: &Path, registry: &Registry) -> Result<Study, StudyError> {
+        read::read(path, registry)
     }
 
     /// An error in the field that names the solvers, for who knows which there are.

@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use gravcal_calibration::Registry;
 use gravcal_calibration::document::{Document, Field, FileError};
 use gravcal_calibration::session::{Session, SessionError};
 use gravcal_calibration::simulation::{Simulation, write_session};
@@ -20,6 +21,7 @@ const SESSION: &str = "session.";
 pub(super) struct PointFiles<'a> {
     /// `study.toml`.
     pub document: &'a Document,
+    pub registry: &'a Registry,
     /// Where the simulation is.
     pub path: &'a Path,
     /// The simulation without changes.
@@ -35,7 +37,8 @@ impl PointFiles<'_> {
         let mut table = self.base.clone();
         self.change(&mut table, false)?;
         let text = toml::to_string(&table).map_err(|error| self.refused(error))?;
-        let simulation = Document::of(self.path, text.clone()).and_then(|document| Simulation::of(&document));
+        let simulation =
+            Document::of(self.path, text.clone()).and_then(|document| Simulation::of(&document, self.registry));
         let simulation = simulation.map_err(|error| StudyError::Simulation {
             error: Box::new(error.without_line()),
             point: self.changed_at(),
@@ -107,8 +110,9 @@ impl PointFiles<'_> {
         }
         let absolute = toml::to_string(&table).map_err(|error| self.refused(error))?;
         let place = self.document.path().with_file_name("session.toml");
-        let session =
-            Document::of(&place, absolute).map_err(SessionError::from).and_then(|document| Session::of(&document));
+        let session = Document::of(&place, absolute)
+            .map_err(SessionError::from)
+            .and_then(|document| Session::of(&document, self.registry));
         let mut session = session
             .map_err(|error| StudyError::Session { error: Box::new(without_line(error)), point: self.changed_at() })?;
         let expected: usize = simulation.runs.iter().map(|run| run.poses()).sum();

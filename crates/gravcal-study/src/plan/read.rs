@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use gravcal_calibration::Registry;
 use gravcal_calibration::document::{Document, Field, FileError};
 use gravcal_calibration::session::{Session, SessionError};
 use gravcal_calibration::simulation::SimulateError;
@@ -56,15 +57,16 @@ pub(crate) const MOST_TRIALS: u64 = 100_000_000;
 /// Arms that are looked at for the names of their joints.
 const ARMS: u64 = 100;
 
-pub(super) fn read(path: &Path) -> Result<Study, StudyError> {
+pub(super) fn read(path: &Path, registry: &Registry) -> Result<Study, StudyError> {
     let document = Document::read(path)?;
     let table: StudyTable = document.parse()?;
-    Reader { document: &document, table: &table }.study()
+    Reader { document: &document, registry, table: &table }.study()
 }
 
 /// The file being read.
 struct Reader<'a> {
     document: &'a Document,
+    registry: &'a Registry,
     table: &'a StudyTable,
 }
 
@@ -257,8 +259,8 @@ impl Reader<'_> {
                 let chosen = cases.iter().zip(&places).flat_map(|(cases, place)| &cases[*place].changes);
                 let changes: Vec<&Change> = common.iter().chain(chosen).collect();
                 let told = at(axes, &places);
-                let files =
-                    PointFiles { document: self.document, path: &path, base: &base, changes: &changes, told: &told };
+                let (document, registry) = (self.document, self.registry);
+                let files = PointFiles { document, registry, path: &path, base: &base, changes: &changes, told: &told };
                 let (mut simulation, session) = files.make(hash)?;
                 for input in simulation.template.inputs.iter().chain(&session.inputs) {
                     if !inputs.contains(input) {

@@ -6,8 +6,8 @@ use rand_pcg::Pcg64;
 
 use super::*;
 use crate::result::{EstimatorResult, Verdict};
+use crate::sensors::Options;
 use crate::sensors::testing::{estimate, shoulder, taken_as_affine, with_model};
-use crate::sensors::{Options, SensorModelName};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
 
 /// Noise of the shoulder's readings, counts.
@@ -33,8 +33,8 @@ fn first(mut session: Session, joint: usize, error: impl Fn(usize, &crate::sessi
     first
 }
 
-fn harmonics(orders: &[u32]) -> Options {
-    Options { orders: Some(orders.to_vec()), ..Options::default() }
+fn harmonics(orders: &[i64]) -> Options {
+    Options::default().with("orders", orders.to_vec())
 }
 
 #[test]
@@ -61,8 +61,7 @@ fn of_right_models_nothing_is_named_and_p_values_are_evenly_spread() {
 
 #[test]
 fn a_zero_that_drifts_is_named_with_its_size() {
-    let simulation =
-        with_model(shoulder(), 1, SensorModelName::TorqueBiasInTime, &Options::default(), &[3.0 * NOISE / 4000.0]);
+    let simulation = with_model(shoulder(), 1, "torque-bias-in-time", &Options::default(), &[3.0 * NOISE / 4000.0]);
     let test = first(taken_as_affine(&simulation.session(0)), 1, |_, _| 0.0);
     assert!(test.channel == "joint2" && test.kind == ResidualTestKind::Trend && test.spoils_intervals, "{test:?}");
     assert!((test.size / (3.0 * NOISE / 4000.0) - 1.0).abs() < 0.3 && test.unit == "count/s", "{test:?}");
@@ -71,7 +70,7 @@ fn a_zero_that_drifts_is_named_with_its_size() {
 #[test]
 fn a_coordinate_that_runs_unevenly_is_named() {
     let truth = [0.006, -0.0045];
-    let simulation = with_model(shoulder(), 1, SensorModelName::PositionHarmonics, &harmonics(&[4]), &truth);
+    let simulation = with_model(shoulder(), 1, "position-harmonics", &harmonics(&[4]), &truth);
     let test = first(taken_as_affine(&simulation.session(0)), 0, |_, _| 0.0);
     assert!(test.channel == "joint2" && test.kind == ResidualTestKind::PositionHarmonic { order: 4 }, "{test:?}");
     assert!((test.size / 0.0075 - 1.0).abs() < 0.3 && test.unit == "rad", "{test:?}");

@@ -10,6 +10,7 @@
 //! it, `u`, is its own ([`Wrench`], [`SpecificForce`]); the gains `K` are one an axis, or a full matrix. Axes without a
 //! usable reading have no row.
 
+mod coordinates;
 mod sensed;
 mod specific_force;
 mod wrench;
@@ -19,6 +20,9 @@ use std::sync::Arc;
 use gravcal_dynamics::Chain;
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 use nalgebra::{Matrix3, Vector3};
+
+use self::coordinates::Further;
+pub use self::coordinates::PositionTerms;
 
 pub use sensed::{Sensed, SensedQuantity};
 pub use specific_force::SpecificForce;
@@ -84,6 +88,8 @@ pub struct InstrumentReading {
     coordinates: Vec<(usize, usize, f64)>,
     /// `R`.
     orientation: Matrix3<f64>,
+    /// What position sensors do beyond.
+    terms: PositionTerms,
     /// `φ` of each drift.
     drifts: Vec<f64>,
     /// Axis and reading of each row.
@@ -101,7 +107,19 @@ impl InstrumentReading {
         readings: Vec<(usize, f64)>,
     ) -> Self {
         let orientation = orientation.map_or_else(Matrix3::identity, |rows| Matrix3::from_fn(|i, j| rows[i][j]));
-        InstrumentReading { model, coordinates, orientation, drifts: Vec::new(), readings }
+        InstrumentReading {
+            model,
+            coordinates,
+            terms: PositionTerms::default(),
+            orientation,
+            drifts: Vec::new(),
+            readings,
+        }
+    }
+
+    /// The same with what position sensors do beyond gain and offset.
+    pub fn with_terms(self, terms: PositionTerms) -> Self {
+        InstrumentReading { terms, ..self }
     }
 
     /// The same with `φ` of each drift of the model, in its order.
@@ -132,6 +150,9 @@ impl InstrumentReading {
         for (joint, place, coefficient) in &self.coordinates {
             row[GRAVITY + place] += coefficient * by_gravity.dot(&at.by_coordinate[*joint]);
         }
+        for Further { joint, place, slope, .. } in &at.further {
+            row[GRAVITY + place] += slope * by_gravity.dot(&at.by_coordinate[*joint]);
+        }
     }
 
     fn linearized(&self, x: &[f64]) -> Linearized {
@@ -140,6 +161,7 @@ impl InstrumentReading {
         for (joint, place, coefficient) in &self.coordinates {
             coordinates[*joint] += coefficient * x[GRAVITY + place];
         }
+        let further = self.terms.add_to(&mut coordinates, &x[GRAVITY..]);
         let turned = self.orientation.tr_mul(&Vector3::new(x[0], x[1], x[2]));
         let on_link = model.chain.link_gravity(model.link, &coordinates, turned.into());
         let mounted = |v: [f64; 3]| model.mounting.tr_mul(&Vector3::from(v));
@@ -150,6 +172,7 @@ impl InstrumentReading {
             sensed: model.sensed.sense(&mounted(on_link.value), &x[model.columns[2]..]),
             by_gravity: [0, 1, 2].map(by_axis),
             by_coordinate: on_link.by_coordinate.into_iter().map(mounted).collect(),
+            further,
         }
     }
 }
@@ -159,6 +182,8 @@ struct Linearized {
     sensed: Sensed,
     by_gravity: [Vector3<f64>; 3],
     by_coordinate: Vec<Vector3<f64>>,
+    /// How coordinates depend on parameters of position sensors beyond gain and offset.
+    further: Vec<Further>,
 }
 
 impl Residual for InstrumentReading {

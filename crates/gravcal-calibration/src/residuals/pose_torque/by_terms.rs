@@ -4,42 +4,48 @@ use gravcal_dynamics::GravityTorque;
 
 use super::model::sensor_column;
 use super::residual::PoseTorque;
-use super::terms::Terms;
+use super::terms::{Slopes, Terms};
 use crate::parameter::Quantity;
 
 impl PoseTorque {
-    /// One row of the Jacobian. `scratch`: as long as a row.
+    /// One row of the Jacobian. `slopes`: of this reading, by torques with what follows from [`Slopes::with_compliance`]; `scratch`: as
+    /// long as a row.
     pub(super) fn fill_row_with_terms(
         &self,
-        terms: &Terms,
-        x: &[f64],
+        (terms, slopes): (&Terms, &Slopes),
+        gain: f64,
         joint: usize,
         torque: &GravityTorque,
         row: &mut [f64],
         scratch: &mut Vec<f64>,
     ) {
         let sensor = |quantity, joint| sensor_column(terms.joints, quantity, joint);
-        let slopes = || terms.slopes(joint, &torque.torque, x);
-        let own: f64 = slopes().filter(|(source, _)| *source == joint).map(|(_, slope)| slope).sum();
+        let own = terms.torques(joint).contains(&joint).then(|| slopes.by_torque[joint]);
         row.fill(0.0);
         let (base, by_terms) = row.split_at_mut(terms.column);
-        self.fill_row(x[sensor(Quantity::TorqueGain, joint)] + own, joint, torque, base);
-        for (source, slope) in slopes().filter(|(source, _)| *source != joint) {
+        self.fill_row(gain + own.unwrap_or(0.0), joint, torque, base);
+        for source in terms.torques(joint).iter().copied().filter(|source| *source != joint) {
             scratch.clear();
             scratch.resize(base.len(), 0.0);
-            self.fill_row(slope, source, torque, scratch);
+            self.fill_row(slopes.by_torque[source], source, torque, scratch);
             // The gain and bias of the other sensor have no part in this reading.
             scratch[sensor(Quantity::TorqueGain, source)] = 0.0;
             scratch[sensor(Quantity::TorqueBias, source)] = 0.0;
             base.iter_mut().zip(&*scratch).for_each(|(entry, by_source)| *entry += by_source);
         }
-        for (place, function) in terms.functions.of_torque(joint) {
-            let source = function.source().map_or(0.0, |source| torque.torque[source]);
-            by_terms[place] = function.value(source, &self.conditions);
+        for moved in terms.coordinates(joint) {
+            let by_coordinate = slopes.by_coordinate[*moved];
+            base[sensor(Quantity::PositionOffset, *moved)] += by_coordinate;
+            base[sensor(Quantity::PositionGain, *moved)] += by_coordinate * self.position[*moved];
         }
-        for (place, moved, function) in terms.functions.of_positions() {
-            let by_offset = base[sensor(Quantity::PositionOffset, moved)];
-            by_terms[place] = by_offset * function.value(self.position[moved]);
+        for term in terms.functions.of_torque(joint) {
+            by_terms[term.places.clone()].copy_from_slice(&slopes.by_parameter[term.places.clone()]);
+        }
+        for term in terms.functions.of_positions() {
+            let by_offset = base[sensor(Quantity::PositionOffset, term.joint)];
+            for place in term.places.clone() {
+                by_terms[place] = by_offset * slopes.by_parameter[place];
+            }
         }
     }
 }

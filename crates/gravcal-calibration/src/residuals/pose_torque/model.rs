@@ -81,8 +81,9 @@ impl PoseTorqueModel {
         order.extend(&blocks.compliance);
         let joints = chain.joint_count();
         let end = inertia_column(joints, chain.link_count()) + 3 * load.as_ref().map_or(0, |l| l.position.len());
-        let terms = (!functions.is_empty()).then(|| Terms::new(functions.clone(), joints, end));
-        let compliance = (!blocks.compliance.is_empty()).then_some(end + functions.len());
+        let gives_way = !blocks.compliance.is_empty();
+        let terms = (!functions.is_empty()).then(|| Terms::new(functions.clone(), joints, end, gives_way));
+        let compliance = gives_way.then_some(end + functions.len());
         let affine = |joint| pattern(&chain, compliance.is_some(), joint, end);
         let of_joint = |joint| match &terms {
             None => affine(joint),
@@ -177,14 +178,19 @@ fn pattern_with_terms(
     width: usize,
     affine: impl Fn(usize) -> Vec<Range<usize>>,
 ) -> Vec<Range<usize>> {
-    let (columns, sources) = terms.touched(joint);
+    let joints = terms.joints;
     let mut touched = vec![false; width];
-    for source in sources {
+    for source in terms.torques(joint).iter().copied().filter(|source| *source != joint) {
         affine(source).into_iter().flatten().for_each(|column| touched[column] = true);
         for quantity in [Quantity::TorqueGain, Quantity::TorqueBias] {
-            touched[sensor_column(terms.joints(), quantity, source)] = false;
+            touched[sensor_column(joints, quantity, source)] = false;
         }
     }
-    affine(joint).into_iter().flatten().chain(columns).for_each(|column| touched[column] = true);
+    for moved in terms.coordinates(joint) {
+        for quantity in [Quantity::PositionGain, Quantity::PositionOffset] {
+            touched[sensor_column(joints, quantity, *moved)] = true;
+        }
+    }
+    affine(joint).into_iter().flatten().chain(terms.columns(joint)).for_each(|column| touched[column] = true);
     joined((0..width).filter(|column| touched[*column]).map(|column| column..column + 1))
 }

@@ -9,8 +9,10 @@ use gravcal_estimation::{ABREAST, BlockId, EvaluateError, LocalValues, Residual,
 use gravcal_recording::Conditions;
 
 use super::model::{CarriedLoad, GRAVITY, INERTIA, PoseTorqueModel, inertia_column, sensor_column};
+use super::terms::Slopes;
 use super::{abreast, compliance};
 use crate::parameter::Quantity;
+use crate::sensors::Moment;
 
 /// The torque readings of one pose.
 #[derive(Clone, Debug)]
@@ -35,6 +37,7 @@ pub(super) struct Workspace {
     pub(super) abreast: abreast::Workspace,
     /// A row of the Jacobian, for terms of sensors that read other joints' torques.
     pub(super) row: Vec<f64>,
+    pub(super) slopes: Slopes,
 }
 
 impl Workspace {
@@ -46,6 +49,7 @@ impl Workspace {
             bodies: Bodies::new(links),
             abreast: abreast::Workspace::new(joints, links),
             row: Vec::new(),
+            slopes: Slopes::default(),
         }
     }
 
@@ -172,7 +176,7 @@ impl PoseTorque {
 
     fn evaluate_in(
         &self,
-        Workspace { coordinates, inertia, torque, bodies, row: scratch, .. }: &mut Workspace,
+        Workspace { coordinates, inertia, torque, bodies, row: scratch, slopes, .. }: &mut Workspace,
         x: &[f64],
         residual: &mut [f64],
         mut jacobian: Option<RowsMut<'_>>,
@@ -180,7 +184,9 @@ impl PoseTorque {
         let terms = self.model.terms.as_ref();
         self.set_coordinates(x, coordinates);
         if let Some(terms) = terms {
-            terms.add_to_coordinates(&self.position, x, coordinates);
+            terms.fit(slopes);
+            let slopes = jacobian.is_some().then_some(&mut *slopes);
+            terms.add_to_coordinates((&self.position, &self.conditions), x, coordinates, slopes);
         }
         self.set_inertia(&x[..self.model.affine_columns], inertia);
         let gravity = [x[0], x[1], x[2]];
@@ -195,31 +201,35 @@ impl PoseTorque {
             }
             return Ok(());
         }
-        if let Some(column) = self.model.compliance {
-            let compliance = self.compliance(&x[column..]);
-            compliance::settle(&self.model.chain, coordinates, gravity, inertia, &compliance, torque)?;
+        let compliance = self.model.compliance.map(|column| self.compliance(&x[column..]));
+        if let Some(compliance) = &compliance {
+            compliance::settle(&self.model.chain, coordinates, gravity, inertia, compliance, torque)?;
         } else if jacobian.is_some() {
             self.model.chain.linearize_gravity_torque(coordinates, gravity, inertia, torque);
         } else {
             self.model.chain.update_gravity_torque(coordinates, gravity, inertia, torque);
         }
-        for (residual, (joint, reading)) in residual.iter_mut().zip(&self.readings) {
+        let at = Moment::new(&torque.torque, coordinates, &self.position, &self.conditions);
+        for (row, (residual, (joint, reading))) in residual.iter_mut().zip(&self.readings).enumerate() {
             let (gain, bias) = (gain[*joint], bias[*joint]);
             *residual = gain * torque.torque[*joint] + bias - reading;
             if let Some(terms) = terms {
-                *residual += terms.reading(*joint, &torque.torque, &self.conditions, x);
+                let slopes = jacobian.is_some().then_some(&mut *slopes);
+                *residual += terms.reading(*joint, &at, x, slopes);
             }
-        }
-        if let Some(mut rows) = jacobian {
-            for (row, (joint, _)) in self.readings.iter().enumerate() {
-                let row = rows.row(row);
-                match terms {
-                    None => self.fill_row(gain[*joint], *joint, torque, row),
-                    Some(terms) => self.fill_row_with_terms(terms, x, *joint, torque, row, scratch),
+            let Some(rows) = &mut jacobian else { continue };
+            let row = rows.row(row);
+            match terms {
+                None => self.fill_row(gain, *joint, torque, row),
+                Some(terms) => {
+                    if let Some(compliance) = &compliance {
+                        slopes.with_compliance(terms.coordinates(*joint), compliance);
+                    }
+                    self.fill_row_with_terms((terms, slopes), gain, *joint, torque, row, scratch);
                 }
-                if let Some(column) = self.model.compliance {
-                    self.fill_compliances(column, torque, row);
-                }
+            }
+            if let Some(column) = self.model.compliance {
+                self.fill_compliances(column, torque, row);
             }
         }
         Ok(())

@@ -380,8 +380,8 @@ impl Section<'_> {
         instrument.in_base = true;
         let first = instrument.first_parameter;
         let whole = [CONVENTION, CONVENTION_BY_TABLE];
-        let readings = all.parameters[first..].iter_mut().filter(|parameter| whole.contains(&parameter.convention));
-        readings.for_each(|parameter| parameter.convention = CONVENTION_IN_BASE);
+        let readings = all.parameters[first..].iter_mut().filter(|parameter| whole.contains(&&*parameter.convention));
+        readings.for_each(|parameter| parameter.convention = CONVENTION_IN_BASE.into());
         Ok(())
     }
 
@@ -432,7 +432,7 @@ impl Section<'_> {
         };
         Parameter {
             limit,
-            cure,
+            cure: cure.into(),
             ..self.parameter(quantity, units::gain_of(unit, self.kind.sensed_unit(sensed)), CONVENTION, knowledge)
         }
         .unread_unless(units[reading].is_some())
@@ -498,7 +498,7 @@ impl Section<'_> {
                 let name = format!("bias_{}_{name}", self.kind.axes()[axis]);
                 let parameter = self.parameter(name, unit, words.0, start(0.0));
                 let limit = Limit::HalfSpread { channel };
-                let parameter = Parameter { limit, cure: words.1, linear: true, ..parameter };
+                let parameter = Parameter { limit, cure: words.1.into(), linear: true, ..parameter };
                 all.parameters.push(parameter.unread_unless(read.is_some()));
             }
         }
@@ -530,13 +530,13 @@ impl Section<'_> {
             let parameter = self.parameter(key.to_owned(), unit.to_owned(), TOOL_CONVENTION, knowledge);
             let limit = Limit::Absolute(limit);
             let cure = if key == "tool_mass" { FORCE_SCALE } else { MOMENT_SCALE };
-            all.parameters.push(Parameter { limit, cure, linear: true, ..parameter });
+            all.parameters.push(Parameter { limit, cure: cure.into(), linear: true, ..parameter });
         }
         let Some(instrument) = all.instruments.last() else { return Ok(()) };
         let (own, first) = (instrument.own_parameters(), instrument.first_parameter);
         if all.parameters[own.start].knowledge.kind != KnowledgeKind::Start {
             let scaled = all.parameters[first..].iter_mut().filter(|parameter| parameter.cure == FORCE_SCALE);
-            scaled.for_each(|parameter| parameter.cure = FORCE_SCALE_BESIDE_MASS);
+            scaled.for_each(|parameter| parameter.cure = FORCE_SCALE_BESIDE_MASS.into());
         }
         Ok(())
     }
@@ -554,7 +554,7 @@ impl Section<'_> {
             let name = format!("mounting_{axis}");
             let parameter = self.parameter(name, "rad".to_owned(), ROTATION_CONVENTION, knowledge);
             let limit = Limit::Absolute(ANGLE_LIMIT);
-            all.parameters.push(Parameter { limit, cure: STATE_MOUNTING, ..parameter });
+            all.parameters.push(Parameter { limit, cure: STATE_MOUNTING.into(), ..parameter });
         }
         Ok(())
     }
@@ -564,11 +564,11 @@ impl Section<'_> {
             owner: self.name.to_owned(),
             quantity,
             unit,
-            convention,
+            convention: convention.into(),
             held: (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN),
             knowledge,
             limit: Limit::ShareOfNominal(GAIN_LIMIT),
-            cure: TURN_MORE,
+            cure: TURN_MORE.into(),
             linear: false,
         }
     }

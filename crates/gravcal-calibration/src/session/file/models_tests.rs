@@ -90,14 +90,18 @@ fn a_model_that_is_wrong_is_refused_by_name() {
 #[test]
 fn a_condition_that_no_column_gives_is_named_with_its_cure() {
     let needs = [
-        ("torque-bias-in-time", "the time of each pose: add readings.time = { column ="),
-        ("torque-bias-with-temperature", "the temperature of each pose: add readings.temperature = { columns ="),
-        ("viscous-friction", "the velocity of each joint: add readings.velocity = { columns ="),
-        ("coulomb-friction", "to know from which side the joints came: add readings.direction = { columns ="),
+        ("torque-bias-in-time", "", "the time of each pose: add readings.time = { column ="),
+        (
+            "torque-bias-with-temperature",
+            ", reference_degC = 25",
+            "the temperature of each pose: add readings.temperature = { columns =",
+        ),
+        ("viscous-friction", "", "the velocity of each joint: add readings.velocity = { columns ="),
+        ("coulomb-friction", "", "to know from which side the joints came: add readings.direction = { columns ="),
     ];
-    for (kind, need) in needs {
+    for (kind, options, need) in needs {
         let expected = format!("15: joint[0].sensor_models[0].kind: {kind} needs {need}");
-        assert_refused(ELBOW, &with_models(&format!("{{ kind = '{kind}' }}")), &expected);
+        assert_refused(ELBOW, &with_models(&format!("{{ kind = '{kind}'{options} }}")), &expected);
     }
 }
 

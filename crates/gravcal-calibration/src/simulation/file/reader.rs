@@ -4,11 +4,13 @@ use gravcal_dynamics::JointKind;
 
 use super::tables::SimulationTable;
 use crate::document::Document;
+use crate::registry::Registry;
 use crate::robot::Robot;
 
 /// The file being read, and the robot whose names it uses.
 pub(super) struct Reader<'a> {
     pub document: &'a Document,
+    pub registry: &'a Registry,
     pub table: &'a SimulationTable,
     pub robot: &'a Robot,
 }

@@ -8,15 +8,17 @@ use crate::document::{Field, FileError};
 use crate::joint::Unknowns;
 use crate::parameter::{Parameter, Quantity};
 use crate::robot::{SensorTables, ValueTable};
-use crate::sensors::{DeclaredInFile, ModelTable, Need, Site, Term, declare, to_unit_of};
+use crate::sensors::{
+    DeclaredInFile, ModelContext, ModelTable, Need, ParameterInFile, Site, Term, declare, to_unit_of,
+};
 use crate::session::Session;
 use crate::simulation::unmodelled::Unmodelled;
 
-/// A term with its true value, in the unit inside.
+/// A term with its parameters and their true values, in units inside.
 struct TrueTerm {
     term: Term,
-    parameter: Parameter,
-    value: f64,
+    parameters: Vec<Parameter>,
+    values: Vec<f64>,
 }
 
 impl Reader<'_> {
@@ -78,9 +80,9 @@ impl Reader<'_> {
         truth: &mut Unknowns,
     ) -> Result<(), FileError> {
         for found in self.true_terms(joint, &field.key("sensor_models"), &table.sensor_models, template)? {
-            truth.further.push(found.value);
-            template.further.push(found.parameter);
-            template.terms.extend(vec![found.term]);
+            truth.further.extend(found.values);
+            template.further.extend(found.parameters);
+            template.terms.extend([found.term]);
         }
         Ok(())
     }
@@ -92,7 +94,7 @@ impl Reader<'_> {
             let Some(joint) = self.names().iter().position(|name| *name == table.name) else { continue };
             let field = Field::new("joint").at(index).key("unmodelled");
             for found in self.true_terms(joint, &field, &table.unmodelled, template)? {
-                unmodelled.add(found.term, found.parameter, found.value);
+                unmodelled.add(found.term, found.parameters, found.values);
             }
         }
         Ok(unmodelled)
@@ -115,18 +117,22 @@ impl Reader<'_> {
             Need::Velocity => said(&|table| table.largest_speed_rad_or_m_per_s.is_some()),
             Need::Direction => moves || said(&|table| table.direction || table.largest_speed_rad_or_m_per_s.is_some()),
         };
-        let with_value = |found: DeclaredInFile<'_, ValueTable>| {
-            let DeclaredInFile { parameter, term, field, said } = found;
+        let true_value = |ParameterInFile { parameter, field, said }: &ParameterInFile<'_, ValueTable>| {
             let Some(said) = said else {
                 let message =
                     format!("what is the true {0}? add parameters = {{ {0} = {{ value, unit }} }}", parameter.quantity);
-                return Err(self.document.error(&field, message));
+                return Err(self.document.error(field, message));
             };
             let factor = to_unit_of(&parameter.unit, said.unit());
             let factor = factor.map_err(|message| self.document.error(&field.key("unit"), message))?;
-            Ok(TrueTerm { term, parameter, value: said.value * factor })
+            Ok(said.value * factor)
         };
-        declare(self.document, field, &site, tables, knows, |_| false)?.into_iter().map(with_value).collect()
+        let with_values = |DeclaredInFile { term, parameters }: DeclaredInFile<'_, ValueTable>| {
+            let values = parameters.iter().map(true_value).collect::<Result<_, FileError>>()?;
+            Ok(TrueTerm { term, parameters: parameters.into_iter().map(|own| own.parameter).collect(), values })
+        };
+        let context = ModelContext { document: self.document, registry: self.registry, models: field.clone() };
+        declare(&context, &site, tables, knows, |_| false)?.into_iter().map(with_values).collect()
     }
 
     fn same_unit(&self, field: &Field, key: &str, found: &str, readings: Option<&str>) -> Result<(), FileError> {
