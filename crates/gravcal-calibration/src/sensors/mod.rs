@@ -10,7 +10,7 @@
 //!
 //! # Adding a sensor model
 //!
-//! A model, in any crate, is
+//! A session without Rust writes a formula: `kind = "formula"` (the table below). A model in Rust, in any crate, is
 //!
 //! 1. a term: a [`SensorFormula`], whose derivatives are found by dual numbers, or a [`SensorTerm`] with its own, which
 //!    [`check_term_derivatives`] holds against differences;
@@ -79,6 +79,15 @@
 //! A parameter must matter where it starts: at an amplitude of zero, order and phase change nothing, and the solver cannot tell which way
 //! they go. So such models start near what is expected. A model that vanishes where all of its parameters are zero is tested against its
 //! absence; where it is nonlinear, with as many degrees of freedom as parameters, which is an approximation.
+//!
+//! # Formulas in sessions
+//!
+//! | key | what it says |
+//! |---|---|
+//! | `kind` | `formula` adds to the torque reading, `position-formula` to the coordinate |
+//! | `adds` | the formula: `+ - * / ^`, `sin cos tan asin acos atan sinh cosh tanh exp ln sqrt abs sign`, `pi`; `torque coordinate position velocity direction temperature` of the joint or, as `torque[elbow]`, of another; `time`; its unknowns |
+//! | `unknowns` | by name, `unit` (as the formula counts it), `limit` (standard deviation beyond which a number would mislead), `nominal` (where it starts; 0 without it) |
+//! | `parameters` | what is known of its unknowns, as for any model |
 
 mod automatic;
 mod crosstalk;
@@ -86,6 +95,7 @@ mod declare;
 mod derivative_check;
 mod drift;
 mod file;
+mod formula;
 pub(crate) mod friction;
 mod harmonics;
 mod model;
@@ -94,12 +104,11 @@ mod polynomial;
 mod readings;
 #[cfg(test)]
 mod saturation;
+mod standard;
 mod term;
 mod terms;
 #[cfg(test)]
 pub(crate) mod testing;
-
-use std::sync::Arc;
 
 pub use automatic::{Differentiated, SensorFormula};
 pub(crate) use declare::Term;
@@ -108,18 +117,6 @@ pub use file::DeclaredModels;
 pub(crate) use file::{DeclaredInFile, ModelContext, ModelTable, ParameterInFile, declare, to_unit_of};
 pub use model::{Declared, ParameterSpec, SensorModel, Side, Site};
 pub use options::{Options, RefusedOption};
+pub(crate) use standard::standard_sensor_models;
 pub use term::{Moment, Need, Partials, Reads, SensorTerm};
 pub use terms::SensorTerms;
-
-/// The models that gravcal itself has.
-pub(crate) fn standard_sensor_models() -> Vec<Arc<dyn SensorModel>> {
-    vec![
-        Arc::new(drift::DriftInTime),
-        Arc::new(drift::DriftWithTemperature),
-        Arc::new(polynomial::Polynomial),
-        Arc::new(friction::Coulomb),
-        Arc::new(friction::Viscous),
-        Arc::new(crosstalk::Crosstalk),
-        Arc::new(harmonics::Harmonics),
-    ]
-}

@@ -96,6 +96,17 @@ impl Options {
         self.read(key, "a list of texts", |value| value.as_array()?.iter().map(text).collect())
     }
 
+    /// Tables by name.
+    pub(super) fn tables(&self, key: &str) -> Result<Option<Vec<(&str, Options)>>, RefusedOption> {
+        let Some(tables) = self.read(key, "a table of tables", Value::as_table)? else { return Ok(None) };
+        let table = |(name, value): (&'_ String, &'_ Value)| {
+            let table = value.as_table().ok_or_else(|| unfitting(name, "a table", value).within(key))?;
+            Ok(Options(table.clone()))
+        };
+        let all = tables.iter().map(|(name, value)| Ok((name.as_str(), table((name, value))?)));
+        all.collect::<Result<Vec<_>, _>>().map(Some)
+    }
+
     fn read<'v, T>(
         &'v self,
         key: &str,

@@ -3,9 +3,10 @@
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::Solver;
 use gravcal_solvers::LevenbergMarquardt;
+use toml::{Table, Value};
 
 use super::declare::{Term, declare_terms};
-use super::{Options, SensorTerms, Side, Site};
+use super::{Options, SensorModel, SensorTerms, Side, Site};
 use crate::joint::{Signals, estimate_jointly};
 use crate::parameter::Parameter;
 use crate::registry::Registry;
@@ -50,8 +51,28 @@ pub fn with_model(
     simulation
 }
 
+/// A formula with these unknowns, which start at zero.
+pub fn formula(adds: &str, unknowns: &[&str]) -> Options {
+    let said = |name: &&str| {
+        let table = Table::from_iter([("unit".into(), "1".into()), ("limit".into(), 0.1.into())]);
+        ((*name).to_owned(), Value::Table(table))
+    };
+    Options::default().with("adds", adds).with("unknowns", Table::from_iter(unknowns.iter().map(said)))
+}
+
 /// Every model on every joint of a turning, a sliding and a turning one, where it can be.
 pub fn every_term() -> SensorTerms {
+    let ripple = "w * sin(o * coordinate + p) + w * tanh(torque[joint1] * torque / 20) * coordinate[joint2]";
+    terms_of(ripple, |_| true)
+}
+
+/// The same but for those that read other joints' torques.
+pub fn every_term_of_own_torques() -> SensorTerms {
+    let ripple = "w * sin(o * coordinate + p) + w * tanh(torque / 20) * coordinate[joint2]";
+    terms_of(ripple, |model| model.name() != "torque-crosstalk")
+}
+
+fn terms_of(ripple: &str, has: impl Fn(&dyn SensorModel) -> bool) -> SensorTerms {
     let registry = Registry::standard();
     let options = Options::default().with("reference_degC", 25).with("orders", vec![1, 3]);
     let kinds = [JointKind::Revolute, JointKind::Prismatic, JointKind::Revolute];
@@ -59,10 +80,16 @@ pub fn every_term() -> SensorTerms {
     let mut terms = SensorTerms::default();
     for joint in 0..3 {
         let site = Site::new(joint, &["joint1", "joint2", "joint3"], &kinds, &joints[joint]);
-        for model in registry.sensor_models().filter(|model| !model.is_repeatable()) {
+        for model in registry.sensor_models().filter(|model| !model.is_repeatable() && has(*model)) {
             if kinds[joint] == JointKind::Revolute || model.side() == Side::Torque {
                 terms.extend(declare_terms(model, &site, &options).unwrap().into_iter().map(|(term, _)| term));
             }
+        }
+        for (kind, adds) in
+            [("formula", ripple), ("position-formula", "w * sin(o * position + p) + w * direction * position[joint2]")]
+        {
+            let declared = declare_terms(registry.sensor_model(kind).unwrap(), &site, &formula(adds, &["w", "o", "p"]));
+            terms.extend(declared.unwrap().into_iter().map(|(term, _)| term));
         }
     }
     terms

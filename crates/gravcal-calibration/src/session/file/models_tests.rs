@@ -88,6 +88,53 @@ fn a_model_that_is_wrong_is_refused_by_name() {
 }
 
 #[test]
+fn a_formula_that_is_wrong_is_refused_by_its_column() {
+    let field = "15: joint[0].sensor_models[0]";
+    let refused = |said: &str, expected: &str| {
+        assert_refused(ELBOW, &with_models(&format!("{{ kind = 'formula', {said} }}")), &format!("{field}.{expected}"));
+    };
+    let a = "unknowns = { a = { unit = 'count', limit = 1 } }";
+    refused(a, "adds: what does it add? write a formula, such as");
+    refused("adds = 3", "adds: expected a text, found a number (3)");
+    refused(
+        &format!("adds = 'a * sin(positon)', {a}"),
+        "adds: column 9: `positon` has no meaning (did you mean `position`?)",
+    );
+    refused(&format!("adds = 'a +', {a}"), "adds: column 4: expected a number, a name, `-` or `(`, found the end");
+    refused(&format!("adds = '2 * torque', {a}"), "unknowns.a: the formula does not have it");
+    refused("adds = 'a', unknowns = { a = 3 }", "unknowns.a: expected a table, found a number (3)");
+    refused("adds = 'a', unknowns = { a = { unit = 'count' } }", "unknowns.a.limit: how uncertain may it be");
+    refused("adds = 'a', unknowns = { a = { limit = 1 } }", "unknowns.a.unit: in which unit is it?");
+    refused("adds = 'a', unknowns = { a = { unit = 'count', limit = 1, std = 1 } }", "unknowns.a.std: expected one of");
+    refused("adds = 'sin', unknowns = { sin = { unit = 'count', limit = 1 } }", "unknowns.sin: the name has a meaning");
+    refused(&format!("adds = 'a * time', {a}"), "kind: formula needs the time of each pose");
+    refused(&format!("add = 'a', {a}"), "add: formula has no such option: did you mean `adds`?");
+    let bias = "adds = 'torque_bias', unknowns = { torque_bias = { unit = 'count', limit = 1 } }";
+    refused(bias, "kind: the model names a parameter `torque_bias`: every sensor has a parameter of this name already");
+    let twice = format!("{{ kind = 'formula', adds = 'a', {a} }}, {{ kind = 'formula', adds = 'a * position', {a} }}");
+    let expected = "15: joint[0].sensor_models[1]: another model of this joint has a parameter `a` already";
+    assert_refused(ELBOW, &with_models(&twice), expected);
+    let position = "{ kind = 'position-formula', adds = 'torque' }";
+    assert_refused(
+        ELBOW,
+        &with_models(position),
+        &format!("{field}.kind: a model of a position sensor reads positions"),
+    );
+}
+
+#[test]
+fn a_formula_names_its_unknowns_and_what_is_known_of_them() {
+    let said = "{ kind = 'formula', adds = 'a * sin(n * position[shoulder])', \
+                unknowns = { n = { unit = '1/rad', nominal = 6, limit = 0.1 }, a = { unit = 'count', limit = 1 } }, \
+                parameters = { a = { nominal = 2, std = 1, unit = 'count' } } }";
+    let session = changed(ELBOW, &with_models(said));
+    assert_eq!(names(&session), ["elbow.a count", "elbow.n 1/rad"]);
+    let nominal: Vec<f64> = session.further.iter().map(|parameter| parameter.knowledge.nominal).collect();
+    assert_eq!(nominal, [2.0, 6.0]);
+    assert_eq!(session.further[0].convention, "reading = ... + a * sin(n * position[shoulder])");
+}
+
+#[test]
 fn a_condition_that_no_column_gives_is_named_with_its_cure() {
     let needs = [
         ("torque-bias-in-time", "", "the time of each pose: add readings.time = { column ="),
