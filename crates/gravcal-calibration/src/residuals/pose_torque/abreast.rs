@@ -1,4 +1,5 @@
-//! Poses whose torques are evaluated abreast, by vector instructions: those of one model, with affine sensors, that read the same joints.
+//! Poses whose torques are evaluated abreast, by vector instructions: those of one model that read the same joints. Terms of their sensors are
+//! evaluated one by one: see [`super::abreast_terms`].
 
 use std::any::Any;
 use std::sync::Arc;
@@ -7,6 +8,7 @@ use gravcal_dynamics::{Abreast, Arithmetic, Bodies, LANES};
 use gravcal_estimation::{ABREAST, Residual};
 use pulp::{Arch, Simd, WithSimd};
 
+use super::abreast_terms::{self, Lane};
 use super::residual::{self, PoseTorque};
 use crate::parameter::Quantity;
 
@@ -20,6 +22,8 @@ pub(super) struct Workspace {
     position: Vec<[f64; LANES]>,
     coordinates: Vec<[f64; LANES]>,
     bodies: Bodies<[f64; LANES]>,
+    /// For the terms of sensors.
+    lanes: [Lane; LANES],
 }
 
 impl Workspace {
@@ -30,6 +34,7 @@ impl Workspace {
             position: vec![[0.0; LANES]; joints],
             coordinates: vec![[0.0; LANES]; joints],
             bodies: Bodies::new(links),
+            lanes: std::array::from_fn(|_| Lane::new(joints)),
         }
     }
 }
@@ -45,10 +50,7 @@ impl<'a> Poses<'a> {
         let joint = |(joint, _): &(usize, f64)| *joint;
         let same_joints = |pose: &PoseTorque| pose.readings.iter().map(joint).eq(a.readings.iter().map(joint));
         let alike = |pose: &PoseTorque| Arc::ptr_eq(&pose.model, &a.model) && same_joints(pose);
-        let chain = &a.model.chain;
-        // Where joints mimic others, rows are sums.
-        let direct = a.model.is_affine() && chain.joint_count() == chain.link_count();
-        (direct && [b, c, d].into_iter().all(alike)).then_some(Poses([a, b, c, d]))
+        (a.model.goes_abreast() && [b, c, d].into_iter().all(alike)).then_some(Poses([a, b, c, d]))
     }
 
     /// As [`Residual::evaluate_abreast`].
@@ -69,7 +71,11 @@ impl<'a> Poses<'a> {
                 abreast.coordinates[joint][lane] = gains[joint] * q + offsets[joint];
             }
         }
-        pose.set_inertia(x, inertia);
+        pose.set_inertia(&x[..pose.model.affine_columns], inertia);
+        if let Some(terms) = &pose.model.terms {
+            let Workspace { coordinates, lanes, .. } = &mut *abreast;
+            abreast_terms::move_joints(terms, &self.0, (x, jacobian.is_some()), coordinates, lanes);
+        }
         instructions.dispatch(Evaluation { poses: &self.0, abreast, inertia, x, residual, jacobian })
     }
 }
@@ -104,20 +110,36 @@ impl WithSimd for Evaluation<'_> {
         let Some(on) = Abreast::new(simd) else { return false };
         let Evaluation { poses, abreast, inertia, x, residual, jacobian } = self;
         let (pose, gravity) = (poses[0], [x[0], x[1], x[2]]);
-        let Workspace { position, coordinates, bodies, .. } = abreast;
-        let chain = &pose.model.chain;
+        let Workspace { position, coordinates, bodies, lanes, .. } = abreast;
+        let (chain, terms) = (&pose.model.chain, pose.model.terms.as_ref());
         let Some(torques) = chain.gravity_torque_rows(on, coordinates, gravity, inertia, bodies) else { return false };
         let mut jacobian = jacobian.map(|jacobian| jacobian.chunks_exact_mut(x.len()));
         for (row, residual) in residual.iter_mut().enumerate() {
             let (joint, _) = pose.readings[row];
             let torque = torques.of_joint(joint);
-            if let Some(entries) = jacobian.as_mut().and_then(Iterator::next) {
-                pose.write_affine(on, &torque, x, position, entries);
+            let entries = jacobian.as_mut().and_then(Iterator::next);
+            let wanted = (x, entries.is_some());
+            let read = |terms| abreast_terms::read(terms, poses, (joint, on.store(torque.torque())), wanted, lanes);
+            let further = terms.map(read);
+            if let Some(entries) = entries {
+                let (affine, by_terms) = entries.split_at_mut(pose.model.affine_columns);
+                let gain = pose.sensors(x, Quantity::TorqueGain)[joint];
+                match (terms, &further) {
+                    (Some(terms), Some(further)) => {
+                        let gain = on.load(further.by_torque.map(|by_torque| gain + by_torque));
+                        pose.write_affine(on, &torque, gain, position, affine);
+                        abreast_terms::write(terms, poses, joint, lanes, (affine, by_terms));
+                    }
+                    _ => pose.write_affine(on, &torque, on.constant(gain), position, affine),
+                }
             }
             let predicted = pose.predict_affine(on, &torque, x);
             let mut reading = [0.0; LANES];
             reading.iter_mut().zip(poses).for_each(|(reading, pose)| *reading = pose.readings[row].1);
             *residual = on.store(predicted - on.load(reading));
+            if let Some(further) = further {
+                residual.iter_mut().zip(further.value).for_each(|(residual, value)| *residual += value);
+            }
         }
         true
     }

@@ -20,19 +20,18 @@ impl PoseTorque {
 
     /// Writes the row of its reading, straight from where the arm stands.
     ///
-    /// `position`: reading of each joint. What lies outside of the row's pattern stays as it is.
+    /// `gain`: of the reading by the torque; `position`: reading of each joint. What lies outside of the row's pattern stays as it is.
     #[inline(always)]
     pub(super) fn write_affine<A: Arithmetic>(
         &self,
         on: A,
         torque: &GravityTorqueRow<'_, A>,
-        x: &[f64],
+        gain: A::Number,
         position: &[A::Stored],
         row: &mut [A::Stored],
     ) {
         let (n, joint) = (self.position.len(), torque.joint());
         let [by_gravity, by_torque_sensors, by_position_gains, by_offsets, by_links, by_load] = self.parts(row);
-        let gain = on.constant(self.sensors(x, Quantity::TorqueGain)[joint]);
         for (entry, by) in by_gravity.iter_mut().zip(torque.by_gravity()) {
             *entry = on.store(gain * by);
         }

@@ -10,6 +10,7 @@
 //! Joints that give way under their torque are where `compliance.rs` finds them.
 
 mod abreast;
+mod abreast_terms;
 mod affine;
 mod by_terms;
 mod compliance;

@@ -101,6 +101,13 @@ impl PoseTorqueModel {
         self.terms.is_none() && self.compliance.is_none()
     }
 
+    /// Whether poses can be evaluated abreast: no joint gives way or mimics another, and each sensor reads its own joint's torque alone.
+    pub(super) fn goes_abreast(&self) -> bool {
+        // Where joints mimic others, rows are sums.
+        let direct = self.chain.joint_count() == self.chain.link_count() && self.compliance.is_none();
+        direct && self.terms.as_ref().is_none_or(Terms::read_own_torques)
+    }
+
     /// Indices of the links' blocks.
     pub(crate) fn inertia_blocks(&self) -> Range<usize> {
         let first = 1 + SENSORS * self.chain.joint_count();

@@ -196,7 +196,7 @@ impl PoseTorque {
         {
             for (row, (residual, (joint, reading))) in residual.iter_mut().zip(&self.readings).enumerate() {
                 let torque = torques.of_joint(*joint);
-                self.write_affine(Single, &torque, x, &self.position, rows.row(row));
+                self.write_affine(Single, &torque, gain[*joint], &self.position, rows.row(row));
                 *residual = self.predict_affine(Single, &torque, x) - reading;
             }
             return Ok(());

@@ -117,6 +117,11 @@ impl Terms {
         &x[self.column..self.column + self.functions.len()]
     }
 
+    /// Whether no reading depends on another joint's torque by terms.
+    pub fn read_own_torques(&self) -> bool {
+        self.torques.iter().enumerate().all(|(joint, read)| read.iter().all(|source| *source == joint))
+    }
+
     /// Joints whose torques a joint's reading depends on by terms.
     pub fn torques(&self, joint: usize) -> &[usize] {
         &self.torques[joint]

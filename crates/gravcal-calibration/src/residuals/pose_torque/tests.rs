@@ -16,7 +16,7 @@ use rand::{RngExt, SeedableRng};
 use super::*;
 use crate::residuals::testing::{check_at_random_points, ids};
 use crate::sensors::SensorTerms;
-use crate::sensors::testing::every_term;
+use crate::sensors::testing::{every_term, every_term_of_own_torques};
 
 /// Position readings of a pose of [`some_chain`].
 pub const READ_POSITIONS: [f64; 3] = [0.3, 0.2, -0.8];
@@ -166,9 +166,12 @@ fn joints_rest_where_their_torque_leaves_them() {
 
 /// The same with every sensor model on every joint that can have it; the lengths of its blocks.
 fn with_all_terms(compliances: usize) -> (PoseTorque, Vec<usize>) {
-    let terms = every_term();
+    with_terms(&every_term(), compliances)
+}
+
+fn with_terms(terms: &SensorTerms, compliances: usize) -> (PoseTorque, Vec<usize>) {
     let lengths = lengths(terms.len() + compliances);
-    let model = Arc::new(model_of(some_chain(), &terms, &ids(&lengths)));
+    let model = Arc::new(model_of(some_chain(), terms, &ids(&lengths)));
     let conditions = Conditions {
         time: Some(1.3),
         temperature: vec![24.0, 26.0, 29.0],
@@ -292,6 +295,11 @@ fn poses_are_evaluated_abreast_to_the_bits_that_each_has_alone() {
     let branches = on_plain_branches();
     let width = branches[0].model.affine_columns;
     assert_eq!(are_evaluated_abreast(&branches, &numbers(width)), have_lanes);
+    let (with_terms, lengths) = with_terms(&every_term_of_own_torques(), 0);
+    let read = Conditions { time: Some(-2.0), direction: vec![-1.0; 3], ..with_terms.conditions.clone() };
+    let other = PoseTorque { position: vec![-0.2, 0.4, 0.7], conditions: read, ..with_terms.clone() };
+    let four = [with_terms.clone(), other.clone(), with_terms, other];
+    assert_eq!(are_evaluated_abreast(&four, &numbers(lengths.iter().sum())), have_lanes);
 
     let other_joints = PoseTorque { readings: vec![(0, 2.0), (1, 1.0)], ..one.clone() };
     assert!(!are_evaluated_abreast(&[one.clone(), other_joints, one.clone(), one.clone()], &x));
