@@ -116,19 +116,3 @@ fn every_model_is_a_robot_whose_numbers_have_a_source() {
         assert!(has("README.md"), "{} has no README.md", model.display());
     }
 }
-
-#[test]
-fn the_readme_sends_to_files_that_exist() {
-    let readme = fs::read_to_string(tree::root().join("README.md")).unwrap();
-    let rows: Vec<&str> = readme.lines().skip_while(|line| !line.starts_with("| to add |")).skip(2).collect();
-    let rows: Vec<&str> = rows.into_iter().take_while(|line| line.starts_with('|')).collect();
-    assert!(rows.iter().any(|row| row.starts_with("| solver |")), "{rows:?}");
-    let paths = rows.iter().flat_map(|row| quoted(row)).filter(|word| word.contains('/') && !word.contains('<'));
-    let absent: Vec<&str> = paths.filter(|path| !tree::root().join(path).exists()).collect();
-    assert!(absent.is_empty(), "README.md sends to {absent:?}");
-}
-
-/// What stands between backquotes.
-fn quoted(line: &str) -> impl Iterator<Item = &str> {
-    line.split('`').skip(1).step_by(2)
-}

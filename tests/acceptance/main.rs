@@ -4,6 +4,7 @@
 
 mod accuracy;
 mod answer;
+mod book;
 mod branches;
 mod by_groups;
 mod comparisons;
@@ -21,7 +22,7 @@ mod kept;
 mod killed;
 mod no_wrong_number;
 mod program;
-mod readme;
+
 mod real_arm_in_motion;
 mod recordings;
 mod report_page;
