@@ -19,12 +19,15 @@ mod imports;
 mod instruments;
 mod invariants;
 mod kept;
+mod keys;
+
 mod killed;
 mod no_wrong_number;
 mod program;
 
 mod real_arm_in_motion;
 mod recordings;
+mod reference;
 mod report_page;
 mod reproducible;
 #[cfg(feature = "rerun")]

@@ -182,7 +182,7 @@ fn refused(error: &DraftError, file: &Path) -> Failure {
     match error {
         DraftError::OtherJoints { .. } => failure.hint("--base LINK and --tip LINK choose the chain of a URDF"),
         DraftError::NoJoints { .. } | DraftError::NoTorques { .. } => {
-            failure.hint("name the columns so, or write the session by hand: README.md tells how")
+            failure.hint("name the columns so, or write the session by hand: docs/tutorial shows one")
         }
         DraftError::Robot(_) => failure,
     }

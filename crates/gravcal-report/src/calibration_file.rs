@@ -26,10 +26,14 @@ pub struct CalibrationFile<'a> {
 /// The file as it is written.
 #[derive(Serialize)]
 struct Document<'a> {
+    /// `gravcal-calibration/1`.
     format: &'static str,
+    /// What the session says that can hardly be so; absent where there is nothing.
     #[serde(skip_serializing_if = "<[_]>::is_empty")]
     doubts: &'a [String],
+    /// What each estimator answered.
     estimators: &'a [EstimatorResult],
+    /// Where it comes from.
     provenance: &'a Provenance,
 }
 

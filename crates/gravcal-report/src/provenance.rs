@@ -10,9 +10,13 @@ use toml::Table;
 /// Where a result comes from.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Provenance {
+    /// `gravcal`.
     program: &'static str,
+    /// Its version.
     version: &'static str,
+    /// Every file that was read.
     inputs: Vec<Input>,
+    /// What was chosen.
     options: Options,
 }
 

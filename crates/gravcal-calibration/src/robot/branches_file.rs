@@ -9,7 +9,15 @@ use crate::document::{Document, Field, FileError};
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 pub(crate) struct MountingTable {
+    /// Origin.
+    ///
+    /// Default: `[0, 0, 0]`.
+    /// Example: `position_m = [0, 0.2, 0.4]`
     position_m: [f64; 3],
+    /// Roll, pitch and yaw, as in a URDF.
+    ///
+    /// Default: `[0, 0, 0]`.
+    /// Example: `rpy_deg = [-90, 0, 0]`
     rpy_deg: [f64; 3],
 }
 
@@ -25,10 +33,29 @@ impl MountingTable {
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct MimicTable {
     /// Name of the leader.
+    ///
+    /// Example: `joint = "joint2"`
     pub joint: String,
+    /// `coordinate = multiplier · leader's coordinate + offset`.
+    ///
+    /// Unit: 1.
+    /// Default: 1.
+    /// Example: `multiplier = -1`
     multiplier: Option<f64>,
+    /// Offset of a joint that turns.
+    ///
+    /// Default: 0.
+    /// Example: `offset_deg = 0`
     offset_deg: Option<f64>,
+    /// The same in radians.
+    ///
+    /// Default: 0.
+    /// Example: `offset_rad = 0`
     offset_rad: Option<f64>,
+    /// Offset of a joint that slides.
+    ///
+    /// Default: 0.
+    /// Example: `offset_m = 0.02`
     offset_m: Option<f64>,
 }
 

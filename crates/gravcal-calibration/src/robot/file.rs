@@ -39,9 +39,22 @@ use crate::document::{Document, Field, FileError, read_text};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 struct RobotTable {
+    /// The robot's name.
+    ///
+    /// Example: `name = "my-arm"`
     name: String,
+    /// Which Denavit-Hartenberg convention the rows follow.
+    ///
+    /// Example: `convention = "standard-dh"`
     convention: Convention,
+    /// Name of the base.
+    ///
+    /// Default: `base`.
+    /// Example: `base = "pelvis"`
     base: Option<String>,
+    /// One table for each joint, from the base outward.
+    ///
+    /// Example: `joint = [{ name = "joint1", a_m = 0.0, alpha_deg = 90.0, d_m = 0.36 }]`
     joint: Vec<JointTable>,
 }
 
@@ -57,25 +70,95 @@ enum Convention {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 struct JointTable {
+    /// The joint's name.
+    ///
+    /// Example: `name = "joint1"`
     name: String,
+    /// Whether it turns or slides.
+    ///
+    /// Default: `"revolute"`.
+    /// Example: `kind = "prismatic"`
     kind: Option<JointKind>,
+    /// Length of the link.
+    ///
+    /// Example: `a_m = 0.4`
     a_m: f64,
+    /// Twist. Give this or `alpha_rad`.
+    ///
+    /// Example: `alpha_deg = 90.0`
     alpha_deg: Option<f64>,
+    /// The same in radians.
+    ///
+    /// Example: `alpha_rad = 1.5707963`
     alpha_rad: Option<f64>,
+    /// Offset along the axis.
+    ///
+    /// Example: `d_m = 0.36`
     d_m: f64,
+    /// Constant part of the angle.
+    ///
+    /// Default: 0.
+    /// Example: `theta_deg = 180`
     theta_deg: Option<f64>,
+    /// The same in radians.
+    ///
+    /// Default: 0.
+    /// Example: `theta_rad = 3.1415927`
     theta_rad: Option<f64>,
+    /// The link, or base, on which it hangs.
+    ///
+    /// Default: that of the row before.
+    /// Example: `parent = "torso"`
     parent: Option<String>,
+    /// Where the row begins in the parent's frame.
+    ///
+    /// Default: the parent's frame.
+    /// Example: `mounting = { position_m = [0, 0.2, 0.4], rpy_deg = [-90, 0, 0] }`
     #[serde(default)]
     mounting: MountingTable,
+    /// The joint has no coordinate and no sensor of its own: it follows another.
+    ///
+    /// Example: `mimic = { joint = "joint2", multiplier = -1 }`
     mimic: Option<MimicTable>,
+    /// Range of a joint that turns.
+    ///
+    /// Default: none.
+    /// Example: `limits_deg = [-170.0, 170.0]`
     limits_deg: Option<[f64; 2]>,
+    /// The same in radians.
+    ///
+    /// Default: none.
+    /// Example: `limits_rad = [-2.9, 2.9]`
     limits_rad: Option<[f64; 2]>,
+    /// Range of a joint that slides.
+    ///
+    /// Default: none.
+    /// Example: `limits_m = [0.0, 0.5]`
     limits_m: Option<[f64; 2]>,
+    /// Name of the link that it moves.
+    ///
+    /// Default: `link` and the number of the row.
+    /// Example: `link = "forearm"`
     link: Option<String>,
+    /// Assumed mass of the link, with `center_of_mass_m`.
+    ///
+    /// Default: unknown.
+    /// Example: `mass_kg = 4.0`
     mass_kg: Option<f64>,
+    /// Assumed centre of mass in the link's frame.
+    ///
+    /// Default: unknown.
+    /// Example: `center_of_mass_m = [0.0, -0.15, 0.03]`
     center_of_mass_m: Option<[f64; 3]>,
+    /// Nominal torque sensor.
+    ///
+    /// Default: gain 1, bias 0 of readings in N·m.
+    /// Example: `torque_sensor = { gain = { value = 6.69, unit = "count/(N·m)" }, bias = { value = 2048.0, unit = "count" } }`
     torque_sensor: Option<TorqueSensorTable>,
+    /// Nominal position sensor.
+    ///
+    /// Default: gain 1, offset 0 of readings in deg or rad.
+    /// Example: `position_sensor = { gain = { value = 1.0, unit = "deg/deg" }, offset = { value = 0.0, unit = "deg" } }`
     position_sensor: Option<PositionSensorTable>,
 }
 

@@ -11,7 +11,14 @@ use crate::session::units::{self, UnitError};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct TorqueSensorTable {
+    /// Gain.
+    ///
+    /// Example: `gain = { value = 6.69, unit = "count/(N·m)" }`
     gain: ValueTable,
+    /// Bias.
+    ///
+    /// Default: 0.
+    /// Example: `bias = { value = 2048.0, unit = "count" }`
     bias: Option<ValueTable>,
 }
 
@@ -19,7 +26,14 @@ pub(crate) struct TorqueSensorTable {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct PositionSensorTable {
+    /// Gain.
+    ///
+    /// Example: `gain = { value = 1.0, unit = "deg/deg" }`
     gain: ValueTable,
+    /// Offset.
+    ///
+    /// Default: 0.
+    /// Example: `offset = { value = 0.0, unit = "deg" }`
     offset: Option<ValueTable>,
 }
 
@@ -27,8 +41,16 @@ pub(crate) struct PositionSensorTable {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct ValueTable {
+    /// The number.
+    ///
+    /// Unit: as `unit` says.
+    /// Example: `value = 6.69`
     pub value: f64,
     /// Mandatory; read as optional so that the error can say which units fit.
+    ///
+    /// Unit: none.
+    /// Default: required.
+    /// Example: `unit = "count/(N·m)"`
     unit: Option<String>,
 }
 

@@ -25,10 +25,16 @@ pub(crate) enum RobotSource {
 #[serde(deny_unknown_fields)]
 pub(crate) struct UrdfSource {
     /// Path of the file.
+    ///
+    /// Example: `urdf = "arm.urdf"`
     urdf: String,
     /// The link whose frame gravity is given in.
+    ///
+    /// Example: `base = "link_0"`
     base: String,
     /// The last link, or that of each branch.
+    ///
+    /// Example: `tip = ["left_hand", "right_hand"]`
     tip: OneOrMany<String>,
 }
 

@@ -11,8 +11,16 @@ use crate::session::{Ask, JointKnowledge};
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct AskTable {
+    /// Parameters that count besides.
+    ///
+    /// Default: `[]`.
+    /// Example: `add = ["shoulder.position_offset"]`
     #[serde(default)]
     add: Vec<String>,
+    /// Parameters that do not count.
+    ///
+    /// Default: `[]`.
+    /// Example: `drop = ["shoulder.torque_gain"]`
     #[serde(default)]
     drop: Vec<String>,
 }

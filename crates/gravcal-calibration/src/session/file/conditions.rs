@@ -12,7 +12,15 @@ use crate::document::{Field, FileError, OneOrMany};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct TimeTable {
+    /// The column.
+    ///
+    /// Example: `column = "t"`
     column: String,
+    /// s, ms, µs, ns, min, h, or `"ISO 8601"` where cells are dates with times.
+    ///
+    /// Unit: none.
+    /// Default: required.
+    /// Example: `unit = "ms"`
     unit: Option<String>,
 }
 
@@ -20,7 +28,15 @@ pub(super) struct TimeTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct ConditionTable {
+    /// One column for all joints, or a list.
+    ///
+    /// Example: `columns = "T"`
     columns: OneOrMany<String>,
+    /// `"degC"` or `"K"`.
+    ///
+    /// Unit: none.
+    /// Default: required.
+    /// Example: `unit = "degC"`
     unit: Option<OneOrMany<String>>,
 }
 
@@ -28,8 +44,18 @@ pub(super) struct ConditionTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct MotionTable {
+    /// One column for each joint. Give this or `slope_over_s`.
+    ///
+    /// Example: `columns = ["dq1", "dq2"]`
     columns: Option<OneOrMany<String>>,
+    /// Unit of the columns, such as `"deg/s"`, or `"rad/s²"` of accelerations.
+    ///
+    /// Unit: none.
+    /// Example: `unit = "deg/s"`
     unit: Option<OneOrMany<String>>,
+    /// Width in time of the straight line whose slope is taken. Needs `time`.
+    ///
+    /// Example: `slope_over_s = 0.1`
     slope_over_s: Option<f64>,
 }
 
@@ -37,6 +63,9 @@ pub(super) struct MotionTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct DirectionTable {
+    /// One column for each joint.
+    ///
+    /// Example: `columns = ["d1", "d2"]`
     columns: Vec<String>,
 }
 

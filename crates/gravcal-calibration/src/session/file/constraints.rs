@@ -10,8 +10,21 @@ use crate::session::Constraints;
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct ConstraintsTable {
+    /// No link's mass is negative.
+    ///
+    /// Default: no constraint.
+    /// Example: `masses = "positive"`
     masses: Option<Masses>,
+    /// Largest distance of a centre of mass from the origin of its link's frame; one number, or by link.
+    ///
+    /// Default: no constraint.
+    /// Example: `center_of_mass_within_m = { link2 = 0.3 }`
     center_of_mass_within_m: Option<OneOrNamed>,
+    /// Largest difference of a torque gain from its nominal value, relative to that.
+    ///
+    /// Unit: 1.
+    /// Default: no constraint.
+    /// Example: `torque_gains_within = 0.2`
     torque_gains_within: Option<f64>,
 }
 

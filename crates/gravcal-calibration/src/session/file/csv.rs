@@ -10,9 +10,25 @@ use crate::document::{Field, FileError};
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct CsvTable {
+    /// `","`, `";"`, `"\t"` or `"|"`.
+    ///
+    /// Default: found.
+    /// Example: `delimiter = ";"`
     delimiter: Option<String>,
+    /// Whether numbers have a decimal comma.
+    ///
+    /// Default: found.
+    /// Example: `decimal_comma = true`
     decimal_comma: Option<bool>,
+    /// Whether the first line has names.
+    ///
+    /// Default: found.
+    /// Example: `header = false`
     header: Option<bool>,
+    /// Names of the columns of a file without a header.
+    ///
+    /// Default: `column1`, `column2`, ….
+    /// Example: `columns = ["t", "q1", "y1"]`
     columns: Option<Vec<String>>,
 }
 

@@ -13,8 +13,20 @@ use crate::session::{Deflection, Session};
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct DeflectionTable {
+    /// Of a joint that stands while another sweeps: one unknown for each in a sweep, known beforehand to this.
+    ///
+    /// Default: no deflection.
+    /// Example: `hold_std_deg = 0.5`
     hold_std_deg: Option<f64>,
+    /// Of a joint that stands: one unknown for each in a pose.
+    ///
+    /// Default: no deflection.
+    /// Example: `pose_std_deg = 0.05`
     pose_std_deg: Option<f64>,
+    /// In proportion to the torque, one unknown for each joint.
+    ///
+    /// Default: stiff.
+    /// Example: `compliance_std_rad_per_newton_metre = 1e-4`
     compliance_std_rad_per_newton_metre: Option<OneOrMany<f64>>,
 }
 

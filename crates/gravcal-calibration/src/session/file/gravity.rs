@@ -10,10 +10,28 @@ use crate::session::GravityKnowledge;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct GravityTable {
+    /// How strong gravity is. Give this, or latitude and altitude.
+    ///
+    /// Example: `magnitude_m_per_s2 = 9.80665`
     magnitude_m_per_s2: Option<f64>,
+    /// Latitude, from which the strength follows (with `altitude_m`).
+    ///
+    /// Example: `latitude_deg = 48.1`
     latitude_deg: Option<f64>,
+    /// Height above sea level.
+    ///
+    /// Example: `altitude_m = 520`
     altitude_m: Option<f64>,
+    /// Standard deviation of the strength.
+    ///
+    /// Default: exact.
+    /// Example: `magnitude_std_m_per_s2 = 0.001`
     magnitude_std_m_per_s2: Option<f64>,
+    /// Rough direction of gravity in base coordinates. It settles the sign.
+    ///
+    /// Unit: none.
+    /// Default: not known.
+    /// Example: `hemisphere = [0, 0, -1]`
     hemisphere: Option<[f64; 3]>,
 }
 

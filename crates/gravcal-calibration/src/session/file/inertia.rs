@@ -11,9 +11,23 @@ use crate::sweeps::find_sweeps;
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct InertiaTable {
+    /// Whether the links' masses are unknown, or those of the robot's file.
+    ///
+    /// Default: `"unknown"`.
+    /// Example: `links = "model"`
     #[serde(default)]
     links: Links,
+    /// With `links = "model"`: how well the masses are known, relative to them; one number, or one for each link by
+    /// name.
+    ///
+    /// Unit: 1.
+    /// Default: exact.
+    /// Example: `relative_std = { link2 = 0.1 }`
     relative_std: Option<OneOrNamed>,
+    /// `"link"`: one first moment for each link. `"sweep"`: one moment for each sweep; lengths are not used.
+    ///
+    /// Default: `"link"`.
+    /// Example: `description = "sweep"`
     #[serde(default)]
     description: Description,
 }

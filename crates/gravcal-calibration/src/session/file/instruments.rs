@@ -60,27 +60,93 @@ const STATE_MOUNTING: &str = "state how the instrument is mounted (mounting, wit
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct ForceTorqueTable {
+    /// Its name in the results.
+    ///
+    /// Example: `name = "wrist"`
     name: String,
+    /// The link that carries it.
+    ///
+    /// Default: the only one.
+    /// Example: `link = "link7"`
     link: Option<String>,
+    /// Its frame in the link's.
+    ///
+    /// Default: the link's frame.
+    /// Example: `mounting = { position_m = [0, 0, 0.05], rpy_deg = [0, 0, 30] }`
     #[serde(default)]
     mounting: MountingTable,
+    /// In which frame forces and moments are given: the sensor's, or the base's.
+    ///
+    /// Default: `"sensor"`.
+    /// Example: `frame = "base"`
     #[serde(default)]
     frame: Frame,
+    /// `"reversed"`: it reads the opposite.
+    ///
+    /// Default: `"normal"`.
+    /// Example: `sign = "reversed"`
     sign: Option<Sign>,
+    /// The six columns: three forces, three moments. `unit = "N"` includes moments in N·m.
+    ///
+    /// Example: `readings = { columns = ["fx", "fy", "fz", "nx", "ny", "nz"], unit = "N", std = 0.5 }`
     readings: ReadingColumnsTable,
+    /// One gain for each axis, or a matrix.
+    ///
+    /// Default: `"axis"`.
+    /// Example: `gains = "matrix"`
     #[serde(default)]
     gains: Gains,
+    /// One bias for all tables, or one for each table (zeroed before each).
+    ///
+    /// Default: `"session"`.
+    /// Example: `biases = "table"`
     #[serde(default)]
     biases: Biases,
+    /// Drifts of the biases.
+    ///
+    /// Default: none.
+    /// Example: `sensor_models = [{ kind = "bias-in-time" }]`
     #[serde(default)]
     sensor_models: Vec<DriftTable>,
+    /// What is known of the gain of each force axis.
+    ///
+    /// Default: 1 where it reads N.
+    /// Example: `force_gain = { nominal = 20, std = 1, unit = "count/N" }`
     force_gain: Option<KnowledgeTable>,
+    /// What is known of the gain of each moment axis.
+    ///
+    /// Default: 1 where it reads N·m.
+    /// Example: `moment_gain = { nominal = 400, unit = "count/(N·m)" }`
     moment_gain: Option<KnowledgeTable>,
+    /// What is known of the bias of each force axis.
+    ///
+    /// Default: unknown.
+    /// Example: `force_bias = { nominal = 0, unit = "N" }`
     force_bias: Option<KnowledgeTable>,
+    /// What is known of the bias of each moment axis.
+    ///
+    /// Default: unknown.
+    /// Example: `moment_bias = { nominal = 0, unit = "N·m" }`
     moment_bias: Option<KnowledgeTable>,
+    /// What is known of the mass that always hangs beyond it.
+    ///
+    /// Default: unknown.
+    /// Example: `tool_mass = { nominal = 1.2, std = 0.01, unit = "kg" }`
     tool_mass: Option<KnowledgeTable>,
+    /// What is known of the first moment of that mass.
+    ///
+    /// Default: unknown.
+    /// Example: `tool_moment_x = { nominal = 0, unit = "kg·m" }`
     tool_moment_x: Option<KnowledgeTable>,
+    /// The same along y.
+    ///
+    /// Default: unknown.
+    /// Example: `tool_moment_y = { nominal = 0, unit = "kg·m" }`
     tool_moment_y: Option<KnowledgeTable>,
+    /// The same along z.
+    ///
+    /// Default: unknown.
+    /// Example: `tool_moment_z = { nominal = 0.06, unit = "kg·m" }`
     tool_moment_z: Option<KnowledgeTable>,
 }
 
@@ -88,20 +154,62 @@ pub(crate) struct ForceTorqueTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct AccelerometerTable {
+    /// Its name in the results.
+    ///
+    /// Example: `name = "imu"`
     name: String,
+    /// The link that carries it.
+    ///
+    /// Default: the only one.
+    /// Example: `link = "link1"`
     link: Option<String>,
+    /// Its frame in the link's.
+    ///
+    /// Default: the link's frame.
+    /// Example: `mounting = { position_m = [0, 0, 0.05], rpy_deg = [0, 0, 30] }`
     #[serde(default)]
     mounting: MountingTable,
+    /// How well the mounting is known.
+    ///
+    /// Default: exact.
+    /// Example: `mounting_std_deg = 2`
     mounting_std_deg: Option<f64>,
+    /// `"reversed"`: it reads the opposite.
+    ///
+    /// Default: `"normal"`.
+    /// Example: `sign = "reversed"`
     sign: Option<Sign>,
+    /// The three columns.
+    ///
+    /// Example: `readings = { columns = ["ax", "ay", "az"], unit = "g", std = 0.001 }`
     readings: ReadingColumnsTable,
+    /// One gain for each axis, or a matrix.
+    ///
+    /// Default: `"axis"`.
+    /// Example: `gains = "matrix"`
     #[serde(default)]
     gains: Gains,
+    /// One bias for all tables, or one for each table (zeroed before each).
+    ///
+    /// Default: `"session"`.
+    /// Example: `biases = "table"`
     #[serde(default)]
     biases: Biases,
+    /// Drifts of the biases.
+    ///
+    /// Default: none.
+    /// Example: `sensor_models = [{ kind = "bias-in-time" }]`
     #[serde(default)]
     sensor_models: Vec<DriftTable>,
+    /// What is known of the gain of each axis.
+    ///
+    /// Default: 1 in m/s².
+    /// Example: `gain = { nominal = 0.102, unit = "g/(m/s²)" }`
     gain: Option<KnowledgeTable>,
+    /// What is known of the bias of each axis.
+    ///
+    /// Default: unknown.
+    /// Example: `bias = { nominal = 0, unit = "g" }`
     bias: Option<KnowledgeTable>,
 }
 
@@ -127,7 +235,14 @@ pub(super) enum Biases {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct DriftTable {
+    /// Which drift.
+    ///
+    /// Example: `kind = "bias-in-time"`
     kind: DriftKind,
+    /// Temperature at which the bias is told.
+    ///
+    /// Unit: degC.
+    /// Example: `reference_degC = 25`
     #[serde(rename = "reference_degC")]
     reference_degc: Option<f64>,
 }

@@ -28,13 +28,44 @@ use crate::session::{JointKnowledge, Knowledge};
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct JointTable {
+    /// The joint's name. Not in `[joints]`.
+    ///
+    /// Example: `name = "shoulder"`
     name: Option<String>,
+    /// Whether the torque sensor reads the other way. Not declared, gravcal tries both.
+    ///
+    /// Default: not declared.
+    /// Example: `torque_sign = "reversed"`
     torque_sign: Option<Sign>,
+    /// Whether the position sensor reads the other way.
+    ///
+    /// Default: `"normal"`.
+    /// Example: `position_sign = "reversed"`
     position_sign: Option<Sign>,
+    /// What is known of the torque gain.
+    ///
+    /// Default: the robot's.
+    /// Example: `torque_gain = { nominal = 6.69, unit = "count/(N·m)" }`
     torque_gain: Option<KnowledgeTable>,
+    /// What is known of the torque bias.
+    ///
+    /// Default: the robot's.
+    /// Example: `torque_bias = { nominal = 2048, unit = "count" }`
     torque_bias: Option<KnowledgeTable>,
+    /// What is known of the position gain.
+    ///
+    /// Default: the robot's.
+    /// Example: `position_gain = { fixed = 1, unit = "deg/deg" }`
     position_gain: Option<KnowledgeTable>,
+    /// What is known of the position offset.
+    ///
+    /// Default: the robot's.
+    /// Example: `position_offset = { nominal = 135, std = 2, unit = "deg" }`
     position_offset: Option<KnowledgeTable>,
+    /// What the sensors do beyond gain and bias: see [Sensor models](sensor-models.md).
+    ///
+    /// Default: nothing.
+    /// Example: `sensor_models = [{ kind = "coulomb-friction" }]`
     sensor_models: Option<Vec<ModelTable<KnowledgeTable>>>,
 }
 

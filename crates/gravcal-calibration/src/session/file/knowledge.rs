@@ -9,10 +9,27 @@ use crate::session::{Knowledge, KnowledgeKind};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(crate) struct KnowledgeTable {
+    /// Where the search begins; with `std` it is knowledge. Give this or `fixed`.
+    ///
+    /// Unit: as `unit` says.
+    /// Example: `nominal = 6.69`
     nominal: Option<f64>,
+    /// How well the nominal value is known.
+    ///
+    /// Unit: as `unit` says.
+    /// Default: a start only.
+    /// Example: `std = 0.1`
     std: Option<f64>,
+    /// The exact value.
+    ///
+    /// Unit: as `unit` says.
+    /// Example: `fixed = 1`
     fixed: Option<f64>,
     /// Mandatory; read as optional so that the error can say which units fit.
+    ///
+    /// Unit: none.
+    /// Default: required.
+    /// Example: `unit = "count/(N·m)"`
     unit: Option<String>,
 }
 

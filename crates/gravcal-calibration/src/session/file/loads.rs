@@ -10,10 +10,27 @@ use crate::session::{Load, LoadDistance};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct LoadTable {
+    /// Its name, by which tables refer to it.
+    ///
+    /// Example: `name = "plate-a"`
     name: String,
+    /// Its mass, taken as exact.
+    ///
+    /// Example: `mass_kg = 1.724`
     mass_kg: f64,
+    /// The link that carries it.
+    ///
+    /// Example: `link = "link3"`
     link: String,
+    /// Its centre of mass in that link's frame.
+    ///
+    /// Default: unknown.
+    /// Example: `position_m = [0, 0, 0.1]`
     position_m: Option<[f64; 3]>,
+    /// How well that is known.
+    ///
+    /// Default: exact.
+    /// Example: `position_std_m = 0.001`
     position_std_m: Option<f64>,
 }
 
@@ -21,8 +38,18 @@ pub(super) struct LoadTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct LoadDistanceTable {
+    /// Names of two loads on one link.
+    ///
+    /// Example: `between = ["plate-a", "plate-b"]`
     between: [String; 2],
+    /// Distance between their centres of mass.
+    ///
+    /// Example: `distance_m = 0.402`
     distance_m: f64,
+    /// How well it is known.
+    ///
+    /// Default: 1e-6.
+    /// Example: `distance_std_m = 0.0005`
     distance_std_m: Option<f64>,
 }
 

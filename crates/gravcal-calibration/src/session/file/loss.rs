@@ -10,7 +10,15 @@ use crate::document::{Field, FileError};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct LossTable {
+    /// `"none"`, `"huber"`, `"cauchy"`, `"tukey"` or `"geman-mcclure"`.
+    ///
+    /// Example: `kind = "huber"`
     kind: String,
+    /// Residual, in standard deviations, from which a reading counts less.
+    ///
+    /// Unit: standard deviations.
+    /// Default: the one that loses 5 % of the information of normal noise.
+    /// Example: `width = 1.345`
     width: Option<f64>,
 }
 

@@ -25,8 +25,17 @@ const BODY: &str = "body";
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct OrientationTable {
+    /// Four columns of a quaternion, or nine of a rotation matrix, row by row.
+    ///
+    /// Example: `columns = ["qx", "qy", "qz", "qw"]`
     columns: Vec<String>,
+    /// Order of a quaternion. None for a matrix.
+    ///
+    /// Example: `order = "xyzw"`
     order: Option<Order>,
+    /// What it turns into what.
+    ///
+    /// Example: `rotation = "base-from-body"`
     rotation: Option<Rotation>,
 }
 

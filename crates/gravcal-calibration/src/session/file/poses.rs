@@ -15,11 +15,35 @@ use crate::session::{InertiaKnowledge, Load, Pose, PoseTable, Searched};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct PosesTable {
+    /// The file. `${NAME:-default}` is replaced by the environment.
+    ///
+    /// Example: `file = "${DATA:-.}/poses-a.csv"`
     pub(super) file: String,
+    /// The load that is attached, or a list.
+    ///
+    /// Default: nothing.
+    /// Example: `load = "plate-a"`
     load: Option<OneOrMany<String>>,
+    /// The joint that sweeps.
+    ///
+    /// Default: found by movement.
+    /// Example: `swept = "shoulder"`
     swept: Option<String>,
+    /// The step of the sequential estimator that reads the table.
+    ///
+    /// Unit: none.
+    /// Default: found.
+    /// Example: `step = 2`
     step: Option<u8>,
+    /// Where the part that counts begins, after the first row. Needs a clock.
+    ///
+    /// Default: the beginning.
+    /// Example: `from_s = 10`
     from_s: Option<f64>,
+    /// Where it ends.
+    ///
+    /// Default: the end.
+    /// Example: `until_s = 95`
     until_s: Option<f64>,
 }
 

@@ -23,8 +23,19 @@ const SAME_VALUE: f64 = 1e-9;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct PriorTable {
+    /// The earlier `calibration.json`. Parameters of the same names are taken with their whole covariance.
+    ///
+    /// Example: `calibration = "last-week/calibration.json"`
     calibration: String,
+    /// Whose answer is taken.
+    ///
+    /// Default: `"joint"`.
+    /// Example: `estimator = "joint"`
     estimator: Option<String>,
+    /// What else is as it was then: `"base"` (gravity), `"links"` (masses and moments), `"loads"` (placements).
+    ///
+    /// Default: `[]`.
+    /// Example: `unchanged = ["base", "links", "loads"]`
     #[serde(default)]
     unchanged: Vec<Unchanged>,
 }

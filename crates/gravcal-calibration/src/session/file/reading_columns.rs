@@ -12,15 +12,59 @@ use crate::session::units::UnitError;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct ReadingColumnsTable {
+    /// One column for each joint or axis; `""` where there is no sensor.
+    ///
+    /// Example: `columns = ["y1", "y2"]`
     pub columns: Vec<String>,
+    /// Unit of the readings; one for all or a list.
+    ///
+    /// Unit: none.
+    /// Default: required.
+    /// Example: `unit = "N·m"`
     unit: Option<OneOrMany<String>>,
+    /// Standard deviation of a reading; one for all or a list. With `count`, of one of so many averaged samples.
+    ///
+    /// Unit: the reading's.
+    /// Default: estimated from the residuals.
+    /// Example: `std = 0.02`
     std: Option<OneOrMany<f64>>,
+    /// Errors beyond that noise: `"estimated"` joint by joint from the residuals, `"none"`, or a number.
+    ///
+    /// Unit: the reading's.
+    /// Default: `"estimated"` with `still` and `sweeps`, else `"none"`.
+    /// Example: `unexplained_std = "estimated"`
     pub unexplained_std: Option<OneOrMany<unexplained::Written>>,
+    /// How many samples a reading is the mean of.
+    ///
+    /// Unit: 1.
+    /// Default: 1.
+    /// Example: `count = 200`
     count: Option<OneOrMany<f64>>,
+    /// Lower end of the sensor's range. Readings there are left out.
+    ///
+    /// Unit: the reading's.
+    /// Default: no end.
+    /// Example: `lowest = 0`
     lowest: Option<OneOrMany<f64>>,
+    /// Upper end of the sensor's range. Readings there are left out.
+    ///
+    /// Unit: the reading's.
+    /// Default: no end.
+    /// Example: `highest = 4095`
     highest: Option<OneOrMany<f64>>,
+    /// Columns with the standard deviation of each reading; `""` where there is none.
+    ///
+    /// Unit: the reading's.
+    /// Example: `std_columns = ["s1", "s2"]`
     std_columns: Option<Vec<String>>,
+    /// Columns with the number of averaged samples of each reading.
+    ///
+    /// Unit: 1.
+    /// Example: `count_columns = ["n1", "n2"]`
     count_columns: Option<Vec<String>>,
+    /// Columns that say whether a reading may be used.
+    ///
+    /// Example: `usable_columns = ["ok1", "ok2"]`
     usable_columns: Option<Vec<String>>,
 }
 

@@ -20,21 +20,67 @@ use crate::session::units;
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct ReadingsTable {
+    /// Position readings of the joints.
+    ///
+    /// Example: `position = { columns = ["q1", "q2"], unit = "deg" }`
     pub(super) position: Option<PositionTable>,
+    /// How the body stood, in a session without a robot.
+    ///
+    /// Example: `orientation = { columns = ["qx", "qy", "qz", "qw"], order = "xyzw", rotation = "base-from-body" }`
     pub(super) orientation: Option<OrientationTable>,
+    /// Torque readings of the joints; `""` for a joint without a sensor.
+    ///
+    /// Example: `torque = { columns = ["y1", ""], unit = "count", std = 0.8 }`
     torque: Option<ReadingColumnsTable>,
+    /// The clock, one for all tables.
+    ///
+    /// Example: `time = { column = "t", unit = "s" }`
     time: Option<TimeTable>,
+    /// Temperatures, one column for all joints or one for each.
+    ///
+    /// Example: `temperature = { columns = "T", unit = "degC" }`
     temperature: Option<ConditionTable>,
+    /// Velocities: columns, or the slope of the positions.
+    ///
+    /// Example: `velocity = { slope_over_s = 0.1 }`
     velocity: Option<MotionTable>,
+    /// Accelerations: columns, or the slope of the velocities.
+    ///
+    /// Example: `acceleration = { slope_over_s = 0.1 }`
     acceleration: Option<MotionTable>,
+    /// From which side each joint came: 1 rising, -1 falling, 0 not known.
+    ///
+    /// Example: `direction = { columns = ["d1", "d2"] }`
     direction: Option<DirectionTable>,
+    /// Which readings of an arm in motion count.
+    ///
+    /// Default: all.
+    /// Example: `select = { joint = { speed_above = { value = 1, unit = "deg/s" } } }`
     #[serde(default)]
     select: SelectTable,
+    /// The tables are recordings in motion; poses are the standstills found in them.
+    ///
+    /// Example: `still = {}`
     pub(super) still: Option<StillTable>,
+    /// Poses are what a joint passes slowly in both directions. May stand beside `still`.
+    ///
+    /// Example: `sweeps = {}`
     pub(super) sweeps: Option<SweepsTable>,
+    /// How CSV files are written, where gravcal finds it wrongly.
+    ///
+    /// Default: found by the first lines.
+    /// Example: `csv = { delimiter = ";", decimal_comma = true }`
     #[serde(default)]
     csv: CsvTable,
+    /// Column with labels of sweeps.
+    ///
+    /// Default: sweeps are found by movement.
+    /// Example: `sweep_column = "sweep"`
     sweep_column: Option<String>,
+    /// Rows of one standstill become one pose.
+    ///
+    /// Default: `false`.
+    /// Example: `merge_repeated_rows = true`
     #[serde(default)]
     merge_repeated_rows: bool,
 }
@@ -43,8 +89,21 @@ pub(super) struct ReadingsTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct PositionTable {
+    /// One column for each joint.
+    ///
+    /// Example: `columns = ["q1", "q2"]`
     columns: Vec<String>,
+    /// Unit of the readings: rad, deg, m, mm, count or V; one for all or a list.
+    ///
+    /// Unit: none.
+    /// Default: required.
+    /// Example: `unit = "deg"`
     unit: Option<OneOrMany<String>>,
+    /// Standard deviation of each reading, in its unit. With it every pose has its own errors of positions as unknowns.
+    ///
+    /// Unit: the reading's.
+    /// Default: taken as exact.
+    /// Example: `std = 0.02`
     std: Option<OneOrMany<f64>>,
 }
 

@@ -12,8 +12,16 @@ use crate::document::{Field, FileError, OneOrMany};
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct SelectTable {
+    /// Limits that every joint keeps to, or the row is left out: each joint's motion is felt in all torques.
+    ///
+    /// Default: none.
+    /// Example: `arm = { acceleration_below = { value = 0.5, unit = "rad/s²" } }`
     #[serde(default)]
     arm: LimitsTable,
+    /// Limits that the joint itself keeps to, or its torque reading is left out.
+    ///
+    /// Default: none.
+    /// Example: `joint = { speed_above = { value = 1, unit = "deg/s" } }`
     #[serde(default)]
     joint: LimitsTable,
 }
@@ -22,8 +30,20 @@ pub(super) struct SelectTable {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 struct LimitsTable {
+    /// Least speed.
+    ///
+    /// Default: no limit.
+    /// Example: `speed_above = { value = 1, unit = "deg/s" }`
     speed_above: Option<LimitTable>,
+    /// Largest speed.
+    ///
+    /// Default: no limit.
+    /// Example: `speed_below = { value = 0.8, unit = "rad/s" }`
     speed_below: Option<LimitTable>,
+    /// Largest acceleration.
+    ///
+    /// Default: no limit.
+    /// Example: `acceleration_below = { value = [0.5, 1], unit = "rad/s²" }`
     acceleration_below: Option<LimitTable>,
 }
 
@@ -31,7 +51,16 @@ struct LimitsTable {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 struct LimitTable {
+    /// The limit; one for all joints, or a list.
+    ///
+    /// Unit: as `unit` says.
+    /// Example: `value = 0.5`
     value: OneOrMany<f64>,
+    /// Its unit; one for all joints, or a list.
+    ///
+    /// Unit: none.
+    /// Default: required.
+    /// Example: `unit = "rad/s²"`
     unit: Option<OneOrMany<String>>,
 }
 

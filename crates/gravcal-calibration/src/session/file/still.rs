@@ -10,6 +10,10 @@ use crate::document::{Field, FileError};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct StillTable {
+    /// Shorter standstills are left out.
+    ///
+    /// Default: 0.1.
+    /// Example: `least_duration_s = 1.0`
     least_duration_s: Option<f64>,
 }
 

@@ -14,7 +14,15 @@ use crate::session::travel::{BIN, STEADY, travels};
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct SweepsTable {
+    /// One pose for each bin of the angle of the joint that sweeps. Wider bins where the rate is low.
+    ///
+    /// Default: 1.
+    /// Example: `bin_deg = 2`
     bin_deg: Option<f64>,
+    /// Largest acceleration of what counts as slow. The square of the speed, in rad/s, obeys the same number.
+    ///
+    /// Default: 0.05.
+    /// Example: `acceleration_below_rad_per_s2 = 0.05`
     acceleration_below_rad_per_s2: Option<f64>,
 }
 

@@ -17,12 +17,39 @@ const SEED: u64 = 1;
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct UncertaintyTable {
+    /// See [Where standard deviations come from](../explanation/uncertainty.md).
+    ///
+    /// Default: `"noise"`.
+    /// Example: `kind = "jackknife"`
     #[serde(default)]
     kind: Kind,
+    /// Neighbouring poses that may share an error. Not with `"noise"`.
+    ///
+    /// Unit: poses.
+    /// Default: found by `"jackknife"`.
+    /// Example: `block_poses = 10`
     block_poses: Option<usize>,
+    /// With `"jackknife"`: the same in time. Needs `readings.time`.
+    ///
+    /// Default: found.
+    /// Example: `block_s = 1.5`
     block_s: Option<f64>,
+    /// With `"jackknife"`: blocks are sweeps, or pairs of the same pose from two sides.
+    ///
+    /// Default: neighbouring poses.
+    /// Example: `blocks = "sweeps"`
     blocks: Option<Blocks>,
+    /// With `"bootstrap"`: how often it solves again.
+    ///
+    /// Unit: none.
+    /// Default: 500.
+    /// Example: `replicates = 500`
     replicates: Option<usize>,
+    /// With `"bootstrap"`: seed of the draws.
+    ///
+    /// Unit: none.
+    /// Default: 1.
+    /// Example: `seed = 2`
     seed: Option<u64>,
 }
 

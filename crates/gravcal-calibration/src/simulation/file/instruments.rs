@@ -14,8 +14,20 @@ use crate::simulation::experiment::SimulatedInstruments;
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 struct InstrumentTables {
+    /// Force-torque sensors, as in a session.
+    ///
+    /// Default: none.
+    /// Example: `force_torque_sensor = []`
     force_torque_sensor: Vec<ForceTorqueTable>,
+    /// Accelerometers, as in a session.
+    ///
+    /// Default: none.
+    /// Example: `accelerometer = []`
     accelerometer: Vec<AccelerometerTable>,
+    /// True values of these, by name.
+    ///
+    /// Default: nominal.
+    /// Example: `instrument_truth = { wrist = { tool_mass_kg = 1.2 } }`
     instrument_truth: BTreeMap<String, TruthTable>,
 }
 
@@ -31,10 +43,32 @@ struct Sections {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default, expecting = "a table")]
 struct TruthTable {
+    /// Gains, one for each axis or the whole matrix row by row.
+    ///
+    /// Unit: the reading's, over N, N·m or m/s².
+    /// Default: nominal.
+    /// Example: `gains = [1.02, 0.99, 1.0]`
     gains: Option<Vec<f64>>,
+    /// Biases, one for each axis.
+    ///
+    /// Unit: the reading's.
+    /// Default: 0.
+    /// Example: `biases = [0.1, -0.2, 0.0]`
     biases: Option<Vec<f64>>,
+    /// Mass that hangs beyond a force-torque sensor.
+    ///
+    /// Default: 0.
+    /// Example: `tool_mass_kg = 1.2`
     tool_mass_kg: Option<f64>,
+    /// Its first moment.
+    ///
+    /// Default: 0.
+    /// Example: `tool_moment_kg_m = [0, 0, 0.06]`
     tool_moment_kg_m: Option<[f64; 3]>,
+    /// Rotation vector by which the mounting is off.
+    ///
+    /// Default: 0.
+    /// Example: `mounting_rotation_deg = [0.5, 0, 0]`
     mounting_rotation_deg: Option<[f64; 3]>,
 }
 

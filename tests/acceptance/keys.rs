@@ -1,0 +1,376 @@
+//! The keys of a file, as the structs say that read or write it: their names, types, defaults and documentation.
+//!
+//! A key's documentation is its meaning, and then lines of their own: `Unit: …`, `Default: …`, `Example: …`. What its name or its
+//! type says need not stand there.
+
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use syn::{Attribute, Expr, Fields, GenericArgument, Ident, Item, Lit, Meta, PathArguments, Type};
+
+use crate::tree;
+
+/// Structs and enums of some folders.
+pub struct Sources(BTreeMap<(PathBuf, String), Item>);
+
+/// A table of a file, with its keys.
+pub struct Table {
+    /// How its header is written, such as `[readings.position]`; empty at the top of the file.
+    pub header: String,
+    /// What it is.
+    pub documentation: String,
+    /// Its keys, in the order in which they are declared.
+    pub keys: Vec<Key>,
+}
+
+/// What may stand at one key.
+#[derive(Default)]
+pub struct Key {
+    pub name: String,
+    /// In words; a link where it is a table of its own.
+    pub kind: String,
+    pub unit: String,
+    /// What holds where the key is absent.
+    pub default: String,
+    pub meaning: String,
+    pub example: String,
+}
+
+/// What one type comes to: words, and the struct of a table if it is one.
+struct Kind {
+    words: String,
+    table: Option<(PathBuf, String)>,
+    many: bool,
+}
+
+/// Types that are read by hand, in words.
+const BY_HAND: [(&str, &str); 12] = [
+    ("RobotSource", "text, or a table of `urdf`, `base` and `tip`"),
+    ("OneOrNamed", "number, or a table of numbers by name"),
+    ("Written", "text, or a table with `name` and options"),
+    ("unexplained::Written", "number or text"),
+    ("ModelTable", "table: see [Sensor models](sensor-models.md)"),
+    ("Value", "any value"),
+    ("Table", "table"),
+    ("EstimatorName", "text"),
+    ("String", "text"),
+    ("PathBuf", "text"),
+    ("str", "text"),
+    ("bool", "true or false"),
+];
+
+impl Sources {
+    /// Those of some folders of the project, tests aside.
+    pub fn of(folders: &[&str]) -> Sources {
+        let files = folders.iter().flat_map(|folder| tree::files_below(&tree::root().join(folder)));
+        let mut found = BTreeMap::new();
+        for file in files.filter(|file| file.extension().is_some_and(|extension| extension == "rs")) {
+            let parsed = syn::parse_file(&fs::read_to_string(&file).unwrap()).unwrap();
+            for item in parsed.items {
+                let name = match &item {
+                    Item::Struct(item) => item.ident.to_string(),
+                    Item::Enum(item) => item.ident.to_string(),
+                    _ => continue,
+                };
+                found.insert((file.clone(), name), item);
+            }
+        }
+        Sources(found)
+    }
+
+    /// The tables of a file whose top is a struct of one source.
+    pub fn tables(&self, file: &str, root: &str) -> Vec<Table> {
+        let root = (tree::root().join(file), root.to_owned());
+        assert!(self.0.contains_key(&root), "{root:?}");
+        let (mut tables, mut headers) = (Vec::new(), BTreeMap::from([(root.clone(), String::new())]));
+        let mut open = VecDeque::from([root]);
+        let mut seen = BTreeSet::new();
+        while let Some(at) = open.pop_front() {
+            if !seen.insert(at.clone()) {
+                continue;
+            }
+            let header = headers[&at].clone();
+            let mut keys = Vec::new();
+            for (key, kind) in self.keys(&at) {
+                let mut key = key;
+                if let Some(table) = kind.table {
+                    let inside = header.trim_matches(['[', ']']);
+                    let path = if inside.is_empty() { key.name.clone() } else { format!("{inside}.{}", key.name) };
+                    let brackets = if kind.many { ("[[", "]]") } else { ("[", "]") };
+                    let own = headers.entry(table.clone()).or_insert(format!("{}{path}{}", brackets.0, brackets.1));
+                    key.kind = format!("[{}](#{})", kind.words, anchor(own));
+                    open.push_back(table);
+                }
+                keys.push(key);
+            }
+            tables.push(Table { header, documentation: documentation(attributes(&self.0[&at])).join(" "), keys });
+        }
+        tables
+    }
+
+    /// The keys of a struct, with what each may hold; those of a flattened field among them.
+    fn keys(&self, at: &(PathBuf, String)) -> Vec<(Key, Kind)> {
+        let all_default = serde(attributes(&self.0[at])).iter().any(|word| word == "default");
+        let mut keys: Vec<(Key, Kind)> = Vec::new();
+        if let Item::Enum(item) = &self.0[at] {
+            let name = tag(item).unwrap_or_else(|| panic!("{at:?} has no tag"));
+            let key = Key { name, kind: choices(item), meaning: "Which one.".to_owned(), ..Key::default() };
+            keys.push((key, plain(choices(item))));
+        }
+        for field in fields(&self.0[at]) {
+            let name = field.ident.as_ref().unwrap().to_string();
+            let said = serde(&field.attrs);
+            if said.iter().any(|word| word == "skip") || name.starts_with('_') {
+                continue;
+            }
+            let kind = self.kind(&at.0, &field.ty);
+            if said.iter().any(|word| word == "flatten") {
+                keys.extend(kind.table.iter().flat_map(|table| self.keys(table)));
+                continue;
+            }
+            let renamed = said.iter().find_map(|word| word.strip_prefix("rename = "));
+            let mut key = Key { name: renamed.map_or(name, |new| new.trim_matches('"').to_owned()), ..Key::default() };
+            key.kind.clone_from(&kind.words);
+            let optional = is_option(&field.ty) || all_default || said.iter().any(|word| word.starts_with("default"));
+            describe(&mut key, &documentation(&field.attrs), optional);
+            if keys.iter().all(|(other, _)| other.name != key.name) {
+                keys.push((key, kind));
+            }
+        }
+        keys
+    }
+
+    fn kind(&self, file: &Path, kind: &Type) -> Kind {
+        match kind {
+            Type::Reference(reference) => self.kind(file, &reference.elem),
+            Type::Slice(slice) => self.list(file, &slice.elem),
+            Type::Array(array) => {
+                let Expr::Lit(length) = &array.len else { panic!("an array without a length") };
+                let Lit::Int(length) = &length.lit else { panic!("an array without a length") };
+                plain(format!("{length} × {}", self.kind(file, &array.elem).words))
+            }
+            Type::Tuple(tuple) => {
+                let parts: Vec<String> = tuple.elems.iter().map(|part| self.kind(file, part).words).collect();
+                plain(format!("list of {}", parts.join(" and ")))
+            }
+            Type::Path(path) => self.named(file, path),
+            _ => panic!("a type that no file holds"),
+        }
+    }
+
+    fn named(&self, file: &Path, path: &syn::TypePath) -> Kind {
+        let segments: Vec<&Ident> = path.path.segments.iter().map(|segment| &segment.ident).collect();
+        let name = segments.last().unwrap().to_string();
+        let full = segments.iter().map(ToString::to_string).collect::<Vec<_>>().join("::");
+        let inside = |index: usize| argument(path, index);
+        match name.as_str() {
+            "f64" | "f32" => return plain("number".to_owned()),
+            "usize" | "u8" | "u16" | "u32" | "u64" | "i32" | "i64" => return plain("whole number".to_owned()),
+            "Option" | "Cow" => return self.kind(file, inside(0)),
+            "Vec" => return self.list(file, inside(0)),
+            "OneOrMany" => return plain(format!("{0}, or a list", self.kind(file, inside(0)).words)),
+            "BTreeMap" => {
+                let Kind { words, table, many: _ } = self.kind(file, inside(1));
+                return Kind { words: format!("table: {words} by name"), table, many: false };
+            }
+            _ => {}
+        }
+        let by_hand = |name: &str| BY_HAND.iter().find(|(by_hand, _)| *by_hand == name);
+        if let Some((_, words)) = by_hand(&full).or_else(|| by_hand(&name)) {
+            return plain((*words).to_owned());
+        }
+        let module = segments.len().checked_sub(2).map(|at| segments[at].to_string());
+        let found = self.find(file, module.as_deref(), &name);
+        match &self.0[&found] {
+            Item::Enum(item) if tag(item).is_none() => plain(choices(item)),
+            _ => Kind { words: "table".to_owned(), table: Some(found), many: false },
+        }
+    }
+
+    fn list(&self, file: &Path, of: &Type) -> Kind {
+        let Kind { words, table, many: _ } = self.kind(file, of);
+        let words = if words.contains([' ', ':']) { format!("list of: {words}") } else { format!("list of {words}s") };
+        Kind { words, table, many: true }
+    }
+
+    /// The one that a name means in a file: its own, that of the module it names, or the nearest.
+    fn find(&self, file: &Path, module: Option<&str>, name: &str) -> (PathBuf, String) {
+        let of_name = || self.0.keys().filter(|(_, other)| other == name);
+        let own = of_name().find(|(at, _)| at == file);
+        let of_module = || of_name().find(|(at, _)| module.is_some_and(|module| at.file_stem().unwrap() == module));
+        let near = || {
+            let shared = |at: &Path| at.components().zip(file.components()).take_while(|(a, b)| a == b).count();
+            of_name().max_by_key(|(at, _)| shared(at))
+        };
+        let found = own.or_else(of_module).or_else(near);
+        found.unwrap_or_else(|| panic!("{}: {name} is not among the sources", file.display())).clone()
+    }
+}
+
+fn plain(words: String) -> Kind {
+    Kind { words, table: None, many: false }
+}
+
+fn attributes(item: &Item) -> &[Attribute] {
+    match item {
+        Item::Struct(item) => &item.attrs,
+        Item::Enum(item) => &item.attrs,
+        _ => &[],
+    }
+}
+
+/// The fields of a struct, or of all variants of an enum.
+fn fields(item: &Item) -> Vec<&syn::Field> {
+    let named = |fields: &'_ Fields| matches!(fields, Fields::Named(_));
+    match item {
+        Item::Struct(item) if named(&item.fields) => item.fields.iter().collect(),
+        Item::Enum(item) => {
+            item.variants.iter().filter(|variant| named(&variant.fields)).flat_map(|variant| &variant.fields).collect()
+        }
+        _ => panic!("neither a struct nor an enum with names"),
+    }
+}
+
+/// The key that says which variant of an enum a table is.
+fn tag(item: &syn::ItemEnum) -> Option<String> {
+    serde(&item.attrs).iter().find_map(|word| word.strip_prefix("tag = ")).map(|tag| tag.trim_matches('"').to_owned())
+}
+
+fn is_option(kind: &Type) -> bool {
+    matches!(kind, Type::Path(path) if path.path.segments.last().unwrap().ident == "Option")
+}
+
+fn argument(path: &syn::TypePath, index: usize) -> &Type {
+    let PathArguments::AngleBracketed(arguments) = &path.path.segments.last().unwrap().arguments else {
+        panic!("a type without arguments")
+    };
+    let types = arguments.args.iter().filter_map(|argument| match argument {
+        GenericArgument::Type(kind) => Some(kind),
+        _ => None,
+    });
+    types.skip(index).next().unwrap()
+}
+
+/// What serde is told of a field or a type, word by word.
+fn serde(attributes: &[Attribute]) -> Vec<String> {
+    let lists = attributes.iter().filter(|attribute| attribute.path().is_ident("serde"));
+    let words = lists.filter_map(|attribute| match &attribute.meta {
+        Meta::List(list) => Some(list.tokens.to_string()),
+        _ => None,
+    });
+    words.flat_map(|words| words.split(',').map(|word| word.trim().to_owned()).collect::<Vec<_>>()).collect()
+}
+
+/// The lines of a documentation.
+fn documentation(attributes: &[Attribute]) -> Vec<String> {
+    let said = attributes.iter().filter(|attribute| attribute.path().is_ident("doc"));
+    let lines = said.filter_map(|attribute| match &attribute.meta {
+        Meta::NameValue(pair) => match &pair.value {
+            Expr::Lit(text) => match &text.lit {
+                Lit::Str(text) => Some(text.value().trim().to_owned()),
+                _ => None,
+            },
+            _ => None,
+        },
+        _ => None,
+    });
+    lines.map(|line| without_code_links(&line)).collect()
+}
+
+/// A line without the targets of links that only rustdoc can follow.
+fn without_code_links(line: &str) -> String {
+    let mut parts = line.split("](crate::");
+    let first = parts.next().unwrap_or_default().to_owned();
+    let (text, linked) = parts.fold((first, false), |(text, _), part| {
+        let rest = part.split_once(')').map_or("", |(_, rest)| rest);
+        let opening = text.rfind('[').unwrap_or(text.len());
+        (format!("{}{}{rest}", &text[..opening], text.get(opening + 1..).unwrap_or_default()), true)
+    });
+    if linked { text } else { line.to_owned() }
+}
+
+/// The texts that an enum may be written as.
+fn choices(item: &syn::ItemEnum) -> String {
+    let rule = serde(&item.attrs);
+    let rule = rule.iter().find_map(|word| word.strip_prefix("rename_all = ")).map(|rule| rule.trim_matches('"'));
+    let names = item.variants.iter().map(|variant| {
+        let own = serde(&variant.attrs);
+        let own =
+            own.iter().find_map(|word| word.strip_prefix("rename = ")).map(|name| name.trim_matches('"').to_owned());
+        own.unwrap_or_else(|| cased(&variant.ident.to_string(), rule))
+    });
+    names.map(|name| format!("`\"{name}\"`")).collect::<Vec<_>>().join(" or ")
+}
+
+fn cased(name: &str, rule: Option<&str>) -> String {
+    let separator = match rule {
+        Some("lowercase") => return name.to_lowercase(),
+        Some("kebab-case") => '-',
+        Some("snake_case") => '_',
+        _ => return name.to_owned(),
+    };
+    let mut written = String::new();
+    for letter in name.chars() {
+        if letter.is_uppercase() && !written.is_empty() {
+            written.push(separator);
+        }
+        written.extend(letter.to_lowercase());
+    }
+    written
+}
+
+/// Ends of names that say a unit, longest first.
+const UNITS: [(&str, &str); 21] = [
+    ("_rad_per_newton_metre", "rad/(N·m)"),
+    ("_rad_or_m_per_s", "rad/s or m/s"),
+    ("_newton_metre", "N·m"),
+    ("_rad_per_s2", "rad/s²"),
+    ("_m_per_s2", "m/s²"),
+    ("_per_root_s", "per √s"),
+    ("_kg_m", "kg·m"),
+    ("_degC", "degC"),
+    ("_deg", "deg"),
+    ("_rad", "rad"),
+    ("_kg", "kg"),
+    ("_hz", "Hz"),
+    ("_s", "s"),
+    ("_m", "m"),
+    ("_si", "SI"),
+    ("p_value", "1"),
+    ("bytes", "byte"),
+    ("iterations", "1"),
+    ("chi_squared", "1"),
+    ("degrees_of_freedom", "1"),
+    ("cosine", "1"),
+];
+
+/// Fills in what the documentation says.
+fn describe(key: &mut Key, documentation: &[String], optional: bool) {
+    let mut meaning: Vec<&str> = Vec::new();
+    let mut about = ("meaning", String::new());
+    let mut said: BTreeMap<&str, String> = BTreeMap::new();
+    for line in documentation {
+        let label = ["Unit", "Default", "Example"].into_iter().find(|label| line.starts_with(&format!("{label}: ")));
+        match label {
+            Some(label) => {
+                about = (label, String::new());
+                said.insert(label, line[label.len() + 2..].to_owned());
+            }
+            None if about.0 == "meaning" => meaning.push(line),
+            None => said.entry(about.0).or_default().push_str(&format!(" {line}")),
+        }
+    }
+    key.meaning = meaning.join(" ").trim().to_owned();
+    let sentence = |label: &str| said.get(label).map(|text| text.trim().trim_end_matches('.').to_owned());
+    let number = key.kind.contains("number");
+    let by_name = UNITS.iter().find(|(end, _)| number && key.name.ends_with(end)).map(|(_, unit)| (*unit).to_owned());
+    key.unit = sentence("Unit").or(by_name).unwrap_or_default();
+    key.default = sentence("Default").unwrap_or_else(|| if optional { "–".to_owned() } else { "required".to_owned() });
+    key.example = said.get("Example").cloned().unwrap_or_default();
+}
+
+/// How a header is linked to.
+pub fn anchor(header: &str) -> String {
+    header.to_lowercase().chars().filter(|letter| letter.is_alphanumeric() || matches!(letter, '_' | '-')).collect()
+}
