@@ -7,6 +7,7 @@ mod answer;
 mod book;
 mod branches;
 mod by_groups;
+mod cluster;
 mod comparisons;
 mod constraints;
 mod deflection;

@@ -1,5 +1,9 @@
 //! `gravcal study`: batches of simulated calibrations, and what they come to.
 
+mod share;
+mod slurm;
+mod submit;
+
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -16,6 +20,7 @@ use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::terminal;
+use submit::{CancelArguments, StatusArguments, SubmitArguments};
 
 /// Compare estimators over many simulated sessions with known truth
 ///
@@ -31,6 +36,9 @@ enum Command {
     Run(RunArguments),
     Merge(MergeArguments),
     Report(ReportArguments),
+    Submit(SubmitArguments),
+    Status(StatusArguments),
+    Cancel(CancelArguments),
 }
 
 /// Run the trials that are missing, and report
@@ -48,7 +56,9 @@ struct RunArguments {
     output: Option<PathBuf>,
 
     /// Run only the K-th of N shares, such as 1/4; `gravcal study merge` puts them together
-    #[arg(long, value_name = "K/N", value_parser = shard)]
+    ///
+    /// In a task of a Slurm array that is the task's own share, with its results in `shares/K-of-N` of the folder.
+    #[arg(long, value_name = "K/N", value_parser = share::named)]
     shard: Option<Shard>,
 
     /// Number of threads; results do not depend on it [default: one for each processor]
@@ -111,6 +121,12 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
         Command::Run(arguments) => run_study(arguments, registry),
         Command::Merge(arguments) => merge(arguments),
         Command::Report(arguments) => report(&open(&arguments.folder)?, arguments.quiet),
+        Command::Submit(arguments) => {
+            let (study, solvers) = checked(&arguments.study, registry)?;
+            submit::submit(arguments, &study, &names(&solvers))
+        }
+        Command::Status(arguments) => submit::status(arguments),
+        Command::Cancel(arguments) => submit::cancel(arguments),
     }
 }
 
@@ -119,13 +135,15 @@ const KINDS: [&str; 7] = ["json", "parquet", "csv", "txt", "md", "html", "svg"];
 
 fn run_study(arguments: &RunArguments, registry: &Registry) -> Result<Exit, Failure> {
     crate::calibrate::limit_threads(arguments.threads)?;
-    let study = Study::read_with(&arguments.study, registry).map_err(|error| Failure::bad_input(&error))?;
-    let solvers = solvers(&study)?;
-    batch::check(&study, &solvers).map_err(|error| refused(&error))?;
-    let names: Vec<String> = solvers.iter().map(|(name, _)| name.clone()).collect();
+    let (study, solvers) = checked(&arguments.study, registry)?;
     let path = arguments.output.clone().unwrap_or_else(|| folder_beside(&arguments.study));
+    let (shard, path) = match (arguments.shard, share::of_slurm_task()) {
+        (Some(shard), _) => (shard, path),
+        (None, Some(shard)) => (shard, submit::share_folder(&path, shard)),
+        (None, None) => (Shard { number: 1, of: 1 }, path),
+    };
     check_apart(&study.inputs, &path)?;
-    let folder = StudyFolder::begin(&path, Manifest::new(&study, &names)).map_err(|error| refused(&error))?;
+    let folder = StudyFolder::begin(&path, Manifest::new(&study, &names(&solvers))).map_err(|error| refused(&error))?;
 
     let interrupt = Interrupt::listen()?;
     let bar = progress_bar(arguments.quiet);
@@ -139,7 +157,6 @@ fn run_study(arguments: &RunArguments, registry: &Registry) -> Result<Exit, Fail
         },
         stop: interrupt.flag(),
     };
-    let shard = arguments.shard.unwrap_or(Shard { number: 1, of: 1 });
     let ended = batch::run(&study, &folder, shard, &helpers).map_err(|error| refused(&error))?;
     bar.finish_and_clear();
     let Ended::Done { trials } = ended else {
@@ -150,7 +167,7 @@ fn run_study(arguments: &RunArguments, registry: &Registry) -> Result<Exit, Fail
     };
     let seconds = began.elapsed().as_secs_f64();
     let rate = if trials > 0 { format!(" ({:.0} a second)", trials as f64 / seconds) } else { String::new() };
-    if shard.of > 1 {
+    if shard.of > 1 || share::of_slurm_task().is_some() {
         terminal::print(&format!(
             "{trials} trials in {seconds:.1} s{rate}: share {}/{} in {}\n",
             shard.number,
@@ -163,6 +180,18 @@ fn run_study(arguments: &RunArguments, registry: &Registry) -> Result<Exit, Fail
     report(&folder, arguments.quiet)?;
     terminal::print(&format!("{trials} trials in {seconds:.1} s{rate}\n"))?;
     Ok(Exit::Determined)
+}
+
+/// The study, which its methods can take.
+fn checked(path: &Path, registry: &Registry) -> Result<(Study, Vec<NamedSolver>), Failure> {
+    let study = Study::read_with(path, registry).map_err(|error| Failure::bad_input(&error))?;
+    let solvers = solvers(&study)?;
+    batch::check(&study, &solvers).map_err(|error| refused(&error))?;
+    Ok((study, solvers))
+}
+
+fn names(solvers: &[NamedSolver]) -> Vec<String> {
+    solvers.iter().map(|(name, _)| name.clone()).collect()
 }
 
 fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
@@ -234,14 +263,6 @@ fn folder_beside(study: &Path) -> PathBuf {
     study.with_file_name(name)
 }
 
-fn shard(text: &str) -> Result<Shard, String> {
-    let numbers = text.split_once('/').and_then(|(k, n)| Some((k.parse().ok()?, n.parse().ok()?)));
-    match numbers {
-        Some((number, of)) if (1..=of).contains(&number) => Ok(Shard { number, of }),
-        _ => Err("expected K/N with K from 1 to N, such as 1/4".to_owned()),
-    }
-}
-
 fn progress_bar(quiet: bool) -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:30} {pos}/{len} trials, {per_sec}, {eta} left");
     match style {
@@ -258,13 +279,5 @@ mod tests {
     fn results_lie_beside_the_study() {
         assert_eq!(folder_beside(Path::new("a/study.toml")), Path::new("a/results"));
         assert_eq!(folder_beside(Path::new("noise.toml")), Path::new("noise-results"));
-    }
-
-    #[test]
-    fn shares_are_counted_from_one() {
-        assert_eq!(shard("2/4"), Ok(Shard { number: 2, of: 4 }));
-        for wrong in ["0/4", "5/4", "1", "a/b", "1/0"] {
-            assert!(shard(wrong).is_err(), "{wrong}");
-        }
     }
 }

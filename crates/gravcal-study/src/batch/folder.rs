@@ -154,6 +154,19 @@ impl StudyFolder {
         self.path.join(part_name(number, PART_TIMES))
     }
 
+    /// How many parts the trials of its study make.
+    pub fn parts(&self) -> usize {
+        self.manifest.parts().len()
+    }
+
+    /// How many of them are done here.
+    ///
+    /// # Errors
+    /// The operating system refuses.
+    pub fn parts_done(&self) -> Result<usize, BatchError> {
+        Ok(self.done()?.len())
+    }
+
     /// Numbers of the parts that are done, and can be read.
     pub(super) fn done(&self) -> Result<BTreeSet<usize>, BatchError> {
         let folder = self.path.join(PARTS);
