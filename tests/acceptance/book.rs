@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use crate::program::gravcal_in;
+use crate::program::{gravcal, gravcal_in};
 use crate::tree;
 
 /// Where the files of the project stand on the web: how the book refers to what is not in it.
@@ -45,32 +45,51 @@ fn follow(text: &str) -> String {
     let blocks = blocks(text, "sh");
     let lines: Vec<&str> = blocks.iter().flat_map(|block| block.lines()).collect();
     assert_eq!(lines.len(), 3, "{lines:?}");
-    let runs = lines.iter().map(|line| {
+    let mut printed = String::new();
+    for line in lines {
         let run = gravcal_in(folder.path(), line.strip_prefix("gravcal ").unwrap().split(' '));
         assert_eq!(run.code, 0, "{line}: {run:?}");
-        run.stdout
-    });
-    let printed = runs.last().unwrap();
+        printed = run.stdout;
+    }
     assert!(folder.path().join("my-session-calibration/calibration.json").is_file());
     printed
+}
+
+/// Every line of a block is printed, however it is set apart.
+fn assert_prints(printed: &str, told: &str) {
+    let printed: BTreeSet<String> = printed.lines().map(words).collect();
+    let absent: Vec<&str> = told.lines().filter(|line| !printed.contains(&words(line))).collect();
+    assert!(absent.is_empty(), "gravcal does not print {absent:#?}, but {printed:#?}");
 }
 
 #[test]
 fn the_example_of_the_readme_runs_and_prints_what_it_says() {
     let readme = read("README.md");
     let section = readme.split_once("\n## A fault to find\n").unwrap().1.split("\n## ").next().unwrap();
-    let printed: BTreeSet<String> = follow(section).lines().map(words).collect();
-    let told = blocks(section, "text")[0];
-    let absent: Vec<&str> = told.lines().filter(|line| !printed.contains(&words(line))).collect();
-    assert!(absent.is_empty(), "gravcal does not print {absent:#?}");
+    assert_prints(&follow(section), blocks(section, "text")[0]);
 }
 
 #[test]
-fn the_tutorial_runs_and_finds_what_it_says() {
+fn the_tutorial_runs_and_prints_what_it_says() {
     let tutorial = read("docs/tutorial/README.md");
+    let calibrated = tutorial.split_once("\n## 4. Calibrate\n").unwrap().1.split("\n## ").next().unwrap();
     let printed = follow(&tutorial);
-    for found in ["1.0797 ± 0.0010", "0.7017 ± 0.0043", "17.565"] {
-        assert!(printed.contains(found) && tutorial.contains(found), "{found}: {printed}");
+    assert_prints(&printed, blocks(calibrated, "text")[0]);
+    assert!(printed.contains("tilt 17.565 deg") && calibrated.contains("17.565°"), "{printed}");
+}
+
+#[test]
+fn an_answer_fits_on_a_screen() {
+    let session = tree::experiment("seven-joints-tilted").join("session.toml");
+    let results = tempfile::tempdir().unwrap();
+    let calibrate = ["calibrate".as_ref(), session.as_os_str(), "--output".as_ref(), results.path().as_os_str()];
+    for arguments in [&calibrate[..], &["check".as_ref(), session.as_os_str()]] {
+        let run = gravcal(arguments);
+        assert_eq!(run.code, 0, "{run:?}");
+        assert!(run.stdout.lines().count() <= 25, "{}", run.stdout);
+        let mut lines = run.stdout.lines().filter(|line| !line.starts_with("Results in "));
+        assert!(lines.all(|line| line.chars().count() <= 80), "{}", run.stdout);
+        assert_eq!((1..=7).filter(|i| run.stdout.contains(&format!("\njoint{i} "))).count(), 7, "{}", run.stdout);
     }
 }
 

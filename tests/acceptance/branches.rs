@@ -114,7 +114,7 @@ fn change(folder: &Path, file: &str, old: &str, new: &str) {
 }
 
 fn check(folder: &Path) -> Run {
-    gravcal_in(folder, ["check", "session.toml"])
+    gravcal_in(folder, ["check", "--full", "session.toml"])
 }
 
 /// Every parameter with a value is within four standard deviations of the truth.
@@ -179,7 +179,7 @@ fn a_tip_for_each_branch_is_asked_for() {
 #[test]
 fn what_branches_cannot_have_is_refused_with_a_cure() {
     let folder = simulated();
-    let steps = gravcal_in(folder.path(), ["calibrate", "session.toml", "--estimator", "sequential"]);
+    let steps = gravcal_in(folder.path(), ["calibrate", "--full", "session.toml", "--estimator", "sequential"]);
     assert_eq!(steps.code, 2, "{steps:?}");
     assert!(steps.stderr.contains("choose `--estimator joint`"), "{steps:?}");
 

@@ -11,7 +11,7 @@ fn calibrated() -> tempfile::TempDir {
     let folder = small_session();
     let path = |name: &str| folder.path().join(name);
     let run = |arguments: &[&str]| gravcal_in(folder.path(), arguments);
-    assert!([0, 3].contains(&run(&["calibrate", "session.toml", "--output", "a"]).code));
+    assert!([0, 3].contains(&run(&["calibrate", "--full", "session.toml", "--output", "a"]).code));
     let simulation = fs::read_to_string(path("simulation.toml")).unwrap();
     let session = fs::read_to_string(path("session.toml")).unwrap();
     let sensor = "[[joint]]\nname = \"joint2\"\ntorque_sensor = { gain = { value = 7.2, unit = \"count/(N·m)\" }, \
@@ -25,7 +25,7 @@ fn calibrated() -> tempfile::TempDir {
         assert_eq!(run.code, 0, "{run:?}");
         fs::write(path(&format!("data-{name}/session.toml")), &session).unwrap();
         let session = format!("data-{name}/session.toml");
-        let run = gravcal_in(folder.path(), ["calibrate", &session, "--output", name]);
+        let run = gravcal_in(folder.path(), ["calibrate", "--full", &session, "--output", name]);
         assert!([0, 3].contains(&run.code), "{run:?}");
     }
     folder

@@ -83,7 +83,7 @@ fn lift(old: &str, new: &str) -> TempDir {
 }
 
 fn calibrate(folder: &Path, options: &[&str]) -> Run {
-    gravcal_in(folder, ["calibrate", "session.toml", "--output", RESULTS].iter().chain(options))
+    gravcal_in(folder, ["calibrate", "--full", "session.toml", "--output", RESULTS].iter().chain(options))
 }
 
 fn joint(folder: &Path) -> Estimator {

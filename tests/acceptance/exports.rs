@@ -69,7 +69,7 @@ impl Calibrated {
     fn new(prepare: impl Fn(&Path)) -> Calibrated {
         let folder = small_session();
         prepare(folder.path());
-        let run = gravcal_in(folder.path(), ["calibrate", "session.toml", "--output", "results"]);
+        let run = gravcal_in(folder.path(), ["calibrate", "--full", "session.toml", "--output", "results"]);
         assert!([0, 3].contains(&run.code), "{run:?}");
         let path = folder.path().join("results/calibration.json");
         let file: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();

@@ -80,7 +80,7 @@ fn a_recording_becomes_a_session_and_that_a_calibration() {
     assert_eq!(again.refusal(&["first.toml: there is such a file already", "--overwrite replaces it"]), None);
     assert_eq!(inspect("bare.mcap", &[&drafted[..], &["--overwrite"]].concat()).code, 0);
 
-    let check = gravcal_in(folder.path(), ["check", "first.toml"]);
+    let check = gravcal_in(folder.path(), ["check", "--full", "first.toml"]);
     assert_eq!(check.code, 3, "{check:?}");
     assert!(check.stdout.contains("common scale of all torque gains"), "{}", check.stdout);
 

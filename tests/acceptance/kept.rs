@@ -54,7 +54,7 @@ fn no_command_writes_onto_what_it_reads() {
         &["apply", calibration, "plate-a.csv", "./plate-a.csv", "--overwrite"],
         &["export", calibration, "--to", "csv", "-o", calibration, "--overwrite"],
         &["simulate", "truth.toml", "--overwrite"],
-        &["calibrate", "again.toml", "--output", RESULTS, "--overwrite"],
+        &["calibrate", "--full", "again.toml", "--output", RESULTS, "--overwrite"],
     ];
     for command in commands {
         let run = gravcal_in(folder.path(), command);
@@ -191,8 +191,8 @@ fn what_cannot_be_printed_has_a_code_of_its_own_and_is_written() {
         (output.status.code(), String::from_utf8(output.stderr).unwrap())
     };
     let commands: [(&[&str], &str); 5] = [
-        (&["calibrate", "session.toml", "-o", RESULTS], "results/calibration.json"),
-        (&["check", "session.toml"], "session.toml"),
+        (&["calibrate", "--full", "session.toml", "-o", RESULTS], "results/calibration.json"),
+        (&["check", "--full", "session.toml"], "session.toml"),
         (&["simulate", "simulation.toml", "-o", "made"], "made/session.toml"),
         (&["export", "results/calibration.json", "--to", "csv", "-o", "out.csv"], "out.csv"),
         (&["apply", "results/calibration.json", "bare.csv", "applied.csv"], "applied.csv"),

@@ -245,11 +245,11 @@ fn argument(path: &syn::TypePath, index: usize) -> &Type {
     let PathArguments::AngleBracketed(arguments) = &path.path.segments.last().unwrap().arguments else {
         panic!("a type without arguments")
     };
-    let types = arguments.args.iter().filter_map(|argument| match argument {
+    let mut types = arguments.args.iter().filter_map(|argument| match argument {
         GenericArgument::Type(kind) => Some(kind),
         _ => None,
     });
-    types.skip(index).next().unwrap()
+    types.nth(index).unwrap()
 }
 
 /// What serde is told of a field or a type, word by word.

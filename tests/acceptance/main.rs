@@ -21,11 +21,9 @@ mod instruments;
 mod invariants;
 mod kept;
 mod keys;
-
 mod killed;
 mod no_wrong_number;
 mod program;
-
 mod real_arm_in_motion;
 mod recordings;
 mod reference;

@@ -96,6 +96,7 @@ impl Calibration {
 
 /// Calibrates a session into a folder.
 pub fn calibrate_into(results: &Path, session: &Path, options: &[&str]) -> Run {
-    let fixed = [OsStr::new("calibrate"), session.as_ref(), OsStr::new("--output"), results.as_ref()];
+    let fixed =
+        [OsStr::new("calibrate"), OsStr::new("--full"), session.as_ref(), OsStr::new("--output"), results.as_ref()];
     gravcal(fixed.into_iter().chain(options.iter().map(OsStr::new)))
 }

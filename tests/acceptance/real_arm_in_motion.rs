@@ -82,5 +82,5 @@ fn speeds_may_be_slopes_of_positions() {
 }
 
 fn told_by_check(folder: &Path) -> String {
-    gravcal_in(folder, ["check", "session.toml"]).stdout.split_whitespace().collect::<Vec<_>>().join(" ")
+    gravcal_in(folder, ["check", "--full", "session.toml"]).stdout.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -20,7 +20,7 @@ struct Calibrated {
 impl Calibrated {
     fn new() -> Calibrated {
         let calibrated = Calibrated { folder: small_session() };
-        let run = calibrated.run(&["calibrate", "session.toml", "--output", "results"]);
+        let run = calibrated.run(&["calibrate", "--full", "session.toml", "--output", "results"]);
         assert!([0, 3].contains(&run.code), "{run:?}");
         calibrated
     }

@@ -106,7 +106,7 @@ fn contradicted() -> TempDir {
 #[test]
 fn a_failed_calibration_has_a_page_that_says_so() {
     let folder = contradicted();
-    let run = gravcal_in(folder.path(), ["calibrate", "session.toml", "--output", "results"]);
+    let run = gravcal_in(folder.path(), ["calibrate", "--full", "session.toml", "--output", "results"]);
     assert_eq!(run.code, 4, "{run:?}");
     let page = folder.path().join("results/report.html");
     let text = fs::read_to_string(&page).unwrap();
@@ -135,7 +135,7 @@ fn colours_are_for_terminals_and_no_color_is_honoured() {
     let folder = small_session();
     let run = |variables: &[(&str, &str)]| {
         let output = Command::new(env!("CARGO_BIN_EXE_gravcal"))
-            .args(["calibrate", "session.toml", "--output", "results", "--overwrite"])
+            .args(["calibrate", "--full", "session.toml", "--output", "results", "--overwrite"])
             .current_dir(folder.path())
             .env_remove("NO_COLOR")
             .env_remove("CLICOLOR_FORCE")
@@ -155,7 +155,7 @@ fn colours_are_for_terminals_and_no_color_is_honoured() {
 fn what_is_printed_follows_quiet_json_verbose_and_no_colour() {
     let folder = small_session();
     let run = |more: &[&str]| {
-        let given = ["calibrate", "session.toml", "--output", "results", "--overwrite"];
+        let given = ["calibrate", "--full", "session.toml", "--output", "results", "--overwrite"];
         gravcal_in(folder.path(), [&given[..], more].concat())
     };
     let table = run(&[]);

@@ -84,7 +84,7 @@ fn a_drift_is_simulated_estimated_tested_and_told() {
 #[test]
 fn check_tells_what_of_a_model_can_be_known() {
     let folder = drifting();
-    let run = gravcal_in(folder.path(), ["check", "session.toml"]);
+    let run = gravcal_in(folder.path(), ["check", "--full", "session.toml"]);
     assert_eq!(run.code, 0, "{run:?}");
     assert!(run.stdout.contains("torque_bias_drift  count/s"), "{}", run.stdout);
 }

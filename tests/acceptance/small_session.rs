@@ -127,10 +127,10 @@ fn small_files() -> &'static [(PathBuf, Vec<u8>)] {
 
 /// Calibrates it.
 pub fn calibrate(folder: &Path) -> Run {
-    gravcal_in(folder, ["calibrate", "session.toml", "--output", RESULTS])
+    gravcal_in(folder, ["calibrate", "--full", "session.toml", "--output", RESULTS])
 }
 
 /// Checks it.
 pub fn check(folder: &Path) -> Run {
-    gravcal_in(folder, ["check", "session.toml"])
+    gravcal_in(folder, ["check", "--full", "session.toml"])
 }

@@ -76,7 +76,7 @@ fn a_sheet_without_a_header_goes_from_recording_to_verdict() {
     for told in ["from 2024-05-01T12:00:00.000Z on, 200.0 Hz (`when` in ISO 8601)", "12 standstills found"] {
         assert!(drafted.stdout.contains(told), "{told}: {}", drafted.stdout);
     }
-    let calibrated = run(&["calibrate", "session.toml"]);
+    let calibrated = run(&["calibrate", "--full", "session.toml"]);
     assert!(calibrated.code == 3 && calibrated.stdout.starts_with("Calibration of my-arm\n"), "{calibrated:?}");
     let applied = ["apply", "calibration/calibration.json", "sheet.csv", "true.csv", "--nominal", "--columns", NAMES];
     let applied = run(&applied);
@@ -108,9 +108,9 @@ fn a_mistaken_unit_is_told_before_all_else() {
         let first = "Look at this first - As declared, angles of joint1, joint2 reach ";
         plain.starts_with(first) && plain.contains("look like deg, and are declared as rad. If so, say unit = \"deg\"")
     };
-    let checked = run(&["check", "mistaken.toml"]);
+    let checked = run(&["check", "--full", "mistaken.toml"]);
     assert!(told(&checked.stdout), "{checked:?}");
-    let calibrated = run(&["calibrate", "mistaken.toml"]);
+    let calibrated = run(&["calibrate", "--full", "mistaken.toml"]);
     assert!(told(&calibrated.stdout), "{calibrated:?}");
     let results = folder.path().join("mistaken-calibration");
     let table = fs::read_to_string(results.join("table.txt")).unwrap();
@@ -173,6 +173,6 @@ fn rows_in_motion_without_a_clock_are_asked_about() {
         let told = "is taken as a static pose, but neighbours differ by little and in order";
         assert!(drafted.code == 0 && plain(&drafted.stdout).contains(told), "{drafted:?}");
     }
-    let checked = run(folder.path(), &["check", "lost.toml"]);
+    let checked = run(folder.path(), &["check", "--full", "lost.toml"]);
     assert!(plain(&checked.stdout).starts_with("Look at this first - Each of the "), "{checked:?}");
 }

@@ -79,9 +79,9 @@ fn value(joint: &Estimator, name: &str) -> f64 {
 fn a_real_one_is_calibrated_as_by_independent_least_squares() {
     let Some(table) = real_table() else { return };
     let folder = session_of(&table);
-    let checked = gravcal_in(folder.path(), ["check", "session.toml"]);
+    let checked = gravcal_in(folder.path(), ["check", "--full", "session.toml"]);
     assert_eq!(checked.code, 0, "{checked:?}");
-    let run = gravcal_in(folder.path(), ["calibrate", "session.toml"]);
+    let run = gravcal_in(folder.path(), ["calibrate", "--full", "session.toml"]);
     assert_eq!(run.code, 0, "{run:?}");
     let apply = ["apply", "calibration/calibration.json", &table.display().to_string(), "out.csv"];
     assert_eq!(gravcal_in(folder.path(), apply).refusal(&["the session has no joints"]), None);
@@ -115,7 +115,7 @@ fn without_a_hemisphere_neither_check_nor_calibrate_tells_where_gravity_points()
     let folder = session_of(&table);
     let text = fs::read_to_string(folder.path().join("session.toml")).unwrap();
     write_session(folder.path(), &text.replace("hemisphere = [0, 0, -1]\n", ""));
-    let checked = gravcal_in(folder.path(), ["check", "session.toml"]);
+    let checked = gravcal_in(folder.path(), ["check", "--full", "session.toml"]);
     assert_eq!(checked.code, 3, "{checked:?}");
     let told = checked.stdout.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(told.contains("can be determined: not gravity, wrist.tool_mass,"), "{told}");
@@ -150,7 +150,7 @@ for line in sys.stdin:
 ";
     let Some(table) = real_table() else { return };
     let folder = session_of(&table);
-    let run = gravcal_in(folder.path(), ["calibrate", "session.toml"]);
+    let run = gravcal_in(folder.path(), ["calibrate", "--full", "session.toml"]);
     assert_eq!(run.code, 0, "{run:?}");
     for (format, file) in [("c", "calibration.h"), ("python", "calibration.py")] {
         let run = gravcal_in(folder.path(), ["export", "calibration/calibration.json", "--to", format, "-o", file]);

@@ -33,6 +33,16 @@ impl EstimatorName {
     /// Those that run where nothing is chosen.
     pub const DEFAULT: [EstimatorName; 2] = [EstimatorName::Sequential, EstimatorName::Joint];
 
+    /// Whether it reads what the paper's steps read, sweep by sweep.
+    pub fn follows_steps(self) -> bool {
+        match self {
+            EstimatorName::Sequential | EstimatorName::JointPaperSignals | EstimatorName::SequentialWithCovariance => {
+                true
+            }
+            EstimatorName::Joint | EstimatorName::Recursive => false,
+        }
+    }
+
     /// The name in files and on the command line.
     pub fn as_str(self) -> &'static str {
         match self {

@@ -9,8 +9,8 @@ use gravcal_estimation::IterationRecord;
 #[cfg(feature = "rerun")]
 use gravcal_recording::Digest;
 use gravcal_report::{
-    CalibrationFile, CalibrationPage, CalibrationTable, Contents, Input, Options, OutputError, OutputFolder,
-    Provenance, Written, tell_doubts, tell_further_doubts,
+    CalibrationFile, CalibrationPage, CalibrationSummary, CalibrationTable, Contents, Input, Options, OutputError,
+    OutputFolder, Provenance, Written, tell_doubts, tell_further_doubts,
 };
 #[cfg(feature = "rerun")]
 use gravcal_rerun::CalibrationRecording;
@@ -28,7 +28,7 @@ use crate::terminal;
 
 /// Find gains, offsets and gravity of a session, with their uncertainty
 ///
-/// Runs the estimators on all static poses of the session, prints their answers side by side, and writes them to the
+/// Runs the estimators on all static poses of the session, prints what they come to on one screen, and writes their answers to the
 /// output folder: calibration.json for programs, table.txt and report.html for people, timing.json. What the poses do not determine
 /// is named together with what would cure it, and has no value.
 #[derive(Debug, Args)]
@@ -55,11 +55,15 @@ pub struct Arguments {
     #[arg(long)]
     overwrite: bool,
 
-    /// Print calibration.json instead of the table
+    /// Print all tables, as in table.txt, and not the summary alone
+    #[arg(long)]
+    full: bool,
+
+    /// Print calibration.json instead of the summary
     #[arg(long, conflicts_with = "quiet")]
     json: bool,
 
-    /// Show no progress and print no table; the exit code tells the verdict
+    /// Show no progress and print no summary; the exit code tells the verdict
     #[arg(long, short)]
     quiet: bool,
 
@@ -79,7 +83,7 @@ const EXAMPLES: &str = "\
 Examples:
   gravcal calibrate session.toml
   gravcal calibrate session.toml --estimator joint --output /tmp/trial
-  gravcal calibrate session.toml --overwrite
+  gravcal calibrate session.toml --overwrite --full
 
 Exit codes, of the joint estimator if it ran:
   0  everything that is asked for is determined
@@ -114,10 +118,14 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let found = doubts_of_results(&session, &results);
     let doubts = [&session.doubts[..], &found].concat();
     let further = if session.doubts.is_empty() { tell_doubts(&found) } else { tell_further_doubts(&found) };
-    let shown = CalibrationTable { robot: &session.robot.name, doubts: &[], results: &results };
-    let table = CalibrationTable { doubts: &doubts, ..shown }.to_string();
-    let page = CalibrationPage { session: &session, results: &results, provenance: &provenance };
-    let calibration = CalibrationFile { doubts: &doubts, estimators: &results, provenance: &provenance }.to_json();
+    let (robot, results) = (session.robot.name.as_str(), results.as_slice());
+    let table = CalibrationTable { robot, doubts: &doubts, results }.to_string();
+    let shown = match arguments.full {
+        true => format!("{}\n", CalibrationTable { robot, doubts: &[], results }),
+        false => CalibrationSummary { robot, results }.to_string(),
+    };
+    let page = CalibrationPage { session: &session, results, provenance: &provenance };
+    let calibration = CalibrationFile { doubts: &doubts, estimators: results, provenance: &provenance }.to_json();
     let calibration = calibration.map_err(|error| Failure::no_convergence(&error));
     let written = calibration
         .as_ref()
@@ -125,8 +133,8 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
         .and_then(|calibration| write(&folder, calibration, &page, &table, &watch));
     let printed = match arguments.quiet || arguments.json {
         true => Ok(()),
-        false if further.is_empty() => terminal::print(&format!("{shown}\n")),
-        false => terminal::print(&format!("{further}\n{shown}\n")),
+        false if further.is_empty() => terminal::print(&shown),
+        false => terminal::print(&format!("{further}\n{shown}")),
     };
     let (calibration, written) = (calibration?, written?);
     printed?;
@@ -136,12 +144,12 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
         terminal::print(&format!("{}\n", where_to(&folder, written)))?;
     }
     #[cfg(feature = "rerun")]
-    show(arguments, &session, &results, (&calibration, &table))?;
+    show(arguments, &session, results, (&calibration, &table))?;
     if interrupt.is_asked() {
         terminal::complain("note: stopped by Ctrl-C: what would have come after that is not in the results");
         return Ok(Exit::NoConvergence);
     }
-    Ok(Exit::of_calibration(&results))
+    Ok(Exit::of_calibration(results))
 }
 
 fn progress(arguments: &Arguments) -> Progress {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use gravcal_calibration::Registry;
 use gravcal_calibration::check::check;
-use gravcal_report::{CheckTable, check_json};
+use gravcal_report::{CheckSummary, CheckTable, check_json};
 
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -27,7 +27,11 @@ pub struct Arguments {
     #[arg(value_name = "SESSION")]
     session: PathBuf,
 
-    /// Print JSON instead of a table
+    /// Print all tables, every cure and the sweeps, and not the summary alone
+    #[arg(long)]
+    full: bool,
+
+    /// Print JSON instead of the summary
     #[arg(long)]
     json: bool,
 
@@ -53,12 +57,14 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let session = progress.read_session(&arguments.session, registry).map_err(|error| Failure::bad_input(&error))?;
     drop(progress);
     // Names that `calibrate` would refuse are refused here already.
-    Choice::new(&[], None, &session, &arguments.session)?;
-    let subject = arguments.session.display();
+    let choice = Choice::new(&[], None, &session, &arguments.session)?;
+    let steps = choice.estimators.iter().any(|estimator| estimator.follows_steps());
+    let (subject, robot) = (arguments.session.display(), session.robot.name.as_str());
     let report = check(&session).map_err(|error| Failure::bad_input(&error).about(subject))?;
     match arguments.json {
         true => terminal::print_exactly(&check_json(&report).map_err(|error| Failure::bad_input(&error))?)?,
-        false => terminal::print(&CheckTable { robot: &session.robot.name, report: &report }.to_string())?,
+        false if arguments.full => terminal::print(&CheckTable { robot, report: &report, steps }.to_string())?,
+        false => terminal::print(&CheckSummary { robot, report: &report, steps }.to_string())?,
     }
     Ok(if report.complete { Exit::Determined } else { Exit::PartlyDetermined })
 }

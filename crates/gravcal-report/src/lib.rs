@@ -5,6 +5,7 @@
 //!
 //! | form | for | here |
 //! |---|---|---|
+//! | the terminal | people | [`CalibrationSummary`], one screen |
 //! | `table.txt` | people | [`CalibrationTable`], a value with `Display`, 80 columns wide |
 //! | `calibration.json` | programs | [`CalibrationFile`]: the answers and where they come from |
 //! | `report.html` | people who decide | [`CalibrationPage`]: one file without any request to a network |
@@ -28,6 +29,7 @@ pub mod export;
 mod finite;
 mod footnotes;
 mod grid;
+mod joint_table;
 mod json;
 mod output;
 mod page;
@@ -35,6 +37,7 @@ mod provenance;
 mod sensor_row;
 mod spreadsheet;
 pub mod study;
+mod summary;
 mod table;
 mod text;
 mod timing;
@@ -45,13 +48,14 @@ mod testing;
 
 pub use advice::{Advice, Level};
 pub use calibration_file::{CalibrationFile, FORMAT};
-pub use check_table::{CheckTable, check_json};
+pub use check_table::{CheckSummary, CheckTable, check_json};
 pub use doubts::{tell_doubts, tell_further_doubts};
 pub use finite::NotFinite;
 pub use json::JsonError;
 pub use output::{Contents, OutputError, OutputFolder, Written};
 pub use page::CalibrationPage;
 pub use provenance::{Input, Options, Provenance};
+pub use summary::CalibrationSummary;
 pub use table::CalibrationTable;
 pub use text::plain;
 pub use timing::Timing;

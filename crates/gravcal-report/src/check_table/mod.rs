@@ -4,6 +4,7 @@ mod cures;
 mod data;
 mod parameters;
 mod steps;
+mod summary;
 
 use std::fmt;
 
@@ -13,6 +14,8 @@ use crate::doubts::tell_doubts;
 use crate::json::{JsonError, json};
 use crate::text::wrapped;
 
+pub use summary::CheckSummary;
+
 /// What a session can determine, as text of 80 columns.
 #[derive(Clone, Copy, Debug)]
 pub struct CheckTable<'a> {
@@ -20,6 +23,8 @@ pub struct CheckTable<'a> {
     pub robot: &'a str,
     /// What was found.
     pub report: &'a CheckReport,
+    /// Whether an estimator is asked for that follows the paper's steps: else nothing is said of sweeps and steps.
+    pub steps: bool,
 }
 
 impl fmt::Display for CheckTable<'_> {
@@ -31,8 +36,8 @@ impl fmt::Display for CheckTable<'_> {
             cures::tell(self.report),
             parameters::tell_tilts(self.report),
             data::tell(self.report),
-            data::tell_sweeps(self.report),
-            steps::tell(self.report),
+            if self.steps { data::tell_sweeps(self.report) } else { String::new() },
+            if self.steps { steps::tell(self.report) } else { String::new() },
         ];
         let told: Vec<String> = sections.into_iter().filter(|section| !section.is_empty()).collect();
         f.write_str(&told.join("\n"))
@@ -48,14 +53,17 @@ pub fn check_json(report: &CheckReport) -> Result<String, JsonError> {
 }
 
 fn verdict(robot: &str, report: &CheckReport) -> String {
+    format!("Check of {robot}\n{}", wrapped("  ", "  ", &in_words(report))) + &wrapped("  ", "  ", &report.judged_at)
+}
+
+fn in_words(report: &CheckReport) -> String {
     let missing: Vec<&str> =
         report.parameters.iter().filter(|p| p.asked && !p.determined).map(|p| p.name.as_str()).collect();
-    let words = if report.complete {
+    if report.complete {
         "everything that is asked for can be determined".to_owned()
     } else {
         format!("not everything that is asked for can be determined: not {}", missing.join(", "))
-    };
-    format!("Check of {robot}\n{}", wrapped("  ", "  ", &words)) + &wrapped("  ", "  ", &report.judged_at)
+    }
 }
 
 #[cfg(test)]

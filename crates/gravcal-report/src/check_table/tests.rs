@@ -82,7 +82,7 @@ fn report() -> CheckReport {
 fn the_whole_table() {
     let report = report();
     assert_eq!(
-        CheckTable { robot: "arm", report: &report }.to_string(),
+        CheckTable { robot: "arm", report: &report, steps: true }.to_string(),
         "\
 Check of arm
   not everything that is asked for can be determined: not joint1.torque_gain
@@ -135,7 +135,7 @@ Sequential procedure
 #[test]
 fn a_complete_session_says_so_first() {
     let report = CheckReport { complete: true, ..report() };
-    let text = CheckTable { robot: "arm", report: &report }.to_string();
+    let text = CheckTable { robot: "arm", report: &report, steps: true }.to_string();
     assert!(text.starts_with("Check of arm\n  everything that is asked for can be determined\n"));
 }
 
@@ -143,7 +143,8 @@ fn a_complete_session_says_so_first() {
 fn a_tilt_without_stated_noise_tells_what_can_be_determined() {
     let gain = |determined| TiltedGain { determined, relative_std: None };
     let tilt = TiltReport { tilt_deg: 5.0, torque_gain: gain(false), position_gain: gain(true) };
-    let text = CheckTable { robot: "arm", report: &CheckReport { tilts: vec![tilt], ..report() } }.to_string();
+    let text =
+        CheckTable { robot: "arm", report: &CheckReport { tilts: vec![tilt], ..report() }, steps: true }.to_string();
     let told = "  tilt, deg  torque gain, %  position gain, %\n\
                 \x20       5.0    undetermined    determined [1]\n\
                 \x20 [1] can be determined; how well depends on noise that no reading states\n";
@@ -165,8 +166,31 @@ fn of_a_cure_of_many_parameters_some_are_listed() {
         cures: vec![cure("attach a load", &[Some(0.5), Some(0.25), Some(0.125)])],
         ..report().undetermined[0].clone()
     };
-    let text = CheckTable { robot: "arm", report: &CheckReport { undetermined: vec![many], ..report() } }.to_string();
+    let text = CheckTable { robot: "arm", report: &CheckReport { undetermined: vec![many], ..report() }, steps: true }
+        .to_string();
     let words: Vec<&str> = text.split_whitespace().collect();
     let told = "joint1.torque_gain ± 0.50 count/(N·m), joint2.torque_gain ± 0.25 count/(N·m), … (3 in all)";
     assert!(words.join(" ").contains(told), "{text}");
+}
+
+#[test]
+fn of_steps_that_nobody_asked_for_nothing_is_said() {
+    let report = report();
+    let full = CheckTable { robot: "arm", report: &report, steps: false }.to_string();
+    let summary = |steps| CheckSummary { robot: "arm", report: &report, steps }.to_string();
+    for text in [&full, &summary(false)] {
+        assert!(!text.contains("equential") && !text.contains("Sweeps"), "{text}");
+    }
+    assert!(summary(true).contains("The sequential estimator cannot find gravity\n"), "{}", summary(true));
+}
+
+#[test]
+fn a_summary_has_one_line_a_joint_and_the_first_cures() {
+    let report = report();
+    let text = CheckSummary { robot: "arm", report: &report, steps: true }.to_string();
+    assert!(text.starts_with("Check of arm: "), "{text}");
+    let joint = text.lines().find(|line| line.starts_with("joint1 ")).unwrap();
+    assert_eq!(joint.split_whitespace().collect::<Vec<_>>(), ["joint1", "open", "0.12", "fixed"], "{text}");
+    assert!(text.contains("tilt the base") && text.contains("gravity 0.023 deg"), "{text}");
+    assert!(text.lines().count() <= 25 && text.lines().all(|line| line.chars().count() <= 80), "{text}");
 }

@@ -1,0 +1,227 @@
+//! What a calibration comes to, on one screen: verdict, what to do, one line a joint, gravity, what is undetermined.
+//!
+//! Of several estimators the one that decides is told. Numbers stand in the short notation of metrology: `1.0797(10)` is 1.0797 with
+//! a standard deviation of 0.0010, the digits in brackets being the last ones of the value.
+
+use std::fmt;
+
+use gravcal_calibration::number::{measured, significant};
+use gravcal_calibration::result::{EstimatorResult, ParameterResult, Verdict, deciding};
+
+use crate::advice::{Advice, capital};
+use crate::joint_table::{Entry, joint_table};
+use crate::sensor_row::{shown_unit, tilt};
+use crate::text::{WIDTH, plain, width, wrapped};
+
+/// Lines at most, so that a screen of 25 has room for where the results are.
+const MOST: usize = 24;
+/// Of these at most: why, parameters beyond the four of each joint, what is undetermined. What to do has what is left, and some at least.
+const LINES: [usize; 3] = [2, 2, 2];
+const STEPS: usize = 2;
+
+const LEGEND: &str = "1.23(4): 1.23 ± 0.04. fixed: not estimated. open: undetermined. --full: all.";
+
+/// What the deciding estimator answers, in at most 25 lines of 80 columns for seven joints.
+///
+/// ```
+/// let summary = gravcal_report::CalibrationSummary { robot: "my-arm", results: &[] };
+/// assert_eq!(summary.to_string(), "Calibration of my-arm: no estimator ran\n");
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct CalibrationSummary<'a> {
+    /// Name of the robot.
+    pub robot: &'a str,
+    /// What the estimators answered.
+    pub results: &'a [EstimatorResult],
+}
+
+impl fmt::Display for CalibrationSummary<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Some(result) = deciding(self.results) else {
+            return writeln!(f, "Calibration of {}: no estimator ran", plain(self.robot));
+        };
+        let told = match result.verdict {
+            Verdict::Failed => failed(self.robot, result),
+            Verdict::Determined | Verdict::PartlyDetermined => found(self.robot, result),
+        };
+        f.write_str(&plain(&told))
+    }
+}
+
+/// The likely cause stands first; numbers that nobody may use are not shown.
+fn failed(robot: &str, result: &EstimatorResult) -> String {
+    let mut text = wrapped("", "  ", &format!("Calibration of {robot}. Failed: there is no answer to rely on"));
+    text += &wrapped("  ", "  ", &format!("{}.", capital(&result.termination)));
+    text += "What to do\n";
+    let notes = result.notes.iter().take(2);
+    text += &notes.map(|note| wrapped("  - ", "    ", note)).collect::<String>();
+    text + "--full shows what the fit came to.\n"
+}
+
+fn found(robot: &str, result: &EstimatorResult) -> String {
+    let [why, further, open] = LINES;
+    let advice = Advice::of(result);
+    let verdict = wrapped("", "  ", &format!("Calibration of {robot}. {}", advice.headline))
+        + &first_lines(&wrapped("  ", "  ", &advice.why), why)
+        + "What to do\n";
+    let entries: Vec<Entry<'_>> = result
+        .parameters
+        .iter()
+        .map(|parameter| Entry { name: &parameter.name, unit: &parameter.unit, cell: value(parameter) })
+        .collect();
+    let numbers = format!("\n{}", joint_table(&entries))
+        + &first_lines(&beyond(&entries), further)
+        + &gravity(result)
+        + &first_lines(&undetermined(result), open)
+        + LEGEND
+        + "\n";
+    let steps: String = advice.steps.iter().map(|step| wrapped("  - ", "    ", step)).collect();
+    let left = MOST.saturating_sub(verdict.lines().count() + numbers.lines().count());
+    verdict + &first_lines(&steps, left.max(STEPS)) + &numbers
+}
+
+fn value(parameter: &ParameterResult) -> String {
+    match (&parameter.held, parameter.value, parameter.std) {
+        (Some(_), ..) => "fixed".to_owned(),
+        (None, Some(value), Some(std)) => {
+            let factor = shown_unit(&parameter.unit).1;
+            short(value * factor, std * factor)
+        }
+        _ => "open".to_owned(),
+    }
+}
+
+/// `1.0797(10)`; beyond what reads well as a plain number `7.6699e-4 ± 1.2e-7`.
+fn short(value: f64, std: f64) -> String {
+    let (value, std) = measured(value, std);
+    if std.contains('e') || value.contains('e') {
+        return format!("{value} ± {std}");
+    }
+    let digits: String = std.chars().filter(char::is_ascii_digit).collect();
+    format!("{value}({})", digits.trim_start_matches('0'))
+}
+
+/// Parameters of sensors beyond gain and bias, and of instruments, one line each.
+pub(crate) fn beyond(entries: &[Entry<'_>]) -> String {
+    let others = entries.iter().filter(|entry| !entry.is_in_table());
+    others
+        .map(|entry| wrapped("", "  ", &format!("{}  {} {}", entry.name, entry.cell, shown_unit(entry.unit).0)))
+        .collect()
+}
+
+fn gravity(result: &EstimatorResult) -> String {
+    let Some(gravity) = &result.gravity else { return "gravity: undetermined\n".to_owned() };
+    let [x, y, z] = [0, 1, 2].map(|axis| short(gravity.vector_m_per_s2[axis], gravity.std_m_per_s2[axis]));
+    let tilt = measured(tilt(gravity.vector_m_per_s2).to_degrees(), gravity.cone95_deg).0;
+    let cone = significant(gravity.cone95_deg, 2);
+    wrapped("", "  ", &format!("gravity  {x} {y} {z} m/s², tilt {tilt} deg, cone95 {cone} deg"))
+}
+
+fn undetermined(result: &EstimatorResult) -> String {
+    let told: Vec<&str> = result.undetermined.iter().map(|open| open.combination.as_str()).collect();
+    if told.is_empty() { String::new() } else { wrapped("", "  ", &format!("undetermined: {}", told.join("; "))) }
+}
+
+/// The first lines of a text, with a mark where there are more.
+pub(crate) fn first_lines(text: &str, most: usize) -> String {
+    let lines: Vec<&str> = text.lines().collect();
+    if lines.len() <= most {
+        return text.to_owned();
+    }
+    let (shown, last) = (&lines[..most - 1], lines[most - 1]);
+    let last: String = last.chars().take(WIDTH - 2).collect();
+    let mut told: String = shown.iter().map(|line| format!("{line}\n")).collect();
+    told += last.trim_end();
+    told += if width(&last) < WIDTH - 1 { " …\n" } else { "…\n" };
+    told
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{determined, fit, held, result, undetermined as open};
+    use gravcal_calibration::result::Undetermined;
+
+    fn told(results: &[EstimatorResult]) -> String {
+        CalibrationSummary { robot: "arm", results }.to_string()
+    }
+
+    fn seven_joints() -> EstimatorResult {
+        let mut joint = result("joint");
+        joint.fit = Some(fit());
+        joint.parameters = (1..=7)
+            .flat_map(|i| {
+                let name = |quantity: &str| format!("lbr_iiwa_joint_{i}.{quantity}");
+                [
+                    determined(&name("torque_gain"), "count/(N·m)", 7.118_13, 0.0204),
+                    determined(&name("torque_bias"), "count", -2075.123, 0.0118),
+                    determined(&name("position_gain"), "rad/rad", 0.988_02, 0.000_47),
+                    determined(&name("position_offset"), "rad", -2.35, 0.000_42),
+                ]
+            })
+            .collect();
+        for gain in joint.parameters.iter_mut().filter(|parameter| parameter.name.ends_with("position_gain")) {
+            gain.nominal = 1.0;
+        }
+        joint
+    }
+
+    #[test]
+    fn seven_joints_fit_on_a_screen_whatever_is_wrong_with_them() {
+        let mut partly = seven_joints();
+        partly.verdict = Verdict::PartlyDetermined;
+        partly.parameters[0] = open("lbr_iiwa_joint_1.torque_gain");
+        let undetermined = Undetermined {
+            combination: "lbr_iiwa_joint_1.torque_gain, lbr_iiwa_joint_1.position_gain, and a long list of others"
+                .into(),
+            parameters: vec!["lbr_iiwa_joint_1.torque_gain".into()],
+            why: "w".into(),
+            cure: "tilt the base, and record what was recorded before it was tilted, once more, ".repeat(4),
+        };
+        partly.undetermined = vec![undetermined.clone(), undetermined];
+        partly.parameters.extend((0..9).map(|i| determined(&format!("wrist.fx_{i}"), "N", 0.1, 0.01)));
+        for result in [seven_joints(), partly] {
+            let text = told(&[result]);
+            assert!(text.lines().count() <= 24, "with the place of the results 25: {text}");
+            assert!(text.lines().all(|line| width(line) <= WIDTH), "{text}");
+            assert!(text.contains("lbr_iiwa_joint_7"), "{text}");
+        }
+    }
+
+    #[test]
+    fn numbers_stand_with_the_last_digits_of_their_standard_deviation() {
+        assert_eq!(short(1.079_71, 0.001_02), "1.0797(10)");
+        assert_eq!(short(2009.0, 1.0), "2009.0(10)");
+        assert_eq!(short(3412.0, 17.0), "3412(17)");
+        assert_eq!(short(-0.001_1, 0.002_7), "-0.0011(27)");
+        assert!(short(7.669_9e-7, 1.2e-10).contains(" ± "));
+    }
+
+    #[test]
+    fn only_the_estimator_that_decides_is_told() {
+        let mut sequential = result("sequential");
+        sequential.parameters = vec![open("joint1.torque_gain")];
+        let mut joint = seven_joints();
+        joint.parameters[3] = held("lbr_iiwa_joint_1.position_offset", "it defines the base frame");
+        let text = told(&[sequential, joint]);
+        assert!(!text.contains("sequential"), "{text}");
+        assert!(!text.contains("joint1 ") && text.lines().any(|line| line.ends_with("fixed")), "{text}");
+        assert!(text.contains("7.118(20)") && text.contains("-134.645(24)"), "{text}");
+    }
+
+    #[test]
+    fn a_failure_begins_with_its_cause_and_shows_no_number() {
+        let mut failed = seven_joints();
+        failed.verdict = Verdict::Failed;
+        failed.termination = "swapped torque columns: joint2 and joint3".into();
+        failed.notes = vec!["The likely cause is swapped torque columns. Exchange them.".into()];
+        assert_eq!(
+            told(&[failed]),
+            "Calibration of arm. Failed: there is no answer to rely on\n\
+             \x20 Swapped torque columns: joint2 and joint3.\n\
+             What to do\n\
+             \x20 - The likely cause is swapped torque columns. Exchange them.\n\
+             --full shows what the fit came to.\n"
+        );
+    }
+}
