@@ -1,15 +1,16 @@
 //! Calibration of a robot's joint torque and position sensors, and of gravity in its base frame, from static poses.
 //!
-//! This crate gives the library crates one name. Read a session, choose a method, run the estimators:
+//! This crate gives the library crates one name. Read a session, choose a method, run the estimators (`examples/without_files.rs` does it
+//! with arrays and no file; the other examples show a study, a solver of one's own, and sensors that are no robot's):
 //!
-//! ```no_run
+//! ```
 //! use std::path::Path;
 //!
 //! use gravcal::calibration::{EstimatorName, Session, Workbench, calibrate};
 //! use gravcal::solvers::SolverName;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let session = Session::read(Path::new("experiments/sarcos-shoulder/session.toml"))?;
+//! let session = Session::read(Path::new("../../experiments/sarcos-shoulder/session.toml"))?;
 //! let solver = SolverName::LevenbergMarquardt.build();
 //! let workbench = Workbench::new(solver.as_ref(), &|_stage| {});
 //!

@@ -1,5 +1,6 @@
 //! A session: everything that a user says of one calibration, resolved and checked. Inside: SI and radians.
 
+mod arrays;
 mod channels;
 mod choices;
 pub(crate) mod compliance;
@@ -21,6 +22,7 @@ pub(crate) mod travel;
 mod unexplained;
 pub(crate) mod units;
 
+pub use arrays::{PoseArrays, PoseArraysError};
 pub use choices::{Ask, Constraints, Deflection, PoseBlocks, UncertaintyChoice, UnexplainedError};
 pub use contents::Session;
 pub use doubts::MistakenUnit;
