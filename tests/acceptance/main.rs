@@ -33,6 +33,7 @@ mod reproducible;
 mod rerun;
 mod sensor_models;
 mod seven_joints;
+mod shell;
 mod small_session;
 mod solvers;
 mod spreadsheet;

@@ -145,7 +145,7 @@ fn fields_of_calibrations_are_in_the_book() {
 
 #[test]
 fn help_of_every_command_is_in_the_book() {
-    let commands: [&[&str]; 12] = [
+    let commands: [&[&str]; 14] = [
         &[],
         &["calibrate"],
         &["check"],
@@ -158,6 +158,8 @@ fn help_of_every_command_is_in_the_book() {
         &["study", "run"],
         &["study", "merge"],
         &["study", "report"],
+        &["completions"],
+        &["manual"],
     ];
     let mut text = "# Commands\n\nWhat each command prints with `--help`.\n".to_owned();
     for command in commands {

@@ -27,6 +27,7 @@ mod interrupt;
 mod names;
 mod progress;
 mod rerun;
+mod shell;
 mod simulate;
 mod stopwatch;
 mod study;
@@ -60,6 +61,8 @@ enum Command {
     Export(export::Arguments),
     Compare(compare::Arguments),
     Study(study::Arguments),
+    Completions(shell::CompletionsArguments),
+    Manual(shell::ManualArguments),
 }
 
 const AFTER_HELP: &str = "\
@@ -125,6 +128,8 @@ fn run_command(command: &Command, registry: &Registry) -> Result<Exit, Failure> 
         Command::Export(arguments) => export::run(arguments, registry),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Study(arguments) => study::run(arguments, registry),
+        Command::Completions(arguments) => shell::complete(arguments, Arguments::command()),
+        Command::Manual(arguments) => shell::write_manual(arguments, with_names(Arguments::command(), registry)),
     }
 }
 
@@ -156,7 +161,7 @@ mod tests {
             own.map(clap::Arg::get_short).chain(command.get_subcommands().flat_map(shorts)).collect()
         }
         let shorts = shorts(&Arguments::command());
-        assert_eq!(shorts, vec![Some('o'); 4], "calibrate, simulate, export, study run");
+        assert_eq!(shorts, vec![Some('o'); 5], "calibrate, simulate, export, study run and submit");
     }
 
     #[test]
