@@ -23,12 +23,15 @@ use gravcal::estimation::{
 };
 use gravcal::solvers::SolverName;
 
-/// Set points of one joint, and what the converter counted there.
+/// Set points, and what the converter counted there.
+type Points = Vec<[f64; 2]>;
+
+/// A joint's potentiometer.
 #[derive(Debug)]
 struct Line {
     /// Gain and zero.
     blocks: [BlockId; 2],
-    points: Vec<[f64; 2]>,
+    points: Points,
 }
 
 impl Residual for Line {
@@ -76,8 +79,8 @@ fn folder() -> PathBuf {
 }
 
 /// By arm, joint and unit.
-fn joints(table: &str) -> Result<BTreeMap<String, Vec<[f64; 2]>>, Box<dyn Error>> {
-    let mut joints: BTreeMap<String, Vec<[f64; 2]>> = BTreeMap::new();
+fn joints(table: &str) -> Result<BTreeMap<String, Points>, Box<dyn Error>> {
+    let mut joints: BTreeMap<String, Points> = BTreeMap::new();
     for line in table.lines().skip(1) {
         let cells: Vec<&str> = line.split(',').collect();
         let [arm, _source, joint, _date, set, unit, counts] = cells.as_slice() else {
@@ -89,7 +92,7 @@ fn joints(table: &str) -> Result<BTreeMap<String, Vec<[f64; 2]>>, Box<dyn Error>
 }
 
 /// Set point per count with its standard deviation, by the scatter of the points about their line; nothing where there are none to scatter.
-fn scale(name: &str, points: Vec<[f64; 2]>) -> Result<Option<[f64; 2]>, Box<dyn Error>> {
+fn scale(name: &str, points: Points) -> Result<Option<[f64; 2]>, Box<dyn Error>> {
     if points.len() < 3 {
         return Ok(None);
     }
