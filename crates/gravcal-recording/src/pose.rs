@@ -9,6 +9,7 @@ use crate::mapping::PoseMapping;
 use crate::merge::merge_repeated;
 use crate::motion::reader::Part;
 use crate::orientation::Orientation;
+use crate::rows::Memory;
 use crate::slope::differentiate;
 use crate::table::Table;
 
@@ -73,8 +74,21 @@ pub fn read_poses(path: &Path, mapping: &PoseMapping) -> Result<Recording, ReadE
 ///
 /// As [`read_poses`]; less than two rows are in the part.
 pub fn read_part(path: &Path, mapping: &PoseMapping, part: Part) -> Result<Recording, ReadError> {
+    read_part_in(&Memory::default(), path, mapping, part)
+}
+
+/// The same, where the table may stand in memory.
+///
+/// # Errors
+///
+/// As [`read_part`].
+pub fn read_part_in(memory: &Memory, path: &Path, mapping: &PoseMapping, part: Part) -> Result<Recording, ReadError> {
     mapping.check()?;
-    poses_in(&Table::read_as(path, &mapping.csv)?, mapping, part)
+    let table = match memory.holds(path) {
+        true => Table::of_rows(path, memory.open_as(path, &mapping.csv)?.as_mut()),
+        false => Table::read_as(path, &mapping.csv),
+    };
+    poses_in(&table?, mapping, part)
 }
 
 /// The poses in a table; `mapping` has been checked.

@@ -66,7 +66,7 @@ impl Table {
     }
 
     /// All rows at once.
-    fn of_rows(path: &Path, recording: &mut dyn Rows) -> Result<Table, ReadError> {
+    pub(crate) fn of_rows(path: &Path, recording: &mut dyn Rows) -> Result<Table, ReadError> {
         // `{}` of an f64 is the shortest decimal number that is read back as the same f64.
         let text = |number: &f64| if number.is_finite() { number.to_string() } else { String::new() };
         let (mut row, mut rows) = (rows::Row::default(), Vec::new());

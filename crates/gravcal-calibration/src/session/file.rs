@@ -185,6 +185,7 @@ mod unexplained;
 
 use std::path::{Path, PathBuf};
 
+use gravcal_recording::Memory;
 use serde::Deserialize;
 
 use self::context::Context;
@@ -346,7 +347,7 @@ impl Session {
     /// # Errors
     /// As [`read`](Self::read).
     pub fn read_watched(path: &Path, registry: &Registry, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
-        read(&Document::read(path)?, registry, watch)
+        read(&Document::read(path)?, registry, &Memory::default(), watch)
     }
 
     /// The same from a document, which may be another text than that of the file.
@@ -354,13 +355,34 @@ impl Session {
     /// # Errors
     /// As for [`Session::read`].
     pub fn of(document: &Document, registry: &Registry) -> Result<Session, SessionError> {
-        read(document, registry, &|_, _| {})
+        read(document, registry, &Memory::default(), &|_, _| {})
+    }
+
+    /// The same from a document and recordings in memory, which it names as it would name files in its folder. Of these only what is a
+    /// file is among the [`inputs`](Session::inputs).
+    ///
+    /// # Errors
+    /// As for [`Session::read`].
+    pub fn in_memory(
+        document: &Document,
+        registry: &Registry,
+        memory: &Memory,
+        watch: &dyn Fn(&Path, f64),
+    ) -> Result<Session, SessionError> {
+        let session = read(document, registry, memory, watch)?;
+        let is_file = |path: &PathBuf| path != document.path() && !memory.holds(path);
+        Ok(Session { inputs: session.inputs.iter().filter(|path| is_file(path)).cloned().collect(), ..session })
     }
 }
 
 /// Reads a session and everything it names. What `session.toml` says is checked before any table is opened.
 /// `watch` is told how far each recording in motion is read.
-fn read(document: &Document, registry: &Registry, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
+fn read(
+    document: &Document,
+    registry: &Registry,
+    memory: &Memory,
+    watch: &dyn Fn(&Path, f64),
+) -> Result<Session, SessionError> {
     let written: SessionTable = document.parse()?;
     orientation::check_robot(document, written.robot.as_ref(), &written.readings)?;
     let source =
@@ -400,10 +422,10 @@ fn read(document: &Document, registry: &Registry, watch: &dyn Fn(&Path, f64)) ->
     let read = if motion.is_any() {
         let apart = terms.need_direction();
         let frictional = terms.with_friction();
-        let recordings = Recordings { document, written: all, loads: &loads, apart, frictional, watch };
+        let recordings = Recordings { document, memory, written: all, loads: &loads, apart, frictional, watch };
         recordings.read(&mut tables, &mapping, &motion)?
     } else {
-        poses::read_all(document, all, &tables, &mapping)?
+        poses::read_all(document, memory, all, &tables, &mapping)?
     };
     let ReadPoses { mut poses, saturated, in_motion, searched } = read;
     for wrist in instruments.iter().filter(|instrument| instrument.in_base) {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use gravcal_dynamics::JointKind;
-use gravcal_recording::{Part, PoseMapping, ReadError, StaticPose, read_part};
+use gravcal_recording::{Memory, Part, PoseMapping, ReadError, StaticPose, read_part_in};
 use serde::Deserialize;
 
 use super::context::{Context, SessionError};
@@ -240,13 +240,14 @@ impl ReadPoses {
 /// Reads all tables.
 pub(super) fn read_all(
     document: &Document,
+    memory: &Memory,
     written: WrittenTables<'_>,
     tables: &[PoseTable],
     mapping: &PoseMapping,
 ) -> Result<ReadPoses, SessionError> {
     let mut all = ReadPoses::none(mapping.torques.len());
     for (index, (table, from)) in tables.iter().zip(written.iter()).enumerate() {
-        let read = read_part(&table.path, mapping, from.part_of_recording());
+        let read = read_part_in(memory, &table.path, mapping, from.part_of_recording());
         let read = read.map_err(|error| written.wrong(document, index, error))?;
         all.in_motion.iter_mut().zip(&read.in_motion).for_each(|(all, here)| *all += here);
         if !read.remarks.is_empty() {

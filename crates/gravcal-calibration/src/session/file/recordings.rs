@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use gravcal_recording::{
-    Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule, Watched, open_as, slow_sweeps, static_poses,
+    Memory, Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule, Watched, slow_sweeps, static_poses,
 };
 
 use super::context::SessionError;
@@ -27,6 +27,7 @@ impl InMotion {
 /// The recordings of a session, and what they may carry.
 pub(super) struct Recordings<'a> {
     pub document: &'a Document,
+    pub memory: &'a Memory,
     pub written: WrittenTables<'a>,
     pub loads: &'a [Load],
     /// Whether both ways of a sweep are poses of their own, because a sensor's model tells them apart.
@@ -48,13 +49,14 @@ impl Recordings<'_> {
         let mut all = ReadPoses::none(mapping.torques.len());
         for (index, (written, table)) in self.written.iter().zip(tables).enumerate() {
             let wrong = |error| self.written.wrong(self.document, index, error);
-            let rows = open_as(&table.path, &mapping.csv).map_err(wrong)?;
+            let rows = self.memory.open_as(&table.path, &mapping.csv).map_err(wrong)?;
             let said = rows.metadata().get("load").cloned();
             drop(rows);
             if let Some(name) = said {
                 table.load = Some(self.load(index, &name, table.load)?);
             }
-            let search = Search { path: &table.path, mapping, part: written.part_of_recording(), watch: self.watch };
+            let part = written.part_of_recording();
+            let search = Search { path: &table.path, memory: self.memory, mapping, part, watch: self.watch };
             let mut searched = search.run(motion).map_err(wrong)?;
             if searched.found() == 0 {
                 let rejected = searched.rejected();
@@ -106,6 +108,7 @@ fn leave_out_unknown_sides(poses: &mut [StaticPose], joint: usize, mapping: &Pos
 /// What is searched.
 struct Search<'a> {
     path: &'a Path,
+    memory: &'a Memory,
     mapping: &'a PoseMapping,
     part: Part,
     watch: &'a dyn Fn(&Path, f64),
@@ -114,9 +117,9 @@ struct Search<'a> {
 impl Search<'_> {
     /// Standstills and sweeps of one recording; each reads it once.
     fn run(&self, motion: &InMotion) -> Result<Searched, ReadError> {
-        let Search { path, mapping, part, .. } = *self;
+        let Search { path, memory, mapping, part, .. } = *self;
         let watch = |share: f64| (self.watch)(path, share);
-        let rows = || Ok::<_, ReadError>(Watched::new(open_as(path, &mapping.csv)?, &watch));
+        let rows = || Ok::<_, ReadError>(Watched::new(memory.open_as(path, &mapping.csv)?, &watch));
         let mut searched = Searched { path: path.to_owned(), standstills: None, sweeps: None, remarks: Vec::new() };
         if let Some(still) = motion.still {
             let mut rows = rows()?;

@@ -4,9 +4,10 @@ use std::f64::consts::PI;
 use std::fs;
 
 use gravcal_estimation::{Loss, LossName};
-use gravcal_recording::{Conditions, PositionUnit, Reading, TorqueUnit};
+use gravcal_recording::{Conditions, Memory, Numbers, PositionUnit, Reading, TorqueUnit};
 use tempfile::TempDir;
 
+use crate::document::Document;
 use crate::parameter::Quantity;
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
@@ -119,6 +120,35 @@ fn knowledge(nominal: f64, kind: KnowledgeKind) -> Knowledge {
 
 fn start(nominal: f64) -> Knowledge {
     knowledge(nominal, KnowledgeKind::Start)
+}
+
+/// A table of numbers as it stands in a file, without its last column, a label.
+fn numbers(text: &str) -> Numbers {
+    let mut lines = text.lines().map(|line| line.rsplit_once(',').unwrap().0.split(',').collect::<Vec<_>>());
+    let columns = lines.next().unwrap().into_iter().map(str::to_owned).collect();
+    Numbers::new(columns, lines.flatten().map(|cell| cell.parse().unwrap_or(f64::NAN)).collect()).unwrap()
+}
+
+#[test]
+fn recordings_in_memory_are_as_good_as_files() {
+    let label = ("session.toml", "sweep_column = \"sweep\"\n", "");
+    let read = read(&[label]).unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
+    fs::write(path("robot.toml"), ROBOT).unwrap();
+    let document = Document::of(&path("memory"), SESSION.replace(label.1, label.2)).unwrap();
+    let in_memory = |memory: &Memory| Session::in_memory(&document, memory, &|_, _| {});
+    let memory = Memory::default().with(path("a.csv"), numbers(A)).with(path("b.csv"), numbers(B));
+    let session = in_memory(&memory).unwrap();
+    // Rows in memory have no header.
+    let rows: Vec<Pose> = session.poses.into_iter().map(|pose| Pose { line: pose.line + 1, ..pose }).collect();
+    assert_eq!(rows, read.poses);
+    assert_eq!(session.inputs, [path("robot.toml")]);
+
+    let error = in_memory(&Memory::default().with(path("a.csv"), numbers(A))).unwrap_err().to_string();
+    assert!(error.contains("b.csv: there is no such file"), "{error}");
+    let error = in_memory(&memory.with(path("a.csv"), numbers("q1,y1,y2,\n0,1,2,\n"))).unwrap_err().to_string();
+    assert!(error.contains("there is no column `q2`"), "{error}");
 }
 
 #[test]
