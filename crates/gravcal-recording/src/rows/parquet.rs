@@ -7,9 +7,13 @@ use std::fmt::Display;
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use arrow_array::{Array, Float64Array, RecordBatch, cast::AsArray, types::Float64Type};
-use arrow_cast::cast;
-use arrow_schema::{DataType, TimeUnit};
+use arrow_array::cast::AsArray;
+use arrow_array::types::{
+    ArrowPrimitiveType, Decimal32Type, Decimal64Type, Decimal128Type, Decimal256Type, DecimalType, Float16Type,
+    Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
+};
+use arrow_array::{Array, Float64Array, Int64Array, RecordBatch};
+use arrow_schema::{ArrowError, DataType, TimeUnit};
 use parquet::arrow::ProjectionMask;
 use parquet::arrow::arrow_reader::{ParquetRecordBatchReader, ParquetRecordBatchReaderBuilder};
 
@@ -149,18 +153,47 @@ fn is_number(kind: &DataType) -> bool {
     kind.is_numeric() || matches!(kind, DataType::Boolean | DataType::Timestamp(..) | DataType::Duration(_))
 }
 
-/// The columns of a batch as `f64`.
-fn numbers(batch: &RecordBatch) -> Result<Vec<Float64Array>, arrow_schema::ArrowError> {
-    let number = |column: &arrow_array::ArrayRef| {
-        let (whole, ticks) = match column.data_type() {
-            DataType::Timestamp(unit, _) | DataType::Duration(unit) => (cast(column, &DataType::Int64)?, ticks(*unit)),
-            _ => (column.clone(), 1.0),
-        };
-        let numbers = cast(&whole, &DataType::Float64)?;
-        let numbers = numbers.as_primitive::<Float64Type>();
-        Ok(if ticks == 1.0 { numbers.clone() } else { numbers.unary(|number| number / ticks) })
-    };
-    batch.columns().iter().map(number).collect()
+/// The columns of a batch as `f64`; each [`is_number`].
+fn numbers(batch: &RecordBatch) -> Result<Vec<Float64Array>, ArrowError> {
+    batch.columns().iter().map(|column| number(column)).collect()
+}
+
+fn number(column: &dyn Array) -> Result<Float64Array, ArrowError> {
+    Ok(match column.data_type() {
+        DataType::Boolean => column.as_boolean().iter().map(|cell| cell.map(f64::from)).collect(),
+        DataType::Int8 => widened::<Int8Type>(column, f64::from),
+        DataType::Int16 => widened::<Int16Type>(column, f64::from),
+        DataType::Int32 => widened::<Int32Type>(column, f64::from),
+        DataType::Int64 => widened::<Int64Type>(column, |whole| whole as f64),
+        DataType::UInt8 => widened::<UInt8Type>(column, f64::from),
+        DataType::UInt16 => widened::<UInt16Type>(column, f64::from),
+        DataType::UInt32 => widened::<UInt32Type>(column, f64::from),
+        DataType::UInt64 => widened::<UInt64Type>(column, |whole| whole as f64),
+        DataType::Float16 => widened::<Float16Type>(column, f64::from),
+        DataType::Float32 => widened::<Float32Type>(column, f64::from),
+        DataType::Float64 => column.as_primitive::<Float64Type>().clone(),
+        DataType::Decimal32(..) => decimal::<Decimal32Type>(column),
+        DataType::Decimal64(..) => decimal::<Decimal64Type>(column),
+        DataType::Decimal128(..) => decimal::<Decimal128Type>(column),
+        DataType::Decimal256(..) => decimal::<Decimal256Type>(column),
+        DataType::Timestamp(unit, _) | DataType::Duration(unit) => {
+            let whole = Int64Array::from(column.to_data().into_builder().data_type(DataType::Int64).build()?);
+            let ticks = ticks(*unit);
+            whole.unary(|whole| whole as f64 / ticks)
+        }
+        other => return Err(ArrowError::NotYetImplemented(format!("numbers of type {other}"))),
+    })
+}
+
+fn widened<T: ArrowPrimitiveType>(column: &dyn Array, number: impl Fn(T::Native) -> f64) -> Float64Array {
+    column.as_primitive::<T>().unary(number)
+}
+
+/// By its digits, so that no power of ten rounds them.
+fn decimal<T: DecimalType>(column: &dyn Array) -> Float64Array {
+    let column = column.as_primitive::<T>();
+    let number = |row: usize| column.is_valid(row).then(|| column.value_as_string(row).parse().unwrap_or(f64::NAN));
+    (0..column.len()).map(number).collect()
 }
 
 /// How many of a unit are a second.

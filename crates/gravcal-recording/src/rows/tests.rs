@@ -519,6 +519,45 @@ fn times_of_parquet_are_seconds() {
 }
 
 #[test]
+fn numbers_of_every_type_in_parquet_are_read() {
+    use arrow_array::types::{ArrowPrimitiveType, Decimal256Type, Float16Type};
+    use arrow_array::{
+        ArrayRef, BooleanArray, Decimal128Array, Decimal256Array, DurationMillisecondArray, Float16Array, Float32Array,
+        Int8Array, Int64Array, RecordBatch, TimestampMicrosecondArray, TimestampSecondArray, UInt16Array, UInt64Array,
+    };
+    type Half = <Float16Type as ArrowPrimitiveType>::Native;
+    type Wide = <Decimal256Type as ArrowPrimitiveType>::Native;
+    let decimals = Decimal128Array::from(vec![Some(-12_345), None]).with_precision_and_scale(30, 3).unwrap();
+    let wide = Decimal256Array::from(vec![Some(Wide::from_i128(-25)), None]).with_precision_and_scale(60, 1).unwrap();
+    let columns: [(&str, ArrayRef, f64); 13] = [
+        ("boolean", Arc::new(BooleanArray::from(vec![Some(true), None])), 1.0),
+        ("int8", Arc::new(Int8Array::from(vec![Some(-128), None])), -128.0),
+        ("int64", Arc::new(Int64Array::from(vec![Some(-(1 << 53)), None])), -9_007_199_254_740_992.0),
+        ("uint16", Arc::new(UInt16Array::from(vec![Some(65_535), None])), 65_535.0),
+        ("uint64", Arc::new(UInt64Array::from(vec![Some(1 << 63), None])), 9_223_372_036_854_775_808.0),
+        ("float16", Arc::new(Float16Array::from(vec![Some(Half::from_f32(1.5)), None])), 1.5),
+        ("float32", Arc::new(Float32Array::from(vec![Some(0.1), None])), f64::from(0.1f32)),
+        ("decimal128", Arc::new(decimals), -12.345),
+        ("decimal256", Arc::new(wide), -2.5),
+        ("seconds", Arc::new(TimestampSecondArray::from(vec![Some(1_714_564_800), None])), 1_714_564_800.0),
+        ("microseconds", Arc::new(TimestampMicrosecondArray::from(vec![Some(1_500_000), None])), 1.5),
+        ("in UTC", Arc::new(TimestampMicrosecondArray::from(vec![Some(-500_000), None]).with_timezone("UTC")), -0.5),
+        ("duration", Arc::new(DurationMillisecondArray::from(vec![Some(250), None])), 0.25),
+    ];
+    let bag = Bag::new();
+    let batch = RecordBatch::try_from_iter(columns.iter().map(|(name, column, _)| (*name, column.clone()))).unwrap();
+    let file = File::create(bag.path("a.parquet")).unwrap();
+    let mut writer = ::parquet::arrow::ArrowWriter::try_new(file, batch.schema(), None).unwrap();
+    writer.write(&batch).unwrap();
+    writer.close().unwrap();
+
+    let said = read(&bag.path("a.parquet")).unwrap();
+    assert_eq!(said.columns, columns.each_ref().map(|(name, ..)| *name));
+    assert_eq!(said.rows[0].cells, columns.each_ref().map(|(.., number)| *number));
+    assert!(said.rows[1].cells.iter().all(|cell| cell.is_nan()), "{:?}", said.rows[1]);
+}
+
+#[test]
 fn lines_that_are_no_rows_are_left_out_and_said() {
     let bag = Bag::new();
     let said = read(&bag.text("a.csv", b"q,tau\n1,2\n1\n3,\xe4\n3,\"4\n5,6\n7,8,9\n5,")).unwrap();
