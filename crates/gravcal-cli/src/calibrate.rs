@@ -171,8 +171,11 @@ fn output_folder(arguments: &Arguments) -> OutputFolder {
     OutputFolder::new(path, arguments.overwrite)
 }
 
-/// Hashes the inputs as they were read, before the solve.
-fn provenance(session: &Session, path: &Path, choice: &Choice) -> Result<Provenance, Failure> {
+/// Hashes the inputs of the session at `path` as they were read, before the solve.
+///
+/// # Errors
+/// One of them cannot be read.
+pub fn provenance(session: &Session, path: &Path, choice: &Choice) -> Result<Provenance, Failure> {
     let base = path.parent().unwrap_or(Path::new(""));
     let inputs: Result<Vec<Input>, _> = session.inputs.iter().map(|input| Input::read(input, base)).collect();
     let options = Options {

@@ -1,7 +1,5 @@
 //! Exit codes.
 
-use std::process::ExitCode;
-
 use gravcal_calibration::result::{EstimatorResult, Verdict, deciding};
 
 /// How the program ends; worse is greater.
@@ -43,12 +41,6 @@ impl From<Verdict> for Exit {
             Verdict::PartlyDetermined => Exit::PartlyDetermined,
             Verdict::Failed => Exit::NoConvergence,
         }
-    }
-}
-
-impl From<Exit> for ExitCode {
-    fn from(exit: Exit) -> ExitCode {
-        ExitCode::from(exit.code())
     }
 }
 

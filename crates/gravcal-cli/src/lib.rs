@@ -1,7 +1,7 @@
 //! The program `gravcal`: arguments, choosing by name, progress, exit codes. What it does is in the libraries.
 //!
-//! Only here is anything printed, and the clock read. It is a library so that a program of one's own may be `gravcal` with more in its
-//! [`Registry`], such as sensor models:
+//! Only here is anything printed, and the clock read. It is a library so that others can carry the program along, with more in its
+//! [`Registry`] if they like, such as sensor models; names, provenance and failures are for those who do from elsewhere what it does.
 //!
 //! ```no_run
 //! use std::process::ExitCode;
@@ -9,7 +9,7 @@
 //! use gravcal_calibration::Registry;
 //!
 //! fn main() -> ExitCode {
-//!     gravcal_cli::run(&Registry::standard())
+//!     gravcal_cli::main(std::env::args_os(), &Registry::standard()).into()
 //! }
 //! ```
 
@@ -34,14 +34,17 @@ mod study;
 mod targets;
 mod terminal;
 
-use std::process::ExitCode;
+use std::ffi::OsString;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use gravcal_calibration::Registry;
 use gravcal_calibration::sensors::SensorModel;
 
-use exit::Exit;
-use failure::Failure;
+pub use calibrate::provenance;
+pub use exit::Exit;
+pub use failure::Failure;
+pub use names::{Choice, ChosenSolver};
+pub use stopwatch::{Phase, Stopwatch};
 
 /// Calibrates a robot's joint torque and position sensors, and gravity in its base frame, from static poses.
 #[derive(Debug, Parser)]
@@ -105,15 +108,23 @@ Exit codes:
   4  no answer to rely on: no convergence, stopped by Ctrl-C, or readings that
      contradict the model";
 
-/// Runs the program with the arguments of this process; `registry` says what sessions and simulations may name.
-pub fn run(registry: &Registry) -> ExitCode {
-    let matches = with_names(Arguments::command(), registry).get_matches();
-    let arguments = Arguments::from_arg_matches(&matches).unwrap_or_else(|error| error.exit());
+/// Runs the program with these arguments, its own name first, and gives its exit code. What it says goes to the standard output and error;
+/// `registry` says what sessions and simulations may name.
+pub fn main(arguments: impl IntoIterator<Item = OsString>, registry: &Registry) -> u8 {
+    let matches = with_names(Arguments::command(), registry).try_get_matches_from(arguments);
+    let arguments = match matches.and_then(|matches| Arguments::from_arg_matches(&matches)) {
+        Ok(arguments) => arguments,
+        // Help, and the version, are told by an error, too.
+        Err(told) => {
+            let _: std::io::Result<()> = told.print();
+            return if told.use_stderr() { Exit::BadInput.code() } else { Exit::Determined.code() };
+        }
+    };
     match run_command(&arguments.command, registry) {
-        Ok(exit) => exit.into(),
+        Ok(exit) => exit.code(),
         Err(failure) => {
             terminal::complain(&failure.to_string());
-            failure.exit.into()
+            failure.exit.code()
         }
     }
 }

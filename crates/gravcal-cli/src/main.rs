@@ -9,5 +9,5 @@ use gravcal_calibration::Registry;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    gravcal_cli::run(&Registry::standard())
+    gravcal_cli::main(std::env::args_os(), &Registry::standard()).into()
 }

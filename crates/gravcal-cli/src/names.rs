@@ -62,6 +62,9 @@ pub struct ChosenSolver {
 
 impl Choice {
     /// What the command line says (`estimators` may be empty), else the session at `path`, else the default.
+    ///
+    /// # Errors
+    /// A name is unknown, or what is chosen does not go with the session.
     pub fn new(
         estimators: &[EstimatorName],
         solver: Option<SolverName>,
