@@ -1,0 +1,50 @@
+"""Identifies a robot's joint torque and position sensors, and gravity in its base frame, from static poses.
+
+>>> from gravcal import Session
+>>> result = Session.from_toml("session.toml").calibrate()
+>>> result["joint"].verdict
+'determined'
+>>> gain = result["joint"].parameters["joint1.torque_gain"]
+>>> gain.value, gain.std, gain.unit
+
+Inside and in results: SI units and radians, ``reading = torque_gain * torque + torque_bias`` and
+``coordinate = position_gain * reading + position_offset``. What the readings do not determine has no value, says why, and what to do.
+"""
+
+from .commands import Comparison, Inspection, apply, compare, export, inspect, simulate
+from .errors import GravcalError, InputError
+from .recording import Recording, read
+from .result import (
+    Calibration,
+    Covariance,
+    EstimatorResult,
+    Gravity,
+    Parameter,
+    Residuals,
+    Undetermined,
+)
+from .session import Check, Robot, Session
+
+__all__ = [
+    "Calibration",
+    "Check",
+    "Comparison",
+    "Covariance",
+    "EstimatorResult",
+    "GravcalError",
+    "Gravity",
+    "InputError",
+    "Inspection",
+    "Parameter",
+    "Recording",
+    "Residuals",
+    "Robot",
+    "Session",
+    "Undetermined",
+    "apply",
+    "compare",
+    "export",
+    "inspect",
+    "read",
+    "simulate",
+]

@@ -1,0 +1,140 @@
+"""The program's other commands, on files: each is the command of that name, run as `python -m gravcal`."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from html import escape
+from typing import Any, Optional, Union
+
+from .errors import InputError
+from .recording import Path
+from .result import Calibration
+
+__all__ = ["Comparison", "Inspection", "apply", "compare", "export", "inspect", "simulate"]
+
+_MOVED = 3
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What is in a recording."""
+
+    table: str
+    fields: Mapping[str, Any]
+    """What `gravcal inspect --json` prints."""
+
+    def __str__(self) -> str:
+        return self.table
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(self.table)}</pre>"
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Which sensor moved between calibrations."""
+
+    moved: bool
+    """Whether any did."""
+    table: str
+    fields: Mapping[str, Any]
+    """What `gravcal compare --json` prints."""
+
+    def __str__(self) -> str:
+        return self.table
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(self.table)}</pre>"
+
+
+def inspect(path: Path) -> Inspection:
+    """What is in a recording: columns, rates, gaps, what they perhaps mean, and which poses it holds."""
+    fields = json.loads(_run(["inspect", path, "--json", "--quiet"])[1])
+    return Inspection(_run(["inspect", path, "--quiet"])[1], fields)
+
+
+def compare(*calibrations: Union[Path, Calibration], estimator: str = "joint") -> Comparison:
+    """Which sensor moved between calibrations of one robot, in the order of their time."""
+    with ExitStack() as stack:
+        paths = [stack.enter_context(_file(calibration)) for calibration in calibrations]
+        words = ["compare", *paths, "--estimator", estimator]
+        code, text = _run([*words, "--json"], good=(0, _MOVED))
+        return Comparison(code == _MOVED, _run(words, good=(0, _MOVED))[1], json.loads(text))
+
+
+def export(
+    calibration: Union[Path, Calibration],
+    to: str,
+    *,
+    estimator: Optional[str] = None,
+    nominal: bool = False,
+    session: Optional[Path] = None,
+) -> str:
+    """A calibration for a driver, a program, a robot description or a paper: `ros2`, `urdf` (needs `session`, where the calibration is not
+    in its folder), `c`, `python`, `csv`, `markdown`, `latex`."""
+    with _file(calibration) as path:
+        words: list[Path] = ["export", path, "--to", to]
+        words += ["--estimator", estimator] if estimator else []
+        words += ["--session", session] if session else []
+        words += ["--nominal"] if nominal else []
+        return _run(words)[1]
+
+
+def apply(
+    calibration: Union[Path, Calibration],
+    recording: Path,
+    output: Path,
+    *,
+    session: Optional[Path] = None,
+    residual: bool = False,
+    load: Optional[str] = None,
+    nominal: bool = False,
+    overwrite: bool = False,
+) -> None:
+    """Writes the same recording with true torques and angles; with `residual`, torques without that which carries gravity.
+
+    Of arrays: `Session.apply`.
+    """
+    with _file(calibration) as path:
+        words: list[Path] = ["apply", path, recording, output, "--quiet"]
+        words += ["--session", session] if session else []
+        words += ["--load", load] if load else []
+        flags = {"--residual": residual, "--nominal": nominal, "--overwrite": overwrite}
+        _run(words + [flag for flag, given in flags.items() if given])
+
+
+def simulate(path: Path, output: Path, *, trial: int = 0, overwrite: bool = False) -> str:
+    """Writes a session with known truth into a folder; gives the path of its `session.toml`."""
+    words: list[Path] = ["simulate", path, "--output", output, "--trial", str(trial)]
+    _run(words + (["--overwrite"] if overwrite else []))
+    return os.path.join(os.fspath(output), "session.toml")
+
+
+@contextmanager
+def _file(calibration: Union[Path, Calibration]) -> Iterator[Path]:
+    """The file of a calibration."""
+    if not isinstance(calibration, Calibration):
+        yield calibration
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        path = os.path.join(folder, "calibration.json")
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(calibration.json)
+        yield path
+
+
+def _run(words: list[Path], good: tuple[int, ...] = (0,)) -> tuple[int, str]:
+    """Exit code and output of the program."""
+    command = [sys.executable, "-m", "gravcal", *(os.fspath(word) for word in words)]
+    done = subprocess.run(command, capture_output=True, check=False)
+    if done.returncode not in good:
+        told = done.stderr.decode("utf-8", "replace").strip()
+        raise InputError(told[len("error: ") :] if told.startswith("error: ") else told)
+    return done.returncode, done.stdout.decode("utf-8")

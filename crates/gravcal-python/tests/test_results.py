@@ -1,0 +1,120 @@
+"""What a result says, and what one can do with it."""
+
+from __future__ import annotations
+
+import copy
+import json
+import pickle
+from pathlib import Path
+from typing import Any
+
+import gravcal
+import numpy as np
+import pytest
+from conftest import ROOT, SEVEN
+
+
+def test_parameters_have_values_or_reasons(calibrated: gravcal.Calibration) -> None:
+    joint = calibrated["joint"]
+    gain = joint["joint2.torque_gain"]
+    assert gain.determined and gain.value is not None and gain.std is not None and gain.interval is not None
+    assert gain.interval[0] < gain.value < gain.interval[1] and gain.unit == "1"
+    assert gain.why is None and "torque_gain * torque" in gain.convention
+    lacking = [parameter for parameter in joint.parameters.values() if not parameter.determined and parameter.asked]
+    for parameter in lacking:
+        assert parameter.value is None and parameter.why and parameter.cure, parameter.name
+    assert {name for one in joint.undetermined for name in one.parameters} >= {parameter.name for parameter in lacking}
+    with pytest.raises(KeyError, match="there is no parameter `joint9.torque_gain`"):
+        joint["joint9.torque_gain"]
+    with pytest.raises(KeyError, match="estimator `recursive` did not run"):
+        calibrated["recursive"]
+
+
+def test_covariances_have_names(calibrated: gravcal.Calibration) -> None:
+    covariance = calibrated["joint"].covariance
+    gain = calibrated["joint"]["joint2.torque_gain"]
+    part = covariance.of("joint2.torque_gain", "joint3.torque_gain")
+    assert part.shape == (2, 2) and np.allclose(part, part.T)
+    assert gain.std is not None and np.isclose(np.sqrt(part[0, 0]), gain.std, rtol=1e-9)
+    with pytest.raises(KeyError, match="no covariance of elbow"):
+        covariance.of("elbow")
+
+
+def test_residuals_are_those_of_the_fit(calibrated: gravcal.Calibration, seven: dict[str, Any]) -> None:
+    joint = calibrated["joint"]
+    residuals = joint.residuals
+    assert residuals.channels == seven["robot"].joints and set(residuals.units) == {"N·m"}
+    assert len(residuals) == seven["torque"].size and residuals.pose.max() == len(seven["torque"]) - 1
+    for fit in joint.fields["fit"]["joints"]:
+        rms = np.sqrt(np.mean(residuals.of(fit["joint"]) ** 2))
+        assert np.isclose(rms, fit["rms"], rtol=1e-9), fit["joint"]
+
+
+def test_gravity_points_downwards(calibrated: gravcal.Calibration) -> None:
+    gravity = calibrated["joint"].gravity
+    assert gravity is not None and np.isclose(np.linalg.norm(gravity.vector), 9.80665)
+    assert np.allclose(gravity.vector, [0, 0, -9.80665], atol=0.05)
+
+
+@pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda it: pickle.loads(pickle.dumps(it))])
+def test_everything_can_be_copied(copied: Any, calibrated: gravcal.Calibration, seven: dict[str, Any]) -> None:
+    again = copied(calibrated)
+    assert (again.json, again.table, again.page) == (calibrated.json, calibrated.table, calibrated.page)
+    assert (again["joint"].residuals.residual == calibrated["joint"].residuals.residual).all()
+    with pytest.raises(gravcal.InputError, match="save the original"):
+        again.save("nowhere")
+    assert copied(seven["robot"]).joints == seven["robot"].joints
+    session = gravcal.Session(**seven)
+    for one in (session, gravcal.Session.from_toml(SEVEN / "session.toml")):
+        again = copied(one)
+        assert (again.position == one.position).all() and again.loads == one.loads
+
+
+def test_errors_can_be_pickled() -> None:
+    error = gravcal.InputError("wrong", file="session.toml", line=3, field="load[1].mass_kg")
+    again = pickle.loads(pickle.dumps(error))
+    assert (str(again), again.file, again.line, again.field) == ("wrong", "session.toml", 3, "load[1].mass_kg")
+
+
+def test_notebooks_show_the_table(calibrated: gravcal.Calibration) -> None:
+    shown = calibrated._repr_html_()
+    assert "Calibration of" in shown and shown.count("<") == 2, "names are escaped"
+    assert repr(calibrated).startswith("<gravcal.Calibration sequential: ")
+    assert calibrated.page.startswith("<!DOCTYPE html>")
+
+
+def test_saved_results_are_those_of_the_program(calibrated: gravcal.Calibration, tmp_path: Path) -> None:
+    assert calibrated.save(tmp_path) is True
+    assert {path.name for path in tmp_path.iterdir()} == {"calibration.json", "table.txt", "report.html", "timing.json"}
+    assert (tmp_path / "calibration.json").read_text() == calibrated.json
+    (tmp_path / "calibration.json").write_text("{}")
+    with pytest.raises(gravcal.InputError, match="other results are there already"):
+        calibrated.save(tmp_path)
+    assert calibrated.save(tmp_path, overwrite=True) is True
+
+
+def test_tables_for_pandas(calibrated: gravcal.Calibration) -> None:
+    pytest.importorskip("pandas")
+    table = calibrated["joint"].to_pandas()
+    assert table.loc["joint2.torque_gain", "value"] == calibrated["joint"]["joint2.torque_gain"].value
+    residuals = calibrated["joint"].residuals.to_pandas()
+    assert len(residuals) == len(calibrated["joint"].residuals) and set(residuals.channel) == set(table.index.str.split(".").str[0]) & set(residuals.channel)
+
+
+def test_check_tells_before_any_solve(seven: dict[str, Any]) -> None:
+    check = gravcal.Session(**seven).check()
+    assert isinstance(check.complete, bool) and "joint2.torque_gain" in json.dumps(dict(check.fields))
+    assert "kuka" in str(check) and check._repr_html_().startswith("<pre>")
+
+
+def test_other_commands_work_on_files_and_results(calibrated: gravcal.Calibration, tmp_path: Path) -> None:
+    path = gravcal.simulate(ROOT / "experiments/two-arms/simulation.toml", tmp_path / "arms", trial=3)
+    session = gravcal.Session.from_toml(path)
+    assert len(session) > 50
+    assert "joint2" in gravcal.export(calibrated, "csv", nominal=True)
+    comparison = gravcal.compare(calibrated, calibrated)
+    assert comparison.moved is False and comparison.fields
+    inspection = gravcal.inspect(SEVEN / "bare.csv")
+    assert "joint1_torque_Nm" in str(inspection) and "joint1_torque_Nm" in json.dumps(dict(inspection.fields))
+    with pytest.raises(gravcal.InputError, match="no such file"):
+        gravcal.inspect(tmp_path / "absent.csv")
