@@ -18,12 +18,15 @@ def test_parameters_have_values_or_reasons(calibrated: gravcal.Calibration) -> N
     joint = calibrated["joint"]
     gain = joint["joint2.torque_gain"]
     assert gain.determined and gain.value is not None and gain.std is not None and gain.interval is not None
-    assert gain.interval[0] < gain.value < gain.interval[1] and gain.unit == "1"
+    assert gain.interval[0] < gain.value < gain.interval[1] and gain.unit == "N·m/(N·m)"
     assert gain.why is None and "torque_gain * torque" in gain.convention
     lacking = [parameter for parameter in joint.parameters.values() if not parameter.determined and parameter.asked]
     for parameter in lacking:
         assert parameter.value is None and parameter.why and parameter.cure, parameter.name
     assert {name for one in joint.undetermined for name in one.parameters} >= {parameter.name for parameter in lacking}
+    # It has found no sweeps, and says so of each.
+    for parameter in calibrated["sequential"].parameters.values():
+        assert parameter.determined or not parameter.asked or (parameter.why and parameter.cure), parameter.name
     with pytest.raises(KeyError, match="there is no parameter `joint9.torque_gain`"):
         joint["joint9.torque_gain"]
     with pytest.raises(KeyError, match="estimator `recursive` did not run"):

@@ -28,7 +28,7 @@ WRONG: list[tuple[str, dict[str, Any], str, str]] = [
     ("text", {"position": lambda a: a.astype(str)}, "position holds <U32; expected numbers", "position"),
     ("complex", {"position": lambda a: a.astype(complex)}, "position holds complex128", "position"),
     ("objects", {"position": lambda a: a.astype(object)}, "position holds object", "position"),
-    ("a unit of something else", {"torque_unit": lambda _: "rad"}, "`rad` is no unit of torque; accepted are", "readings.torque.unit"),
+    ("a unit of something else", {"torque_unit": lambda _: "rad"}, "the unit `rad` does not fit: expected a unit of torque readings", "readings.torque.unit"),
     ("too few units", {"position_unit": lambda _: ["rad"] * 6}, "expected 7 entries, one for each joint", "readings.position.unit"),
     ("an unknown load", {"load": lambda _: "weight-c"}, "weight-c", r"poses[0].load"),
     ("loads for other poses", {"load": lambda load: load[:-1]}, "load has 299 entries for 300 poses", "load"),

@@ -18,6 +18,10 @@ from .recording import Floats, Path
 __all__ = ["Calibration", "Covariance", "EstimatorResult", "Gravity", "Parameter", "Residuals", "Undetermined"]
 
 
+_EVERYTHING = "everything"
+"""What an estimator calls undetermined that had nothing to read."""
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One parameter of a sensor. What is undetermined has neither `value` nor `std`, but says `why`."""
@@ -281,7 +285,8 @@ def _estimator(fields: Mapping[str, Any], residuals: Residuals) -> EstimatorResu
 
 
 def _parameter(fields: Mapping[str, Any], undetermined: tuple[Undetermined, ...]) -> Parameter:
-    lacking = next((one for one in undetermined if fields["name"] in one.parameters), None)
+    concerns = {fields["name"], _EVERYTHING}
+    lacking = next((one for one in undetermined if not concerns.isdisjoint(one.parameters)), None)
     if fields["determined"]:
         lacking = None
     return Parameter(
