@@ -1,0 +1,95 @@
+//! A method of one's own: Gauss-Newton steps, damped after Marquardt.
+//!
+//! ```text
+//!     (JᵀJ + λ D²) δ = −Jᵀ r,    D: column norms of J
+//! ```
+
+use gravcal::estimation::{
+    Estimate, IterationRecord, Problem, SolveContext, SolveError, Solver, Termination, Unsupported, Values,
+};
+
+const NAME: &str = "marquardt";
+const ITERATIONS: usize = 200;
+/// Largest cosine between the residual and a column of J at which it has converged.
+const COSINE: f64 = 1e-8;
+/// Predicted reduction, relative to the cost, that is worth no further step.
+const REDUCTION: f64 = 1e-13;
+const LARGEST_DAMPING: f64 = 1e12;
+
+/// The method.
+#[derive(Debug)]
+pub struct Marquardt;
+
+impl Solver for Marquardt {
+    fn name(&self) -> &'static str {
+        NAME
+    }
+
+    fn check(&self, problem: &Problem) -> Result<(), Unsupported> {
+        match problem.constraints() {
+            [] => Ok(()),
+            _ => Err(Unsupported { solver: NAME, reason: "it knows no constraints".into() }),
+        }
+    }
+
+    fn solve(
+        &self,
+        problem: &Problem,
+        initial: &Values,
+        context: &mut SolveContext<'_>,
+    ) -> Result<Estimate, SolveError> {
+        self.check(problem)?;
+        let (mut values, mut damping, mut step_length) = (initial.clone(), 1e-3, 0.0);
+        let (mut iterations, mut way) = (Vec::new(), Vec::new());
+        let (cost, termination) = loop {
+            let mut linear = problem.linearize(&values)?;
+            let (cost, cosine) = (linear.cost(), linear.largest_cosine());
+            let record = IterationRecord { iteration: iterations.len(), cost, cosine, step: step_length, damping };
+            context.tell(&record);
+            iterations.push(record);
+            way.push(values.clone());
+            if cosine <= COSINE {
+                break (cost, Termination::Gradient { cosine });
+            }
+            if context.stopped() {
+                break (cost, Termination::Stopped);
+            }
+            if iterations.len() > ITERATIONS {
+                break (cost, Termination::IterationLimit { limit: ITERATIONS });
+            }
+            let scaling = linear.column_scales();
+            let mut step = vec![0.0; scaling.len()];
+            let next = loop {
+                let predicted = linear.damped_step(damping, &scaling, &mut step).predicted_reduction;
+                if predicted <= REDUCTION * cost {
+                    break Err(Termination::Cost { relative: predicted / cost });
+                }
+                let next = problem.retract(&values, &step);
+                // Where a residual has no value, a shorter step may have one.
+                if problem.cost(&next).is_ok_and(|lower| lower < cost) {
+                    break Ok(next);
+                }
+                damping *= 4.0;
+                if damping > LARGEST_DAMPING {
+                    break Err(Termination::NoProgress);
+                }
+            };
+            match next {
+                Err(termination) => break (cost, termination),
+                Ok(next) => values = next,
+            }
+            step_length = step.iter().map(|s| s * s).sum::<f64>().sqrt();
+            damping *= 0.2;
+        };
+        Ok(Estimate {
+            values,
+            cost,
+            termination,
+            iterations,
+            way,
+            active: Vec::new(),
+            without_effect: Vec::new(),
+            normal_equations: None,
+        })
+    }
+}

@@ -1,0 +1,102 @@
+//! The program with models of this crate: from a simulation with known truth to a calibrated recording.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+const ROBOT: &str = "../../models/sarcos-dextrous-arm/robot.toml";
+const SIMULATION: &str = include_str!("simulation.toml");
+
+fn run(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_gravcal-extension")).current_dir(folder).args(arguments).output().unwrap()
+}
+
+fn simulated() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join(ROBOT), folder.path().join("robot.toml")).unwrap();
+    std::fs::write(folder.path().join("simulation.toml"), SIMULATION).unwrap();
+    let out = run(folder.path(), &["simulate", "simulation.toml"]);
+    assert!(out.status.success(), "{out:?}");
+    folder
+}
+
+/// True values that the simulation's models have, in the units of results.
+const TRUTH: [(&str, f64); 8] = [
+    ("joint2.ripple_amplitude", 5.0),
+    ("joint2.ripple_order", 6.1),
+    ("joint2.ripple_phase", 0.4),
+    ("joint2.play", 0.02),
+    ("joint3.wave", 4.0),
+    ("joint3.number", 3.1),
+    ("joint3.shift", -0.3),
+    ("joint1.torque_bias", 2075.0),
+];
+
+#[test]
+fn what_models_of_another_crate_and_formulas_say_is_found() {
+    let folder = simulated();
+    let session = std::fs::read_to_string(folder.path().join("session.toml")).unwrap();
+    assert!(session.contains("kind = \"torque-ripple\"") && session.contains("kind = \"backlash\""), "{session}");
+
+    let out = run(folder.path(), &["check", "session.toml"]);
+    let told = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(out.status.success() && told.contains("ripple_order"), "{out:?}");
+
+    let out = run(folder.path(), &["calibrate", "session.toml", "-o", "results"]);
+    let told = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert_eq!(out.status.code(), Some(0), "{told} {out:?}");
+    assert!(told.contains("reading = ... + wave * sin(number * position + shift)"), "{told}");
+    let results = std::fs::read(folder.path().join("results/calibration.json")).unwrap();
+    let results: Value = serde_json::from_slice(&results).unwrap();
+    let joint = results["estimators"].as_array().unwrap().iter().find(|one| one["name"] == "joint").unwrap();
+    for (name, truth) in TRUTH {
+        let told = joint["parameters"].as_array().unwrap().iter().find(|told| told["name"] == name).unwrap();
+        let [value, std] = ["value", "std"].map(|key| told[key].as_f64().unwrap());
+        assert!(std > 0.0 && (value - truth).abs() < 3.5 * std, "{name}: {value} ± {std}, truly {truth}");
+    }
+    let tested: Vec<&str> =
+        joint["sensor_models"].as_array().unwrap().iter().map(|one| one["model"].as_str().unwrap()).collect();
+    assert_eq!(tested, ["torque-ripple", "backlash", "formula"]);
+}
+
+/// The torque readings of a table become torques again, ripple and all.
+#[test]
+fn a_calibration_with_such_models_is_applied() {
+    let folder = simulated();
+    let out = run(folder.path(), &["calibrate", "session.toml", "-o", "results", "--quiet"]);
+    assert_eq!(out.status.code(), Some(0), "{out:?}");
+    let out = run(
+        folder.path(),
+        &["apply", "results/calibration.json", "load-1a.csv", "applied.csv", "--residual", "--load", "plate-a"],
+    );
+    assert!(out.status.success(), "{out:?}");
+    let text = std::fs::read_to_string(folder.path().join("applied.csv")).unwrap();
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let column = lines.next().unwrap().split(',').position(|name| name == "joint2_torque_count").unwrap();
+    let residuals: Vec<f64> = lines.map(|line| line.split(',').nth(column).unwrap().parse().unwrap()).collect();
+    // Noise of 0.8 counts at 6 counts a N·m; a ripple of 5 counts left in it would be 0.8 N·m high.
+    let largest = residuals.iter().fold(0.0_f64, |largest, residual| largest.max(residual.abs()));
+    assert!(residuals.len() == 37 && largest < 0.6, "{residuals:?}");
+}
+
+#[test]
+fn an_unknown_model_is_refused_with_the_known_ones() {
+    let folder = simulated();
+    let file = folder.path().join("session.toml");
+    let session = std::fs::read_to_string(&file).unwrap().replace("\"torque-ripple\"", "\"torque-riple\"");
+    std::fs::write(&file, session).unwrap();
+    let out = run(folder.path(), &["check", "session.toml"]);
+    let told = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert_eq!(out.status.code(), Some(2), "{told}");
+    let expected =
+        "there is no sensor model `torque-riple` (did you mean `torque-ripple`?); known: torque-bias-in-time";
+    assert!(told.contains(expected) && told.contains("backlash"), "{told}");
+}
+
+#[test]
+fn the_help_lists_the_models_of_this_crate() {
+    let out = run(Path::new("."), &["--help"]);
+    let told = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(told.contains("torque-ripple") && told.contains("coulomb-friction"), "{told}");
+}
