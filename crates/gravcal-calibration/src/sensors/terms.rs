@@ -3,8 +3,6 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use gravcal_recording::Conditions;
-
 use super::declare::Term;
 use super::model::Side;
 use super::term::{Moment, Need, Partials};
@@ -100,6 +98,17 @@ impl SensorTerms {
         self.terms.iter().filter(move |term| term.side == Side::Torque && term.joint == joint)
     }
 
+    /// The places of the terms of one joint's torque sensor in [`all`](Self::all).
+    pub(crate) fn places_of_torque(&self, joint: usize) -> Vec<usize> {
+        let own = |term: &Term| term.side == Side::Torque && term.joint == joint;
+        (0..self.terms.len()).filter(|place| own(&self.terms[*place])).collect()
+    }
+
+    /// All terms.
+    pub(crate) fn all(&self) -> &[Term] {
+        &self.terms
+    }
+
     /// The terms of all position sensors.
     pub(crate) fn of_positions(&self) -> impl Iterator<Item = &Term> {
         self.terms.iter().filter(|term| term.side == Side::Position)
@@ -112,30 +121,28 @@ impl SensorTerms {
     }
 
     /// By how much, at most, a unit of a parameter changes the readings of its torque sensor in these poses, where that does not depend
-    /// on torque; otherwise, and where it changes none, 1. `values`: of the parameters of all terms; of each pose the coordinates,
-    /// position readings and conditions.
-    pub(crate) fn lever<'c>(
-        &self,
-        place: usize,
-        values: &[f64],
-        poses: impl Iterator<Item = (Vec<f64>, &'c [f64], &'c Conditions)>,
-    ) -> f64 {
+    /// on torque; otherwise, and where it changes none, 1. `values`: of the parameters of all terms; `position`: nominal gain and offset
+    /// of each position sensor.
+    pub(crate) fn lever(&self, place: usize, values: &[f64], position: &[[f64; 2]], poses: &[Pose]) -> f64 {
         let suits =
             |term: &&Term| term.places.contains(&place) && term.side == Side::Torque && term.reads.torques().is_empty();
         let Some(term) = self.terms.iter().find(suits) else { return 1.0 };
+        let [mut coordinate, mut by_torque, mut by_coordinate] = [(); 3].map(|()| vec![0.0; position.len()]);
+        let torque = vec![0.0; position.len()];
         let mut by_parameter = vec![0.0; term.places.len()];
-        let change = |(coordinate, position, conditions): (Vec<f64>, &[f64], &Conditions)| {
-            let (mut by_torque, mut by_coordinate) = (vec![0.0; coordinate.len()], vec![0.0; coordinate.len()]);
+        let change = |pose: &Pose| {
+            let affine = position.iter().zip(&pose.position).map(|([gain, offset], q)| gain * q + offset);
+            coordinate.iter_mut().zip(affine).for_each(|(coordinate, affine)| *coordinate = affine);
+            by_parameter.fill(0.0);
             let partials = Partials {
                 by_parameter: &mut by_parameter,
                 by_torque: &mut by_torque,
                 by_coordinate: &mut by_coordinate,
             };
-            let torque = vec![0.0; position.len()];
-            term.value(&Moment::new(&torque, &coordinate, position, conditions), values, Some(partials));
-            std::mem::take(&mut by_parameter[place - term.places.start]).abs()
+            term.value(&Moment::new(&torque, &coordinate, &pose.position, &pose.conditions), values, Some(partials));
+            by_parameter[place - term.places.start].abs()
         };
-        let largest = poses.map(change).filter(|change| change.is_finite()).fold(0.0, f64::max);
+        let largest = poses.iter().map(change).filter(|change| change.is_finite()).fold(0.0, f64::max);
         if largest > 0.0 { largest } else { 1.0 }
     }
 }

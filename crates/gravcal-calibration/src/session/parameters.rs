@@ -4,8 +4,7 @@ use gravcal_dynamics::JointKind;
 
 use super::contents::Session;
 use super::knowledge::{Knowledge, KnowledgeKind};
-use super::known::{InertiaKnowledge, Load};
-use super::pose::Pose;
+use super::known::{InertiaKnowledge, JointKnowledge, Load};
 use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
 
 /// Standard deviation, relative to a gain, beyond which a number would mislead; of an angle, rad; of a displacement, m.
@@ -141,14 +140,11 @@ impl Session {
 
     fn lever_of_term(&self, index: usize) -> f64 {
         let values: Vec<f64> = self.further.iter().map(|parameter| parameter.knowledge.nominal).collect();
-        let nominal = |pose: &Pose| {
-            let affine = self.joints.iter().zip(&pose.position).map(|(joint, q)| {
-                joint.of(Quantity::PositionGain).nominal * q + joint.of(Quantity::PositionOffset).nominal
-            });
-            affine.collect()
+        let sensor = |joint: &JointKnowledge| {
+            [Quantity::PositionGain, Quantity::PositionOffset].map(|quantity| joint.of(quantity).nominal)
         };
-        let poses = self.poses.iter().map(|pose| (nominal(pose), pose.position.as_slice(), &pose.conditions));
-        self.terms.lever(index, &values, poses)
+        let position: Vec<[f64; 2]> = self.joints.iter().map(sensor).collect();
+        self.terms.lever(index, &values, &position, &self.poses)
     }
 
     /// Unit of a joint's sensor parameter inside the program.

@@ -120,17 +120,17 @@ impl WithSimd for Evaluation<'_> {
             let entries = jacobian.as_mut().and_then(Iterator::next);
             let wanted = (x, entries.is_some());
             let read = |terms| abreast_terms::read(terms, poses, (joint, on.store(torque.torque())), wanted, lanes);
-            let further = terms.map(read);
+            let further = terms.filter(|terms| terms.has(joint)).map(read);
             if let Some(entries) = entries {
                 let (affine, by_terms) = entries.split_at_mut(pose.model.affine_columns);
                 let gain = pose.sensors(x, Quantity::TorqueGain)[joint];
-                match (terms, &further) {
-                    (Some(terms), Some(further)) => {
-                        let gain = on.load(further.by_torque.map(|by_torque| gain + by_torque));
-                        pose.write_affine(on, &torque, gain, position, affine);
-                        abreast_terms::write(terms, poses, joint, lanes, (affine, by_terms));
-                    }
-                    _ => pose.write_affine(on, &torque, on.constant(gain), position, affine),
+                let gain = match &further {
+                    Some(further) => on.load(further.by_torque.map(|by_torque| gain + by_torque)),
+                    None => on.constant(gain),
+                };
+                pose.write_affine(on, &torque, gain, position, affine);
+                if let Some(terms) = terms {
+                    abreast_terms::write(terms, poses, joint, lanes, (affine, by_terms));
                 }
             }
             let predicted = pose.predict_affine(on, &torque, x);

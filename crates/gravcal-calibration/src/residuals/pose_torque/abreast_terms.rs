@@ -12,6 +12,7 @@ use crate::sensors::Moment;
 
 /// What terms of one pose read, and their derivatives.
 pub(super) struct Lane {
+    /// NaN but for the joint whose reading is evaluated: no term says that it reads another's.
     torque: Vec<f64>,
     coordinates: Vec<f64>,
     slopes: Slopes,
@@ -26,7 +27,7 @@ pub(super) struct Further {
 
 impl Lane {
     pub fn new(joints: usize) -> Lane {
-        Lane { torque: vec![0.0; joints], coordinates: vec![0.0; joints], slopes: Slopes::default() }
+        Lane { torque: vec![f64::NAN; joints], coordinates: vec![0.0; joints], slopes: Slopes::default() }
     }
 }
 
@@ -39,8 +40,11 @@ pub(super) fn move_joints(
     coordinates: &mut [[f64; LANES]],
     lanes: &mut [Lane; LANES],
 ) {
+    lanes.iter_mut().for_each(|own| terms.fit(&mut own.slopes));
+    if !(terms.move_joints() || terms.read_coordinates()) {
+        return;
+    }
     for (lane, (pose, own)) in poses.iter().zip(lanes).enumerate() {
-        terms.fit(&mut own.slopes);
         own.coordinates.iter_mut().zip(&*coordinates).for_each(|(own, all)| *own = all[lane]);
         let read = (pose.position.as_slice(), &pose.conditions);
         terms.add_to_coordinates(read, x, &mut own.coordinates, wanted.then_some(&mut own.slopes));
@@ -64,6 +68,7 @@ pub(super) fn read(
         if wanted && terms.torques(joint).contains(&joint) {
             further.by_torque[lane] = own.slopes.by_torque[joint];
         }
+        own.torque[joint] = f64::NAN;
     }
     further
 }
@@ -76,6 +81,9 @@ pub(super) fn write(
     lanes: &[Lane; LANES],
     (row, by_terms): (&mut [[f64; LANES]], &mut [[f64; LANES]]),
 ) {
+    if !(terms.has(joint) || terms.move_joints()) {
+        return;
+    }
     let sensor = |quantity, joint| sensor_column(terms.joints, quantity, joint);
     for (lane, (pose, Lane { slopes, .. })) in poses.iter().zip(lanes).enumerate() {
         for moved in terms.coordinates(joint) {
@@ -83,7 +91,7 @@ pub(super) fn write(
             row[sensor(Quantity::PositionOffset, *moved)][lane] += by_coordinate;
             row[sensor(Quantity::PositionGain, *moved)][lane] += by_coordinate * pose.position[*moved];
         }
-        for place in terms.functions.of_torque(joint).flat_map(|term| term.places.clone()) {
+        for place in terms.of_torque(joint).flat_map(|term| term.places.clone()) {
             by_terms[place][lane] = slopes.by_parameter[place];
         }
         for term in terms.functions.of_positions() {

@@ -38,7 +38,7 @@ impl PoseTorque {
             base[sensor(Quantity::PositionOffset, *moved)] += by_coordinate;
             base[sensor(Quantity::PositionGain, *moved)] += by_coordinate * self.position[*moved];
         }
-        for term in terms.functions.of_torque(joint) {
+        for term in terms.of_torque(joint) {
             by_terms[term.places.clone()].copy_from_slice(&slopes.by_parameter[term.places.clone()]);
         }
         for term in terms.functions.of_positions() {

@@ -17,6 +17,10 @@ pub(super) struct Terms {
     pub(super) joints: usize,
     /// First stored column: that of the first parameter.
     pub(super) column: usize,
+    /// By joint, the terms of its torque sensor.
+    of_joint: Vec<Vec<usize>>,
+    /// Whether any position sensor has terms.
+    move_joints: bool,
     /// By joint, whose torques and coordinates its reading depends on by terms. The coordinate of a joint that gives way is its torque's.
     torques: Vec<Vec<usize>>,
     coordinates: Vec<Vec<usize>>,
@@ -74,7 +78,9 @@ impl Terms {
         let giving_way = |term: &Term| if give_way { term.reads.coordinates().to_vec() } else { Vec::new() };
         let torques = read(&|term| [term.reads.torques(), &giving_way(term)].concat());
         let coordinates = read(&|term| term.reads.coordinates().to_vec());
-        Terms { functions, joints, column, torques, coordinates }
+        let of_joint = (0..joints).map(|joint| functions.places_of_torque(joint)).collect();
+        let move_joints = functions.of_positions().next().is_some();
+        Terms { functions, joints, column, of_joint, move_joints, torques, coordinates }
     }
 
     /// Room for the derivatives of these terms.
@@ -106,11 +112,31 @@ impl Terms {
     /// What the torque sensor of a joint adds to its reading; where derivatives are wanted, `slopes` has them.
     pub fn reading(&self, joint: usize, at: &Moment<'_>, x: &[f64], slopes: Option<&mut Slopes>) -> f64 {
         let values = self.values(x);
-        let own = self.functions.of_torque(joint);
+        let own = self.of_torque(joint);
         let Some(slopes) = slopes else { return own.map(|term| term.value(at, values, None)).sum() };
         self.torques[joint].iter().for_each(|source| slopes.by_torque[*source] = 0.0);
         self.coordinates[joint].iter().for_each(|source| slopes.by_coordinate[*source] = 0.0);
         own.map(|term| slopes.add(term, at, values)).sum()
+    }
+
+    /// The terms of a joint's torque sensor.
+    pub fn of_torque(&self, joint: usize) -> impl Iterator<Item = &Term> {
+        self.of_joint[joint].iter().map(|place| &self.functions.all()[*place])
+    }
+
+    /// Whether a joint's torque sensor has any.
+    pub fn has(&self, joint: usize) -> bool {
+        !self.of_joint[joint].is_empty()
+    }
+
+    /// Whether any position sensor has some.
+    pub fn move_joints(&self) -> bool {
+        self.move_joints
+    }
+
+    /// Whether any reading depends on a true coordinate by terms.
+    pub fn read_coordinates(&self) -> bool {
+        self.coordinates.iter().any(|read| !read.is_empty())
     }
 
     fn values<'x>(&self, x: &'x [f64]) -> &'x [f64] {
