@@ -17,6 +17,8 @@ pub struct Conditions {
     pub acceleration: Vec<f64>,
     /// From which side each joint came: 1 where its position reading rose, −1 where it fell, 0 where neither is known.
     pub direction: Vec<f64>,
+    /// Numbers of further columns, as they stand there.
+    pub further: Vec<f64>,
 }
 
 /// Where the conditions stand. Lists are empty, or have one column for each joint (several joints may share one).
@@ -32,6 +34,17 @@ pub struct ConditionColumns {
     pub acceleration: MotionSource,
     /// Direction of approach of each joint: the cells are 1, 0 or −1.
     pub direction: Vec<String>,
+    /// Further columns of numbers. No cell of them may be empty.
+    pub further: Vec<FurtherColumn>,
+}
+
+/// A column that only models of sensors know.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FurtherColumn {
+    /// What models call it.
+    pub name: String,
+    /// Name of the column.
+    pub column: String,
 }
 
 /// Where a derivative of the joints' positions comes from.
@@ -147,6 +160,7 @@ pub(crate) struct FoundConditions<'a> {
     velocity: Vec<usize>,
     acceleration: Vec<usize>,
     direction: Vec<usize>,
+    further: Vec<usize>,
 }
 
 impl<'a> FoundConditions<'a> {
@@ -161,6 +175,7 @@ impl<'a> FoundConditions<'a> {
             velocity: places(mapped.velocity.columns())?,
             acceleration: places(mapped.acceleration.columns())?,
             direction: mapped.direction.iter().map(|c| table.column(c)).collect::<Result<_, _>>()?,
+            further: mapped.further.iter().map(|c| table.column(&c.column)).collect::<Result<_, _>>()?,
         })
     }
 
@@ -183,6 +198,7 @@ impl<'a> FoundConditions<'a> {
             velocity: numbers(&self.velocity, mapped.velocity.columns())?,
             acceleration: numbers(&self.acceleration, mapped.acceleration.columns())?,
             direction: self.direction.iter().map(direction).collect::<Result<_, _>>()?,
+            further: self.further.iter().map(|column| number(*column)).collect::<Result<_, _>>()?,
         })
     }
 }
@@ -219,6 +235,7 @@ pub(crate) fn mean_conditions(rows: &[&Conditions]) -> Conditions {
         velocity: means(&|row| &row.velocity),
         acceleration: means(&|row| &row.acceleration),
         direction: rows.first().map_or_else(Vec::new, |row| row.direction.clone()),
+        further: means(&|row| &row.further),
     }
 }
 
@@ -240,6 +257,7 @@ mod tests {
             velocity: MotionSource::Columns(vec![column("v", ConditionUnit::ANGULAR_VELOCITY[1]); 2]),
             acceleration: MotionSource::Unknown,
             direction: vec!["d".to_owned()],
+            further: vec![FurtherColumn { name: "pressure".into(), column: "p".into() }],
         };
         let table = Table::parse(Path::new("a.csv"), text.as_bytes(), CsvFormat::default())
             .map_err(|error| error.to_string())?;
@@ -249,11 +267,11 @@ mod tests {
 
     #[test]
     fn conditions_are_in_si_units() {
-        let poses = read("t,T,v,d\n1500,293.15,180,-1\n").unwrap();
+        let poses = read("t,T,v,d,p\n1500,293.15,180,-1,2.5\n").unwrap();
         assert_eq!(poses[0].time, Some(1.5));
         assert_eq!(poses[0].temperature, [20.0, 20.0]);
         assert_eq!(poses[0].velocity, [std::f64::consts::PI; 2]);
-        assert_eq!(poses[0].direction, [-1.0]);
+        assert_eq!((&poses[0].direction[..], &poses[0].further[..]), (&[-1.0][..], &[2.5][..]));
     }
 
     #[test]
@@ -280,18 +298,21 @@ mod tests {
 
     #[test]
     fn what_is_missing_or_no_direction_is_told() {
-        let missing = read("t,T,v,d\n1,293,,1\n").unwrap_err();
+        let missing = read("t,T,v,d,p\n1,293,,1,0\n").unwrap_err();
         assert!(missing.starts_with("a.csv:2: column `v`: the cell is empty"), "{missing}");
-        let direction = read("t,T,v,d\n1,293,0,0.5\n").unwrap_err();
+        let direction = read("t,T,v,d,p\n1,293,0,0.5,0\n").unwrap_err();
         assert!(direction.contains("column `d`: expected 1 (rising), -1 (falling) or 0 (not known), found 0.5"));
+        let empty = read("t,T,v,d,p\n1,293,0,1,\n").unwrap_err();
+        assert!(empty.starts_with("a.csv:2: column `p`: the cell is empty"), "{empty}");
         assert!(read("t,T,v\n1,293,0\n").unwrap_err().contains("there is no column `d`"));
     }
 
     #[test]
     fn rows_of_one_standstill_have_the_mean_of_their_conditions() {
-        let rows = read("t,T,v,d\n1000,293.15,0,1\n2000,295.15,0,1\n").unwrap();
+        let rows = read("t,T,v,d,p\n1000,293.15,0,1,3\n2000,295.15,0,1,4\n").unwrap();
         let mean = mean_conditions(&rows.iter().collect::<Vec<_>>());
         assert_eq!((mean.time, mean.temperature, mean.direction), (Some(1.5), vec![21.0; 2], vec![1.0]));
+        assert_eq!(mean.further, [3.5]);
         assert_eq!(mean_conditions(&[&Conditions::default()]), Conditions::default());
     }
 }

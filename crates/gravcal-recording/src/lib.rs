@@ -76,7 +76,9 @@ mod write_table;
 mod write_temporary;
 
 pub use columns::is_saturated;
-pub use conditions::{ConditionColumn, ConditionColumns, ConditionUnit, Conditions, MotionSource, Slope};
+pub use conditions::{
+    ConditionColumn, ConditionColumns, ConditionUnit, Conditions, FurtherColumn, MotionSource, Slope,
+};
 pub use csv_lines::CsvWriting;
 pub use digest::{Digest, DigestError};
 pub use earlier::{

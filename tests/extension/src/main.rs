@@ -7,5 +7,5 @@ use std::process::ExitCode;
 static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 
 fn main() -> ExitCode {
-    gravcal_cli::run(&gravcal_extension::registry())
+    gravcal_cli::main(std::env::args_os(), &gravcal_extension::registry()).into()
 }

@@ -14,6 +14,7 @@ pub(super) struct Columns {
     pub velocities: Vec<Option<usize>>,
     pub temperature: Vec<Option<usize>>,
     pub direction: Vec<Option<usize>>,
+    pub further: Vec<Option<usize>>,
 }
 
 impl Columns {
@@ -34,6 +35,7 @@ impl Columns {
             velocities: (0..joints).map(velocity).collect(),
             temperature: mapping.conditions.temperature.iter().map(|mapped| place(&mapped.column)).collect(),
             direction: mapping.conditions.direction.iter().map(|column| place(column)).collect(),
+            further: mapping.conditions.further.iter().map(|mapped| place(&mapped.column)).collect(),
         }
     }
 
@@ -50,7 +52,8 @@ impl Columns {
             MotionSource::Unknown | MotionSource::Slope(_) => &[],
         };
         let velocities = velocities.iter().map(|mapped| mapped.column.as_str()).zip(&self.velocities);
-        let mut all = positions.chain(torques).chain(temperature).chain(direction).chain(velocities);
+        let further = mapping.conditions.further.iter().map(|mapped| mapped.column.as_str()).zip(&self.further);
+        let mut all = positions.chain(torques).chain(temperature).chain(direction).chain(velocities).chain(further);
         all.find(|(_, place)| place.is_none()).map(|(name, _)| name)
     }
 }

@@ -104,6 +104,7 @@ impl<'a> Application<'a> {
                 velocity: vec![f64::NAN; joints],
                 acceleration: Vec::new(),
                 direction: vec![f64::NAN; session.readings.conditions.direction.len()],
+                further: vec![f64::NAN; session.readings.conditions.further.len()],
             },
             friction_sign,
             saturated: vec![0; joints],
@@ -182,7 +183,9 @@ impl<'a> Application<'a> {
                 hear(last, *column, &|cell| mapped.unit.to_inside(cell));
             }
         }
-        for (last, column) in conditions.direction.iter_mut().zip(&self.columns.direction) {
+        let (directions, further) = (conditions.direction.iter_mut(), conditions.further.iter_mut());
+        let columns = self.columns.direction.iter().chain(&self.columns.further);
+        for (last, column) in directions.chain(further).zip(columns) {
             hear(last, *column, &|cell| cell);
         }
         self.friction_sign.tell(conditions);

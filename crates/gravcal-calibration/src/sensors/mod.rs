@@ -85,7 +85,7 @@
 //! | key | what it says |
 //! |---|---|
 //! | `kind` | `formula` adds to the torque reading, `position-formula` to the coordinate |
-//! | `adds` | the formula: `+ - * / ^`, `sin cos tan asin acos atan sinh cosh tanh exp ln sqrt abs sign`, `pi`; `torque coordinate position velocity direction temperature` of the joint or, as `torque[elbow]`, of another; `time`; its unknowns |
+//! | `adds` | the formula: `+ - * / ^`, `sin cos tan asin acos atan sinh cosh tanh exp ln sqrt abs sign`, `pi`; `torque coordinate position velocity direction temperature` of the joint or, as `torque[elbow]`, of another; `time`; `further[oil]` of a column that `readings.further = { oil = "p_oil" }` names; its unknowns |
 //! | `unknowns` | by name, `unit` (as the formula counts it), `limit` (standard deviation beyond which a number would mislead), `nominal` (where it starts; 0 without it) |
 //! | `parameters` | what is known of its unknowns, as for any model |
 

@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use gravcal_dynamics::JointKind;
-use gravcal_recording::TorqueUnit;
+use gravcal_recording::{FurtherColumn, TorqueUnit};
 
 use super::options::{Options, RefusedOption};
 use super::term::SensorTerm;
@@ -122,6 +122,8 @@ pub struct Site<'a> {
     /// Whether the joint's torque is read, and in which unit.
     pub(crate) reads_torque: bool,
     torque_unit: &'static str,
+    /// Further columns that the session names.
+    further: &'a [FurtherColumn],
     /// Nominal gains of its sensors.
     torque_gain: f64,
     position_gain: f64,
@@ -141,9 +143,30 @@ impl<'a> Site<'a> {
             kinds,
             reads_torque: knowledge.torque_unit.is_some(),
             torque_unit: knowledge.torque_unit.map_or("", TorqueUnit::name),
+            further: &[],
             torque_gain: knowledge.of(Quantity::TorqueGain).nominal,
             position_gain: knowledge.of(Quantity::PositionGain).nominal,
         }
+    }
+
+    /// The same where a session names further columns.
+    pub(crate) fn with_further_columns(self, further: &'a [FurtherColumn]) -> Site<'a> {
+        Site { further, ..self }
+    }
+
+    /// The place of the column that a session calls so in `readings.further`.
+    ///
+    /// # Errors
+    /// It names none; the message says what to do.
+    pub fn further_column(&self, name: &str) -> Result<usize, String> {
+        self.further.iter().position(|known| known.name == name).ok_or_else(|| {
+            let known: Vec<&str> = self.further.iter().map(|known| known.name.as_str()).collect();
+            let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
+            format!(
+                "there is no further column `{name}`; the session names {known}: add readings.further = {{ {name} = \"…\" }}, the \
+                 name of a column"
+            )
+        })
     }
 
     /// Index of the joint.

@@ -129,7 +129,8 @@ fn insert(list: &mut Vec<usize>, joint: usize) {
     }
 }
 
-/// What a term may read in one pose. Joints are counted as in the robot; of a joint that there is not, everything is NaN.
+/// What a term may read in one pose. Joints are counted as in the robot; torques, coordinates and positions of a joint that there is not
+/// are NaN, as are further columns.
 #[derive(Clone, Copy)]
 pub struct Moment<'a, N = f64> {
     torque: &'a [f64],
@@ -223,6 +224,11 @@ impl<N: Number> Moment<'_, N> {
     /// rad/s or m/s of a joint; 0 where it is not known.
     pub fn velocity(&self, joint: usize) -> f64 {
         self.conditions.velocity.get(joint).copied().unwrap_or(0.0)
+    }
+
+    /// The number of a further column, by its place: see [`Site::further_column`](super::Site::further_column).
+    pub fn further(&self, place: usize) -> f64 {
+        entry(&self.conditions.further, place)
     }
 
     /// From which side a joint came, or which way it moves: 1, 0 or −1; 0 where neither is known.

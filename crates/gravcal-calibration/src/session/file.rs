@@ -25,13 +25,14 @@
 //! # order: or "wxyz", or none for the nine columns of a matrix, row by row; rotation: or "body-from-base"
 //! sweep_column = "sweep"                     # optional: labels of sweeps
 //! merge_repeated_rows = false                # optional: rows of one standstill become one pose
-//! time = { column = "t", unit = "s" }        # these five where a sensor's model or `select` needs them: one clock for all tables
+//! time = { column = "t", unit = "s" }        # these where a sensor's model or `select` needs them: one clock for all tables
 //! # or unit = "ISO 8601", where cells are dates with times such as 2024-05-01T12:00:00.010Z
 //! temperature = { columns = "T", unit = "degC" }                  # one for all joints, or a list
 //! velocity = { columns = ["dq1", "dq2"], unit = "deg/s" }
 //! # or velocity = { slope_over_s = 0.1 }: of the straight line through the positions that near in time (of the whole width)
 //! acceleration = { slope_over_s = 0.1 }      # the same of the velocities; or columns with unit = "rad/s²"
 //! direction = { columns = ["d1", "d2"] }     # from which side the joint came: 1 rising, -1 falling, 0 not known
+//! further = { oil = "p_oil" }                # columns that only models of sensors know: further[oil] in a formula
 //!
 //! [readings.select]                          # optional: which readings of an arm in motion count
 //! # a row counts where every joint keeps to this: each one's motion is felt in all torques

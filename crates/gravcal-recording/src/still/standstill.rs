@@ -262,6 +262,7 @@ impl Unfinished {
                     velocity,
                     acceleration: Vec::new(),
                     direction: self.direction.clone(),
+                    further: Vec::new(),
                 },
                 merged: joints.clone().map(|joint| self.tested[joint].sum.count).fold(1.0, f64::max) as u32,
             },

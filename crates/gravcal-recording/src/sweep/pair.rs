@@ -112,6 +112,7 @@ impl SweptBin {
                 velocity: vec![0.0; up.conditions.velocity.len()],
                 acceleration: Vec::new(),
                 direction: direction.collect(),
+                further: Vec::new(),
             },
             merged: up.merged + down.merged,
         }
@@ -263,6 +264,7 @@ impl Maker<'_> {
                 velocity: joints.map(|joint| if joint == self.joint { speed } else { 0.0 }).collect(),
                 acceleration: Vec::new(),
                 direction,
+                further: Vec::new(),
             },
             merged: bins.iter().map(|bin| bin.ends[self.joint].1).sum::<f64>() as u32,
         };

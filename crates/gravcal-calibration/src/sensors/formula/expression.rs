@@ -18,7 +18,7 @@ use gravcal_estimation::Number;
 use gravcal_recording::nearest_name;
 use thiserror::Error;
 
-use crate::sensors::{Moment, Need, Reads};
+use crate::sensors::{Moment, Need, Reads, Site};
 
 /// Parts that a formula may have: trees are walked by recursion.
 const MOST_PARTS: usize = 500;
@@ -35,9 +35,8 @@ pub(super) struct FormulaError {
 /// What names mean.
 pub(super) struct Vocabulary<'a> {
     pub parameters: &'a [&'a str],
-    pub joints: &'a [&'a str],
-    /// The joint that is meant where none is named.
-    pub own: usize,
+    /// The joint that is meant where none is named, and all others.
+    pub site: &'a Site<'a>,
 }
 
 /// A formula.
@@ -45,6 +44,7 @@ pub(super) struct Vocabulary<'a> {
 pub(super) enum Expression {
     Number(f64),
     Parameter(usize),
+    /// Of a joint, or a further column.
     Variable(Variable, usize),
     Negative(Box<Expression>),
     Both(Operation, Box<[Expression; 2]>),
@@ -60,7 +60,7 @@ pub(super) enum Operation {
     Power,
 }
 
-/// What a pose says, of a joint.
+/// What a pose says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Variable {
     Torque,
@@ -70,6 +70,7 @@ pub(super) enum Variable {
     Direction,
     Temperature,
     Time,
+    Further,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,11 +119,12 @@ const FUNCTIONS: [(&str, Function); 14] = [
 ];
 
 const CONSTANT: &str = "pi";
+const FURTHER: &str = "further";
 
 /// Whether a name has a meaning of its own, which no parameter may have.
 pub(super) fn is_taken(name: &str) -> bool {
     let variable = VARIABLES.iter().any(|(known, _)| *known == name);
-    variable || FUNCTIONS.iter().any(|(known, _)| *known == name) || name == CONSTANT
+    variable || FUNCTIONS.iter().any(|(known, _)| *known == name) || [CONSTANT, FURTHER].contains(&name)
 }
 
 impl Expression {
@@ -169,7 +171,7 @@ impl Expression {
             reads = match variable {
                 Variable::Torque => known.torque(*joint),
                 Variable::Coordinate => known.coordinate(*joint),
-                Variable::Position => known,
+                Variable::Position | Variable::Further => known,
                 Variable::Velocity => known.condition(Need::Velocity),
                 Variable::Direction => known.condition(Need::Direction),
                 Variable::Temperature => known.condition(Need::Temperature),
@@ -224,6 +226,7 @@ impl Variable {
             Variable::Direction => N::from(at.direction(joint)),
             Variable::Temperature => N::from(at.temperature(joint).unwrap_or(f64::NAN)),
             Variable::Time => N::from(at.time()),
+            Variable::Further => N::from(at.further(joint)),
         }
     }
 }
@@ -259,7 +262,7 @@ struct Reader<'a> {
     parts: usize,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
     fn sum(&mut self) -> Result<Expression, FormulaError> {
         let mut left = self.product()?;
         loop {
@@ -349,32 +352,42 @@ impl Reader<'_> {
         }
         match name {
             CONSTANT => Ok(Expression::Number(PI)),
+            FURTHER => {
+                let Some((start, name)) = self.in_square_brackets()? else { return Err(self.expected("`[`")) };
+                let place = self.vocabulary.site.further_column(name);
+                Ok(Expression::Variable(Variable::Further, place.map_err(|message| self.error_at(start, message))?))
+            }
             _ => Err(self.unknown(start, name)),
         }
     }
 
     /// The joint in square brackets, if there are any.
     fn joint(&mut self) -> Result<usize, FormulaError> {
+        let site = self.vocabulary.site;
+        let Some((start, name)) = self.in_square_brackets()? else { return Ok(site.joint()) };
+        let message = || format!("there is no joint `{name}`; the joints are {}", site.joint_names().join(", "));
+        site.joint_named(name).ok_or_else(|| self.error_at(start, message()))
+    }
+
+    /// A name in square brackets, if there are any, and where it begins.
+    fn in_square_brackets(&mut self) -> Result<Option<(usize, &'a str)>, FormulaError> {
         if !self.take('[') {
-            return Ok(self.vocabulary.own);
+            return Ok(None);
         }
-        let start = self.offset();
+        let (start, text) = (self.offset(), self.text);
         while self.rest.next_if(|(_, letter)| *letter != ']').is_some() {}
-        let name = self.text[start..self.offset()].trim();
-        if !self.take(']') {
-            return Err(self.expected("`]`"));
+        let name = text[start..self.offset()].trim();
+        match self.take(']') {
+            true => Ok(Some((start, name))),
+            false => Err(self.expected("`]`")),
         }
-        let joints = self.vocabulary.joints;
-        let place = joints.iter().position(|joint| *joint == name);
-        let message = || format!("there is no joint `{name}`; the joints are {}", joints.join(", "));
-        place.ok_or_else(|| self.error_at(start, message()))
     }
 
     fn unknown(&self, start: usize, name: &str) -> FormulaError {
         let own = self.vocabulary.parameters.iter().copied();
         let variables = VARIABLES.iter().map(|(known, _)| *known);
         let functions = FUNCTIONS.iter().map(|(known, _)| *known);
-        let known: Vec<&str> = own.chain(variables).chain(functions).chain([CONSTANT]).collect();
+        let known: Vec<&str> = own.chain(variables).chain(functions).chain([CONSTANT, FURTHER]).collect();
         let near = nearest_name(name, &known).map_or_else(String::new, |near| format!(" (did you mean `{near}`?)"));
         let message = format!(
             "`{name}` has no meaning{near}; expected one of its unknowns, a variable or a function: {}",
@@ -432,21 +445,29 @@ impl Reader<'_> {
 
 #[cfg(test)]
 mod tests {
-    use gravcal_recording::Conditions;
+    use gravcal_dynamics::JointKind;
+    use gravcal_recording::{Conditions, FurtherColumn};
 
     use super::*;
+    use crate::testing::sarcos_shoulder;
 
-    const WORDS: Vocabulary<'static> = Vocabulary { parameters: &["a", "b"], joints: &["hip", "knee"], own: 1 };
+    fn read(text: &str) -> Result<Expression, FormulaError> {
+        let further = ["oil", "current"].map(|name| FurtherColumn { name: name.into(), column: name.into() });
+        let joints = sarcos_shoulder().template.joints;
+        let site = Site::new(1, &["hip", "knee"], &[JointKind::Revolute; 2], &joints[1]).with_further_columns(&further);
+        Expression::read(text, &Vocabulary { parameters: &["a", "b"], site: &site })
+    }
 
     fn value(text: &str) -> f64 {
         let conditions = Conditions {
             time: Some(7.0),
             temperature: vec![20.0, 30.0],
             velocity: vec![0.5, -0.25],
+            further: vec![0.25, 8.0],
             ..Conditions::default()
         };
         let at = Moment::new(&[10.0, 11.0], &[0.1, 0.2], &[1.0, 2.0], &conditions);
-        Expression::read(text, &WORDS).unwrap().value(&at, &[3.0, 5.0])
+        read(text).unwrap().value(&at, &[3.0, 5.0])
     }
 
     #[test]
@@ -464,6 +485,7 @@ mod tests {
             ("torque + torque[hip] + coordinate + position[ hip ]", 11.0 + 10.0 + 0.2 + 1.0),
             ("time + temperature + temperature[hip] + direction", 7.0 + 30.0 + 20.0 - 1.0),
             ("sqrt(exp(ln(4)))", 2.0),
+            ("further[current] / further[oil]", 32.0),
         ];
         for (text, expected) in cases {
             assert!((value(text) - expected).abs() < 1e-12, "{text}: {}", value(text));
@@ -472,7 +494,7 @@ mod tests {
 
     #[test]
     fn what_is_read_is_found() {
-        let reads = |text: &str| Expression::read(text, &WORDS).unwrap().reads();
+        let reads = |text: &str| read(text).unwrap().reads();
         let expected = Reads::positions().torque(1).torque(0).coordinate(1).condition(Need::Time);
         assert_eq!(reads("torque * torque[hip] + sin(coordinate) * time"), expected);
         assert_eq!(reads("a * position"), Reads::positions());
@@ -480,7 +502,7 @@ mod tests {
 
     #[test]
     fn errors_name_the_column_and_what_was_expected() {
-        let message = |text: &str| Expression::read(text, &WORDS).unwrap_err().to_string();
+        let message = |text: &str| read(text).unwrap_err().to_string();
         let operand = "expected a number, a name, `-` or `(`, found";
         assert_eq!(message(""), format!("column 1: {operand} the end"));
         assert_eq!(message("a * * b"), format!("column 5: {operand} `*`"));
@@ -492,13 +514,18 @@ mod tests {
         assert_eq!(message("ä + a"), message("ö + a").replace('ö', "ä"));
         assert!(message("a + veloctiy").starts_with("column 5: `veloctiy` has no meaning (did you mean `velocity`?)"));
         assert_eq!(message("torque[foot]"), "column 8: there is no joint `foot`; the joints are hip, knee");
+        assert!(
+            message("further[gas]")
+                .starts_with("column 9: there is no further column `gas`; the session names oil, current")
+        );
+        assert_eq!(message("further"), "column 8: expected `[`, found the end");
         assert_eq!(message("torque[hip"), "column 11: expected `]`, found the end");
     }
 
     #[test]
     fn a_formula_too_deep_or_long_to_walk_is_refused() {
         for text in ["(".repeat(100_000), "-".repeat(100_000), vec!["1"; 100_000].join("+"), "sin(".repeat(100_000)] {
-            let error = Expression::read(&text, &WORDS).unwrap_err();
+            let error = read(&text).unwrap_err();
             assert!(error.message.contains("more than 500 parts"), "{error}");
         }
     }

@@ -10,7 +10,7 @@
 //!
 //! `adds` is what comes to the torque reading, in its unit (`position-formula`: to the coordinate, rad or m). Known are `torque`,
 //! `coordinate`, `position` (the reading), `velocity`, `direction`, `temperature` of the joint or, as `torque[elbow]`, of another, and
-//! `time`; the constant `pi`; + - * / ^; and `sin` and its like. Its unknowns have the unit in which the formula counts them; `limit` is
+//! `time`, and `further[oil]`, a column that `readings.further = { oil = "p_oil" }` names; the constant `pi`; + - * / ^; and `sin` and its like. Its unknowns have the unit in which the formula counts them; `limit` is
 //! the standard deviation beyond which a number would mislead. What is known of them goes under `parameters`, as for any model.
 
 mod expression;
@@ -84,7 +84,7 @@ impl SensorModel for Formula {
         };
         let parameters = unknowns.iter().map(parameter).collect::<Result<Vec<_>, RefusedOption>>()?;
         let names: Vec<&str> = unknowns.iter().map(|(name, _)| *name).collect();
-        let vocabulary = Vocabulary { parameters: &names, joints: site.joint_names(), own: site.joint() };
+        let vocabulary = Vocabulary { parameters: &names, site };
         let expression =
             Expression::read(text, &vocabulary).map_err(|error| RefusedOption::new("adds", error.to_string()))?;
         if let Some(place) = (0..names.len()).find(|place| !expression.has_parameter(*place)) {

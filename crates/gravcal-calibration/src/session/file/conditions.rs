@@ -1,8 +1,10 @@
-//! `readings.time`, `.temperature`, `.velocity`, `.acceleration`, `.direction`: the conditions that models of sensors and the
+//! `readings.time`, `.temperature`, `.velocity`, `.acceleration`, `.direction`, `.further`: the conditions that models of sensors and the
 //! choice of readings need.
 
+use std::collections::BTreeMap;
+
 use gravcal_dynamics::JointKind;
-use gravcal_recording::{ConditionColumn, ConditionColumns, ConditionUnit, MotionSource, Slope};
+use gravcal_recording::{ConditionColumn, ConditionColumns, ConditionUnit, FurtherColumn, MotionSource, Slope};
 use serde::Deserialize;
 
 use super::context::Context;
@@ -69,13 +71,15 @@ pub(super) struct DirectionTable {
     columns: Vec<String>,
 }
 
-/// The five as they stand in `[readings]`.
+/// Those as they stand in `[readings]`.
 pub(super) struct Written<'a> {
     pub time: Option<&'a TimeTable>,
     pub temperature: Option<&'a ConditionTable>,
     pub velocity: Option<&'a MotionTable>,
     pub acceleration: Option<&'a MotionTable>,
     pub direction: Option<&'a DirectionTable>,
+    /// Names of columns, by what models call them.
+    pub further: &'a BTreeMap<String, String>,
 }
 
 /// What they come to. One column of temperatures for all joints is also that of each of so many instruments, whose follow those of
@@ -112,7 +116,12 @@ pub(super) fn resolve(
         velocity: velocity.transpose()?.unwrap_or_default(),
         acceleration: acceleration.transpose()?.unwrap_or_default(),
         direction: direction.transpose()?.unwrap_or_default(),
+        further: written.further.iter().map(further).collect(),
     })
+}
+
+fn further((name, column): (&String, &String)) -> FurtherColumn {
+    FurtherColumn { name: name.clone(), column: column.clone() }
 }
 
 /// Units in which the speed of a joint may be given.

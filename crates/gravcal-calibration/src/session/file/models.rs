@@ -29,7 +29,8 @@ pub(super) fn resolve(
     order.sort_by_key(|joint| said[*joint].place().unwrap_or(usize::MAX));
     for joint in order {
         let Some(Entry { value: models, field, of_all, .. }) = said[joint].sensor_models() else { continue };
-        let site = Site::new(joint, &context.joint_names, &kinds, &joints[joint]);
+        let site = Site::new(joint, &context.joint_names, &kinds, &joints[joint])
+            .with_further_columns(&mapping.conditions.further);
         // What is said of all joints is of those that have such a sensor.
         let passed_over = |model: &dyn SensorModel| of_all && model.side() == Side::Torque && !site.reads_torque;
         let knows = |need| knows(mapping, motion, need);

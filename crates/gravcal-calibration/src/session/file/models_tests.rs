@@ -123,6 +123,20 @@ fn a_formula_that_is_wrong_is_refused_by_its_column() {
 }
 
 #[test]
+fn a_formula_may_read_a_further_column() {
+    let said = "{ kind = 'formula', adds = 'a * further[oil]', unknowns = { a = { unit = 'count', limit = 1 } } }";
+    let none =
+        "adds: column 13: there is no further column `oil`; the session names none: add readings.further = { oil = ";
+    assert_refused(ELBOW, &with_models(said), &format!("15: joint[0].sensor_models[0].{none}"));
+    let with_models = with_models(said);
+    let further = |column: &str| format!("{TORQUE}\nfurther = {{ oil = '{column}' }}");
+    let session = read(&[("session.toml", TORQUE, &further("q1")), ("session.toml", ELBOW, &with_models)]).unwrap();
+    assert_eq!(session.poses[1].conditions.further, [90.0]);
+    let missing = read(&[("session.toml", TORQUE, &further("p")), ("session.toml", ELBOW, &with_models)]).unwrap_err();
+    assert!(missing.to_string().contains("there is no column `p`"), "{missing}");
+}
+
+#[test]
 fn a_formula_names_its_unknowns_and_what_is_known_of_them() {
     let said = "{ kind = 'formula', adds = 'a * sin(n * position[shoulder])', \
                 unknowns = { n = { unit = '1/rad', nominal = 6, limit = 0.1 }, a = { unit = 'count', limit = 1 } }, \

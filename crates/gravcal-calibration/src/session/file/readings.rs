@@ -1,5 +1,7 @@
 //! `[readings]`: which column of the tables is which reading, in which unit, and how noisy.
 
+use std::collections::BTreeMap;
+
 use gravcal_recording::{MappingError, PoseMapping, PositionColumn, ReadingColumn, TorqueUnit};
 use serde::Deserialize;
 
@@ -52,6 +54,12 @@ pub(super) struct ReadingsTable {
     ///
     /// Example: `direction = { columns = ["d1", "d2"] }`
     direction: Option<DirectionTable>,
+    /// Columns that only models of sensors know, by what these call them.
+    ///
+    /// Default: none.
+    /// Example: `further = { oil = "p_oil" }`
+    #[serde(default)]
+    further: BTreeMap<String, String>,
     /// Which readings of an arm in motion count.
     ///
     /// Default: all.
@@ -137,7 +145,13 @@ pub(super) fn mapping(
         velocity: table.velocity.as_ref(),
         acceleration: table.acceleration.as_ref(),
         direction: table.direction.as_ref(),
+        further: &table.further,
     };
+    if !table.further.is_empty() && (table.still.is_some() || table.sweeps.is_some()) {
+        let message = "further columns are read from tables of static poses, and not from recordings in motion: delete this, or \
+                       readings.still and readings.sweeps";
+        return Err(context.document.error(&Field::new("readings").key("further"), message));
+    }
     let orientation = table.orientation.as_ref().map(|table| orientation::resolve(context.document, table));
     let mapping = PoseMapping {
         positions: positions(context, table.position.as_ref())?,
