@@ -12,6 +12,7 @@ mod work;
 
 use std::ffi::OsString;
 
+use gravcal_calibration::Registry;
 use pyo3::prelude::*;
 
 /// As in the program: what one computes the other does, in the same time.
@@ -21,7 +22,7 @@ static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
 /// Runs the program with these arguments, its own name first; gives its exit code.
 #[pyfunction]
 fn run_program(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
-    py.detach(|| gravcal_cli::main(arguments))
+    py.detach(|| gravcal_cli::main(arguments, &Registry::standard()))
 }
 
 #[pymodule]

@@ -9,7 +9,7 @@ use gravcal_calibration::check::check;
 use gravcal_calibration::document::Document;
 use gravcal_calibration::session as calibration_session;
 use gravcal_calibration::session::SessionError;
-use gravcal_calibration::{EstimatorName, robot};
+use gravcal_calibration::{EstimatorName, Registry, robot};
 use gravcal_cli::{Choice, Phase, Stopwatch};
 use gravcal_recording::{Memory, Numbers};
 use gravcal_report::{CheckTable, check_json};
@@ -77,7 +77,7 @@ impl Session {
     #[staticmethod]
     #[pyo3(signature = (path, progress=None))]
     fn read(py: Python<'_>, path: PathBuf, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Session> {
-        let read = |watch: &Watch<'_>| calibration_session::Session::read_watched(&path, watch);
+        let read = |watch: &Watch<'_>| calibration_session::Session::read_watched(&path, &Registry::standard(), watch);
         let read = Session::of(py, &path, progress, read)?;
         read.map_err(|error| session_error(py, &error, false))
     }
@@ -101,7 +101,9 @@ impl Session {
             let cells = cells.as_array().iter().copied().collect();
             memory = memory.with(name, Numbers::new(columns, cells).map_err(|error| bad_input(py, &error))?);
         }
-        let read = |watch: &Watch<'_>| calibration_session::Session::in_memory(&document, &memory, watch);
+        let read = |watch: &Watch<'_>| {
+            calibration_session::Session::in_memory(&document, &Registry::standard(), &memory, watch)
+        };
         let read = Session::of(py, path, progress, read)?;
         read.map_err(|error| session_error(py, &error, true))
     }

@@ -37,11 +37,12 @@ mod tests {
         }
     }
 
+    fn task(values: &[(&str, usize)]) -> Option<Shard> {
+        of_task(|name| values.iter().find(|(own, _)| *own == name).map(|(_, value)| *value))
+    }
+
     #[test]
     fn a_task_of_an_array_has_its_share() {
-        let task = |values: &'static [(&str, usize)]| {
-            of_task(|name| values.iter().find(|(own, _)| **own == *name).map(|(_, value)| *value))
-        };
         let (id, count, min) = ("SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_COUNT", "SLURM_ARRAY_TASK_MIN");
         assert_eq!(task(&[(id, 0), (count, 3), (min, 0)]), Some(Shard { number: 1, of: 3 }));
         assert_eq!(task(&[(id, 7), (count, 3), (min, 5)]), Some(Shard { number: 3, of: 3 }));

@@ -3,10 +3,12 @@
 use std::f64::consts::PI;
 use std::fs;
 
+use crate::Registry;
 use gravcal_estimation::{Loss, LossName};
 use gravcal_recording::{Conditions, Memory, Numbers, PositionUnit, Reading, TorqueUnit};
 use tempfile::TempDir;
 
+use crate::Registry;
 use crate::document::Document;
 use crate::parameter::Quantity;
 use crate::session::{
@@ -137,7 +139,7 @@ fn recordings_in_memory_are_as_good_as_files() {
     let path = |name: &str| folder.path().join(name);
     fs::write(path("robot.toml"), ROBOT).unwrap();
     let document = Document::of(&path("memory"), SESSION.replace(label.1, label.2)).unwrap();
-    let in_memory = |memory: &Memory| Session::in_memory(&document, memory, &|_, _| {});
+    let in_memory = |memory: &Memory| Session::in_memory(&document, &Registry::standard(), memory, &|_, _| {});
     let memory = Memory::default().with(path("a.csv"), numbers(A)).with(path("b.csv"), numbers(B));
     let session = in_memory(&memory).unwrap();
     // Rows in memory have no header.
