@@ -247,6 +247,46 @@ pub enum ReadError {
         /// What seemed to be one, and why it is none.
         rejected: Vec<String>,
     },
+    /// Windows of an arm in motion need times that rise.
+    #[error(
+        "{}: row {row}: the clock runs backwards, from {before:.6} to {after:.6} s, and speeds cannot be told; sort the rows by time, or split \
+         the recording where the clock was set",
+        path.display()
+    )]
+    ClockRunsBackwards {
+        /// The file.
+        path: PathBuf,
+        /// Which row.
+        row: u64,
+        /// Time of the row before, s.
+        before: f64,
+        /// Its own time, s.
+        after: f64,
+    },
+    /// Samples are too rare for windows of an arm in motion.
+    #[error(
+        "{}: its rows are {interval:.3} s apart (the median), too far for windows of {length} s; record faster, or take longer windows for \
+         slower motions: readings.motion = {{ window_s = {least:.2} }}",
+        path.display()
+    )]
+    TooSlowForWindows {
+        /// The file.
+        path: PathBuf,
+        /// Median time from row to row, s.
+        interval: f64,
+        /// Length of a window, s.
+        length: f64,
+        /// The shortest that would do, s.
+        least: f64,
+    },
+    /// No part of a recording is as long as a window.
+    #[error("{}: it has no {length} s without an interruption, which is one window; record longer", path.display())]
+    ShorterThanWindow {
+        /// The file.
+        path: PathBuf,
+        /// Length of a window, s.
+        length: f64,
+    },
     /// A position reading is missing.
     #[error("{place}: the position is missing, and every torque depends on every position; delete the row")]
     NoPosition {

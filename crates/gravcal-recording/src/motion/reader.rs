@@ -81,6 +81,11 @@ impl<'a> Reader<'a> {
         }
     }
 
+    /// Whether times are what the mapping says.
+    pub fn check_dates(&self) -> Result<(), ReadError> {
+        self.channels.check_dates(self.path, self.rows)
+    }
+
     /// Whether every column was there, at the end at least.
     pub fn check_columns(&self) -> Result<(), ReadError> {
         match self.channels.missing() {

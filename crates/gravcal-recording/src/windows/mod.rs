@@ -1,0 +1,168 @@
+//! An arm in motion as windows: weighted means of what the sensors read and of what the model says, over the same moments.
+//!
+//! The torque of an arm in motion depends on angles, velocities and accelerations, and only angles are read well. Whoever filters angles
+//! and torques apart compares what belongs to different moments. So nothing is filtered before the model has been asked:
+//!
+//! ```text
+//!     y_w = Σ_t h(t) y(t),   ŷ_w = Σ_s h(s) ŷ(θ(s), θ̇(s), θ̈(s)),      h(t) ∝ 1 + cos(2π (t − t_w)/L),   Σ h = 1
+//! ```
+//!
+//! `t` are the moments at which the torque was sampled (each weighs as much as the time that it stands for), `s` moments, 16 steps a window: the
+//! sum over a Hann window is then as good as the integral for all that is slower than `14/L`. A window of an arm that stands *is* a static pose, and its
+//! torque that of the pose. Windows follow each other by `L/6.4`, a quarter of the period of their cut-off `1.6/L`.
+//!
+//! 1. Rows that repeat the one before are dropped, and the clock is found ([`clock`]): recorders stamp late, or round.
+//! 2. Where nothing is recorded for long, the recording falls into runs; no window goes over that.
+//! 3. In each run a spline smooths the positions of each joint, as firmly as is most likely ([`spline`]), and tells velocities and accelerations.
+//! 4. Windows ([`hann`]).
+//!
+//! What a joint reads besides goes through the same window: the mean of the sign of its motion (`direction`), of its velocity, of its acceleration.
+//!
+//! The recording is read once. Positions and torques are kept until the smoothing is done, 8 bytes a number.
+
+mod clock;
+mod hann;
+mod spline;
+#[cfg(test)]
+mod tests;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::error::ReadError;
+use crate::mapping::PoseMapping;
+use crate::motion::channels::Channels;
+use crate::motion::reader::{Part, Reader};
+use crate::pose::StaticPose;
+use crate::rows::Rows;
+use clock::Recorded;
+
+pub use clock::Clock;
+
+/// How a recording becomes windows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WindowRule {
+    /// Length of a window, s.
+    pub length: f64,
+    /// Speed above which a joint moves, in each joint's position reading per second: below, friction has no known sign.
+    pub moving: Vec<f64>,
+    /// The part of the recording that counts.
+    pub part: Part,
+}
+
+/// The windows of a recording.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MotionWindows {
+    /// In the order of the recording.
+    pub found: Vec<MotionWindow>,
+    /// Which times were believed.
+    pub clock: Clock,
+    /// From sample to sample, s, on the median.
+    pub interval: f64,
+    /// Of each joint, what is left between its positions and the spline, in its position reading: standard deviation.
+    pub position_noise: Vec<f64>,
+    /// Rows that say the same as the row before, and were left out.
+    pub repeated: u64,
+    /// Rows without a time, left out.
+    pub without_time: u64,
+    /// How often nothing was recorded for long.
+    pub interruptions: u64,
+}
+
+/// One window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionWindow {
+    /// Its means as if it were a standstill: torques, positions, conditions.
+    pub pose: StaticPose,
+    /// How the arm moved in it.
+    pub course: Arc<Course>,
+    /// First and last moment, s, on the recording's clock.
+    pub interval: [f64; 2],
+    /// Of each joint, by how much of the window's weight it did not move.
+    pub resting: Vec<f64>,
+}
+
+/// How an arm moved in a window.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// In order; their weights sum to 1.
+    pub samples: Vec<MotionSample>,
+}
+
+/// A moment of an arm in motion, by the joints' position readings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MotionSample {
+    /// Share of the window.
+    pub weight: f64,
+    /// rad, m, or the sensor's own unit.
+    pub position: Vec<f64>,
+    /// The same per second.
+    pub velocity: Vec<f64>,
+    /// The same per second squared.
+    pub acceleration: Vec<f64>,
+}
+
+/// Fewer samples in a window than this tell no mean.
+const FEWEST: f64 = 8.0;
+
+/// Windows of a recording; see [`static_poses`](crate::static_poses) for `path` and `mapping`.
+///
+/// # Errors
+///
+/// The recording cannot be read, a column of the mapping is not in it, the mapping contradicts itself; no row has a time, the clock runs
+/// backwards, samples are too rare for such windows, or the recording is shorter than one.
+///
+/// # Panics
+///
+/// If the rule has not as many joints as the mapping.
+pub fn motion_windows(
+    path: &Path,
+    rows: &mut dyn Rows,
+    mapping: &PoseMapping,
+    rule: &WindowRule,
+) -> Result<MotionWindows, ReadError> {
+    mapping.check()?;
+    assert_eq!(rule.moving.len(), mapping.positions.len(), "one speed for each joint");
+    let mut reader = Reader::new(path, rows, Channels::new(mapping), rule.part);
+    let mut recorded = Recorded::new(reader.channels.joints, reader.channels.list.len(), reader.channels.tested());
+    while let Some((time, row)) = reader.next()? {
+        recorded.push(time, row, &reader.values).map_err(|(before, after)| ReadError::ClockRunsBackwards {
+            path: path.to_owned(),
+            row,
+            before,
+            after,
+        })?;
+    }
+    reader.check_dates()?;
+    reader.check_columns()?;
+    let path = || path.to_owned();
+    let Some(interval) = recorded.interval() else {
+        return Err(ReadError::NothingRecorded { path: path() });
+    };
+    if interval * FEWEST > rule.length {
+        return Err(ReadError::TooSlowForWindows {
+            path: path(),
+            interval,
+            length: rule.length,
+            least: FEWEST * interval,
+        });
+    }
+    let clock = recorded.find_clock();
+    let splines = spline::of_joints(&recorded, rule.length);
+    let mut windows = MotionWindows {
+        clock,
+        interval,
+        position_noise: splines.noise.clone(),
+        repeated: recorded.repeated,
+        without_time: reader.without_time,
+        interruptions: splines.runs.len().saturating_sub(1) as u64,
+        found: Vec::new(),
+    };
+    for run in &splines.runs {
+        hann::windows(&recorded, run, &reader.channels, rule, &mut windows.found);
+    }
+    if windows.found.is_empty() {
+        return Err(ReadError::ShorterThanWindow { path: path(), length: rule.length });
+    }
+    Ok(windows)
+}

@@ -1,0 +1,154 @@
+//! Windows of motions that are known.
+
+use std::f64::consts::PI;
+use std::fs;
+use std::path::PathBuf;
+
+use rand::{RngExt, SeedableRng};
+use rand_distr::StandardNormal;
+use rand_pcg::Pcg64;
+
+use super::*;
+use crate::mapping::{PositionColumn, ReadingColumn};
+use crate::rows::open;
+use crate::unit::{PositionUnit, TorqueUnit};
+
+const RATE: f64 = 200.0;
+
+fn mapping() -> PoseMapping {
+    PoseMapping {
+        positions: vec![PositionColumn { column: "q".to_owned(), unit: PositionUnit::Radian }],
+        torques: vec![Some((
+            ReadingColumn { column: "tau".to_owned(), ..ReadingColumn::default() },
+            TorqueUnit::NewtonMeter,
+        ))],
+        ..PoseMapping::default()
+    }
+}
+
+fn rule() -> WindowRule {
+    WindowRule { length: 0.32, moving: vec![0.02], part: Part::default() }
+}
+
+/// Rows of time, position and torque.
+fn windows_of(rows: impl Iterator<Item = [f64; 3]>) -> Result<MotionWindows, ReadError> {
+    let folder = tempfile::tempdir().unwrap();
+    let path: PathBuf = folder.path().join("motion.csv");
+    let text: String = rows.map(|[t, q, tau]| format!("{t:.17},{q:.17},{tau:.17}\n")).collect();
+    fs::write(&path, format!("time_s,q,tau\n{text}")).unwrap();
+    motion_windows(&path, &mut *open(&path).unwrap(), &mapping(), &rule())
+}
+
+/// Position, velocity and acceleration of a smooth motion.
+fn motion(t: f64) -> [f64; 3] {
+    let part = |amplitude: f64, hz: f64, phase: f64| {
+        let (w, angle) = (2.0 * PI * hz, 2.0 * PI * hz * t + phase);
+        [amplitude * angle.sin(), amplitude * w * angle.cos(), -amplitude * w * w * angle.sin()]
+    };
+    let (a, b) = (part(0.8, 0.3, 0.1), part(0.2, 0.9, 1.0));
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+}
+
+fn times(count: usize) -> impl Iterator<Item = f64> {
+    (0..count).map(|k| k as f64 / RATE)
+}
+
+#[test]
+fn a_window_of_an_arm_that_stands_is_its_static_pose() {
+    let found = windows_of(times(400).map(|t| [t, 0.7, 12.5])).unwrap();
+    assert_eq!(found.found.len(), 34);
+    for window in &found.found {
+        assert!((window.pose.torque[0].unwrap().value - 12.5).abs() < 1e-12);
+        assert!((window.pose.position[0] - 0.7).abs() < 1e-12);
+        let weights: f64 = window.course.samples.iter().map(|sample| sample.weight).sum();
+        assert!((weights - 1.0).abs() < 1e-12);
+        for sample in &window.course.samples {
+            assert_eq!((sample.velocity[0], sample.acceleration[0]), (0.0, 0.0));
+            assert!((sample.position[0] - 0.7).abs() < 1e-15);
+        }
+        assert!((window.resting[0] - 1.0).abs() < 1e-12);
+    }
+}
+
+/// Both sides of `y = q + q̇ + q̈`.
+fn error_of_the_means(noise: f64) -> f64 {
+    let mut random = Pcg64::seed_from_u64(3);
+    let rows = times(4000).map(|t| {
+        let [q, v, a] = motion(t);
+        let drawn: f64 = random.sample(StandardNormal);
+        [t, q + noise * drawn, q + v + a]
+    });
+    let found = windows_of(rows).unwrap();
+    assert_eq!(found.clock, Clock::Stamps);
+    let squares = found.found.iter().map(|window| {
+        let of =
+            |sample: &MotionSample| sample.weight * (sample.position[0] + sample.velocity[0] + sample.acceleration[0]);
+        let model: f64 = window.course.samples.iter().map(of).sum();
+        (model - window.pose.torque[0].unwrap().value).powi(2)
+    });
+    (squares.sum::<f64>() / found.found.len() as f64).sqrt()
+}
+
+#[test]
+fn both_sides_of_a_motion_agree() {
+    let error = error_of_the_means(0.0);
+    assert!(error < 1e-4, "{error}");
+}
+
+#[test]
+fn noise_of_an_encoder_is_smoothed_away() {
+    let error = error_of_the_means(3e-4);
+    assert!(error < 0.02, "{error}");
+}
+
+#[test]
+fn stamps_that_jitter_are_not_believed() {
+    let mut random = Pcg64::seed_from_u64(4);
+    let rows: Vec<[f64; 3]> = times(2000)
+        .map(|t| {
+            let late: f64 = random.random_range(0.0..0.002);
+            [t + late, motion(t)[0], 0.0]
+        })
+        .collect();
+    let even = windows_of(rows.iter().copied()).unwrap();
+    assert!(matches!(even.clock, Clock::Even | Clock::Rounded), "{:?}", even.clock);
+    // Where rows were lost besides, they are a whole number of steps apart.
+    let lost = windows_of(rows.iter().copied().enumerate().filter(|(k, _)| k % 37 != 5).map(|(_, row)| row)).unwrap();
+    assert_eq!(lost.clock, Clock::Rounded);
+    assert!((lost.interval - 1.0 / RATE).abs() < 1e-4, "{}", lost.interval);
+}
+
+#[test]
+fn repeated_rows_are_left_out() {
+    let rows = times(4000).enumerate().map(|(k, t)| {
+        let sampled = (k / 2 * 2) as f64 / RATE;
+        [t, motion(sampled)[0], motion(sampled)[1]]
+    });
+    let found = windows_of(rows).unwrap();
+    // Nothing shows that the second row repeats the first: the arm may stand.
+    assert_eq!(found.repeated, 1999);
+    let window = &found.found[50];
+    let middle = &window.course.samples[7];
+    let [q, v, _] = motion(0.5 * (window.interval[0] + window.interval[1]));
+    assert!((middle.position[0] - q).abs() < 1e-4 && (middle.velocity[0] - v).abs() < 1e-3, "{middle:?} {q} {v}");
+}
+
+#[test]
+fn no_window_goes_over_a_gap() {
+    let rows = times(2000).filter(|t| !(4.0..4.5).contains(t)).map(|t| [t, motion(t)[0], 0.0]);
+    let found = windows_of(rows).unwrap();
+    assert_eq!(found.interruptions, 1);
+    assert!(found.found.iter().all(|window| window.interval[1] < 4.0 || window.interval[0] > 4.49));
+}
+
+#[test]
+fn clocks_that_run_backwards_and_slow_recordings_are_refused() {
+    let rows = times(400).map(|t| [if t > 1.0 { t - 0.5 } else { t }, motion(t)[0], 0.0]);
+    let error = windows_of(rows).unwrap_err().to_string();
+    assert!(error.contains("row 203: the clock runs backwards, from 1.000000 to 0.505000 s"), "{error}");
+    let rows = (0..100).map(|k| [f64::from(k) / 5.0, motion(f64::from(k) / 5.0)[0], 0.0]);
+    let error = windows_of(rows).unwrap_err().to_string();
+    assert!(error.contains("too far for windows of 0.32 s") && error.contains("window_s = 1.60"), "{error}");
+    let error = windows_of(times(30).map(|t| [t, motion(t)[0], 0.0])).unwrap_err().to_string();
+    assert!(error.contains("it has no 0.32 s without an interruption"), "{error}");
+}
