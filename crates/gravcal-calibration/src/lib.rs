@@ -53,6 +53,8 @@ mod instrumented;
 #[cfg(test)]
 mod left_out;
 #[cfg(test)]
+mod moving_arm;
+#[cfg(test)]
 mod one_sided;
 #[cfg(test)]
 mod reference;

@@ -147,6 +147,7 @@ fn arm(joints: usize, seed: u64, draw: u64) -> Result<Simulation, ChainError> {
         inertia: (0..joints).map(|joint| inertia(joint, &mut random)).collect(),
         loads: vec![a, b],
         further: Vec::new(),
+        tensors: Vec::new(),
         sweep_moments: Vec::new(),
         deflections: Vec::new(),
         at_rest: Vec::new(),

@@ -102,6 +102,7 @@ impl Supposed {
             torque: torque.iter().map(reading).collect(),
             instruments: instruments.iter().map(reading).collect(),
             conditions: self.session.poses.get(index % before).map_or_else(Default::default, |p| p.conditions.clone()),
+            course: None,
         };
         let poses: Vec<Pose> = coordinates.iter().enumerate().map(pose).collect();
         self.session.poses.extend(poses);

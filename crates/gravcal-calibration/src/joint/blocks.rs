@@ -1,6 +1,6 @@
 //! The unknowns as blocks of the joint problem.
 
-use gravcal_estimation::{Block, Manifold, ProblemBuilder};
+use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
 
 use super::at_rest;
 use super::placements::add_placements;
@@ -61,8 +61,45 @@ pub(super) fn add_blocks(
     } else {
         (inertia.collect(), Vec::new())
     };
+    let tensors = add_tensors(session, readings, start, straight, builder);
     let loads = add_placements(session, &readings.carried(session), start, with_knowledge, builder);
-    Layout { gravity, sensors, further, inertia, sweep_moments, loads, position_unknowns: Vec::new(), at_rest: None }
+    Layout {
+        gravity,
+        sensors,
+        further,
+        inertia,
+        tensors,
+        sweep_moments,
+        loads,
+        position_unknowns: Vec::new(),
+        at_rest: None,
+    }
+}
+
+/// The inertia tensors of all links and loads, where the arm moves.
+fn add_tensors(
+    session: &Session,
+    readings: &Readings,
+    start: &Unknowns,
+    straight: bool,
+    builder: &mut ProblemBuilder,
+) -> Vec<BlockId> {
+    if !session.has_windows() {
+        return Vec::new();
+    }
+    let nominal = Unknowns::nominal(session).tensors;
+    let values = if start.tensors.len() == nominal.len() { &start.tensors } else { &nominal };
+    let carried = readings.carried(session);
+    let links = session.robot.chain.links().iter().map(|link| (link.name.as_str(), true));
+    let loads = session.loads.iter().zip(carried).map(|(load, carried)| (load.name.as_str(), carried));
+    let bodies: Vec<(String, bool)> =
+        links.chain(loads).map(|(name, felt)| (format!("{name}.inertia"), felt)).collect();
+    let block = |((name, felt), value): ((String, bool), &[f64; 6])| {
+        let block = Block::vector(name, "kg·m²", &["xx", "xy", "yy", "xz", "yz", "zz"]);
+        let block = if felt && readings.any_torque(session) { block } else { block.held(NO_TORQUE) };
+        builder.add_block(if straight { block.linear() } else { block }, value)
+    };
+    bodies.into_iter().zip(values).map(block).collect()
 }
 
 fn parameter_block(parameter: &Parameter) -> Block {

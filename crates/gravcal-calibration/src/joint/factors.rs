@@ -24,7 +24,7 @@ pub(super) fn add_readings(
 ) -> Result<Vec<(usize, usize)>, NoiseError> {
     let stored = builder.initial();
     let around = Around::new(layout, stored.clone());
-    let mut models = Models::new(session, layout);
+    let mut models = Models::new(session, layout, held_positions(layout, builder));
     let mut rows = Vec::with_capacity(readings.count());
     let (mut std, mut last): (Vec<f64>, Option<(Vec<f64>, Noise)>) = (Vec::new(), None);
     for (pose, used) in readings.used.iter().enumerate().filter(|(_, used)| !used.is_empty()) {
@@ -48,6 +48,13 @@ pub(super) fn add_readings(
     Ok(rows)
 }
 
+/// Gain and offset of each joint's position sensor, where all are held.
+fn held_positions(layout: &Layout, builder: &ProblemBuilder) -> Option<Vec<[f64; 2]>> {
+    let values = builder.initial();
+    let held = |id: BlockId| builder.block(id).held.is_some().then(|| values.scalar(id));
+    layout.sensors.iter().map(|[_, _, gain, offset]| Some([held(*gain)?, held(*offset)?])).collect()
+}
+
 /// What poses share: by load, first of poses with nothing attached.
 struct Models<'s> {
     session: &'s Session,
@@ -57,7 +64,7 @@ struct Models<'s> {
 }
 
 impl<'s> Models<'s> {
-    fn new(session: &'s Session, layout: &'s Layout) -> Models<'s> {
+    fn new(session: &'s Session, layout: &'s Layout, held: Option<Vec<[f64; 2]>>) -> Models<'s> {
         let chain = Arc::new(session.robot.chain.clone());
         let loads = session.loads.iter().zip(&layout.loads).map(|(load, position)| {
             position.clone().map(|position| CarriedLoad { position, mass: load.mass, link: load.link })
@@ -71,7 +78,7 @@ impl<'s> Models<'s> {
         };
         Models {
             session,
-            torques: Torques::new(session, layout),
+            torques: Torques::new(session, layout, held),
             instruments: session.instruments.iter().map(instrument).collect(),
         }
     }

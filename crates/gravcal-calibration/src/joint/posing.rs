@@ -103,6 +103,7 @@ fn add_knowledge(
             }
         }
     }
+    add_tensor_priors(session, layout, builder)?;
     for (load, placement) in session.loads.iter().zip(&layout.loads) {
         // A load with a position of its own is tied to no other: its placement is one block.
         if let (Some(position), Some(std), Some([id])) = (load.position, load.position_std, placement.as_deref()) {
@@ -117,6 +118,21 @@ fn add_knowledge(
             let residual = LoadDistance::new([a, b], known.distance);
             let std = known.std.unwrap_or(EXACT_DISTANCE_STD);
             builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
+        }
+    }
+    Ok(())
+}
+
+/// What the robot's file says of links' inertia tensors, as well as it says their masses.
+fn add_tensor_priors(session: &Session, layout: &Layout, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
+    let InertiaKnowledge::Model { relative_std } = &session.inertia else { return Ok(()) };
+    let nominal = Unknowns::nominal(session).tensors;
+    let links = session.robot.chain.links().iter().zip(relative_std);
+    for ((id, tensor), (link, relative_std)) in layout.tensors.iter().zip(nominal).zip(links) {
+        if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {
+            let least = inertia.mass * TYPICAL_LEVER * TYPICAL_LEVER;
+            let size = f64::max(0.5 * (tensor[0] + tensor[2] + tensor[5]).abs(), least);
+            add_prior(builder, *id, tensor.to_vec(), &[relative_std * size; 6])?;
         }
     }
     Ok(())

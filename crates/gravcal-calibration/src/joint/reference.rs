@@ -64,6 +64,9 @@ pub(super) fn reference(
     for id in &layout.inertia {
         reference = reference.with(*id, &inertia);
     }
+    for id in &layout.tensors {
+        reference = reference.with(*id, &[WIDE * typical.moment * TYPICAL_LENGTH; 6]);
+    }
     for id in &layout.sweep_moments {
         reference = reference.with(*id, &vec![WIDE * typical.mass.max(typical.moment); problem.block(*id).len()]);
     }

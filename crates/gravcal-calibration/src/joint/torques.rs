@@ -8,7 +8,10 @@ use gravcal_estimation::{BlockId, Residual};
 
 use super::sweep_moments::{SweepMoments, by_sweep};
 use super::unknowns::Layout;
-use crate::residuals::{CarriedLoad, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, SweepTorque, SweepTorqueModel};
+use crate::residuals::{
+    CarriedLoad, MotionTorque, MotionTorqueModel, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, SweepTorque,
+    SweepTorqueModel,
+};
 use crate::session::{Pose, Session};
 use crate::sweeps::sweeping;
 
@@ -24,10 +27,15 @@ pub(super) struct Torques<'a> {
     sweeping: Vec<Option<usize>>,
     /// With nothing attached, then by load.
     by_link: Vec<Option<Arc<PoseTorqueModel>>>,
+    /// The same in motion.
+    in_motion: Vec<Option<Arc<MotionTorqueModel>>>,
+    /// Gain and offset of each joint's position sensor, where all are held.
+    held: Option<Vec<[f64; 2]>>,
 }
 
 impl<'a> Torques<'a> {
-    pub fn new(session: &Session, layout: &'a Layout) -> Self {
+    /// `held`: gain and offset of each joint's position sensor, where all are held.
+    pub fn new(session: &Session, layout: &'a Layout, held: Option<Vec<[f64; 2]>>) -> Self {
         let moments = by_sweep(session).then(|| SweepMoments::of(session));
         let chain = &session.robot.chain;
         let chain = Arc::new(if moments.is_some() { chain.without_lengths() } else { chain.clone() });
@@ -39,6 +47,8 @@ impl<'a> Torques<'a> {
             sweeping,
             by_sweep: HashMap::new(),
             by_link: vec![None; 1 + session.loads.len()],
+            in_motion: vec![None; 1 + session.loads.len()],
+            held,
         }
     }
 
@@ -47,9 +57,9 @@ impl<'a> Torques<'a> {
     /// # Panics
     /// Where moments are described by sweep, of a pose that belongs to none: its readings are not selected.
     pub fn residual(&mut self, session: &Session, pose: usize, readings: Vec<(usize, f64)>) -> Arc<dyn Residual> {
-        let Pose { load, ref position, ref conditions, .. } = session.poses[pose];
+        let Pose { load, ref position, ref conditions, ref course, .. } = session.poses[pose];
         let sweeping = self.sweeping.get(pose).copied().flatten();
-        let of = |model: &Arc<PoseTorqueModel>| {
+        let of = |model: &Arc<PoseTorqueModel>, readings: Vec<(usize, f64)>| {
             let torque = PoseTorque::new(Arc::clone(model), position.clone(), readings);
             torque.under(conditions.clone()).sweeping(sweeping)
         };
@@ -67,12 +77,21 @@ impl<'a> Torques<'a> {
         };
         let Some(moments) = &self.moments else {
             let own = &mut self.by_link[load.map_or(0, |load| load + 1)];
-            return Arc::new(of(own.get_or_insert_with(|| model(layout.inertia.clone()))));
+            let own = own.get_or_insert_with(|| model(layout.inertia.clone()));
+            let Some(course) = course else { return Arc::new(of(own, readings)) };
+            let (links, loads) = layout.tensors.split_at(chain.link_count());
+            let held = &self.held;
+            let moving = || {
+                let model = MotionTorqueModel::new(Arc::clone(own), links, load.map(|load| loads[load]));
+                Arc::new(model.at_positions(held.clone()))
+            };
+            let moving = self.in_motion[load.map_or(0, |load| load + 1)].get_or_insert_with(moving);
+            return Arc::new(MotionTorque::new(Arc::clone(moving), Arc::clone(course), readings, conditions.clone()));
         };
         let own = moments.of_pose(pose).expect("only poses of sweeps are selected").to_vec();
         let inertia = own.iter().map(|moment| layout.sweep_moments[*moment]).collect();
         let model = self.by_sweep.entry((own, load)).or_insert_with(|| Arc::new(SweepTorqueModel::new(model(inertia))));
-        Arc::new(SweepTorque::new(Arc::clone(model), of(model.pose())))
+        Arc::new(SweepTorque::new(Arc::clone(model), of(model.pose(), readings)))
     }
 }
 

@@ -16,6 +16,9 @@ pub struct Unknowns {
     pub further: Vec<f64>,
     /// `(m, h_x, h_y, h_z)` of each link, kg and kg·m.
     pub inertia: Vec<[f64; 4]>,
+    /// `[I_xx, I_xy, I_yy, I_xz, I_yz, I_zz]` of each link about its origin, then that of each load in the frame of the link that carries it,
+    /// kg·m²; empty where the arm never moves.
+    pub tensors: Vec<[f64; 6]>,
     /// The moments of the sweep description (kg·m, masses in kg), in the order of [`Layout::sweep_moments`]; empty where
     /// they are those that `inertia` comes to.
     pub sweep_moments: Vec<Vec<f64>>,
@@ -40,6 +43,7 @@ impl Unknowns {
                 .collect(),
             further: session.further.iter().map(|parameter| parameter.knowledge.nominal).collect(),
             inertia: session.robot.chain.links().iter().map(nominal_inertia).collect(),
+            tensors: nominal_tensors(session),
             sweep_moments: Vec::new(),
             loads: nominal_placements(session),
             deflections: Vec::new(),
@@ -82,6 +86,7 @@ impl Unknowns {
             sensors: self.sensors.clone(),
             further,
             inertia: self.inertia.iter().map(|v| v.map(|component| -component)).collect(),
+            tensors: self.tensors.iter().map(|v| v.map(|component| -component)).collect(),
             sweep_moments: self.sweep_moments.iter().map(|v| v.iter().map(|component| -component).collect()).collect(),
             loads: self.loads.iter().zip(&session.loads).map(placement).collect(),
             deflections: self.deflections.clone(),
@@ -105,6 +110,10 @@ impl Unknowns {
                 [] => fallback.inertia.clone(),
                 links => links.iter().map(inertia).collect(),
             },
+            tensors: match layout.tensors.as_slice() {
+                [] => fallback.tensors.clone(),
+                tensors => tensors.iter().map(|id| std::array::from_fn(|i| values.get(*id)[i])).collect(),
+            },
             sweep_moments: layout.sweep_moments.iter().map(|id| values.get(*id).to_vec()).collect(),
             loads: layout.loads.iter().zip(&fallback.loads).map(|(p, f)| p.as_ref().map_or(*f, position)).collect(),
             deflections: layout.deflections_of_sweeps().map(|u| values.get(u.block).to_vec()).collect(),
@@ -127,6 +136,8 @@ pub struct Layout {
     pub further: Vec<BlockId>,
     /// `(m, h)` of each link; empty where moments are described by sweep.
     pub inertia: Vec<BlockId>,
+    /// The inertia tensor of each link, then of each load; empty where the arm never moves.
+    pub tensors: Vec<BlockId>,
     /// The moments of the sweep description; empty without it.
     pub sweep_moments: Vec<BlockId>,
     /// For each load the blocks whose sum is its position; `None` where no pose that is used carries it.
@@ -155,6 +166,8 @@ impl Layout {
 /// A link without an assumed mass starts as 1 kg a few centimetres from its frame's origin, in no special direction:
 /// what can be determined does not depend on the numbers, only on their not being special.
 const SOME_INERTIA: [f64; 4] = [1.0, 0.06, 0.05, 0.08];
+/// A link without an assumed tensor starts with one of that mass, kg·m²; so does every load, whose tensor nobody states.
+const SOME_TENSOR: [f64; 6] = [0.02, 0.001, 0.03, -0.002, 0.001, 0.025];
 /// A load without a known position starts here, m, in no special direction either.
 const SOME_PLACEMENT: [f64; 3] = [0.05, 0.04, 0.1];
 /// The direction in which placements of a known distance start apart: of unit length.
@@ -162,6 +175,21 @@ const SOME_DIRECTION: [f64; 3] = [0.6, 0.48, 0.64];
 
 fn nominal_inertia(link: &gravcal_dynamics::Link) -> [f64; 4] {
     link.inertia.as_ref().map_or(SOME_INERTIA, |i| [i.mass, i.first_moment[0], i.first_moment[1], i.first_moment[2]])
+}
+
+/// Those of the robot, where the arm moves.
+fn nominal_tensors(session: &Session) -> Vec<[f64; 6]> {
+    if !session.has_windows() {
+        return Vec::new();
+    }
+    let assumed = session.robot.chain.inertial_parameters().unwrap_or_default();
+    let (bodies, _) = assumed.as_chunks::<10>();
+    let tensor = |link: usize| {
+        let stated = bodies.get(link).map(|[_, _, _, _, tensor @ ..]| *tensor);
+        stated.filter(|tensor| tensor.iter().any(|entry| *entry != 0.0)).unwrap_or(SOME_TENSOR)
+    };
+    let links = (0..session.robot.chain.link_count()).map(tensor);
+    links.chain(session.loads.iter().map(|_| SOME_TENSOR)).collect()
 }
 
 /// Unknown placements of a known distance start that far apart.

@@ -62,8 +62,7 @@ pub fn formula(adds: &str, unknowns: &[&str]) -> Options {
 
 /// Every model on every joint of a turning, a sliding and a turning one, where it can be.
 pub fn every_term() -> SensorTerms {
-    let ripple = "w * sin(o * coordinate + p) + w * tanh(torque[joint1] * torque / 20) * coordinate[joint2]";
-    terms_of(ripple, |_| true)
+    terms_of(RIPPLE, |_| true)
 }
 
 /// The same but for those that read other joints' torques.
@@ -71,6 +70,13 @@ pub fn every_term_of_own_torques() -> SensorTerms {
     let ripple = "w * sin(o * coordinate + p) + w * tanh(torque / 20) * coordinate[joint2]";
     terms_of(ripple, |model| model.name() != "torque-crosstalk")
 }
+
+/// Those of torque sensors.
+pub fn every_torque_term() -> SensorTerms {
+    terms_of(RIPPLE, |model| model.side() == Side::Torque)
+}
+
+const RIPPLE: &str = "w * sin(o * coordinate + p) + w * tanh(torque[joint1] * torque / 20) * coordinate[joint2]";
 
 fn terms_of(ripple: &str, has: impl Fn(&dyn SensorModel) -> bool) -> SensorTerms {
     let registry = Registry::standard();
@@ -88,6 +94,9 @@ fn terms_of(ripple: &str, has: impl Fn(&dyn SensorModel) -> bool) -> SensorTerms
         for (kind, adds) in
             [("formula", ripple), ("position-formula", "w * sin(o * position + p) + w * direction * position[joint2]")]
         {
+            if !has(registry.sensor_model(kind).unwrap()) {
+                continue;
+            }
             let declared = declare_terms(registry.sensor_model(kind).unwrap(), &site, &formula(adds, &["w", "o", "p"]));
             terms.extend(declared.unwrap().into_iter().map(|(term, _)| term));
         }

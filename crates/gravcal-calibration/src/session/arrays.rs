@@ -129,6 +129,7 @@ impl Session {
             torque: torques.iter().enumerate().map(|(joint, value)| reading(arrays, joint, *value)).collect(),
             instruments: Vec::new(),
             conditions: Conditions::default(),
+            course: None,
         }));
         self.repeated = self.find_repeated();
         self.doubts = self.find_doubts();

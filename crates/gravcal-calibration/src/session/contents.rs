@@ -115,6 +115,11 @@ impl Session {
         }
     }
 
+    /// Whether any of its poses is a window of an arm in motion, so that links' inertia tensors are unknown, too.
+    pub fn has_windows(&self) -> bool {
+        self.poses.iter().chain(&self.validation).any(|pose| pose.course.is_some())
+    }
+
     /// Two placements a known distance apart, neither of which is known by itself.
     pub(crate) fn pair_of_free_placements(&self) -> Option<&LoadDistance> {
         let free = |load: &usize| self.loads[*load].position.is_none();

@@ -43,6 +43,8 @@
 //! [readings.still]                           # optional: the tables are recordings in motion, poses the standstills found in them
 //! least_duration_s = 0.1                     # optional: shorter ones are left out; see `gravcal_recording::static_poses`
 //!
+//! [readings.motion]                          # optional: … or every moment of them counts, by the whole dynamics; all three may stand
+//! window_s = 0.32                            # optional: length of a window, of cut-off 1.6/window_s; longer where a recorder filtered
 //! [readings.sweeps]                          # optional: … or poses are what a joint passes slowly both ways; both may stand
 //! bin_deg = 1                                # optional: a pose for each degree of that joint; see `gravcal_recording::slow_sweeps`
 //! acceleration_below_rad_per_s2 = 0.05       # optional: so is the square of the speed, in rad/s
@@ -168,6 +170,7 @@ mod loss;
 mod models;
 #[cfg(test)]
 mod models_tests;
+mod motion;
 mod normal_gravity;
 mod orientation;
 mod poses;
@@ -406,7 +409,9 @@ fn read(
     let still = still.map(|still| still::resolve(&context, still, &mapping)).transpose()?;
     let sweeps = written.readings.sweeps.as_ref();
     let sweeps = sweeps.map(|sweeps| sweeps::resolve(&context, sweeps, &mapping, &joints)).transpose()?;
-    let motion = InMotion { still, sweeps };
+    let windows = written.readings.motion.as_ref();
+    let windows = windows.map(|windows| motion::resolve(&context, windows, &mapping, &joints)).transpose()?;
+    let motion = InMotion { still, sweeps, windows };
     let (terms, mut further) = models::resolve(&context, registry, &mapping, &motion, &joints, &said)?;
     let instruments = instruments.behind(&mut further);
     instruments::check_conditions(document, &instruments, &mapping, motion.is_any())?;
@@ -434,7 +439,8 @@ fn read(
     }
     poses::check_validation(document, all, (&loads, &inertia), &tables)?;
     let (poses, validation) = poses.into_iter().partition(|pose: &Pose| pose.table < all.poses.len());
-    let poses: Vec<Pose> = poses;
+    let mut poses: Vec<Pose> = poses;
+    motion::count_alike(&mut poses);
 
     if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
         let message = "no table has a usable torque reading: every torque cell is empty, marked unusable or saturated";
@@ -479,9 +485,10 @@ fn read(
         Some(prior) => prior::resolve(&context, prior, all, session)?,
     };
     inertia::check_sweeps(document, &session)?;
+    motion::check(&context, &session)?;
     single_poses::check_single_poses(document, &session)?;
     deflection::check_instruments(document, &session)?;
-    let session = unexplained::resolve(document, &unexplained, motion.is_any(), session)?;
+    let session = unexplained::resolve(document, &unexplained, motion.finds_rest() && !session.has_windows(), session)?;
     Ok(Session { repeated: session.find_repeated(), doubts: session.find_doubts(), ..session })
 }
 

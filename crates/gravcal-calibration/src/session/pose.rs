@@ -1,9 +1,10 @@
 //! Static poses and the tables that they come from.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use gravcal_dynamics::{Chain, Transform};
-use gravcal_recording::{Conditions, Orientation, Reading};
+use gravcal_recording::{Conditions, Course, Orientation, Reading};
 
 /// One `[[poses]]` or `[[validation]]` of the session.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +19,7 @@ pub struct PoseTable {
     pub step: Option<u8>,
 }
 
-/// One static pose.
+/// One static pose, or a window of an arm in motion, of which these are the means.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
     /// Index into [`Session::tables`](crate::Session::tables).
@@ -39,6 +40,8 @@ pub struct Pose {
     pub instruments: Vec<Option<Reading>>,
     /// Under which conditions they were read; time counts from the session's first pose.
     pub conditions: Conditions,
+    /// How the arm moved, where it did.
+    pub course: Option<Arc<Course>>,
 }
 
 impl Pose {

@@ -5,7 +5,8 @@ use std::f64::consts::PI;
 use std::path::PathBuf;
 
 use gravcal_recording::{
-    PoseMapping, PositionUnit, Standstill, Standstills, StaticPose, Sweep, Sweeps, SweptBin, file_name,
+    Clock, MotionWindows, PoseMapping, PositionUnit, Standstill, Standstills, StaticPose, Sweep, Sweeps, SweptBin,
+    file_name,
 };
 
 /// One file.
@@ -17,6 +18,8 @@ pub struct Searched {
     pub standstills: Option<Standstills>,
     /// Its slow sweeps; `None` where none were looked for.
     pub sweeps: Option<Sweeps>,
+    /// Its windows of the arm in motion; `None` where none were asked for.
+    pub windows: Option<Box<MotionWindows>>,
     /// What the reader says of the file: what was lost, cells that are no numbers.
     pub remarks: Vec<String>,
 }
@@ -25,10 +28,11 @@ pub struct Searched {
 const TOLD: usize = 5;
 
 impl Searched {
-    /// How many standstills and slow sweeps it holds; of a table whose rows are poses none counts.
+    /// How many standstills, slow sweeps and windows it holds; of a table whose rows are poses none counts.
     pub fn found(&self) -> usize {
         let standstills = self.standstills.as_ref().map_or(0, |standstills| standstills.found.len());
-        standstills + self.sweeps.as_ref().map_or(0, |sweeps| sweeps.found.len())
+        let windows = self.windows.as_ref().map_or(0, |windows| windows.found.len());
+        standstills + windows + self.sweeps.as_ref().map_or(0, |sweeps| sweeps.found.len())
     }
 
     /// What seemed to be one and is none, in words.
@@ -52,7 +56,8 @@ impl Searched {
         let standstills = self.standstills.iter().flat_map(|found| standstill_notes(&name, found));
         let sweeps = self.sweeps.iter().flat_map(|found| sweep_notes(&name, found, mapping));
         let remarks = self.remarks.iter().map(|remark| format!("{name}: {remark}"));
-        standstills.chain(sweeps).chain(remarks).collect()
+        let windows = self.windows.iter().flat_map(|found| window_notes(&name, found, mapping));
+        standstills.chain(sweeps).chain(windows).chain(remarks).collect()
     }
 }
 
@@ -108,6 +113,31 @@ fn sweep_note(name: &str, sweep: &Sweep, mapping: &PoseMapping) -> String {
         );
     }
     told + "."
+}
+
+/// How many windows there are, whose times were believed, and how noisy positions are.
+fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> Vec<String> {
+    let MotionWindows { found, clock, interval, position_noise, repeated, without_time, interruptions } = windows;
+    let length = found.first().map_or(0.0, |window| window.interval[1] - window.interval[0]);
+    let clock = match clock {
+        Clock::Stamps => "as they are stamped",
+        Clock::Even => "taken as evenly spaced, because positions are smoother so than by their stamps",
+        Clock::Rounded => "taken as whole steps apart, because positions are smoother so than by their stamps",
+    };
+    let told = format!(
+        "{name}: {} windows of {length:.2} s in motion, of rows {:.1} ms apart, {clock}.",
+        found.len(),
+        1e3 * interval
+    );
+    let noisiest = position_noise.iter().zip(&mapping.positions).max_by(|a, b| a.0.total_cmp(b.0));
+    let noise = noisiest.map(|(noise, column)| {
+        format!(
+            "{name}: positions scatter about their splines by {noise:.1e} {} at most (`{}`).",
+            column.unit.si(),
+            column.column
+        )
+    });
+    [told].into_iter().chain(noise).chain(oddities(name, *repeated, *without_time, *interruptions)).collect()
 }
 
 fn standstill_notes(name: &str, standstills: &Standstills) -> Vec<String> {

@@ -117,6 +117,7 @@ fn read_sensors(
         torque,
         instruments,
         conditions,
+        course: None,
     }
 }
 

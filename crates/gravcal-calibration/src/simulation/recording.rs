@@ -259,6 +259,7 @@ impl<'a> Recorder<'a> {
             torque: (0..joints).map(reading).collect(),
             instruments: Vec::new(),
             conditions,
+            course: None,
         };
         self.session.poses.push(pose);
         self.standstills.push(TrueStandstill { table, interval, touched });

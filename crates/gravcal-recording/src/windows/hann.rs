@@ -99,6 +99,7 @@ impl Window<'_> {
                     velocity: (0..joints).map(|joint| state(joint, 1)).collect(),
                     acceleration: (0..joints).map(|joint| state(joint, 2)).collect(),
                     direction: (0..joints).map(|joint| mean(&|row| sign(joint, row))).collect(),
+                    further: Vec::new(),
                 },
                 merged: rows.len() as u32,
             },

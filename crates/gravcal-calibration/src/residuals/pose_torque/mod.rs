@@ -15,6 +15,8 @@ mod affine;
 mod by_terms;
 mod compliance;
 mod model;
+mod motion;
+mod regressors;
 mod residual;
 mod terms;
 #[cfg(test)]
@@ -22,4 +24,5 @@ pub(crate) mod tests;
 
 pub(crate) use model::joined;
 pub use model::{CarriedLoad, PoseTorqueBlocks, PoseTorqueModel};
+pub use motion::{MotionTorque, MotionTorqueModel};
 pub use residual::PoseTorque;

@@ -217,7 +217,7 @@ fn rows_touch_only_the_columns_of_their_pattern() {
     assert_rows_within_their_patterns(&residual, &lengths);
 }
 
-fn assert_rows_within_their_patterns(residual: &PoseTorque, lengths: &[usize]) {
+pub fn assert_rows_within_their_patterns(residual: &dyn Residual, lengths: &[usize]) {
     let offsets: Vec<usize> = (0..=lengths.len()).map(|blocks| lengths[..blocks].iter().sum()).collect();
     let width: usize = lengths.iter().sum();
     // Small, so that joints that give way find a rest.

@@ -100,6 +100,7 @@ impl Joined {
 pub(super) fn doubts(session: &Session) -> Vec<String> {
     // Who looks for standstills, or limits the motion, knows that the arm moves.
     let knows = session.readings.selection != Selection::default()
+        || session.has_windows()
         || session.searched.iter().any(|searched| searched.standstills.is_some() || searched.sweeps.is_some());
     if knows { Vec::new() } else { (0..session.tables.len()).filter_map(|table| doubt(session, table)).collect() }
 }

@@ -163,7 +163,13 @@ impl<'a> Draft<'a> {
         let sweeps = rule.map(|rule| slow_sweeps(path, &mut rows()?, &mapping, &rule)).transpose()?;
         // What was lost has been told by the inspection.
         let standstills = Some(standstills);
-        Ok(DraftPoses::Found(Searched { path: path.to_owned(), standstills, sweeps, remarks: Vec::new() }))
+        Ok(DraftPoses::Found(Searched {
+            path: path.to_owned(),
+            standstills,
+            sweeps,
+            windows: None,
+            remarks: Vec::new(),
+        }))
     }
 
     /// Why rows do not look like static poses, if they do not.

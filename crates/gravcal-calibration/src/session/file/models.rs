@@ -45,13 +45,13 @@ pub(super) fn resolve(
     Ok((terms, parameters))
 }
 
-/// Poses found in recordings in motion have a time and a direction, those of sweeps a velocity.
+/// Poses found in recordings in motion have a time and a direction, those of sweeps and windows a velocity.
 fn knows(mapping: &PoseMapping, motion: &InMotion, need: Need) -> bool {
     let (conditions, found) = (&mapping.conditions, motion.is_any());
     match need {
         Need::Time => found || conditions.time.is_some(),
         Need::Temperature => !conditions.temperature.is_empty(),
-        Need::Velocity => motion.sweeps.is_some() || conditions.velocity.is_known(),
+        Need::Velocity => motion.sweeps.is_some() || motion.windows.is_some() || conditions.velocity.is_known(),
         Need::Direction => found || !conditions.direction.is_empty() || conditions.velocity.is_known(),
     }
 }

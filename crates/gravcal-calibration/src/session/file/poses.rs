@@ -2,9 +2,10 @@
 
 use std::fs;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use gravcal_dynamics::JointKind;
-use gravcal_recording::{Memory, Part, PoseMapping, ReadError, StaticPose, read_part_in};
+use gravcal_recording::{Course, Memory, Part, PoseMapping, ReadError, StaticPose, read_part_in};
 use serde::Deserialize;
 
 use super::context::{Context, SessionError};
@@ -235,6 +236,21 @@ impl ReadPoses {
             self.poses.push(of_table(table, load, pose));
         }
     }
+
+    /// Windows of the same.
+    pub fn take_windows(
+        &mut self,
+        table: usize,
+        load: Option<usize>,
+        windows: impl IntoIterator<Item = (StaticPose, Arc<Course>)>,
+    ) {
+        for (means, course) in windows {
+            self.take(table, load, [means]);
+            if let Some(window) = self.poses.last_mut() {
+                window.course = Some(course);
+            }
+        }
+    }
 }
 
 /// Reads all tables.
@@ -255,6 +271,7 @@ pub(super) fn read_all(
                 path: table.path.clone(),
                 standstills: None,
                 sweeps: None,
+                windows: None,
                 remarks: read.remarks,
             });
         }
@@ -273,5 +290,5 @@ pub(super) fn count_time_from_first(poses: &mut [Pose]) {
 fn of_table(table: usize, load: Option<usize>, pose: StaticPose) -> Pose {
     let StaticPose { line, position, orientation, torque, saturated: _, instruments, sweep, conditions, merged: _ } =
         pose;
-    Pose { table, line, sweep_label: sweep, load, position, orientation, torque, instruments, conditions }
+    Pose { table, line, sweep_label: sweep, load, position, orientation, torque, instruments, conditions, course: None }
 }

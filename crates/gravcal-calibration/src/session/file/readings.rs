@@ -9,6 +9,7 @@ use super::conditions::{self, ConditionTable, DirectionTable, MotionTable, TimeT
 use super::context::Context;
 use super::csv::{self, CsvTable};
 use super::instruments::Instruments;
+use super::motion::MotionWindowsTable;
 use super::orientation::{self, OrientationTable};
 use super::reading_columns::{ReadingColumns, ReadingColumnsTable, Units};
 use super::select::{self, SelectTable};
@@ -74,6 +75,10 @@ pub(super) struct ReadingsTable {
     ///
     /// Example: `sweeps = {}`
     pub(super) sweeps: Option<SweepsTable>,
+    /// Every moment of recordings of an arm in motion counts, by the whole dynamics.
+    ///
+    /// Example: `motion = {}`
+    pub(super) motion: Option<MotionWindowsTable>,
     /// How CSV files are written, where gravcal finds it wrongly.
     ///
     /// Default: found by the first lines.
@@ -126,6 +131,7 @@ impl ReadingsTable {
             ("direction", self.direction.is_some()),
             ("still", self.still.is_some()),
             ("sweeps", self.sweeps.is_some()),
+            ("motion", self.motion.is_some()),
         ];
         said.into_iter().filter(|(_, said)| *said).map(|(key, _)| key).collect()
     }
@@ -147,7 +153,7 @@ pub(super) fn mapping(
         direction: table.direction.as_ref(),
         further: &table.further,
     };
-    if !table.further.is_empty() && (table.still.is_some() || table.sweeps.is_some()) {
+    if !table.further.is_empty() && (table.still.is_some() || table.sweeps.is_some() || table.motion.is_some()) {
         let message = "further columns are read from tables of static poses, and not from recordings in motion: delete this, or \
                        readings.still and readings.sweeps";
         return Err(context.document.error(&Field::new("readings").key("further"), message));

@@ -1,9 +1,11 @@
-//! `[[poses]]` that are recordings in motion: their standstills and slow sweeps become poses.
+//! `[[poses]]` that are recordings in motion: their standstills, slow sweeps and windows become poses.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use gravcal_recording::{
-    Memory, Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule, Watched, slow_sweeps, static_poses,
+    Course, Memory, MotionWindow, Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule, Watched,
+    WindowRule, motion_windows, slow_sweeps, static_poses,
 };
 
 use super::context::SessionError;
@@ -15,11 +17,17 @@ use crate::session::{Load, PoseTable, Searched};
 pub(super) struct InMotion {
     pub still: Option<Stillness>,
     pub sweeps: Option<SweepRule>,
+    pub windows: Option<WindowRule>,
 }
 
 impl InMotion {
     /// Whether anything is.
     pub fn is_any(&self) -> bool {
+        self.finds_rest() || self.windows.is_some()
+    }
+
+    /// Whether standstills or slow sweeps are.
+    pub fn finds_rest(&self) -> bool {
         self.still.is_some() || self.sweeps.is_some()
     }
 }
@@ -67,6 +75,7 @@ impl Recordings<'_> {
                 searched.remarks.extend(leave_out_unknown_sides(&mut poses, *joint, mapping));
             }
             all.take(index, table.load, poses);
+            all.take_windows(index, table.load, windows(&searched, &self.frictional));
             all.searched.push(searched);
         }
         count_time_from_first(&mut all.poses);
@@ -105,6 +114,28 @@ fn leave_out_unknown_sides(poses: &mut [StaticPose], joint: usize, mapping: &Pos
     })
 }
 
+/// A joint that does not move over this share of a window's weight has friction of unknown sign there.
+const RESTS: f64 = 0.25;
+
+/// The windows of a recording, but for those of a standstill that counts by itself. A joint with friction has no reading where it rests.
+fn windows<'s>(
+    searched: &'s Searched,
+    frictional: &[usize],
+) -> impl Iterator<Item = (StaticPose, Arc<Course>)> + use<'s> {
+    let standstills = searched.standstills.iter().flat_map(|found| &found.found);
+    let counted: Vec<[f64; 2]> = standstills.map(|found| found.interval).collect();
+    let apart = move |window: &&MotionWindow| {
+        counted.iter().all(|counted| window.interval[1] <= counted[0] || counted[1] <= window.interval[0])
+    };
+    let frictional = frictional.to_vec();
+    let told = move |window: &MotionWindow| {
+        let mut means = window.pose.clone();
+        frictional.iter().filter(|joint| window.resting[**joint] > RESTS).for_each(|joint| means.torque[*joint] = None);
+        (means, Arc::clone(&window.course))
+    };
+    searched.windows.iter().flat_map(|found| &found.found).filter(apart).map(told)
+}
+
 /// What is searched.
 struct Search<'a> {
     path: &'a Path,
@@ -120,7 +151,8 @@ impl Search<'_> {
         let Search { path, memory, mapping, part, .. } = *self;
         let watch = |share: f64| (self.watch)(path, share);
         let rows = || Ok::<_, ReadError>(Watched::new(memory.open_as(path, &mapping.csv)?, &watch));
-        let mut searched = Searched { path: path.to_owned(), standstills: None, sweeps: None, remarks: Vec::new() };
+        let mut searched =
+            Searched { path: path.to_owned(), standstills: None, sweeps: None, windows: None, remarks: Vec::new() };
         if let Some(still) = motion.still {
             let mut rows = rows()?;
             searched.standstills = Some(static_poses(path, &mut rows, mapping, &Stillness { part, ..still })?);
@@ -130,6 +162,12 @@ impl Search<'_> {
             let mut rows = rows()?;
             let rule = SweepRule { part, ..sweeps.clone() };
             searched.sweeps = Some(slow_sweeps(path, &mut rows, mapping, &rule)?);
+            searched.remarks = rows.remarks();
+        }
+        if let Some(windows) = &motion.windows {
+            let mut rows = rows()?;
+            let rule = WindowRule { part, ..windows.clone() };
+            searched.windows = Some(Box::new(motion_windows(path, &mut rows, mapping, &rule)?));
             searched.remarks = rows.remarks();
         }
         Ok(searched)

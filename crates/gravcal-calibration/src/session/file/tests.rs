@@ -3,7 +3,6 @@
 use std::f64::consts::PI;
 use std::fs;
 
-use crate::Registry;
 use gravcal_estimation::{Loss, LossName};
 use gravcal_recording::{Conditions, Memory, Numbers, PositionUnit, Reading, TorqueUnit};
 use tempfile::TempDir;
@@ -192,6 +191,7 @@ fn poses_of_all_tables_are_read_in_si() {
         torque: torque.into(),
         instruments: Vec::new(),
         conditions: Conditions::default(),
+        course: None,
     };
     let expected = [
         pose(0, 2, [0.0, 0.0], [reading(2000.0), reading(2100.0)]),

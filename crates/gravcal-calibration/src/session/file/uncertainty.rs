@@ -19,10 +19,9 @@ const SEED: u64 = 1;
 pub(super) struct UncertaintyTable {
     /// See [Where standard deviations come from](../explanation/uncertainty.md).
     ///
-    /// Default: `"noise"`.
+    /// Default: `"noise"`; in motion `"jackknife"` with blocks of 1.5 s.
     /// Example: `kind = "jackknife"`
-    #[serde(default)]
-    kind: Kind,
+    kind: Option<Kind>,
     /// Neighbouring poses that may share an error. Not with `"noise"`.
     ///
     /// Unit: poses.
@@ -53,10 +52,9 @@ pub(super) struct UncertaintyTable {
     seed: Option<u64>,
 }
 
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum Kind {
-    #[default]
     Noise,
     Jackknife,
     Sandwich,
@@ -78,29 +76,31 @@ pub(super) fn resolve(
     poses: &[Pose],
 ) -> Result<UncertaintyChoice, FileError> {
     let section = Section { context, table };
-    if table.kind != Kind::Bootstrap {
+    let moves = poses.iter().any(|pose| pose.course.is_some());
+    let kind = table.kind.unwrap_or(if moves { Kind::Jackknife } else { Kind::Noise });
+    if kind != Kind::Bootstrap {
         let message = "only a bootstrap draws anything: write kind = \"bootstrap\", or leave it out";
         section.refuse("replicates", table.replicates.is_some(), message)?;
         section.refuse("seed", table.seed.is_some(), message)?;
     }
-    if table.kind == Kind::Noise {
+    if kind == Kind::Noise {
         let message =
             "the noise knows no blocks: write kind = \"jackknife\", \"sandwich\" or \"bootstrap\", or leave it out";
         section.refuse("block_poses", table.block_poses.is_some(), message)?;
     }
-    if table.kind != Kind::Jackknife {
+    if kind != Kind::Jackknife {
         let message = "only a jackknife has such blocks: write kind = \"jackknife\", or leave it out";
         section.refuse("block_s", table.block_s.is_some(), message)?;
         section.refuse("blocks", table.blocks.is_some(), message)?;
     }
-    if table.kind == Kind::Noise {
+    if kind == Kind::Noise {
         return Ok(UncertaintyChoice::Noise);
     }
-    if table.kind == Kind::Jackknife {
+    if kind == Kind::Jackknife {
         return Ok(UncertaintyChoice::Jackknife { blocks: section.pose_blocks(poses)? });
     }
     let block_poses = section.block_poses(poses)?;
-    if table.kind == Kind::Sandwich {
+    if kind == Kind::Sandwich {
         return Ok(UncertaintyChoice::Sandwich { block_poses });
     }
     let replicates = table.replicates.unwrap_or(REPLICATES);
@@ -149,6 +149,9 @@ impl Section<'_> {
             (_, Some(length), _) => PoseBlocks::Seconds(length),
             (.., Some(Blocks::Sweeps)) => PoseBlocks::Sweeps,
             (.., Some(Blocks::Pairs)) => PoseBlocks::Pairs,
+            (None, None, None) if poses.iter().any(|pose| pose.course.is_some()) => {
+                PoseBlocks::Seconds(block_of(poses))
+            }
             (None, None, None) => PoseBlocks::Found,
         })
     }
@@ -162,6 +165,21 @@ impl Section<'_> {
         SampleBlocks::new(0..count_read(poses), length).map_err(|error| self.error(key, error))?;
         Ok(length)
     }
+}
+
+/// Blocks of an arm in motion: neighbouring windows overlap, and errors of the model last.
+const BLOCK: f64 = 1.5;
+/// At least so many.
+const BLOCKS: f64 = 12.0;
+
+/// Their length, s.
+fn block_of(poses: &[Pose]) -> f64 {
+    let mut covered = 0.0;
+    for pair in poses.windows(2).filter(|pair| pair[0].table == pair[1].table) {
+        let [before, after] = [0, 1].map(|of| pair[of].conditions.time.unwrap_or(0.0));
+        covered += (after - before).clamp(0.0, BLOCK);
+    }
+    f64::min(BLOCK, covered / (BLOCKS + 1.0)).max(f64::MIN_POSITIVE)
 }
 
 /// How many poses have any reading.

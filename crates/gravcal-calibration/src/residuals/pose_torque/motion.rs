@@ -1,0 +1,358 @@
+//! All torque readings of a window of an arm in motion.
+//!
+//! ```text
+//!     y_i = Σ_t h(t) k_i τ_i(θ(t), θ̇(t), θ̈(t); g, links, load) + b_i,     θ = s q + o,  θ̇ = s q̇,  θ̈ = s q̈
+//! ```
+//!
+//! `τ` is the chain's inverse dynamics (see `gravcal-dynamics`), `h` the weights of the window (see [`Course`]): the model goes through the
+//! same window as the readings. Ten parameters a link: mass and first moment are those of the pose torque, the inertia tensor about the
+//! link's origin is a block of its own. A load adds its mass, its moment, and a tensor of its own. An arm that stands reads its pose torque.
+//!
+//! Terms of torque sensors see the window's mean torque and coordinates, and conditions that are means over the window: exact for what is
+//! linear in them (friction, drift, crosstalk), and for what is bent as far as they change little within a window. Terms of position sensors
+//! and joints that give way have no place here.
+
+use std::cell::RefCell;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
+
+use gravcal_dynamics::{Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
+use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
+use gravcal_recording::{Conditions, Course};
+
+use super::model::{GRAVITY, INERTIA, PoseTorqueModel, inertia_column, joined, sensor_column};
+use super::regressors::Regressors;
+use super::terms::Slopes;
+use crate::parameter::Quantity;
+use crate::sensors::Moment;
+
+/// Numbers of an inertia tensor, and of a link.
+const TENSOR: usize = 6;
+pub(super) const BODY: usize = INERTIA + TENSOR;
+
+/// What all windows with the same load share.
+///
+/// Stored columns: those of the pose torque, then the tensor of each link, then that of the load.
+#[derive(Debug)]
+pub struct MotionTorqueModel {
+    pose: Arc<PoseTorqueModel>,
+    blocks: Vec<BlockId>,
+    /// First stored column of the tensors.
+    tensors: usize,
+    /// Stored columns that each joint's torque can touch.
+    patterns: Vec<Vec<Range<usize>>>,
+    /// Gain and offset of each joint's position sensor, where all are held.
+    positions: Option<Vec<[f64; 2]>>,
+}
+
+impl MotionTorqueModel {
+    /// `pose`: the model of static poses with the same load. `tensors`: `[I_xx, I_xy, I_yy, I_xz, I_yz, I_zz]` of each link about its
+    /// origin, kg·m². `load`: that of the load, in the frame of the link that carries it.
+    pub fn new(pose: Arc<PoseTorqueModel>, tensors: &[BlockId], load: Option<BlockId>) -> Self {
+        let blocks: Vec<BlockId> = pose.blocks.iter().chain(tensors).copied().chain(load).collect();
+        let first: usize = (0..pose.blocks.len()).map(|block| pose.stored_length(block)).sum();
+        let chain = &pose.chain;
+        let carrying = load.and(pose.load.as_ref()).map(|load| load.link);
+        let pattern = |joint: usize| {
+            let links = (0..chain.link_count()).filter(|link| chain.moves(joint, *link));
+            let load = carrying.filter(|link| chain.moves(joint, *link)).map(|_| chain.link_count());
+            let columns = links.chain(load).map(|place| first + TENSOR * place..first + TENSOR * (place + 1));
+            joined(pose.patterns[joint].iter().cloned().chain(columns))
+        };
+        // A sensor that reads another joint's torque, too, feels what that joint moves.
+        let felt = |joint: usize| match &pose.terms {
+            None => pattern(joint),
+            Some(terms) => union(std::iter::once(joint).chain(terms.torques(joint).iter().copied()).map(pattern)),
+        };
+        let patterns = (0..chain.joint_count()).map(felt).collect();
+        MotionTorqueModel { blocks, tensors: first, patterns, pose, positions: None }
+    }
+
+    /// The same where gain and offset of each joint's position sensor are held: derivatives by them are not asked for.
+    #[must_use]
+    pub fn at_positions(self, positions: Option<Vec<[f64; 2]>>) -> Self {
+        MotionTorqueModel { positions, ..self }
+    }
+
+    fn links(&self) -> usize {
+        self.pose.chain.link_count()
+    }
+}
+
+/// Ranges that hold what any of some patterns holds.
+fn union(patterns: impl Iterator<Item = Vec<Range<usize>>>) -> Vec<Range<usize>> {
+    let mut columns: Vec<usize> = patterns.flatten().flatten().collect();
+    columns.sort_unstable();
+    columns.dedup();
+    joined(columns.into_iter().map(|column| column..column + 1))
+}
+
+/// The torque readings of one window.
+#[derive(Clone, Debug)]
+pub struct MotionTorque {
+    model: Arc<MotionTorqueModel>,
+    course: Arc<Course>,
+    /// Joint and torque reading of each row.
+    readings: Vec<(usize, f64)>,
+    conditions: Conditions,
+    /// Mean position reading of each joint.
+    position: Vec<f64>,
+    /// Its regressors, where positions are known.
+    regressors: OnceLock<Regressors>,
+}
+
+/// Means over a window, kept by each thread from one window to the next.
+struct Workspace {
+    coordinates: Vec<f64>,
+    velocities: Vec<f64>,
+    accelerations: Vec<f64>,
+    parameters: Vec<f64>,
+    rotors: Vec<f64>,
+    dynamics: InverseDynamics,
+    mean: Means,
+}
+
+/// Torques and their derivatives, row-major.
+pub(super) struct Means {
+    pub torque: Vec<f64>,
+    pub by_gravity: Vec<f64>,
+    pub by_position_gains: Vec<f64>,
+    pub by_offsets: Vec<f64>,
+    pub by_parameters: Vec<f64>,
+}
+
+impl Workspace {
+    fn new(chain: &Chain) -> Workspace {
+        let (n, links) = (chain.joint_count(), chain.link_count());
+        let zeros = |count: usize| vec![0.0; count];
+        Workspace {
+            coordinates: zeros(n),
+            velocities: zeros(n),
+            accelerations: zeros(n),
+            parameters: zeros(BODY * links),
+            rotors: zeros(n),
+            dynamics: InverseDynamics::new(chain),
+            mean: Means {
+                torque: zeros(n),
+                by_gravity: zeros(GRAVITY * n),
+                by_position_gains: zeros(n * n),
+                by_offsets: zeros(n * n),
+                by_parameters: zeros(BODY * links * n),
+            },
+        }
+    }
+}
+
+impl Means {
+    fn clear(&mut self) {
+        let Means { torque, by_gravity, by_position_gains, by_offsets, by_parameters } = self;
+        [torque, by_gravity, by_position_gains, by_offsets, by_parameters].into_iter().for_each(|list| list.fill(0.0));
+    }
+}
+
+/// The last workspace, and the chain that it was made for.
+type Kept = Option<(Arc<Chain>, Workspace)>;
+
+thread_local! {
+    static WORKSPACE: RefCell<Kept> = const { RefCell::new(None) };
+}
+
+pub(super) fn add(sum: &mut [f64], weight: f64, terms: &[f64]) {
+    sum.iter_mut().zip(terms).for_each(|(sum, term)| *sum += weight * term);
+}
+
+impl MotionTorque {
+    /// `readings`: joint and mean torque reading over the window, one a row; `conditions`: means over the window.
+    pub fn new(
+        model: Arc<MotionTorqueModel>,
+        course: Arc<Course>,
+        readings: Vec<(usize, f64)>,
+        conditions: Conditions,
+    ) -> Self {
+        let mut position = vec![0.0; model.pose.chain.joint_count()];
+        course.samples.iter().for_each(|sample| add(&mut position, sample.weight, &sample.position));
+        MotionTorque { model, course, readings, conditions, position, regressors: OnceLock::new() }
+    }
+
+    fn joints(&self) -> usize {
+        self.model.pose.chain.joint_count()
+    }
+
+    fn sensors<'x>(&self, x: &'x [f64], quantity: Quantity) -> &'x [f64] {
+        let joints = self.joints();
+        &x[sensor_column(joints, quantity, 0)..sensor_column(joints, quantity, joints)]
+    }
+
+    /// Ten numbers of each link, the load's included.
+    fn set_parameters(&self, x: &[f64], parameters: &mut [f64]) {
+        let links = self.model.links();
+        let moments = inertia_column(self.joints(), 0);
+        let (bodies, _) = parameters.as_chunks_mut::<BODY>();
+        for (link, body) in bodies.iter_mut().enumerate() {
+            let (moments, tensors) = (moments + INERTIA * link, self.model.tensors + TENSOR * link);
+            body[..INERTIA].copy_from_slice(&x[moments..moments + INERTIA]);
+            body[INERTIA..].copy_from_slice(&x[tensors..tensors + TENSOR]);
+        }
+        let Some(load) = &self.model.pose.load else { return };
+        let carried = &mut bodies[load.link];
+        carried[0] += load.mass;
+        let place = moments + INERTIA * links;
+        for part in x[place..place + 3 * load.position.len()].chunks_exact(3) {
+            add(&mut carried[1..INERTIA], load.mass, part);
+        }
+        add(&mut carried[INERTIA..], 1.0, &x[self.model.tensors + TENSOR * links..]);
+    }
+
+    fn evaluate_in(&self, workspace: &mut Workspace, x: &[f64], residual: &mut [f64], jacobian: Option<RowsMut<'_>>) {
+        let Workspace { coordinates, velocities, accelerations, parameters, rotors, dynamics, mean } = workspace;
+        let (chain, n) = (&self.model.pose.chain, self.joints());
+        let gravity = [x[0], x[1], x[2]];
+        let (gains, offsets) = (self.sensors(x, Quantity::PositionGain), self.sensors(x, Quantity::PositionOffset));
+        self.set_parameters(x, parameters);
+        let inertia = DynamicParameters { links: parameters, rotor_inertia: rotors };
+        mean.clear();
+        if let Some(regressors) = self.regressors(gains, offsets) {
+            regressors.evaluate(gravity, parameters, mean);
+            return self.finish(x, mean, residual, jacobian);
+        }
+        for sample in &self.course.samples {
+            for joint in 0..n {
+                coordinates[joint] = gains[joint] * sample.position[joint] + offsets[joint];
+                velocities[joint] = gains[joint] * sample.velocity[joint];
+                accelerations[joint] = gains[joint] * sample.acceleration[joint];
+            }
+            let motion = JointMotion { coordinates, velocities, accelerations };
+            if jacobian.is_none() {
+                chain.inverse_dynamics(Single, motion, gravity, inertia, dynamics);
+                add(&mut mean.torque, sample.weight, &dynamics.torque);
+                continue;
+            }
+            chain.linearize_inverse_dynamics(Single, motion, gravity, inertia, dynamics);
+            add(&mut mean.torque, sample.weight, &dynamics.torque);
+            add(&mut mean.by_gravity, sample.weight, &dynamics.by_gravity);
+            add(&mut mean.by_offsets, sample.weight, &dynamics.by_coordinate);
+            add(&mut mean.by_parameters, sample.weight, &dynamics.by_parameters);
+            for (entry, by_gain) in mean.by_position_gains.iter_mut().enumerate() {
+                let joint = entry % n;
+                let by_gain_of_sample = sample.position[joint] * dynamics.by_coordinate[entry]
+                    + sample.velocity[joint] * dynamics.by_velocity[entry]
+                    + sample.acceleration[joint] * dynamics.by_acceleration[entry];
+                *by_gain += sample.weight * by_gain_of_sample;
+            }
+        }
+        self.finish(x, mean, residual, jacobian);
+    }
+
+    /// Those for these gains and offsets of positions, where they are what is held.
+    fn regressors(&self, gains: &[f64], offsets: &[f64]) -> Option<&Regressors> {
+        let held = self.model.positions.as_ref()?;
+        let same = held.iter().zip(gains).zip(offsets).all(|(([s, o], gain), offset)| s == gain && o == offset);
+        same.then(|| self.regressors.get_or_init(|| Regressors::new(&self.model.pose.chain, &self.course, held)))
+    }
+
+    /// From mean torques to readings.
+    fn finish(&self, x: &[f64], mean: &Means, residual: &mut [f64], jacobian: Option<RowsMut<'_>>) {
+        let (gain, bias) = (self.sensors(x, Quantity::TorqueGain), self.sensors(x, Quantity::TorqueBias));
+        let terms = self.model.pose.terms.as_ref();
+        let coordinates = self.mean_coordinates(x);
+        let at = Moment::new(&mean.torque, &coordinates, &self.position, &self.conditions);
+        for (residual, (joint, reading)) in residual.iter_mut().zip(&self.readings) {
+            let by_terms = terms.map_or(0.0, |terms| terms.reading(*joint, &at, x, None));
+            *residual = gain[*joint] * mean.torque[*joint] + bias[*joint] + by_terms - reading;
+        }
+        let Some(mut rows) = jacobian else { return };
+        for (row, (joint, _)) in self.readings.iter().enumerate() {
+            self.fill_row(*joint, x, mean, &at, rows.row(row));
+        }
+    }
+
+    /// What terms take for the coordinates.
+    fn mean_coordinates(&self, x: &[f64]) -> Vec<f64> {
+        let (gains, offsets) = (self.sensors(x, Quantity::PositionGain), self.sensors(x, Quantity::PositionOffset));
+        self.position.iter().zip(gains).zip(offsets).map(|((q, gain), offset)| gain * q + offset).collect()
+    }
+
+    /// `∂y_i/∂x = Σ_j (∂y_i/∂τ_j) ∂τ_j/∂x`, and what the sensor adds by itself.
+    fn fill_row(&self, joint: usize, x: &[f64], mean: &Means, at: &Moment<'_>, row: &mut [f64]) {
+        let n = self.joints();
+        row.fill(0.0);
+        let gain = x[sensor_column(n, Quantity::TorqueGain, joint)];
+        self.add_torque(gain, joint, mean, row);
+        row[sensor_column(n, Quantity::TorqueGain, joint)] = mean.torque[joint];
+        row[sensor_column(n, Quantity::TorqueBias, joint)] = 1.0;
+        let Some(terms) = &self.model.pose.terms else { return };
+        let mut slopes = Slopes::default();
+        terms.fit(&mut slopes);
+        terms.reading(joint, at, x, Some(&mut slopes));
+        for source in terms.torques(joint) {
+            self.add_torque(slopes.by_torque[*source], *source, mean, row);
+        }
+        for source in terms.coordinates(joint) {
+            row[sensor_column(n, Quantity::PositionGain, *source)] +=
+                slopes.by_coordinate[*source] * self.position[*source];
+            row[sensor_column(n, Quantity::PositionOffset, *source)] += slopes.by_coordinate[*source];
+        }
+        for place in terms.of_torque(joint).flat_map(|term| term.places.clone()) {
+            row[terms.column + place] = slopes.by_parameter[place];
+        }
+    }
+
+    /// Adds a joint's torque, so many times, to a row.
+    fn add_torque(&self, times: f64, joint: usize, mean: &Means, row: &mut [f64]) {
+        let (n, links) = (self.joints(), self.model.links());
+        let of_joint =
+            |list: &'_ [f64], width: usize| -> Vec<f64> { list[width * joint..width * (joint + 1)].to_vec() };
+        add(&mut row[..GRAVITY], times, &of_joint(&mean.by_gravity, GRAVITY));
+        let at = |quantity| sensor_column(n, quantity, 0)..sensor_column(n, quantity, n);
+        add(&mut row[at(Quantity::PositionGain)], times, &of_joint(&mean.by_position_gains, n));
+        add(&mut row[at(Quantity::PositionOffset)], times, &of_joint(&mean.by_offsets, n));
+        let by_parameters = &mean.by_parameters[BODY * links * joint..BODY * links * (joint + 1)];
+        let moments = inertia_column(n, 0);
+        for (link, by_body) in by_parameters.as_chunks::<BODY>().0.iter().enumerate() {
+            add(&mut row[moments + INERTIA * link..], times, &by_body[..INERTIA]);
+            add(&mut row[self.model.tensors + TENSOR * link..], times, &by_body[INERTIA..]);
+        }
+        let Some(load) = &self.model.pose.load else { return };
+        let by_carrying = &by_parameters[BODY * load.link..BODY * (load.link + 1)];
+        for part in 0..load.position.len() {
+            let column = moments + INERTIA * links + 3 * part;
+            add(&mut row[column..column + 3], times * load.mass, &by_carrying[1..INERTIA]);
+        }
+        add(&mut row[self.model.tensors + TENSOR * links..], times, &by_carrying[INERTIA..]);
+    }
+}
+
+impl Residual for MotionTorque {
+    fn blocks(&self) -> &[BlockId] {
+        &self.model.blocks
+    }
+
+    fn len(&self) -> usize {
+        self.readings.len()
+    }
+
+    fn row_pattern(&self, row: usize) -> Option<&[Range<usize>]> {
+        Some(&self.model.patterns[self.readings[row].0])
+    }
+
+    fn evaluate(
+        &self,
+        x: LocalValues<'_>,
+        residual: &mut [f64],
+        jacobian: Option<RowsMut<'_>>,
+    ) -> Result<(), EvaluateError> {
+        WORKSPACE.with_borrow_mut(|kept| {
+            let chain = &self.model.pose.chain;
+            if !kept.as_ref().is_some_and(|(of, _)| Arc::ptr_eq(of, chain)) {
+                *kept = Some((Arc::clone(chain), Workspace::new(chain)));
+            }
+            if let Some((_, workspace)) = kept {
+                self.evaluate_in(workspace, x.as_slice(), residual, jacobian);
+            }
+        });
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests;

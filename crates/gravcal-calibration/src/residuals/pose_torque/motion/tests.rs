@@ -1,0 +1,108 @@
+//! Derivatives of windows, and windows that stand.
+
+use gravcal_estimation::BlockId;
+use gravcal_recording::MotionSample;
+
+use super::super::PoseTorque;
+use super::super::tests::{assert_rows_within_their_patterns, model_of, some_chain};
+use super::*;
+use crate::residuals::testing::{check_at_random_points, ids};
+use crate::sensors::SensorTerms;
+use crate::sensors::testing::every_torque_term;
+
+const POSITIONS: [f64; 3] = [0.3, 0.2, -0.8];
+
+/// A window of three samples; standing, where the arm does not move.
+fn course(moving: f64) -> Arc<Course> {
+    let sample = |(weight, shift): (f64, f64)| MotionSample {
+        weight,
+        position: POSITIONS.iter().map(|q| q + moving * shift).collect(),
+        velocity: [1.3, -0.4, 0.9].map(|v| moving * (v + shift)).to_vec(),
+        acceleration: [-2.0, 1.1, 0.6].map(|a| moving * (a - shift)).to_vec(),
+    };
+    Arc::new(Course { samples: [(0.25, -0.1), (0.5, 0.0), (0.25, 0.1)].map(sample).to_vec() })
+}
+
+/// A chain of three joints with a load on the second link; lengths of its blocks and their ids.
+fn model(terms: &SensorTerms) -> (Arc<PoseTorqueModel>, Vec<usize>, Vec<BlockId>) {
+    let lengths = [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3], vec![1; terms.len()], vec![6; 4]].concat();
+    let ids = ids(&lengths);
+    let first = 18 + terms.len();
+    (Arc::new(model_of(some_chain(), terms, &ids[..first])), lengths, ids[first..].to_vec())
+}
+
+fn window(terms: &SensorTerms, moving: f64) -> (MotionTorque, Arc<PoseTorqueModel>, Vec<usize>) {
+    let (pose, lengths, tensors) = model(terms);
+    let model = MotionTorqueModel::new(Arc::clone(&pose), &tensors[..3], Some(tensors[3]));
+    let conditions = Conditions {
+        time: Some(1.3),
+        temperature: vec![24.0, 26.0, 29.0],
+        velocity: vec![0.3, -0.2, 0.4],
+        acceleration: vec![0.1; 3],
+        direction: vec![0.6, -1.0, 0.0],
+        further: Vec::new(),
+    };
+    let readings = vec![(0, 2.0), (1, 1.0), (2, -1.0)];
+    (MotionTorque::new(Arc::new(model), course(moving), readings, conditions), pose, lengths)
+}
+
+#[test]
+fn derivatives() {
+    let (residual, _, lengths) = window(&SensorTerms::default(), 1.0);
+    check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+}
+
+#[test]
+fn derivatives_with_terms_of_torque_sensors() {
+    let terms = every_torque_term();
+    let (residual, _, lengths) = window(&terms, 1.0);
+    check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
+    assert_rows_within_their_patterns(&residual, &lengths);
+}
+
+#[test]
+fn a_window_that_stands_reads_its_static_pose() {
+    let (residual, pose, lengths) = window(&SensorTerms::default(), 0.0);
+    let still = PoseTorque::new(pose, POSITIONS.to_vec(), vec![(0, 2.0), (1, 1.0), (2, -1.0)]);
+    let width: usize = lengths.iter().sum();
+    let x: Vec<f64> = (0..width).map(|k| 0.5 + (k as f64).sin()).collect();
+    let read = |residual: &dyn Residual, x: &[f64]| {
+        let mut read = vec![0.0; 3];
+        residual.evaluate(LocalValues::new(x, &[]), &mut read, None).unwrap();
+        read
+    };
+    let (moving, standing) = (read(&residual, &x), read(&still, &x[..width - 24]));
+    for (a, b) in moving.iter().zip(&standing) {
+        assert!((a - b).abs() < 1e-12, "{moving:?} {standing:?}");
+    }
+}
+
+/// Where positions are held, readings and the other derivatives are those that are found without knowing so.
+#[test]
+fn held_positions_change_nothing() {
+    let terms = every_torque_term();
+    let (free, _, lengths) = window(&terms, 1.0);
+    let width: usize = lengths.iter().sum();
+    let offsets: Vec<usize> = (0..=lengths.len()).map(|blocks| lengths[..blocks].iter().sum()).collect();
+    let x: Vec<f64> = (0..width).map(|k| 0.5 + (k as f64).sin()).collect();
+    let column = |quantity, joint| sensor_column(3, quantity, joint);
+    let of = |joint| [Quantity::PositionGain, Quantity::PositionOffset].map(|quantity| x[column(quantity, joint)]);
+    let (pose, _, tensors) = model(&terms);
+    let known =
+        MotionTorqueModel::new(pose, &tensors[..3], Some(tensors[3])).at_positions(Some((0..3).map(of).collect()));
+    let held = MotionTorque::new(Arc::new(known), course(1.0), free.readings.clone(), free.conditions.clone());
+    let read = |residual: &MotionTorque| {
+        let (mut read, mut jacobian) = (vec![0.0; 3], vec![0.0; 3 * width]);
+        let rows = RowsMut::new(&mut jacobian, width);
+        residual.evaluate(LocalValues::new(&x, &offsets), &mut read, Some(rows)).unwrap();
+        (read, jacobian)
+    };
+    let ((a, by_a), (b, by_b)) = (read(&free), read(&held));
+    let of_positions = column(Quantity::PositionGain, 0)..inertia_column(3, 0);
+    for (a, b) in a.iter().zip(&b) {
+        assert!((a - b).abs() < 1e-10, "{a} {b}");
+    }
+    for (place, (a, b)) in by_a.iter().zip(&by_b).enumerate() {
+        assert!(of_positions.contains(&(place % width)) || (a - b).abs() < 1e-10, "{place}: {a} {b}");
+    }
+}
