@@ -14,6 +14,7 @@ use crate::joint::{Signals, estimate_jointly};
 use crate::result::EstimatorResult;
 use crate::robot::Robot;
 use crate::session::Session;
+use crate::sweeps::find_sweeps;
 use crate::workbench::Workbench;
 
 const GRAVITY: [f64; 3] = [0.6, -1.1, -9.73];
@@ -228,7 +229,7 @@ fn what_is_determined_is_what_can_be_known() {
 }
 
 #[test]
-fn a_joint_that_never_moves_is_told() {
+fn joints_that_never_move_are_told_and_what_the_other_does_is_no_sweep() {
     let folder = tempfile::tempdir().unwrap();
     session(folder.path(), 3, SESSION);
     for file in ["bare.csv", "loaded.csv"] {
@@ -238,7 +239,7 @@ fn a_joint_that_never_moves_is_told() {
             .map(|line| {
                 let mut cells: Vec<&str> = line.split(',').collect();
                 if cells[0] != "time_s" {
-                    cells[1] = "0.25";
+                    [cells[1], cells[2]] = ["0.25", "0.5"];
                 }
                 cells.join(",")
             })
@@ -247,5 +248,9 @@ fn a_joint_that_never_moves_is_told() {
     }
     let session = Session::read(&folder.path().join("session.toml")).unwrap();
     let note = session.unmoved_note().unwrap();
-    assert!(note.contains("turn (0.250000 rad)") && note.contains("its position gain stays open"), "{note}");
+    assert!(
+        note.contains("turn (0.250000 rad), shoulder (0.500000 rad)") && note.contains("its position gain stays open"),
+        "{note}"
+    );
+    assert!(find_sweeps(&session).is_empty());
 }

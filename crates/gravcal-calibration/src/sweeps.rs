@@ -37,7 +37,8 @@ pub struct Sweep {
 pub fn find_sweeps(session: &Session) -> Vec<Sweep> {
     let mut sweeps = Vec::new();
     let mut run = Run::default();
-    for pose in 0..session.poses.len() {
+    // Of an arm in motion nothing stands.
+    for pose in (0..session.poses.len()).filter(|pose| session.poses[*pose].course.is_none()) {
         if !run.take(session, pose) {
             sweeps.extend(sweep_of(session, &run));
             run = Run::default();
