@@ -26,6 +26,7 @@ pub(crate) fn motion() -> Motion {
         approach: Approach::Any,
         friction: None,
         walk: Vec::new(),
+        harmonic: None,
         dirt: Dirt::default(),
     }
 }

@@ -7,7 +7,7 @@ use super::friction::FrictionAtRest;
 pub struct Motion {
     /// Samples a second.
     pub rate: f64,
-    /// Samples of each standstill, after settling.
+    /// Samples of each standstill, after settling; of an arm that never stands, of each stretch.
     pub samples: usize,
     /// Time of a move, s.
     pub moving: f64,
@@ -25,8 +25,21 @@ pub struct Motion {
     pub friction: Option<FrictionAtRest>,
     /// Random walk of the zero of each torque reading: its standard deviation after a second, unit of the reading.
     pub walk: Vec<f64>,
+    /// Where the arm never stands: in place of each pose there is a stretch of this motion, and what is between two is not recorded.
+    pub harmonic: Option<HarmonicMotion>,
     /// What makes it dirty.
     pub dirt: Dirt,
+}
+
+/// How joints move that never stand: each on a sum of sines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HarmonicMotion {
+    /// Sines in a sum.
+    pub harmonics: usize,
+    /// Period of the slowest, s.
+    pub period: f64,
+    /// Which random trajectories.
+    pub seed: u64,
 }
 
 /// From which sides joints come to poses.

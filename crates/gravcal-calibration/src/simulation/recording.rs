@@ -16,7 +16,8 @@ use rand_pcg::Pcg64;
 use super::draw::stands;
 use super::experiment::Simulation;
 use super::friction::Bristles;
-use super::motion::Motion;
+use super::harmonic::Dynamics;
+use super::motion::{HarmonicMotion, Motion};
 use super::normal::normal;
 use super::statics::{Stand, Statics};
 use crate::parameter::Quantity;
@@ -34,6 +35,8 @@ const TOUCHED: f64 = 0.06;
 const ASIDE: f64 = 0.05;
 /// Keeps the stream of the zeros' walk apart from the others.
 const WALK: u64 = 0x7761_6c6b;
+/// Time between two stretches of motion at least, s.
+const LEAST_PAUSE: f64 = 1.0;
 /// Time between the recordings of two tables, s.
 const BETWEEN: f64 = 10.0;
 
@@ -71,7 +74,10 @@ pub fn record<E>(simulation: &Simulation, motion: &Motion, trial: u64, sink: &mu
     let poses = runs.iter().map(Vec::len).sum::<usize>() * motion.approach.sides().len();
     let mut recorder = Recorder::new(simulation, motion, random, trial, poses);
     for (table, run) in runs.iter().enumerate() {
-        recorder.record_table(table, run, sink)?;
+        match &motion.harmonic {
+            Some(harmonic) => recorder.record_motion(table, run.len(), harmonic, sink)?,
+            None => recorder.record_table(table, run, sink)?,
+        }
     }
     Ok(Recorded { session: recorder.session, standstills: recorder.standstills })
 }
@@ -85,6 +91,8 @@ struct Recorder<'a> {
     dirty: Pcg64,
     touched: Vec<usize>,
     bristles: Option<Bristles<'a>>,
+    /// Of trajectories.
+    trajectories: Pcg64,
     /// Of the walk.
     walking: Pcg64,
     /// Where the zero of each torque reading has gone, unit of the reading.
@@ -123,6 +131,7 @@ impl<'a> Recorder<'a> {
             dirty,
             touched,
             bristles: motion.friction.as_ref().map(|friction| Bristles::new(friction, simulation.seed, trial)),
+            trajectories: Pcg64::seed_from_u64(motion.harmonic.map_or(0, |harmonic| harmonic.seed)),
             walking: Pcg64::seed_from_u64(simulation.seed ^ trial.rotate_left(32) ^ WALK),
             walked: vec![0.0; joints],
             noise,
@@ -166,6 +175,48 @@ impl<'a> Recorder<'a> {
         }
         self.begun = self.time() + BETWEEN;
         self.sample = 0;
+        Ok(())
+    }
+
+    /// So many stretches of an arm that never stands; what is between two is not recorded.
+    fn record_motion<E>(
+        &mut self,
+        table: usize,
+        stretches: usize,
+        harmonic: &HarmonicMotion,
+        sink: &mut Sink<'_, E>,
+    ) -> Result<(), E> {
+        let simulation = self.simulation;
+        let mut dynamics = Dynamics::new(simulation, simulation.template.tables[table].load);
+        for _ in 0..stretches {
+            let trajectory = harmonic.trajectory(simulation, &mut self.trajectories);
+            for sample in 0..self.motion.samples {
+                let [coordinates, velocities, accelerations] = trajectory.at(sample as f64 / self.motion.rate);
+                let sensors = coordinates.iter().zip(&simulation.truth.sensors);
+                let position: Vec<f64> =
+                    sensors.map(|(coordinate, [_, _, gain, offset])| (coordinate - offset) / gain).collect();
+                let velocity: Vec<f64> =
+                    velocities.iter().enumerate().map(|(joint, speed)| speed / self.position_gain(joint)).collect();
+                self.direction = velocity.iter().map(|speed| speed.signum()).collect();
+                let conditions = Conditions { velocity, ..self.conditions(self.time()) };
+                let true_coordinates = simulation.coordinates(&position, &conditions);
+                let mut torque = dynamics.torques([&true_coordinates, &velocities, &accelerations]).to_vec();
+                if let Some(bristles) = &mut self.bristles {
+                    match sample {
+                        0 => bristles.appear(coordinates),
+                        _ => bristles.go(&coordinates),
+                    }
+                    bristles.add_to(&mut torque);
+                }
+                let at = Moment::new(&torque, &true_coordinates, &position, &conditions);
+                let torques = simulation.torque_readings(&at);
+                let readings = position.into_iter().chain(torques).collect();
+                self.row(table, &Still { readings, since: f64::MAX }, None, sink)?;
+            }
+            self.begun = self.time() + self.motion.moving.max(LEAST_PAUSE);
+            self.sample = 0;
+        }
+        self.begun += BETWEEN;
         Ok(())
     }
 
@@ -358,11 +409,12 @@ impl Simulation {
     fn sample_std(&self, channel: usize, motion: &Motion) -> f64 {
         let joints = self.template.joints.len();
         let disturbance = &self.disturbance;
+        let averaged = if motion.harmonic.is_some() { 1.0 } else { motion.samples as f64 };
         let of_mean = match channel.checked_sub(joints) {
             None => disturbance.position_std[channel],
             Some(joint) => disturbance.torque_std[joint],
         };
-        of_mean * (motion.samples as f64).sqrt()
+        of_mean * averaged.sqrt()
     }
 
     /// Standard deviation of the mean of a joint's torque over a standstill, each sample rounded by the converter.

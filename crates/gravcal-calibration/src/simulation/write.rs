@@ -147,11 +147,14 @@ struct ReadingsTable {
     conditions: ConditionTables,
     /// Of recordings in motion.
     #[serde(skip_serializing_if = "Option::is_none")]
-    still: Option<StillTable>,
+    still: Option<EmptyTable>,
+    /// Of arms that never stand.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    motion: Option<EmptyTable>,
 }
 
 #[derive(Serialize)]
-struct StillTable {}
+struct EmptyTable {}
 
 #[derive(Serialize)]
 struct JointTable {
@@ -216,7 +219,10 @@ fn range(simulation: &Simulation, session: &Session) -> Option<[f64; 2]> {
 fn session_toml(simulation: &Simulation, session: &Session, folder: &Path) -> Result<String, SimulateError> {
     let range = range(simulation, session);
     let joints = 0..session.joints.len();
-    let still = simulation.motion.as_ref().map(|_| StillTable {});
+    let recorded = simulation.motion.as_ref();
+    let moves = recorded.is_some_and(|motion| motion.harmonic.is_some());
+    let still = recorded.filter(|_| !moves).map(|_| EmptyTable {});
+    let motion = moves.then_some(EmptyTable {});
     let load_name = |load: usize| session.loads[load].name.clone();
     let table = SessionTable {
         robot: robot_table(session, folder),
@@ -225,18 +231,19 @@ fn session_toml(simulation: &Simulation, session: &Session, folder: &Path) -> Re
             position: PositionTable {
                 columns: joints.clone().map(|joint| position_column(simulation, joint)).collect(),
                 unit: session.joints.iter().map(|joint| joint.position_unit.to_string()).collect(),
-                std: (simulation.disturbance.position_std.iter().any(|std| *std > 0.0))
+                std: (!moves && simulation.disturbance.position_std.iter().any(|std| *std > 0.0))
                     .then(|| simulation.disturbance.position_std.clone()),
             },
             torque: TorqueTable {
                 columns: joints.clone().map(|joint| torque_column(simulation, joint)).collect(),
                 unit: session.joints.iter().map(|joint| torque_unit(joint.torque_unit).to_owned()).collect(),
-                std: still.is_none().then(|| joints.map(|joint| simulation.stated_std(joint)).collect()),
+                std: recorded.is_none().then(|| joints.map(|joint| simulation.stated_std(joint)).collect()),
                 lowest: range.map(|[lowest, _]| lowest),
                 highest: range.map(|[_, highest]| highest),
             },
             conditions: write_conditions::tables(session, &simulation.conditions),
             still,
+            motion,
         },
         joint: simulation
             .models

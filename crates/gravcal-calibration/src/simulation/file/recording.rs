@@ -1,9 +1,9 @@
 //! `[recording]`: the tables are recordings in motion.
 
 use super::reader::Reader;
-use super::tables::{FrictionTable, RecordingTable};
+use super::tables::{FrictionTable, HarmonicTable, RecordingTable};
 use crate::document::{Field, FileError, OneOrMany};
-use crate::simulation::{Approach, Dirt, FrictionAtRest, Motion};
+use crate::simulation::{Approach, Dirt, FrictionAtRest, HarmonicMotion, Motion};
 
 /// Length of pre-sliding where nothing is said, rad or m.
 const PRESLIDING: f64 = 2e-4;
@@ -12,6 +12,8 @@ const LEAN: f64 = 0.42;
 const SPREAD: f64 = 0.25;
 /// Samples of all recordings at most: a day of them, a thousand a second.
 const MOST_SAMPLES: f64 = 86.4e6;
+/// Sines in a sum at most.
+const MOST_HARMONICS: usize = 100;
 /// Samples a second at most: times of messages are told in nanoseconds.
 const HIGHEST_RATE: f64 = 1e6;
 /// Time between the first sample and the last at most, s: a year.
@@ -49,6 +51,7 @@ impl Reader<'_> {
             approach: self.approach(table)?,
             friction: table.friction.as_ref().map(|friction| self.friction(friction)).transpose()?,
             walk: self.walk(table)?,
+            harmonic: table.motion.as_ref().map(|motion| self.harmonic(motion)).transpose()?,
             dirt: Dirt {
                 outliers: share("outliers", table.outliers)?,
                 dropped: share("dropped", table.dropped)?,
@@ -73,6 +76,33 @@ impl Reader<'_> {
                 Err(self.document.error(&Field::new("recording").key("approach"), message))
             }
         }
+    }
+
+    fn harmonic(&self, table: &HarmonicTable) -> Result<HarmonicMotion, FileError> {
+        let field = |key: &str| Field::new("recording").key("motion").key(key);
+        if !(1..=MOST_HARMONICS).contains(&table.harmonics) {
+            let message = format!("{} sines: expected 1 to {MOST_HARMONICS}", table.harmonics);
+            return Err(self.document.error(&field("harmonics"), message));
+        }
+        if !self.table.sweep.is_empty() {
+            let message = "an arm that never stands makes no sweeps: delete [[sweep]], or this";
+            return Err(self.document.error(&Field::new("recording").key("motion"), message));
+        }
+        if self.true_tensors().is_none() {
+            let message =
+                "the robot's file states no inertia tensors of its links, and motion needs them: name a URDF that does";
+            return Err(self.document.error(&Field::new("recording").key("motion"), message));
+        }
+        let period = self.document.positive(&field("period_s"), table.period_s, "a period", "s")?;
+        Ok(HarmonicMotion { harmonics: table.harmonics, period, seed: table.seed.unwrap_or(1) })
+    }
+
+    /// Inertia tensors of all links as the robot's file states them, if it states any.
+    pub fn true_tensors(&self) -> Option<Vec<[f64; 6]>> {
+        let parameters = self.robot.chain.inertial_parameters().ok()?;
+        let tensor = |[_, _, _, _, tensor @ ..]: &[f64; 10]| *tensor;
+        let tensors: Vec<[f64; 6]> = parameters.as_chunks().0.iter().map(tensor).collect();
+        tensors.iter().flatten().any(|entry| *entry != 0.0).then_some(tensors)
     }
 
     fn friction(&self, table: &FrictionTable) -> Result<FrictionAtRest, FileError> {

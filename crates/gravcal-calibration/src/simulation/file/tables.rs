@@ -249,6 +249,11 @@ pub struct RecordingTable {
     /// Default: `"any"`.
     /// Example: `approach = "both-ways"`
     pub approach: Option<String>,
+    /// The arm never stands: each joint moves on a sum of sines about the middle of its range.
+    ///
+    /// Default: none.
+    /// Example: `motion = { harmonics = 5, period_s = 10 }`
+    pub motion: Option<HarmonicTable>,
     /// Friction that stays in part where joints stand (Dahl).
     ///
     /// Default: none.
@@ -278,6 +283,27 @@ pub struct RecordingTable {
     /// Default: 0.
     /// Example: `touched = 2`
     pub touched: Option<usize>,
+}
+
+/// See [`HarmonicMotion`](crate::simulation::HarmonicMotion).
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HarmonicTable {
+    /// Sines in each joint's sum.
+    ///
+    /// Unit: none.
+    /// Example: `harmonics = 5`
+    pub harmonics: usize,
+    /// Period of the slowest.
+    ///
+    /// Example: `period_s = 10`
+    pub period_s: f64,
+    /// Seed of their sizes and phases.
+    ///
+    /// Unit: none.
+    /// Default: 1.
+    /// Example: `seed = 2`
+    pub seed: Option<u64>,
 }
 
 /// See [`FrictionAtRest`](crate::simulation::FrictionAtRest).
