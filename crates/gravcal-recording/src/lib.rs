@@ -58,6 +58,7 @@ mod error;
 mod file;
 mod iso8601;
 mod mapping;
+mod memory;
 mod merge;
 mod motion;
 mod orientation;
@@ -89,14 +90,14 @@ pub use earlier::{
 pub use error::{Place, ReadError};
 pub use file::{LARGEST_DOCUMENT, LARGEST_RESULTS, file_name, holds, read_whole};
 pub use mapping::{MappingError, PoseMapping, PositionColumn, ReadingColumn};
+pub use memory::{Memory, Numbers, NumbersError};
 pub use motion::reader::Part;
 pub use orientation::{Orientation, OrientationColumns, OrientationForm};
-pub use pose::{Reading, Recording, StaticPose, read_part, read_part_in, read_poses};
+pub use pose::{Reading, Recording, StaticPose, read_part, read_poses};
 pub use rows::{
-    Change, CheckedFile, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, Memory, Numbers,
-    NumbersError, RewriteError, Rewriting, Row, RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched,
-    are_same_numbers, column_numbers, create, inspect, inspect_as, open, open_as, open_parquet, rewrite,
-    shielded_parquet,
+    Change, CheckedFile, Clipped, ColumnFound, Gap, Guess, Heading, Inspection, JointFound, Meaning, RewriteError,
+    Rewriting, Row, RowWriter, Rows, Source, Stuck, TimeFound, Topic, Watch, Watched, are_same_numbers, column_numbers,
+    create, inspect, inspect_as, open, open_as, open_parquet, rewrite, shielded_parquet,
 };
 pub use selection::{MotionLimits, Selection};
 pub use still::{Reason, Rejected, Spread, Standstill, Standstills, Stillness, static_poses};

@@ -9,7 +9,7 @@ use crate::mapping::PoseMapping;
 use crate::merge::merge_repeated;
 use crate::motion::reader::Part;
 use crate::orientation::Orientation;
-use crate::rows::Memory;
+use crate::rows::Rows;
 use crate::slope::differentiate;
 use crate::table::Table;
 
@@ -74,21 +74,23 @@ pub fn read_poses(path: &Path, mapping: &PoseMapping) -> Result<Recording, ReadE
 ///
 /// As [`read_poses`]; less than two rows are in the part.
 pub fn read_part(path: &Path, mapping: &PoseMapping, part: Part) -> Result<Recording, ReadError> {
-    read_part_in(&Memory::default(), path, mapping, part)
+    mapping.check()?;
+    poses_in(&Table::read_as(path, &mapping.csv)?, mapping, part)
 }
 
-/// The same, where the table may stand in memory.
+/// The same of rows, which are told as those of `path`.
 ///
 /// # Errors
 ///
 /// As [`read_part`].
-pub fn read_part_in(memory: &Memory, path: &Path, mapping: &PoseMapping, part: Part) -> Result<Recording, ReadError> {
+pub(crate) fn part_of_rows(
+    path: &Path,
+    rows: &mut dyn Rows,
+    mapping: &PoseMapping,
+    part: Part,
+) -> Result<Recording, ReadError> {
     mapping.check()?;
-    let table = match memory.holds(path) {
-        true => Table::of_rows(path, memory.open_as(path, &mapping.csv)?.as_mut()),
-        false => Table::read_as(path, &mapping.csv),
-    };
-    poses_in(&table?, mapping, part)
+    poses_in(&Table::of_rows(path, rows)?, mapping, part)
 }
 
 /// The poses in a table; `mapping` has been checked.

@@ -103,6 +103,8 @@ pub fn submit(arguments: &SubmitArguments, study: &Study, solvers: &[String]) ->
     let path = absolute(&path)?;
     let tasks = (arguments.tasks as usize).min(slurm::most_tasks()).min(folder.parts());
     check_earlier(&path, tasks)?;
+    // Their merging writes here.
+    drop(folder);
     let logs = path.join(LOGS);
     std::fs::create_dir_all(&logs).map_err(|error| Failure::bad_input(&error).about(logs.display()))?;
     let jobs = hand_in(arguments, &absolute(&arguments.study)?, &path, tasks)?;
@@ -170,7 +172,7 @@ pub fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
     ))?;
     if tasks.is_empty() && merge.is_empty() {
         terminal::print(&format!(
-            "No job is left, and parts are missing: look at {}, and submit the study again; what is done is not done again\n",
+            "No job is left, and the table is not there: look at {}, and submit the study again; what is done is not done again\n",
             arguments.folder.join(LOGS).display()
         ))?;
     }

@@ -12,7 +12,6 @@ mod folder;
 mod inspect;
 mod joint_state;
 mod mcap;
-mod memory;
 mod messages;
 mod missing;
 mod parquet;
@@ -39,7 +38,6 @@ pub use inspect::{
     Clipped, ColumnFound, Gap, Guess, Inspection, JointFound, Meaning, Stuck, TimeFound, are_same_numbers,
     column_numbers, inspect, inspect_as,
 };
-pub use memory::{Memory, Numbers, NumbersError};
 pub use parquet::{CheckedFile, open_parquet, shielded_parquet};
 pub use rewrite::{Change, RewriteError, Rewriting, Watch, rewrite};
 pub use watched::Watched;

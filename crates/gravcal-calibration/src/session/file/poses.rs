@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use gravcal_dynamics::JointKind;
-use gravcal_recording::{Course, Memory, Part, PoseMapping, ReadError, StaticPose, read_part_in};
+use gravcal_recording::{Course, Memory, Part, PoseMapping, ReadError, StaticPose};
 use serde::Deserialize;
 
 use super::context::{Context, SessionError};
@@ -263,7 +263,7 @@ pub(super) fn read_all(
 ) -> Result<ReadPoses, SessionError> {
     let mut all = ReadPoses::none(mapping.torques.len());
     for (index, (table, from)) in tables.iter().zip(written.iter()).enumerate() {
-        let read = read_part_in(memory, &table.path, mapping, from.part_of_recording());
+        let read = memory.read_part(&table.path, mapping, from.part_of_recording());
         let read = read.map_err(|error| written.wrong(document, index, error))?;
         all.in_motion.iter_mut().zip(&read.in_motion).for_each(|(all, here)| *all += here);
         if !read.remarks.is_empty() {

@@ -4,9 +4,12 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::{MOST_COLUMNS, Row, Rows, Source, open_as};
 use crate::csv_lines::CsvWriting;
 use crate::error::ReadError;
+use crate::mapping::PoseMapping;
+use crate::motion::reader::Part;
+use crate::pose::{Recording, part_of_rows, read_part};
+use crate::rows::{MOST_COLUMNS, Row, Rows, Source, open_as};
 
 /// Named columns of numbers, row by row; NaN where a row says nothing, as an empty cell of a file.
 #[derive(Clone, Debug)]
@@ -67,6 +70,17 @@ impl Memory {
     /// Whether a path is that of a recording in memory.
     pub fn holds(&self, path: &Path) -> bool {
         self.0.contains_key(path)
+    }
+
+    /// Reads static poses of what is in memory under this path, else of the file.
+    ///
+    /// # Errors
+    /// As [`read_part`].
+    pub fn read_part(&self, path: &Path, mapping: &PoseMapping, part: Part) -> Result<Recording, ReadError> {
+        match self.holds(path) {
+            true => part_of_rows(path, self.open_as(path, &mapping.csv)?.as_mut(), mapping, part),
+            false => read_part(path, mapping, part),
+        }
     }
 
     /// Opens what is in memory under this path, else the file.
