@@ -184,7 +184,8 @@ load = "plate"
         for id in ids {
             let name = simulation.template.parameter_name(id);
             let Some(found) = result.parameters.iter().find(|parameter| parameter.name == name) else { continue };
-            if let (Some(value), Some(std)) = (found.value, found.std) {
+            // What defines a frame has a value without an error.
+            if let (Some(value), Some(std)) = (found.value, found.std.filter(|std| *std > 0.0)) {
                 squares.push(((value - simulation.truth.value(id)) / std).powi(2));
             }
         }
