@@ -145,7 +145,7 @@ fn fields_of_calibrations_are_in_the_book() {
 
 #[test]
 fn help_of_every_command_is_in_the_book() {
-    let commands: [&[&str]; 14] = [
+    let commands: [&[&str]; 17] = [
         &[],
         &["calibrate"],
         &["check"],
@@ -158,6 +158,9 @@ fn help_of_every_command_is_in_the_book() {
         &["study", "run"],
         &["study", "merge"],
         &["study", "report"],
+        &["study", "submit"],
+        &["study", "status"],
+        &["study", "cancel"],
         &["completions"],
         &["manual"],
     ];

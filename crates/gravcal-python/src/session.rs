@@ -186,11 +186,12 @@ impl Session {
     fn check(&self, py: Python<'_>) -> PyResult<(String, String, bool)> {
         let stop = AtomicBool::new(false);
         let told = run(py, None, &stop, |_| {
-            Choice::new(&[], None, &self.session, &self.path)?;
+            let choice = Choice::new(&[], None, &self.session, &self.path)?;
+            let steps = choice.estimators.iter().any(|estimator| estimator.follows_steps());
             let bad = |error: &dyn std::error::Error| gravcal_cli::Failure::bad_input(error);
             let report = check(&self.session).map_err(|error| bad(&error))?;
             let json = check_json(&report).map_err(|error| bad(&error))?;
-            let table = CheckTable { robot: &self.session.robot.name, report: &report }.to_string();
+            let table = CheckTable { robot: &self.session.robot.name, report: &report, steps }.to_string();
             Ok((json, table, report.complete))
         })?;
         told.map_err(|error: gravcal_cli::Failure| failure(py, &error))

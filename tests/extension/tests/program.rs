@@ -43,7 +43,7 @@ fn what_models_of_another_crate_and_formulas_say_is_found() {
     let told = String::from_utf8_lossy(&out.stdout).into_owned();
     assert!(out.status.success() && told.contains("ripple_order"), "{out:?}");
 
-    let out = run(folder.path(), &["calibrate", "session.toml", "-o", "results"]);
+    let out = run(folder.path(), &["calibrate", "session.toml", "-o", "results", "--full"]);
     let told = String::from_utf8_lossy(&out.stdout).into_owned();
     assert_eq!(out.status.code(), Some(0), "{told} {out:?}");
     assert!(told.contains("reading = ... + wave * sin(number * position + shift)"), "{told}");
