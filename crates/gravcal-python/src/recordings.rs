@@ -18,14 +18,13 @@ struct Read {
     remarks: Vec<String>,
 }
 
+/// Columns, cells, remarks.
+type Told<'py> = (Vec<String>, Bound<'py, PyArray2<f64>>, Vec<String>);
+
 /// Names of the columns; a row each row, NaN where it says nothing; remarks of the reader.
 #[pyfunction]
 #[pyo3(signature = (path, progress=None))]
-pub fn read_recording<'py>(
-    py: Python<'py>,
-    path: PathBuf,
-    progress: Option<&Bound<'_, PyAny>>,
-) -> PyResult<(Vec<String>, Bound<'py, PyArray2<f64>>, Vec<String>)> {
+pub fn read_recording<'py>(py: Python<'py>, path: PathBuf, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Told<'py>> {
     let read = run(py, progress, &AtomicBool::new(false), |tell| {
         let mut recording = open(&path)?;
         let (mut row, mut rows) = (Row::default(), Vec::new());

@@ -68,6 +68,9 @@ pub struct Session {
     read_ms: f64,
 }
 
+/// Coordinates and torques.
+type Truth<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
+
 /// A recording in memory: its name, its columns, and its numbers.
 type Recording<'py> = (String, Vec<String>, PyReadonlyArray2<'py, f64>);
 
@@ -209,7 +212,7 @@ impl Session {
         load: Option<String>,
         residual: bool,
         nominal: bool,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<Truth<'py>> {
         let effort = if residual { Effort::Residual { load } } else { Effort::Torque };
         let applied = Applied { calibration: &calibration, estimator, effort, nominal };
         let readings = (position.as_array(), torque.as_array());
