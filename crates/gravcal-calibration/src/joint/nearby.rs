@@ -141,8 +141,10 @@ impl Solved {
 
     /// The part of gravity along the axis of the first joint, as long as all of it; nothing where the rest is larger than its errors.
     fn gravity_along_first_axis(&self, session: &Session) -> Option<Vector3<f64>> {
-        let first = session.robot.chain.movers().first().filter(|mover| mover.kind == JointKind::Revolute)?;
-        let axis = Vector3::from(first.before.rotate_vector(first.axis));
+        let chain = &session.robot.chain;
+        chain.movers().first().filter(|mover| mover.kind == JointKind::Revolute)?;
+        // No coordinate turns the first axis.
+        let axis = Vector3::from(chain.axes(&vec![0.0; chain.joints().len()])[0]);
         let g = Vector3::from_column_slice(self.estimate.values.get(self.posed.layout.gravity));
         let along = axis * axis.dot(&g);
         let Some(across) = (g - along).try_normalize(f64::MIN_POSITIVE) else { return Some(g) };

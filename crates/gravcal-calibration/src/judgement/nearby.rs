@@ -48,8 +48,8 @@ const RIDGE: f64 = 1e-14;
 const MOST_COLUMNS: usize = 400;
 
 /// Plausible values at which something has the least effect, one for each direction whose effect is not steady, with what ½ χ² is larger by
-/// there. `asked`: column and limit of
-/// use of what is asked for; `determined`: columns of what will be told; `plausible`: where unknowns lie of which the readings say nothing.
+/// there. `asked`: column and limit of use of what is asked for; `determined`: columns of what will be told; `plausible`: where unknowns lie
+/// of which the readings say nothing.
 ///
 /// # Errors
 /// Where a residual cannot be evaluated nearby.

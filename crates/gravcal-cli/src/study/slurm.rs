@@ -9,10 +9,6 @@ use crate::failure::Failure;
 /// Tasks of an array where Slurm does not tell how many it takes: its own default.
 const MOST_TASKS: usize = 1000;
 
-/// A job that waits for another, which must succeed.
-#[derive(Clone, Copy, Debug)]
-pub struct After<'a>(pub &'a str);
-
 /// Hands a script in, and returns the number of its job.
 ///
 /// # Errors
@@ -23,9 +19,9 @@ pub fn submit(script: &str, options: &[String]) -> Result<String, Failure> {
     Ok(printed.trim().split(';').next().unwrap_or_default().to_owned())
 }
 
-/// The options by which a job waits.
-pub fn waiting(after: After<'_>) -> Vec<String> {
-    vec![format!("--dependency=afterok:{}", after.0), "--kill-on-invalid-dep=yes".to_owned()]
+/// The options by which a job waits for another, which must succeed.
+pub fn waiting_for(job: &str) -> Vec<String> {
+    vec![format!("--dependency=afterok:{job}"), "--kill-on-invalid-dep=yes".to_owned()]
 }
 
 /// Tasks of an array that Slurm takes.

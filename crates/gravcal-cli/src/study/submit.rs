@@ -11,7 +11,7 @@ use gravcal_study::batch::{Manifest, Shard, StudyFolder};
 use gravcal_study::plan::Study;
 use serde::{Deserialize, Serialize};
 
-use super::slurm::{self, After};
+use super::slurm;
 use super::{check_apart, folder_beside, open, refused};
 use crate::exit::Exit;
 use crate::failure::Failure;
@@ -138,7 +138,7 @@ fn hand_in(arguments: &SubmitArguments, study: &Path, results: &Path, tasks: usi
 
     let merge = format!("merge {results_quoted} {results_quoted}/{SHARES}/*-of-{tasks} --quiet");
     let mut options = vec![name("merge"), log("merge.log")];
-    options.extend(slurm::waiting(After(&array_job)));
+    options.extend(slurm::waiting_for(&array_job));
     match slurm::submit(&script(merge), &options) {
         Ok(merge_job) => Ok(Jobs { array_job, merge_job, tasks }),
         Err(refused) => {
@@ -163,12 +163,12 @@ pub fn status(arguments: &StatusArguments) -> Result<Exit, Failure> {
     let done: usize = done.sum::<Result<usize, _>>().map_err(|error| refused(&error))?;
     let (tasks, merge) = (slurm::states(&jobs.array_job)?, slurm::states(&jobs.merge_job)?);
     terminal::print(&format!(
-        "{done} of {parts} parts done\ntasks:    {} of {} (job {})\nmerge:    {} (job {})\n",
-        counted(&tasks),
+        "{done} of {parts} parts done\n{} tasks (job {}): {}\nmerge (job {}): {}\n",
         jobs.tasks,
         jobs.array_job,
-        counted(&merge),
+        counted(&tasks),
         jobs.merge_job,
+        counted(&merge),
     ))?;
     if tasks.is_empty() && merge.is_empty() {
         terminal::print(&format!(

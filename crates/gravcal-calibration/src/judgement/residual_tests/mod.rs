@@ -87,8 +87,6 @@ struct Tested {
     candidate: Candidate,
     gain: f64,
     terms: Vec<Vec<f64>>,
-    /// Its share of the probability of naming anything.
-    weight: f64,
 }
 
 /// What is looked for, and where.
@@ -120,10 +118,8 @@ impl Tests<'_> {
                 (0..rows.channels()).map(|channel| Neighbours::of(&maker, &rows, channel)).collect();
             let mut found: Vec<Tested> =
                 candidates.iter().filter_map(|candidate| self.test(&maker, &rows, &neighbours, candidate)).collect();
-            let others = found.len().saturating_sub(1).max(1) as f64;
-            let all_bend = found.iter_mut().filter(|tested| tested.candidate == Candidate::AllBend);
-            all_bend.for_each(|tested| tested.weight = others);
-            let weighted = |tested: &Tested| tested.test.p_value / tested.weight;
+            let count = found.len();
+            let weighted = |tested: &Tested| tested.test.p_value / tested.candidate.weight(count);
             found.sort_by(|a, b| weighted(a).total_cmp(&weighted(b)).then(b.gain.total_cmp(&a.gain)));
             let least = named.last().map_or(0.0, |last| last.corrected_p_value);
             correct(&mut found, least);
@@ -200,7 +196,7 @@ impl Tests<'_> {
                     named: false,
                     spoils_intervals: false,
                 };
-                Some(Tested { test, candidate: candidate.clone(), gain: 0.0, terms: Vec::new(), weight: 1.0 })
+                Some(Tested { test, candidate: candidate.clone(), gain: 0.0, terms: Vec::new() })
             }
             Candidate::AllBend => {
                 let scored = score(maker, rows, neighbours, &[self.columns.all_bend()])?;
@@ -264,7 +260,7 @@ impl Tests<'_> {
             named: false,
             spoils_intervals: false,
         };
-        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, terms, weight: 1.0 }
+        Tested { test, candidate: Candidate::Term(channel, term.clone()), gain, terms }
     }
 
     fn by_motion(&self, joint: usize, unit: &str, time: &str) -> String {
@@ -301,15 +297,24 @@ impl Candidate {
     fn covers(&self, other: &Candidate) -> bool {
         self == other || (*self == Candidate::AllBend && matches!(other, Candidate::Term(_, Term::Compliance)))
     }
+
+    /// Its share of the probability of naming anything, among so many tests: that all joints bend counts as much as all others together.
+    fn weight(&self, tests: usize) -> f64 {
+        match self {
+            Candidate::AllBend => tests.saturating_sub(1).max(1) as f64,
+            Candidate::Term(..) | Candidate::Neighbours(_) => 1.0,
+        }
+    }
 }
 
 /// Holm's method with weights: a p-value counts as often as its weight is contained in those of all that are no smaller, and no less than a
 /// smaller one. (Holm 1979, section 4.) With equal weights the k-th smallest of m counts m − k + 1 times.
 fn correct(found: &mut [Tested], least: f64) {
-    let (mut rest, mut least) = (found.iter().map(|tested| tested.weight).sum::<f64>(), least);
-    for tested in found {
-        least = least.max((rest / tested.weight * tested.test.p_value).min(1.0));
+    let weights: Vec<f64> = found.iter().map(|tested| tested.candidate.weight(found.len())).collect();
+    let (mut rest, mut least) = (weights.iter().sum::<f64>(), least);
+    for (tested, weight) in found.iter_mut().zip(weights) {
+        least = least.max((rest / weight * tested.test.p_value).min(1.0));
         tested.test.corrected_p_value = least;
-        rest -= tested.weight;
+        rest -= weight;
     }
 }

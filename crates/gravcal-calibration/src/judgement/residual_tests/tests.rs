@@ -108,15 +108,16 @@ fn joints_that_all_give_way_a_little_are_named_together() {
 
 #[test]
 fn a_weighted_test_has_its_share_of_the_probability() {
-    let tested = |p_value: f64, weight: f64| Tested {
-        weight,
+    let tested = |p_value: f64, candidate: Candidate| Tested {
         test: ResidualTest { p_value, ..test_of_nothing() },
-        candidate: Candidate::AllBend,
+        candidate,
         gain: 0.0,
         terms: Vec::new(),
     };
     // Half of the weight in the first: its p-value counts twice, those that follow as Holm has them.
-    let mut found = [tested(0.004, 3.0), tested(0.002, 1.0), tested(0.003, 1.0), tested(0.5, 1.0)];
+    let own = Candidate::Neighbours(0);
+    let mut found =
+        [tested(0.004, Candidate::AllBend), tested(0.002, own.clone()), tested(0.003, own.clone()), tested(0.5, own)];
     correct(&mut found, 0.0);
     let corrected: Vec<f64> = found.iter().map(|tested| tested.test.corrected_p_value).collect();
     let expected = [0.008, 0.008, 0.008, 0.5];
