@@ -41,35 +41,9 @@ pub mod simulation;
 pub mod sweeps;
 
 #[cfg(test)]
-mod branches;
-#[cfg(test)]
-mod by_groups;
-#[cfg(test)]
-mod deflections;
-#[cfg(test)]
-mod descriptions;
-#[cfg(test)]
-mod instrumented;
-#[cfg(test)]
-mod left_out;
-#[cfg(test)]
-mod moving_arm;
-#[cfg(test)]
-mod one_sided;
-#[cfg(test)]
-mod reference;
-#[cfg(test)]
-mod robustness;
-#[cfg(test)]
-mod slow_sweeps;
-#[cfg(test)]
 mod testing;
 #[cfg(test)]
-mod unexplained_errors;
-#[cfg(test)]
-mod unstated_noise;
-#[cfg(test)]
-mod wrist_by_hand;
+mod tests;
 
 pub use calibrate::{UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
 pub use estimator_name::{EstimatorName, UnknownEstimator};

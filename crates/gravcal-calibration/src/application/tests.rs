@@ -4,10 +4,10 @@ use gravcal_recording::{
 };
 
 use super::*;
-use crate::sensors::testing::{shoulder, with_model};
 use crate::sensors::{Moment, Options};
 use crate::simulation::Simulation;
 use crate::testing::sarcos_shoulder;
+use crate::testing::sensor_models::{shoulder, with_model};
 
 /// Columns `q1 … tau1 … v1 … T`; a joint moves from 1 deg/s on.
 fn readings() -> PoseMapping {

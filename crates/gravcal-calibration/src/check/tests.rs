@@ -374,7 +374,7 @@ fn cures_are_sweeps_where_moments_are_described_by_sweep() {
 #[test]
 fn friction_wants_poses_approached_from_the_other_side() {
     use crate::sensors::Options;
-    use crate::sensors::testing::{shoulder, with_model};
+    use crate::testing::sensor_models::{shoulder, with_model};
 
     let friction = with_model(shoulder(), 1, "coulomb-friction", &Options::default(), &[3.0]);
     let mut session = friction.session(0);

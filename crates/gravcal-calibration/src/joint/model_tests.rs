@@ -207,8 +207,8 @@ fn chi_squared(kind: TestKind, statistic: f64, parameters: usize) -> Option<Test
 mod tests {
     use crate::result::{SensorModelTest, TestKind};
     use crate::sensors::Options;
-    use crate::sensors::testing::{estimate, shoulder, with_model};
     use crate::session::{Session, UncertaintyChoice};
+    use crate::testing::sensor_models::{estimate, shoulder, with_model};
 
     fn with_drift(drift: f64, trial: u64) -> Session {
         with_model(shoulder(), 1, "torque-bias-in-time", &Options::default(), &[drift]).session(trial)

@@ -280,9 +280,9 @@ fn correlation(telling: &[(usize, usize)], first: &[Vec<f64>], second: &[Vec<f64
 #[cfg(test)]
 mod tests {
     use crate::result::{EstimatorResult, Verdict};
-    use crate::sensors::testing::estimate;
     use crate::session::{KnowledgeKind, Session};
     use crate::testing::sarcos_shoulder;
+    use crate::testing::sensor_models::estimate;
 
     /// The reference protocol with sensors mounted the other way round, and not declared so.
     fn with_reversed(joints: &[usize]) -> Session {

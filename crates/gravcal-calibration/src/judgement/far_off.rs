@@ -138,9 +138,9 @@ impl Told {
 mod tests {
     use super::doubts_of_results;
     use crate::result::Verdict;
-    use crate::sensors::testing::estimate;
     use crate::session::Session;
     use crate::testing::sarcos_shoulder;
+    use crate::testing::sensor_models::estimate;
 
     fn doubts(session: &Session) -> (Verdict, Vec<String>) {
         let result = estimate(session);

@@ -39,8 +39,8 @@ pub(crate) fn driving_friction_notes(session: &Session, parameters: &[ParameterR
 #[cfg(test)]
 mod tests {
     use crate::sensors::Options;
-    use crate::sensors::testing::{estimate, shoulder, with_model};
     use crate::testing::sarcos_shoulder;
+    use crate::testing::sensor_models::{estimate, shoulder, with_model};
 
     /// What is told of a friction that is truly this; the sensors of the second joint turned by these signs.
     fn told(model: &str, truth: f64, [torque, position]: [f64; 2]) -> Vec<String> {

@@ -102,8 +102,6 @@ mod model;
 mod options;
 mod polynomial;
 mod readings;
-#[cfg(test)]
-mod saturation;
 mod standard;
 mod term;
 mod terms;
@@ -112,6 +110,8 @@ pub(crate) mod testing;
 
 pub use automatic::{Differentiated, SensorFormula};
 pub(crate) use declare::Term;
+#[cfg(test)]
+pub(crate) use declare::declare_terms;
 pub use derivative_check::{WrongDerivative, check_term_derivatives};
 pub use file::DeclaredModels;
 pub(crate) use file::{DeclaredInFile, ModelContext, ModelTable, ParameterInFile, declare, to_unit_of};

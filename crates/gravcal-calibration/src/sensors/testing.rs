@@ -1,54 +1,23 @@
-//! Simulated sessions of the Sarcos shoulder with sensors that are not affine.
+//! Every model of a sensor at once.
 
 use gravcal_dynamics::JointKind;
-use gravcal_estimation::Solver;
-use gravcal_solvers::LevenbergMarquardt;
+use gravcal_recording::{PositionUnit, TorqueUnit};
 use toml::{Table, Value};
 
-use super::declare::{Term, declare_terms};
+use super::declare::declare_terms;
 use super::{Options, SensorModel, SensorTerms, Side, Site};
-use crate::joint::{Signals, estimate_jointly};
-use crate::parameter::Parameter;
 use crate::registry::Registry;
-use crate::result::EstimatorResult;
-use crate::session::Session;
-use crate::simulation::{SimulatedConditions, Simulation};
-use crate::testing::sarcos_shoulder;
-use crate::workbench::Workbench;
+use crate::session::{JointKnowledge, Knowledge, KnowledgeKind};
 
-/// The reference protocol, 10 s from pose to pose, sensors that warm up, and joints that come from both sides.
-pub fn shoulder() -> Simulation {
-    let conditions = SimulatedConditions {
-        pose_interval: Some(10.0),
-        temperature: Some([22.0, 35.0]),
-        largest_speed: Some(0.05),
-        direction: true,
-    };
-    Simulation { conditions, ..sarcos_shoulder() }
-}
-
-/// The same with a model of one joint's sensor, its parameters truly these.
-pub fn with_model(
-    mut simulation: Simulation,
-    joint: usize,
-    model: &str,
-    options: &Options,
-    truth: &[f64],
-) -> Simulation {
-    let site = Site::new(
-        joint,
-        &["joint1", "joint2", "joint3"],
-        &[JointKind::Revolute; 3],
-        &simulation.template.joints[joint],
-    );
-    let registry = Registry::standard();
-    let declared = declare_terms(registry.sensor_model(model).unwrap(), &site, options).unwrap();
-    let (terms, parameters): (Vec<Term>, Vec<Vec<Parameter>>) = declared.into_iter().unzip();
-    simulation.template.terms.extend(terms);
-    simulation.template.further.extend(parameters.concat());
-    simulation.truth.further.extend(truth);
-    assert_eq!(simulation.template.further.len(), simulation.truth.further.len());
-    simulation
+/// What is known of a sensor beforehand: next to nothing.
+pub fn joint_knowledge() -> JointKnowledge {
+    let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
+    JointKnowledge {
+        torque_unit: Some(TorqueUnit::Count),
+        torque_sign_declared: false,
+        position_unit: PositionUnit::Radian,
+        parameters: [start(6.69), start(2048.0), start(1.0), start(0.2)],
+    }
 }
 
 /// A formula with these unknowns, which start at zero.
@@ -82,10 +51,10 @@ fn terms_of(ripple: &str, has: impl Fn(&dyn SensorModel) -> bool) -> SensorTerms
     let registry = Registry::standard();
     let options = Options::default().with("reference_degC", 25).with("orders", vec![1, 3]);
     let kinds = [JointKind::Revolute, JointKind::Prismatic, JointKind::Revolute];
-    let joints = sarcos_shoulder().template.joints;
+    let knowledge = joint_knowledge();
     let mut terms = SensorTerms::default();
     for joint in 0..3 {
-        let site = Site::new(joint, &["joint1", "joint2", "joint3"], &kinds, &joints[joint]);
+        let site = Site::new(joint, &["joint1", "joint2", "joint3"], &kinds, &knowledge);
         for model in registry.sensor_models().filter(|model| !model.is_repeatable() && has(*model)) {
             if kinds[joint] == JointKind::Revolute || model.side() == Side::Torque {
                 terms.extend(declare_terms(model, &site, &options).unwrap().into_iter().map(|(term, _)| term));
@@ -102,55 +71,4 @@ fn terms_of(ripple: &str, has: impl Fn(&dyn SensorModel) -> bool) -> SensorTerms
         }
     }
     terms
-}
-
-/// The readings of a session taken for those of affine sensors.
-pub fn taken_as_affine(session: &Session) -> Session {
-    Session { terms: SensorTerms::default(), further: Vec::new(), ..session.clone() }
-}
-
-pub fn estimate(session: &Session) -> EstimatorResult {
-    estimate_by(&LevenbergMarquardt::default(), session)
-}
-
-pub fn estimate_by(solver: &dyn Solver, session: &Session) -> EstimatorResult {
-    estimate_jointly(session, Signals::All, None, &Workbench::new(solver, &|_| {})).unwrap()
-}
-
-/// By determined parameter, how many standard deviations its value is off the truth.
-pub fn errors(session: &Session, simulation: &Simulation, result: &EstimatorResult) -> Vec<(String, f64)> {
-    let told = session.parameters().into_iter().zip(&result.parameters);
-    told.filter_map(|(id, told)| {
-        let std = told.std.filter(|std| *std > 0.0)?;
-        Some((told.name.clone(), (told.value? - simulation.truth.value(id)) / std))
-    })
-    .collect()
-}
-
-/// Shows what a model is for: readings with it, taken for affine, are explained badly or give values many standard
-/// deviations off; the model itself explains them, and finds the truth.
-pub fn assert_told_apart(simulation: &Simulation) {
-    let session = simulation.session(0);
-    let affine = taken_as_affine(&session);
-    let wrong = estimate(&affine);
-    let largest = |errors: Vec<(String, f64)>| errors.iter().fold(0.0_f64, |m, (_, error)| m.max(error.abs()));
-    let misfit = wrong.fit.as_ref().and_then(|fit| fit.p_value).is_some_and(|p| p < 1e-6);
-    let off = largest(errors(&affine, simulation, &wrong));
-    assert!(misfit || off > 5.0, "the affine model is off by {off} standard deviations at most, and fits");
-
-    let right = estimate(&session);
-    let found = errors(&session, simulation, &right);
-    assert_eq!(right.undetermined.len(), 1, "{:?}", right.undetermined);
-    assert!(right.fit.as_ref().unwrap().p_value.unwrap() > 1e-3, "{:?}", right.fit);
-    assert!(found.iter().all(|(_, error)| error.abs() < 4.0), "{found:?}");
-    let names: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
-    for parameter in &session.further {
-        assert!(names.contains(&parameter.name().as_str()), "{} is undetermined", parameter.name());
-    }
-}
-
-/// Names of what a session cannot determine.
-pub fn undetermined(session: &Session) -> Vec<String> {
-    let told = estimate(session).parameters;
-    told.into_iter().filter(|told| !told.determined && told.asked).map(|told| told.name).collect()
 }

@@ -177,15 +177,25 @@ fn check(arrays: &PoseArrays<'_>, joints: usize, loads: usize) -> Result<(), Pos
 
 #[cfg(test)]
 mod tests {
+    use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, chain_from_dh};
+
     use super::*;
-    use crate::testing::sarcos_shoulder;
 
-    fn gravity() -> GravityKnowledge {
-        sarcos_shoulder().template.gravity
-    }
-
+    /// Three joints of which nothing is known but their axes.
     fn session() -> Session {
-        Session::of_robot(sarcos_shoulder().template.robot, gravity())
+        let row = |i: usize| DhRow {
+            name: format!("joint{i}"),
+            kind: JointKind::Revolute,
+            a: 0.0,
+            alpha: 1.5,
+            d: 0.0,
+            theta: 0.0,
+            limits: None,
+            link: Link { name: format!("link{i}"), inertia: None },
+        };
+        let chain = chain_from_dh("base", DhConvention::Standard, &[row(1), row(2), row(3)]).unwrap();
+        let robot = Robot { name: "arm".into(), chain, sensors: vec![Default::default(); 3] };
+        Session::of_robot(robot, GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: None })
     }
 
     fn arrays<'a>(positions: &'a [f64], torques: &'a [f64]) -> PoseArrays<'a> {

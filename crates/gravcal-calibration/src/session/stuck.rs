@@ -125,8 +125,6 @@ impl Session {
 
 #[cfg(test)]
 mod tests {
-    use crate::testing::sarcos_shoulder;
-
     #[test]
     fn runs_of_equal_readings_are_found() {
         let run = |readings: &[f64]| super::longest_run(readings.iter().copied().enumerate());
@@ -137,20 +135,5 @@ mod tests {
         readings.push(2.0);
         let run = run(&readings).unwrap();
         assert_eq!((run.at, run.poses, run.first, run.last), (third, 10, 3, 12));
-    }
-
-    /// Joints that stand while another sweeps are no sensors that are stuck.
-    #[test]
-    fn positions_that_stay_are_told_where_others_move() {
-        let session = sarcos_shoulder().session(0);
-        assert_eq!((session.unmoved_note(), session.stuck_positions_remark()), (None, None));
-        let mut unmoved = session.clone();
-        unmoved.poses.iter_mut().for_each(|pose| pose.position[2] = 0.25);
-        let told = unmoved.unmoved_note().unwrap();
-        assert!(
-            told.starts_with("Position readings that are the same in all 407 poses: joint3 (0.250000 rad)."),
-            "{told}"
-        );
-        assert!(unmoved.stuck_positions_remark().unwrap().contains("other joints move: joint3 (0.250000 rad). Where"));
     }
 }

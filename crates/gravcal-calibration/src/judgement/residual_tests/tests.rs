@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 use super::*;
 use crate::result::{EstimatorResult, Verdict};
 use crate::sensors::Options;
-use crate::sensors::testing::{estimate, shoulder, taken_as_affine, with_model};
+use crate::testing::sensor_models::{estimate, shoulder, taken_as_affine, with_model};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
 
 /// Noise of the shoulder's readings, counts.

@@ -449,12 +449,12 @@ mod tests {
     use gravcal_recording::{Conditions, FurtherColumn};
 
     use super::*;
-    use crate::testing::sarcos_shoulder;
+    use crate::sensors::testing::joint_knowledge;
 
     fn read(text: &str) -> Result<Expression, FormulaError> {
         let further = ["oil", "current"].map(|name| FurtherColumn { name: name.into(), column: name.into() });
-        let joints = sarcos_shoulder().template.joints;
-        let site = Site::new(1, &["hip", "knee"], &[JointKind::Revolute; 2], &joints[1]).with_further_columns(&further);
+        let knowledge = joint_knowledge();
+        let site = Site::new(1, &["hip", "knee"], &[JointKind::Revolute; 2], &knowledge).with_further_columns(&further);
         Expression::read(text, &Vocabulary { parameters: &["a", "b"], site: &site })
     }
 

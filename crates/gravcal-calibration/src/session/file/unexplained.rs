@@ -106,7 +106,6 @@ pub(super) fn resolve(
 mod tests {
     use super::super::tests::{changed, read};
     use super::*;
-    use crate::slow_sweeps::recorded;
 
     const STATED: &str = "std = 0.8 }";
 
@@ -127,15 +126,6 @@ mod tests {
             [Absent; 2],
             "who states a std means all errors by it"
         );
-    }
-
-    /// Means from recordings have the noise that was measured in them, and there errors beyond it are estimated by themselves.
-    #[test]
-    fn means_of_recordings_have_such_errors_unless_it_is_said_otherwise() {
-        let folder = tempfile::tempdir().unwrap();
-        let session = |unit: &str| recorded(folder.path(), unit).unexplained_errors();
-        assert_eq!(session("unit = \"N·m\""), [UnexplainedError::Estimated; 2]);
-        assert_eq!(session("unit = \"N·m\", unexplained_std = \"none\""), [UnexplainedError::Absent; 2]);
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! Readings at an end of the sensor's or converter's range carry no equality: they are left out when a session is read
 //! ([`gravcal_recording::is_saturated`]), and counted. Here is shown what they would do.
 
-use crate::sensors::testing::{errors, estimate};
 use crate::simulation::{Converter, Simulation};
 use crate::testing::sarcos_shoulder;
+use crate::testing::sensor_models::{errors, estimate};
 
 /// The converter ends where joint 3 turns its load up.
 fn saturating() -> Simulation {

@@ -1,10 +1,9 @@
-//! The reference protocol of the Sarcos shoulder, and a small robot, for the tests of this crate.
+//! The reference protocol of the Sarcos shoulder, and a small robot, for tests.
 
 use std::path::{Path, PathBuf};
 
 use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, Transform, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
-use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::Unknowns;
 use crate::parameter::{Limit, Parameter};
@@ -14,13 +13,6 @@ use crate::session::{
     PoseTable, Session,
 };
 use crate::simulation::{Disturbance, Run, Simulation};
-use crate::workbench::Workbench;
-
-/// Runs something with the default solver.
-pub fn with_workbench<T>(run: impl FnOnce(&Workbench<'_>) -> T) -> T {
-    let solver = LevenbergMarquardt::default();
-    run(&Workbench::new(&solver, &|_: &str| {}))
-}
 
 /// A session of the inputs on which the program once fell short, in `GRAVCAL_SHARED_DATA` or `../shared/data` beside the project;
 /// nothing where they are not there.

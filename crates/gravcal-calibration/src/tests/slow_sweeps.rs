@@ -13,7 +13,7 @@ use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::EstimatorResult;
-use crate::session::{Draft, DraftRobot, Session};
+use crate::session::{Draft, DraftRobot, Session, UnexplainedError};
 use crate::testing::TWO_JOINTS;
 use crate::workbench::Workbench;
 
@@ -142,7 +142,7 @@ fn result_of(folder: &Path, recorder: &Recorder) -> (Session, EstimatorResult) {
 }
 
 /// The session of slow sweeps, `unit` and what stands beside it being said of its torques.
-pub(crate) fn recorded(folder: &Path, unit: &str) -> Session {
+fn recorded(folder: &Path, unit: &str) -> Session {
     let (session, _) = estimated(folder, 1, "");
     let file = folder.join("session.toml");
     let text = fs::read_to_string(&file).unwrap();
@@ -228,4 +228,13 @@ fn a_draft_has_the_sweeps_where_nothing_stands() {
     assert!(text.contains("Sweeps found in the recording: 7.\n[readings.sweeps]"), "{text}");
     fs::write(folder.path().join("draft.toml"), text).unwrap();
     assert_eq!(Session::read(&folder.path().join("draft.toml")).unwrap().poses, session.poses);
+}
+
+/// Means from recordings have the noise that was measured in them, and there errors beyond it are estimated by themselves.
+#[test]
+fn means_of_recordings_have_such_errors_unless_it_is_said_otherwise() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = |unit: &str| recorded(folder.path(), unit).unexplained_errors();
+    assert_eq!(session("unit = \"N·m\""), [UnexplainedError::Estimated; 2]);
+    assert_eq!(session("unit = \"N·m\", unexplained_std = \"none\""), [UnexplainedError::Absent; 2]);
 }

@@ -1,0 +1,21 @@
+//! What several layers come to together: from sessions, simulated or recorded, to results.
+
+mod branches;
+mod by_groups;
+mod deflections;
+mod descriptions;
+mod drafted_wrist;
+mod instrumented;
+mod left_out;
+mod moving_arm;
+mod one_sided;
+mod reference;
+mod repeated;
+mod robustness;
+mod sensor_models;
+mod simulated_motion;
+mod slow_sweeps;
+mod stuck;
+mod unexplained_errors;
+mod unstated_noise;
+mod wrist_by_hand;

@@ -1,0 +1,32 @@
+//! Friction is told from a constant bias.
+
+use crate::sensors::Options;
+use crate::testing::sensor_models::{assert_told_apart, shoulder, undetermined, with_model};
+
+fn with(model: &str, truth: f64) -> crate::simulation::Simulation {
+    with_model(shoulder(), 1, model, &Options::default(), &[truth])
+}
+
+#[test]
+fn coulomb_friction_is_told_from_a_constant_bias() {
+    assert_told_apart(&with("coulomb-friction", 3.0));
+}
+
+#[test]
+fn viscous_friction_is_told_from_a_constant_bias() {
+    assert_told_apart(&with("viscous-friction", 120.0));
+}
+
+#[test]
+fn the_sign_of_the_velocity_is_a_direction() {
+    let mut simulation = with("coulomb-friction", 3.0);
+    simulation.conditions.direction = false;
+    assert_told_apart(&simulation);
+}
+
+#[test]
+fn poses_reached_from_one_side_leave_coulomb_friction_in_the_bias() {
+    let mut session = with("coulomb-friction", 3.0).session(0);
+    session.poses.iter_mut().for_each(|pose| pose.conditions.direction = vec![1.0; 3]);
+    assert_eq!(undetermined(&session), ["joint2.torque_bias", "joint2.coulomb_friction"]);
+}

@@ -1,0 +1,98 @@
+//! Arms in motion, from `simulation.toml` over recordings to the estimate.
+
+use std::fs;
+use std::path::Path;
+
+use gravcal_solvers::LevenbergMarquardt;
+
+use crate::joint::{Signals, estimate_jointly};
+use crate::parameter::Quantity;
+use crate::session::Session;
+use crate::simulation::{Simulation, write_session};
+use crate::workbench::Workbench;
+
+const LINK: &str = r#"<link name="NAME"><inertial><origin xyz="0.1 0.05 0.12"/><mass value="2"/>
+    <inertia ixx="0.03" iyy="0.025" izz="0.02" ixy="0.002" ixz="-0.001" iyz="0.003"/></inertial></link>"#;
+const JOINT: &str = r#"<joint name="NAME" type="revolute"><parent link="PARENT"/><child link="CHILD"/>
+    <origin xyz="0.1 0.05 0.3" rpy="1.2 0.3 0"/><axis xyz="0 0 1"/><limit lower="-1.5" upper="1.5" effort="1" velocity="1"/></joint>"#;
+const SIMULATION: &str = r#"
+robot = { urdf = "arm.urdf", base = "base", tip = "c" }
+seed = 3
+[gravity]
+direction = [0.1, -0.2, -3]
+magnitude_m_per_s2 = 9.81
+[torque]
+unit = "N·m"
+std = 0.02
+[position]
+unit = "rad"
+std = 1e-5
+[recording]
+rate_hz = 200
+samples = 3000
+move_s = 1
+motion = { harmonics = 5, period_s = 10, seed = 2 }
+[[load]]
+name = "plate"
+mass_kg = 1.5
+link = "c"
+position_m = [0.1, 0.05, 0.1]
+[[joint]]
+name = "j2"
+torque_sensor = { gain = { value = 1.04, unit = "N·m/(N·m)" }, bias = { value = 0.3, unit = "N·m" } }
+position_sensor = { gain = { value = 1.003, unit = "rad/rad" }, offset = { value = 1.5, unit = "deg" } }
+sensor_models = [{ kind = "coulomb-friction", parameters = { coulomb_friction = { value = 0.4, unit = "N·m" } } }]
+[[random]]
+file = "bare.csv"
+poses = 2
+[[random]]
+file = "loaded.csv"
+poses = 2
+load = "plate"
+"#;
+
+fn simulation(folder: &Path) -> Simulation {
+    let link = |name: &str| LINK.replace("NAME", name);
+    let joint = |name: &str, parent: &str, child: &str| {
+        JOINT.replace("NAME", name).replace("PARENT", parent).replace("CHILD", child)
+    };
+    let joints = [joint("j1", "base", "a"), joint("j2", "a", "b"), joint("j3", "b", "c")].concat();
+    let links = ["a", "b", "c"].map(link).concat();
+    let urdf = format!("<robot name=\"arm\"><link name=\"base\"/>{links}{joints}</robot>");
+    fs::write(folder.join("arm.urdf"), urdf).unwrap();
+    fs::write(folder.join("simulation.toml"), SIMULATION).unwrap();
+    Simulation::read(&folder.join("simulation.toml")).unwrap()
+}
+
+/// From `simulation.toml` over recordings to the estimate: all that is determined lies where it says, and nothing is open but the frame of the last link.
+#[test]
+fn a_simulated_arm_in_motion_is_identified() {
+    let folder = tempfile::tempdir().unwrap();
+    let simulation = simulation(folder.path());
+    let files = write_session(&simulation, 0, folder.path(), false).unwrap();
+    assert!(fs::read_to_string(&files[0]).unwrap().contains("[readings.motion]"));
+    let session = Session::read(&files[0]).unwrap();
+    // Two stretches of 15 s in each of two tables; a window each twentieth of a second.
+    assert!((1100..1200).contains(&session.poses.len()), "{}", session.poses.len());
+    assert!(session.has_windows() && session.searched.iter().all(|searched| searched.found() > 500));
+    let solver = LevenbergMarquardt::default();
+    let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
+    let open: Vec<&str> = result.parameters.iter().filter(|p| p.value.is_none()).map(|p| p.name.as_str()).collect();
+    assert_eq!(open, ["j3.position_offset"]);
+    let ids = simulation.template.parameters();
+    let mut squares = Vec::new();
+    for id in ids {
+        let name = simulation.template.parameter_name(id);
+        let Some(found) = result.parameters.iter().find(|parameter| parameter.name == name) else { continue };
+        // What defines a frame has a value without an error.
+        if let (Some(value), Some(std)) = (found.value, found.std.filter(|std| *std > 0.0)) {
+            squares.push(((value - simulation.truth.value(id)) / std).powi(2));
+        }
+    }
+    assert!(squares.len() > 10, "{squares:?}");
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    assert!(rms < 1.6, "{rms} {squares:?}");
+    let gain = result.parameters.iter().find(|parameter| parameter.name == "j2.torque_gain").unwrap();
+    let truth = simulation.truth.sensors[1][Quantity::TorqueGain as usize];
+    assert!((gain.value.unwrap() - truth).abs() < 0.01, "{gain:?}");
+}
