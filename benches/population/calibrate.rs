@@ -4,7 +4,8 @@ use std::path::Path;
 
 use cpu_time::ThreadTime;
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::{EstimatorName, Session, Workbench, check_choice};
+use gravcal_calibration::session::read_session;
+use gravcal_calibration::{EstimatorName, Workbench, check_choice};
 use gravcal_solvers::SolverName;
 
 /// What a user gets.
@@ -23,7 +24,7 @@ pub fn calibrate(session: &Path, method: SolverName) -> Answer {
 }
 
 fn answer(path: &Path, method: SolverName) -> Result<EstimatorResult, String> {
-    let session = Session::read(path).map_err(|error| error.to_string())?;
+    let session = read_session(path).map_err(|error| error.to_string())?;
     let (solver, quiet) = (method.build(), |_: &str| {});
     let estimators = [EstimatorName::Joint];
     check_choice(&session, &estimators, solver.as_ref()).map_err(|error| error.to_string())?;

@@ -12,6 +12,7 @@ use std::path::Path;
 use gravcal_calibration::Session;
 use gravcal_calibration::joint::{Readings, Signals, Unknowns, pose, select};
 use gravcal_calibration::result::Fit;
+use gravcal_calibration::session::read_session;
 use gravcal_estimation::{SolveContext, Solver, Values};
 use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 use nalgebra::Vector3;
@@ -40,7 +41,7 @@ pub fn above_lowest(
     seed: u64,
 ) -> Result<Option<f64>, String> {
     let Some(fit) = fit else { return Ok(None) };
-    let session = Session::read(session).map_err(|error| error.to_string())?;
+    let session = read_session(session).map_err(|error| error.to_string())?;
     let reached = minus_log_likelihood(truth, fit.joints.iter().map(|joint| (joint.readings as f64, joint.rms)));
     let mut lowest = f64::INFINITY;
     for start in 0..starts {

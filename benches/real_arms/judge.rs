@@ -4,8 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use gravcal_calibration::result::{EstimatorResult, Verdict};
+use gravcal_calibration::session::read_session;
 use gravcal_calibration::simulation::{Simulation, write_session};
-use gravcal_calibration::{EstimatorName, Session, Workbench, check_choice};
+use gravcal_calibration::{EstimatorName, Workbench, check_choice};
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::arms::arms;
@@ -60,7 +61,7 @@ pub fn judge(setting: &Setting, seed: u64, number: u64, folder: &Path, named: Op
 }
 
 fn calibrated(path: &Path) -> Result<EstimatorResult, String> {
-    let session = Session::read(path).map_err(|error| error.to_string())?;
+    let session = read_session(path).map_err(|error| error.to_string())?;
     let (solver, estimators) = (LevenbergMarquardt::default(), [EstimatorName::Joint]);
     check_choice(&session, &estimators, &solver).map_err(|error| error.to_string())?;
     let results = gravcal_calibration::calibrate(&session, &estimators, &Workbench::new(&solver, &|_| {}));

@@ -1,6 +1,7 @@
 //! The paper's procedure, recorded in motion at 1 kHz and calibrated from the files alone, beside the table of perfect poses.
 
 use gravcal_calibration::joint::{self, Signals, Solved, Unknowns};
+use gravcal_calibration::session::read_session;
 use gravcal_calibration::simulation::{Approach, Dirt, Motion, Simulation, record, write_session};
 use gravcal_calibration::{Session, Workbench};
 use gravcal_solvers::LevenbergMarquardt;
@@ -99,7 +100,7 @@ pub(crate) fn run(simulation: &Simulation) -> Result<(), String> {
 pub(crate) fn from_files(simulation: &Simulation) -> Result<Session, String> {
     let folder = tempfile::tempdir().map_err(|error| error.to_string())?;
     let files = write_session(simulation, 0, folder.path(), false).map_err(|error| error.to_string())?;
-    Session::read(&files[0]).map_err(|error| error.to_string())
+    read_session(&files[0]).map_err(|error| error.to_string())
 }
 
 struct Answer {

@@ -9,6 +9,7 @@ use std::process::{Command, Stdio};
 
 use gravcal_calibration::Session;
 use gravcal_calibration::application::GravityModel;
+use gravcal_calibration::session::read_session;
 use gravcal_recording::{EarlierEstimate, read_earlier};
 use tempfile::TempDir;
 
@@ -78,7 +79,7 @@ impl Calibrated {
         let number = |value: &serde_json::Value| value.as_f64().unwrap();
         let joints = joint["fit"]["joints"].as_array().unwrap();
         Calibrated {
-            session: Session::read(&folder.path().join("session.toml")).unwrap(),
+            session: read_session(&folder.path().join("session.toml")).unwrap(),
             estimate: read_earlier(&path, "joint").unwrap(),
             reported: joints.iter().map(|fit| [number(&fit["rms"]), number(&fit["largest"])]).collect(),
             folder,

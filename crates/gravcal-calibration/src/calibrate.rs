@@ -168,7 +168,7 @@ impl EstimatorName {
 
 /// An answer without any value.
 fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) -> EstimatorResult {
-    let blank = session.parameters().into_iter().map(|id| session.blank_parameter(id));
+    let blank = session.parameters().into_iter().map(|id| ParameterResult::blank(session, id));
     EstimatorResult {
         name: estimator.to_string(),
         verdict: Verdict::Failed,

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use gravcal_calibration::application::{Application, ApplicationError, Effort};
+use gravcal_calibration::session::read_session_with;
 use gravcal_calibration::{EstimatorName, Registry, Session};
 use gravcal_recording::{
     CsvWriting, EarlierEstimate, RewriteError, Rewriting, WriteError, open_as, read_earlier, read_earlier_session,
@@ -94,7 +95,7 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let estimator = estimator_of(&arguments.calibration, arguments.estimator)?;
     let calibration = read_earlier(&arguments.calibration, estimator.as_str()).map_err(|error| bad(&error))?;
     let path = session_path(&arguments.calibration, arguments.session.as_deref())?;
-    let session = Session::read_with(&path, registry).map_err(|error| bad(&error))?;
+    let session = read_session_with(&path, registry).map_err(|error| bad(&error))?;
     let own = [&arguments.calibration, &arguments.input];
     targets::check(own.into_iter().chain(&session.inputs), std::slice::from_ref(&arguments.output))?;
     let csv = arguments.columns.of(&arguments.input, &session.readings.csv)?;

@@ -5,7 +5,8 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gravcal_calibration::application::check_units;
-use gravcal_calibration::{EstimatorName, Registry, Session};
+use gravcal_calibration::session::read_session_with;
+use gravcal_calibration::{EstimatorName, Registry};
 use gravcal_recording::{Digest, EarlierEstimate, LARGEST_DOCUMENT, read_earlier, read_earlier_inputs, read_whole};
 use gravcal_report::Input;
 use gravcal_report::export::{Export, ExportError, ExportFormat, RobotDescription};
@@ -114,7 +115,7 @@ struct Urdf {
 
 fn read_urdf(arguments: &Arguments, registry: &Registry, estimate: &EarlierEstimate) -> Result<Urdf, Failure> {
     let path = session_path(&arguments.calibration, arguments.session.as_deref())?;
-    let session = Session::read_with(&path, registry).map_err(|error| Failure::bad_input(&error))?;
+    let session = read_session_with(&path, registry).map_err(|error| Failure::bad_input(&error))?;
     check_units(&session, estimate).map_err(|error| Failure::bad_input(&error).about(path.display()))?;
     let no_urdf = || refused(&ExportError::NoUrdf).about(path.display());
     // A session reads itself, then its robot.

@@ -3,8 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use gravcal_calibration::Session;
-use gravcal_calibration::session::{Draft, DraftError, DraftPoses, DraftRobot, RecordedJoints, Searched};
+use gravcal_calibration::session::{Draft, DraftError, DraftPoses, DraftRobot, RecordedJoints, Searched, read_session};
 use gravcal_recording::{CsvWriting, Inspection, clear_abandoned, inspect_as, write_atomically};
 use serde::Serialize;
 
@@ -225,7 +224,7 @@ fn write(path: &Path, draft: &Draft<'_>, poses: &DraftPoses) -> Result<(), Failu
 /// Tells whether the session that is written can be read as it is, and what looks wrong in it that has not been told.
 fn tell_session(path: &Path, draft: &Draft<'_>, poses: &DraftPoses) -> Result<(), Failure> {
     let mut notes = draft.notes();
-    let next = match Session::read(path) {
+    let next = match read_session(path) {
         Ok(session) => {
             let count = session.poses.len();
             notes.extend(session.doubts.into_iter().filter(|doubt| Some(doubt.as_str()) != poses.doubt()));

@@ -7,7 +7,7 @@ use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gravcal_calibration::robot::FileError;
-use gravcal_calibration::session::SolverChoice;
+use gravcal_calibration::session::{SolverChoice, read_solver_options, solver_name_error};
 use gravcal_calibration::{EstimatorName, Session, UnsuitableChoice, check_choice};
 use gravcal_estimation::Solver;
 use gravcal_recording::{LARGEST_DOCUMENT, read_earlier_estimators, read_whole};
@@ -93,8 +93,8 @@ impl ChosenSolver {
     }
 
     fn of_session(choice: &SolverChoice) -> Result<ChosenSolver, FileError> {
-        let name: SolverName = choice.name().parse().map_err(|error| choice.name_error(error))?;
-        Ok(ChosenSolver { name, options: choice.options(), method: choice.read_options(name)? })
+        let name: SolverName = choice.name().parse().map_err(|error| solver_name_error(choice, error))?;
+        Ok(ChosenSolver { name, options: choice.options(), method: read_solver_options(choice, name)? })
     }
 }
 

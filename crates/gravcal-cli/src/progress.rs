@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::{JoinHandle, spawn};
 use std::time::Duration;
 
-use gravcal_calibration::session::SessionError;
+use gravcal_calibration::session::{SessionError, read_session_watched};
 use gravcal_calibration::{Registry, Session};
 use gravcal_estimation::IterationRecord;
 use gravcal_report::plain;
@@ -74,7 +74,7 @@ impl Progress {
         let watch = |recording: &Path, share: f64| {
             self.stage(&format!("reading {}: {:.0} %", recording.display(), 100.0 * share));
         };
-        Session::read_watched(path, registry, &watch)
+        read_session_watched(path, registry, &watch)
     }
 
     /// The solver has done another iteration.

@@ -9,8 +9,9 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use gravcal_calibration::robot::read_robot;
+use gravcal_calibration::session::read_session;
 use gravcal_calibration::simulation::{Simulation, record};
-use gravcal_calibration::{Robot, Session};
 use gravcal_dynamics::Chain;
 use gravcal_recording::{CsvWriting, Rewriting, Row, inspect, open, read_earlier, read_earlier_session, rewrite};
 use gravcal_report::study::{StudyReport, report_files};
@@ -122,14 +123,14 @@ pub fn urdf(bytes: &[u8]) {
 /// A session that may name `robot.toml`, `arm.urdf` and `poses.csv`.
 pub fn session(bytes: &[u8]) {
     with_file("session.toml", bytes, |path| {
-        let _ = Session::read(path).map_err(|error| error.to_string());
+        let _ = read_session(path).map_err(|error| error.to_string());
     });
 }
 
 /// A robot.
 pub fn robot(bytes: &[u8]) {
     with_file("other.toml", bytes, |path| {
-        let _ = Robot::read(path).map_err(|error| error.to_string());
+        let _ = read_robot(path).map_err(|error| error.to_string());
     });
 }
 

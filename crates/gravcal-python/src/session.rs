@@ -34,14 +34,14 @@ impl Robot {
     /// From `robot.toml`.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Robot> {
-        robot::Robot::read(&path).map(Robot).map_err(|error| file_error(py, &error))
+        robot::read_robot(&path).map(Robot).map_err(|error| file_error(py, &error))
     }
 
     /// From a URDF.
     #[staticmethod]
     fn read_urdf(py: Python<'_>, path: PathBuf, base: &str, tips: Vec<String>) -> PyResult<Robot> {
         let tips: Vec<&str> = tips.iter().map(String::as_str).collect();
-        robot::Robot::from_urdf_file(&path, base, &tips).map(Robot).map_err(|error| file_error(py, &error))
+        robot::read_urdf(&path, base, &tips).map(Robot).map_err(|error| file_error(py, &error))
     }
 
     #[getter]
@@ -80,7 +80,7 @@ impl Session {
     #[staticmethod]
     #[pyo3(signature = (path, progress=None))]
     fn read(py: Python<'_>, path: PathBuf, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Session> {
-        let read = |watch: &Watch<'_>| calibration_session::Session::read_watched(&path, &Registry::standard(), watch);
+        let read = |watch: &Watch<'_>| calibration_session::read_session_watched(&path, &Registry::standard(), watch);
         let read = Session::of(py, &path, progress, read)?;
         read.map_err(|error| session_error(py, &error, false))
     }
@@ -105,7 +105,7 @@ impl Session {
             memory = memory.with(name, Numbers::new(columns, cells).map_err(|error| bad_input(py, &error))?);
         }
         let read = |watch: &Watch<'_>| {
-            calibration_session::Session::in_memory(&document, &Registry::standard(), &memory, watch)
+            calibration_session::read_session_in_memory(&document, &Registry::standard(), &memory, watch)
         };
         let read = Session::of(py, path, progress, read)?;
         read.map_err(|error| session_error(py, &error, true))

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use gravcal_calibration::result::EstimatorResult;
+use gravcal_calibration::session::read_session;
 use gravcal_calibration::{EstimatorName, Session, Workbench, calibrate};
 use gravcal_solvers::LevenbergMarquardt;
 
@@ -22,7 +23,7 @@ impl Calibrated {
     pub fn sarcos_shoulder() -> &'static Calibrated {
         static CALIBRATED: LazyLock<Calibrated> = LazyLock::new(|| {
             let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-            Calibrated::of(Session::read(&root.join("experiments/sarcos-shoulder/session.toml")).unwrap())
+            Calibrated::of(read_session(&root.join("experiments/sarcos-shoulder/session.toml")).unwrap())
         });
         &CALIBRATED
     }

@@ -6,11 +6,11 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use gravcal::calibration::{EstimatorName, Session, Workbench, calibrate};
+//! use gravcal::calibration::{EstimatorName, Workbench, calibrate, read_session};
 //! use gravcal::solvers::SolverName;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! let session = Session::read(Path::new("../../experiments/sarcos-shoulder/session.toml"))?;
+//! let session = read_session(Path::new("../../experiments/sarcos-shoulder/session.toml"))?;
 //! let solver = SolverName::LevenbergMarquardt.build();
 //! let workbench = Workbench::new(solver.as_ref(), &|_stage| {});
 //!

@@ -7,7 +7,7 @@ use super::sign;
 use crate::joint::{
     EstimateError, Readings, Solved, Unknowns, last_frame_choices, pose_with_constraints, unknown_sign,
 };
-use crate::result::Undetermined;
+use crate::result::{ParameterResult, Undetermined};
 use crate::session::Session;
 
 /// Largest less smallest of some hundred readings of mere noise, in standard deviations.
@@ -58,7 +58,7 @@ pub(super) fn judge_at(
             .map(|std| (std / session.gravity.magnitude).to_degrees()),
     }];
     for id in session.parameters() {
-        let blank = session.blank_parameter(id);
+        let blank = ParameterResult::blank(session, id);
         let determined = blank.determined && judgement.determines(id);
         parameters.push(CheckedParameter {
             name: blank.name,

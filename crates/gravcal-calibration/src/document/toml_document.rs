@@ -44,6 +44,11 @@ impl Document {
         &self.path
     }
 
+    /// What it says, as it is written.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
     /// What the document says, as a `T`.
     ///
     /// # Errors

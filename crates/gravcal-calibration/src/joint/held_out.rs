@@ -79,7 +79,7 @@ fn seen_by_second_fit(session: &Session, solved: &Solved, workbench: &Workbench<
     if !estimate.termination.converged() {
         return Ok(Second::Missing(estimate.termination.to_string()));
     }
-    let prediction = Unknowns::of(&estimate.values, &seen.layout, &start);
+    let prediction = seen.layout.unknowns(&estimate.values, &start);
     Ok(Second::Predicted(predict(session, &part(true), &prediction)?))
 }
 

@@ -55,7 +55,7 @@ impl<'s> LinearPart<'s> {
         let mut step = vec![0.0; scaling.len()];
         let gain = linearization.damped_step(FAINT_DAMPING, &scaling, &mut step).predicted_reduction;
         let solved = self.linear.retract(&values, &step);
-        (linearization.cost() - gain, Unknowns::of(&solved, layout, candidate))
+        (linearization.cost() - gain, layout.unknowns(&solved, candidate))
     }
 
     /// The same with torque gains of the size that the loads tell, where the candidate's are far from it.

@@ -43,7 +43,7 @@ impl Solved {
             let costs = costs.collect::<Result<Vec<_>, EstimateError>>()?;
             let lowest = costs.into_iter().min_by(|(a, _), (b, _)| a.total_cmp(b));
             let Some((_, better)) = lowest.filter(|(cost, _)| *cost < solved.estimate.cost - BETTER) else { break };
-            let start = Unknowns::of(better, &solved.posed.layout, &Unknowns::nominal(session));
+            let start = solved.posed.layout.unknowns(better, &Unknowns::nominal(session));
             // What leads nowhere leaves the estimate as it is.
             let other = solve_from(session, &solved.readings, start, workbench);
             let Ok(other) = other.and_then(|other| in_hemisphere(session, other, workbench)) else { break };

@@ -217,7 +217,7 @@ pub(super) fn solve_with(
     let start = best_start(session, &Sample::new(session, readings)?, None, workbench)?;
     let posed = pose_with_constraints(session, readings, &start)?.with_loss(solved.posed.loss)?;
     let estimate = workbench.solve(&posed.problem, &posed.initial)?;
-    Ok((estimate.cost, Unknowns::of(&estimate.values, &posed.layout, &start)))
+    Ok((estimate.cost, posed.layout.unknowns(&estimate.values, &start)))
 }
 
 /// Correlation of the bare arm's gravity torques by estimated and by assumed masses, over the readings, each joint's mean taken away: the

@@ -74,7 +74,7 @@ impl Sample {
     pub fn nearby(&self, session: &Session, start: &Unknowns, enough: f64, workbench: &Workbench<'_>) -> Nearby {
         let posed = self.posed_at(session, start);
         match workbench.solve_briefly(&posed.problem, &posed.initial, BRIEF, enough) {
-            Ok(estimate) => Nearby { cost: estimate.cost, end: Unknowns::of(&estimate.values, &posed.layout, start) },
+            Ok(estimate) => Nearby { cost: estimate.cost, end: posed.layout.unknowns(&estimate.values, start) },
             Err(_) => Nearby { cost: f64::INFINITY, end: start.clone() },
         }
     }
@@ -94,7 +94,7 @@ impl Sample {
         linearization.damped_step(FAINT_DAMPING, &linearization.column_scales(), &mut step);
         let there = problem.retract(initial, &step);
         let cost = problem.cost(&there).ok().filter(|cost| *cost < linearization.cost())?;
-        let end = Unknowns::of(&there, layout, start);
+        let end = layout.unknowns(&there, start);
         Some(OneStep { cost, end })
     }
 }

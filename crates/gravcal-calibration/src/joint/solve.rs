@@ -93,7 +93,7 @@ fn lowest_elsewhere(
     let solved = if lower { settled(session, solved, sample, &second)? } else { solved };
     let lowest = solved.minus_log_likelihood(session);
     let nominal = Unknowns::nominal(session);
-    let turned = |values: &Values| turned_gains(session, &Unknowns::of(values, &solved.posed.layout, &nominal));
+    let turned = |values: &Values| turned_gains(session, &solved.posed.layout.unknowns(values, &nominal));
     // A sign is declared: an end of another sign that explains exactly as much is an image, no value that the parameters may have.
     let here = turned(&solved.estimate.values);
     let is_image = |height: f64, values: &Values| {
@@ -158,7 +158,7 @@ fn solve_with_noise(
         let settled = readings.loss == loss
             && solved.stands_with(session, &unexplained, NOISE_TOLERANCE)
             && noise.iter().zip(&readings.noise).all(|(new, old)| (new / old - 1.0).abs() < NOISE_TOLERANCE);
-        start = Unknowns::of(&solved.estimate.values, &solved.posed.layout, &start);
+        start = solved.posed.layout.unknowns(&solved.estimate.values, &start);
         (readings.noise, readings.unexplained) = (noise, unexplained);
         if settled || solved.estimate.termination == Termination::Stopped {
             break;

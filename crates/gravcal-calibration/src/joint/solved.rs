@@ -126,6 +126,6 @@ impl Solved {
 
     /// The solution as plain numbers.
     pub fn unknowns(&self, fallback: &Unknowns) -> Unknowns {
-        Unknowns::of(&self.estimate.values, &self.posed.layout, fallback)
+        self.posed.layout.unknowns(&self.estimate.values, fallback)
     }
 }

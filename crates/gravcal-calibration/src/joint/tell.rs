@@ -141,7 +141,7 @@ pub(super) fn tell_parameters(session: &Session, solved: &Solved, judgement: &Ju
     for parameter in session.parameters() {
         let id = solved.posed.layout.block(parameter);
         let value = solved.estimate.values.scalar(id);
-        let mut told = session.blank_parameter(parameter);
+        let mut told = ParameterResult::blank(session, parameter);
         told.determined = judgement.determines(parameter) && told.determined;
         if told.determined {
             told.value = Some(value);

@@ -32,14 +32,14 @@ pub struct ParameterResult {
     pub nominal: f64,
 }
 
-impl Session {
+impl ParameterResult {
     /// A parameter's entry in a result, without a value; `determined` only says that its value is not a choice.
-    pub(crate) fn blank_parameter(&self, id: ParameterId) -> ParameterResult {
-        let parameter = self.parameter(id);
+    pub(crate) fn blank(session: &Session, id: ParameterId) -> ParameterResult {
+        let parameter = session.parameter(id);
         let name = parameter.name();
         let meaningless = [LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, UNREAD].map(Some).contains(&parameter.held);
         ParameterResult {
-            asked: self.asks(&name),
+            asked: session.asks(&name),
             unit: parameter.unit,
             convention: parameter.convention,
             value: None,

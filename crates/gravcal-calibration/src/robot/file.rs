@@ -173,27 +173,11 @@ impl JointTable {
     }
 }
 
-impl Robot {
-    /// Reads `robot.toml`: Denavit-Hartenberg rows with limits, assumed masses and nominal sensors.
-    ///
-    /// # Errors
-    /// Names the file, the line and the field.
-    pub fn read(path: &Path) -> Result<Robot, FileError> {
-        read(path)
-    }
-
-    /// Reads the chain from link `base` to the links `tips` of a URDF. It is named after the file, and nothing is nominally
-    /// known of its sensors.
-    ///
-    /// # Errors
-    /// Names the file, and what in it does not make a chain (see [`Chain::from_urdf`]).
-    pub fn from_urdf_file(path: &Path, base: &str, tips: &[&str]) -> Result<Robot, FileError> {
-        read_urdf(path, base, tips)
-    }
-}
-
-/// Reads `robot.toml`.
-fn read(path: &Path) -> Result<Robot, FileError> {
+/// Reads `robot.toml`: Denavit-Hartenberg rows with limits, assumed masses and nominal sensors.
+///
+/// # Errors
+/// Names the file, the line and the field.
+pub fn read_robot(path: &Path) -> Result<Robot, FileError> {
     let document = Document::read(path)?;
     let table: RobotTable = document.parse()?;
     let chain = chain(&document, &table)?;
@@ -202,8 +186,12 @@ fn read(path: &Path) -> Result<Robot, FileError> {
     Ok(Robot { name: table.name, chain, sensors })
 }
 
-/// Reads a URDF; the robot is named after the file.
-fn read_urdf(path: &Path, base: &str, tips: &[&str]) -> Result<Robot, FileError> {
+/// Reads the chain from link `base` to the links `tips` of a URDF. It is named after the file, and nothing is nominally
+/// known of its sensors.
+///
+/// # Errors
+/// Names the file, and what in it does not make a chain (see [`Chain::from_urdf`]).
+pub fn read_urdf(path: &Path, base: &str, tips: &[&str]) -> Result<Robot, FileError> {
     let text = read_text(path)?;
     let chain = Chain::from_urdf(&text, base, tips).map_err(|error| FileError::new(path, error))?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -10,6 +10,7 @@ mod tests;
 
 pub use crate::document::FileError;
 pub(crate) use branches_file::MountingTable;
+pub use file::{read_robot, read_urdf};
 pub use model::{NominalPositionSensor, NominalSensors, NominalTorqueSensor, Robot};
 pub(crate) use sensors_file::{PositionSensorTable, SensorTables, TorqueSensorTable, ValueTable};
 pub(crate) use source::{RobotSource, resolve_robot};

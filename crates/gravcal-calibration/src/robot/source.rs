@@ -7,6 +7,7 @@ use serde::Deserialize;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Deserializer, Error, MapAccess, Visitor};
 
+use super::file::{read_robot, read_urdf};
 use super::model::Robot;
 use crate::document::{Document, Field, FileError, OneOrMany};
 
@@ -55,13 +56,13 @@ pub(crate) fn resolve_robot(
                  base = \"<base link>\", tip = \"<last link>\" }}"
             ),
         )),
-        RobotSource::Toml(written) => read_named(document, field, written, Robot::read),
+        RobotSource::Toml(written) => read_named(document, field, written, read_robot),
         RobotSource::Urdf(UrdfSource { urdf, base, tip }) => {
             let tips: Vec<&str> = match tip {
                 OneOrMany::One(tip) => vec![tip],
                 OneOrMany::Many(tips) => tips.iter().map(String::as_str).collect(),
             };
-            read_named(document, &field.key("urdf"), urdf, |path| Robot::from_urdf_file(path, base, &tips))
+            read_named(document, &field.key("urdf"), urdf, |path| read_urdf(path, base, &tips))
         }
     }
 }

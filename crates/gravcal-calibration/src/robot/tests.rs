@@ -54,7 +54,7 @@ fn folder_with(name: &str, text: &str) -> (TempDir, PathBuf) {
 
 fn read(text: &str) -> Result<Robot, String> {
     let (folder, path) = folder_with("robot.toml", text);
-    Robot::read(&path).map_err(|error| without_folder(&folder, &error))
+    read_robot(&path).map_err(|error| without_folder(&folder, &error))
 }
 
 fn without_folder(folder: &TempDir, error: &FileError) -> String {
@@ -294,7 +294,7 @@ fn gains_are_positive() {
 fn a_urdf_is_named_after_its_file() {
     let (_folder, path) = folder_with("arm.urdf", &LOOP.replacen("parent link=\"b\"", "parent link=\"a\"", 1));
     // Without the loop: a → c → b.
-    let robot = Robot::from_urdf_file(&path, "a", &["b"]).unwrap();
+    let robot = read_urdf(&path, "a", &["b"]).unwrap();
     assert_eq!((robot.name.as_str(), robot.chain.joint_count()), ("arm", 2));
     assert_eq!(robot.sensors, [NominalSensors::default(), NominalSensors::default()]);
 }
@@ -303,7 +303,7 @@ fn a_urdf_is_named_after_its_file() {
 fn what_is_no_chain_is_told_with_its_file() {
     let refused = |text: &str, tip: &str| {
         let (folder, path) = folder_with("arm.urdf", text);
-        without_folder(&folder, &Robot::from_urdf_file(&path, "b", &[tip]).unwrap_err())
+        without_folder(&folder, &read_urdf(&path, "b", &[tip]).unwrap_err())
     };
     let no_xml = refused("name = \"arm\"\n", "c");
     assert!(no_xml.starts_with("arm.urdf: not a readable URDF: "), "{no_xml}");

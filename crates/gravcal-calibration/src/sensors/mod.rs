@@ -16,8 +16,8 @@
 //!    [`check_term_derivatives`] holds against differences;
 //! 2. a [`SensorModel`] that declares the term's parameters for a joint: name, unit, where they start, and how uncertain they may be before
 //!    a number misleads;
-//! 3. a [`Registry`](crate::Registry) that knows it, handed to whoever reads a session: [`Session::read_with`](crate::Session::read_with),
-//!    [`Simulation::read_with`](crate::simulation::Simulation::read_with), or the whole program, `gravcal_cli::run`.
+//! 3. a [`Registry`](crate::Registry) that knows it, handed to whoever reads a session: `read_session_with`,
+//!    `Simulation::read_with`, or the whole program, `gravcal_cli::run`.
 //!
 //! Torque that ripples over the joint's angle, `a sin(n q + φ)`:
 //!
@@ -73,7 +73,7 @@
 //!
 //! let registry = Registry::standard().with_sensor_model(Ripple);
 //! assert_eq!(registry.sensor_model("torque-ripple").unwrap().name(), "torque-ripple");
-//! // Session::read_with(path, &registry) now knows: sensor_models = [{ kind = "torque-ripple" }]
+//! // read_session_with(path, &registry) now knows: sensor_models = [{ kind = "torque-ripple" }]
 //! ```
 //!
 //! A parameter must matter where it starts: at an amplitude of zero, order and phase change nothing, and the solver cannot tell which way
@@ -94,7 +94,6 @@ mod crosstalk;
 mod declare;
 mod derivative_check;
 mod drift;
-mod file;
 mod formula;
 pub(crate) mod friction;
 mod harmonics;
@@ -109,12 +108,8 @@ mod terms;
 pub(crate) mod testing;
 
 pub use automatic::{Differentiated, SensorFormula};
-pub(crate) use declare::Term;
-#[cfg(test)]
-pub(crate) use declare::declare_terms;
+pub(crate) use declare::{Term, declare_terms};
 pub use derivative_check::{WrongDerivative, check_term_derivatives};
-pub use file::DeclaredModels;
-pub(crate) use file::{DeclaredInFile, ModelContext, ModelTable, ParameterInFile, declare, to_unit_of};
 pub use model::{Declared, ParameterSpec, SensorModel, Side, Site};
 pub use options::{Options, RefusedOption};
 pub(crate) use standard::standard_sensor_models;

@@ -5,8 +5,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::term::{Moment, Partials};
 use super::terms::SensorTerms;
-use crate::joint::Unknowns;
 use crate::parameter::Quantity;
+use crate::unknowns::Unknowns;
 
 /// Steps of Newton's method at most, and the relative size of the last one.
 const ITERATIONS: usize = 50;
@@ -82,9 +82,9 @@ impl SensorTerms {
 mod tests {
     use gravcal_recording::Conditions;
 
-    use crate::joint::Unknowns;
     use crate::sensors::Moment;
     use crate::sensors::testing::every_term;
+    use crate::unknowns::Unknowns;
 
     /// Three joints, whose terms have these parameters.
     fn values(further: Vec<f64>) -> Unknowns {

@@ -151,7 +151,7 @@ fn tell_covariance(session: &Session, known: &SequentialValues) -> CovarianceRes
 fn tell_parameters(session: &Session, known: &SequentialValues) -> Vec<ParameterResult> {
     let quantile = Quantile::normal();
     let tell = |id: ParameterId| {
-        let mut told = session.blank_parameter(id);
+        let mut told = ParameterResult::blank(session, id);
         let ParameterId::Sensor(joint, quantity) = id else {
             told.determined = false;
             return told;

@@ -180,6 +180,7 @@ mod readings;
 mod recordings;
 mod select;
 mod single_poses;
+mod solver;
 mod still;
 mod sweeps;
 #[cfg(test)]
@@ -195,8 +196,7 @@ use serde::Deserialize;
 use self::context::Context;
 use self::poses::{ReadPoses, WrittenTables};
 use self::recordings::{InMotion, Recordings};
-use super::solver::Written;
-use super::{JointKnowledge, KnowledgeKind, Pose, Session, SolverChoice};
+use super::{JointKnowledge, KnowledgeKind, Pose, Session};
 use crate::document::{Document, Field, FileError};
 use crate::parameter::Quantity;
 use crate::registry::Registry;
@@ -204,6 +204,7 @@ use crate::robot::{Robot, RobotSource, resolve_robot};
 
 pub use context::SessionError;
 pub(crate) use instruments::{AccelerometerTable, ForceTorqueTable, Instruments};
+pub use solver::{read_solver_options, solver_name_error};
 
 /// The instruments that a document declares for a robot; `tables`: how many tables of poses there are.
 pub(crate) fn read_instruments(
@@ -235,7 +236,7 @@ struct SessionTable {
     ///
     /// Default: `"levenberg-marquardt"`.
     /// Example: `solver = { name = "levenberg-marquardt", max_iterations = 50 }`
-    solver: Option<Written>,
+    solver: Option<solver::Written>,
     /// What is known of gravity.
     ///
     /// Example: `gravity = { magnitude_m_per_s2 = 9.80665 }`
@@ -329,54 +330,56 @@ struct SessionTable {
     ask: ask::AskTable,
 }
 
-impl Session {
-    /// Reads `session.toml` and everything it names.
-    ///
-    /// # Errors
-    /// Names the file, the line and the field.
-    pub fn read(path: &Path) -> Result<Session, SessionError> {
-        Session::read_with(path, &Registry::standard())
-    }
+/// Reads `session.toml` and everything it names.
+///
+/// # Errors
+/// Names the file, the line and the field.
+pub fn read_session(path: &Path) -> Result<Session, SessionError> {
+    read_session_with(path, &Registry::standard())
+}
 
-    /// The same; `registry` says what may be named, such as sensor models of one's own.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn read_with(path: &Path, registry: &Registry) -> Result<Session, SessionError> {
-        Session::read_watched(path, registry, &|_, _| {})
-    }
+/// The same; `registry` says what may be named, such as sensor models of one's own.
+///
+/// # Errors
+/// As [`read_session`].
+pub fn read_session_with(path: &Path, registry: &Registry) -> Result<Session, SessionError> {
+    read_session_watched(path, registry, &|_, _| {})
+}
 
-    /// The same; `watch` is told which recording in motion is being read, and which share of it is, as these may be long.
-    ///
-    /// # Errors
-    /// As [`read`](Self::read).
-    pub fn read_watched(path: &Path, registry: &Registry, watch: &dyn Fn(&Path, f64)) -> Result<Session, SessionError> {
-        read(&Document::read(path)?, registry, &Memory::default(), watch)
-    }
+/// The same; `watch` is told which recording in motion is being read, and which share of it is, as these may be long.
+///
+/// # Errors
+/// As [`read_session`].
+pub fn read_session_watched(
+    path: &Path,
+    registry: &Registry,
+    watch: &dyn Fn(&Path, f64),
+) -> Result<Session, SessionError> {
+    read(&Document::read(path)?, registry, &Memory::default(), watch)
+}
 
-    /// The same from a document, which may be another text than that of the file.
-    ///
-    /// # Errors
-    /// As for [`Session::read`].
-    pub fn of(document: &Document, registry: &Registry) -> Result<Session, SessionError> {
-        read(document, registry, &Memory::default(), &|_, _| {})
-    }
+/// The same from a document, which may be another text than that of the file.
+///
+/// # Errors
+/// As for [`read_session`].
+pub fn read_session_document(document: &Document, registry: &Registry) -> Result<Session, SessionError> {
+    read(document, registry, &Memory::default(), &|_, _| {})
+}
 
-    /// The same from a document and recordings in memory, which it names as it would name files in its folder. Of these only what is a
-    /// file is among the [`inputs`](Session::inputs).
-    ///
-    /// # Errors
-    /// As for [`Session::read`].
-    pub fn in_memory(
-        document: &Document,
-        registry: &Registry,
-        memory: &Memory,
-        watch: &dyn Fn(&Path, f64),
-    ) -> Result<Session, SessionError> {
-        let session = read(document, registry, memory, watch)?;
-        let is_file = |path: &PathBuf| path != document.path() && !memory.holds(path);
-        Ok(Session { inputs: session.inputs.iter().filter(|path| is_file(path)).cloned().collect(), ..session })
-    }
+/// The same from a document and recordings in memory, which it names as it would name files in its folder. Of these only what is a
+/// file is among the [`inputs`](Session::inputs).
+///
+/// # Errors
+/// As for [`read_session`].
+pub fn read_session_in_memory(
+    document: &Document,
+    registry: &Registry,
+    memory: &Memory,
+    watch: &dyn Fn(&Path, f64),
+) -> Result<Session, SessionError> {
+    let session = read(document, registry, memory, watch)?;
+    let is_file = |path: &PathBuf| path != document.path() && !memory.holds(path);
+    Ok(Session { inputs: session.inputs.iter().filter(|path| is_file(path)).cloned().collect(), ..session })
 }
 
 /// Reads a session and everything it names. What `session.toml` says is checked before any table is opened.
@@ -449,7 +452,7 @@ fn read(
     let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
 
     let inputs = inputs(document.path(), robot_path.as_deref(), tables.iter().map(|table| table.path.clone()));
-    let solver = written.solver.map(|solver| SolverChoice::new(solver, document));
+    let solver = written.solver.map(|solver| solver.choice(document));
     let session = Session {
         robot: robot.clone(),
         gravity,

@@ -28,8 +28,11 @@ pub use contents::Session;
 pub use doubts::MistakenUnit;
 pub use draft::{Draft, DraftError, DraftPoses, DraftRobot, RecordedJoints};
 pub use earlier::{EarlierCalibration, KnownCombination};
-pub use file::SessionError;
 pub(crate) use file::{AccelerometerTable, ForceTorqueTable, Instruments, read_instruments};
+pub use file::{
+    SessionError, read_session, read_session_document, read_session_in_memory, read_session_watched, read_session_with,
+    read_solver_options, solver_name_error,
+};
 pub use instrument::{Drift, Instrument, InstrumentKind};
 pub use knowledge::{Knowledge, KnowledgeKind};
 pub use known::{GravityKnowledge, InertiaKnowledge, JointKnowledge, Load, LoadDistance};

@@ -4,9 +4,9 @@ use super::conditions::SimulatedConditions;
 use super::disturbance::Disturbance;
 use super::motion::Motion;
 use super::unmodelled::Unmodelled;
-use crate::joint::Unknowns;
-use crate::sensors::DeclaredModels;
+use crate::sensor_models::DeclaredModels;
 use crate::session::Session;
+use crate::unknowns::Unknowns;
 
 /// A simulated experiment.
 #[derive(Clone, Debug)]

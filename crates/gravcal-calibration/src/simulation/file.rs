@@ -17,7 +17,7 @@ use super::experiment::{Run, Simulation};
 use crate::document::{Document, Field, FileError, OneOrMany};
 use crate::registry::Registry;
 use crate::robot::resolve_robot;
-use crate::sensors::{DeclaredModels, ModelTable};
+use crate::sensor_models::{DeclaredModels, ModelTable};
 use crate::session::{GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, Session, units};
 use reader::Reader;
 use tables::SimulationTable;

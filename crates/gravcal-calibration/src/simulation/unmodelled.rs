@@ -3,10 +3,10 @@
 use gravcal_recording::Conditions;
 
 use super::experiment::Simulation;
-use crate::joint::Unknowns;
 use crate::parameter::Parameter;
 use crate::sensors::{Moment, SensorTerms, Term};
 use crate::session::Session;
+use crate::unknowns::Unknowns;
 
 /// Terms beyond those of the session, with their true values.
 #[derive(Clone, Debug)]

@@ -11,7 +11,7 @@ use super::friction::FrictionAtRest;
 use super::write_conditions::{self, ConditionTables};
 use super::{draw, write_recording};
 use crate::document::relative_path;
-use crate::sensors::ModelTable;
+use crate::sensor_models::ModelTable;
 use crate::session::Session;
 use crate::session::compliance::compliance_parameters;
 

@@ -92,7 +92,7 @@ fn direction_columns(session: &Session) -> Vec<String> {
 mod tests {
     use std::fs;
 
-    use crate::session::Session;
+    use crate::session::read_session;
     use crate::simulation::{Simulation, write_session};
     use crate::testing::TWO_JOINTS;
 
@@ -142,7 +142,7 @@ poses = 60
         let simulation = Simulation::read(&folder.path().join("simulation.toml")).unwrap();
         let drawn = simulation.session(0);
         let files = write_session(&simulation, 0, folder.path(), false).unwrap();
-        let read = Session::read(&files[0]).unwrap();
+        let read = read_session(&files[0]).unwrap();
         assert_eq!(read.further, drawn.further);
         assert_eq!(read.further.len(), 8);
         assert_eq!((&read.poses, &read.saturated), (&drawn.poses, &drawn.saturated));

@@ -57,7 +57,7 @@ mod tests {
     use std::fs;
     use std::path::Path;
 
-    use crate::session::Session;
+    use crate::session::read_session;
     use crate::simulation::{Motion, Simulation, record, write_session};
     use crate::testing::TWO_JOINTS;
 
@@ -219,7 +219,7 @@ load = "plate"
         let perfect = record::<()>(&simulation, motion, 0, &mut |_, _| Ok(())).unwrap();
         let files = write_session(&simulation, 0, folder.path(), false).unwrap();
         assert!(write_session(&simulation, 0, folder.path(), false).unwrap_err().to_string().contains("--overwrite"));
-        let read = Session::read(&files[0]).unwrap();
+        let read = read_session(&files[0]).unwrap();
         let expected: Vec<_> = perfect
             .session
             .poses
@@ -261,7 +261,7 @@ load = "plate"
         let with = |old: &str, new: &str| {
             assert!(session.contains(old), "{session}");
             fs::write(&files[0], session.replacen(old, new, 1)).unwrap();
-            Session::read(&files[0]).map_err(|error| error.to_string())
+            read_session(&files[0]).map_err(|error| error.to_string())
         };
         let part = "file = \"bare.mcap\"";
         let halves = with(part, "file = \"bare.mcap\"\nuntil_s = 5.0\n[[poses]]\nfile = \"bare.mcap\"\nfrom_s = 5.0");

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, Transform, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
-use crate::joint::Unknowns;
 use crate::parameter::{Limit, Parameter};
 use crate::robot::Robot;
 use crate::session::{
     GravityKnowledge, Instrument, InstrumentKind, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
-    PoseTable, Session,
+    PoseTable, Session, read_session,
 };
 use crate::simulation::{Disturbance, Run, Simulation};
+use crate::unknowns::Unknowns;
 
 /// A session of the inputs on which the program once fell short, in `GRAVCAL_SHARED_DATA` or `../shared/data` beside the project;
 /// nothing where they are not there.
@@ -23,7 +23,7 @@ pub fn shared_session(name: &str) -> Option<Session> {
     if !file.is_file() {
         return None;
     }
-    Some(Session::read(&file).unwrap())
+    Some(read_session(&file).unwrap())
 }
 
 /// A `robot.toml` of two joints that carry gravity.

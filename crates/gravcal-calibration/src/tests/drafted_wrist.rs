@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::Verdict;
-use crate::session::{Draft, Session};
+use crate::session::{Draft, Session, read_session};
 use crate::workbench::Workbench;
 
 /// What a wrist sensor reads on a body that is turned every way, with its quaternion or the inverse, times the sensor's sign.
@@ -41,7 +41,7 @@ fn drafted_alone(recording: &str) -> (String, Vec<String>, Result<Session, Strin
     let text = draft.text(&draft.search(&|_| {}).unwrap(), folder.path());
     let session = folder.path().join("session.toml");
     fs::write(&session, &text).unwrap();
-    (text, draft.notes(), Session::read(&session).map_err(|error| error.to_string()))
+    (text, draft.notes(), read_session(&session).map_err(|error| error.to_string()))
 }
 
 const WRIST: &str = "fx,fy,fz,tx,ty,tz,qx,qy,qz,qw";

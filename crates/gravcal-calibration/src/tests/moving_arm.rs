@@ -12,8 +12,8 @@ use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::EstimatorResult;
-use crate::robot::Robot;
-use crate::session::Session;
+use crate::robot::read_robot;
+use crate::session::{Session, read_session};
 use crate::sweeps::find_sweeps;
 use crate::workbench::Workbench;
 
@@ -151,10 +151,10 @@ fn record(path: &Path, chain: &Chain, loaded: bool, seed: u64) {
 fn session(folder: &Path, seed: u64, text: &str) -> Session {
     fs::write(folder.join("robot.toml"), ROBOT).unwrap();
     fs::write(folder.join("session.toml"), text).unwrap();
-    let chain = Robot::read(&folder.join("robot.toml")).unwrap().chain;
+    let chain = read_robot(&folder.join("robot.toml")).unwrap().chain;
     record(&folder.join("bare.csv"), &chain, false, seed);
     record(&folder.join("loaded.csv"), &chain, true, seed);
-    Session::read(&folder.join("session.toml")).unwrap()
+    read_session(&folder.join("session.toml")).unwrap()
 }
 
 fn estimated(session: &Session) -> EstimatorResult {
@@ -246,7 +246,7 @@ fn joints_that_never_move_are_told_and_what_the_other_does_is_no_sweep() {
             .collect();
         fs::write(folder.path().join(file), stuck.join("\n")).unwrap();
     }
-    let session = Session::read(&folder.path().join("session.toml")).unwrap();
+    let session = read_session(&folder.path().join("session.toml")).unwrap();
     let note = session.unmoved_note().unwrap();
     assert!(
         note.contains("turn (0.250000 rad), shoulder (0.500000 rad)") && note.contains("its position gain stays open"),

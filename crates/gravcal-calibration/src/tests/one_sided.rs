@@ -7,7 +7,7 @@ use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind};
-use crate::session::Session;
+use crate::session::read_session;
 use crate::simulation::{Simulation, write_session};
 use crate::testing::TWO_JOINTS;
 use crate::workbench::Workbench;
@@ -56,7 +56,7 @@ fn estimated(folder: &Path, approach: &str, said: &str, trial: u64) -> (Simulati
     fs::write(folder.join("simulation.toml"), text).unwrap();
     let simulation = Simulation::read(&folder.join("simulation.toml")).unwrap();
     let files = write_session(&simulation, trial, folder, true).unwrap();
-    let session = Session::read(&files[0]).unwrap();
+    let session = read_session(&files[0]).unwrap();
     let solver = LevenbergMarquardt::default();
     let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
     (simulation, result)

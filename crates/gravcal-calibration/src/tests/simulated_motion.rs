@@ -7,7 +7,7 @@ use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::parameter::Quantity;
-use crate::session::Session;
+use crate::session::read_session;
 use crate::simulation::{Simulation, write_session};
 use crate::workbench::Workbench;
 
@@ -71,7 +71,7 @@ fn a_simulated_arm_in_motion_is_identified() {
     let simulation = simulation(folder.path());
     let files = write_session(&simulation, 0, folder.path(), false).unwrap();
     assert!(fs::read_to_string(&files[0]).unwrap().contains("[readings.motion]"));
-    let session = Session::read(&files[0]).unwrap();
+    let session = read_session(&files[0]).unwrap();
     // Two stretches of 15 s in each of two tables; a window each twentieth of a second.
     assert!((1100..1200).contains(&session.poses.len()), "{}", session.poses.len());
     assert!(session.has_windows() && session.searched.iter().all(|searched| searched.found() > 500));

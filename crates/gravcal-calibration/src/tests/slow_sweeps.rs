@@ -13,7 +13,8 @@ use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::EstimatorResult;
-use crate::session::{Draft, DraftRobot, Session, UnexplainedError};
+use crate::robot::read_robot;
+use crate::session::{Draft, DraftRobot, Session, UnexplainedError, read_session};
 use crate::testing::TWO_JOINTS;
 use crate::workbench::Workbench;
 
@@ -119,7 +120,7 @@ fn recorder(folder: &Path, seed: u64, session: &str) -> Recorder {
     fs::write(folder.join("robot.toml"), TWO_JOINTS).unwrap();
     fs::write(folder.join("session.toml"), session).unwrap();
     let text = "time_s,shoulder.position,elbow.position,shoulder.effort,elbow.effort\n".to_owned();
-    let robot = crate::Robot::read(&folder.join("robot.toml")).unwrap();
+    let robot = read_robot(&folder.join("robot.toml")).unwrap();
     let gravity = crate::session::GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: None };
     let session = Session::new(robot, gravity, Vec::new());
     let random = Pcg64::seed_from_u64(seed);
@@ -135,7 +136,7 @@ fn estimated(folder: &Path, seed: u64, models: &str) -> (Session, EstimatorResul
 
 fn result_of(folder: &Path, recorder: &Recorder) -> (Session, EstimatorResult) {
     fs::write(folder.join("sweeps.csv"), &recorder.text).unwrap();
-    let session = Session::read(&folder.join("session.toml")).unwrap();
+    let session = read_session(&folder.join("session.toml")).unwrap();
     let solver = LevenbergMarquardt::default();
     let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
     (session, result)
@@ -149,7 +150,7 @@ fn recorded(folder: &Path, unit: &str) -> Session {
     let torque = "torque = { columns = [\"shoulder.effort\", \"elbow.effort\"], unit = \"N·m\" }";
     assert!(text.contains(torque) && !session.poses.is_empty());
     fs::write(&file, text.replace(torque, &torque.replace("unit = \"N·m\"", unit))).unwrap();
-    Session::read(&file).unwrap()
+    read_session(&file).unwrap()
 }
 
 fn truth(name: &str) -> f64 {
@@ -227,7 +228,7 @@ fn a_draft_has_the_sweeps_where_nothing_stands() {
     let text = draft.text(&draft.search(&|_| {}).unwrap(), folder.path());
     assert!(text.contains("Sweeps found in the recording: 7.\n[readings.sweeps]"), "{text}");
     fs::write(folder.path().join("draft.toml"), text).unwrap();
-    assert_eq!(Session::read(&folder.path().join("draft.toml")).unwrap().poses, session.poses);
+    assert_eq!(read_session(&folder.path().join("draft.toml")).unwrap().poses, session.poses);
 }
 
 /// Means from recordings have the noise that was measured in them, and there errors beyond it are estimated by themselves.

@@ -9,7 +9,7 @@ use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 use crate::joint::{Signals, estimate_jointly};
 use crate::parameter::ParameterId;
 use crate::result::{EstimatorResult, SensorModelTest, TestKind, UncertaintyResult, Verdict};
-use crate::session::Session;
+use crate::session::{Session, read_session};
 use crate::workbench::Workbench;
 
 const SESSION: &str = r#"
@@ -73,7 +73,7 @@ fn read(session: &str, table: &str) -> Result<Session, String> {
     fs::write(folder.path().join("session.toml"), session).unwrap();
     fs::write(folder.path().join("poses.csv"), table).unwrap();
     let shown = format!("{}/", folder.path().display());
-    Session::read(&folder.path().join("session.toml")).map_err(|error| error.to_string().replace(&shown, ""))
+    read_session(&folder.path().join("session.toml")).map_err(|error| error.to_string().replace(&shown, ""))
 }
 
 fn estimated(session: &Session) -> EstimatorResult {
@@ -289,7 +289,7 @@ fn a_sensor_zeroed_between_tables_has_a_bias_in_each() {
         for (name, text) in [("session.toml", session), ("poses.csv", &first), ("later.csv", &later)] {
             fs::write(folder.path().join(name), text).unwrap();
         }
-        Session::read(&folder.path().join("session.toml")).unwrap()
+        read_session(&folder.path().join("session.toml")).unwrap()
     };
     assert_ne!(estimated(&read(&text)).verdict, Verdict::Determined, "one bias for both explains nothing");
     let session = read(&text.replace("name = \"wrist\"", "name = \"wrist\"\nbiases = \"table\""));
@@ -322,7 +322,7 @@ fn a_sensor_zeroed_between_tables_has_a_bias_in_each() {
     for (name, text) in [("session.toml", &by_table), ("poses.csv", &halves[0]), ("later.csv", &halves[1])] {
         fs::write(folder.path().join(name), text).unwrap();
     }
-    let same = estimated(&Session::read(&folder.path().join("session.toml")).unwrap());
+    let same = estimated(&read_session(&folder.path().join("session.toml")).unwrap());
     assert!(same.sensor_models[0].test.as_ref().unwrap().p_value > 1e-3, "{:?}", same.sensor_models);
     // Of a second bias no reading tells where the second table has none of its axis.
     let forces = |row: &str| row.split(',').take(7).chain([""; 3]).collect::<Vec<_>>().join(",");
@@ -334,7 +334,7 @@ fn a_sensor_zeroed_between_tables_has_a_bias_in_each() {
     for (name, text) in [("session.toml", &text), ("poses.csv", &first), ("later.csv", &forces)] {
         fs::write(folder.path().join(name), text).unwrap();
     }
-    let result = estimated(&Session::read(&folder.path().join("session.toml")).unwrap());
+    let result = estimated(&read_session(&folder.path().join("session.toml")).unwrap());
     let open = result.parameters.iter().filter(|parameter| !parameter.determined).map(|p| p.name.as_str());
     assert_eq!(open.collect::<Vec<_>>(), ["nx", "ny", "nz"].map(|axis| format!("wrist.bias_{axis}_2")));
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use gravcal_calibration::Registry;
 use gravcal_calibration::document::{Document, Field, FileError};
-use gravcal_calibration::session::{Session, SessionError};
+use gravcal_calibration::session::{Session, SessionError, read_session_document};
 use gravcal_calibration::simulation::{Simulation, write_session};
 use gravcal_recording::{LARGEST_DOCUMENT, read_whole};
 use sha2::{Digest, Sha256};
@@ -112,7 +112,7 @@ impl PointFiles<'_> {
         let place = self.document.path().with_file_name("session.toml");
         let session = Document::of(&place, absolute)
             .map_err(SessionError::from)
-            .and_then(|document| Session::of(&document, self.registry));
+            .and_then(|document| read_session_document(&document, self.registry));
         let mut session = session
             .map_err(|error| StudyError::Session { error: Box::new(without_line(error)), point: self.changed_at() })?;
         let expected: usize = simulation.runs.iter().map(|run| run.poses()).sum();

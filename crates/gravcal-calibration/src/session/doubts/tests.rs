@@ -2,7 +2,7 @@ use std::f64::consts::PI;
 use std::fs;
 use std::path::Path;
 
-use crate::session::Session;
+use crate::session::{Session, read_session};
 
 /// Two joints with limits and masses.
 const ROBOT: &str = r#"
@@ -42,7 +42,7 @@ fn read(units: [&str; 2], [readings, end]: [&str; 2], rows: impl Iterator<Item =
          [[poses]]\nfile = 'day.csv'\n{end}\n"
     );
     fs::write(folder.path().join("session.toml"), written).unwrap();
-    Session::read(&folder.path().join("session.toml")).unwrap()
+    read_session(&folder.path().join("session.toml")).unwrap()
 }
 
 /// A number from -1 to 1 that looks random.
@@ -185,7 +185,7 @@ fn of_the_experiments_a_trajectory_alone_is_doubted() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
     let sessions = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path().join("session.toml"));
     let read: Vec<Session> =
-        sessions.filter(|path| path.is_file()).filter_map(|path| Session::read(&path).ok()).collect();
+        sessions.filter(|path| path.is_file()).filter_map(|path| read_session(&path).ok()).collect();
     assert!(read.len() >= 3, "only {} sessions could be read", read.len());
     for session in read {
         let trajectory = session.inputs.iter().any(|input| input.ends_with("kuka_lbr_med7/measurements.csv"));
@@ -204,7 +204,7 @@ fn columns_whose_numbers_do_not_go_together_are_told() {
              }}\ntorque = {{ columns = {torques}, unit = 'N·m' }}\n[[poses]]\nfile = 'day.csv'\n"
         );
         fs::write(folder.path().join("session.toml"), written).unwrap();
-        Session::read(&folder.path().join("session.toml")).unwrap().doubts
+        read_session(&folder.path().join("session.toml")).unwrap().doubts
     };
     let told = doubts("['q1', 'q2']", "['tau2', 'tau1']");
     assert!(

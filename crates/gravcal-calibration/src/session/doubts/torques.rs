@@ -3,9 +3,9 @@
 use gravcal_dynamics::JointKind;
 
 use super::names::named;
-use crate::joint::Unknowns;
 use crate::parameter::Quantity;
 use crate::session::Session;
+use crate::unknowns::Unknowns;
 
 /// Torques so many times larger than the model's, or smaller, are in another unit: mN·m make a factor of 1000.
 const FAR: f64 = 20.0;

@@ -6,7 +6,7 @@ use gravcal_dynamics::{JointKind, UrdfEnds, urdf_sliding_joints};
 
 use super::joints::plain;
 use crate::document::{FileError, read_text};
-use crate::robot::Robot;
+use crate::robot::{Robot, read_robot, read_urdf};
 
 /// The joints of a recording that have a torque, by their names.
 #[derive(Clone, Copy, Debug, Default)]
@@ -48,7 +48,7 @@ impl DraftRobot {
             if base.is_some() || !tips.is_empty() {
                 return Err(FileError::new(path, "only a URDF has links to choose as base and tip: leave them away"));
             }
-            let robot = Robot::read(path)?;
+            let robot = read_robot(path)?;
             let slides = robot.chain.joints().iter().filter(|joint| joint.kind == JointKind::Prismatic);
             let sliding = slides.map(|joint| joint.name.clone()).collect();
             return Ok(DraftRobot { robot, path: path.to_owned(), ends: None, guessed: false, sliding });
@@ -61,7 +61,7 @@ impl DraftRobot {
             None => guess_base(path, tips)?,
         };
         let named: Vec<&str> = ends.tips.iter().map(String::as_str).collect();
-        let robot = Robot::from_urdf_file(path, &ends.base, &named)?;
+        let robot = read_urdf(path, &ends.base, &named)?;
         let sliding = urdf_sliding_joints(&read_text(path)?).map_err(|error| FileError::new(path, error))?;
         Ok(DraftRobot { robot, path: path.to_owned(), ends: Some(ends), guessed, sliding })
     }

@@ -5,7 +5,7 @@ use gravcal_recording::{CsvWriting, inspect, inspect_as};
 use tempfile::TempDir;
 
 use super::*;
-use crate::session::Session;
+use crate::session::{Session, read_session};
 use crate::testing::TWO_JOINTS;
 
 /// A folder with a robot and a recording.
@@ -30,7 +30,7 @@ fn drafted(recording: &str) -> (String, Vec<String>, Result<Session, String>) {
     let text = draft.text(&draft.search(&|_| {}).unwrap(), folder.path());
     let session = folder.path().join("session.toml");
     fs::write(&session, &text).unwrap();
-    (text, draft.notes(), Session::read(&session).map_err(|error| error.to_string()))
+    (text, draft.notes(), read_session(&session).map_err(|error| error.to_string()))
 }
 
 /// Two joints that stand in six poses of half a second, at 200 Hz, with a little noise; the header's columns.
@@ -84,7 +84,7 @@ fn columns_of_a_recording_without_a_header_are_named_in_the_session() {
     let draft = Draft::new(&path, &inspection, Some(&robot)).unwrap().written(csv);
     let text = draft.text(&draft.search(&|_| {}).unwrap(), folder.path());
     fs::write(folder.path().join("session.toml"), &text).unwrap();
-    let session = Session::read(&folder.path().join("session.toml")).unwrap();
+    let session = read_session(&folder.path().join("session.toml")).unwrap();
     assert!(text.contains("columns = [\"t_s\", \"q1_rad\",") && session.poses.len() >= 5, "{text}");
 }
 

@@ -75,8 +75,8 @@ fn check_columns(context: &Context<'_>, field: &Field, table: &CsvTable, names: 
 mod tests {
     use std::fs;
 
-    use crate::session::Session;
     use crate::session::file::tests::assert_refused;
+    use crate::session::read_session;
     use crate::testing::TWO_JOINTS;
 
     #[test]
@@ -117,7 +117,7 @@ mod tests {
                  torque = {{ columns = [\"column3\", \"column4\"], unit = \"N·m\" }}\n[[poses]]\nfile = \"a.csv\"\n"
             );
             fs::write(folder.path().join("session.toml"), session).unwrap();
-            Session::read(&folder.path().join("session.toml")).map(|read| read.poses).map_err(|error| error.to_string())
+            read_session(&folder.path().join("session.toml")).map(|read| read.poses).map_err(|error| error.to_string())
         };
         let table = "0.5,0.25,1.5,2.5\n0.75,0.5,3.5,4.5\n";
         let plain = read("", table).unwrap();

@@ -20,7 +20,7 @@ use super::knowledge::{KnowledgeTable, scaled, start};
 use crate::document::{Field, FileError};
 use crate::parameter::Quantity;
 use crate::robot::{NominalPositionSensor, NominalTorqueSensor};
-use crate::sensors::ModelTable;
+use crate::sensor_models::ModelTable;
 use crate::session::units::{self, UnitError};
 use crate::session::{JointKnowledge, Knowledge};
 

@@ -10,7 +10,8 @@ use super::recordings::InMotion;
 use crate::document::FileError;
 use crate::parameter::Parameter;
 use crate::registry::Registry;
-use crate::sensors::{ModelContext, Need, ParameterInFile, SensorModel, SensorTerms, Side, Site, declare, to_unit_of};
+use crate::sensor_models::{ModelContext, ParameterInFile, declare, to_unit_of};
+use crate::sensors::{Need, SensorModel, SensorTerms, Side, Site};
 use crate::session::parameters::GIVEN;
 use crate::session::{JointKnowledge, KnowledgeKind};
 

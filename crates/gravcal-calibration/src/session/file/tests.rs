@@ -12,7 +12,8 @@ use crate::document::Document;
 use crate::parameter::Quantity;
 use crate::session::{
     Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
-    Pose, PoseBlocks, PoseTable, Session, UncertaintyChoice,
+    Pose, PoseBlocks, PoseTable, Session, UncertaintyChoice, read_session, read_session_in_memory, read_solver_options,
+    solver_name_error,
 };
 
 const SESSION: &str = r#"
@@ -91,7 +92,7 @@ pub(super) fn read(changes: &[(&str, &str, &str)]) -> Result<Session, String> {
         });
         fs::write(folder.path().join(name), changed).unwrap();
     }
-    Session::read(&folder.path().join("session.toml")).map_err(|error| without_folder(&folder, error))
+    read_session(&folder.path().join("session.toml")).map_err(|error| without_folder(&folder, error))
 }
 
 fn without_folder(folder: &TempDir, error: impl ToString) -> String {
@@ -138,7 +139,7 @@ fn recordings_in_memory_are_as_good_as_files() {
     let path = |name: &str| folder.path().join(name);
     fs::write(path("robot.toml"), ROBOT).unwrap();
     let document = Document::of(&path("memory"), SESSION.replace(label.1, label.2)).unwrap();
-    let in_memory = |memory: &Memory| Session::in_memory(&document, &Registry::standard(), memory, &|_, _| {});
+    let in_memory = |memory: &Memory| read_session_in_memory(&document, &Registry::standard(), memory, &|_, _| {});
     let memory = Memory::default().with(path("a.csv"), numbers(A)).with(path("b.csv"), numbers(B));
     let session = in_memory(&memory).unwrap();
     // Rows in memory have no header.
@@ -308,7 +309,7 @@ fn masses_of_the_model_may_be_known() {
 #[test]
 fn files_that_are_not_there() {
     let folder = tempfile::tempdir().unwrap();
-    let message = |path: &str| without_folder(&folder, Session::read(&folder.path().join(path)).unwrap_err());
+    let message = |path: &str| without_folder(&folder, read_session(&folder.path().join(path)).unwrap_err());
     assert_eq!(message("session.toml"), "session.toml: there is no such file");
     fs::create_dir(folder.path().join("session.toml")).unwrap();
     assert_eq!(message("session.toml"), "session.toml: this is a folder: name a file in it");
@@ -347,12 +348,14 @@ fn a_solver_is_a_name_or_a_table_of_options() {
     let table = "solver = { name = \"dogleg\", max_iterations = 7 }";
     let solver = changed("solver = \"levenberg-marquardt\"", table).solver.unwrap();
     assert_eq!((solver.name(), solver.options().len()), ("dogleg", 1));
-    let options: std::collections::BTreeMap<String, i64> = solver.read_options(std::marker::PhantomData).unwrap();
+    let options: std::collections::BTreeMap<String, i64> =
+        read_solver_options(&solver, std::marker::PhantomData).unwrap();
     assert_eq!(options["max_iterations"], 7);
-    let read: Result<std::collections::BTreeMap<String, bool>, _> = solver.read_options(std::marker::PhantomData);
+    let read: Result<std::collections::BTreeMap<String, bool>, _> =
+        read_solver_options(&solver, std::marker::PhantomData);
     let error = read.unwrap_err();
     assert_eq!((error.line(), error.field()), (Some(4), Some("solver.max_iterations")));
-    assert!(solver.name_error("is unknown").to_string().ends_with("session.toml:4: solver.name: is unknown"));
+    assert!(solver_name_error(&solver, "is unknown").to_string().ends_with("session.toml:4: solver.name: is unknown"));
 
     assert_refused(
         "\"levenberg-marquardt\"",
@@ -857,7 +860,7 @@ fn no_part_of_a_session_panics() {
     fs::write(folder.path().join("robot.toml"), ROBOT).unwrap();
     for end in (0..SESSION.len()).filter(|end| SESSION.is_char_boundary(*end)) {
         fs::write(&path, &SESSION[..end]).unwrap();
-        assert!(Session::read(&path).is_err());
+        assert!(read_session(&path).is_err());
     }
 }
 

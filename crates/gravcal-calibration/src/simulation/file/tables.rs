@@ -8,7 +8,7 @@ use serde::de::IgnoredAny;
 
 use crate::document::OneOrMany;
 use crate::robot::{PositionSensorTable, RobotSource, TorqueSensorTable, ValueTable};
-use crate::sensors::ModelTable;
+use crate::sensor_models::ModelTable;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -5,14 +5,13 @@ use gravcal_recording::TorqueUnit;
 use super::reader::Reader;
 use super::tables::{ConditionsTable, JointTable};
 use crate::document::{Field, FileError};
-use crate::joint::Unknowns;
 use crate::parameter::{Parameter, Quantity};
 use crate::robot::{SensorTables, ValueTable};
-use crate::sensors::{
-    DeclaredInFile, ModelContext, ModelTable, Need, ParameterInFile, Site, Term, declare, to_unit_of,
-};
+use crate::sensor_models::{DeclaredInFile, ModelContext, ModelTable, ParameterInFile, declare, to_unit_of};
+use crate::sensors::{Need, Site, Term};
 use crate::session::Session;
 use crate::simulation::unmodelled::Unmodelled;
+use crate::unknowns::Unknowns;
 
 /// A term with its parameters and their true values, in units inside.
 struct TrueTerm {

@@ -10,13 +10,10 @@ use gravcal_recording::nearest_name;
 use serde::{Deserialize, Serialize};
 use toml::Table;
 
-use super::declare::{Term, declare_terms};
-use super::model::{SensorModel, Side, Site};
-use super::options::{Options, RefusedOption};
-use super::term::Need;
 use crate::document::{Document, Field, FileError};
 use crate::parameter::Parameter;
 use crate::registry::Registry;
+use crate::sensors::{Need, Options, RefusedOption, SensorModel, Side, Site, Term, declare_terms};
 
 /// One entry of `sensor_models`; `V` is what may be said of a parameter.
 #[derive(Clone, Debug, Deserialize, Serialize)]
