@@ -7,8 +7,8 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use gravcal_benches::program::{ended, progress};
-use gravcal_calibration::Session;
-use gravcal_calibration::simulation::Simulation;
+use gravcal_robot_model::Session;
+use gravcal_session::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::{DeflectionColumn, DeflectionStudy, Treatment, deflection_study};
 

@@ -12,17 +12,17 @@ use std::process::ExitCode;
 
 use gravcal_benches::clock::median_seconds;
 use gravcal_benches::program::ended;
-use gravcal_calibration::Registry;
-use gravcal_calibration::document::Document;
 use gravcal_calibration::joint::{Signals, Unknowns, pose, select};
-use gravcal_calibration::parameter::Limit;
-use gravcal_calibration::sensors::{
+use gravcal_estimation::Number;
+use gravcal_recording::Conditions;
+use gravcal_robot_model::Registry;
+use gravcal_robot_model::parameter::Limit;
+use gravcal_robot_model::sensors::{
     Declared, Differentiated, Moment, Options, ParameterSpec, Partials, Reads, RefusedOption, SensorFormula,
     SensorModel, SensorTerm, Site,
 };
-use gravcal_calibration::simulation::{Run, Simulation};
-use gravcal_estimation::Number;
-use gravcal_recording::Conditions;
+use gravcal_session::document::Document;
+use gravcal_session::simulation::{Run, Simulation};
 
 const SIMULATION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../experiments/seven-joints-tilted/simulation.toml");
 const POSES: usize = 2000;

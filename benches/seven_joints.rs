@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use gravcal_calibration::Session;
 use gravcal_calibration::joint::{JointProblem, Signals, Unknowns, pose, select};
-use gravcal_calibration::simulation::{Run, Simulation};
+use gravcal_robot_model::Session;
+use gravcal_session::simulation::{Run, Simulation};
 
 const SIMULATION: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../experiments/seven-joints-tilted/simulation.toml");
 

@@ -14,10 +14,11 @@ use clap::Parser;
 use gravcal_benches::program::ended;
 use gravcal_benches::seven_joints::SevenJoints;
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::{EstimatorName, Session, Workbench, calibrate};
+use gravcal_calibration::{Workbench, calibrate};
 use gravcal_recording::write_atomically;
 use gravcal_report::{CalibrationPage, Options, Provenance};
 use gravcal_rerun::CalibrationRecording;
+use gravcal_robot_model::{EstimatorName, Session};
 use gravcal_solvers::LevenbergMarquardt;
 
 /// Times the recording of a calibration for Rerun, and its page.

@@ -12,11 +12,11 @@ use std::time::Instant;
 use clap::Parser;
 use gravcal_benches::program::ended;
 use gravcal_benches::seven_joints::SevenJoints;
-use gravcal_calibration::parameter::Quantity;
-use gravcal_calibration::residuals::{Prior, Shifted};
 use gravcal_estimation::{
     Block, BlockId, Estimate, Factor, Noise, Problem, ProblemBuilder, SolveContext, Solver, Spectrum, Values,
 };
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::residuals::{Prior, Shifted};
 use gravcal_solvers::LevenbergMarquardt;
 
 /// Standard deviation of a joint's position error, rad.

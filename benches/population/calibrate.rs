@@ -4,8 +4,9 @@ use std::path::Path;
 
 use cpu_time::ThreadTime;
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::session::read_session;
-use gravcal_calibration::{EstimatorName, Workbench, check_choice};
+use gravcal_calibration::{Workbench, check_choice};
+use gravcal_robot_model::EstimatorName;
+use gravcal_session::read_session;
 use gravcal_solvers::SolverName;
 
 /// What a user gets.

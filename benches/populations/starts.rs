@@ -9,11 +9,11 @@
 
 use std::path::Path;
 
-use gravcal_calibration::Session;
 use gravcal_calibration::joint::{Readings, Signals, Unknowns, pose, select};
 use gravcal_calibration::result::Fit;
-use gravcal_calibration::session::read_session;
 use gravcal_estimation::{SolveContext, Solver, Values};
+use gravcal_robot_model::Session;
+use gravcal_session::read_session;
 use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 use nalgebra::Vector3;
 use rand::RngExt;

@@ -4,9 +4,10 @@ use std::fs;
 use std::path::Path;
 
 use gravcal_calibration::result::{EstimatorResult, Verdict};
-use gravcal_calibration::session::read_session;
-use gravcal_calibration::simulation::{Simulation, write_session};
-use gravcal_calibration::{EstimatorName, Workbench, check_choice};
+use gravcal_calibration::{Workbench, check_choice};
+use gravcal_robot_model::EstimatorName;
+use gravcal_session::read_session;
+use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::arms::arms;

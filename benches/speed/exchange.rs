@@ -17,9 +17,9 @@ use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
-use gravcal_calibration::parameter::Quantity;
 use gravcal_dynamics::{Joint, Transform};
 use gravcal_estimation::BlockId;
+use gravcal_robot_model::parameter::Quantity;
 use tempfile::TempDir;
 
 use gravcal_benches::seven_joints::SevenJoints;

@@ -13,8 +13,8 @@
 
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatRef, Par};
-use gravcal_calibration::parameter::Quantity;
 use gravcal_estimation::BlockId;
+use gravcal_robot_model::parameter::Quantity;
 
 use gravcal_benches::clock::median_seconds;
 use gravcal_benches::seven_joints::SevenJoints;

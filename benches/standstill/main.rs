@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use gravcal_benches::program::ended;
-use gravcal_calibration::simulation::Simulation;
+use gravcal_session::simulation::Simulation;
 
 /// Records the paper's procedure in motion, finds its standstills and calibrates from them; then many recordings of varied noise and
 /// speed; then the time that a row takes.

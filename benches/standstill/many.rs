@@ -1,8 +1,8 @@
 //! Many recordings of varied noise, rate and speed: how many standstills are found, and how true their standard errors are.
 
 use gravcal_benches::program::progress;
-use gravcal_calibration::simulation::{Approach, Converter, Dirt, Motion, Run, Simulation, TrueStandstill, record};
 use gravcal_recording::Standstill;
+use gravcal_session::simulation::{Approach, Converter, Dirt, Motion, Run, Simulation, TrueStandstill, record};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
@@ -98,7 +98,7 @@ fn exact(simulation: &Simulation, motion: &Motion) -> Result<Vec<[Vec<f64>; 2]>,
     quiet.disturbance.converter = None;
     let still = Motion { vibration: 0.0, dirt: Dirt::default(), ..motion.clone() };
     let recorded = record::<()>(&quiet, &still, 0, &mut |_, _| Ok(())).map_err(|()| "no rows".to_owned())?;
-    let readings = |pose: &gravcal_calibration::session::Pose| {
+    let readings = |pose: &gravcal_robot_model::session::Pose| {
         [pose.position.clone(), pose.torque.iter().flatten().map(|reading| reading.value).collect()]
     };
     Ok(recorded.session.poses.iter().map(readings).collect())

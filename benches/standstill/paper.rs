@@ -1,9 +1,10 @@
 //! The paper's procedure, recorded in motion at 1 kHz and calibrated from the files alone, beside the table of perfect poses.
 
+use gravcal_calibration::Workbench;
 use gravcal_calibration::joint::{self, Signals, Solved, Unknowns};
-use gravcal_calibration::session::read_session;
-use gravcal_calibration::simulation::{Approach, Dirt, Motion, Simulation, record, write_session};
-use gravcal_calibration::{Session, Workbench};
+use gravcal_robot_model::Session;
+use gravcal_session::read_session;
+use gravcal_session::simulation::{Approach, Dirt, Motion, Simulation, record, write_session};
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::measured_quantities;
 

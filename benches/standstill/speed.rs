@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use gravcal_benches::clock::median_seconds;
-use gravcal_calibration::simulation::{Simulation, write_session};
 use gravcal_recording::{
     Heading, PoseMapping, PositionColumn, ReadingColumn, Row, Stillness, create, open, static_poses,
 };
+use gravcal_session::simulation::{Simulation, write_session};
 
 const JOINTS: usize = 7;
 

@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 
 use gravcal_calibration::Workbench;
 use gravcal_calibration::sequential::{Plan, run_steps};
-use gravcal_calibration::simulation::Simulation;
+use gravcal_session::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::measures::QuantityMeasures;
 

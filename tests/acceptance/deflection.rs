@@ -1,7 +1,7 @@
 //! Deflection of standing joints: unmodelled it spoils the answer, modelled the estimates are at the Cramér-Rao bound and their
 //! intervals hold. `benches/deflection.rs` measures the same over a thousand sessions.
 
-use gravcal_calibration::simulation::Simulation;
+use gravcal_session::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
 use gravcal_study::{DeflectionColumn, Treatment, deflection_study};
 
@@ -16,7 +16,7 @@ fn half_a_degree_of_deflection_is_mended_by_modelling_it() {
     let std = 0.5_f64.to_radians();
     simulation.disturbance.deflection.hold_std = std;
     let solver = LevenbergMarquardt::default();
-    let model = |session: &mut gravcal_calibration::Session| session.deflection.hold_std = Some(std);
+    let model = |session: &mut gravcal_robot_model::Session| session.deflection.hold_std = Some(std);
     let study = deflection_study(&simulation, &model, TRIALS, &solver, &|| {}).unwrap();
     let of = |treatment: Treatment| -> Vec<(f64, DeflectionColumn)> {
         let rows = study.rows.iter().map(|(_, bound, columns)| (bound.unwrap(), columns[treatment as usize]));

@@ -7,10 +7,10 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use gravcal_calibration::Session;
 use gravcal_calibration::application::GravityModel;
-use gravcal_calibration::session::read_session;
 use gravcal_recording::{EarlierEstimate, read_earlier};
+use gravcal_robot_model::Session;
+use gravcal_session::read_session;
 use tempfile::TempDir;
 
 use crate::program::{Run, gravcal_in};
@@ -99,7 +99,7 @@ impl Calibrated {
 
     /// Torque and position readings of each pose.
     fn readings(&self) -> Vec<Truth> {
-        let of = |pose: &gravcal_calibration::session::Pose| {
+        let of = |pose: &gravcal_robot_model::session::Pose| {
             (pose.torque.iter().map(|reading| reading.as_ref().unwrap().value).collect(), pose.position.clone())
         };
         self.session.poses.iter().map(of).collect()

@@ -42,6 +42,14 @@ fn calibration_knows_neither_solvers_nor_reports() {
     }
 }
 
+#[test]
+fn a_robot_model_knows_neither_files_nor_estimators_and_a_session_no_estimator() {
+    let model = ["gravcal-dynamics", "gravcal-estimation", "gravcal-recording"];
+    assert_eq!(own_dependencies("gravcal-robot-model"), model);
+    assert_eq!(own_dependencies("gravcal-session"), [&model[..], &["gravcal-robot-model"]].concat());
+    assert_eq!(own_dependencies("gravcal-calibration"), [&model[..], &["gravcal-robot-model"]].concat());
+}
+
 /// Files that may import each other in a circle.
 const CIRCLE: usize = 3;
 
@@ -75,9 +83,11 @@ fn few_files_import_each_other_in_a_circle() {
 
 #[test]
 fn files_of_a_calibration_import_nothing_that_their_facade_defines() {
-    let imports = Imports::of(&tree::root().join("crates/gravcal-calibration/src/lib.rs"));
-    let told = imports.taken_from_own_facade();
-    assert!(told.is_empty(), "{told}");
+    for name in ["gravcal-calibration", "gravcal-robot-model", "gravcal-session"] {
+        let imports = Imports::of(&tree::root().join("crates").join(name).join("src/lib.rs"));
+        let told = imports.taken_from_own_facade();
+        assert!(told.is_empty(), "{told}");
+    }
 }
 
 #[test]

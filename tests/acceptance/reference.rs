@@ -13,6 +13,8 @@ use crate::tree;
 const UPDATE: &str = "GRAVCAL_UPDATE_REFERENCE";
 
 const CALIBRATION: &str = "crates/gravcal-calibration/src";
+const MODEL: &str = "crates/gravcal-robot-model/src";
+const SESSION: &str = "crates/gravcal-session/src";
 
 /// Compares a page with what it should be, or writes it.
 fn keep(page: &str, text: &str) {
@@ -86,37 +88,37 @@ fn keep_keys(file: &str, introduction: &str, sources: &Sources, roots: &[(&str, 
 
 #[test]
 fn keys_of_sessions_are_in_the_book() {
-    let sources = Sources::of(&[CALIBRATION]);
+    let sources = Sources::of(&[SESSION, MODEL]);
     keep_keys(
         "session.toml",
         "All that is known beforehand. A key without a default is optional where it says –. Where a value may differ by joint it is one for \
          all or a list with one for each. Some sections exclude each other; gravcal says which.",
         &sources,
-        &[("crates/gravcal-calibration/src/session/file.rs", "SessionTable")],
+        &[("crates/gravcal-session/src/file.rs", "SessionTable")],
     );
 }
 
 #[test]
 fn keys_of_robots_are_in_the_book() {
-    let sources = Sources::of(&[CALIBRATION, "crates/gravcal-dynamics/src"]);
+    let sources = Sources::of(&[SESSION, MODEL, "crates/gravcal-dynamics/src"]);
     keep_keys(
         "robot.toml",
         "A robot by its Denavit-Hartenberg rows. In place of this file a session may name a URDF.",
         &sources,
-        &[("crates/gravcal-calibration/src/robot/file.rs", "RobotTable")],
+        &[("crates/gravcal-session/src/robot_file/file.rs", "RobotTable")],
     );
 }
 
 #[test]
 fn keys_of_simulations_are_in_the_book() {
-    let sources = Sources::of(&[CALIBRATION]);
+    let sources = Sources::of(&[SESSION, MODEL]);
     keep_keys(
         "simulation.toml",
         "What `gravcal simulate` makes: a session, its tables, and `truth.toml` with the values that a calibration should find.",
         &sources,
         &[
-            ("crates/gravcal-calibration/src/simulation/file/tables.rs", "SimulationTable"),
-            ("crates/gravcal-calibration/src/simulation/file/instruments.rs", "InstrumentTables"),
+            ("crates/gravcal-session/src/simulation/file/tables.rs", "SimulationTable"),
+            ("crates/gravcal-session/src/simulation/file/instruments.rs", "InstrumentTables"),
         ],
     );
 }
@@ -134,7 +136,7 @@ fn keys_of_studies_are_in_the_book() {
 
 #[test]
 fn fields_of_calibrations_are_in_the_book() {
-    let sources = Sources::of(&["crates/gravcal-report/src", CALIBRATION, "crates/gravcal-estimation/src"]);
+    let sources = Sources::of(&["crates/gravcal-report/src", CALIBRATION, MODEL, "crates/gravcal-estimation/src"]);
     let tables = sources.tables("crates/gravcal-report/src/calibration_file.rs", "Document");
     let unexplained = tables.iter().flat_map(|table| &table.keys).filter(|key| key.meaning.is_empty());
     assert_eq!(unexplained.map(|key| key.name.as_str()).collect::<Vec<_>>(), [""; 0]);

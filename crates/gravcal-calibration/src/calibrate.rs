@@ -1,9 +1,10 @@
 //! Runs the estimators of a session.
 
 use gravcal_estimation::{Solver, Unsupported};
+use gravcal_robot_model::EstimatorName;
+use gravcal_robot_model::session::Session;
 use thiserror::Error;
 
-use crate::estimator_name::EstimatorName;
 use crate::joint::{
     EstimateError, Readings, Signals, Unknowns, estimate, estimate_briefly, pose_at_nominal, pose_by_pose, select,
     step_by_step, why_not_by_groups,
@@ -11,7 +12,6 @@ use crate::joint::{
 use crate::plan::Plan;
 use crate::result::{Brief, CovarianceResult, Detail, EstimatorResult, ParameterResult, Verdict};
 use crate::sequential::{SequentialValues, run_steps, tell_steps, tell_steps_briefly};
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// What is chosen does not go with the session.
@@ -113,7 +113,7 @@ fn reading_as_steps(estimators: &[EstimatorName]) -> Option<EstimatorName> {
 /// estimators a start. An estimator that has no answer at all has failed, and says why; it takes no other with it.
 pub fn calibrate(session: &Session, estimators: &[EstimatorName], workbench: &Workbench<'_>) -> Vec<EstimatorResult> {
     let steps = run_steps(session, &Plan::new(session), workbench);
-    let answer = |estimator: EstimatorName| match estimator.reads(session, &steps, workbench)? {
+    let answer = |estimator: EstimatorName| match task_of(estimator, session, &steps, workbench)? {
         None => tell_steps(session, &steps, workbench),
         Some(Task { readings, known }) => estimate(session, estimator.as_str(), &readings, known.as_ref(), workbench),
     };
@@ -131,7 +131,7 @@ pub fn calibrate_briefly(
     workbench: &Workbench<'_>,
 ) -> Vec<Result<Brief, EstimateError>> {
     let steps = run_steps(session, &Plan::new(session), workbench);
-    let brief = |estimator: &EstimatorName| match estimator.reads(session, &steps, workbench)? {
+    let brief = |estimator: &EstimatorName| match task_of(*estimator, session, &steps, workbench)? {
         None => Ok(tell_steps_briefly(session, &steps)),
         Some(Task { readings, known }) => estimate_briefly(session, &readings, known.as_ref(), workbench),
     };
@@ -144,26 +144,24 @@ struct Task {
     known: Option<Unknowns>,
 }
 
-impl EstimatorName {
-    /// The readings of the joint problem in the order in which they enter; nothing for the steps, which have no such problem.
-    fn reads(
-        self,
-        session: &Session,
-        steps: &SequentialValues,
-        workbench: &Workbench<'_>,
-    ) -> Result<Option<Task>, EstimateError> {
-        let readings = match self {
-            EstimatorName::Sequential => return Ok(None),
-            EstimatorName::Joint => select(session, Signals::All),
-            EstimatorName::JointPaperSignals => select(session, Signals::PaperSteps),
-            EstimatorName::SequentialWithCovariance => step_by_step(session),
-            // The sequential steps have seen all poses.
-            EstimatorName::Recursive => {
-                return Ok(Some(Task { readings: pose_by_pose(session, workbench)?, known: None }));
-            }
-        };
-        Ok(Some(Task { readings, known: steps.as_start(session) }))
-    }
+/// The readings of the joint problem in the order in which they enter; nothing for the steps, which have no such problem.
+fn task_of(
+    estimator: EstimatorName,
+    session: &Session,
+    steps: &SequentialValues,
+    workbench: &Workbench<'_>,
+) -> Result<Option<Task>, EstimateError> {
+    let readings = match estimator {
+        EstimatorName::Sequential => return Ok(None),
+        EstimatorName::Joint => select(session, Signals::All),
+        EstimatorName::JointPaperSignals => select(session, Signals::PaperSteps),
+        EstimatorName::SequentialWithCovariance => step_by_step(session),
+        // The sequential steps have seen all poses.
+        EstimatorName::Recursive => {
+            return Ok(Some(Task { readings: pose_by_pose(session, workbench)?, known: None }));
+        }
+    };
+    Ok(Some(Task { readings, known: steps.as_start(session) }))
 }
 
 /// An answer without any value.

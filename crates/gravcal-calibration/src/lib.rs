@@ -9,38 +9,24 @@
 //! ```
 //!
 //! after Ma, Hollerbach and Xu, *Gravity Based Autonomous Calibration for Robot Manipulators*, 1994. Two estimators
-//! share the residuals of [`residuals`]: the paper's [`sequential`] steps, and the [`joint`] problem over everything, whose
+//! share the residuals of [`gravcal_robot_model::residuals`]: the paper's [`sequential`] steps, and the [`joint`] problem over everything, whose
 //! readings enter together or [group by group](joint::Order).
 //!
-//! Inside: SI units and radians; torque readings in the unit of their sensor. A [`Session`] is what a user says,
+//! Inside: SI units and radians; torque readings in the unit of their sensor. A [`Session`](gravcal_robot_model::Session) is what a user says,
 //! [`calibrate`] what the estimators answer.
 
-mod axis_frames;
 mod calibrate;
 mod closed_form;
-mod estimator_name;
 mod judgement;
 mod plan;
-mod registry;
-mod unknowns;
 mod workbench;
 
 pub mod application;
 pub mod check;
 pub mod comparison;
-pub mod document;
 pub mod joint;
-pub mod number;
-pub mod parameter;
-pub mod residuals;
 pub mod result;
-pub mod robot;
-pub mod sensor_models;
-pub mod sensors;
 pub mod sequential;
-pub mod session;
-pub mod simulation;
-pub mod sweeps;
 
 #[cfg(test)]
 mod testing;
@@ -48,10 +34,5 @@ mod testing;
 mod tests;
 
 pub use calibrate::{UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
-pub use estimator_name::{EstimatorName, UnknownEstimator};
 pub use judgement::doubts_of_results;
-pub use registry::{Registry, UnknownName};
-pub use robot::Robot;
-pub use session::{Session, read_session};
-pub use unknowns::Unknowns;
 pub use workbench::Workbench;

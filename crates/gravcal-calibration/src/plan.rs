@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use crate::session::Session;
-use crate::sweeps::{Sweep, find_sweeps};
+use gravcal_robot_model::session::Session;
+use gravcal_robot_model::sweeps::{Sweep, find_sweeps};
 
 /// The sweeps of a session, sorted by the step that reads them.
 #[derive(Clone, Debug)]

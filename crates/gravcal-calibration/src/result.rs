@@ -11,6 +11,7 @@ mod residuals;
 use std::fmt;
 
 use gravcal_estimation::IterationRecord;
+use gravcal_robot_model::EstimatorName;
 use serde::Serialize;
 
 pub use detail::Detail;
@@ -18,8 +19,6 @@ pub use parameter::ParameterResult;
 pub use positions::{DeflectionResult, PositionErrorResult};
 pub use residual_tests::{ResidualTest, ResidualTestKind};
 pub use residuals::ReadingResidual;
-
-use crate::EstimatorName;
 
 /// One estimator's answer.
 #[derive(Clone, Debug, Serialize)]
@@ -450,7 +449,7 @@ pub struct Fit {
     pub residuals: Vec<ReadingResidual>,
 }
 
-/// Errors of a joint's readings beyond their noise: see [`UnexplainedError`](crate::session::UnexplainedError).
+/// Errors of a joint's readings beyond their noise: see [`UnexplainedError`](gravcal_robot_model::session::UnexplainedError).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct UnexplainedResult {
     /// Standard deviation, unit of the reading; 0 where the noise explains the residuals.

@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use gravcal_calibration::application::{Application, ApplicationError, Effort};
-use gravcal_calibration::session::read_session_with;
-use gravcal_calibration::{EstimatorName, Registry, Session};
 use gravcal_recording::{
     CsvWriting, EarlierEstimate, RewriteError, Rewriting, WriteError, open_as, read_earlier, read_earlier_session,
     rewrite,
 };
 use gravcal_report::Input;
+use gravcal_robot_model::{EstimatorName, Registry, Session};
+use gravcal_session::read_session_with;
 
 use crate::attached::Attached;
 use crate::columns::ColumnNames;
@@ -20,8 +20,7 @@ use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::names::{estimator_of, estimator_parser};
 use crate::progress::Progress;
-use crate::targets;
-use crate::terminal;
+use crate::{targets, terminal};
 
 /// What is said of a recording that a calibration has been applied to.
 const CALIBRATED: &str = "calibrated";

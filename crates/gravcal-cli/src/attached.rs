@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_calibration::Session;
+use gravcal_robot_model::Session;
 
 use crate::failure::Failure;
 

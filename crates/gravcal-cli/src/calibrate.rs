@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::{EstimatorName, Registry, Session, Workbench, doubts_of_results};
+use gravcal_calibration::{Workbench, doubts_of_results};
 use gravcal_estimation::IterationRecord;
 #[cfg(feature = "rerun")]
 use gravcal_recording::Digest;
@@ -14,6 +14,7 @@ use gravcal_report::{
 };
 #[cfg(feature = "rerun")]
 use gravcal_rerun::CalibrationRecording;
+use gravcal_robot_model::{EstimatorName, Registry, Session};
 use gravcal_solvers::SolverName;
 
 use crate::exit::Exit;
@@ -23,8 +24,7 @@ use crate::names::{Choice, estimator_parser, solver_parser};
 use crate::progress::Progress;
 use crate::rerun::RerunArguments;
 use crate::stopwatch::{Phase, Stopwatch};
-use crate::targets;
-use crate::terminal;
+use crate::{targets, terminal};
 
 /// Find gains, offsets and gravity of a session, with their uncertainty
 ///

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use gravcal_calibration::Registry;
 use gravcal_calibration::check::check;
 use gravcal_report::{CheckSummary, CheckTable, check_json};
+use gravcal_robot_model::Registry;
 
 use crate::exit::Exit;
 use crate::failure::Failure;

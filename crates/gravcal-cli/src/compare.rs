@@ -3,12 +3,12 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use gravcal_calibration::EstimatorName;
 use gravcal_calibration::comparison::{ComparisonError, compare};
 use gravcal_recording::{
     Digest, DigestError, EarlierError, EarlierEstimate, EarlierInput, read_earlier, read_earlier_inputs,
 };
 use gravcal_report::comparison::{ComparisonReport, different_robots, shared_inputs};
+use gravcal_robot_model::EstimatorName;
 
 use crate::exit::Exit;
 use crate::failure::Failure;

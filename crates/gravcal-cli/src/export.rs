@@ -5,18 +5,17 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gravcal_calibration::application::check_units;
-use gravcal_calibration::session::read_session_with;
-use gravcal_calibration::{EstimatorName, Registry};
 use gravcal_recording::{Digest, EarlierEstimate, LARGEST_DOCUMENT, read_earlier, read_earlier_inputs, read_whole};
 use gravcal_report::Input;
 use gravcal_report::export::{Export, ExportError, ExportFormat, RobotDescription};
+use gravcal_robot_model::{EstimatorName, Registry};
+use gravcal_session::read_session_with;
 
 use crate::apply::session_path;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::names::{estimator_of, estimator_parser};
-use crate::targets;
-use crate::terminal;
+use crate::{targets, terminal};
 
 /// Write a calibration for a driver, a program, a robot description or a paper
 ///

@@ -3,16 +3,17 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use gravcal_calibration::session::{Draft, DraftError, DraftPoses, DraftRobot, RecordedJoints, Searched, read_session};
 use gravcal_recording::{CsvWriting, Inspection, clear_abandoned, inspect_as, write_atomically};
+use gravcal_robot_model::session::Searched;
+use gravcal_session::draft::{Draft, DraftError, DraftPoses, DraftRobot, RecordedJoints};
+use gravcal_session::read_session;
 use serde::Serialize;
 
 use crate::columns::ColumnNames;
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::progress::Progress;
-use crate::targets;
-use crate::terminal;
+use crate::{targets, terminal};
 
 /// Tell what is in a recording, and draw up a session of it
 ///

@@ -6,7 +6,7 @@
 //! ```no_run
 //! use std::process::ExitCode;
 //!
-//! use gravcal_calibration::Registry;
+//! use gravcal_robot_model::Registry;
 //!
 //! fn main() -> ExitCode {
 //!     gravcal_cli::main(std::env::args_os(), &Registry::standard()).into()
@@ -37,8 +37,8 @@ mod terminal;
 use std::ffi::OsString;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
-use gravcal_calibration::Registry;
-use gravcal_calibration::sensors::SensorModel;
+use gravcal_robot_model::Registry;
+use gravcal_robot_model::sensors::SensorModel;
 
 pub use calibrate::provenance;
 pub use exit::Exit;

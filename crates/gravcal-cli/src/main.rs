@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use gravcal_calibration::Registry;
+use gravcal_robot_model::Registry;
 
 /// Studies pose thousands of small problems a second.
 #[global_allocator]

@@ -6,11 +6,13 @@ use std::path::Path;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use gravcal_calibration::robot::FileError;
-use gravcal_calibration::session::{SolverChoice, read_solver_options, solver_name_error};
-use gravcal_calibration::{EstimatorName, Session, UnsuitableChoice, check_choice};
+use gravcal_calibration::{UnsuitableChoice, check_choice};
 use gravcal_estimation::Solver;
 use gravcal_recording::{LARGEST_DOCUMENT, read_earlier_estimators, read_whole};
+use gravcal_robot_model::session::SolverChoice;
+use gravcal_robot_model::{EstimatorName, Session};
+use gravcal_session::document::FileError;
+use gravcal_session::{read_solver_options, solver_name_error};
 use gravcal_solvers::SolverName;
 use toml::{Spanned, Table, Value};
 

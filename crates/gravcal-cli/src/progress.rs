@@ -6,10 +6,10 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread::{JoinHandle, spawn};
 use std::time::Duration;
 
-use gravcal_calibration::session::{SessionError, read_session_watched};
-use gravcal_calibration::{Registry, Session};
 use gravcal_estimation::IterationRecord;
 use gravcal_report::plain;
+use gravcal_robot_model::{Registry, Session};
+use gravcal_session::{SessionError, read_session_watched};
 use indicatif::ProgressBar;
 
 use crate::terminal;

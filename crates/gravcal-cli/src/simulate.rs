@@ -3,13 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use gravcal_calibration::Registry;
-use gravcal_calibration::simulation::{Simulation, session_files, write_session};
+use gravcal_robot_model::Registry;
+use gravcal_session::simulation::{Simulation, session_files, write_session};
 
 use crate::exit::Exit;
 use crate::failure::Failure;
-use crate::targets;
-use crate::terminal;
+use crate::{targets, terminal};
 
 /// Write a session of simulated poses with known truth
 ///

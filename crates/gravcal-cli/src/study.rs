@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, Subcommand};
-use gravcal_calibration::Registry;
 use gravcal_report::study::{StudyReport, report_files};
+use gravcal_robot_model::Registry;
 use gravcal_solvers::SolverName;
 use gravcal_study::batch::{self, BatchError, Ended, Helpers, Manifest, NamedSolver, Shard, StudyFolder};
 use gravcal_study::measures::measure;

@@ -9,12 +9,11 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use gravcal_calibration::robot::read_robot;
-use gravcal_calibration::session::read_session;
-use gravcal_calibration::simulation::{Simulation, record};
 use gravcal_dynamics::Chain;
 use gravcal_recording::{CsvWriting, Rewriting, Row, inspect, open, read_earlier, read_earlier_session, rewrite};
 use gravcal_report::study::{StudyReport, report_files};
+use gravcal_session::simulation::{Simulation, record};
+use gravcal_session::{read_robot, read_session};
 use gravcal_study::batch::{StudyFolder, merge};
 use gravcal_study::measures::measure;
 use gravcal_study::plan::Study;

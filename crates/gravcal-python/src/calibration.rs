@@ -5,12 +5,13 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use gravcal_calibration::result::{EstimatorResult, ReadingResidual};
-use gravcal_calibration::{Session, Workbench, doubts_of_results};
+use gravcal_calibration::{Workbench, doubts_of_results};
 use gravcal_cli::{Choice, Exit, Failure, Phase, Stopwatch, provenance};
 use gravcal_estimation::IterationRecord;
 use gravcal_report::{
     CalibrationFile, CalibrationPage, CalibrationTable, Contents, OutputFolder, Provenance, Timing, Written,
 };
+use gravcal_robot_model::Session;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 

@@ -3,9 +3,9 @@
 use std::error::Error;
 use std::path::Path;
 
-use gravcal_calibration::robot::FileError;
-use gravcal_calibration::session::SessionError;
 use gravcal_cli::Failure;
+use gravcal_session::SessionError;
+use gravcal_session::document::FileError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 

@@ -12,7 +12,7 @@ mod work;
 
 use std::ffi::OsString;
 
-use gravcal_calibration::Registry;
+use gravcal_robot_model::Registry;
 use pyo3::prelude::*;
 
 /// As in the program: what one computes the other does, in the same time.

@@ -6,13 +6,12 @@ use std::sync::atomic::AtomicBool;
 
 use gravcal_calibration::application::Effort;
 use gravcal_calibration::check::check;
-use gravcal_calibration::document::Document;
-use gravcal_calibration::session as calibration_session;
-use gravcal_calibration::session::SessionError;
-use gravcal_calibration::{EstimatorName, Registry, robot};
 use gravcal_cli::{Choice, Phase, Stopwatch};
 use gravcal_recording::{Memory, Numbers};
 use gravcal_report::{CheckTable, check_json};
+use gravcal_robot_model::{EstimatorName, Registry};
+use gravcal_session::SessionError;
+use gravcal_session::document::Document;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -27,21 +26,21 @@ const IN_MEMORY: &str = "Session";
 
 /// A robot: names of its joints and links.
 #[pyclass(frozen, module = "gravcal._native")]
-pub struct Robot(robot::Robot);
+pub struct Robot(gravcal_robot_model::Robot);
 
 #[pymethods]
 impl Robot {
     /// From `robot.toml`.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Robot> {
-        robot::read_robot(&path).map(Robot).map_err(|error| file_error(py, &error))
+        gravcal_session::read_robot(&path).map(Robot).map_err(|error| file_error(py, &error))
     }
 
     /// From a URDF.
     #[staticmethod]
     fn read_urdf(py: Python<'_>, path: PathBuf, base: &str, tips: Vec<String>) -> PyResult<Robot> {
         let tips: Vec<&str> = tips.iter().map(String::as_str).collect();
-        robot::read_urdf(&path, base, &tips).map(Robot).map_err(|error| file_error(py, &error))
+        gravcal_session::read_urdf(&path, base, &tips).map(Robot).map_err(|error| file_error(py, &error))
     }
 
     #[getter]
@@ -63,7 +62,7 @@ impl Robot {
 /// A session that was read.
 #[pyclass(frozen, module = "gravcal._native")]
 pub struct Session {
-    session: Arc<calibration_session::Session>,
+    session: Arc<gravcal_robot_model::Session>,
     path: PathBuf,
     read_ms: f64,
 }
@@ -80,7 +79,7 @@ impl Session {
     #[staticmethod]
     #[pyo3(signature = (path, progress=None))]
     fn read(py: Python<'_>, path: PathBuf, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Session> {
-        let read = |watch: &Watch<'_>| calibration_session::read_session_watched(&path, &Registry::standard(), watch);
+        let read = |watch: &Watch<'_>| gravcal_session::read_session_watched(&path, &Registry::standard(), watch);
         let read = Session::of(py, &path, progress, read)?;
         read.map_err(|error| session_error(py, &error, false))
     }
@@ -105,7 +104,7 @@ impl Session {
             memory = memory.with(name, Numbers::new(columns, cells).map_err(|error| bad_input(py, &error))?);
         }
         let read = |watch: &Watch<'_>| {
-            calibration_session::read_session_in_memory(&document, &Registry::standard(), &memory, watch)
+            gravcal_session::read_session_in_memory(&document, &Registry::standard(), &memory, watch)
         };
         let read = Session::of(py, path, progress, read)?;
         read.map_err(|error| session_error(py, &error, true))
@@ -229,7 +228,7 @@ impl Session {
         py: Python<'_>,
         path: &Path,
         progress: Option<&Bound<'_, PyAny>>,
-        read: impl FnOnce(&Watch<'_>) -> Result<calibration_session::Session, SessionError> + Send,
+        read: impl FnOnce(&Watch<'_>) -> Result<gravcal_robot_model::Session, SessionError> + Send,
     ) -> PyResult<Result<Session, SessionError>> {
         run(py, progress, &AtomicBool::new(false), |tell| {
             let watch = Stopwatch::start(Phase::Read);

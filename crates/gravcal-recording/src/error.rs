@@ -1,8 +1,7 @@
 //! What can be wrong with a recording: each error names the place, what was found, and what to do.
 
-use std::fmt;
-use std::io;
 use std::path::{Path, PathBuf};
+use std::{fmt, io};
 
 use crate::iso8601::ISO_8601;
 

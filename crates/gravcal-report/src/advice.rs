@@ -1,11 +1,11 @@
 //! What a result comes to, and what a person should do next: the same words wherever it is shown.
 
 use gravcal_calibration::result::{EstimatorResult, Fit, Verdict};
-use gravcal_calibration::session::MistakenUnit;
+use gravcal_robot_model::session::MistakenUnit;
 
 use crate::sensor_row::split_name;
 use crate::table::fit::IMPROBABLE;
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 /// A position gain this far from its nominal value, as a share of it, is no matter of calibration.
 const FAR: f64 = 0.3;

@@ -5,8 +5,8 @@
 
 use std::fmt;
 
-use gravcal_calibration::number::{measured, significant};
 use gravcal_calibration::result::{EstimatorResult, ParameterResult, Verdict, deciding};
+use gravcal_robot_model::number::{measured, significant};
 
 use crate::advice::{Advice, capital};
 use crate::joint_table::{Entry, joint_table};

@@ -1,10 +1,10 @@
 //! Results for the tests of this crate.
 
-use gravcal_calibration::parameter::Quantity;
 use gravcal_calibration::result::{
     CovarianceResult, Detail, EstimatorResult, Fit, GravityResult, HeldOut, JointFit, NoiseSource, ParameterResult,
     UncertaintyResult, Verdict,
 };
+use gravcal_robot_model::parameter::Quantity;
 
 /// A determined result without parameters and fit.
 pub fn result(name: &str) -> EstimatorResult {

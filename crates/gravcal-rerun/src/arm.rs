@@ -1,17 +1,16 @@
 //! The arm in 3D, pose by pose.
 
-use gravcal_calibration::parameter::Quantity;
 use gravcal_dynamics::Transform;
+use gravcal_robot_model::parameter::Quantity;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 use re_sdk_types::archetypes::{Points3D, Transform3D, ViewCoordinates};
 use re_sdk_types::components::{Color, RotationQuat, Translation3D};
 
-use crate::loads;
 use crate::poses::PoseTimes;
 use crate::recording::CalibrationRecording;
 use crate::shape::{Shape, quaternion, small};
-use crate::style;
+use crate::{loads, style};
 
 /// Corners of the space about the arm, as shares of its reach, and about what is drawn at its base, as shares of its size.
 const ABOUT_ARM: [[f64; 3]; 2] = [[-0.4, -0.4, -0.15], [0.4, 0.4, 0.9]];

@@ -1,6 +1,6 @@
 //! The layout that a recording brings: a first page that tells the story, and one for each question.
 
-use gravcal_calibration::sweeps::find_sweeps;
+use gravcal_robot_model::sweeps::find_sweeps;
 use re_sdk::blueprint::components::PanelState;
 use re_sdk::blueprint::{
     BarChartView, Blueprint, BlueprintPanel, ContainerLike, Grid, Horizontal, SelectionPanel, Spatial2DView,

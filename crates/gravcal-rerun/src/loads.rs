@@ -1,6 +1,6 @@
 //! Known loads: where they are or were found to be, while they are attached.
 
-use gravcal_calibration::session::Load;
+use gravcal_robot_model::session::Load;
 use re_sdk::{RecordingStream, RecordingStreamError};
 use re_sdk_types::archetypes::Ellipsoids3D;
 use re_sdk_types::components::FillMode;

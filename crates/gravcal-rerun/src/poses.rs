@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use gravcal_calibration::Session;
-use gravcal_calibration::session::Searched;
+use gravcal_robot_model::Session;
+use gravcal_robot_model::session::Searched;
 use re_sdk::log::TimeColumn;
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 use re_sdk_types::archetypes::StateChange;

@@ -4,8 +4,8 @@ use std::io;
 use std::net::{TcpStream, ToSocketAddrs};
 use std::time::Duration;
 
-use gravcal_calibration::Session;
 use gravcal_calibration::result::{EstimatorResult, deciding};
+use gravcal_robot_model::Session;
 use re_sdk::external::re_uri::ProxyUri;
 use re_sdk::log::ChunkBatcherConfig;
 use re_sdk::{RecordingStream, RecordingStreamBuilder, SpawnOptions};

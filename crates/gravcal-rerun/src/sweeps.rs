@@ -5,8 +5,8 @@
 
 use std::collections::BTreeMap;
 
-use gravcal_calibration::Session;
-use gravcal_calibration::sweeps::{Sweep, find_sweeps};
+use gravcal_robot_model::Session;
+use gravcal_robot_model::sweeps::{Sweep, find_sweeps};
 use re_sdk::{RecordingStream, RecordingStreamError};
 use re_sdk_types::archetypes::{LineStrips2D, Points2D};
 use re_sdk_types::components::Radius;

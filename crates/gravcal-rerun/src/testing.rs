@@ -4,8 +4,9 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::session::read_session;
-use gravcal_calibration::{EstimatorName, Session, Workbench, calibrate};
+use gravcal_calibration::{Workbench, calibrate};
+use gravcal_robot_model::{EstimatorName, Session};
+use gravcal_session::read_session;
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::read_back::ReadBack;

@@ -9,9 +9,8 @@ use std::fs::{self, File};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use argmin::core::Error;
-use argmin::core::State;
 use argmin::core::checkpointing::{Checkpoint, CheckpointingFrequency};
+use argmin::core::{Error, State};
 use gravcal_estimation::{Block, BlockId, IterationRecord, Problem, SolveError, Values};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};

@@ -1,7 +1,7 @@
 //! The Cramér-Rao bound: the smallest standard deviations that an unbiased estimator can have, from the readings that it uses.
 
-use gravcal_calibration::Session;
 use gravcal_calibration::joint::{self, EstimateError, Signals, Solved, Unknowns};
+use gravcal_robot_model::Session;
 
 use crate::quantities::Measured;
 

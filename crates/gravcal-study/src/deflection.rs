@@ -7,13 +7,14 @@
 //!   eq. (16));
 //! - *modelled*: sensors do not see it, and the joint estimator has it as an unknown.
 
+use gravcal_calibration::Workbench;
 use gravcal_calibration::joint::{EstimateError, Signals, Unknowns, estimate_jointly};
 use gravcal_calibration::result::EstimatorResult;
 use gravcal_calibration::sequential::{Plan, run_steps, tell_steps};
-use gravcal_calibration::simulation::Simulation;
-use gravcal_calibration::{Session, Workbench};
 use gravcal_estimation::Solver;
 use gravcal_estimation::statistics::Quantile;
+use gravcal_robot_model::Session;
+use gravcal_session::simulation::Simulation;
 use rayon::prelude::*;
 
 use crate::bounds::bound;

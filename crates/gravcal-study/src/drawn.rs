@@ -2,8 +2,8 @@
 
 use std::f64::consts::PI;
 
-use gravcal_calibration::session::{JointKnowledge, Knowledge, KnowledgeKind};
 use gravcal_recording::{PositionUnit, TorqueUnit};
+use gravcal_robot_model::session::{JointKnowledge, Knowledge, KnowledgeKind};
 use rand::RngExt;
 use rand_pcg::Pcg64;
 

@@ -11,12 +11,12 @@ use std::f64::consts::FRAC_PI_2;
 
 use gravcal_calibration::Workbench;
 use gravcal_calibration::joint::{Signals, Unknowns, estimate_jointly};
-use gravcal_calibration::parameter::Quantity;
-use gravcal_calibration::robot::Robot;
-use gravcal_calibration::session::{GravityKnowledge, Load, LoadDistance, PoseTable, Session};
-use gravcal_calibration::simulation::{Disturbance, Run, Simulation};
 use gravcal_dynamics::{ChainError, DhConvention, DhRow, JointKind, Link, chain_from_dh};
 use gravcal_estimation::Solver;
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::robot::Robot;
+use gravcal_robot_model::session::{GravityKnowledge, Load, LoadDistance, PoseTable, Session};
+use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use nalgebra::Vector3;
 use rand::RngExt;
 use rand_pcg::Pcg64;

@@ -1,8 +1,8 @@
 //! The numbers whose errors a study measures.
 
-use gravcal_calibration::Session;
 use gravcal_calibration::joint::{Solved, Unknowns};
-use gravcal_calibration::parameter::Quantity;
+use gravcal_robot_model::Session;
+use gravcal_robot_model::parameter::Quantity;
 
 /// One number: a component of gravity, or a sensor parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -32,7 +32,13 @@
 //! | [`recording`] | tables of static poses with units, in and out |
 //! | [`solvers`] | the methods that minimise |
 
-pub use gravcal_calibration as calibration;
+/// Robots and their sensors, sessions from files, arrays and simulation, and what the estimators answer.
+pub mod calibration {
+    pub use gravcal_calibration::*;
+    pub use gravcal_robot_model::*;
+    pub use gravcal_session::*;
+}
+
 pub use gravcal_dynamics as dynamics;
 pub use gravcal_estimation as estimation;
 pub use gravcal_recording as recording;

@@ -7,8 +7,7 @@
 //! ```
 
 use gravcal_recording::{Conditions, MotionSource};
-
-use crate::session::Session;
+use gravcal_robot_model::session::Session;
 
 /// Tells the direction of every joint from its speed, and counts the torques that have none.
 #[derive(Debug)]

@@ -10,11 +10,11 @@
 
 use gravcal_dynamics::GravityTorque;
 use gravcal_recording::EarlierEstimate;
+use gravcal_robot_model::session::{InertiaKnowledge, Load, Session};
 
 use super::error::ApplicationError;
 use super::values::values;
 use crate::joint::Unknowns;
-use crate::session::{InertiaKnowledge, Load, Session};
 
 /// Numbers of one link: mass and first moment.
 const INERTIA: usize = 4;

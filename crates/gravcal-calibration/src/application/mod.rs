@@ -22,6 +22,9 @@ mod tests;
 mod values;
 
 use gravcal_recording::{Conditions, EarlierEstimate, MotionSource, is_saturated};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::sensors::{Moment, Need};
+use gravcal_robot_model::session::Session;
 
 pub use self::error::ApplicationError;
 pub use self::gravity::GravityModel;
@@ -31,9 +34,6 @@ use self::columns::Columns;
 use self::friction_sign::FrictionSign;
 use self::values::values;
 use crate::joint::Unknowns;
-use crate::parameter::Quantity;
-use crate::sensors::{Moment, Need};
-use crate::session::Session;
 
 /// Step of numerical differentiation of a position sensor's terms, rad or m: their periods are far longer.
 const STEP: f64 = 1e-5;

@@ -2,10 +2,10 @@ use gravcal_recording::{
     ConditionColumn, ConditionColumns, ConditionUnit, EarlierParameter, EarlierQuantity, MotionLimits, MotionSource,
     PoseMapping, PositionColumn, PositionUnit, ReadingColumn, Selection, TorqueUnit,
 };
+use gravcal_robot_model::sensors::{Moment, Options};
+use gravcal_session::simulation::Simulation;
 
 use super::*;
-use crate::sensors::{Moment, Options};
-use crate::simulation::Simulation;
 use crate::testing::sarcos_shoulder;
 use crate::testing::sensor_models::{shoulder, with_model};
 
@@ -286,7 +286,7 @@ fn moments_that_no_torque_shows_may_be_undetermined_and_others_not() {
     let wrong = Effort::Residual { load: Some("plate-c".into()) };
     let error = Application::new(&session, &calibration, &wrong, false).unwrap_err().to_string();
     assert_eq!(error, "the session has no load `plate-c`; it has plate-a, plate-b");
-    let swept = Session { inertia: crate::session::InertiaKnowledge::Sweep, ..session.clone() };
+    let swept = Session { inertia: gravcal_robot_model::session::InertiaKnowledge::Sweep, ..session.clone() };
     assert_eq!(Application::new(&swept, &calibration, &effort, false).unwrap_err(), ApplicationError::BySweep);
 }
 

@@ -1,11 +1,11 @@
 //! A calibration's values as those of a session.
 
 use gravcal_recording::{EarlierEstimate, EarlierParameter};
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::Session;
 
 use super::error::ApplicationError;
 use crate::joint::Unknowns;
-use crate::parameter::{ParameterId, Quantity};
-use crate::session::Session;
 
 /// Sees to it that a calibration's parameters are in the units of a session, as far as it has them.
 ///

@@ -1,6 +1,7 @@
 //! The judgement of the joint problem at given values, as `check` tells it.
 
 use gravcal_estimation::BlockId;
+use gravcal_robot_model::session::Session;
 
 use super::report::CheckedParameter;
 use super::sign;
@@ -8,7 +9,6 @@ use crate::joint::{
     EstimateError, Readings, Solved, Unknowns, last_frame_choices, pose_with_constraints, unknown_sign,
 };
 use crate::result::{ParameterResult, Undetermined};
-use crate::session::Session;
 
 /// Largest less smallest of some hundred readings of mere noise, in standard deviations.
 const NOISE_SPREAD: f64 = 5.0;

@@ -16,13 +16,13 @@ mod tilts;
 
 use crate::joint::{EstimateError, Readings, Signals, select};
 use crate::plan::Plan;
-use crate::session::Session;
 
 pub use report::{
     CheckReport, CheckedParameter, Curable, Cure, PredictedStd, StepReport, SweepReport, TiltReport, TiltedGain,
 };
 
 use cures::cures;
+use gravcal_robot_model::session::Session;
 use supposed::Supposed;
 use sweeps::{sweep_rule, tell_steps, tell_sweep};
 use tilts::tilts;

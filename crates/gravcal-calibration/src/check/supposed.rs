@@ -1,12 +1,12 @@
 //! A session as it is, or as it would be after some addition, at nominal values: what a judgement looks at.
 
 use gravcal_recording::{Orientation, Reading};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::{InertiaKnowledge, Pose, PoseTable, Session};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::judged::{NominalVerdict, judge_at};
 use crate::joint::{EstimateError, Signals, Unknowns, select};
-use crate::parameter::Quantity;
-use crate::session::{InertiaKnowledge, Pose, PoseTable, Session};
 
 /// An addition is judged beside about so many poses of the session, which stand for all of them.
 const POSES: usize = 300;

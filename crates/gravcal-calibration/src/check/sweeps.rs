@@ -1,12 +1,12 @@
 //! Which sweeps a session has, and what the sequential procedure will do with them.
 
 use gravcal_recording::file_name;
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::Session;
+use gravcal_robot_model::sweeps::{HOLD_TOLERANCE, SWEEP_POSES, SWEEP_RANGE};
 
 use super::report::{StepReport, SweepReport};
-use crate::parameter::Quantity;
 use crate::plan::{LoadPair, Plan};
-use crate::session::Session;
-use crate::sweeps::{HOLD_TOLERANCE, SWEEP_POSES, SWEEP_RANGE};
 
 pub(super) fn sweep_rule() -> String {
     format!(

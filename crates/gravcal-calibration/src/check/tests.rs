@@ -5,6 +5,12 @@ use std::f64::consts::FRAC_PI_2;
 
 use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::robot::Robot;
+use gravcal_robot_model::session::{
+    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable, Session,
+};
+use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
 use rand::RngExt;
 use rand_distr::StandardNormal;
@@ -14,12 +20,6 @@ use super::additions::additions;
 use super::supposed::Supposed;
 use super::*;
 use crate::joint::{Unknowns, estimate_jointly, pose};
-use crate::parameter::Quantity;
-use crate::robot::Robot;
-use crate::session::{
-    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable, Session,
-};
-use crate::simulation::{Disturbance, Run, Simulation};
 use crate::workbench::Workbench;
 
 /// Standard deviation of a torque reading, count.
@@ -354,7 +354,7 @@ fn thinning_keeps_what_the_poses_say() {
 #[test]
 fn cures_are_sweeps_where_moments_are_described_by_sweep() {
     let mut session = crate::testing::sarcos_shoulder().template;
-    session.inertia = crate::session::InertiaKnowledge::Sweep;
+    session.inertia = gravcal_robot_model::session::InertiaKnowledge::Sweep;
     session.loads.clear();
     session.load_distances.clear();
     let runs = [[0.3, -0.6], [-0.9, 0.8]].map(|[first, second]| {
@@ -373,7 +373,8 @@ fn cures_are_sweeps_where_moments_are_described_by_sweep() {
 /// All poses were approached from one side: friction looks like a bias.
 #[test]
 fn friction_wants_poses_approached_from_the_other_side() {
-    use crate::sensors::Options;
+    use gravcal_robot_model::sensors::Options;
+
     use crate::testing::sensor_models::{shoulder, with_model};
 
     let friction = with_model(shoulder(), 1, "coulomb-friction", &Options::default(), &[3.0]);

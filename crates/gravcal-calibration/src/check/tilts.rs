@@ -1,12 +1,12 @@
 //! What tilting the base would bring to the first joint.
 
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::Session;
 use nalgebra::Vector3;
 
 use super::report::{TiltReport, TiltedGain};
 use super::supposed::Supposed;
 use crate::joint::EstimateError;
-use crate::parameter::Quantity;
-use crate::session::Session;
 
 /// Angles between base and gravity at which the first joint is judged, degrees.
 const TILTS_DEG: [f64; 5] = [1.0, 2.0, 5.0, 10.0, 20.0];

@@ -32,6 +32,7 @@ mod sensor;
 mod tests;
 
 use gravcal_recording::EarlierEstimate;
+use gravcal_robot_model::session::BASE_FRAME_CHOICE;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
@@ -39,7 +40,6 @@ pub use compared::{
     ComparedParameter, Comparison, ComparisonError, GRAVITY, HomogeneityTest, LeftOut, SIGNIFICANCE, SensorComparison,
 };
 
-use crate::session::BASE_FRAME_CHOICE;
 use sensor::{Estimates, Sensor, sensors};
 
 /// Compares calibrations of one robot, in the order of their time.

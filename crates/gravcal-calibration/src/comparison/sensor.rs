@@ -1,11 +1,11 @@
 //! The parameters of one sensor in several calibrations.
 
 use gravcal_recording::{EarlierEstimate, EarlierParameter};
+use gravcal_robot_model::parameter::{Quantity, UNREAD};
+use gravcal_robot_model::session::NO_TORQUE_SENSOR;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::compared::{ComparedParameter, ComparisonError, GRAVITY, LeftOut};
-use crate::parameter::{Quantity, UNREAD};
-use crate::session::NO_TORQUE_SENSOR;
 
 const GRAVITY_COMPONENTS: [&str; 3] = ["gravity.x", "gravity.y", "gravity.z"];
 /// Share of gravity's variance along itself below which its magnitude is taken as exact.

@@ -1,14 +1,15 @@
 //! Comparisons of simulated calibrations, whose truth is known.
 
 use gravcal_recording::{EarlierParameter, EarlierQuantity};
+use gravcal_robot_model::EstimatorName;
+use gravcal_session::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
 use rayon::prelude::*;
 
 use super::*;
 use crate::result::EstimatorResult;
-use crate::simulation::Simulation;
 use crate::testing::sarcos_shoulder;
-use crate::{EstimatorName, Workbench, calibrate};
+use crate::{Workbench, calibrate};
 
 /// What a `calibration.json` says of an answer.
 fn earlier(result: &EstimatorResult) -> EarlierEstimate {
@@ -194,7 +195,7 @@ fn a_torque_sensor_that_is_not_there_cannot_move() {
     for calibration in &mut all {
         for parameter in &mut calibration.parameters {
             if parameter.name.starts_with("joint2.torque_") {
-                parameter.held = Some(crate::session::NO_TORQUE_SENSOR.to_owned());
+                parameter.held = Some(gravcal_robot_model::session::NO_TORQUE_SENSOR.to_owned());
             }
         }
     }

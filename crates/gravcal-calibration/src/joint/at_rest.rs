@@ -18,14 +18,14 @@
 use std::sync::Arc;
 
 use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuilder, Residual, Values};
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::residuals::{Prior, Shifted};
+use gravcal_robot_model::session::Session;
 
 use super::order::Order;
 use super::readings::Readings;
 use super::solved::Solved;
 use super::unknowns::{AtRest, Layout, Unknowns};
-use crate::parameter::{ParameterId, Quantity};
-use crate::residuals::{Prior, Shifted};
-use crate::session::Session;
 
 /// Fewest standstills of known direction that say so.
 const LEAST: usize = 5;

@@ -1,6 +1,8 @@
 //! The unknowns as blocks of the joint problem.
 
 use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
+use gravcal_robot_model::parameter::{Parameter, ParameterId, Quantity};
+use gravcal_robot_model::session::Session;
 
 use super::at_rest;
 use super::placements::add_placements;
@@ -9,8 +11,6 @@ use super::problem::JointProblem;
 use super::readings::Readings;
 use super::sweep_moments::{SweepMoments, by_sweep};
 use super::unknowns::{Layout, Unknowns};
-use crate::parameter::{Parameter, ParameterId, Quantity};
-use crate::session::Session;
 
 /// Why links are held where only instruments read: these feel nothing of them.
 const NO_TORQUE: &str = "no torque of a joint is read";

@@ -1,6 +1,8 @@
 //! What readings come to: the solution, what of it is determined, and the verdict, decided here for reports and batches alike.
 
 use gravcal_estimation::Termination;
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::{MistakenUnit, Session};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::error::EstimateError;
@@ -12,9 +14,7 @@ use super::solved::Solved;
 use super::tell::{mirrored_gains, tell_parameters, tell_termination};
 use super::unknowns::Unknowns;
 use crate::judgement::{Judgement, far_off, in_words, residual_tests};
-use crate::parameter::Quantity;
 use crate::result::{GravityResult, NoiseSource, ParameterResult, ResidualTest, UncertaintyResult, Verdict};
-use crate::session::{MistakenUnit, Session};
 use crate::workbench::Workbench;
 
 /// Readings explained this many times worse than their stated noise contradict the model: no number can be relied on.

@@ -10,13 +10,13 @@
 //! one holds is taken as known exactly when the solution is judged ([`along_constraints`](gravcal_estimation::statistics::along_constraints)).
 
 use gravcal_estimation::{ActiveConstraint, Affine, BlockId, Constraint, Problem};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::Session;
 
 use super::error::PosingError;
 use super::problem::JointProblem;
 use super::unknowns::{Layout, Unknowns};
-use crate::parameter::Quantity;
 use crate::result;
-use crate::session::Session;
 
 /// The joint problem with the session's constraints on what is free in it.
 pub(super) fn constrained(session: &Session, posed: JointProblem) -> Result<JointProblem, PosingError> {

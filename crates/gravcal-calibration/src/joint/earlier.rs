@@ -1,11 +1,11 @@
 //! Knowledge from an earlier calibration in the joint problem: one factor with its whole covariance.
 
 use gravcal_estimation::{BlockId, Factor, Problem};
+use gravcal_robot_model::residuals::{KnownQuantity, LinearKnowledge};
+use gravcal_robot_model::session::EarlierCalibration;
 
 use super::error::PosingError;
 use super::problem::JointProblem;
-use crate::residuals::{KnownQuantity, LinearKnowledge};
-use crate::session::EarlierCalibration;
 
 /// The problem with what the earlier calibration knows of its unknowns, behind all other factors.
 pub(super) fn with_earlier(earlier: &EarlierCalibration, posed: JointProblem) -> Result<JointProblem, PosingError> {

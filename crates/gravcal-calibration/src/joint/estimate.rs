@@ -1,5 +1,7 @@
 //! The joint estimator from readings to a result, for a reader or for batches.
 
+use gravcal_robot_model::session::Session;
+
 use super::conclusion::{Conclusion, conclude};
 use super::error::EstimateError;
 use super::held_out::fit_with_held_out;
@@ -10,7 +12,6 @@ use super::select::{Signals, select};
 use super::tell::tell;
 use super::unknowns::Unknowns;
 use crate::result::{Brief, EstimatorResult};
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// Solves the joint problem, from `known` values (the sequential estimator's) if they start it better than the

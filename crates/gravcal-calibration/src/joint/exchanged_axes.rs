@@ -2,8 +2,7 @@
 //! another order, or the sensor is mounted turned by right angles.
 
 use gravcal_recording::Reading;
-
-use crate::session::{InstrumentKind, Session};
+use gravcal_robot_model::session::{InstrumentKind, Session};
 
 const NAMES: [&str; 3] = ["x", "y", "z"];
 /// The orders of three axes; the first is that of their names.

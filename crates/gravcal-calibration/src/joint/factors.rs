@@ -4,16 +4,16 @@ use std::sync::Arc;
 
 use gravcal_dynamics::Chain;
 use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder, Residual};
+use gravcal_robot_model::residuals::{
+    CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, PositionTerms, SensedQuantity, SpecificForce, Stacked,
+    Wrench,
+};
+use gravcal_robot_model::session::{Instrument, InstrumentKind, Pose, Session};
 
 use super::position_unknowns::Around;
 use super::readings::{Readings, position_terms};
 use super::torques::Torques;
 use super::unknowns::Layout;
-use crate::residuals::{
-    CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, PositionTerms, SensedQuantity, SpecificForce, Stacked,
-    Wrench,
-};
-use crate::session::{Instrument, InstrumentKind, Pose, Session};
 
 /// Adds the readings; gives pose and channel of each row.
 pub(super) fn add_readings(

@@ -14,6 +14,8 @@
 //! [linearized]: gravcal_estimation::passing_on::linearized
 
 use gravcal_estimation::{BlockId, EvaluateError, Factor, Loss, Problem, Spectrum, Values};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::{Session, UncertaintyChoice};
 
 use super::error::EstimateError;
 use super::order::Order;
@@ -23,9 +25,7 @@ use super::readings::Readings;
 use super::sample::Sample;
 use super::select::{Signals, select};
 use super::start::best_start;
-use crate::parameter::Quantity;
 use crate::plan::Plan;
-use crate::session::{Session, UncertaintyChoice};
 use crate::workbench::Workbench;
 
 /// How many times worse than all poses the first ones may know a parameter before single poses follow. On the Sarcos shoulder

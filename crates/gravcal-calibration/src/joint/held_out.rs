@@ -7,6 +7,8 @@
 use std::collections::BTreeSet;
 
 use gravcal_recording::file_name;
+use gravcal_robot_model::session::Session;
+use gravcal_robot_model::sweeps::find_sweeps;
 
 use super::error::EstimateError;
 use super::fit::fit;
@@ -17,8 +19,6 @@ use super::solved::Solved;
 use super::unknowns::Unknowns;
 use crate::judgement::{self, held_out};
 use crate::result::{Fit, HeldOut};
-use crate::session::Session;
-use crate::sweeps::find_sweeps;
 use crate::workbench::Workbench;
 
 /// One pose in so many is held out.

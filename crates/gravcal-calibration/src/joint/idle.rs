@@ -1,10 +1,10 @@
 //! Joints that carry no gravity: their axis is parallel to it in every pose.
 
 use gravcal_dynamics::JointKind;
+use gravcal_robot_model::session::Session;
 use nalgebra::Vector3;
 
 use super::unknowns::Unknowns;
-use crate::session::Session;
 
 /// A joint is idle where its axis is within this angle of gravity, rad.
 const IDLE_ANGLE: f64 = 0.05;

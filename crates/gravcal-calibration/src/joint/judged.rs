@@ -2,15 +2,15 @@
 
 use gravcal_estimation::statistics::{DECIDED, LinearFunction, stored_coordinates};
 use gravcal_estimation::{BlockId, Covariance, Spectrum, Values};
+use gravcal_robot_model::parameter::ParameterId;
+use gravcal_robot_model::session::Session;
 
 use super::idle::idle_joints;
 use super::problem::JointProblem;
 use super::solved::{Nearby, Solved};
 use super::unknowns::Unknowns;
 use crate::judgement::{Judged, Judgement, Situation, gravity_result, judge};
-use crate::parameter::ParameterId;
 use crate::result::GravityResult;
-use crate::session::Session;
 
 impl Solved {
     /// What is determined.

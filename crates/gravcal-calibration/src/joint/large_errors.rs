@@ -1,12 +1,12 @@
 //! Errors that are large beside what gravity makes a sensor read, in words: a wrong model makes such errors.
 
 use gravcal_estimation::EvaluateError;
+use gravcal_robot_model::number::significant;
+use gravcal_robot_model::session::Session;
 
 use super::conclusion::Conclusion;
 use super::mistakes::Mistake;
-use crate::number::significant;
 use crate::result::{UnexplainedResult, Verdict};
-use crate::session::Session;
 
 /// Errors of so large a share of what gravity makes a sensor read contradict the model; from the smaller one on they are told.
 const LARGE: f64 = 0.1;

@@ -1,14 +1,14 @@
 //! What is linear in the joint problem, solved for given gravity and sensors.
 
 use gravcal_estimation::{BlockId, Problem};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::{JointKnowledge, KnowledgeKind, LoadDistance, Session};
 
 use super::error::PosingError;
 use super::posing::pose_readings_alone;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::unknowns::Unknowns;
-use crate::parameter::Quantity;
-use crate::session::{JointKnowledge, KnowledgeKind, LoadDistance, Session};
 
 /// Damping that leaves combinations without information where they are, and little else, column-relative.
 pub(super) const FAINT_DAMPING: f64 = 1e-9;

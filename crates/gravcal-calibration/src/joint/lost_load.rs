@@ -1,11 +1,11 @@
 //! A load that fell off or was taken off while a table was recorded: from some pose on its readings are those of the bare arm.
 
 use gravcal_recording::file_name;
+use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
 use super::readings::Readings;
 use super::start::start_cost;
-use crate::session::Session;
 
 /// Fewer poses of a table tell nothing of a change.
 const FEW: usize = 6;

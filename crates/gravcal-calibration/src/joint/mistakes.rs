@@ -11,6 +11,8 @@
 
 use gravcal_estimation::Termination;
 use gravcal_recording::Orientation;
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
 use super::exchanged_axes::ExchangedAxes;
@@ -22,8 +24,6 @@ use super::solved::Solved;
 use super::start::start_cost;
 use super::twins::DECISIVE;
 use super::unknowns::Unknowns;
-use crate::parameter::Quantity;
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// A mistake must lower the cost of a start to this share of it; the cost of a solution likewise.

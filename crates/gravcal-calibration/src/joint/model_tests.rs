@@ -17,6 +17,8 @@ use std::ops::Range;
 
 use gravcal_estimation::statistics::LinearFunction;
 use gravcal_estimation::{BlockId, Loss};
+use gravcal_robot_model::parameter::ParameterId;
+use gravcal_robot_model::session::{Drift, Instrument, Session};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
@@ -27,9 +29,7 @@ use super::problem::JointProblem;
 use super::solved::Solved;
 use super::unknowns::Unknowns;
 use crate::judgement::Judgement;
-use crate::parameter::ParameterId;
 use crate::result::{Fit, NoiseSource, SensorModelTest, TestAgainstZero, TestKind, UncertaintyResult};
-use crate::session::{Drift, Instrument, Session};
 use crate::workbench::Workbench;
 
 /// Why a parameter is held in the problem without it.
@@ -205,9 +205,10 @@ fn chi_squared(kind: TestKind, statistic: f64, parameters: usize) -> Option<Test
 
 #[cfg(test)]
 mod tests {
+    use gravcal_robot_model::sensors::Options;
+    use gravcal_robot_model::session::{Session, UncertaintyChoice};
+
     use crate::result::{SensorModelTest, TestKind};
-    use crate::sensors::Options;
-    use crate::session::{Session, UncertaintyChoice};
     use crate::testing::sensor_models::{estimate, shoulder, with_model};
 
     fn with_drift(drift: f64, trial: u64) -> Session {

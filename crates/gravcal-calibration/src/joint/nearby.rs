@@ -2,6 +2,8 @@
 
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::{Reference, Spectrum, Values};
+use gravcal_robot_model::parameter::ParameterId;
+use gravcal_robot_model::session::Session;
 use nalgebra::{Matrix3, Vector3};
 
 use super::error::EstimateError;
@@ -12,8 +14,6 @@ use super::solved::{Nearby, Solved};
 use super::twins::in_hemisphere;
 use super::unknowns::Unknowns;
 use crate::judgement::{AT_LEAST, IMPLAUSIBLE, Judged, MATTERS, least_informed_nearby, limits_of_use};
-use crate::parameter::ParameterId;
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// Values at which ½ χ² is larger by less are as good as the estimate: two standard deviations away.

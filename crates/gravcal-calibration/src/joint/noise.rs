@@ -11,11 +11,11 @@
 //! Where joints differ by more than chance, or have been read often, that is `s²` as it was; where they do not differ it is that of all.
 
 use gravcal_estimation::EvaluateError;
+use gravcal_robot_model::session::{Session, UnexplainedError};
 use statrs::function::gamma::digamma;
 
 use super::readings::first_noise;
 use super::solved::Solved;
-use crate::session::{Session, UnexplainedError};
 
 /// Sum of squares and degrees of freedom of a channel's residuals.
 #[derive(Clone, Copy, Default)]

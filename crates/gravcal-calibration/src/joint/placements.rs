@@ -8,10 +8,10 @@
 //! mass, one link) the others are then counted from one, whose position is held at zero, unless one of them is known.
 
 use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
+use gravcal_robot_model::session::{Load, Session};
 
 use super::sweep_moments::by_sweep;
 use super::unknowns::{Placement, Unknowns};
-use crate::session::{Load, Session};
 
 /// Adds the blocks of all carried loads; distances enter only if `exact_distances`.
 pub(super) fn add_placements(

@@ -5,11 +5,11 @@ use std::ops::Range;
 use gravcal_estimation::statistics::{
     MIN_BLOCKS_LEFT_OUT, SampleBlocks, StatisticsError, TooFewBlocks, block_length, neighbour_correlation,
 };
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::{PoseBlocks, Session};
+use gravcal_robot_model::sweeps::{HOLD_TOLERANCE, find_sweeps};
 
 use super::solved::Solved;
-use crate::parameter::Quantity;
-use crate::session::{PoseBlocks, Session};
-use crate::sweeps::{HOLD_TOLERANCE, find_sweeps};
 
 /// More blocks tell no more: in long recordings they are as much longer.
 const MOST_BLOCKS: usize = 400;

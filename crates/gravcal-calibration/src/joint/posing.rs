@@ -4,6 +4,8 @@
 //! the placements of loads that no distance reads: these blocks are marked as linear.
 
 use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder};
+use gravcal_robot_model::residuals::{GravityNorm, LoadDistance, Prior};
+use gravcal_robot_model::session::{InertiaKnowledge, Knowledge, KnowledgeKind, Session};
 
 use super::blocks::{add_blocks, add_unknown_blocks};
 use super::constraints::{self, constrained};
@@ -16,8 +18,6 @@ use super::problem::JointProblem;
 use super::readings::Readings;
 use super::reference::{reference, with_reference};
 use super::unknowns::{Layout, Unknowns};
-use crate::residuals::{GravityNorm, LoadDistance, Prior};
-use crate::session::{InertiaKnowledge, Knowledge, KnowledgeKind, Session};
 
 /// Centre of mass from which an assumed mass's moment is taken to be uncertain, m: see [`moment_std`].
 const TYPICAL_LEVER: f64 = 0.1;

@@ -17,13 +17,13 @@ use std::sync::Arc;
 
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuilder, Residual, Values};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::residuals::{Prior, Shifted};
+use gravcal_robot_model::session::{Deflection, Session};
+use gravcal_robot_model::sweeps::{Sweep, find_sweeps, sweeping};
 
 use super::readings::Readings;
 use super::unknowns::{Layout, PositionUnknown, Unknowns};
-use crate::parameter::Quantity;
-use crate::residuals::{Prior, Shifted};
-use crate::session::{Deflection, Session};
-use crate::sweeps::{Sweep, find_sweeps, sweeping};
 
 /// Adds the unknowns that the session has: those of sweeps first, from where `start` has them, and all others from zero.
 pub(super) fn add_unknowns(

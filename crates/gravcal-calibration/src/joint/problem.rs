@@ -1,11 +1,11 @@
 //! The joint problem as it is posed: `posing.rs` poses it.
 
 use gravcal_estimation::{EvaluateError, Loss, Problem, Values};
+use gravcal_robot_model::session::Session;
 
 use super::error::PosingError;
 use super::readings::Readings;
 use super::unknowns::Layout;
-use crate::session::Session;
 
 /// A posed joint problem.
 #[derive(Clone, Debug)]

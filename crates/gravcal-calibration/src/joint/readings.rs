@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use gravcal_estimation::Loss;
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::sensors::Term;
+use gravcal_robot_model::session::{Instrument, InstrumentKind, KnowledgeKind, Pose, Session, UnexplainedError};
 
 use super::order::Order;
-use crate::parameter::{ParameterId, Quantity};
-use crate::sensors::Term;
-use crate::session::{Instrument, InstrumentKind, KnowledgeKind, Pose, Session, UnexplainedError};
 
 /// Which readings enter, and how uncertain they are.
 #[derive(Clone, Debug)]
@@ -116,7 +116,7 @@ impl Readings {
             || self
                 .used_axes(session)
                 .iter()
-                .any(|(number, axis, table)| session.instruments[*number].reads(session, (*axis, *table), id))
+                .any(|(number, axis, table)| reads(&session.instruments[*number], session, (*axis, *table), id))
     }
 
     /// Instrument, axis and table (one of those that share its biases) of the readings of instruments that enter, each once.
@@ -166,25 +166,26 @@ pub(super) fn first_noise(session: &Session, spreads: &[f64]) -> Vec<f64> {
     spreads.iter().enumerate().map(of_channel).collect()
 }
 
-impl Instrument {
-    /// Whether the readings of an axis in a table depend on a parameter.
-    fn reads(&self, session: &Session, (axis, table): (usize, usize), id: ParameterId) -> bool {
-        match id {
-            ParameterId::Sensor(joint, quantity) => {
-                let position = matches!(quantity, Quantity::PositionGain | Quantity::PositionOffset);
-                session.robot.chain.moves(joint, self.link) && position
-            }
-            ParameterId::Further(place) => {
-                let gain =
-                    self.gains.iter().zip(self.gain_parameters()).any(|((row, _), own)| own == place && *row == axis);
-                let term = position_terms(session, self.link).any(|term| term.places.contains(&place));
-                let axes = self.kind.axes().len();
-                let drift = self.drift_parameters().skip(axis).step_by(axes).any(|own| own == place);
-                gain || term
-                    || drift
-                    || self.biases_of_table(table).start + axis == place
-                    || self.own_parameters().contains(&place)
-            }
+/// Whether the readings of an axis in a table depend on a parameter.
+fn reads(instrument: &Instrument, session: &Session, (axis, table): (usize, usize), id: ParameterId) -> bool {
+    match id {
+        ParameterId::Sensor(joint, quantity) => {
+            let position = matches!(quantity, Quantity::PositionGain | Quantity::PositionOffset);
+            session.robot.chain.moves(joint, instrument.link) && position
+        }
+        ParameterId::Further(place) => {
+            let gain = instrument
+                .gains
+                .iter()
+                .zip(instrument.gain_parameters())
+                .any(|((row, _), own)| own == place && *row == axis);
+            let term = position_terms(session, instrument.link).any(|term| term.places.contains(&place));
+            let axes = instrument.kind.axes().len();
+            let drift = instrument.drift_parameters().skip(axis).step_by(axes).any(|own| own == place);
+            gain || term
+                || drift
+                || instrument.biases_of_table(table).start + axis == place
+                || instrument.own_parameters().contains(&place)
         }
     }
 }

@@ -9,13 +9,13 @@
 //! no information: what the readings determine is judged without it, and [`super::fit`] takes its pull away.
 
 use gravcal_estimation::{Problem, ProblemBuilder, Reference, Values};
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::{KnowledgeKind, Session};
 
 use super::blocks::add_unknown_blocks;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::unknowns::{Layout, Unknowns};
-use crate::parameter::{ParameterId, Quantity};
-use crate::session::{KnowledgeKind, Session};
 
 /// κ. Wide beside what would be of use, so that it hides nothing that can be known, and narrow enough that no gain reaches zero.
 const WIDTH: f64 = 3.0;

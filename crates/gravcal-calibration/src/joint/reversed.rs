@@ -16,6 +16,8 @@
 //! A declared sign is taken at its word, `"normal"` included.
 
 use gravcal_estimation::Termination;
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::{InstrumentKind, Pose, Session};
 
 use super::error::EstimateError;
 use super::mistakes::{Mistake, decisively_likelier};
@@ -25,8 +27,6 @@ use super::sample::Sample;
 use super::solved::Solved;
 use super::start::{best_start, start_cost};
 use super::unknowns::Unknowns;
-use crate::parameter::{ParameterId, Quantity};
-use crate::session::{InstrumentKind, Pose, Session};
 use crate::workbench::Workbench;
 
 /// A turned sign must lower the cost of a start to this share of it; the cost of a solution likewise.
@@ -279,8 +279,9 @@ fn correlation(telling: &[(usize, usize)], first: &[Vec<f64>], second: &[Vec<f64
 
 #[cfg(test)]
 mod tests {
+    use gravcal_robot_model::session::{KnowledgeKind, Session};
+
     use crate::result::{EstimatorResult, Verdict};
-    use crate::session::{KnowledgeKind, Session};
     use crate::testing::sarcos_shoulder;
     use crate::testing::sensor_models::estimate;
 

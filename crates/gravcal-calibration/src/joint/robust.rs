@@ -13,12 +13,12 @@
 //! The first round of it is by least squares, when nothing is known of the noise yet.
 
 use gravcal_estimation::{Estimate, EvaluateError, Loss, LossName, Values};
+use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
 use super::median::{NORMAL_MEDIAN, median};
 use super::problem::JointProblem;
 use super::solved::Solved;
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// Solves a problem posed without a loss under `loss`.

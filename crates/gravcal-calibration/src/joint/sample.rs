@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 
+use gravcal_robot_model::session::Session;
+
 use super::error::PosingError;
 use super::linear_part::FAINT_DAMPING;
 use super::posing::pose;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::unknowns::Unknowns;
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// Poses that suffice to compare candidates.

@@ -1,9 +1,10 @@
 //! Which readings an estimator may use.
 
+use gravcal_robot_model::session::Session;
+
 use super::readings::Readings;
 use super::sweep_moments::{SweepMoments, by_sweep};
 use crate::plan::Plan;
-use crate::session::Session;
 
 /// Which torque readings an estimator may use.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

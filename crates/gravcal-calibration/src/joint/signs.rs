@@ -14,6 +14,8 @@
 use std::f64::consts::PI;
 
 use gravcal_dynamics::{JointKind, Transform};
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::{Load, Session};
 
 use super::error::EstimateError;
 use super::posing::pose_with_constraints;
@@ -21,8 +23,6 @@ use super::solve::solve_posed;
 use super::solved::Solved;
 use super::twins::DECISIVE;
 use super::unknowns::Unknowns;
-use crate::parameter::{ParameterId, Quantity};
-use crate::session::{Load, Session};
 use crate::workbench::Workbench;
 
 /// Share of its nominal value below which a gain has no sign: it may be zero.

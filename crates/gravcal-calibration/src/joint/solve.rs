@@ -1,6 +1,7 @@
 //! Solving the joint problem: start, unstated noise.
 
 use gravcal_estimation::{EvaluateError, Loss, Termination, Values};
+use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use super::error::EstimateError;
 use super::fit::{fit, fit_in_rounds};
@@ -15,7 +16,6 @@ use super::start::{best_start, further_starts, start_around};
 use super::twins::{DECISIVE, settled};
 use super::unknowns::Unknowns;
 use crate::judgement::{Explained, IMPLAUSIBLE};
-use crate::session::{Session, UnexplainedError};
 use crate::workbench::Workbench;
 
 /// Rounds of noise estimation at most, and the relative change at which they end.

@@ -2,13 +2,13 @@
 
 use gravcal_estimation::statistics::{NoiseKnowledge, Solution, along_constraints, leans};
 use gravcal_estimation::{Covariance, Estimate, Problem, Spectrum, Termination, Uncertainty, Values};
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::unknowns::Unknowns;
-use crate::parameter::{ParameterId, Quantity};
-use crate::session::Session;
 
 /// A solved and judged joint problem.
 #[derive(Debug)]

@@ -1,19 +1,19 @@
 //! The moments of the sweep description: which of them each pose has, and where they start.
 //!
 //! What hangs beyond joint i, less what hangs beyond joint i + 1, is one moment `h_i` for each posture of the joints beyond
-//! i (see [`SweepTorque`](crate::residuals::SweepTorque)): poses share it where these joints stand alike, or the same one
+//! i (see [`SweepTorque`](gravcal_robot_model::residuals::SweepTorque)): poses share it where these joints stand alike, or the same one
 //! of them sweeps and the others stand alike, and where the same load hangs beyond i, at whatever placement. The mass
 //! beyond a prismatic joint is the same in every posture.
 
 use gravcal_dynamics::{Chain, GravityTorque, JointKind};
 use gravcal_estimation::{Block, BlockId, ProblemBuilder};
+use gravcal_robot_model::residuals::lumped_directions;
+use gravcal_robot_model::session::{InertiaKnowledge, Pose, Session};
+use gravcal_robot_model::sweeps::{HOLD_TOLERANCE, Sweep, find_sweeps};
 use nalgebra::{Matrix3, Vector3};
 
 use super::placements::{first_alike, relative_placements};
 use super::unknowns::Unknowns;
-use crate::residuals::lumped_directions;
-use crate::session::{InertiaKnowledge, Pose, Session};
-use crate::sweeps::{HOLD_TOLERANCE, Sweep, find_sweeps};
 
 /// The moments of all sweeps of a session.
 #[derive(Clone, Debug)]

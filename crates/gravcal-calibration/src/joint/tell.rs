@@ -2,6 +2,8 @@
 
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::{EarlierCalibration, KnowledgeKind, LAST_FRAME_CHOICE, Session};
 
 use super::conclusion::Conclusion;
 use super::error::EstimateError;
@@ -14,11 +16,9 @@ use crate::judgement::{
     DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss, outlier_note,
     outliers, position_errors, tool_notes, weak_combinations, weak_note,
 };
-use crate::parameter::Quantity;
 use crate::result::{
     CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, Undetermined, Verdict,
 };
-use crate::session::{EarlierCalibration, KnowledgeKind, LAST_FRAME_CHOICE, Session};
 use crate::workbench::Workbench;
 
 /// Tells a conclusion in words and numbers.

@@ -5,15 +5,15 @@ use std::sync::Arc;
 
 use gravcal_dynamics::Chain;
 use gravcal_estimation::{BlockId, Residual};
-
-use super::sweep_moments::{SweepMoments, by_sweep};
-use super::unknowns::Layout;
-use crate::residuals::{
+use gravcal_robot_model::residuals::{
     CarriedLoad, MotionTorque, MotionTorqueModel, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, SweepTorque,
     SweepTorqueModel,
 };
-use crate::session::{Pose, Session};
-use crate::sweeps::sweeping;
+use gravcal_robot_model::session::{Pose, Session};
+use gravcal_robot_model::sweeps::sweeping;
+
+use super::sweep_moments::{SweepMoments, by_sweep};
+use super::unknowns::Layout;
 
 /// What the poses of a session have in common.
 pub(super) struct Torques<'a> {

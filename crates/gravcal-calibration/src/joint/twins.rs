@@ -9,6 +9,8 @@
 //!   where the start lay.
 //! - **Axes the other way round**: see `signs.rs`.
 
+use gravcal_robot_model::parameter::{Limit, ParameterId, Quantity};
+use gravcal_robot_model::session::{Knowledge, KnowledgeKind, Session};
 use nalgebra::Vector3;
 
 use super::error::EstimateError;
@@ -18,8 +20,6 @@ use super::signs::axes_as_declared;
 use super::solve::{solve_from, solve_posed};
 use super::solved::Solved;
 use super::unknowns::Unknowns;
-use crate::parameter::{Limit, ParameterId, Quantity};
-use crate::session::{Knowledge, KnowledgeKind, Session};
 use crate::workbench::Workbench;
 
 /// Cost by which one of both must exceed the other to be ruled out: its likelihood is then less by e¹⁰.

@@ -14,11 +14,11 @@
 //! Under a loss, residuals may be outliers, and `v` is what makes their median that of normal errors.
 
 use gravcal_estimation::{EvaluateError, Loss};
+use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use super::median::{NORMAL_MEDIAN, median};
 use super::readings::{Readings, first_noise, stated};
 use super::solved::Solved;
-use crate::session::{Session, UnexplainedError};
 
 /// Halvings of the interval in which a variance lies: beyond the digits of a number.
 const HALVINGS: usize = 60;

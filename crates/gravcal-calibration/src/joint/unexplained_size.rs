@@ -5,11 +5,11 @@
 //! next to nothing spoils nothing: it is held against a tenth of what the joint of its kind carries that carries most.
 
 use gravcal_estimation::EvaluateError;
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use super::solved::Solved;
-use crate::parameter::{ParameterId, Quantity};
 use crate::result::UnexplainedResult;
-use crate::session::{Session, UnexplainedError};
 
 /// Share of what the like channel reads of gravity that reads most of it: no channel is held against less.
 const LEAST_SHARE: f64 = 0.1;

@@ -1,9 +1,9 @@
 //! Which block of a joint problem is which unknown.
 
 use gravcal_estimation::{BlockId, Values};
+use gravcal_robot_model::parameter::ParameterId;
 
-use crate::parameter::ParameterId;
-pub use crate::unknowns::Unknowns;
+pub use gravcal_robot_model::Unknowns;
 
 /// The blocks of a joint problem.
 #[derive(Clone, Debug)]

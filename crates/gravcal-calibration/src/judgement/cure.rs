@@ -2,11 +2,12 @@
 
 use std::borrow::Cow;
 
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::parameters::MOVE_MORE;
+use gravcal_robot_model::session::{InertiaKnowledge, Session};
+
 use super::determined::Combination;
-use crate::parameter::{ParameterId, Quantity};
 use crate::result::Undetermined;
-use crate::session::parameters::MOVE_MORE;
-use crate::session::{InertiaKnowledge, Session};
 
 /// Angle between gravity and the first axis below which tilting the base is the cure, rad.
 const UPRIGHT: f64 = 0.05;

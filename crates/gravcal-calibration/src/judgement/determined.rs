@@ -12,11 +12,11 @@
 use std::collections::BTreeSet;
 
 use gravcal_estimation::{Covariance, Problem, Spectrum, Values, sparse_basis};
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::parameters::GAIN_LIMIT;
 
 use crate::joint::Layout;
-use crate::parameter::{ParameterId, Quantity};
-use crate::session::Session;
-use crate::session::parameters::GAIN_LIMIT;
 
 /// Coefficients of a combination below this share of the largest are not told.
 const READABLE: f64 = 0.02;

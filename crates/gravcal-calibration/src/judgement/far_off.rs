@@ -7,11 +7,11 @@ use std::f64::consts::FRAC_PI_4;
 
 use gravcal_dynamics::JointKind;
 use gravcal_recording::PositionUnit;
+use gravcal_robot_model::number::significant;
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::Session;
 
-use crate::number::significant;
-use crate::parameter::{ParameterId, Quantity};
 use crate::result::{EstimatorResult, ParameterResult, deciding};
-use crate::session::Session;
 
 /// No torque sensor is so many times more sensitive than it should be, or less.
 const FAR: f64 = 3.0;
@@ -136,9 +136,10 @@ impl Told {
 
 #[cfg(test)]
 mod tests {
+    use gravcal_robot_model::session::Session;
+
     use super::doubts_of_results;
     use crate::result::Verdict;
-    use crate::session::Session;
     use crate::testing::sarcos_shoulder;
     use crate::testing::sensor_models::estimate;
 

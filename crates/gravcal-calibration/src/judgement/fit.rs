@@ -1,13 +1,13 @@
 //! What the residuals of the readings say.
 
 use gravcal_estimation::{EvaluateError, Loss};
+use gravcal_robot_model::session::Session;
 use std::sync::Arc;
 
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use crate::joint::{NORMAL_MEDIAN, Readings, Solved, median};
 use crate::result::{Fit, HeldOut, JointFit, ReadingResidual, UnexplainedResult};
-use crate::session::Session;
 
 /// Probability below which the stated noise is taken not to explain the residuals.
 const SIGNIFICANCE: f64 = 1e-3;

@@ -3,10 +3,11 @@
 //! With `θ̇ = s q̇`, a friction `f sgn(q̇)` in a reading `k τ + b + …` takes the power `f s |q̇| / k` from the joint, and a viscous one
 //! `v s q̇² / k`: coefficients have the sign of `k s`.
 
-use crate::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::sensors::friction::{COULOMB, VISCOUS};
+use gravcal_robot_model::session::Session;
+
 use crate::result::ParameterResult;
-use crate::sensors::friction::{COULOMB, VISCOUS};
-use crate::session::Session;
 
 /// So many standard deviations beyond zero are told.
 const SIGNIFICANT: f64 = 2.0;
@@ -38,7 +39,8 @@ pub(crate) fn driving_friction_notes(session: &Session, parameters: &[ParameterR
 
 #[cfg(test)]
 mod tests {
-    use crate::sensors::Options;
+    use gravcal_robot_model::sensors::Options;
+
     use crate::testing::sarcos_shoulder;
     use crate::testing::sensor_models::{estimate, shoulder, with_model};
 

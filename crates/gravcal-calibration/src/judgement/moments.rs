@@ -9,9 +9,9 @@
 
 use gravcal_estimation::statistics::{LinearFunction, stored_coordinates};
 use gravcal_estimation::{BlockId, Covariance, Manifold, Problem, Spectrum, Values, sparse_basis};
+use gravcal_robot_model::parameter::Quantity;
 
 use crate::joint::Layout;
-use crate::parameter::Quantity;
 use crate::result::MomentResult;
 
 /// Part in directions without information, in scaled coordinates, from which on one counts; all but as much is a direction of its own.

@@ -2,10 +2,10 @@
 
 use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_recording::file_name;
+use gravcal_robot_model::session::Session;
 
 use crate::joint::Solved;
 use crate::result::Outlier;
-use crate::session::Session;
 
 /// What is counted less than this is called an outlier.
 const HALF: f64 = 0.5;

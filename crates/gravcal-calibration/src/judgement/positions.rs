@@ -1,10 +1,10 @@
 //! What the torque readings say of where joints are, beyond what was known of it.
 
 use gravcal_recording::file_name;
+use gravcal_robot_model::session::Session;
 
 use crate::joint::{PositionUnknown, Solved};
 use crate::result::{DeflectionResult, PositionErrorResult};
-use crate::session::Session;
 
 /// The readings tell an error where they leave at most this share of the standard deviation that it had before: where they
 /// alone know it √3 times better than the prior.

@@ -1,10 +1,11 @@
 //! Where what hangs beyond a force-torque sensor has its centre of mass: `c = h / m`, in the sensor's frame.
 
+use gravcal_robot_model::number::{measured, shortest};
+use gravcal_robot_model::parameter::ParameterId;
+use gravcal_robot_model::session::{Instrument, InstrumentKind, Session};
+
 use crate::joint::Solved;
-use crate::number::{measured, shortest};
-use crate::parameter::ParameterId;
 use crate::result::ParameterResult;
-use crate::session::{Instrument, InstrumentKind, Session};
 
 /// A mass within so many of its standard deviations of zero says nothing of a centre.
 const BEYOND_ZERO: f64 = 3.0;

@@ -2,10 +2,9 @@
 
 use std::borrow::Cow;
 
+use gravcal_robot_model::parameter::{ParameterId, UNREAD};
+use gravcal_robot_model::session::{LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, Session};
 use serde::Serialize;
-
-use crate::parameter::{ParameterId, UNREAD};
-use crate::session::{LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, Session};
 
 /// One sensor parameter.
 #[derive(Clone, Debug, Serialize)]

@@ -3,9 +3,9 @@
 /// One reading and its residuals, in the unit of the reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReadingResidual {
-    /// Index into [`Session::poses`](crate::Session).
+    /// Index into [`Session::poses`](gravcal_robot_model::Session).
     pub pose: usize,
-    /// Which reading of it: see [`Session::reading`](crate::Session::reading).
+    /// Which reading of it: see [`Session::reading`](gravcal_robot_model::Session::reading).
     pub channel: usize,
     /// Prediction less reading.
     pub residual: f64,

@@ -1,6 +1,9 @@
 //! Step 1: torque bias and position gain of one joint from its own sweeps (paper, section 2.1).
 
 use gravcal_estimation::{Block, BlockId, Factor, Noise, ProblemBuilder};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::residuals::{Sinusoid, SinusoidBlocks};
+use gravcal_robot_model::session::Session;
 
 use super::carried::{CarriedErrors, place};
 use super::contradiction::{NoiseKnowledge, refuse_contradiction};
@@ -8,10 +11,7 @@ use super::fitting::{StepFit, StepProblem};
 use super::found::{Found, Frozen, Missing};
 use crate::closed_form::{fit_sinusoid, search_position_gain};
 use crate::joint::Readings;
-use crate::parameter::Quantity;
 use crate::plan::Plan;
-use crate::residuals::{Sinusoid, SinusoidBlocks};
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 const CURE: &str = "sweep this joint over its whole range while the others stand, and read its torque";

@@ -12,10 +12,10 @@
 use std::ops::Range;
 
 use gravcal_estimation::BlockId;
+use gravcal_robot_model::parameter::Quantity;
 use nalgebra::DMatrix;
 
 use super::fitting::StepFit;
-use crate::parameter::Quantity;
 
 /// The covariance of everything that steps find, in inside units; zero of what is exact or was not found.
 #[derive(Clone, Debug)]

@@ -1,6 +1,9 @@
 //! What moving a load changes in the readings of the joint before the swept one: fitted sinusoids, subtracted (paper, section 3.2).
 
 use gravcal_estimation::{Block, BlockId, Factor, Noise};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::residuals::{MeasuredDifference, Sinusoid, SinusoidBlocks};
+use gravcal_robot_model::session::Session;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::bias::readings_of;
@@ -10,10 +13,7 @@ use super::fitting::{StepFit, StepProblem};
 use super::found::{Frozen, Missing};
 use super::values::SequentialValues;
 use crate::closed_form::fit_sinusoid;
-use crate::parameter::Quantity;
 use crate::plan::{LoadPair, Plan};
-use crate::residuals::{MeasuredDifference, Sinusoid, SinusoidBlocks};
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// A sweep needs more readings than a sinusoid has numbers.

@@ -6,6 +6,10 @@
 use std::collections::BTreeMap;
 
 use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
+use gravcal_robot_model::axis_frames::AxisFrames;
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::residuals::{LoadDifference, LoadDifferenceBlocks};
+use gravcal_robot_model::session::Session;
 use nalgebra::Vector3;
 
 use super::carried::{CarriedErrors, place};
@@ -14,12 +18,8 @@ use super::differences::{Difference, Observed};
 use super::fitting::{StepFit, StepProblem};
 use super::found::{Found, Frozen, Missing};
 use super::values::{Gravity, SequentialValues};
-use crate::axis_frames::AxisFrames;
 use crate::closed_form::{PositionDifference, gain_and_offset, gain_at_known_offset};
-use crate::parameter::Quantity;
 use crate::plan::{LoadPair, Plan};
-use crate::residuals::{LoadDifference, LoadDifferenceBlocks};
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// What step 3 finds for one joint.

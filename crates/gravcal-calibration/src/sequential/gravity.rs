@@ -1,6 +1,10 @@
 //! Step 2: gravity in base coordinates from sweeps of joint 2 at several positions of joint 1 (paper, section 2.2).
 
 use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
+use gravcal_robot_model::axis_frames::AxisFrames;
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::residuals::{GravitySweep, GravitySweepBlocks};
+use gravcal_robot_model::session::Session;
 use nalgebra::{Complex, Vector3};
 
 use super::bias::readings_of;
@@ -9,12 +13,8 @@ use super::contradiction::refuse_contradiction;
 use super::fitting::{StepFit, StepProblem};
 use super::found::Missing;
 use super::values::{Gravity, SequentialValues};
-use crate::axis_frames::AxisFrames;
 use crate::closed_form::{GravityStart, SweepDirection, fit_sinusoid, gravity_from_sweeps};
-use crate::parameter::Quantity;
 use crate::plan::Plan;
-use crate::residuals::{GravitySweep, GravitySweepBlocks};
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// Joint whose sweeps are used, and the joint before it.

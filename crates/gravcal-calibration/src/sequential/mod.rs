@@ -3,7 +3,7 @@
 //!
 //! **Where standing joints are.** Step 2 uses each pose's own reading of the joint before the swept one (paper, eq. (16)), so
 //! that a deflection which its sensor sees is no error. Step 3 fits a sinusoid to a whole sweep, and takes the mean of the
-//! readings of the joints that stand. What sensors do not see the steps cannot know: see [`crate::session::Deflection`] for
+//! readings of the joints that stand. What sensors do not see the steps cannot know: see [`gravcal_robot_model::session::Deflection`] for
 //! the joint estimator.
 //!
 //! **When a step tells nothing.** Where its readings leave a number open, and where they rule out its model: its own χ², with

@@ -1,5 +1,7 @@
 //! The three steps, one after the other (paper, section 3.2).
 
+use gravcal_robot_model::session::Session;
+
 use super::bias::find_bias;
 use super::carried::CarriedErrors;
 use super::gain::{Gain, find_gain};
@@ -7,7 +9,6 @@ use super::gravity::find_gravity;
 use super::values::{Gravity, SequentialValues, impossible};
 use crate::joint::{self, Readings, Signals, Unknowns};
 use crate::plan::Plan;
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// Results that steps are handed instead of those of the steps before: to learn which step's errors reach what.

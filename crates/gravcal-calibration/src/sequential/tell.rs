@@ -2,17 +2,17 @@
 
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::Quantile;
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::Session;
 
 use super::found::Missing;
 use super::values::SequentialValues;
 use crate::joint::{self, EstimateError, Readings, solve_posed};
 use crate::judgement::{determined_moments, gravity_result};
-use crate::parameter::{ParameterId, Quantity};
 use crate::result::{
     Brief, CovarianceResult, Detail, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined,
     Verdict,
 };
-use crate::session::Session;
 use crate::workbench::Workbench;
 
 /// Tells the steps' values. To judge them on the same footing as the joint estimator, the joint problem is solved

@@ -2,16 +2,16 @@
 
 use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::robot::Robot;
+use gravcal_robot_model::session::{
+    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable, Session,
+};
+use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
 
 use super::*;
 use crate::joint::Unknowns;
-use crate::parameter::Quantity;
-use crate::robot::Robot;
-use crate::session::{
-    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable, Session,
-};
-use crate::simulation::{Disturbance, Run, Simulation};
 use crate::testing::{sarcos_shoulder, shared_session};
 use crate::workbench::Workbench;
 

@@ -1,13 +1,14 @@
 //! What the steps found.
 
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::Session;
+
 use super::bias::Bias;
 use super::carried::CarriedErrors;
 use super::contradiction::NoiseKnowledge;
 use super::found::{Found, Frozen, Missing};
 use crate::joint::{Readings, Unknowns};
-use crate::parameter::Quantity;
 use crate::plan::Plan;
-use crate::session::Session;
 
 /// What the steps found for one joint.
 #[derive(Clone, Debug)]

@@ -1,8 +1,13 @@
 //! What the tests of this crate share.
 
 pub mod sensor_models;
+#[path = "../../../gravcal-session/src/testing.rs"]
 mod sessions;
 
+use std::path::{Path, PathBuf};
+
+use gravcal_robot_model::session::Session;
+use gravcal_session::read_session;
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::workbench::Workbench;
@@ -13,4 +18,16 @@ pub use sessions::*;
 pub fn with_workbench<T>(run: impl FnOnce(&Workbench<'_>) -> T) -> T {
     let solver = LevenbergMarquardt::default();
     run(&Workbench::new(&solver, &|_: &str| {}))
+}
+
+/// A session of the inputs on which the program once fell short, in `GRAVCAL_SHARED_DATA` or `../shared/data` beside the project;
+/// nothing where they are not there.
+pub fn shared_session(name: &str) -> Option<Session> {
+    let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder = std::env::var_os("GRAVCAL_SHARED_DATA").map_or_else(beside, PathBuf::from);
+    let file = folder.join("damaged/sessions").join(name).join("session.toml");
+    if !file.is_file() {
+        return None;
+    }
+    Some(read_session(&file).unwrap())
 }

@@ -2,26 +2,27 @@
 
 use super::sarcos_shoulder;
 use crate::joint::{Signals, estimate_jointly};
-use crate::parameter::Parameter;
-use crate::registry::Registry;
 use crate::result::EstimatorResult;
-use crate::sensors::{Options, SensorTerms, Site, Term, declare_terms};
-use crate::session::Session;
-use crate::simulation::{SimulatedConditions, Simulation};
 use crate::workbench::Workbench;
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::Solver;
+use gravcal_robot_model::Registry;
+use gravcal_robot_model::parameter::Parameter;
+use gravcal_robot_model::sensors::{Options, SensorTerms, Site, Term, declare_terms};
+use gravcal_robot_model::session::Session;
+use gravcal_session::simulation::{SimulatedConditions, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
 
 /// The reference protocol, 10 s from pose to pose, sensors that warm up, and joints that come from both sides.
 pub fn shoulder() -> Simulation {
-    let conditions = SimulatedConditions {
+    let mut simulation = sarcos_shoulder();
+    simulation.conditions = SimulatedConditions {
         pose_interval: Some(10.0),
         temperature: Some([22.0, 35.0]),
         largest_speed: Some(0.05),
         direction: true,
     };
-    Simulation { conditions, ..sarcos_shoulder() }
+    simulation
 }
 
 /// The same with a model of one joint's sensor, its parameters truly these.

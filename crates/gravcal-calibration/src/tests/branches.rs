@@ -5,21 +5,21 @@ use std::f64::consts::PI;
 
 use gravcal_dynamics::{Attachment, Chain, Joint, JointKind, Link, LinkInertia, Mimic, Transform};
 use gravcal_recording::{PositionUnit, TorqueUnit};
+use gravcal_robot_model::EstimatorName;
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::robot::Robot;
+use gravcal_robot_model::session::{
+    GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable,
+    Session,
+};
+use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use crate::EstimatorName;
 use crate::calibrate::{UnsuitableChoice, calibrate, check_choice};
 use crate::joint::{Signals, Unknowns, estimate_jointly};
-use crate::parameter::{ParameterId, Quantity};
 use crate::result::{EstimatorResult, Verdict};
-use crate::robot::Robot;
-use crate::session::{
-    GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable,
-    Session,
-};
-use crate::simulation::{Disturbance, Run, Simulation};
 use crate::workbench::Workbench;
 
 /// Noise of the torque readings, N·m.

@@ -4,13 +4,13 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use gravcal_estimation::{IterationRecord, Loss, LossName};
+use gravcal_robot_model::EstimatorName;
+use gravcal_robot_model::session::{Session, UncertaintyChoice};
+use gravcal_session::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
 
-use crate::EstimatorName;
 use crate::calibrate::{UnsuitableChoice, calibrate, check_choice};
 use crate::result::{EstimatorResult, Verdict};
-use crate::session::{Session, UncertaintyChoice};
-use crate::simulation::Simulation;
 use crate::testing::{sarcos_shoulder, shared_session};
 use crate::workbench::Workbench;
 

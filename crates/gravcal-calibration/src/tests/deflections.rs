@@ -1,13 +1,13 @@
 //! Unknown positions: what each model leaves known (last table of section 4 of the estimation model), and that modelling
 //! deflection finds the truth.
 
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::{Deflection, Session};
+use gravcal_session::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
-use crate::parameter::Quantity;
 use crate::result::{EstimatorResult, ParameterResult, Verdict};
-use crate::session::{Deflection, Session};
-use crate::simulation::Simulation;
 use crate::testing::sarcos_shoulder;
 use crate::workbench::Workbench;
 

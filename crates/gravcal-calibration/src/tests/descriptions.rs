@@ -1,13 +1,13 @@
 //! Both descriptions of the moments: what each can know (second table of section 4 of the estimation model), and that they
 //! agree.
 
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::{InertiaKnowledge, Session};
+use gravcal_session::simulation::{Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
-use crate::parameter::Quantity;
 use crate::result::{EstimatorResult, Verdict};
-use crate::session::{InertiaKnowledge, Session};
-use crate::simulation::{Run, Simulation};
 use crate::testing::sarcos_shoulder;
 use crate::workbench::Workbench;
 

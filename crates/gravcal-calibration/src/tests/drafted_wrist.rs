@@ -3,12 +3,14 @@
 use std::fs;
 
 use gravcal_recording::inspect;
+use gravcal_robot_model::session::Session;
+use gravcal_session::draft::Draft;
+use gravcal_session::read_session;
 use gravcal_solvers::LevenbergMarquardt;
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::Verdict;
-use crate::session::{Draft, Session, read_session};
 use crate::workbench::Workbench;
 
 /// What a wrist sensor reads on a body that is turned every way, with its quaternion or the inverse, times the sensor's sign.

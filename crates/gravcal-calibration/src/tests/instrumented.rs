@@ -1,11 +1,11 @@
 //! Wrist sensor and accelerometer beside the joints' torques: they tighten gravity as their information says.
 
+use gravcal_robot_model::session::Session;
+use gravcal_session::simulation::Simulation;
 use nalgebra::{DMatrix, Matrix3};
 
 use crate::joint::{self, JointProblem, Readings, Signals, Solved, estimate_jointly};
 use crate::result::Verdict;
-use crate::session::Session;
-use crate::simulation::Simulation;
 use crate::testing::{sarcos_with_instruments, with_workbench};
 
 /// Only the channels for which `keep` holds.

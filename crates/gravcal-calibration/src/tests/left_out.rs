@@ -1,13 +1,13 @@
 //! The joint estimate without some of its poses: what the jackknife says, against solving again, and with all that a session may have.
 
 use gravcal_estimation::LossName;
+use gravcal_robot_model::session::{Deflection, PoseBlocks, Session, UncertaintyChoice};
 use gravcal_solvers::LevenbergMarquardt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use crate::joint::{self, Signals, estimate_jointly};
 use crate::result::{Brief, EstimatorResult, UncertaintyResult, Verdict};
-use crate::session::{Deflection, PoseBlocks, Session, UncertaintyChoice};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
 use crate::workbench::Workbench;
 

@@ -5,6 +5,9 @@ use std::fs;
 use std::path::Path;
 
 use gravcal_dynamics::{BodyInertia, Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
+use gravcal_robot_model::session::Session;
+use gravcal_robot_model::sweeps::find_sweeps;
+use gravcal_session::{read_robot, read_session};
 use gravcal_solvers::LevenbergMarquardt;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
@@ -12,9 +15,6 @@ use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::EstimatorResult;
-use crate::robot::read_robot;
-use crate::session::{Session, read_session};
-use crate::sweeps::find_sweeps;
 use crate::workbench::Workbench;
 
 const GRAVITY: [f64; 3] = [0.6, -1.1, -9.73];

@@ -3,12 +3,12 @@
 use std::fs;
 use std::path::Path;
 
+use gravcal_session::read_session;
+use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind};
-use crate::session::read_session;
-use crate::simulation::{Simulation, write_session};
 use crate::testing::TWO_JOINTS;
 use crate::workbench::Workbench;
 

@@ -1,10 +1,11 @@
 //! The estimators on the reference protocol, against the figures of an independent program (NumPy, SciPy).
 
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::{KnowledgeKind, Session};
+
 use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
-use crate::parameter::Quantity;
 use crate::result::{EstimatorResult, Verdict};
 use crate::sequential::{Plan, run_steps, tell_steps};
-use crate::session::{KnowledgeKind, Session};
 use crate::testing::{sarcos_shoulder, with_workbench};
 
 fn at_truth(session: &Session, truth: &Unknowns) -> Solved {
@@ -221,9 +222,9 @@ fn step_2_refuses_an_upright_base_with_two_positions_and_takes_a_third() {
     assert!(refused.why.contains("free direction") && refused.cure.contains("three or more"), "{refused:?}");
 
     let (run, table) = (simulation.runs[4].clone(), simulation.template.tables[4].clone());
-    let crate::simulation::Run::Sweep { swept, range, poses, mut held } = run else { unreachable!() };
+    let gravcal_session::simulation::Run::Sweep { swept, range, poses, mut held } = run else { unreachable!() };
     held[0] = 0.15;
-    simulation.runs.push(crate::simulation::Run::Sweep { swept, range, poses, held });
+    simulation.runs.push(gravcal_session::simulation::Run::Sweep { swept, range, poses, held });
     simulation.template.tables.push(table);
     let found = steps(&simulation.session(0)).gravity.unwrap();
     let error = (0..3).map(|i| (found.vector[i] - simulation.truth.gravity[i]).powi(2)).sum::<f64>().sqrt() / 9.8;

@@ -1,13 +1,13 @@
 //! Losses and uncertainties of the joint estimator on the reference protocol.
 
 use gravcal_estimation::{Loss, LossName};
+use gravcal_robot_model::session::{Session, UncertaintyChoice};
 use gravcal_solvers::LevenbergMarquardt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, Unknowns, estimate_jointly};
 use crate::result::{EstimatorResult, UncertaintyResult, Verdict};
-use crate::session::{Session, UncertaintyChoice};
 use crate::testing::sarcos_shoulder;
 use crate::workbench::Workbench;
 

@@ -3,12 +3,12 @@
 use std::fs;
 use std::path::Path;
 
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_session::read_session;
+use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::{Signals, estimate_jointly};
-use crate::parameter::Quantity;
-use crate::session::read_session;
-use crate::simulation::{Simulation, write_session};
 use crate::workbench::Workbench;
 
 const LINK: &str = r#"<link name="NAME"><inertial><origin xyz="0.1 0.05 0.12"/><mass value="2"/>

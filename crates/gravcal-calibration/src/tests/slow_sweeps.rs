@@ -6,6 +6,9 @@ use std::fs;
 use std::path::Path;
 
 use gravcal_recording::inspect;
+use gravcal_robot_model::session::{Session, UnexplainedError};
+use gravcal_session::draft::{Draft, DraftRobot};
+use gravcal_session::{read_robot, read_session};
 use gravcal_solvers::LevenbergMarquardt;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
@@ -13,8 +16,6 @@ use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::EstimatorResult;
-use crate::robot::read_robot;
-use crate::session::{Draft, DraftRobot, Session, UnexplainedError, read_session};
 use crate::testing::TWO_JOINTS;
 use crate::workbench::Workbench;
 
@@ -121,7 +122,8 @@ fn recorder(folder: &Path, seed: u64, session: &str) -> Recorder {
     fs::write(folder.join("session.toml"), session).unwrap();
     let text = "time_s,shoulder.position,elbow.position,shoulder.effort,elbow.effort\n".to_owned();
     let robot = read_robot(&folder.join("robot.toml")).unwrap();
-    let gravity = crate::session::GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: None };
+    let gravity =
+        gravcal_robot_model::session::GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: None };
     let session = Session::new(robot, gravity, Vec::new());
     let random = Pcg64::seed_from_u64(seed);
     Recorder { session, text, samples: 0, at: [0.0; 2], direction: [0.0; 2], random }

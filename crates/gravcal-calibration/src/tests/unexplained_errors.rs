@@ -1,6 +1,8 @@
 //! Readings with errors far beyond their noise, as means of standstills have them: intervals hold, and mistakes are still found.
 
 use gravcal_estimation::LossName;
+use gravcal_robot_model::session::{Session, UnexplainedError};
+use gravcal_session::simulation::{Disturbance, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
@@ -8,8 +10,6 @@ use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, Unknowns, estimate_jointly};
 use crate::result::{EstimatorResult, NoiseSource, UncertaintyResult, UnexplainedResult, Verdict};
-use crate::session::{Session, UnexplainedError};
-use crate::simulation::{Disturbance, Simulation};
 use crate::testing::sarcos_shoulder;
 use crate::workbench::Workbench;
 
@@ -17,7 +17,14 @@ use crate::workbench::Workbench;
 const MEAN: f64 = 0.08;
 
 fn shoulder() -> Simulation {
-    Simulation { disturbance: Disturbance::noise(vec![MEAN; 3]), ..sarcos_shoulder() }
+    with_noise(MEAN)
+}
+
+/// The reference protocol with another noise, counts.
+fn with_noise(noise: f64) -> Simulation {
+    let mut simulation = sarcos_shoulder();
+    simulation.disturbance = Disturbance::noise(vec![noise; 3]);
+    simulation
 }
 
 /// The shoulder's readings with errors of these standard deviations besides their noise, which are estimated.
@@ -128,7 +135,7 @@ fn noise_that_explains_the_readings_leaves_the_answer_as_it_was() {
 fn longer_dwells_are_neither_refused_nor_wider() {
     let mut widths = Vec::new();
     for noise in [0.8, 0.08, 0.008, 0.0008] {
-        let simulation = Simulation { disturbance: Disturbance::noise(vec![noise; 3]), ..sarcos_shoulder() };
+        let simulation = with_noise(noise);
         let result = estimate(&with_errors(&simulation, [0.5; 3], 3));
         assert_eq!(result.verdict, Verdict::Determined, "{noise}: {} {:?}", result.termination, result.notes);
         widths.push(result.parameters.iter().filter_map(|p| p.std.filter(|std| *std > 0.0)).collect::<Vec<_>>());

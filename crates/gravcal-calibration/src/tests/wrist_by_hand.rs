@@ -3,13 +3,14 @@
 use std::fs;
 
 use gravcal_recording::OrientationForm;
+use gravcal_robot_model::parameter::ParameterId;
+use gravcal_robot_model::session::Session;
+use gravcal_session::read_session;
 use gravcal_solvers::LevenbergMarquardt;
 use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 use crate::joint::{Signals, estimate_jointly};
-use crate::parameter::ParameterId;
 use crate::result::{EstimatorResult, SensorModelTest, TestKind, UncertaintyResult, Verdict};
-use crate::session::{Session, read_session};
 use crate::workbench::Workbench;
 
 const SESSION: &str = r#"

@@ -4,7 +4,7 @@ use gravcal_calibration::check::{CheckReport, Curable, Cure, PredictedStd};
 
 use crate::sensor_row::shown_unit;
 use crate::undetermined::{Entry, tell_undetermined};
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 /// Of a cure of more parameters than these only their number is told; the JSON has them all.
 const LISTED: usize = 2;

@@ -5,7 +5,7 @@ use gravcal_calibration::check::{CheckReport, CheckedParameter, TiltedGain};
 use crate::footnotes::Footnotes;
 use crate::grid::{Cell, Grid, Side};
 use crate::sensor_row::{shown_unit, split_name};
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 /// Why something determined has no predicted standard deviation.
 const NO_NOISE: &str = "can be determined; how well depends on noise that no reading states";

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use gravcal_calibration::check::{CheckReport, CheckedParameter, StepReport};
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 use super::{cures, data, in_words};
 use crate::doubts::tell_doubts;

@@ -6,7 +6,7 @@ use super::{ComparisonReport, caveats};
 use crate::grid::{Cell, Grid, Side};
 use crate::sensor_row::{shown_unit, split_name};
 use crate::text::wrapped;
-use gravcal_calibration::number::{measured, significant};
+use gravcal_robot_model::number::{measured, significant};
 
 pub(super) fn text(report: &ComparisonReport<'_>) -> String {
     let files =

@@ -1,8 +1,8 @@
 //! Gain and bias of each joint's sensors, for formats that know nothing else.
 
-use gravcal_calibration::parameter::Quantity;
-use gravcal_calibration::session::NO_TORQUE_SENSOR;
 use gravcal_recording::{EarlierEstimate, EarlierParameter};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::NO_TORQUE_SENSOR;
 
 use super::instruments::{InstrumentCorrection, instruments};
 use super::{ExportError, ExportFormat};

@@ -7,9 +7,9 @@
 //! What a wrist sensor senses is the force and the moment that its link exerts on what hangs beyond it, in the sensor's frame; of
 //! an accelerometer at rest it is gravity's opposite. Axes that are not read are left out.
 
-use gravcal_calibration::parameter::UNREAD;
-use gravcal_calibration::session::InstrumentKind;
 use gravcal_recording::EarlierEstimate;
+use gravcal_robot_model::parameter::UNREAD;
+use gravcal_robot_model::session::InstrumentKind;
 use nalgebra::DMatrix;
 
 use super::corrections::Taken;

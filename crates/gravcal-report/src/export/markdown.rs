@@ -3,7 +3,7 @@
 use super::rows::{Row, Status, conventions, rows};
 use super::{Export, Exported, head};
 use crate::sensor_row::shown_unit;
-use gravcal_calibration::number::{measured, shortest};
+use gravcal_robot_model::number::{measured, shortest};
 
 pub(super) fn export(export: &Export<'_>) -> Exported {
     let rows = rows(export.estimate);

@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use gravcal_calibration::Session;
 use gravcal_calibration::result::{EstimatorResult, ReadingResidual};
-use gravcal_calibration::sweeps::{Sweep, find_sweeps};
 use gravcal_recording::{PositionUnit, file_name};
+use gravcal_robot_model::Session;
+use gravcal_robot_model::sweeps::{Sweep, find_sweeps};
 use maud::{Markup, html};
 use serde::Serialize;
 

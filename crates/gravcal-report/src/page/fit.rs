@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::CalibrationPage;
 use crate::table::fit::{chi_squared, prediction, unexplained_error};
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 /// Outliers that are named on the page; `calibration.json` names all.
 const NAMED: usize = 20;

@@ -4,7 +4,7 @@ use gravcal_calibration::result::{EstimatorResult, Undetermined};
 use maud::{Markup, html};
 
 use super::CalibrationPage;
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
     let Some(main) = page.main() else { return html! {} };

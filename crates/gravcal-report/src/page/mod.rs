@@ -18,8 +18,9 @@ mod provenance;
 mod tests;
 mod verdict;
 
+use gravcal_calibration::doubts_of_results;
 use gravcal_calibration::result::{EstimatorResult, deciding};
-use gravcal_calibration::{Session, doubts_of_results};
+use gravcal_robot_model::Session;
 use maud::{Markup, html};
 
 use crate::doubts::HEADING;

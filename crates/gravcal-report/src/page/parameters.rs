@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::CalibrationPage;
 use crate::sensor_row::{shown_unit, split_name};
-use gravcal_calibration::number::{measured, shortest};
+use gravcal_robot_model::number::{measured, shortest};
 
 pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
     let Some(main) = page.main() else { return html! {} };

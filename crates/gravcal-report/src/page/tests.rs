@@ -1,7 +1,7 @@
 //! What a page says first, and how large it is.
 
 use gravcal_calibration::result::{ReadingResidual, Undetermined, Verdict};
-use gravcal_calibration::simulation::Simulation;
+use gravcal_session::simulation::Simulation;
 
 use super::*;
 use crate::provenance::Options;

@@ -5,7 +5,7 @@ use maud::{Markup, html};
 
 use super::CalibrationPage;
 use crate::advice::{Advice, Level, capital};
-use gravcal_calibration::number::measured;
+use gravcal_robot_model::number::measured;
 
 pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
     let Some(main) = page.main() else { return html! { section.verdict { h2 { "No estimator ran" } } } };

@@ -4,7 +4,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use thiserror::Error;
 
-use gravcal_calibration::number::shortest;
+use gravcal_robot_model::number::shortest;
 
 /// A figure cannot be drawn.
 #[derive(Debug, Error)]

@@ -4,7 +4,7 @@ use gravcal_study::measures::{Measure, QuantityMeasures};
 
 use super::StudyReport;
 use super::text::heading;
-use gravcal_calibration::number::{measured, significant};
+use gravcal_robot_model::number::{measured, significant};
 
 pub(super) fn markdown(report: &StudyReport<'_>) -> String {
     let manifest = report.manifest;

@@ -7,7 +7,7 @@ use super::StudyReport;
 use super::markdown::cell;
 use super::text::heading;
 use crate::page::document;
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 /// With the figures as SVG.
 pub(super) fn page(report: &StudyReport<'_>, figures: &[(String, String)]) -> String {

@@ -5,7 +5,7 @@ use gravcal_study::measures::{Measure, QuantityMeasures, Series};
 
 use super::StudyReport;
 use crate::grid::{Cell, Grid, Side};
-use gravcal_calibration::number::{measured, significant};
+use gravcal_robot_model::number::{measured, significant};
 
 const EXPLAINED: &str = "\
 rms: root mean square error, in the unit. over bound: the same over the
@@ -41,7 +41,7 @@ pub(super) fn heading(report: &StudyReport<'_>, series: &Series) -> String {
 }
 
 fn percent(share: f64) -> String {
-    format!("{} %", gravcal_calibration::number::shortest(100.0 * share))
+    format!("{} %", gravcal_robot_model::number::shortest(100.0 * share))
 }
 
 fn of_series(report: &StudyReport<'_>, series: &Series) -> String {

@@ -4,7 +4,7 @@ use gravcal_calibration::result::{ActiveConstraint, EstimatorResult};
 
 use super::shared::{Shared, by_content};
 use crate::text::wrapped;
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 const HEADING: &str = "Active constraints, and by how much ½ χ² would fall if they gave way";
 

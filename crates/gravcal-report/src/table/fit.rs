@@ -4,7 +4,7 @@ use gravcal_calibration::result::{EstimatorResult, Fit, HeldOut, JointFit, Unexp
 
 use crate::grid::{Cell, Grid, Side};
 use crate::text::wrapped;
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 /// Below this probability the stated noise and the model do not go together.
 pub(crate) const IMPROBABLE: f64 = 1e-3;

@@ -3,7 +3,7 @@
 use gravcal_calibration::result::{DeflectionResult, EstimatorResult, PositionErrorResult};
 
 use crate::grid::{Cell, Grid, Side};
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 /// Sections of the estimators that have such unknowns.
 pub(super) fn tell(results: &[EstimatorResult]) -> String {

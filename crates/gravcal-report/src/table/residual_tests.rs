@@ -3,7 +3,7 @@
 use gravcal_calibration::result::{EstimatorResult, ResidualTest};
 
 use crate::text::wrapped;
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 const HEADING: &str = "Tests on residuals";
 

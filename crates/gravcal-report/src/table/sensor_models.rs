@@ -4,7 +4,7 @@ use gravcal_calibration::result::{EstimatorResult, SensorModelTest, TestAgainstZ
 
 use super::shared::{Shared, by_content};
 use crate::text::wrapped;
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 
 const HEADING: &str = "Sensor models, each tested against its absence";
 /// A smaller probability is told as smaller.

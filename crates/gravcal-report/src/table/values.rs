@@ -6,7 +6,7 @@ use crate::footnotes::Footnotes;
 use crate::grid::{Cell, Grid, Side};
 use crate::sensor_row::{shown_unit, split_name, tilt};
 use crate::text::{WIDTH, wrapped};
-use gravcal_calibration::number::{measured, shortest, significant};
+use gravcal_robot_model::number::{measured, shortest, significant};
 
 const GRAVITY_LEGEND: &str = "cone95: half-angle of the cone about gravity that holds its true direction with 95 % \
                               probability. tilt: angle between gravity and the base's -z axis.";

@@ -1,8 +1,8 @@
 //! Vectors of known length.
 
-use gravcal_estimation::Solver;
 use gravcal_estimation::{
-    Block, BlockId, Constraint, Estimate, Factor, Manifold, Noise, Problem, ProblemBuilder, SolveContext, Values,
+    Block, BlockId, Constraint, Estimate, Factor, Manifold, Noise, Problem, ProblemBuilder, SolveContext, Solver,
+    Values,
 };
 use gravcal_solvers::{Clarabel, SolverName};
 use rand::{RngExt, SeedableRng};

@@ -3,8 +3,9 @@
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use gravcal_calibration::sequential::Plan;
-use gravcal_calibration::{EstimatorName, UnsuitableChoice, check_choice};
+use gravcal_calibration::{UnsuitableChoice, check_choice};
 use gravcal_estimation::Solver;
+use gravcal_robot_model::EstimatorName;
 use rayon::prelude::*;
 
 use super::BatchError;

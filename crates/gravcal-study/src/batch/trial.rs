@@ -5,8 +5,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use gravcal_calibration::joint::{EstimateError, Signals};
 use gravcal_calibration::result::Brief;
 use gravcal_calibration::sequential::{Handed, Plan, run_steps_handed, tell_steps_briefly};
-use gravcal_calibration::{EstimatorName, Workbench, calibrate_briefly};
+use gravcal_calibration::{Workbench, calibrate_briefly};
 use gravcal_estimation::statistics::Quantile;
+use gravcal_robot_model::EstimatorName;
 
 use super::row::{Cell, Outcome, Row};
 use super::run::Helpers;

@@ -1,6 +1,6 @@
 //! Changes of a TOML table: `torque.std`, `sweep.*.poses`, `load.0.mass_kg`.
 
-use gravcal_calibration::document::Field;
+use gravcal_session::document::Field;
 use toml::{Table, Value};
 
 /// One field, or every field that a pattern names, gets a value or goes.

@@ -3,8 +3,8 @@
 use std::fmt;
 use std::str::FromStr;
 
-use gravcal_calibration::EstimatorName;
 use gravcal_calibration::joint::Signals;
+use gravcal_robot_model::EstimatorName;
 
 /// One column of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! A truth of its own for each trial.
 
-use gravcal_calibration::parameter::Quantity;
-use gravcal_calibration::simulation::Simulation;
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_session::simulation::Simulation;
 use rand::RngExt;
 use rand_pcg::Pcg64;
 

@@ -1,6 +1,6 @@
 //! What `study.toml` may hold.
 
-use gravcal_calibration::document::OneOrMany;
+use gravcal_session::document::OneOrMany;
 use serde::Deserialize;
 use toml::Value;
 

@@ -52,8 +52,8 @@ mod source;
 
 use std::path::{Path, PathBuf};
 
-use gravcal_calibration::Registry;
-use gravcal_calibration::document::{Document, Field, FileError};
+use gravcal_robot_model::Registry;
+use gravcal_session::document::{Document, Field, FileError};
 
 pub use compared::Compared;
 pub use point::{Axis, Point};

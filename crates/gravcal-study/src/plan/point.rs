@@ -1,8 +1,8 @@
 //! One point of a study's grid: how its trials are made.
 
-use gravcal_calibration::Session;
 use gravcal_calibration::joint::Unknowns;
-use gravcal_calibration::parameter::ParameterId;
+use gravcal_robot_model::Session;
+use gravcal_robot_model::parameter::ParameterId;
 use serde::{Deserialize, Serialize};
 
 use super::source::{Drawn, Source};

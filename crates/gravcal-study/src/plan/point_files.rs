@@ -3,11 +3,12 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_calibration::Registry;
-use gravcal_calibration::document::{Document, Field, FileError};
-use gravcal_calibration::session::{Session, SessionError, read_session_document};
-use gravcal_calibration::simulation::{Simulation, write_session};
 use gravcal_recording::{LARGEST_DOCUMENT, read_whole};
+use gravcal_robot_model::Registry;
+use gravcal_robot_model::session::Session;
+use gravcal_session::document::{Document, Field, FileError};
+use gravcal_session::simulation::{Simulation, write_session};
+use gravcal_session::{SessionError, read_session_document};
 use sha2::{Digest, Sha256};
 use toml::{Table, Value};
 

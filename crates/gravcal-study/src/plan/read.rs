@@ -2,10 +2,11 @@
 
 use std::path::{Path, PathBuf};
 
-use gravcal_calibration::Registry;
-use gravcal_calibration::document::{Document, Field, FileError};
-use gravcal_calibration::session::{Session, SessionError};
-use gravcal_calibration::simulation::SimulateError;
+use gravcal_robot_model::Registry;
+use gravcal_robot_model::session::Session;
+use gravcal_session::SessionError;
+use gravcal_session::document::{Document, Field, FileError};
+use gravcal_session::simulation::SimulateError;
 use sha2::{Digest, Sha256};
 use thiserror::Error;
 use toml::{Table, Value};

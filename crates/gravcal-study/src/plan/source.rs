@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use gravcal_calibration::Session;
-use gravcal_calibration::simulation::{Run, Simulation};
 use gravcal_recording::Reading;
+use gravcal_robot_model::Session;
+use gravcal_session::simulation::{Run, Simulation};
 
 use super::draw::Draw;
 use crate::random_arms::{Knowing, arm};

@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use gravcal_calibration::joint::Unknowns;
-use gravcal_calibration::robot::Robot;
-use gravcal_calibration::session::{GravityKnowledge, Load, LoadDistance, PoseTable, Session};
-use gravcal_calibration::simulation::{Disturbance, Run, Simulation};
 use gravcal_dynamics::{ChainError, DhConvention, DhRow, JointKind, Link, chain_from_dh};
+use gravcal_robot_model::robot::Robot;
+use gravcal_robot_model::session::{GravityKnowledge, Load, LoadDistance, PoseTable, Session};
+use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use rand::RngExt;
 use rand_pcg::Pcg64;
 

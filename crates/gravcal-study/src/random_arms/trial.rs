@@ -1,10 +1,11 @@
 //! One arm, solved from where the estimator starts by itself and from the true values.
 
+use gravcal_calibration::Workbench;
 use gravcal_calibration::joint::{self, EstimateError, Signals, Solved, estimate_jointly};
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::simulation::Simulation;
-use gravcal_calibration::{Session, Workbench};
 use gravcal_estimation::Solver;
+use gravcal_robot_model::Session;
+use gravcal_session::simulation::Simulation;
 
 use super::Knowing;
 use super::arm::arm;

@@ -1,9 +1,10 @@
 //! Stating something that is known: no pose is recorded for it.
 
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::KnowledgeKind;
+
 use super::addition::Addition;
 use crate::check::supposed::Supposed;
-use crate::parameter::{ParameterId, Quantity};
-use crate::session::KnowledgeKind;
 
 /// Standard deviation of a torque gain that is stated, as a share of it.
 const GAIN_KNOWN: f64 = 0.01;

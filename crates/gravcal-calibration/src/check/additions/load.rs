@@ -1,9 +1,10 @@
 //! Attaching a load of known mass to a last link.
 
+use gravcal_robot_model::session::{Load, LoadDistance};
+
 use super::addition::Addition;
 use super::poses::{poses, spread};
 use crate::check::supposed::Supposed;
-use crate::session::{Load, LoadDistance};
 
 /// Mass of a load that is not there yet, kg: what an arm of any size carries.
 const MASS: f64 = 1.0;

@@ -1,10 +1,10 @@
 //! Recording more poses with what is attached already, or with nothing.
 
 use gravcal_dynamics::JointKind;
+use gravcal_robot_model::session::InertiaKnowledge;
 
 use super::addition::Addition;
 use crate::check::supposed::Supposed;
-use crate::session::InertiaKnowledge;
 
 /// How many poses an addition has: few enough to be recorded within an hour by hand.
 pub const POSES: usize = 20;

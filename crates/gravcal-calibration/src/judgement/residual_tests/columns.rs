@@ -4,11 +4,11 @@ use std::collections::BTreeSet;
 
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::EvaluateError;
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::{Pose, Session};
+use gravcal_robot_model::sweeps::sweeping;
 
 use crate::joint::Solved;
-use crate::parameter::Quantity;
-use crate::session::{Pose, Session};
-use crate::sweeps::sweeping;
 
 /// Harmonics that are looked for.
 const ORDERS: std::ops::RangeInclusive<u32> = 1..=4;

@@ -31,10 +31,10 @@ mod words;
 use gravcal_estimation::statistics::{ResidualMaker, Solution};
 use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_recording::file_name;
+use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use crate::joint::{Order, Solved};
 use crate::result::{ResidualTest, ResidualTestKind, UncertaintyResult};
-use crate::session::{Session, UnexplainedError};
 use columns::{Columns, Term};
 use neighbours::Neighbours;
 use rows::Rows;

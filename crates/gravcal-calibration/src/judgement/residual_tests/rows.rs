@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use gravcal_estimation::statistics::ResidualMaker;
+use gravcal_robot_model::session::Session;
 
 use crate::joint::Solved;
-use crate::session::Session;
 
 /// Rows of a problem by what they read. Owners are the channels, and knowledge as the last one.
 #[derive(Debug)]

@@ -286,13 +286,13 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use gravcal_estimation::statistics::Solution;
     use gravcal_estimation::{Block, Factor, Noise, Problem, ProblemBuilder, Spectrum, Values};
+    use gravcal_robot_model::residuals::Prior;
     use gravcal_solvers::LevenbergMarquardt;
     use rand::{RngExt, SeedableRng};
     use rand_distr::StandardNormal;
     use rand_pcg::Pcg64;
 
     use super::*;
-    use crate::residuals::Prior;
     use crate::workbench::Workbench;
 
     /// A level read by rows of unit noise.

@@ -1,12 +1,12 @@
 //! Each family with a case in which it is there, and right models in which nothing is.
 
+use gravcal_robot_model::sensors::Options;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
 use super::*;
 use crate::result::{EstimatorResult, Verdict};
-use crate::sensors::Options;
 use crate::testing::sensor_models::{estimate, shoulder, taken_as_affine, with_model};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
 
@@ -18,7 +18,11 @@ fn named(result: &EstimatorResult) -> Vec<&ResidualTest> {
 }
 
 /// The first that is named, in a session whose readings of a joint are changed.
-fn first(mut session: Session, joint: usize, error: impl Fn(usize, &crate::session::Pose) -> f64) -> ResidualTest {
+fn first(
+    mut session: Session,
+    joint: usize,
+    error: impl Fn(usize, &gravcal_robot_model::session::Pose) -> f64,
+) -> ResidualTest {
     for (place, pose) in session.poses.iter_mut().enumerate() {
         let error = error(place, pose);
         if let Some(reading) = &mut pose.torque[joint] {

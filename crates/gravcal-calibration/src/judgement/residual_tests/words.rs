@@ -1,8 +1,9 @@
 //! What a test says, and what to do about it.
 
-use crate::number::significant;
+use gravcal_robot_model::number::significant;
+use gravcal_robot_model::session::Session;
+
 use crate::result::{ResidualTest, ResidualTestKind};
-use crate::session::Session;
 
 /// What is named, in sentences; neighbours that are alike, friction at rest and joints that give way once for all channels.
 pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String> {

@@ -1,6 +1,7 @@
 //! Cross-talk is told from sensors of one joint each.
 
-use crate::sensors::Options;
+use gravcal_robot_model::sensors::Options;
+
 use crate::testing::sensor_models::{assert_told_apart, shoulder, undetermined, with_model};
 
 #[test]

@@ -1,6 +1,7 @@
 //! Biases that drift are told from constant ones.
 
-use crate::sensors::Options;
+use gravcal_robot_model::sensors::Options;
+
 use crate::testing::sensor_models::{assert_told_apart, shoulder, undetermined, with_model};
 
 fn warm() -> Options {

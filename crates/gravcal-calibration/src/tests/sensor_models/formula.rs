@@ -1,8 +1,8 @@
 //! What a session writes as a formula is told from affine sensors.
 
+use gravcal_robot_model::sensors::Options;
 use toml::{Table, Value};
 
-use crate::sensors::Options;
 use crate::testing::sensor_models::{assert_told_apart, estimate, shoulder, with_model};
 
 /// Unknowns each with its nominal value and its limit; they are counted in the order of their names.

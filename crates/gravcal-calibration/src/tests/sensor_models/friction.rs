@@ -1,9 +1,10 @@
 //! Friction is told from a constant bias.
 
-use crate::sensors::Options;
+use gravcal_robot_model::sensors::Options;
+
 use crate::testing::sensor_models::{assert_told_apart, shoulder, undetermined, with_model};
 
-fn with(model: &str, truth: f64) -> crate::simulation::Simulation {
+fn with(model: &str, truth: f64) -> gravcal_session::simulation::Simulation {
     with_model(shoulder(), 1, model, &Options::default(), &[truth])
 }
 

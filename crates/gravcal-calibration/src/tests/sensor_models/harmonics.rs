@@ -1,6 +1,7 @@
 //! Eccentricity and ripple of position sensors are told from an even scale.
 
-use crate::sensors::Options;
+use gravcal_robot_model::sensors::Options;
+
 use crate::testing::sensor_models::{assert_told_apart, shoulder, undetermined, with_model};
 
 fn orders(orders: &[i64]) -> Options {

@@ -1,9 +1,9 @@
 //! Curved characteristics are told from straight ones.
 
+use gravcal_robot_model::sensors::Options;
 use gravcal_solvers::VariableProjection;
 
 use crate::result::EstimatorResult;
-use crate::sensors::Options;
 use crate::testing::sensor_models::{assert_told_apart, estimate, estimate_by, shoulder, undetermined, with_model};
 
 #[test]

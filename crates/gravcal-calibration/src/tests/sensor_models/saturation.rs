@@ -1,7 +1,8 @@
 //! Readings at an end of the sensor's or converter's range carry no equality: they are left out when a session is read
 //! ([`gravcal_recording::is_saturated`]), and counted. Here is shown what they would do.
 
-use crate::simulation::{Converter, Simulation};
+use gravcal_session::simulation::{Converter, Simulation};
+
 use crate::testing::sarcos_shoulder;
 use crate::testing::sensor_models::{errors, estimate};
 

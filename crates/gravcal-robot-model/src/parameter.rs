@@ -1,0 +1,131 @@
+//! The named parameters of a session: those of the joints' sensors, and those of everything else that reads gravity.
+//!
+//! Every joint has the four of its affine sensors ([`Quantity`]). Whatever else has parameters (a term of a sensor's
+//! model, an instrument that belongs to no joint) appends to [`Session::further`](crate::Session) what it calls them, in
+//! which unit and equation, what is known of them, and when a number would be of use. From there on all are treated
+//! alike: [`ParameterId`] names one of either kind.
+
+use std::borrow::Cow;
+use std::fmt;
+
+use crate::session::Knowledge;
+
+/// One of the four parameters of a joint's affine sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Quantity {
+    /// `k` of `reading = k · torque + b` (paper, eq. (8)).
+    TorqueGain = 0,
+    /// `b` of the same.
+    TorqueBias = 1,
+    /// `s` of `coordinate = s · reading + o` (paper, eq. (3)).
+    PositionGain = 2,
+    /// `o` of the same.
+    PositionOffset = 3,
+}
+
+impl Quantity {
+    /// All four, in the order in which a joint's parameters are stored.
+    pub const ALL: [Quantity; 4] =
+        [Quantity::TorqueGain, Quantity::TorqueBias, Quantity::PositionGain, Quantity::PositionOffset];
+
+    /// The name in files.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Quantity::TorqueGain => "torque_gain",
+            Quantity::TorqueBias => "torque_bias",
+            Quantity::PositionGain => "position_gain",
+            Quantity::PositionOffset => "position_offset",
+        }
+    }
+
+    /// The equation in which the parameter stands.
+    pub fn convention(self) -> &'static str {
+        match self {
+            Quantity::TorqueGain | Quantity::TorqueBias => "reading = torque_gain * torque + torque_bias",
+            Quantity::PositionGain | Quantity::PositionOffset => {
+                "coordinate = position_gain * reading + position_offset"
+            }
+        }
+    }
+
+    /// `joint1.torque_gain`.
+    pub fn name(self, joint: &str) -> String {
+        format!("{joint}.{}", self.as_str())
+    }
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// Why a parameter of an axis that no column gives is held.
+pub const UNREAD: &str = "the axis is not read";
+
+/// A parameter of a session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum ParameterId {
+    /// Of a joint's affine sensors, by the joint's index.
+    Sensor(usize, Quantity),
+    /// By its place in [`Session::further`](crate::Session).
+    Further(usize),
+}
+
+/// A parameter with everything that is said of it beforehand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    /// The joint or instrument that has it; tables gather parameters by it.
+    pub owner: String,
+    /// What it is, such as `torque_gain`.
+    pub quantity: String,
+    /// Unit inside the program.
+    pub unit: String,
+    /// The equation in which it stands.
+    pub convention: Cow<'static, str>,
+    /// What is known of it.
+    pub knowledge: Knowledge,
+    /// Why it is held and not estimated, if it is.
+    pub held: Option<&'static str>,
+    /// Standard deviation beyond which a number would mislead.
+    pub limit: Limit,
+    /// What would determine it where the data do not.
+    pub cure: Cow<'static, str>,
+    /// Whether readings are affine in it, together with all other linear unknowns: see
+    /// [`Block::linear`](gravcal_estimation::Block::linear).
+    pub linear: bool,
+}
+
+impl Parameter {
+    /// The same, held where nothing reads it.
+    pub fn unread_unless(self, read: bool) -> Parameter {
+        if read { self } else { Parameter { held: Some(UNREAD), ..self } }
+    }
+
+    /// `joint1.torque_gain`.
+    pub fn name(&self) -> String {
+        format!("{}.{}", self.owner, self.quantity)
+    }
+}
+
+/// How uncertain a parameter may be for its number still to be of use.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Limit {
+    /// This share of its nominal value.
+    ShareOfNominal(f64),
+    /// This much, in its unit.
+    Absolute(f64),
+    /// As much as changes the readings of a channel by half their spread.
+    HalfSpread {
+        /// See [`Session::channel_count`](crate::Session::channel_count).
+        channel: usize,
+    },
+    /// As much as changes a joint's torque gain `k` by a tenth where its reading is half the spread `S` of the readings from
+    /// its bias: `0.1 k / (S / 2k)ᵖ`.
+    GainChange {
+        /// Index of the joint.
+        joint: usize,
+        /// p.
+        power: i32,
+    },
+}

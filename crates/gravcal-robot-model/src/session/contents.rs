@@ -1,0 +1,143 @@
+//! What a session holds.
+
+use std::path::PathBuf;
+
+use gravcal_estimation::Loss;
+use gravcal_recording::PoseMapping;
+
+use super::choices::{Ask, Constraints, Deflection, UncertaintyChoice, UnexplainedError};
+use super::earlier::EarlierCalibration;
+use super::instrument::Instrument;
+use super::known::{GravityKnowledge, InertiaKnowledge, JointKnowledge, Load, LoadDistance};
+use super::pose::{Pose, PoseTable};
+use super::searched::Searched;
+use super::solver::SolverChoice;
+use crate::parameter::Parameter;
+use crate::robot::Robot;
+use crate::sensors::SensorTerms;
+
+/// One calibration: the robot, what is known beforehand, and the static poses.
+#[derive(Clone, Debug)]
+pub struct Session {
+    /// The robot.
+    pub robot: Robot,
+    /// What is known of gravity.
+    pub gravity: GravityKnowledge,
+    /// What is known of the links' masses and moments.
+    pub inertia: InertiaKnowledge,
+    /// Known loads, each at one placement.
+    pub loads: Vec<Load>,
+    /// Known distances between placements.
+    pub load_distances: Vec<LoadDistance>,
+    /// One for each joint of the chain.
+    pub joints: Vec<JointKnowledge>,
+    /// What else reads gravity.
+    pub instruments: Vec<Instrument>,
+    /// What sensors do beyond their affine models.
+    pub terms: SensorTerms,
+    /// Parameters beyond the four of each joint, those of `terms` first.
+    pub further: Vec<Parameter>,
+    /// Which columns of tables and recordings are which readings.
+    pub readings: PoseMapping,
+    /// One for each `[[poses]]`, then one for each `[[validation]]`.
+    pub tables: Vec<PoseTable>,
+    /// All static poses of all tables of `[[poses]]`, in order.
+    pub poses: Vec<Pose>,
+    /// Those of `[[validation]]`: they enter no fit, and are predicted by the result.
+    pub validation: Vec<Pose>,
+    /// How far joints may be from where their position sensors say.
+    pub deflection: Deflection,
+    /// How many torque readings of each joint were left out because they are at an end of the sensor's range.
+    pub saturated: Vec<usize>,
+    /// How many torque readings of each joint were left out because the arm or the joint moved otherwise than
+    /// `[readings.select]` demands.
+    pub in_motion: Vec<usize>,
+    /// By pose that was read, whether it repeats an earlier one in every number; empty of poses that were not.
+    pub repeated: Vec<bool>,
+    /// What of all that can hardly be so, in sentences: units that do not fit, rows of an arm in motion taken as static poses. Empty of
+    /// sessions that were not read.
+    pub doubts: Vec<String>,
+    /// What was found in recordings in motion, where poses come from such, and what was lost of files.
+    pub searched: Vec<Searched>,
+    /// By channel, errors of readings that their noise does not explain, as said; empty where there are none. See
+    /// [`Session::unexplained_errors`].
+    pub unexplained: Vec<UnexplainedError>,
+    /// How the joint estimator counts torque readings far beyond their noise.
+    pub loss: Loss,
+    /// Where the joint estimator's standard deviations come from.
+    pub uncertainty: UncertaintyChoice,
+    /// What the joint estimate must obey.
+    pub constraints: Constraints,
+    /// What an earlier calibration knows; only the joint estimator heeds it.
+    pub earlier: Option<EarlierCalibration>,
+    /// Changes to what is asked for.
+    pub ask: Ask,
+    /// Estimators to run, by name; empty for the default.
+    pub estimators: Vec<String>,
+    /// The solver with its options, where the session chooses one.
+    pub solver: Option<SolverChoice>,
+    /// Every file that was read, for the record of where a result comes from.
+    pub inputs: Vec<PathBuf>,
+}
+
+impl Session {
+    /// A session without loads and poses, that asks for everything and chooses nothing; `joints`: one for each of the chain.
+    pub fn new(robot: Robot, gravity: GravityKnowledge, joints: Vec<JointKnowledge>) -> Session {
+        Session {
+            robot,
+            gravity,
+            inertia: InertiaKnowledge::Unknown,
+            loads: Vec::new(),
+            load_distances: Vec::new(),
+            saturated: vec![0; joints.len()],
+            in_motion: vec![0; joints.len()],
+            searched: Vec::new(),
+            repeated: Vec::new(),
+            doubts: Vec::new(),
+            joints,
+            instruments: Vec::new(),
+            terms: SensorTerms::default(),
+            further: Vec::new(),
+            readings: PoseMapping::default(),
+            tables: Vec::new(),
+            poses: Vec::new(),
+            validation: Vec::new(),
+            deflection: Deflection::default(),
+            unexplained: Vec::new(),
+            loss: Loss::None,
+            uncertainty: UncertaintyChoice::default(),
+            constraints: Constraints::default(),
+            earlier: None,
+            ask: Ask::default(),
+            estimators: Vec::new(),
+            solver: None,
+            inputs: Vec::new(),
+        }
+    }
+
+    /// Whether any of its poses is a window of an arm in motion, so that links' inertia tensors are unknown, too.
+    pub fn has_windows(&self) -> bool {
+        self.poses.iter().chain(&self.validation).any(|pose| pose.course.is_some())
+    }
+
+    /// Two placements a known distance apart, neither of which is known by itself.
+    pub fn pair_of_free_placements(&self) -> Option<&LoadDistance> {
+        let free = |load: &usize| self.loads[*load].position.is_none();
+        self.load_distances.iter().find(|known| known.between.iter().all(free))
+    }
+
+    /// How many torque readings of each joint are left where others were left out by motion.
+    pub fn selection_note(&self) -> Option<String> {
+        if self.in_motion.iter().all(|count| *count == 0) {
+            return None;
+        }
+        let left = |joint: usize| self.poses.iter().filter(|pose| pose.torque[joint].is_some()).count();
+        let names = self.robot.chain.joints().iter().map(|joint| joint.name.as_str());
+        let told: Vec<String> = names
+            .zip(&self.in_motion)
+            .enumerate()
+            .map(|(joint, (name, out))| format!("{name} {} of {}", left(joint), left(joint) + out))
+            .collect();
+        Some(format!("Torque readings left by the limits of motion (readings.select): {}.", told.join(", ")))
+    }
+}

@@ -1,0 +1,24 @@
+//! What a session says that can hardly be so, seen before anything is solved: positions and torques in another unit than declared or
+//! of two joints that are read as one's, sensors that are stuck, and rows of an arm in motion that are taken as static poses.
+
+mod columns;
+mod motion;
+mod names;
+mod positions;
+mod stuck;
+mod torques;
+mod unit;
+
+pub use motion::Joined;
+pub use unit::MistakenUnit;
+
+use super::contents::Session;
+
+impl Session {
+    /// The same in sentences, each with what to do about it.
+    pub fn find_doubts(&self) -> Vec<String> {
+        let columns = columns::doubt(self).into_iter();
+        let units = positions::doubts(self).into_iter().chain(torques::doubt(self));
+        columns.chain(units).chain(stuck::doubts(self)).chain(motion::doubts(self)).collect()
+    }
+}

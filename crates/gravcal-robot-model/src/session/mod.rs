@@ -1,0 +1,34 @@
+//! A session: everything that a user says of one calibration, resolved and checked. Inside: SI and radians.
+
+mod arrays;
+mod channels;
+mod choices;
+pub mod compliance;
+mod contents;
+mod doubts;
+mod earlier;
+mod instrument;
+mod knowledge;
+mod known;
+pub mod parameters;
+mod pose;
+mod repeated;
+mod searched;
+mod solver;
+mod stuck;
+pub mod travel;
+mod unexplained;
+pub mod units;
+
+pub use arrays::{PoseArrays, PoseArraysError};
+pub use choices::{Ask, Constraints, Deflection, PoseBlocks, UncertaintyChoice, UnexplainedError};
+pub use contents::Session;
+pub use doubts::{Joined, MistakenUnit};
+pub use earlier::{EarlierCalibration, KnownCombination};
+pub use instrument::{Drift, Instrument, InstrumentKind};
+pub use knowledge::{Knowledge, KnowledgeKind};
+pub use known::{GravityKnowledge, InertiaKnowledge, JointKnowledge, Load, LoadDistance};
+pub use parameters::{BASE_FRAME_CHOICE, LAST_FRAME_CHOICE, NO_TORQUE_SENSOR};
+pub use pose::{Pose, PoseTable};
+pub use searched::Searched;
+pub use solver::SolverChoice;

@@ -1,0 +1,242 @@
+//! The parameters of a session as one list, whatever they belong to.
+
+use gravcal_dynamics::JointKind;
+
+use super::contents::Session;
+use super::knowledge::{Knowledge, KnowledgeKind};
+use super::known::{InertiaKnowledge, JointKnowledge, Load};
+use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
+
+/// Standard deviation, relative to a gain, beyond which a number would mislead; of an angle, rad; of a displacement, m.
+pub const GAIN_LIMIT: f64 = 0.1;
+const ANGLE_LIMIT: f64 = 0.1;
+const DISPLACEMENT_LIMIT: f64 = 0.01;
+
+impl Session {
+    /// Every parameter in the order in which results tell them: what belongs to a joint or instrument stands together.
+    pub fn parameters(&self) -> Vec<ParameterId> {
+        let of = |owner: &str| -> Vec<ParameterId> {
+            let own = self.further.iter().enumerate().filter(|(_, parameter)| parameter.owner == owner);
+            own.map(|(index, _)| ParameterId::Further(index)).collect()
+        };
+        let mut all = Vec::new();
+        for (joint, described) in self.robot.chain.joints().iter().enumerate() {
+            all.extend(Quantity::ALL.map(|quantity| ParameterId::Sensor(joint, quantity)));
+            all.extend(of(&described.name));
+        }
+        for (index, parameter) in self.further.iter().enumerate() {
+            if !all.contains(&ParameterId::Further(index)) {
+                all.extend(of(&parameter.owner));
+            }
+        }
+        all
+    }
+
+    /// One of them.
+    pub fn parameter(&self, id: ParameterId) -> Parameter {
+        match id {
+            ParameterId::Sensor(joint, quantity) => self.sensor_parameter(joint, quantity),
+            ParameterId::Further(index) => self.further[index].clone(),
+        }
+    }
+
+    fn sensor_parameter(&self, joint: usize, quantity: Quantity) -> Parameter {
+        let described = &self.robot.chain.joints()[joint];
+        Parameter {
+            owner: described.name.clone(),
+            quantity: quantity.as_str().to_owned(),
+            unit: self.parameter_unit(joint, quantity),
+            convention: quantity.convention().into(),
+            knowledge: self.joints[joint].of(quantity),
+            held: self.held_reason(joint, quantity),
+            limit: self.sensor_limit(joint, quantity),
+            cure: MOVE_MORE.into(),
+            linear: quantity == Quantity::TorqueBias,
+        }
+    }
+
+    fn sensor_limit(&self, joint: usize, quantity: Quantity) -> Limit {
+        match quantity {
+            Quantity::TorqueGain | Quantity::PositionGain => Limit::ShareOfNominal(GAIN_LIMIT),
+            Quantity::TorqueBias => Limit::HalfSpread { channel: joint },
+            Quantity::PositionOffset => match self.robot.chain.joints()[joint].kind {
+                JointKind::Revolute => Limit::Absolute(ANGLE_LIMIT),
+                JointKind::Prismatic => Limit::Absolute(DISPLACEMENT_LIMIT),
+            },
+        }
+    }
+
+    /// What is known of a parameter.
+    pub fn knowledge(&self, id: ParameterId) -> Knowledge {
+        match id {
+            ParameterId::Sensor(joint, quantity) => self.joints[joint].of(quantity),
+            ParameterId::Further(index) => self.further[index].knowledge,
+        }
+    }
+
+    /// Why a parameter is held and not estimated, if it is.
+    pub fn held(&self, id: ParameterId) -> Option<&'static str> {
+        match id {
+            ParameterId::Sensor(joint, quantity) => self.held_reason(joint, quantity),
+            ParameterId::Further(index) => self.further[index].held,
+        }
+    }
+
+    /// The name of a parameter.
+    pub fn parameter_name(&self, id: ParameterId) -> String {
+        match id {
+            ParameterId::Sensor(joint, quantity) => quantity.name(&self.robot.chain.joints()[joint].name),
+            ParameterId::Further(index) => self.further[index].name(),
+        }
+    }
+
+    /// What is known of a parameter, to be changed.
+    pub fn knowledge_mut(&mut self, id: ParameterId) -> &mut Knowledge {
+        match id {
+            ParameterId::Sensor(joint, quantity) => &mut self.joints[joint].parameters[quantity as usize],
+            ParameterId::Further(index) => &mut self.further[index].knowledge,
+        }
+    }
+
+    /// Where the estimation of a parameter starts.
+    pub fn nominal(&self, id: ParameterId) -> f64 {
+        self.knowledge(id).nominal
+    }
+
+    /// Standard deviation beyond which a parameter's number would mislead. `spreads`: largest less smallest torque
+    /// reading of each joint.
+    pub fn limit(&self, id: ParameterId, spreads: &[f64]) -> f64 {
+        let limit = match id {
+            ParameterId::Sensor(joint, quantity) => self.sensor_limit(joint, quantity),
+            ParameterId::Further(index) => self.further[index].limit,
+        };
+        match limit {
+            Limit::ShareOfNominal(share) => share * self.nominal(id).abs(),
+            Limit::Absolute(limit) => limit,
+            Limit::HalfSpread { channel } => 0.5 * spreads[channel] / self.lever(id),
+            Limit::GainChange { joint, power } => {
+                let gain = self.joints[joint].of(Quantity::TorqueGain).nominal.abs();
+                GAIN_LIMIT * gain / (0.5 * spreads[joint] / gain).powi(power)
+            }
+        }
+    }
+
+    /// By how much, at most, a unit of a bias-like parameter changes the readings of a torque sensor.
+    fn lever(&self, id: ParameterId) -> f64 {
+        match id {
+            ParameterId::Sensor(..) => 1.0,
+            ParameterId::Further(index) => {
+                match self.instruments.iter().find_map(|instrument| instrument.drift_of(index)) {
+                    None => self.lever_of_term(index),
+                    Some(drift) => {
+                        let values = self.poses.iter().map(|pose| drift.value(&pose.conditions).abs());
+                        let largest = values.fold(0.0, f64::max);
+                        if largest > 0.0 { largest } else { 1.0 }
+                    }
+                }
+            }
+        }
+    }
+
+    fn lever_of_term(&self, index: usize) -> f64 {
+        let values: Vec<f64> = self.further.iter().map(|parameter| parameter.knowledge.nominal).collect();
+        let sensor = |joint: &JointKnowledge| {
+            [Quantity::PositionGain, Quantity::PositionOffset].map(|quantity| joint.of(quantity).nominal)
+        };
+        let position: Vec<[f64; 2]> = self.joints.iter().map(sensor).collect();
+        self.terms.lever(index, &values, &position, &self.poses)
+    }
+
+    /// Unit of a joint's sensor parameter inside the program.
+    pub fn parameter_unit(&self, joint: usize, quantity: Quantity) -> String {
+        let knowledge = &self.joints[joint];
+        let prismatic = self.robot.chain.joints()[joint].kind == JointKind::Prismatic;
+        let coordinate = if prismatic { "m" } else { "rad" };
+        let effort = if prismatic { "N" } else { "(N·m)" };
+        let reading = knowledge.torque_unit.map_or_else(|| "1".to_owned(), |unit| unit.to_string());
+        match quantity {
+            Quantity::TorqueGain => format!("{reading}/{effort}"),
+            Quantity::TorqueBias => reading,
+            Quantity::PositionGain => format!("{coordinate}/{}", knowledge.position_unit.si()),
+            Quantity::PositionOffset => coordinate.to_owned(),
+        }
+    }
+
+    /// Why a joint's sensor parameter is held and not estimated, if it is.
+    pub fn held_reason(&self, joint: usize, quantity: Quantity) -> Option<&'static str> {
+        let knowledge = self.joints[joint].of(quantity);
+        let chain = &self.robot.chain;
+        match quantity {
+            _ if knowledge.kind == KnowledgeKind::Fixed => Some(GIVEN),
+            Quantity::TorqueGain | Quantity::TorqueBias if self.joints[joint].torque_unit.is_none() => {
+                Some(NO_TORQUE_SENSOR)
+            }
+            Quantity::PositionOffset if chain.root_joint() == Some(joint) => Some(BASE_FRAME_CHOICE),
+            Quantity::PositionOffset if chain.is_last(joint) && !self.last_frame_is_fixed(joint) => {
+                Some(LAST_FRAME_CHOICE)
+            }
+            _ => None,
+        }
+    }
+
+    /// Whether a parameter (or `gravity`) is asked for: every one but what is a choice of frame, unless the session
+    /// asks for more or less.
+    pub fn asks(&self, name: &str) -> bool {
+        let listed = |list: &[String]| list.iter().any(|n| n == name);
+        let unread = self.further.iter().any(|further| further.held == Some(UNREAD) && further.name() == name);
+        // How far joints give way is in the way of what is wanted, like the links' moments.
+        let nuisance = self.compliances().any(|index| self.further[index].name() == name);
+        let by_default = !unread
+            && !nuisance
+            && !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
+                Quantity::ALL.iter().any(|q| {
+                    let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
+                    let no_sensor = self.joints[joint].torque_unit.is_none()
+                        && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
+                    let frame_choice = || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason));
+                    // Names are formatted only where they could be the one.
+                    name.starts_with(&j.name) && q.name(&j.name) == name && (no_sensor || frame_choice())
+                })
+            });
+        (by_default || listed(&self.ask.add)) && !listed(&self.ask.drop)
+    }
+
+    /// Whether something known in the frame of a last link fixes that frame, or that of another one that the same joint moves:
+    /// a load's placement, an instrument's mounting, the link's masses, or the joint's offset itself.
+    fn last_frame_is_fixed(&self, joint: usize) -> bool {
+        let prior = matches!(self.joints[joint].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
+        let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[joint].name);
+        let earlier = self.earlier.as_ref().is_some_and(|earlier| earlier.knows(&name));
+        prior || earlier || self.robot.chain.links_of(joint).any(|link| self.is_known_in_its_frame(link))
+    }
+
+    fn is_known_in_its_frame(&self, link: usize) -> bool {
+        let known = |load: &&Load| load.link == link && load.position.is_some();
+        let placed = match self.inertia {
+            // Without lengths only the difference of two placements of one mass has a direction in the link.
+            InertiaKnowledge::Sweep => self.loads.iter().enumerate().any(|(i, load)| {
+                let same = |other: &Load| other.mass == load.mass;
+                known(&load) && self.loads[..i].iter().filter(known).any(same)
+            }),
+            _ => self.loads.iter().any(|load| known(&load)),
+        };
+        let model = matches!(&self.inertia, InertiaKnowledge::Model { relative_std } if relative_std[link].is_some());
+        placed || model || self.instruments.iter().any(|instrument| instrument.link == link)
+    }
+}
+
+/// What determines most parameters of joint sensors.
+pub const MOVE_MORE: &str =
+    "add poses that move these joints over a wider range, at several positions of the joints before them";
+
+/// Why a parameter of exact knowledge is held.
+pub const GIVEN: &str = "given as exact";
+
+/// Why gain and bias of a torque that is not read are held.
+pub const NO_TORQUE_SENSOR: &str = "the joint has no torque sensor";
+
+/// Why the offset of the joint on which all others hang is held.
+pub const BASE_FRAME_CHOICE: &str = "it defines the base frame";
+
+/// Why the offset of a last joint is held.
+pub const LAST_FRAME_CHOICE: &str = "a choice of the last link's frame";

@@ -1,0 +1,172 @@
+//! What was found in a file of poses, and what a user should know of it.
+
+use std::collections::BTreeSet;
+use std::f64::consts::PI;
+use std::path::PathBuf;
+
+use gravcal_recording::{
+    Clock, MotionWindows, PoseMapping, PositionUnit, Standstill, Standstills, StaticPose, Sweep, Sweeps, SweptBin,
+    file_name,
+};
+
+/// One file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Searched {
+    /// The file.
+    pub path: PathBuf,
+    /// Its standstills, and what was none; `None` of a table whose rows are poses.
+    pub standstills: Option<Standstills>,
+    /// Its slow sweeps; `None` where none were looked for.
+    pub sweeps: Option<Sweeps>,
+    /// Its windows of the arm in motion; `None` where none were asked for.
+    pub windows: Option<Box<MotionWindows>>,
+    /// What the reader says of the file: what was lost, cells that are no numbers.
+    pub remarks: Vec<String>,
+}
+
+/// So many rejected intervals are told one by one.
+const TOLD: usize = 5;
+
+impl Searched {
+    /// How many standstills, slow sweeps and windows it holds; of a table whose rows are poses none counts.
+    pub fn found(&self) -> usize {
+        let standstills = self.standstills.as_ref().map_or(0, |standstills| standstills.found.len());
+        let windows = self.windows.as_ref().map_or(0, |windows| windows.found.len());
+        standstills + windows + self.sweeps.as_ref().map_or(0, |sweeps| sweeps.found.len())
+    }
+
+    /// What seemed to be one and is none, in words.
+    pub fn rejected(&self) -> Vec<String> {
+        let standstills = self.standstills.iter().flat_map(|found| &found.rejected).map(ToString::to_string);
+        let strokes = self.sweeps.iter().flat_map(|found| &found.rejected).map(ToString::to_string);
+        standstills.chain(strokes).collect()
+    }
+
+    /// Its static poses: standstills, then the bins of sweeps; if `apart`, both ways of each.
+    pub fn poses(&self, apart: bool) -> Vec<StaticPose> {
+        let standstills = self.standstills.iter().flat_map(|found| &found.found).map(|found| found.pose.clone());
+        let sweeps = self.sweeps.iter().flat_map(|found| &found.found).flat_map(|sweep| sweep.poses(apart));
+        standstills.chain(sweeps).collect()
+    }
+
+    /// How many standstills and sweeps there are, of which length, with which friction, and what was rejected and why, for people.
+    /// `mapping`: by which they were found.
+    pub fn notes(&self, mapping: &PoseMapping) -> Vec<String> {
+        let name = file_name(&self.path);
+        let standstills = self.standstills.iter().flat_map(|found| standstill_notes(&name, found));
+        let sweeps = self.sweeps.iter().flat_map(|found| sweep_notes(&name, found, mapping));
+        let remarks = self.remarks.iter().map(|remark| format!("{name}: {remark}"));
+        let windows = self.windows.iter().flat_map(|found| window_notes(&name, found, mapping));
+        standstills.chain(sweeps).chain(windows).chain(remarks).collect()
+    }
+}
+
+/// The end of a sentence that tells what was rejected.
+fn told_rejected(rejected: &[impl ToString]) -> String {
+    if rejected.is_empty() {
+        return ".".to_owned();
+    }
+    let first: Vec<String> = rejected.iter().take(TOLD).map(ToString::to_string).collect();
+    let more = if rejected.len() > TOLD { "; …" } else { "." };
+    format!(", {} rejected: {}{more}", rejected.len(), first.join("; "))
+}
+
+fn sweep_notes(name: &str, sweeps: &Sweeps, mapping: &PoseMapping) -> Vec<String> {
+    let Sweeps { found, rejected, repeated, without_time, interruptions } = sweeps;
+    let told = format!("{name}: {} slow sweeps found{}", found.len(), told_rejected(rejected));
+    let notes = found.iter().map(|sweep| sweep_note(name, sweep, mapping));
+    let sticking: BTreeSet<&str> =
+        found.iter().flat_map(|sweep| &sweep.sticking).map(|joint| mapping.positions[*joint].column.as_str()).collect();
+    let sticking: Vec<String> = sticking.iter().map(|column| format!("`{column}`")).collect();
+    let sticking = (!sticking.is_empty()).then(|| {
+        format!(
+            "{name}: {} have friction; their torques count only where they sweep themselves, or with coulomb-friction in \
+             sensor_models.",
+            sticking.join(", ")
+        )
+    });
+    [told]
+        .into_iter()
+        .chain(notes)
+        .chain(sticking)
+        .chain(oddities(name, *repeated, *without_time, *interruptions))
+        .collect()
+}
+
+/// One sweep, with its friction: half the difference of the torque readings of both ways.
+fn sweep_note(name: &str, sweep: &Sweep, mapping: &PoseMapping) -> String {
+    let unit = mapping.positions[sweep.joint].unit.si();
+    let (scale, unit) = if unit == PositionUnit::Radian { (180.0 / PI, PositionUnit::Degree) } else { (1.0, unit) };
+    let at = |bin: Option<&SweptBin>| bin.map_or(0.0, |bin| scale * bin.sides[0].position[sweep.joint]);
+    let (lowest, highest) = (at(sweep.bins.first()), at(sweep.bins.last()));
+    let [up, down] = sweep.strokes;
+    let mut told = format!(
+        "{name}: `{}` from {lowest:.1} to {highest:.1} {unit} in {up} strokes up and {down} down: {} angles both ways",
+        sweep.column,
+        sweep.bins.len()
+    );
+    if let (Some((half, scatter)), Some((_, unit))) = (sweep.half_difference(), &mapping.torques[sweep.joint]) {
+        let std = half.std.map_or_else(String::new, |std| format!(" ± {std:.2e}"));
+        told += &format!(
+            ", half the difference of the ways (friction) {:.4}{std} {unit}, scattered by {scatter:.2e}",
+            half.value
+        );
+    }
+    told + "."
+}
+
+/// How many windows there are, whose times were believed, and how noisy positions are.
+fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> Vec<String> {
+    let MotionWindows { found, clock, interval, position_noise, repeated, without_time, interruptions } = windows;
+    let length = found.first().map_or(0.0, |window| window.interval[1] - window.interval[0]);
+    let clock = match clock {
+        Clock::Stamps => "as they are stamped",
+        Clock::Even => "taken as evenly spaced, because positions are smoother so than by their stamps",
+        Clock::Rounded => "taken as whole steps apart, because positions are smoother so than by their stamps",
+    };
+    let told = format!(
+        "{name}: {} windows of {length:.2} s in motion, of rows {:.1} ms apart, {clock}.",
+        found.len(),
+        1e3 * interval
+    );
+    let noisiest = position_noise.iter().zip(&mapping.positions).max_by(|a, b| a.0.total_cmp(b.0));
+    let noise = noisiest.map(|(noise, column)| {
+        format!(
+            "{name}: positions scatter about their splines by {noise:.1e} {} at most (`{}`).",
+            column.unit.si(),
+            column.column
+        )
+    });
+    [told].into_iter().chain(noise).chain(oddities(name, *repeated, *without_time, *interruptions)).collect()
+}
+
+fn standstill_notes(name: &str, standstills: &Standstills) -> Vec<String> {
+    let Standstills { found, rejected, repeated, without_time, interruptions, .. } = standstills;
+    let told = format!("{name}: {} standstills found{}{}", found.len(), length(found), told_rejected(rejected));
+    [told].into_iter().chain(oddities(name, *repeated, *without_time, *interruptions)).collect()
+}
+
+/// How long they are, and what a mean is worth.
+fn length(found: &[Standstill]) -> String {
+    let mut durations: Vec<f64> = found.iter().map(|found| found.interval[1] - found.interval[0]).collect();
+    let spreads = found.iter().flat_map(|found| found.torque.iter().chain(&found.instruments).flatten());
+    let (mut samples, mut effective): (Vec<f64>, Vec<f64>) = spreads.map(|s| (s.samples, s.effective)).unzip();
+    let middle = |values: &mut Vec<f64>| {
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied()
+    };
+    let middles = (middle(&mut durations), middle(&mut samples), middle(&mut effective));
+    let (Some(duration), Some(samples), Some(effective)) = middles else { return String::new() };
+    format!(" (of {duration:.2} s and {samples:.0} samples, worth {effective:.0} independent ones, on the median)")
+}
+
+fn oddities(name: &str, repeated: u64, without_time: u64, interruptions: u64) -> Option<String> {
+    let counts = [
+        (repeated, "rows repeat the one before"),
+        (without_time, "rows have no time"),
+        (interruptions, "times the clock jumps or nothing is recorded for long"),
+    ];
+    let told: Vec<String> =
+        counts.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect();
+    (!told.is_empty()).then(|| format!("{name}: {}.", told.join(", ")))
+}

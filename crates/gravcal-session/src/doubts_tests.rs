@@ -1,0 +1,220 @@
+use std::f64::consts::PI;
+use std::fs;
+use std::path::Path;
+
+use gravcal_robot_model::session::Session;
+
+use crate::read_session;
+
+/// Two joints with limits and masses.
+const ROBOT: &str = r#"
+name = "arm"
+convention = "standard-dh"
+[[joint]]
+name = "shoulder"
+a_m = 0.4
+alpha_deg = 0
+d_m = 0
+limits_deg = [-170, 170]
+mass_kg = 4
+center_of_mass_m = [-0.2, 0, 0]
+[[joint]]
+name = "elbow"
+a_m = 0.3
+alpha_deg = 0
+d_m = 0
+mass_kg = 2
+center_of_mass_m = [-0.1, 0, 0]
+"#;
+
+fn session(units: [&str; 2], readings: &str, rows: impl Iterator<Item = [f64; 4]>) -> Session {
+    read(units, [readings, ""], rows)
+}
+
+/// A session of rows of two angles and two torques, in these units, with more in `[readings]` and at its end.
+fn read(units: [&str; 2], [readings, end]: [&str; 2], rows: impl Iterator<Item = [f64; 4]>) -> Session {
+    let folder = tempfile::tempdir().unwrap();
+    let text: String = rows.map(|[a, b, c, d]| format!("{a},{b},{c},{d}\n")).collect();
+    fs::write(folder.path().join("robot.toml"), ROBOT).unwrap();
+    fs::write(folder.path().join("day.csv"), format!("q1,q2,y1,y2\n{text}")).unwrap();
+    let [position, torque] = units;
+    let written = format!(
+        "robot = 'robot.toml'\n[gravity]\nmagnitude_m_per_s2 = 9.81\nhemisphere = [0, -1, 0]\n[readings]\n{readings}\n\
+         position = {{ columns = ['q1', 'q2'], unit = '{position}' }}\ntorque = {{ columns = ['y1', 'y2'], unit = '{torque}' }}\n\
+         [[poses]]\nfile = 'day.csv'\n{end}\n"
+    );
+    fs::write(folder.path().join("session.toml"), written).unwrap();
+    read_session(&folder.path().join("session.toml")).unwrap()
+}
+
+/// A number from -1 to 1 that looks random.
+fn random(row: u32, of: u32) -> f64 {
+    let mixed = (u64::from(row) * 7919 + u64::from(of) * 104_729) * 2_654_435 % 1009;
+    mixed as f64 / 504.0 - 1.0
+}
+
+/// The torque of the shoulder alone matters here.
+fn at(angles: [f64; 2], position: f64, torque: f64) -> [f64; 4] {
+    let [a, b] = angles;
+    let elbow = 2.0 * 9.81 * 0.2 * (a + b).cos();
+    let shoulder = 9.81 * (4.0 * 0.2 + 2.0 * 0.4) * a.cos() + elbow;
+    [position * a, position * b, torque * shoulder, torque * elbow]
+}
+
+fn poses(position: f64, torque: f64) -> impl Iterator<Item = [f64; 4]> {
+    (0..60).map(move |row| at([2.5 * random(row, 1), 2.0 * random(row, 2)], position, torque))
+}
+
+/// Slower at the ends of their ways than between, and not together.
+fn motion(rows: u32, per_second: f64) -> impl Iterator<Item = [f64; 4]> {
+    (0..rows).map(move |row| {
+        let t = f64::from(row) / per_second;
+        at([2.0 * (0.6 * t).sin(), 1.5 * (0.37 * t + 1.0).cos()], 1.0, 1.0)
+    })
+}
+
+#[test]
+fn what_is_right_is_not_doubted() {
+    let degrees = 180.0 / PI;
+    assert_eq!(session(["rad", "N·m"], "", poses(1.0, 1.0)).doubts, [""; 0]);
+    assert_eq!(session(["deg", "N·m"], "", poses(degrees, 1.0)).doubts, [""; 0]);
+    assert_eq!(session(["deg", "mN·m"], "", poses(degrees, 1e3)).doubts, [""; 0]);
+}
+
+#[test]
+fn positions_in_another_unit_are_doubted() {
+    let far = session(["rad", "N·m"], "", poses(180.0 / PI, 1.0)).doubts;
+    assert_eq!(far.len(), 1, "{far:?}");
+    let told = "As declared, angles of shoulder, elbow reach 143 rad, farther than joints turn: the position readings look like deg, \
+                and are declared as rad. If so, say unit = \"deg\" in [readings] position.";
+    assert_eq!(far[0], told);
+    let near = session(["deg", "N·m"], "", poses(1.0, 1.0)).doubts;
+    assert!(near[0].starts_with("As declared, no joint is farther than 2.5 deg from zero in any pose"), "{near:?}");
+    assert!(near[0].contains("look like rad, and are declared as deg. If so, say unit = \"rad\""), "{near:?}");
+}
+
+/// Whatever number the sensor counts from.
+#[test]
+fn a_sensor_that_counts_is_judged_by_how_far_it_goes() {
+    let doubts = |gain: f64| {
+        let gain = format!("position_gain = {{ nominal = {gain}, unit = 'rad/count' }}");
+        let joints = format!("[[joint]]\nname = 'shoulder'\n{gain}\n[[joint]]\nname = 'elbow'\n{gain}");
+        let row =
+            |row| [30_000.0 + 2000.0 * random(row, 1), 2000.0 * random(row, 2), 20.0 * random(row, 3), random(row, 4)];
+        read(["count", "N·m"], ["", &joints], (0..60).map(row)).doubts
+    };
+    assert_eq!(doubts(1e-3), [""; 0]);
+    let far = doubts(1e-2);
+    assert!(far.len() == 1 && far[0].contains("or their nominal gain, is another"), "{far:?}");
+}
+
+#[test]
+fn torques_beyond_the_model_are_doubted() {
+    let far = session(["rad", "N·m"], "", poses(1.0, 1e3)).doubts;
+    assert!(far.len() == 1 && far[0].contains("torque readings of shoulder, elbow vary by"), "{far:?}");
+    let small = session(["rad", "mN·m"], "", poses(1.0, 1.0)).doubts;
+    assert!(small.len() == 1 && small[0].contains("make them vary by"), "{small:?}");
+    // A single bad row is no other unit.
+    let bad = poses(1.0, 1.0).enumerate().map(|(row, mut at)| {
+        at[2] = if row == 7 { 1e6 } else { at[2] };
+        at
+    });
+    assert_eq!(session(["rad", "N·m"], "", bad).doubts, [""; 0]);
+}
+
+/// All of the time, or from some pose on; of a reading in coarse steps it may be chance, and each pose may be read several times.
+#[test]
+fn a_torque_sensor_that_is_stuck_is_doubted() {
+    let stuck = |from: u32, to: u32| {
+        let rows = poses(1.0, 1.0).zip(0..).map(move |(row, number)| {
+            let [a, b, c, d] = row;
+            [a, b, c, if (from..to).contains(&number) { 1.25 } else { d }]
+        });
+        session(["rad", "N·m"], "", rows).doubts
+    };
+    let told = stuck(0, 60);
+    let begin =
+        "Torque readings of elbow are the same number (1.25) in all 60 poses, where gravity should change them by ±";
+    assert!(told.len() == 1 && told[0].starts_with(begin), "{told:?}");
+    let told = stuck(20, 45);
+    let place = "in 25 poses one after another (line 22 of day.csv to line 46 of day.csv)";
+    assert!(told.len() == 1 && told[0].contains(place), "{told:?}");
+    assert_eq!(stuck(20, 25), [""; 0]);
+    let again = (0..60).map(|row| at([2.5 * random(row / 10, 1), 2.0 * random(row / 10, 2)], 1.0, 1.0));
+    assert_eq!(session(["rad", "N·m"], "", again).doubts, [""; 0]);
+    let coarse = poses(1.0, 1.0).map(|[a, b, c, d]| [a, b, c, (d / 3.0).round() * 3.0]);
+    assert_eq!(session(["rad", "N·m"], "", coarse).doubts, [""; 0]);
+}
+
+#[test]
+fn rows_of_an_arm_in_motion_are_doubted() {
+    for per_second in [20.0, 100.0, 1000.0] {
+        let doubts = session(["rad", "N·m"], "", motion((20.0 * per_second) as u32, per_second)).doubts;
+        let told = format!(
+            "Each of the {} rows of day.csv is taken as a static pose, but neighbours differ by little",
+            20.0 * per_second
+        );
+        assert!(doubts.len() == 1 && doubts[0].starts_with(&told), "{doubts:?}");
+        assert!(doubts[0].contains("give it a clock") && doubts[0].contains("say still = {}"), "{doubts:?}");
+    }
+    let many = (0..4000).map(|row| at([2.0 * random(row, 1), random(row, 2)], 1.0, 1.0));
+    let doubts = session(["rad", "N·m"], "", many).doubts;
+    assert!(doubts.len() == 1 && doubts[0].contains("nobody lets an arm stand so often"), "{doubts:?}");
+}
+
+/// One joint sweeps in steps of a degree while the other stands, each pose is read ten times, limits of motion are said.
+#[test]
+fn static_poses_and_motion_that_is_known_are_not_doubted() {
+    let sweep = (0..4 * 180).map(|row: u32| {
+        let (sweep, step) = (row / 180, row % 180);
+        let back = if sweep % 2 == 0 { step } else { 179 - step };
+        at([f64::from(back).to_radians() - 1.5, 0.4 * f64::from(sweep)], 1.0, 1.0)
+    });
+    assert_eq!(session(["rad", "N·m"], "", sweep).doubts, [""; 0]);
+    let again = (0..600).map(|row| {
+        let noise = 1e-4 * random(row, 3);
+        at([2.0 * random(row / 10, 1) + noise, random(row / 10, 2) - noise], 1.0, 1.0)
+    });
+    assert_eq!(session(["rad", "N·m"], "", again).doubts, [""; 0]);
+    let known = "time = { column = 'y1', unit = 's' }\nvelocity = { columns = ['y1', 'y2'], unit = 'rad/s' }\n\
+                 select = { arm = { speed_below = { value = 1e6, unit = 'rad/s' } } }";
+    assert_eq!(session(["rad", "N·m"], known, motion(2000, 100.0)).doubts, [""; 0]);
+}
+
+/// Of those whose data are here. One is a trajectory that was published without its clock.
+#[test]
+fn of_the_experiments_a_trajectory_alone_is_doubted() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../experiments");
+    let sessions = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path().join("session.toml"));
+    let read: Vec<Session> =
+        sessions.filter(|path| path.is_file()).filter_map(|path| read_session(&path).ok()).collect();
+    assert!(read.len() >= 3, "only {} sessions could be read", read.len());
+    for session in read {
+        let trajectory = session.inputs.iter().any(|input| input.ends_with("kuka_lbr_med7/measurements.csv"));
+        assert_eq!(session.doubts.len(), usize::from(trajectory), "{:?}", session.doubts);
+    }
+}
+
+#[test]
+fn columns_whose_numbers_do_not_go_together_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("robot.toml"), ROBOT).unwrap();
+    fs::write(folder.path().join("day.csv"), "q1,q2,tau1,tau2,tau3\n0,1,2,3,4\n0.2,1.1,2,3.3,4\n").unwrap();
+    let doubts = |positions: &str, torques: &str| {
+        let written = format!(
+            "robot = 'robot.toml'\n[gravity]\nmagnitude_m_per_s2 = 9.81\n[readings]\nposition = {{ columns = {positions}, unit = 'rad' \
+             }}\ntorque = {{ columns = {torques}, unit = 'N·m' }}\n[[poses]]\nfile = 'day.csv'\n"
+        );
+        fs::write(folder.path().join("session.toml"), written).unwrap();
+        read_session(&folder.path().join("session.toml")).unwrap().doubts
+    };
+    let told = doubts("['q1', 'q2']", "['tau2', 'tau1']");
+    assert!(
+        told.len() == 1 && told[0].contains("shoulder reads `q1` and `tau2`, elbow reads `q2` and `tau1`"),
+        "{told:?}"
+    );
+    for torques in ["['tau1', 'tau2']", "['tau2', 'tau3']", "['tau2', '']"] {
+        assert_eq!(doubts("['q1', 'q2']", torques), [""; 0], "{torques}");
+    }
+    assert_eq!(doubts("['q2', 'q1']", "['tau2', 'tau1']"), [""; 0]);
+}

@@ -1,0 +1,70 @@
+//! `sensor_models` of each `[[joint]]`, and of `[joints]`: terms beyond gain and bias, and what is known of their parameters.
+
+use gravcal_dynamics::JointKind;
+use gravcal_recording::PoseMapping;
+use gravcal_robot_model::Registry;
+use gravcal_robot_model::parameter::Parameter;
+use gravcal_robot_model::sensors::{Need, SensorModel, SensorTerms, Side, Site};
+use gravcal_robot_model::session::parameters::GIVEN;
+use gravcal_robot_model::session::{JointKnowledge, KnowledgeKind};
+
+use super::context::Context;
+use super::joints::{Entry, Said};
+use super::knowledge::scaled;
+use super::recordings::InMotion;
+use crate::document::FileError;
+use crate::sensor_models::{ModelContext, ParameterInFile, declare, to_unit_of};
+
+/// The terms of all joints, and their parameters.
+pub(super) fn resolve(
+    context: &Context<'_>,
+    registry: &Registry,
+    mapping: &PoseMapping,
+    motion: &InMotion,
+    joints: &[JointKnowledge],
+    said: &[Said<'_>],
+) -> Result<(SensorTerms, Vec<Parameter>), FileError> {
+    let kinds: Vec<JointKind> = context.robot.chain.joints().iter().map(|joint| joint.kind).collect();
+    let (mut terms, mut parameters) = (SensorTerms::default(), Vec::new());
+    let mut order: Vec<usize> = (0..said.len()).collect();
+    order.sort_by_key(|joint| said[*joint].place().unwrap_or(usize::MAX));
+    for joint in order {
+        let Some(Entry { value: models, field, of_all, .. }) = said[joint].sensor_models() else { continue };
+        let site = Site::new(joint, &context.joint_names, &kinds, &joints[joint])
+            .with_further_columns(&mapping.conditions.further);
+        // What is said of all joints is of those that have such a sensor.
+        let passed_over = |model: &dyn SensorModel| of_all && model.side() == Side::Torque && !site.reads_torque();
+        let knows = |need| knows(mapping, motion, need);
+        let models_context = ModelContext { document: context.document, registry, models: field.key("sensor_models") };
+        for found in declare(&models_context, &site, models, knows, passed_over)? {
+            for parameter in found.parameters {
+                parameters.push(with_knowledge(context, parameter)?);
+            }
+            terms.extend([found.term]);
+        }
+    }
+    Ok((terms, parameters))
+}
+
+/// Poses found in recordings in motion have a time and a direction, those of sweeps and windows a velocity.
+fn knows(mapping: &PoseMapping, motion: &InMotion, need: Need) -> bool {
+    let (conditions, found) = (&mapping.conditions, motion.is_any());
+    match need {
+        Need::Time => found || conditions.time.is_some(),
+        Need::Temperature => !conditions.temperature.is_empty(),
+        Need::Velocity => motion.sweeps.is_some() || motion.windows.is_some() || conditions.velocity.is_known(),
+        Need::Direction => found || !conditions.direction.is_empty() || conditions.velocity.is_known(),
+    }
+}
+
+fn with_knowledge(
+    context: &Context<'_>,
+    ParameterInFile { parameter, field, said }: ParameterInFile<'_, super::knowledge::KnowledgeTable>,
+) -> Result<Parameter, FileError> {
+    let Some(table) = said else { return Ok(parameter) };
+    let wrong = |message| context.document.error(&field.key("unit"), message);
+    let factor = to_unit_of(&parameter.unit, table.unit()).map_err(wrong)?;
+    let knowledge = scaled(table.knowledge(context.document, &field)?, factor);
+    let held = (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN);
+    Ok(Parameter { knowledge, held, ..parameter })
+}

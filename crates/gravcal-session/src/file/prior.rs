@@ -1,0 +1,253 @@
+//! `[prior]`: what an earlier calibration knows.
+
+use gravcal_recording::{
+    Digest, EarlierEstimate, EarlierInput, EarlierParameter, Part, read_earlier, read_earlier_inputs,
+};
+use gravcal_robot_model::EstimatorName;
+use gravcal_robot_model::parameter::{Limit, Parameter};
+use gravcal_robot_model::session::{
+    EarlierCalibration, InertiaKnowledge, KnowledgeKind, KnownCombination, LAST_FRAME_CHOICE, Session,
+};
+use serde::Deserialize;
+
+use super::context::Context;
+use super::poses::WrittenTables;
+use crate::document::{Field, FileError};
+
+/// Gravity's magnitude may differ from the earlier session's by this share: more is another place on Earth.
+const SAME_PLACE: f64 = 1e-3;
+/// What is held twice is held at the same value if it differs by less, relative to 1.
+const SAME_VALUE: f64 = 1e-9;
+
+/// `[prior]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub(super) struct PriorTable {
+    /// The earlier `calibration.json`. Parameters of the same names are taken with their whole covariance.
+    ///
+    /// Example: `calibration = "last-week/calibration.json"`
+    calibration: String,
+    /// Whose answer is taken.
+    ///
+    /// Default: `"joint"`.
+    /// Example: `estimator = "joint"`
+    estimator: Option<String>,
+    /// What else is as it was then: `"base"` (gravity), `"links"` (masses and moments), `"loads"` (placements).
+    ///
+    /// Default: `[]`.
+    /// Example: `unchanged = ["base", "links", "loads"]`
+    #[serde(default)]
+    unchanged: Vec<Unchanged>,
+}
+
+/// What is as it was then, besides the sensors.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Unchanged {
+    /// The base has not moved: gravity.
+    Base,
+    /// The links: their masses and moments.
+    Links,
+    /// The loads, which hang where they hung: their placements.
+    Loads,
+}
+
+/// The session with what the earlier calibration knows: as a prior, and as the start of what has no other.
+/// `written`: the session's tables.
+pub(super) fn resolve(
+    context: &Context<'_>,
+    table: &PriorTable,
+    written: WrittenTables<'_>,
+    session: Session,
+) -> Result<Session, FileError> {
+    let section = Section { context, table, session: &session };
+    let field = |key: &str| Field::new("prior").key(key);
+    let path = context.document.resolve_path(&field("calibration"), &table.calibration)?;
+    let estimator = section.estimator()?;
+    let earlier = read_earlier(&path, estimator.as_str()).map_err(|e| section.error("calibration", e))?;
+    earlier.parameters.iter().try_for_each(|parameter| section.check_parameter(parameter))?;
+    section.check_gravity(&earlier)?;
+    section.check_inertia()?;
+    let inputs = read_earlier_inputs(&path).map_err(|e| section.error("calibration", e))?;
+    let shared = section.shared_parts(written, &inputs)?;
+    let known = section.known(&earlier, format!("{} ({estimator})", table.calibration))?.sharing(shared);
+    let mut session = session;
+    for id in session.parameters() {
+        let value = known.value(&session.parameter_name(id));
+        let own = session.knowledge_mut(id);
+        if let (KnowledgeKind::Start, Some(value)) = (own.kind, value) {
+            own.nominal = value;
+        }
+    }
+    session.inputs.push(path);
+    Ok(Session { earlier: Some(known), ..session })
+}
+
+struct Section<'a> {
+    context: &'a Context<'a>,
+    table: &'a PriorTable,
+    session: &'a Session,
+}
+
+impl Section<'_> {
+    fn error(&self, key: &str, message: impl std::fmt::Display) -> FileError {
+        self.context.document.error(&Field::new("prior").key(key), message)
+    }
+
+    fn is_unchanged(&self, what: Unchanged) -> bool {
+        self.table.unchanged.contains(&what)
+    }
+
+    fn estimator(&self) -> Result<EstimatorName, FileError> {
+        match self.table.estimator.as_deref().unwrap_or(EstimatorName::Joint.as_str()).parse() {
+            Ok(EstimatorName::Sequential) => {
+                let message = "the sequential estimator freezes each step's result and knows no covariance between steps: \
+                               name one of the joint estimators";
+                Err(self.error("estimator", message))
+            }
+            Ok(name) => Ok(name),
+            Err(error) => Err(self.error("estimator", error)),
+        }
+    }
+
+    /// The recordings, by file name, that the earlier calibration was made from as well, of which this session takes a part: which one
+    /// was taken there its file does not say. A whole one is refused: what was read there is in it.
+    fn shared_parts(&self, written: WrittenTables<'_>, inputs: &[EarlierInput]) -> Result<Vec<String>, FileError> {
+        let mut shared = Vec::new();
+        for (index, (table, here)) in self.session.tables.iter().zip(written.iter()).enumerate() {
+            let field = written.field(index).key("file");
+            let digest = Digest::of(&table.path).map_err(|error| self.context.document.error(&field, error))?;
+            if inputs.iter().all(|input| input.sha256 != digest.sha256) {
+                continue;
+            }
+            if here.part_of_recording() == Part::default() {
+                let message = format!(
+                    "the calibration of [prior], {}, was made from this table, too, and its readings would count twice: leave \
+                     the table out, or calibrate all tables together, without [prior]",
+                    self.table.calibration
+                );
+                return Err(self.context.document.error(&field, message));
+            }
+            if !shared.contains(&here.file) {
+                shared.push(here.file.clone());
+            }
+        }
+        Ok(shared)
+    }
+
+    /// Units, signs and what is held must agree, and nothing may be known twice.
+    fn check_parameter(&self, earlier: &EarlierParameter) -> Result<(), FileError> {
+        let Some(own) = self.find(&earlier.name) else { return Ok(()) };
+        let (name, unit, nominal) = (&earlier.name, &own.unit, own.knowledge.nominal);
+        let refused = |message: String| Err(self.error("calibration", message));
+        let was_read = earlier.value.is_some() || earlier.held.is_none();
+        if was_read && earlier.unit != *unit {
+            let there = &earlier.unit;
+            return refused(format!("{name} is in {there} there, but in {unit} here: record the readings in one unit"));
+        }
+        let same = (earlier.nominal - nominal).abs() <= SAME_VALUE * nominal.abs().max(1.0);
+        let frame = [Unchanged::Links, Unchanged::Loads].iter().any(|what| self.is_unchanged(*what));
+        match (earlier.held.as_deref(), earlier.value) {
+            (Some(_), Some(value)) if own.held.is_none() || !same => refused(format!(
+                "{name} was held at {value} {unit} there, and what was found depends on it: hold it at that value here, \
+                 too (fixed)"
+            )),
+            (Some(LAST_FRAME_CHOICE), None) if frame && (own.held != Some(LAST_FRAME_CHOICE) || !same) => {
+                refused(format!(
+                    "{name} chose the last link's frame there, at {} {unit}, and it is another here: leave \"links\" and \
+                     \"loads\" out of prior.unchanged, or choose the same frame",
+                    earlier.nominal
+                ))
+            }
+            (None, Some(value)) => self.check_estimated(&own, value),
+            _ => Ok(()),
+        }
+    }
+
+    fn check_estimated(&self, own: &Parameter, value: f64) -> Result<(), FileError> {
+        let (name, knowledge) = (own.name(), own.knowledge);
+        if matches!(own.limit, Limit::ShareOfNominal(_)) && value * knowledge.nominal < 0.0 {
+            let message = format!("{name} came out as {value:.4} there, but is declared with the other sign here");
+            return Err(self.error("calibration", message));
+        }
+        if let KnowledgeKind::Prior { .. } = knowledge.kind {
+            let message = format!(
+                "{name} is known from there and by a std of its own here; what was stated there as well would count twice: \
+                 leave that std away"
+            );
+            return Err(self.error("calibration", message));
+        }
+        Ok(())
+    }
+
+    fn check_gravity(&self, earlier: &EarlierEstimate) -> Result<(), FileError> {
+        let (Some(g), true) = (earlier.gravity, self.is_unchanged(Unchanged::Base)) else { return Ok(()) };
+        let here = self.session.gravity;
+        let magnitude = g.iter().map(|c| c * c).sum::<f64>().sqrt();
+        let along = |hemisphere: [f64; 3]| g.iter().zip(hemisphere).map(|(a, b)| a * b).sum::<f64>();
+        if here.hemisphere.is_some_and(|hemisphere| along(hemisphere) <= 0.0) {
+            let message = "gravity came out on the other side of gravity.hemisphere there: the base has moved, or one of \
+                           the two is wrong";
+            return Err(self.error("unchanged", message));
+        }
+        if (magnitude / here.magnitude - 1.0).abs() > SAME_PLACE {
+            let here = here.magnitude;
+            let message = format!(
+                "gravity is {magnitude:.4} m/s² there, but {here:.4} m/s² here: a base that has not moved has one gravity"
+            );
+            return Err(self.error("unchanged", message));
+        }
+        Ok(())
+    }
+
+    fn check_inertia(&self) -> Result<(), FileError> {
+        match self.session.inertia {
+            InertiaKnowledge::Model { .. } if self.is_unchanged(Unchanged::Links) => Err(self.error(
+                "unchanged",
+                "the links are known from there and from the model (inertia.links) here; what was stated there as well \
+                 would count twice: leave one of them out",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// What is known there, of what is here and unchanged.
+    fn known(&self, earlier: &EarlierEstimate, source: String) -> Result<EarlierCalibration, FileError> {
+        let quantities = &earlier.quantities;
+        let kept: Vec<usize> =
+            (0..quantities.len()).filter(|i| quantities[*i].terms.iter().all(|(name, _)| self.applies(name))).collect();
+        if kept.is_empty() {
+            let message = "nothing that it determined is a parameter of this session's sensors, or unchanged: is it of \
+                           another robot?";
+            return Err(self.error("calibration", message));
+        }
+        let size = quantities.len();
+        let pairs = kept.iter().flat_map(|i| kept.iter().map(move |j| (*i, *j)));
+        let covariance = pairs.map(|(i, j)| earlier.covariance[i * size + j]).collect();
+        let combination =
+            |i: &usize| KnownCombination { terms: quantities[*i].terms.clone(), value: quantities[*i].value };
+        let kept = kept.iter().map(combination).collect();
+        EarlierCalibration::new(source, kept, covariance).map_err(|_| {
+            let message = "its covariance is not positive definite (an estimate that leans on constraints, or too few \
+                           blocks of poses for its robust uncertainty): it cannot be taken for knowledge";
+            self.error("calibration", message)
+        })
+    }
+
+    /// Whether a component is a parameter here, or belongs to what is unchanged.
+    fn applies(&self, component: &str) -> bool {
+        let begins_with = |name: &str| component.strip_prefix(name).is_some_and(|rest| rest.starts_with('.'));
+        match component {
+            _ if self.find(component).is_some() => true,
+            "gravity.x" | "gravity.y" | "gravity.z" => self.is_unchanged(Unchanged::Base),
+            _ if component.starts_with("load.") => self.is_unchanged(Unchanged::Loads),
+            _ => self.context.link_names.iter().any(|name| begins_with(name)) && self.is_unchanged(Unchanged::Links),
+        }
+    }
+
+    fn find(&self, name: &str) -> Option<Parameter> {
+        let ids = self.session.parameters();
+        let found = ids.into_iter().find(|id| self.session.parameter_name(*id) == name)?;
+        Some(self.session.parameter(found))
+    }
+}

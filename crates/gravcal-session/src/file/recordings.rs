@@ -1,0 +1,175 @@
+//! `[[poses]]` that are recordings in motion: their standstills, slow sweeps and windows become poses.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use gravcal_recording::{
+    Course, Memory, MotionWindow, Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule, Watched,
+    WindowRule, motion_windows, slow_sweeps, static_poses,
+};
+use gravcal_robot_model::session::{Load, PoseTable, Searched};
+
+use super::context::SessionError;
+use super::poses::{ReadPoses, WrittenTables, count_time_from_first};
+use crate::document::{Document, FileError};
+
+/// What is looked for in recordings in motion.
+pub(super) struct InMotion {
+    pub still: Option<Stillness>,
+    pub sweeps: Option<SweepRule>,
+    pub windows: Option<WindowRule>,
+}
+
+impl InMotion {
+    /// Whether anything is.
+    pub fn is_any(&self) -> bool {
+        self.finds_rest() || self.windows.is_some()
+    }
+
+    /// Whether standstills or slow sweeps are.
+    pub fn finds_rest(&self) -> bool {
+        self.still.is_some() || self.sweeps.is_some()
+    }
+}
+
+/// The recordings of a session, and what they may carry.
+pub(super) struct Recordings<'a> {
+    pub document: &'a Document,
+    pub memory: &'a Memory,
+    pub written: WrittenTables<'a>,
+    pub loads: &'a [Load],
+    /// Whether both ways of a sweep are poses of their own, because a sensor's model tells them apart.
+    pub apart: bool,
+    /// Joints whose readings depend on the side from which they came.
+    pub frictional: Vec<usize>,
+    /// Told how far each recording is read.
+    pub watch: &'a dyn Fn(&Path, f64),
+}
+
+impl Recordings<'_> {
+    /// Reads all of them. A load that only a recording names is entered in its table.
+    pub fn read(
+        &self,
+        tables: &mut [PoseTable],
+        mapping: &PoseMapping,
+        motion: &InMotion,
+    ) -> Result<ReadPoses, SessionError> {
+        let mut all = ReadPoses::none(mapping.torques.len());
+        for (index, (written, table)) in self.written.iter().zip(tables).enumerate() {
+            let wrong = |error| self.written.wrong(self.document, index, error);
+            let rows = self.memory.open_as(&table.path, &mapping.csv).map_err(wrong)?;
+            let said = rows.metadata().get("load").cloned();
+            drop(rows);
+            if let Some(name) = said {
+                table.load = Some(self.load(index, &name, table.load)?);
+            }
+            let part = written.part_of_recording();
+            let search = Search { path: &table.path, memory: self.memory, mapping, part, watch: self.watch };
+            let mut searched = search.run(motion).map_err(wrong)?;
+            if searched.found() == 0 {
+                let rejected = searched.rejected();
+                return Err(wrong(ReadError::NothingStands { path: table.path.clone(), rejected }));
+            }
+            let mut poses = searched.poses(self.apart);
+            for joint in &self.frictional {
+                searched.remarks.extend(leave_out_unknown_sides(&mut poses, *joint, mapping));
+            }
+            all.take(index, table.load, poses);
+            all.take_windows(index, table.load, windows(&searched, &self.frictional));
+            all.searched.push(searched);
+        }
+        count_time_from_first(&mut all.poses);
+        Ok(all)
+    }
+
+    /// The load that a recording names, which must be the one that the session says, if it says any.
+    fn load(&self, index: usize, name: &str, said: Option<usize>) -> Result<usize, FileError> {
+        let known: Vec<&str> = self.loads.iter().map(|load| load.name.as_str()).collect();
+        let field = self.written.field(index).key("load");
+        match said {
+            Some(said) if known[said] != name => {
+                let message = format!("the recording says that it carries `{name}`, not `{}`", known[said]);
+                Err(self.document.error(&field, message))
+            }
+            _ => self.document.lookup(&field, "load", name, &known),
+        }
+    }
+}
+
+/// Leaves out what a joint with friction reads where it is not known from which side it came, such as where a recording begins, and
+/// says so. A joint that never moves has friction of one sign, which is a part of its bias.
+fn leave_out_unknown_sides(poses: &mut [StaticPose], joint: usize, mapping: &PoseMapping) -> Option<String> {
+    let side = |pose: &StaticPose| pose.conditions.direction.get(joint).copied().unwrap_or(0.0);
+    if poses.iter().all(|pose| side(pose) == 0.0) {
+        return None;
+    }
+    let unknown = poses.iter_mut().filter(|pose| side(pose) == 0.0 && pose.torque[joint].is_some());
+    let left_out = unknown.map(|pose| pose.torque[joint] = None).count();
+    let column = &mapping.torques[joint].as_ref()?.0.column;
+    (left_out > 0).then(|| {
+        format!(
+            "{left_out} readings of `{column}` are left out: it is not known from which side the joint had come there, and so which \
+             sign its friction has. Move every joint before the first standstill."
+        )
+    })
+}
+
+/// A joint that does not move over this share of a window's weight has friction of unknown sign there.
+const RESTS: f64 = 0.25;
+
+/// The windows of a recording, but for those of a standstill that counts by itself. A joint with friction has no reading where it rests.
+fn windows<'s>(
+    searched: &'s Searched,
+    frictional: &[usize],
+) -> impl Iterator<Item = (StaticPose, Arc<Course>)> + use<'s> {
+    let standstills = searched.standstills.iter().flat_map(|found| &found.found);
+    let counted: Vec<[f64; 2]> = standstills.map(|found| found.interval).collect();
+    let apart = move |window: &&MotionWindow| {
+        counted.iter().all(|counted| window.interval[1] <= counted[0] || counted[1] <= window.interval[0])
+    };
+    let frictional = frictional.to_vec();
+    let told = move |window: &MotionWindow| {
+        let mut means = window.pose.clone();
+        frictional.iter().filter(|joint| window.resting[**joint] > RESTS).for_each(|joint| means.torque[*joint] = None);
+        (means, Arc::clone(&window.course))
+    };
+    searched.windows.iter().flat_map(|found| &found.found).filter(apart).map(told)
+}
+
+/// What is searched.
+struct Search<'a> {
+    path: &'a Path,
+    memory: &'a Memory,
+    mapping: &'a PoseMapping,
+    part: Part,
+    watch: &'a dyn Fn(&Path, f64),
+}
+
+impl Search<'_> {
+    /// Standstills and sweeps of one recording; each reads it once.
+    fn run(&self, motion: &InMotion) -> Result<Searched, ReadError> {
+        let Search { path, memory, mapping, part, .. } = *self;
+        let watch = |share: f64| (self.watch)(path, share);
+        let rows = || Ok::<_, ReadError>(Watched::new(memory.open_as(path, &mapping.csv)?, &watch));
+        let mut searched =
+            Searched { path: path.to_owned(), standstills: None, sweeps: None, windows: None, remarks: Vec::new() };
+        if let Some(still) = motion.still {
+            let mut rows = rows()?;
+            searched.standstills = Some(static_poses(path, &mut rows, mapping, &Stillness { part, ..still })?);
+            searched.remarks = rows.remarks();
+        }
+        if let Some(sweeps) = &motion.sweeps {
+            let mut rows = rows()?;
+            let rule = SweepRule { part, ..sweeps.clone() };
+            searched.sweeps = Some(slow_sweeps(path, &mut rows, mapping, &rule)?);
+            searched.remarks = rows.remarks();
+        }
+        if let Some(windows) = &motion.windows {
+            let mut rows = rows()?;
+            let rule = WindowRule { part, ..windows.clone() };
+            searched.windows = Some(Box::new(motion_windows(path, &mut rows, mapping, &rule)?));
+            searched.remarks = rows.remarks();
+        }
+        Ok(searched)
+    }
+}

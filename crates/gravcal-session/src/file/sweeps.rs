@@ -1,0 +1,50 @@
+//! `[readings.sweeps]`: the tables are recordings of an arm in motion, and poses are the angles that a joint passes slowly in both
+//! directions while the others stand.
+
+use gravcal_recording::{PoseMapping, SweepRule};
+use gravcal_robot_model::session::JointKnowledge;
+use gravcal_robot_model::session::travel::{BIN, STEADY, travels};
+use serde::Deserialize;
+
+use super::context::Context;
+use super::still::refuse_said_twice;
+use crate::document::{Field, FileError};
+
+/// `[readings.sweeps]`.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table")]
+pub(super) struct SweepsTable {
+    /// One pose for each bin of the angle of the joint that sweeps. Wider bins where the rate is low.
+    ///
+    /// Default: 1.
+    /// Example: `bin_deg = 2`
+    bin_deg: Option<f64>,
+    /// Largest acceleration of what counts as slow. The square of the speed, in rad/s, obeys the same number.
+    ///
+    /// Default: 0.05.
+    /// Example: `acceleration_below_rad_per_s2 = 0.05`
+    acceleration_below_rad_per_s2: Option<f64>,
+}
+
+/// What it comes to.
+pub(super) fn resolve(
+    context: &Context<'_>,
+    table: &SweepsTable,
+    mapping: &PoseMapping,
+    joints: &[JointKnowledge],
+) -> Result<SweepRule, FileError> {
+    let field = Field::new("readings").key("sweeps");
+    refuse_said_twice(context, &field, mapping)?;
+    let positive = |key: &str, written: Option<f64>, what: &str, unit: &str| {
+        written.map(|number| context.document.positive(&field.key(key), number, what, unit)).transpose()
+    };
+    let bin = positive("bin_deg", table.bin_deg, "a width", "deg")?.map_or(BIN, f64::to_radians);
+    let acceleration = table.acceleration_below_rad_per_s2;
+    let acceleration = positive("acceleration_below_rad_per_s2", acceleration, "an acceleration", "rad/s²")?;
+    Ok(SweepRule {
+        bin,
+        acceleration: acceleration.unwrap_or(STEADY),
+        travel: travels(&context.robot.chain, joints),
+        ..SweepRule::default()
+    })
+}

@@ -1,0 +1,146 @@
+//! The true values of the sensors.
+
+use gravcal_recording::TorqueUnit;
+use gravcal_robot_model::Unknowns;
+use gravcal_robot_model::parameter::{Parameter, Quantity};
+use gravcal_robot_model::sensors::{Need, Site, Term};
+use gravcal_robot_model::session::Session;
+
+use super::reader::Reader;
+use super::tables::{ConditionsTable, JointTable};
+use crate::document::{Field, FileError};
+use crate::robot_file::{SensorTables, ValueTable};
+use crate::sensor_models::{DeclaredInFile, ModelContext, ModelTable, ParameterInFile, declare, to_unit_of};
+use crate::simulation::unmodelled::Unmodelled;
+
+/// A term with its parameters and their true values, in units inside.
+struct TrueTerm {
+    term: Term,
+    parameters: Vec<Parameter>,
+    values: Vec<f64>,
+}
+
+impl Reader<'_> {
+    pub fn truth(&self, template: &mut Session) -> Result<Unknowns, FileError> {
+        let mut truth = Unknowns::nominal(template);
+        let direction = self.table.gravity.direction;
+        let norm = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
+        truth.gravity = direction.map(|c| template.gravity.magnitude * c / norm);
+        truth.loads = self.table.load.iter().map(|load| load.position_m).collect();
+        if let Some(link) = self.robot.chain.links().iter().find(|link| link.inertia.is_none()) {
+            let message = format!("a simulation needs masses: the robot file gives none for link `{}`", link.name);
+            return Err(self.document.error(&Field::new("robot"), message));
+        }
+        let fields = |index: usize| Field::new("joint").at(index);
+        self.document.check_names(self.table.joint.iter().map(|j| j.name.as_str()), |i| fields(i).key("name"))?;
+        for (index, table) in self.table.joint.iter().enumerate() {
+            let field = fields(index);
+            let joint = self.document.lookup(&field.key("name"), "joint", &table.name, &self.names())?;
+            let tables = SensorTables {
+                kind: self.kind(joint),
+                torque: table.torque_sensor.as_ref(),
+                position: table.position_sensor.as_ref(),
+            };
+            let sensors = tables.nominal(self.document, &field)?;
+            self.models(joint, &field, table, template, &mut truth)?;
+            let true_values = &mut truth.sensors[joint];
+            if let Some(torque) = sensors.torque {
+                self.same_unit(
+                    &field,
+                    "torque_sensor",
+                    torque.unit.name(),
+                    template.joints[joint].torque_unit.map(TorqueUnit::name),
+                )?;
+                true_values[Quantity::TorqueGain as usize] = torque.gain;
+                true_values[Quantity::TorqueBias as usize] = torque.bias;
+            }
+            if let Some(position) = sensors.position {
+                let unit = template.joints[joint].position_unit.name();
+                self.same_unit(&field, "position_sensor", position.unit.si().name(), Some(unit))?;
+                true_values[Quantity::PositionGain as usize] = position.gain;
+                true_values[Quantity::PositionOffset as usize] = position.offset;
+            }
+        }
+        let root = self.robot.chain.root_joint();
+        if root.is_some_and(|root| truth.sensors[root][Quantity::PositionOffset as usize] != 0.0) {
+            let message = "the first joint's offset is zero by definition of the base frame: turn gravity instead";
+            return Err(self.document.error(&Field::new("joint"), message));
+        }
+        Ok(truth)
+    }
+
+    /// What a joint's sensors do beyond gain and bias: the session declares it, and does not know how much.
+    fn models(
+        &self,
+        joint: usize,
+        field: &Field,
+        table: &JointTable,
+        template: &mut Session,
+        truth: &mut Unknowns,
+    ) -> Result<(), FileError> {
+        for found in self.true_terms(joint, &field.key("sensor_models"), &table.sensor_models, template)? {
+            truth.further.extend(found.values);
+            template.further.extend(found.parameters);
+            template.terms.extend([found.term]);
+        }
+        Ok(())
+    }
+
+    /// What the sensors of all joints do besides, and no session says.
+    pub fn unmodelled(&self, template: &Session) -> Result<Unmodelled, FileError> {
+        let mut unmodelled = Unmodelled::none(template);
+        for (index, table) in self.table.joint.iter().enumerate() {
+            let Some(joint) = self.names().iter().position(|name| *name == table.name) else { continue };
+            let field = Field::new("joint").at(index).key("unmodelled");
+            for found in self.true_terms(joint, &field, &table.unmodelled, template)? {
+                unmodelled.add(found.term, found.parameters, found.values);
+            }
+        }
+        Ok(unmodelled)
+    }
+
+    fn true_terms(
+        &self,
+        joint: usize,
+        field: &Field,
+        tables: &[ModelTable<ValueTable>],
+        template: &Session,
+    ) -> Result<Vec<TrueTerm>, FileError> {
+        let (names, kinds) = (self.names(), self.robot.chain.joints().iter().map(|j| j.kind).collect::<Vec<_>>());
+        let site = Site::new(joint, &names, &kinds, &template.joints[joint]);
+        let (conditions, moves) = (self.table.conditions.as_ref(), self.table.recording.is_some());
+        let said = |says: &dyn Fn(&ConditionsTable) -> bool| conditions.is_some_and(says);
+        let knows = |need| match need {
+            Need::Time => moves || said(&|table| table.pose_interval_s.is_some()),
+            Need::Temperature => said(&|table| table.temperature_degc.is_some()),
+            Need::Velocity if self.table.recording.as_ref().is_some_and(|table| table.motion.is_some()) => true,
+            Need::Velocity => said(&|table| table.largest_speed_rad_or_m_per_s.is_some()),
+            Need::Direction => moves || said(&|table| table.direction || table.largest_speed_rad_or_m_per_s.is_some()),
+        };
+        let true_value = |ParameterInFile { parameter, field, said }: &ParameterInFile<'_, ValueTable>| {
+            let Some(said) = said else {
+                let message =
+                    format!("what is the true {0}? add parameters = {{ {0} = {{ value, unit }} }}", parameter.quantity);
+                return Err(self.document.error(field, message));
+            };
+            let factor = to_unit_of(&parameter.unit, said.unit());
+            let factor = factor.map_err(|message| self.document.error(&field.key("unit"), message))?;
+            Ok(said.value * factor)
+        };
+        let with_values = |DeclaredInFile { term, parameters }: DeclaredInFile<'_, ValueTable>| {
+            let values = parameters.iter().map(true_value).collect::<Result<_, FileError>>()?;
+            Ok(TrueTerm { term, parameters: parameters.into_iter().map(|own| own.parameter).collect(), values })
+        };
+        let context = ModelContext { document: self.document, registry: self.registry, models: field.clone() };
+        declare(&context, &site, tables, knows, |_| false)?.into_iter().map(with_values).collect()
+    }
+
+    fn same_unit(&self, field: &Field, key: &str, found: &str, readings: Option<&str>) -> Result<(), FileError> {
+        if readings == Some(found) {
+            return Ok(());
+        }
+        let readings = readings.unwrap_or("nothing");
+        let message = format!("a gain for readings in {found}, but the readings are in {readings}");
+        Err(self.document.error(&field.key(key), message))
+    }
+}
