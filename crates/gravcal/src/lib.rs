@@ -37,6 +37,22 @@ pub mod calibration {
     pub use gravcal_calibration::*;
     pub use gravcal_robot_model::*;
     pub use gravcal_session::*;
+
+    /// Robots, and their files.
+    pub mod robot {
+        pub use gravcal_robot_model::robot::*;
+        pub use gravcal_session::robot_file::*;
+    }
+
+    /// Sessions, their files, and drafts of them.
+    pub mod session {
+        pub use gravcal_robot_model::session::*;
+        pub use gravcal_session::draft::*;
+        pub use gravcal_session::{
+            SessionError, read_session, read_session_document, read_session_in_memory, read_session_watched,
+            read_session_with, read_solver_options, solver_name_error,
+        };
+    }
 }
 
 pub use gravcal_dynamics as dynamics;
