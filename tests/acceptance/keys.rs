@@ -280,7 +280,8 @@ fn documentation(attributes: &[Attribute]) -> Vec<String> {
 
 /// A line without the targets of links that only rustdoc can follow.
 fn without_code_links(line: &str) -> String {
-    let mut parts = line.split("](crate::");
+    let own = line.replace("](gravcal_", "](crate::");
+    let mut parts = own.split("](crate::");
     let first = parts.next().unwrap_or_default().to_owned();
     let (text, linked) = parts.fold((first, false), |(text, _), part| {
         let rest = part.split_once(')').map_or("", |(_, rest)| rest);

@@ -12,7 +12,7 @@ pub struct Layout {
     pub gravity: BlockId,
     /// `[k, b, s, o]` of each joint.
     pub sensors: Vec<[BlockId; 4]>,
-    /// The further parameters, in the order of [`Session::further`].
+    /// The further parameters, in the order of [`Session::further`](gravcal_robot_model::Session::further).
     pub further: Vec<BlockId>,
     /// `(m, h)` of each link; empty where moments are described by sweep.
     pub inertia: Vec<BlockId>,
