@@ -10,12 +10,12 @@ import tempfile
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
-from html import escape
 from typing import Any, Optional, Union
 
 from .errors import InputError
 from .recording import Path
 from .result import Calibration
+from .tabled import Tabled
 
 __all__ = ["Comparison", "Inspection", "apply", "compare", "export", "inspect", "simulate"]
 
@@ -23,22 +23,16 @@ _MOVED = 3
 
 
 @dataclass(frozen=True)
-class Inspection:
+class Inspection(Tabled):
     """What is in a recording."""
 
     table: str
     fields: Mapping[str, Any]
     """What `gravcal inspect --json` prints."""
 
-    def __str__(self) -> str:
-        return self.table
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.table)}</pre>"
-
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(Tabled):
     """Which sensor moved between calibrations."""
 
     moved: bool
@@ -46,12 +40,6 @@ class Comparison:
     table: str
     fields: Mapping[str, Any]
     """What `gravcal compare --json` prints."""
-
-    def __str__(self) -> str:
-        return self.table
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.table)}</pre>"
 
 
 def inspect(path: Path) -> Inspection:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from html import escape
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from . import _native
 from .errors import InputError
 from .recording import Floats, Path
+from .tabled import Tabled
 
 __all__ = ["Calibration", "Covariance", "EstimatorResult", "Gravity", "Parameter", "Residuals", "Undetermined"]
 
@@ -180,7 +180,7 @@ class _Shown:
         return self.native.table(), self.native.page()
 
 
-class Calibration(Mapping[str, EstimatorResult]):
+class Calibration(Tabled, Mapping[str, EstimatorResult]):
     """The answers of all estimators that ran, by name. It can be copied and pickled."""
 
     def __init__(self, text: str, results: dict[str, EstimatorResult], shown: _Shown, exit_code: int) -> None:
@@ -245,15 +245,9 @@ class Calibration(Mapping[str, EstimatorResult]):
             raise InputError("this calibration was copied or pickled without its session: save the original, or write `json`")
         return self._shown.native.save(folder, overwrite)
 
-    def __str__(self) -> str:
-        return self.table
-
     def __repr__(self) -> str:
         told = ", ".join(f"{name}: {result.verdict}" for name, result in self._results.items())
         return f"<gravcal.Calibration {told}>"
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.table)}</pre>"
 
     def __reduce__(self) -> Any:
         shown = _Shown(None, self._shown.table_and_page())

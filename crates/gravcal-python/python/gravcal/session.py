@@ -7,7 +7,6 @@ import os
 import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
 from itertools import groupby
 from typing import Any, Optional, Union
 
@@ -17,6 +16,7 @@ from . import _native
 from .errors import InputError
 from .recording import Floats, Path, Progress
 from .result import Calibration
+from .tabled import Tabled
 
 __all__ = ["Check", "Robot", "Session"]
 
@@ -70,7 +70,7 @@ def _robot(said: Union[str, dict[str, Any]]) -> Robot:
 
 
 @dataclass(frozen=True)
-class Check:
+class Check(Tabled):
     """What a session can determine, before any solve."""
 
     complete: bool
@@ -78,12 +78,6 @@ class Check:
     table: str
     fields: Mapping[str, Any]
     """What `gravcal check --json` prints."""
-
-    def __str__(self) -> str:
-        return self.table
-
-    def _repr_html_(self) -> str:
-        return f"<pre>{escape(self.table)}</pre>"
 
 
 class Session:
