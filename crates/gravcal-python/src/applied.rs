@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use gravcal_calibration::application::{Application, Effort};
+use gravcal::calibration::Session;
+use gravcal::calibration::application::{Application, Effort};
+use gravcal::recording::read_earlier;
 use gravcal_cli::Failure;
-use gravcal_recording::read_earlier;
-use gravcal_robot_model::Session;
 use numpy::ndarray::{Array2, ArrayView2};
 
 /// Which calibration, and what of it.

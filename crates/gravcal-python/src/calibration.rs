@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use gravcal_calibration::result::{EstimatorResult, ReadingResidual};
-use gravcal_calibration::{Workbench, doubts_of_results};
+use gravcal::calibration::result::{EstimatorResult, ReadingResidual};
+use gravcal::calibration::{Session, Workbench, doubts_of_results};
+use gravcal::estimation::IterationRecord;
 use gravcal_cli::{Choice, Exit, Failure, Phase, Stopwatch, provenance};
-use gravcal_estimation::IterationRecord;
 use gravcal_report::{
     CalibrationFile, CalibrationPage, CalibrationTable, Contents, OutputFolder, Provenance, Timing, Written,
 };
@@ -47,7 +47,7 @@ pub fn calibrate(
         tell(format!("iteration {iteration}, cost {cost:.6e}"));
     };
     let workbench = Workbench::new(choice.solver.method.as_ref(), &stage).observed_by(&iteration).stopped_by(stop);
-    let results = gravcal_calibration::calibrate(session, &choice.estimators, &workbench);
+    let results = gravcal::calibration::calibrate(session, &choice.estimators, &workbench);
     let timing = Timing { read_ms, ..watch.times() };
     let doubts = [&session.doubts[..], &doubts_of_results(session, &results)].concat();
     let file = CalibrationFile { doubts: &doubts, estimators: &results, provenance: &provenance };

@@ -3,6 +3,8 @@
 use std::error::Error;
 use std::path::Path;
 
+use gravcal::calibration::robot::FileError;
+use gravcal::calibration::session::SessionError;
 use gravcal_cli::Failure;
 use gravcal_session::SessionError;
 use gravcal_session::document::FileError;
@@ -19,7 +21,12 @@ struct Place<'a> {
 
 /// Bad input of whatever kind.
 pub fn bad_input(py: Python<'_>, error: &dyn Error) -> PyErr {
-    raised(py, &error.to_string(), &Place::default())
+    bad_input_told(py, &error.to_string())
+}
+
+/// The same, in words.
+pub fn bad_input_told(py: Python<'_>, message: &str) -> PyErr {
+    raised(py, message, &Place::default())
 }
 
 /// What the program would say.

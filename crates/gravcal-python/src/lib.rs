@@ -5,6 +5,7 @@
 
 mod applied;
 mod calibration;
+mod estimation;
 mod failure;
 mod recordings;
 mod session;
@@ -12,7 +13,7 @@ mod work;
 
 use std::ffi::OsString;
 
-use gravcal_robot_model::Registry;
+use gravcal::calibration::Registry;
 use pyo3::prelude::*;
 
 /// As in the program: what one computes the other does, in the same time.
@@ -29,6 +30,8 @@ fn run_program(py: Python<'_>, arguments: Vec<OsString>) -> u8 {
 mod _native {
     #[pymodule_export]
     use super::calibration::Calibration;
+    #[pymodule_export]
+    use super::estimation::{Estimated, estimate};
     #[pymodule_export]
     use super::recordings::read_recording;
     #[pymodule_export]

@@ -4,10 +4,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use gravcal_calibration::application::Effort;
-use gravcal_calibration::check::check;
+use gravcal::calibration::application::Effort;
+use gravcal::calibration::check::check;
+use gravcal::calibration::document::Document;
+use gravcal::calibration::session as calibration_session;
+use gravcal::calibration::session::SessionError;
+use gravcal::calibration::{EstimatorName, Registry, robot};
+use gravcal::recording::{Memory, Numbers};
 use gravcal_cli::{Choice, Phase, Stopwatch};
-use gravcal_recording::{Memory, Numbers};
 use gravcal_report::{CheckTable, check_json};
 use gravcal_robot_model::{EstimatorName, Registry};
 use gravcal_session::SessionError;
@@ -238,7 +242,7 @@ impl Session {
         })
     }
 
-    fn of_readings(&self, number: impl Fn(&gravcal_recording::Reading) -> Option<f64>) -> Array2<f64> {
+    fn of_readings(&self, number: impl Fn(&gravcal::recording::Reading) -> Option<f64>) -> Array2<f64> {
         let shape = (self.session.poses.len(), self.session.channel_count());
         Array2::from_shape_fn(shape, |(pose, channel)| {
             self.session.reading(pose, channel).and_then(&number).unwrap_or(f64::NAN)

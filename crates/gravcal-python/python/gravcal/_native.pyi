@@ -1,6 +1,6 @@
 from os import PathLike
 from pathlib import PurePath
-from typing import Callable, Optional, Union
+from typing import Any, Callable, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,3 +74,33 @@ class Calibration:
     def page(self) -> str: ...
     def save(self, folder: _Path, overwrite: bool) -> bool: ...
     def residuals(self, place: int) -> tuple[_Ints, _Ints, _Floats, _Floats, _Floats, _Floats]: ...
+
+_Combination = tuple[str, list[tuple[str, str, float]]]
+
+class Estimated:
+    values: list[float]
+    cost: float
+    converged: bool
+    termination: str
+    iterations: list[tuple[float, float, float]]
+    rank: int
+    rows: int
+    singular_values: list[float]
+    determined: list[bool]
+    undetermined: list[_Combination]
+    weak: list[tuple[_Combination, float]]
+    covariance: list[float]
+    intervals: list[tuple[float, float]]
+    without_uncertainty: Optional[str]
+    weights: list[float]
+    active: list[tuple[str, float]]
+
+def estimate(
+    blocks: list[Any],
+    residuals: list[Any],
+    constraints: list[Any],
+    solver: str,
+    options: str,
+    relative: bool,
+    progress: _Progress = ...,
+) -> Estimated: ...
