@@ -187,7 +187,7 @@ def test_constraints_are_obeyed() -> None:
     assert np.linalg.matrix_rank(solution.covariance.matrix, tol=1e-9) == 2
 
     problem = Problem()
-    problem.add_block("v", [0.0, 0.0, 1.9], components="xyz")
+    problem.add_block("v", [0.0, 0.0, 2.0], components="xyz")
     problem.add_residual(lambda v: v - [3.0, 0.0, 4.0], "v", std=0.1)
     problem.add_length("v", 2.0)
     assert problem.solve().value("v") == pytest.approx([1.2, 0.0, 1.6], rel=1e-6)
