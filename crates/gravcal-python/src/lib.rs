@@ -7,6 +7,7 @@ mod applied;
 mod calibration;
 mod estimation;
 mod failure;
+mod models;
 mod recordings;
 mod session;
 mod work;

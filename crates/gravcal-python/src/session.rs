@@ -9,7 +9,7 @@ use gravcal::calibration::check::check;
 use gravcal::calibration::document::Document;
 use gravcal::calibration::session as calibration_session;
 use gravcal::calibration::session::SessionError;
-use gravcal::calibration::{EstimatorName, Registry, robot};
+use gravcal::calibration::{EstimatorName, robot};
 use gravcal::recording::{Memory, Numbers};
 use gravcal_cli::{Choice, Phase, Stopwatch};
 use gravcal_report::{CheckTable, check_json};
@@ -23,7 +23,8 @@ use pyo3::prelude::*;
 use crate::applied::Applied;
 use crate::calibration::{self, Calibration};
 use crate::failure::{bad_input, failure, file_error, session_error};
-use crate::work::run;
+use crate::models::{Models, SaidModel};
+use crate::work::{Tell, run};
 
 /// The name in errors of a session that stands in no file.
 const IN_MEMORY: &str = "Session";
@@ -66,7 +67,8 @@ impl Robot {
 /// A session that was read.
 #[pyclass(frozen, module = "gravcal._native")]
 pub struct Session {
-    session: Arc<gravcal_robot_model::Session>,
+    session: Arc<calibration_session::Session>,
+    models: Models,
     path: PathBuf,
     read_ms: f64,
 }
@@ -81,20 +83,28 @@ type Recording<'py> = (String, Vec<String>, PyReadonlyArray2<'py, f64>);
 impl Session {
     /// From `session.toml`.
     #[staticmethod]
-    #[pyo3(signature = (path, progress=None))]
-    fn read(py: Python<'_>, path: PathBuf, progress: Option<&Bound<'_, PyAny>>) -> PyResult<Session> {
-        let read = |watch: &Watch<'_>| gravcal_session::read_session_watched(&path, &Registry::standard(), watch);
-        let read = Session::of(py, &path, progress, read)?;
+    #[pyo3(signature = (path, models, progress=None))]
+    fn read(
+        py: Python<'_>,
+        path: PathBuf,
+        models: Vec<SaidModel>,
+        progress: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Session> {
+        let models = Models::new(py, models)?;
+        let registry = models.registry();
+        let read = |watch: &Watch<'_>| calibration_session::Session::read_watched(&path, &registry, watch);
+        let read = Session::of(py, &path, models, progress, read)?;
         read.map_err(|error| session_error(py, &error, false))
     }
 
     /// From what a `session.toml` would say, as JSON, and recordings under the names that it says.
     #[staticmethod]
-    #[pyo3(signature = (said, recordings, progress=None))]
+    #[pyo3(signature = (said, recordings, models, progress=None))]
     fn in_memory(
         py: Python<'_>,
         said: &str,
         recordings: Vec<Recording<'_>>,
+        models: Vec<SaidModel>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Session> {
         let said: serde_json::Value = serde_json::from_str(said).map_err(|error| bad_input(py, &error))?;
@@ -107,10 +117,10 @@ impl Session {
             let cells = cells.as_array().iter().copied().collect();
             memory = memory.with(name, Numbers::new(columns, cells).map_err(|error| bad_input(py, &error))?);
         }
-        let read = |watch: &Watch<'_>| {
-            gravcal_session::read_session_in_memory(&document, &Registry::standard(), &memory, watch)
-        };
-        let read = Session::of(py, path, progress, read)?;
+        let models = Models::new(py, models)?;
+        let registry = models.registry();
+        let read = |watch: &Watch<'_>| calibration_session::Session::in_memory(&document, &registry, &memory, watch);
+        let read = Session::of(py, path, models, progress, read)?;
         read.map_err(|error| session_error(py, &error, true))
     }
 
@@ -180,18 +190,16 @@ impl Session {
         let estimators = estimators.iter().map(|name| name.parse::<EstimatorName>()).collect::<Result<Vec<_>, _>>();
         let estimators = estimators.map_err(|error| bad_input(py, &error))?;
         let solver = solver.map(str::parse).transpose().map_err(|error| bad_input(py, &error))?;
-        let stop = AtomicBool::new(false);
-        let calibrated = run(py, progress, &stop, |tell| {
+        let calibrated = self.work(py, progress, |tell, stop| {
             let choice = Choice::new(&estimators, solver, &self.session, &self.path)?;
-            calibration::calibrate((&self.session, &self.path, self.read_ms), &choice, tell, &stop)
+            calibration::calibrate((&self.session, &self.path, self.read_ms), &choice, tell, stop)
         })?;
         calibrated.map_err(|error| failure(py, &error))
     }
 
     /// What it can determine: as JSON, as a table, and whether that is all that is asked for.
     fn check(&self, py: Python<'_>) -> PyResult<(String, String, bool)> {
-        let stop = AtomicBool::new(false);
-        let told = run(py, None, &stop, |_| {
+        let told = self.work(py, None, |_, _| {
             let choice = Choice::new(&[], None, &self.session, &self.path)?;
             let steps = choice.estimators.iter().any(|estimator| estimator.follows_steps());
             let bad = |error: &dyn std::error::Error| gravcal_cli::Failure::bad_input(error);
@@ -219,7 +227,8 @@ impl Session {
         let effort = if residual { Effort::Residual { load } } else { Effort::Torque };
         let applied = Applied { calibration: &calibration, estimator, effort, nominal };
         let readings = (position.as_array(), torque.as_array());
-        let found = py.detach(|| applied.to(&self.session, readings)).map_err(|error| failure(py, &error))?;
+        let found = self.work(py, None, |_, _| applied.to(&self.session, readings))?;
+        let found = found.map_err(|error| failure(py, &error))?;
         Ok((found.0.into_pyarray(py), found.1.into_pyarray(py)))
     }
 }
@@ -231,15 +240,34 @@ impl Session {
     fn of(
         py: Python<'_>,
         path: &Path,
+        models: Models,
         progress: Option<&Bound<'_, PyAny>>,
         read: impl FnOnce(&Watch<'_>) -> Result<gravcal_robot_model::Session, SessionError> + Send,
     ) -> PyResult<Result<Session, SessionError>> {
-        run(py, progress, &AtomicBool::new(false), |tell| {
+        let raised = models.raised().cloned();
+        let read = run(py, progress, &AtomicBool::new(false), |tell| {
             let watch = Stopwatch::start(Phase::Read);
             let told = |path: &Path, share: f64| tell(format!("reading {}: {:.0} %", path.display(), 100.0 * share));
             let session = Arc::new(read(&told)?);
-            Ok(Session { session, path: path.to_owned(), read_ms: watch.times().read_ms })
-        })
+            models.know_poses(&session);
+            Ok(Session { session, models, path: path.to_owned(), read_ms: watch.times().read_ms })
+        })?;
+        raised.and_then(|raised| raised.take()).map_or(Ok(read), Err)
+    }
+
+    /// Work that may ask models in Python: what they raise ends it, and is raised.
+    fn work<T: Send>(
+        &self,
+        py: Python<'_>,
+        progress: Option<&Bound<'_, PyAny>>,
+        work: impl FnOnce(&Tell<'_>, &AtomicBool) -> T + Send,
+    ) -> PyResult<T> {
+        let Some(raised) = self.models.raised() else {
+            let stop = AtomicBool::new(false);
+            return run(py, progress, &stop, |tell| work(tell, &stop));
+        };
+        let done = run(py, progress, raised.stop(), |tell| work(tell, raised.stop()));
+        raised.take().map_or(done, Err)
     }
 
     fn of_readings(&self, number: impl Fn(&gravcal::recording::Reading) -> Option<f64>) -> Array2<f64> {

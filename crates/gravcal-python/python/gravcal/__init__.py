@@ -13,6 +13,7 @@ Inside and in results: SI units and radians, ``reading = torque_gain * torque + 
 
 from .commands import Comparison, Inspection, apply, compare, export, inspect, simulate
 from .errors import GravcalError, InputError
+from .models import Poses, SensorModel, SensorParameter
 from .recording import Recording, read
 from .result import (
     Calibration,
@@ -36,9 +37,12 @@ __all__ = [
     "InputError",
     "Inspection",
     "Parameter",
+    "Poses",
     "Recording",
     "Residuals",
     "Robot",
+    "SensorModel",
+    "SensorParameter",
     "Session",
     "Undetermined",
     "apply",

@@ -14,6 +14,7 @@ import numpy as np
 
 from . import _native
 from .errors import InputError
+from .models import SensorModel
 from .recording import Floats, Path, Progress
 from .result import Calibration
 from .tabled import Tabled
@@ -94,6 +95,8 @@ class Session:
     All else that a `session.toml` may say is said by the same names: ``joint=[{"name": "joint1", "torque_sign": "reversed"}]``,
     ``loss={"kind": "huber"}``, ``ask={"drop": ["gravity"]}``; what belongs to its ``[readings]`` in ``readings={...}``.
 
+    `models` are sensor models of one's own, which `joint` may name: see `SensorModel`.
+
     Raises `InputError`.
     """
 
@@ -112,6 +115,7 @@ class Session:
         loads: Sequence[Mapping[str, Any]] = (),
         missing: str = "refuse",
         readings: Optional[Mapping[str, Any]] = None,
+        models: Sequence[SensorModel] = (),
         progress: Progress = None,
         **sections: Any,
     ) -> None:
@@ -162,19 +166,26 @@ class Session:
         twice = sorted(set(said) & set(sections))
         if twice:
             raise InputError(f"`{twice[0]}` is said by other arguments already", field=twice[0])
-        self._build({**said, **sections}, recordings, progress)
+        self._build({**said, **sections}, recordings, models, progress)
 
     @classmethod
-    def from_toml(cls, path: Path, *, progress: Progress = None) -> Session:
+    def from_toml(
+        cls, path: Path, *, models: Sequence[SensorModel] = (), progress: Progress = None
+    ) -> Session:
         """Reads a `session.toml` and all that it names. Raises `InputError`, which tells file, line and field."""
         session = cls.__new__(cls)
-        session._native = _native.Session.read(path, progress)
-        session._source = os.path.abspath(path)
+        session._native = _native.Session.read(path, list(models), progress)
+        session._source, session._models = os.path.abspath(path), tuple(models)
         return session
 
     @classmethod
     def from_dict(
-        cls, said: Mapping[str, Any], recordings: Mapping[str, Table], *, progress: Progress = None
+        cls,
+        said: Mapping[str, Any],
+        recordings: Mapping[str, Table],
+        *,
+        models: Sequence[SensorModel] = (),
+        progress: Progress = None,
     ) -> Session:
         """What a `session.toml` would say, as a dictionary, with recordings in memory under the names that it says for files.
 
@@ -182,16 +193,23 @@ class Session:
         clocks, temperatures and recordings in motion can come from arrays, too.
         """
         session = cls.__new__(cls)
-        session._build(said, recordings, progress)
+        session._build(said, recordings, models, progress)
         return session
 
-    def _build(self, said: Mapping[str, Any], recordings: Mapping[str, Table], progress: Progress) -> None:
+    def _build(
+        self,
+        said: Mapping[str, Any],
+        recordings: Mapping[str, Table],
+        models: Sequence[SensorModel],
+        progress: Progress,
+    ) -> None:
         try:
             text = json.dumps(_plain(said), allow_nan=False)
         except (TypeError, ValueError) as error:
             raise InputError(f"the session says what no session.toml can: {error}") from None
         tables = [(name, *_table(name, table)) for name, table in recordings.items()]
-        self._native = _native.Session.in_memory(text, tables, progress)
+        self._native = _native.Session.in_memory(text, tables, list(models), progress)
+        self._models = tuple(models)
         self._source: Union[str, tuple[str, list[tuple[str, list[str], Floats]]]] = (text, tables)
 
     @property
@@ -283,14 +301,17 @@ class Session:
         return f"<gravcal.Session {self.robot}: {len(self)} poses of {', '.join(self.joints)}>"
 
     def __reduce__(self) -> Any:
-        return (_session, (self._source,))
+        return (_session, (self._source, self._models))
 
 
-def _session(source: Union[str, tuple[str, list[tuple[str, list[str], Floats]]]]) -> Session:
+def _session(
+    source: Union[str, tuple[str, list[tuple[str, list[str], Floats]]]], models: tuple[SensorModel, ...]
+) -> Session:
     if isinstance(source, str):
-        return Session.from_toml(source)
+        return Session.from_toml(source, models=models)
     text, tables = source
-    return Session.from_dict(json.loads(text), {name: dict(zip(columns, cells.T)) for name, columns, cells in tables})
+    recordings = {name: dict(zip(columns, cells.T)) for name, columns, cells in tables}
+    return Session.from_dict(json.loads(text), recordings, models=models)
 
 
 def _parts(load: Any, poses: int) -> list[tuple[str, slice, Optional[str]]]:

@@ -4,4 +4,5 @@ mod residual;
 mod said;
 mod solve;
 
+pub use residual::Raised;
 pub use solve::{Estimated, estimate};
