@@ -1,13 +1,17 @@
-"""What calling from Python costs: `Session.calibrate` from arrays beside the program's own times.
+"""What calling from Python costs: `Session.calibrate` from arrays beside what Rust does in the same call, and beside the program.
 
-``python crates/gravcal-python/benches/overhead.py [POSES ...]`` in the root of a checkout. The program tells how long its parts take in
-`timing.json`; the session is the seven-joint experiment with as many poses. The least of the runs counts, in turns.
+``python crates/gravcal-python/benches/overhead.py [POSES ...] [--runs N]`` in the root of a checkout. Both write how long their parts take into
+`timing.json`; the session is the seven-joint experiment with as many poses. They run in turns, and the least of the runs counts: of the
+ratio to Rust within one call, the median. What is not among the parts is the doubts, the record of the inputs, and `calibration.json`, which
+the program writes, too, and in Python the results as values.
 """
 
 from __future__ import annotations
 
+import argparse
 import json
 import re
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -18,7 +22,6 @@ import gravcal
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[3]
-RUNS = 5
 
 
 def simulated(poses: int, folder: Path) -> Path:
@@ -47,26 +50,41 @@ def of_arrays(path: Path) -> gravcal.Session:
     )
 
 
+def parts(folder: Path) -> float:
+    """Milliseconds that the estimators took."""
+    times = json.loads((folder / "timing.json").read_text())
+    return float(times["start_ms"] + times["solve_ms"] + times["judge_ms"])
+
+
 def main() -> None:
+    arguments = argparse.ArgumentParser()
+    arguments.add_argument("poses", nargs="*", type=int, default=[300, 2000, 20000])
+    arguments.add_argument("--runs", type=int, default=5)
+    asked = arguments.parse_args()
     program = ROOT / "target/release/gravcal"
-    print(f"{'poses':>6} {'program, ms':>12} {'Python, ms':>12} {'ratio':>6} {'session from arrays, ms':>24}")
-    for poses in [int(word) for word in sys.argv[1:]] or [300, 2000, 20000]:
-        with tempfile.TemporaryDirectory() as folder:
-            path = simulated(poses, Path(folder))
-            theirs, ours, built = [], [], []
-            for _ in range(RUNS):
-                words = [program, "calibrate", path, "--quiet", "--overwrite"]
+    built = [str(program)] if program.exists() else [sys.executable, "-m", "gravcal"]
+    print(f"program: {' '.join(built)}")
+    print(f"{'poses':>6} {'program, ms':>12} {'Rust in Python, ms':>19} {'Python, ms':>11} {'to Rust':>8} {'to program':>11} {'session, ms':>12}")
+    for poses in asked.poses:
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            path = simulated(poses, folder)
+            theirs, rust, ours, made = [], [], [], []
+            for run in range(asked.runs):
+                words = [*built, "calibrate", str(path), "--quiet", "--overwrite"]
                 subprocess.run(words, check=False, stdout=subprocess.DEVNULL)
-                times = json.loads((path.parent / "calibration/timing.json").read_text())
-                theirs.append(sum(times[part] for part in ("start_ms", "solve_ms", "judge_ms")))
+                theirs.append(parts(path.parent / "calibration"))
                 begun = time.perf_counter()
                 session = of_arrays(path)
-                built.append(1e3 * (time.perf_counter() - begun))
+                made.append(1e3 * (time.perf_counter() - begun))
                 begun = time.perf_counter()
-                session.calibrate()
+                result = session.calibrate()
                 ours.append(1e3 * (time.perf_counter() - begun))
-            told = f"{min(ours) / min(theirs):6.3f} {min(built):24.1f}"
-            print(f"{len(session):6} {min(theirs):12.1f} {min(ours):12.1f} {told}")
+                result.save(folder / f"run{run}")
+                rust.append(parts(folder / f"run{run}"))
+            within = statistics.median(whole / part for whole, part in zip(ours, rust))
+            told = f"{min(theirs):12.1f} {min(rust):19.1f} {min(ours):11.1f} {within:8.4f} {min(ours) / min(theirs):11.3f}"
+            print(f"{len(session):6} {told} {min(made):12.1f}", flush=True)
 
 
 if __name__ == "__main__":

@@ -84,10 +84,41 @@ print(resident() - before)
 """
 
 
+RESIDENT_OF_FUNCTIONS = """
+import gc, numpy as np
+from gravcal.estimation import Problem
+
+def resident():
+    gc.collect()
+    return int(open("/proc/self/statm").read().split()[1]) * 4096
+
+x = np.linspace(0.0, 1.0, 200)
+
+def use(times):
+    for _ in range(times):
+        problem = Problem()
+        problem.add_block("a", 1.0)
+        problem.add_residual(lambda a: np.exp(a * x) - 2.0, "a", std=0.1)
+        problem.solve()
+        problem.add_residual(lambda a: 1.0 if a == 1.0 else int("moved"), "a", std=0.1)
+        try:
+            problem.solve()
+        except ValueError:
+            continue
+        raise SystemExit("what a residual raises was lost")
+
+use(1000)
+before = resident()
+use(5000)
+print(resident() - before)
+"""
+
+
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="memory is read from /proc")
-def test_ten_thousand_calls_leak_nothing() -> None:
+@pytest.mark.parametrize("script", [RESIDENT, RESIDENT_OF_FUNCTIONS], ids=["sessions", "residuals"])
+def test_ten_thousand_calls_leak_nothing(script: str) -> None:
     tests = os.path.dirname(os.path.abspath(__file__))
-    run = subprocess.run([sys.executable, "-c", RESIDENT.format(tests=tests)], capture_output=True, text=True, check=True)
+    run = subprocess.run([sys.executable, "-c", script.format(tests=tests)], capture_output=True, text=True, check=True)
     # 100 bytes a call would be a megabyte.
     assert int(run.stdout) < 1 << 20, run.stdout
 
