@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import pickle
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +85,35 @@ def test_notebooks_show_the_table(calibrated: gravcal.Calibration) -> None:
     assert "Calibration of" in shown and shown.count("<") == 2, "names are escaped"
     assert repr(calibrated).startswith("<gravcal.Calibration sequential: ")
     assert calibrated.page.startswith("<!DOCTYPE html>")
+
+
+def test_the_report_opens_in_a_browser(calibrated: gravcal.Calibration, monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[str] = []
+
+    def browse(url: str) -> bool:
+        opened.append(url)
+        return len(opened) == 1
+
+    monkeypatch.setattr("webbrowser.open", browse)
+    calibrated.show()
+    assert opened[0].startswith("file:///") and Path(opened[0][len("file://") :]).read_text() == calibrated.page
+    with pytest.raises(gravcal.GravcalError, match="there is no browser"):
+        calibrated.show()
+    with pytest.raises(gravcal.InputError, match="not in `paper`"):
+        calibrated.show("paper")  # type: ignore[arg-type]
+
+
+def test_residuals_show_in_rerun(calibrated: gravcal.Calibration, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as without:
+        without.setitem(sys.modules, "rerun", None)
+        with pytest.raises(gravcal.GravcalError, match="pip install rerun-sdk"):
+            calibrated.show("rerun")
+    rerun = pytest.importorskip("rerun")
+    rerun.init("test")
+    rerun.save(tmp_path / "shown.rrd")
+    calibrated.show("rerun")
+    rerun.disconnect()
+    assert (tmp_path / "shown.rrd").stat().st_size > 10_000
 
 
 def test_saved_results_are_those_of_the_program(calibrated: gravcal.Calibration, tmp_path: Path) -> None:

@@ -20,6 +20,27 @@ def test_progress_is_told(seven: dict[str, Any]) -> None:
     assert any(stage.startswith("starting") for stage in told) and any("iteration" in stage for stage in told)
 
 
+def test_news_and_doubts_are_logged(seven: dict[str, Any], caplog: pytest.LogCaptureFixture) -> None:
+    torque = seven["torque"].copy()
+    torque[40:, 1] = torque[40, 1]  # a sensor that is stuck
+    told: list[str] = []
+    with caplog.at_level("DEBUG", logger="gravcal"):
+        session = gravcal.Session(**{**seven, "torque": torque})
+        session.calibrate("joint", progress=told.append)
+        gravcal.inspect(SEVEN / "bare.csv")
+    by_level = {level: [one.getMessage() for one in caplog.records if one.levelname == level] for level in ("DEBUG", "INFO", "WARNING")}
+    assert session.doubts and set(session.doubts) <= set(by_level["WARNING"])
+    assert told and set(told) <= set(by_level["DEBUG"]) and any("inspect" in line for line in by_level["DEBUG"])
+    assert any(line.startswith("<gravcal.Session") for line in by_level["INFO"])
+    assert any(line.startswith("<gravcal.Calibration joint") for line in by_level["INFO"])
+
+
+def test_without_logging_nothing_is_said(seven: dict[str, Any], capfd: pytest.CaptureFixture[str]) -> None:
+    code = "import gravcal, sys; gravcal.inspect(sys.argv[1])"
+    run = subprocess.run([sys.executable, "-c", code, str(SEVEN / "bare.csv")], capture_output=True, text=True, check=True)
+    assert run.stdout == "" and run.stderr == ""
+
+
 def test_what_a_callback_raises_ends_the_calibration(seven: dict[str, Any]) -> None:
     def refuse(stage: str) -> None:
         raise RuntimeError(f"enough of {stage}")

@@ -110,3 +110,25 @@ def test_tables_of_unequal_columns() -> None:
         gravcal.Session.from_dict({}, {"poses": {"q": [0, 1], "y": [0, 1, 2]}})
     with pytest.raises(gravcal.InputError, match="missing field `gravity`"):
         gravcal.Session.from_dict({}, {"poses": {"q": [0, 1], "y": [0, 1]}})
+
+
+def test_commands_tell_file_line_and_field(tmp_path: Path) -> None:
+    path = tmp_path / "simulation.toml"
+    source = ROOT / "experiments/two-arms/simulation.toml"
+    text = source.read_text().replace("../../models", str(ROOT / "models"))
+    path.write_text(text + "\n[[load]]\nname = \"plate\"\nmass_kg = -3.0\nlink = \"link1\"\nposition_m = [0.0, 0.0, 0.0]\n")
+    with pytest.raises(gravcal.InputError) as raised:
+        gravcal.simulate(path, tmp_path / "session")
+    line = 1 + path.read_text().splitlines().index("mass_kg = -3.0")
+    error = raised.value
+    assert (error.file, error.line) == (str(path), line) and str(error.field).endswith("mass_kg")
+
+    for command in (gravcal.inspect, lambda path: gravcal.export(path, "csv")):
+        absent = tmp_path / "absent.json"
+        with pytest.raises(gravcal.InputError, match="(?i)no such file") as raised:
+            command(absent)
+        assert (raised.value.file, raised.value.line, raised.value.field) == (str(absent), None, None)
+
+    with pytest.raises(gravcal.InputError, match="invalid value") as raised:
+        gravcal.export(tmp_path / "absent.json", "cobol")
+    assert raised.value.file is None

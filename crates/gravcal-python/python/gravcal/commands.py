@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 import tempfile
@@ -12,7 +13,8 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any, Optional, Union
 
-from .errors import InputError
+from .errors import told_by_program
+from .log import LOG
 from .recording import Path
 from .result import Calibration
 from .tabled import Tabled
@@ -119,10 +121,13 @@ def _file(calibration: Union[Path, Calibration]) -> Iterator[Path]:
 
 
 def _run(words: list[Path], good: tuple[int, ...] = (0,)) -> tuple[int, str]:
-    """Exit code and output of the program."""
-    command = [sys.executable, "-m", "gravcal", *(os.fspath(word) for word in words)]
-    done = subprocess.run(command, capture_output=True, check=False)
+    """Exit code and output of the program; what it remarks is logged."""
+    arguments = [os.fspath(word) for word in words]
+    LOG.debug("gravcal %s", shlex.join(arguments))
+    done = subprocess.run([sys.executable, "-m", "gravcal", *arguments], capture_output=True, check=False)
+    told = done.stderr.decode("utf-8", "replace")
     if done.returncode not in good:
-        told = done.stderr.decode("utf-8", "replace").strip()
-        raise InputError(told[len("error: ") :] if told.startswith("error: ") else told)
+        raise told_by_program(told, arguments)
+    for remark in told.splitlines():
+        LOG.info(remark)
     return done.returncode, done.stdout.decode("utf-8")

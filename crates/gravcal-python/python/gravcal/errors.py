@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import re
+from collections.abc import Collection
 from typing import Any, Optional
 
 __all__ = ["GravcalError", "InputError"]
@@ -34,3 +37,18 @@ def _rebuilt(
     kind: type[InputError], message: str, file: Optional[str], line: Optional[int], field: Optional[str]
 ) -> InputError:
     return kind(message, file=file, line=line, field=field)
+
+
+_PLACE = re.compile(r"(?P<file>[^\n]+?)(?::(?P<line>\d+))?: (?:(?P<field>[A-Za-z_]\w*(?:\.\w+|\[\d+\])*): )?")
+
+
+def told_by_program(told: str, given: Collection[str]) -> InputError:
+    """What the program says on its standard error, as an exception; `given` are the paths that it was called with."""
+    message = told.strip()
+    message = message[len("error: ") :] if message.startswith("error: ") else message
+    place = _PLACE.match(message)
+    # Other messages have colons, too: a file is one that was named, or that is there.
+    if place is None or not (place["file"] in given or os.path.isfile(place["file"])):
+        return InputError(message)
+    line = int(place["line"]) if place["line"] else None
+    return InputError(message, file=place["file"], line=line, field=place["field"] if line else None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Optional, Union
+from typing import Any, Literal, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from . import _native
 from .errors import InputError
 from .recording import Floats, Path
+from .shown import show_in_browser, show_in_rerun
 from .tabled import Tabled
 
 __all__ = ["Calibration", "Covariance", "EstimatorResult", "Gravity", "Parameter", "Residuals", "Undetermined"]
@@ -244,6 +245,19 @@ class Calibration(Tabled, Mapping[str, EstimatorResult]):
         if self._shown.native is None:
             raise InputError("this calibration was copied or pickled without its session: save the original, or write `json`")
         return self._shown.native.save(folder, overwrite)
+
+    def show(self, where: Literal["browser", "rerun"] = "browser", *, estimator: str = "joint") -> None:
+        """Shows the report in a browser; or in Rerun (needs `rerun-sdk`) the table, and an estimator's residuals pose by pose, before and
+        after. What is shown in Rerun goes to its recording of the moment (`rerun.init`, `rerun.save`), else to a new viewer.
+
+        `gravcal calibrate --rerun`, of a program that is built with it, also shows the arm.
+        """
+        if where == "browser":
+            show_in_browser(self.page)
+        elif where == "rerun":
+            show_in_rerun(self.table, self[estimator].residuals)
+        else:
+            raise InputError(f"results are shown in `browser` or `rerun`, not in `{where}`", field="where")
 
     def __repr__(self) -> str:
         told = ", ".join(f"{name}: {result.verdict}" for name, result in self._results.items())

@@ -14,6 +14,7 @@ import numpy as np
 
 from . import _native
 from .errors import InputError
+from .log import LOG, logged
 from .models import SensorModel
 from .recording import Floats, Path, Progress
 from .result import Calibration
@@ -174,8 +175,9 @@ class Session:
     ) -> Session:
         """Reads a `session.toml` and all that it names. Raises `InputError`, which tells file, line and field."""
         session = cls.__new__(cls)
-        session._native = _native.Session.read(path, list(models), progress)
+        session._native = _native.Session.read(path, list(models), logged(progress))
         session._source, session._models = os.path.abspath(path), tuple(models)
+        session._log()
         return session
 
     @classmethod
@@ -208,9 +210,15 @@ class Session:
         except (TypeError, ValueError) as error:
             raise InputError(f"the session says what no session.toml can: {error}") from None
         tables = [(name, *_table(name, table)) for name, table in recordings.items()]
-        self._native = _native.Session.in_memory(text, tables, list(models), progress)
+        self._native = _native.Session.in_memory(text, tables, list(models), logged(progress))
         self._models = tuple(models)
         self._source: Union[str, tuple[str, list[tuple[str, list[str], Floats]]]] = (text, tables)
+        self._log()
+
+    def _log(self) -> None:
+        LOG.info("%r is read", self)
+        for doubt in self.doubts:
+            LOG.warning(doubt)
 
     @property
     def robot(self) -> str:
@@ -269,7 +277,11 @@ class Session:
         Levenberg-Marquardt. `progress` is called with what is being done, in a few words. Ctrl-C stops after the current iteration.
         """
         names = [estimators] if isinstance(estimators, str) else list(estimators or [])
-        return Calibration._of(self._native.calibrate(names, solver, progress), self._native.channels)
+        result = Calibration._of(self._native.calibrate(names, solver, logged(progress)), self._native.channels)
+        LOG.info("%r", result)
+        for doubt in result.doubts[len(self.doubts) :]:
+            LOG.warning(doubt)
+        return result
 
     def apply(
         self,
