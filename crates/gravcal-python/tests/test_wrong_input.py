@@ -112,7 +112,11 @@ def test_tables_of_unequal_columns() -> None:
         gravcal.Session.from_dict({}, {"poses": {"q": [0, 1], "y": [0, 1]}})
 
 
-def test_commands_tell_file_line_and_field(tmp_path: Path) -> None:
+@pytest.mark.parametrize("coloured", [False, True])
+def test_commands_tell_file_line_and_field(coloured: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if coloured:
+        monkeypatch.setenv("CLICOLOR_FORCE", "1")
+        monkeypatch.setenv("FORCE_COLOR", "1")
     path = tmp_path / "simulation.toml"
     source = ROOT / "experiments/two-arms/simulation.toml"
     text = source.read_text().replace("../../models", str(ROOT / "models"))

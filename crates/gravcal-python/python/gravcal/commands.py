@@ -124,7 +124,10 @@ def _run(words: list[Path], good: tuple[int, ...] = (0,)) -> tuple[int, str]:
     """Exit code and output of the program; what it remarks is logged."""
     arguments = [os.fspath(word) for word in words]
     LOG.debug("gravcal %s", shlex.join(arguments))
-    done = subprocess.run([sys.executable, "-m", "gravcal", *arguments], capture_output=True, check=False)
+    # Notebooks ask for colours, by these.
+    plain = {name: value for name, value in os.environ.items() if name not in ("CLICOLOR_FORCE", "FORCE_COLOR")}
+    command = [sys.executable, "-m", "gravcal", *arguments]
+    done = subprocess.run(command, capture_output=True, check=False, env={**plain, "NO_COLOR": "1"})
     told = done.stderr.decode("utf-8", "replace")
     if done.returncode not in good:
         raise told_by_program(told, arguments)
