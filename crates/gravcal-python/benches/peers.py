@@ -153,6 +153,8 @@ def by_mujoco(rows: Rows) -> Callable[[], Any]:
     import mujoco
     from mujoco import sysid
 
+    # Of masses below zero, on the way; else they go to a file.
+    mujoco.set_mju_user_warning(lambda message: None)
     text = for_mujoco(DATA / "kuka_lwr4.urdf")
 
     def solve() -> Any:
