@@ -1,9 +1,11 @@
 from os import PathLike
 from pathlib import PurePath
-from typing import Any, Callable, Optional, Union
+from typing import Any, Callable, Optional, Union, final
 
 import numpy as np
 from numpy.typing import NDArray
+
+__all__ = ["Calibration", "Estimated", "Robot", "Session", "estimate", "read_recording", "run_program"]
 
 _Path = Union[str, PathLike[str]]
 _Progress = Optional[Callable[[str], object]]
@@ -13,6 +15,7 @@ _Ints = NDArray[np.int64]
 def run_program(arguments: list[str]) -> int: ...
 def read_recording(path: _Path, progress: _Progress = ...) -> tuple[list[str], _Floats, list[str]]: ...
 
+@final
 class Robot:
     @staticmethod
     def read(path: _Path) -> Robot: ...
@@ -25,6 +28,7 @@ class Robot:
     @property
     def links(self) -> list[str]: ...
 
+@final
 class Session:
     @staticmethod
     def read(path: _Path, models: list[Any], progress: _Progress = ...) -> Session: ...
@@ -65,6 +69,7 @@ class Session:
         nominal: bool,
     ) -> tuple[_Floats, _Floats]: ...
 
+@final
 class Calibration:
     @property
     def json(self) -> str: ...
@@ -77,6 +82,7 @@ class Calibration:
 
 _Combination = tuple[str, list[tuple[str, str, float]]]
 
+@final
 class Estimated:
     values: list[float]
     cost: float

@@ -17,8 +17,6 @@ __all__ = ["Poses", "SensorModel", "SensorParameter"]
 _CONDITIONS = ("time", "temperature", "velocity", "direction")
 _READS = ("torque", "coordinate", *_CONDITIONS)
 
-Read = Literal["torque", "coordinate", "time", "temperature", "velocity", "direction"]
-
 
 @dataclass(frozen=True)
 class SensorParameter:
@@ -85,7 +83,7 @@ class SensorModel:
     function: Callable[[Floats, Poses], Any]
     parameters: Sequence[SensorParameter]
     sensor: Literal["torque", "position"] = "torque"
-    reads: Sequence[Read] = ()
+    reads: Sequence[Literal["torque", "coordinate", "time", "temperature", "velocity", "direction"]] = ()
     """Besides positions."""
     jacobian: Optional[Callable[[Floats, Poses], Any]] = None
     """Called like `function`; returns poses by parameters. It is compared with differences once. Without it: central differences."""
