@@ -9,13 +9,15 @@ from typing import Any, Callable, Literal, Optional
 import numpy as np
 
 from .errors import InputError
-from .estimation.differences import by_differences, mismatch
+from .estimation.differences import STEP, by_differences, mismatch
 from .recording import Floats
 
 __all__ = ["Poses", "SensorModel", "SensorParameter"]
 
 _CONDITIONS = ("time", "temperature", "velocity", "direction")
 _READS = ("torque", "coordinate", *_CONDITIONS)
+# Columns of the table that the compiled part hands over.
+_TORQUE, _COORDINATE, _POSITIONS = 0, 1, 6
 
 
 @dataclass(frozen=True)
@@ -34,35 +36,64 @@ class SensorParameter:
     """What would determine it where the readings do not, such as ``record poses all around``."""
 
 
-@dataclass(frozen=True)
 class Poses:
     """What a model may read, with an entry each pose; only of what its `reads` name, and of positions always."""
 
-    joint: int
-    """Index of the joint whose sensor it is."""
-    positions: Floats
-    """Position readings of all joints, a column each: rad, m or the sensor's own unit."""
-    torque: Floats
-    """True torque of the joint, N·m or N."""
-    coordinate: Floats
-    """True coordinate of the joint, rad or m."""
-    time: Floats
-    """s since the session's first pose."""
-    temperature: Floats
-    """°C of the joint's sensors."""
-    velocity: Floats
-    """rad/s or m/s of the joint."""
-    direction: Floats
-    """From which side the joint came: 1, 0 or -1."""
+    # Made for every call: columns are taken when they are asked for.
+    __slots__ = ("_table", "joint")
+
+    def __init__(self, joint: int, table: Floats) -> None:
+        self.joint = joint
+        """Index of the joint whose sensor it is."""
+        self._table = table
 
     @property
     def position(self) -> Floats:
-        """Position readings of the joint itself."""
-        own: Floats = self.positions[:, self.joint]
-        return own
+        """Position readings of the joint: rad, m or the sensor's own unit."""
+        return self._column(_POSITIONS + self.joint)
+
+    @property
+    def positions(self) -> Floats:
+        """Position readings of all joints, a column each."""
+        all_joints: Floats = self._table[:, _POSITIONS:]
+        return all_joints
+
+    @property
+    def torque(self) -> Floats:
+        """True torque of the joint, N·m or N."""
+        return self._column(_TORQUE)
+
+    @property
+    def coordinate(self) -> Floats:
+        """True coordinate of the joint, rad or m."""
+        return self._column(_COORDINATE)
+
+    @property
+    def time(self) -> Floats:
+        """s since the session's first pose."""
+        return self._column(2)
+
+    @property
+    def temperature(self) -> Floats:
+        """°C of the joint's sensors."""
+        return self._column(3)
+
+    @property
+    def velocity(self) -> Floats:
+        """rad/s or m/s of the joint."""
+        return self._column(4)
+
+    @property
+    def direction(self) -> Floats:
+        """From which side the joint came: 1, 0 or -1."""
+        return self._column(5)
 
     def __len__(self) -> int:
-        return len(self.positions)
+        return len(self._table)
+
+    def _column(self, place: int) -> Floats:
+        column: Floats = self._table[:, place]
+        return column
 
 
 @dataclass(frozen=True)
@@ -76,7 +107,7 @@ class SensorModel:
     entry each pose. A session names it for a joint: ``joint=[{"name": "joint2", "sensor_models": [{"kind": name}]}]``.
 
     A function that reads positions and conditions only is called for all poses at once. One that reads ``torque`` or ``coordinate``, which
-    change with all unknowns, is called pose by pose with arrays of one entry, and is slow: some 10 µs a call.
+    change with all unknowns, is called pose by pose with arrays of a few entries, and is slow: see the price in the book.
     """
 
     name: str
@@ -127,13 +158,14 @@ class SensorModel:
         self, joint: int, x: Floats, table: Floats, slopes: bool
     ) -> tuple[Floats, Optional[Floats], Optional[Floats], Optional[Floats]]:
         """Values and, where wanted, derivatives by parameters, torque and coordinate."""
-        poses = _poses(joint, table)
-        values = self._values(x, poses)
+        poses = Poses(joint, table)
         if not slopes:
-            return values, None, None, None
-        by_torque = self._along(x, joint, table, 0) if self.reads_torque else None
-        by_coordinate = self._along(x, joint, table, 1) if self.reads_coordinate else None
-        return values, self._slopes(x, poses), by_torque, by_coordinate
+            return self._values(x, poses), None, None, None
+        by_parameter = self._slopes(x, poses)
+        if not (self.reads_torque or self.reads_coordinate):
+            return self._values(x, poses), by_parameter, None, None
+        values, along = self._along(x, joint, table)
+        return values, by_parameter, along.get(_TORQUE), along.get(_COORDINATE)
 
     def _values(self, x: Floats, poses: Poses) -> Floats:
         values = self._array("function", self.function(x, poses))
@@ -162,15 +194,22 @@ class SensorModel:
                 raise InputError(told, field=self.name)
         return slopes
 
-    def _along(self, x: Floats, joint: int, table: Floats, column: int) -> Floats:
-        """Slopes along a column of the table."""
-
-        def moved(step: Floats) -> Floats:
-            other = table.copy()
-            other[:, column] += step[0]
-            return self._values(x, _poses(joint, other))
-
-        return by_differences(moved, np.zeros(1), np.maximum(1.0, np.abs(table[:1, column])))[:, 0]
+    def _along(self, x: Floats, joint: int, table: Floats) -> tuple[Floats, dict[int, Floats]]:
+        """Values, and slopes along the columns that it reads: all by one call."""
+        columns = [column for column, reads in ((_TORQUE, self.reads_torque), (_COORDINATE, self.reads_coordinate)) if reads]
+        poses = len(table)
+        stacked = np.tile(table, (1 + 2 * len(columns), 1))
+        parts = stacked.reshape(-1, poses, table.shape[1])
+        for place, column in enumerate(columns):
+            step = STEP * np.maximum(1.0, np.abs(table[:, column]))
+            parts[1 + 2 * place, :, column] += step
+            parts[2 + 2 * place, :, column] -= step
+        values = self._values(x, Poses(joint, stacked)).reshape(-1, poses)
+        slopes = {}
+        for place, column in enumerate(columns):
+            ahead, behind = 1 + 2 * place, 2 + 2 * place
+            slopes[column] = (values[ahead] - values[behind]) / (parts[ahead, :, column] - parts[behind, :, column])
+        return values[0], slopes
 
     def _array(self, what: str, given: Any) -> Floats:
         try:
@@ -181,8 +220,3 @@ class SensorModel:
     def __reduce__(self) -> Any:
         said = (self.name, self.function, tuple(self.parameters), self.sensor, tuple(self.reads), self.jacobian)
         return (SensorModel, (*said, self.linear, self.affine_in_torque, self.help))
-
-
-def _poses(joint: int, table: Floats) -> Poses:
-    torque, coordinate, time, temperature, velocity, direction = table[:, :6].T
-    return Poses(joint, table[:, 6:], torque, coordinate, time, temperature, velocity, direction)

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..recording import Floats
 
-__all__ = ["by_differences", "mismatch"]
+__all__ = ["STEP", "by_differences", "mismatch"]
 
-_STEP = float(np.finfo(np.float64).eps) ** (1 / 3)
+STEP = float(np.finfo(np.float64).eps) ** (1 / 3)
 """Balances the error of the difference, of second order, and that of rounding."""
 _TOLERANCE = 1e-5
 """Share of the largest derivative of a column by which differences may be off."""
@@ -20,7 +20,7 @@ def by_differences(function: Callable[[Floats], Floats], x: Floats, scale: Float
     """Derivatives of `function` by each entry of `x`, rows by x: two calls a column, at steps of about 6e-6 of `|x|` or its scale."""
     columns = []
     for place in range(len(x)):
-        step = _STEP * max(abs(x[place]), scale[place])
+        step = STEP * max(abs(x[place]), scale[place])
         ahead, behind = x.copy(), x.copy()
         ahead[place] += step
         behind[place] -= step
