@@ -151,3 +151,29 @@ def test_other_commands_work_on_files_and_results(calibrated: gravcal.Calibratio
     assert "joint1_torque_Nm" in str(inspection) and "joint1_torque_Nm" in json.dumps(dict(inspection.fields))
     with pytest.raises(gravcal.InputError, match="no such file"):
         gravcal.inspect(tmp_path / "absent.csv")
+
+
+def test_studies_are_run(tmp_path: Path) -> None:
+    simulation = ROOT / "experiments/sarcos-shoulder/simulation.toml"
+    path = tmp_path / "study.toml"
+    path.write_text(f"""simulation = '{simulation}'
+trials = 6
+estimators = ["sequential", "joint"]
+[[vary]]
+name = "noise"
+unit = "count"
+field = "torque.std"
+values = [0.2, 0.8]
+""")
+    study = gravcal.study(path, tmp_path / "results", threads=1)
+    assert study.table == (tmp_path / "results/report.txt").read_text() == str(study)
+    gains = [one for one in study.measures if one["quantity"] == "joint3.torque_gain"]
+    assert [(one["noise"], one["estimator"]) for one in gains] == [(n, e) for n in (0.2, 0.8) for e in ("sequential", "joint")]
+    by_steps, jointly = gains[:2]
+    assert by_steps["rms"] is None and isinstance(jointly["rms"], float) and jointly["trials"] == 6.0
+    pytest.importorskip("pandas")
+    assert len(study.to_pandas()) == len(study.measures)
+    path.write_text(path.read_text().replace("torque.std", "torque.standard"))
+    with pytest.raises(gravcal.InputError, match="standard") as raised:
+        gravcal.study(path, tmp_path / "others")
+    assert raised.value.file is not None

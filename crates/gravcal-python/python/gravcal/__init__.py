@@ -11,7 +11,7 @@ Inside and in results: SI units and radians, ``reading = torque_gain * torque + 
 ``coordinate = position_gain * reading + position_offset``. What the readings do not determine has no value, says why, and what to do.
 """
 
-from .commands import Comparison, Inspection, apply, compare, export, inspect, simulate
+from .commands import Comparison, Inspection, Study, apply, compare, export, inspect, simulate, study
 from .errors import GravcalError, InputError
 from .models import Poses, SensorModel, SensorParameter
 from .recording import Recording, read
@@ -44,6 +44,7 @@ __all__ = [
     "SensorModel",
     "SensorParameter",
     "Session",
+    "Study",
     "Undetermined",
     "apply",
     "compare",
@@ -51,4 +52,5 @@ __all__ = [
     "inspect",
     "read",
     "simulate",
+    "study",
 ]

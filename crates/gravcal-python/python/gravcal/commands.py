@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import os
 import shlex
@@ -19,7 +20,7 @@ from .recording import Path
 from .result import Calibration
 from .tabled import Tabled
 
-__all__ = ["Comparison", "Inspection", "apply", "compare", "export", "inspect", "simulate"]
+__all__ = ["Comparison", "Inspection", "Study", "apply", "compare", "export", "inspect", "simulate", "study"]
 
 _MOVED = 3
 
@@ -42,6 +43,42 @@ class Comparison(Tabled):
     table: str
     fields: Mapping[str, Any]
     """What `gravcal compare --json` prints."""
+
+
+@dataclass(frozen=True)
+class Study(Tabled):
+    """What a study comes to."""
+
+    table: str
+    """`report.txt`."""
+    measures: tuple[Mapping[str, Union[str, float, None]], ...]
+    """`measures.csv`: an entry each point, estimator and quantity, with its rms error, that over the bound, and how often 95 % intervals hold
+    the truth. `None` where there is no number."""
+    folder: str
+    """Where all of it is, with figures and `study.html`."""
+
+    def to_pandas(self) -> Any:
+        """A DataFrame of the measures (needs pandas)."""
+        import pandas
+
+        return pandas.DataFrame([dict(measure) for measure in self.measures])
+
+
+def study(path: Path, output: Path, *, threads: Optional[int] = None) -> Study:
+    """Runs the trials of a study that are missing in its folder for results, and tells what they come to."""
+    words: list[Path] = ["study", "run", path, "--output", output, "--quiet"]
+    _run(words + (["--threads", str(threads)] if threads is not None else []))
+    with open(os.path.join(output, "measures.csv"), encoding="utf-8", newline="") as file:
+        measures = tuple({name: _cell(text) for name, text in row.items()} for row in csv.DictReader(file))
+    with open(os.path.join(output, "report.txt"), encoding="utf-8") as file:
+        return Study(file.read(), measures, os.fspath(output))
+
+
+def _cell(text: str) -> Union[str, float, None]:
+    try:
+        return float(text) if text else None
+    except ValueError:
+        return text
 
 
 def inspect(path: Path) -> Inspection:
