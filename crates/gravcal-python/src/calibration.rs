@@ -11,7 +11,6 @@ use gravcal_cli::{Choice, Exit, Failure, Phase, Stopwatch, provenance};
 use gravcal_report::{
     CalibrationFile, CalibrationPage, CalibrationTable, Contents, OutputFolder, Provenance, Timing, Written,
 };
-use gravcal_robot_model::Session;
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
 

@@ -6,8 +6,6 @@ use std::path::Path;
 use gravcal::calibration::robot::FileError;
 use gravcal::calibration::session::SessionError;
 use gravcal_cli::Failure;
-use gravcal_session::SessionError;
-use gravcal_session::document::FileError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict};
 

@@ -13,9 +13,6 @@ use gravcal::calibration::{EstimatorName, robot};
 use gravcal::recording::{Memory, Numbers};
 use gravcal_cli::{Choice, Phase, Stopwatch};
 use gravcal_report::{CheckTable, check_json};
-use gravcal_robot_model::{EstimatorName, Registry};
-use gravcal_session::SessionError;
-use gravcal_session::document::Document;
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -31,21 +28,21 @@ const IN_MEMORY: &str = "Session";
 
 /// A robot: names of its joints and links.
 #[pyclass(frozen, module = "gravcal._native")]
-pub struct Robot(gravcal_robot_model::Robot);
+pub struct Robot(gravcal::calibration::Robot);
 
 #[pymethods]
 impl Robot {
     /// From `robot.toml`.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Robot> {
-        gravcal_session::read_robot(&path).map(Robot).map_err(|error| file_error(py, &error))
+        robot::read_robot(&path).map(Robot).map_err(|error| file_error(py, &error))
     }
 
     /// From a URDF.
     #[staticmethod]
     fn read_urdf(py: Python<'_>, path: PathBuf, base: &str, tips: Vec<String>) -> PyResult<Robot> {
         let tips: Vec<&str> = tips.iter().map(String::as_str).collect();
-        gravcal_session::read_urdf(&path, base, &tips).map(Robot).map_err(|error| file_error(py, &error))
+        robot::read_urdf(&path, base, &tips).map(Robot).map_err(|error| file_error(py, &error))
     }
 
     #[getter]
@@ -92,7 +89,7 @@ impl Session {
     ) -> PyResult<Session> {
         let models = Models::new(py, models)?;
         let registry = models.registry();
-        let read = |watch: &Watch<'_>| calibration_session::Session::read_watched(&path, &registry, watch);
+        let read = |watch: &Watch<'_>| calibration_session::read_session_watched(&path, &registry, watch);
         let read = Session::of(py, &path, models, progress, read)?;
         read.map_err(|error| session_error(py, &error, false))
     }
@@ -119,7 +116,8 @@ impl Session {
         }
         let models = Models::new(py, models)?;
         let registry = models.registry();
-        let read = |watch: &Watch<'_>| calibration_session::Session::in_memory(&document, &registry, &memory, watch);
+        let read =
+            |watch: &Watch<'_>| calibration_session::read_session_in_memory(&document, &registry, &memory, watch);
         let read = Session::of(py, path, models, progress, read)?;
         read.map_err(|error| session_error(py, &error, true))
     }
@@ -242,7 +240,7 @@ impl Session {
         path: &Path,
         models: Models,
         progress: Option<&Bound<'_, PyAny>>,
-        read: impl FnOnce(&Watch<'_>) -> Result<gravcal_robot_model::Session, SessionError> + Send,
+        read: impl FnOnce(&Watch<'_>) -> Result<gravcal::calibration::Session, SessionError> + Send,
     ) -> PyResult<Result<Session, SessionError>> {
         let raised = models.raised().cloned();
         let read = run(py, progress, &AtomicBool::new(false), |tell| {
