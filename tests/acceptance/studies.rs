@@ -126,11 +126,37 @@ fn a_trial_that_fails_is_a_row_with_its_reason() {
     );
     let run = study.run("results", &[]);
     assert_eq!(run.code, 0, "{run:?}");
-    assert!(run.stdout.contains("joint: failed 100 %"), "{}", run.stdout);
+    assert!(
+        run.stdout.contains("No trial has an estimate.") && run.stdout.contains("contradicts the readings"),
+        "{}",
+        run.stdout
+    );
+    let folder = study.results("results").display().to_string();
+    let all = gravcal(["study", "report", &folder, "--full"]);
+    assert!(all.stdout.contains("joint: failed 100 %"), "{}", all.stdout);
     let series = study.measures("results");
     assert_eq!(series[0].outcomes[Outcome::Failed as usize], 3);
     assert!(series[0].reasons[0].0.contains("contradicts the readings"), "{:?}", series[0].reasons);
     assert!(series[0].quantities.iter().all(|quantity| quantity.estimates == 0));
+}
+
+#[test]
+fn what_a_study_found_fits_on_a_screen() {
+    let study = Study::small(20);
+    let run = study.run("results", &[]);
+    assert_eq!(run.code, 0, "{run:?}");
+    assert!(run.stdout.lines().count() <= 25, "{}", run.stdout);
+    let mut lines = run.stdout.lines().filter(|line| !line.starts_with("Results in "));
+    assert!(lines.all(|line| line.chars().count() <= 80), "{}", run.stdout);
+    let rows = ["0.4", "0.8"].map(|noise| run.stdout.lines().filter(|line| line.starts_with(noise)).count());
+    assert_eq!(rows, [2, 2], "{}", run.stdout);
+
+    let folder = study.results("results").display().to_string();
+    let all = gravcal(["study", "report", &folder, "--full"]).stdout;
+    let report = fs::read_to_string(study.results("results").join("report.txt")).unwrap();
+    assert!(all.starts_with(&report), "{all}");
+    let quiet = gravcal(["study", "report", &folder, "--quiet"]).stdout;
+    assert!(quiet.starts_with("Results in ") && quiet.lines().count() == 1, "{quiet}");
 }
 
 #[test]

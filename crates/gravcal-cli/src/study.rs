@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, Subcommand};
-use gravcal_report::study::{StudyReport, report_files};
+use gravcal_report::study::{StudyReport, StudySummary, report_files};
 use gravcal_robot_model::Registry;
 use gravcal_solvers::SolverName;
 use gravcal_study::batch::{self, BatchError, Ended, Helpers, Manifest, NamedSolver, Shard, StudyFolder};
@@ -65,7 +65,11 @@ struct RunArguments {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=256))]
     threads: Option<u16>,
 
-    /// Show no progress and print no tables
+    /// Print all tables, and not the summary alone
+    #[arg(long)]
+    full: bool,
+
+    /// Show no progress and print no summary
     #[arg(long, short)]
     quiet: bool,
 }
@@ -96,21 +100,29 @@ struct MergeArguments {
     #[arg(value_name = "DIR")]
     others: Vec<PathBuf>,
 
-    /// Print no tables
+    /// Print all tables, and not the summary alone
+    #[arg(long)]
+    full: bool,
+
+    /// Print no summary
     #[arg(long, short)]
     quiet: bool,
 }
 
 /// Write tables and figures of a study that is complete
 ///
-/// report.txt, report.md, study.html, measures.csv and figures (SVG) go into the study's folder; the text is printed, too.
+/// report.txt, report.md, study.html, measures.csv and figures (SVG) go into the study's folder; what they come to is printed, too.
 #[derive(Debug, Args)]
 struct ReportArguments {
     /// Folder with the results, such as experiments/joint-against-sequential/results
     #[arg(value_name = "DIR")]
     folder: PathBuf,
 
-    /// Print no tables
+    /// Print all tables, and not the summary alone
+    #[arg(long)]
+    full: bool,
+
+    /// Print no summary
     #[arg(long, short)]
     quiet: bool,
 }
@@ -120,7 +132,7 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     match &arguments.command {
         Command::Run(arguments) => run_study(arguments, registry),
         Command::Merge(arguments) => merge(arguments),
-        Command::Report(arguments) => report(&open(&arguments.folder)?, arguments.quiet),
+        Command::Report(arguments) => report(&open(&arguments.folder)?, Printed::new(arguments.full, arguments.quiet)),
         Command::Submit(arguments) => {
             let (study, solvers) = checked(&arguments.study, registry)?;
             submit::submit(arguments, &study, &names(&solvers))
@@ -177,7 +189,7 @@ fn run_study(arguments: &RunArguments, registry: &Registry) -> Result<Exit, Fail
         return Ok(Exit::Determined);
     }
     batch::merge(&folder, &[]).map_err(|error| refused(&error))?;
-    report(&folder, arguments.quiet)?;
+    report(&folder, Printed::new(arguments.full, arguments.quiet))?;
     terminal::print(&format!("{trials} trials in {seconds:.1} s{rate}\n"))?;
     Ok(Exit::Determined)
 }
@@ -198,22 +210,44 @@ fn merge(arguments: &MergeArguments) -> Result<Exit, Failure> {
     let folder = StudyFolder::open_to_write(&arguments.folder).map_err(|error| refused(&error))?;
     let others = arguments.others.iter().map(|other| open(other)).collect::<Result<Vec<_>, _>>()?;
     batch::merge(&folder, &others).map_err(|error| refused(&error))?;
-    report(&folder, arguments.quiet)
+    report(&folder, Printed::new(arguments.full, arguments.quiet))
 }
 
-fn report(folder: &StudyFolder, quiet: bool) -> Result<Exit, Failure> {
+/// What of a report is printed.
+#[derive(Clone, Copy)]
+enum Printed {
+    Nothing,
+    Summary,
+    Tables,
+}
+
+impl Printed {
+    fn new(full: bool, quiet: bool) -> Printed {
+        match (quiet, full) {
+            (true, _) => Printed::Nothing,
+            (false, false) => Printed::Summary,
+            (false, true) => Printed::Tables,
+        }
+    }
+}
+
+fn report(folder: &StudyFolder, printed: Printed) -> Result<Exit, Failure> {
     let series = measure(folder).map_err(|error| refused(&error))?;
     let report = StudyReport { manifest: &folder.manifest, series: &series };
     let files = report_files(&report).map_err(|error| Failure::bad_input(&error))?;
     folder.put_report(&files).map_err(|error| refused(&error))?;
-    if !quiet {
-        terminal::print(&format!("{report}\n"))?;
+    match printed {
+        Printed::Nothing => {}
+        Printed::Summary => terminal::print(&StudySummary(report).to_string())?,
+        Printed::Tables => terminal::print(&format!("{report}\n"))?,
     }
-    let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
+    let (figures, others): (Vec<&str>, Vec<&str>) =
+        files.iter().map(|(name, _)| name.as_str()).partition(|name| name.ends_with(".svg"));
     terminal::print(&format!(
-        "Results in {} (trials.parquet, times.csv, {})\n",
+        "Results in {} ({}, trials.parquet, times.csv, {} figures)\n",
         folder.path().display(),
-        names.join(", ")
+        others.join(", "),
+        figures.len()
     ))?;
     Ok(Exit::Determined)
 }

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 use gravcal_dynamics::Chain;
 use gravcal_recording::{CsvWriting, Rewriting, Row, inspect, open, read_earlier, read_earlier_session, rewrite};
-use gravcal_report::study::{StudyReport, report_files};
+use gravcal_report::study::{StudyReport, StudySummary, report_files};
 use gravcal_session::simulation::{Simulation, record};
 use gravcal_session::{read_robot, read_session};
 use gravcal_study::batch::{StudyFolder, merge};
@@ -184,7 +184,7 @@ fn results(study: &[u8], trials: &[u8]) {
             if let Ok(series) = measure(&opened).map_err(|error| error.to_string()) {
                 let report = StudyReport { manifest: &opened.manifest, series: &series };
                 let _ = report_files(&report).map_err(|error| error.to_string());
-                assert!(!report.to_string().is_empty());
+                assert!(!report.to_string().is_empty() && !StudySummary(report).to_string().is_empty());
             }
             let _ = fs::remove_file(table);
         });

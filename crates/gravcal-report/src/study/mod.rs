@@ -6,6 +6,10 @@ mod figure;
 mod markdown;
 mod page;
 mod panels;
+mod ranges;
+mod summary;
+#[cfg(test)]
+mod testing;
 mod text;
 
 use std::fmt;
@@ -29,6 +33,7 @@ pub enum ReportError {
 }
 
 pub use figure::FigureError;
+pub use summary::StudySummary;
 
 /// A study and what it came to.
 #[derive(Clone, Copy, Debug)]
@@ -40,6 +45,13 @@ pub struct StudyReport<'a> {
 }
 
 impl StudyReport<'_> {
+    /// `Study of sequential, joint over noise and converter`.
+    fn title(&self) -> String {
+        let axes: Vec<&str> = self.manifest.axes.iter().map(|axis| axis.name.as_str()).collect();
+        let over = if axes.is_empty() { String::new() } else { format!(" over {}", axes.join(" and ")) };
+        format!("Study of {}{over}", self.manifest.estimators.join(", "))
+    }
+
     /// The estimator of a series, with the solver where several are compared.
     fn name(&self, series: &Series) -> String {
         let estimator = &self.manifest.estimators[series.estimator];

@@ -1,10 +1,11 @@
 //! `study.html`: what a study found, its figures and tables, in one file.
 
-use gravcal_study::measures::{QuantityMeasures, Series};
+use gravcal_study::measures::Series;
 use maud::{Markup, PreEscaped, html};
 
 use super::StudyReport;
 use super::markdown::cell;
+use super::ranges::{Range, coverage, over_bound};
 use super::text::heading;
 use crate::page::document;
 use gravcal_robot_model::number::significant;
@@ -12,7 +13,7 @@ use gravcal_robot_model::number::significant;
 /// With the figures as SVG.
 pub(super) fn page(report: &StudyReport<'_>, figures: &[(String, String)]) -> String {
     let manifest = report.manifest;
-    let title = title(report);
+    let title = report.title();
     let body = html! {
         h1 { (title) }
         section.verdict {
@@ -38,34 +39,20 @@ pub(super) fn page(report: &StudyReport<'_>, figures: &[(String, String)]) -> St
     document(&title, &body, None)
 }
 
-/// `Study of sequential and joint over noise`.
-fn title(report: &StudyReport<'_>) -> String {
-    let axes: Vec<&str> = report.manifest.axes.iter().map(|axis| axis.name.as_str()).collect();
-    let over = if axes.is_empty() { String::new() } else { format!(" over {}", axes.join(" and ")) };
-    format!("Study of {}{over}", report.manifest.estimators.join(", "))
-}
-
 /// `joint: determined 100 %, …; errors 0.98 to 1.02 of the bound, 94.1 to 95.8 % of the 95 % intervals hold the truth`.
 fn finding(report: &StudyReport<'_>, series: &Series) -> String {
-    let (told, silent): (Vec<_>, Vec<_>) =
-        report.manifest.quantities.iter().zip(&series.quantities).partition(|(_, quantity)| quantity.estimates > 0);
-    let range = |of: fn(&QuantityMeasures) -> f64| {
-        let values = told.iter().map(|(_, quantity)| of(quantity)).filter(|value| value.is_finite());
-        values.fold(None, |range: Option<[f64; 2]>, value| {
-            Some(range.map_or([value; 2], |[low, high]| [low.min(value), high.max(value)]))
-        })
-    };
+    let quantities = report.manifest.quantities.iter().zip(&series.quantities);
+    let silent: Vec<&str> =
+        quantities.filter(|(_, quantity)| quantity.estimates == 0).map(|((name, _), _)| name.as_str()).collect();
     let mut text = heading(report, series);
-    if let Some([low, high]) = range(|quantity| quantity.ratio.value) {
-        text += &format!("; errors {} to {} of the bound", significant(low, 3), significant(high, 3));
+    if let Some(range) = Range::over_quantities([series].into_iter(), over_bound) {
+        text += &format!("; errors {} of the bound", range.told());
     }
-    if let Some([low, high]) = range(|quantity| 100.0 * quantity.coverage.value) {
-        let (low, high) = (significant(low, 3), significant(high, 3));
-        text += &format!("; {low} to {high} % of the 95 % intervals hold the truth");
+    if let Some(range) = Range::over_quantities([series].into_iter(), coverage) {
+        text += &format!("; {} % of the 95 % intervals hold the truth", range.told());
     }
     if !silent.is_empty() {
-        let names: Vec<&str> = silent.iter().map(|((name, _), _)| name.as_str()).collect();
-        text += &format!("; no estimate of {}", names.join(", "));
+        text += &format!("; no estimate of {}", silent.join(", "));
     }
     text
 }
@@ -101,7 +88,7 @@ fn comparison(report: &StudyReport<'_>, point: usize) -> Markup {
         div.wide { table {
             thead { tr {
                 th { "quantity" }
-                @for series in report.at(point).filter(|series| *series != reference) { th.number { (report.name(series)) } }
+                @for series in report.others(point) { th.number { (report.name(series)) } }
             } }
             tbody { @for compared in report.compared(point) {
                 tr {

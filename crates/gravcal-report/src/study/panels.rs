@@ -84,7 +84,7 @@ fn along(report: &StudyReport<'_>, axis: usize) -> Vec<(String, Figure)> {
     let rms = |series: &Series, quantity: usize| Some(series.quantities[quantity].rms);
     let coverage = |series: &Series, quantity: usize| Some(series.quantities[quantity].coverage);
     let over_last = |series: &Series, quantity: usize| {
-        let last = report.reference(series.point).filter(|last| *last != series)?;
+        let last = report.reference(series.point).filter(|_| !report.is_reference(series))?;
         let (own, reference) = (series.quantities[quantity].rms, last.quantities[quantity].rms);
         let value = own.value / reference.value;
         let relative = (own.error / own.value).hypot(reference.error / reference.value);

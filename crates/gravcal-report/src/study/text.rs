@@ -85,7 +85,7 @@ fn number(measure: Measure) -> Cell {
 /// Errors over those of the last estimator.
 fn comparison(report: &StudyReport<'_>, point: usize) -> String {
     let Some(reference) = report.reference(point) else { return String::new() };
-    let others: Vec<String> = report.at(point).filter(|s| *s != reference).map(|s| report.name(s)).collect();
+    let others: Vec<String> = report.others(point).map(|series| report.name(series)).collect();
     let mut grid = Grid::new([vec![Side::Left], vec![Side::Right; others.len()]].concat());
     grid.row(std::iter::once(String::new()).chain(others).map(Cell::text).collect());
     for compared in report.compared(point) {
