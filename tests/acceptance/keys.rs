@@ -7,6 +7,8 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use gravcal_calibration::EstimatorName;
+use serde_json::{Value, json};
 use syn::{Attribute, Expr, Fields, GenericArgument, Ident, Item, Lit, Meta, PathArguments, Type};
 
 use crate::tree;
@@ -22,6 +24,10 @@ pub struct Table {
     pub documentation: String,
     /// Its keys, in the order in which they are declared.
     pub keys: Vec<Key>,
+    /// How other tables of the file refer to it.
+    pub id: String,
+    /// Whether it refuses all other keys.
+    pub closed: bool,
 }
 
 /// What may stand at one key.
@@ -35,6 +41,9 @@ pub struct Key {
     pub default: String,
     pub meaning: String,
     pub example: String,
+    /// What may stand there, as JSON Schema says it; other tables by [`reference`].
+    pub schema: Value,
+    pub required: bool,
 }
 
 /// What one type comes to: words, and the struct of a table if it is one.
@@ -42,23 +51,49 @@ struct Kind {
     words: String,
     table: Option<(PathBuf, String)>,
     many: bool,
+    schema: Value,
 }
 
-/// Types that are read by hand, in words.
-const BY_HAND: [(&str, &str); 12] = [
-    ("RobotSource", "text, or a table of `urdf`, `base` and `tip`"),
-    ("OneOrNamed", "number, or a table of numbers by name"),
-    ("Written", "text, or a table with `name` and options"),
-    ("unexplained::Written", "number or text"),
-    ("ModelTable", "table: see [Sensor models](sensor-models.md)"),
-    ("Value", "any value"),
-    ("Table", "table"),
-    ("EstimatorName", "text"),
-    ("String", "text"),
-    ("PathBuf", "text"),
-    ("str", "text"),
-    ("bool", "true or false"),
-];
+/// Types that are read by hand, in words and as a schema.
+fn by_hand(name: &str) -> Option<(&'static str, Value)> {
+    let text = || json!({ "type": "string" });
+    let numbers = || json!({ "type": "object", "additionalProperties": { "type": "number" } });
+    Some(match name {
+        "RobotSource" => {
+            let tip = json!({ "anyOf": [text(), { "type": "array", "items": text() }] });
+            let properties = json!({ "urdf": text(), "base": text(), "tip": tip });
+            let urdf = json!({
+                "type": "object", "properties": properties, "required": ["urdf", "base", "tip"], "additionalProperties": false
+            });
+            ("text, or a table of `urdf`, `base` and `tip`", json!({ "anyOf": [text(), urdf] }))
+        }
+        "OneOrNamed" => {
+            ("number, or a table of numbers by name", json!({ "anyOf": [{ "type": "number" }, numbers()] }))
+        }
+        "Written" => ("text, or a table with `name` and options", json!({ "anyOf": [text(), named("name")] })),
+        "unexplained::Written" => {
+            let words = json!({ "enum": ["estimated", "none"] });
+            ("number or text", json!({ "anyOf": [{ "type": "number", "minimum": 0 }, words] }))
+        }
+        "ModelTable" => ("table: see [Sensor models](sensor-models.md)", named("kind")),
+        "Value" => ("any value", json!({})),
+        "Table" => ("table", json!({ "type": "object" })),
+        "EstimatorName" => ("text", json!({ "enum": EstimatorName::ALL.map(EstimatorName::as_str) })),
+        "String" | "PathBuf" | "str" => ("text", text()),
+        "bool" => ("true or false", json!({ "type": "boolean" })),
+        _ => return None,
+    })
+}
+
+/// A table of which one key is known, a text.
+fn named(key: &str) -> Value {
+    json!({ "type": "object", "properties": { key: { "type": "string" } }, "required": [key] })
+}
+
+/// How a schema refers to a table.
+pub fn reference(id: &str) -> Value {
+    json!({ "$ref": format!("#/definitions/{id}") })
+}
 
 impl Sources {
     /// Those of some folders of the project, tests aside.
@@ -104,7 +139,15 @@ impl Sources {
                 }
                 keys.push(key);
             }
-            tables.push(Table { header, documentation: documentation(attributes(&self.0[&at])).join(" "), keys });
+            let attributes = attributes(&self.0[&at]);
+            let closed = serde(attributes).iter().any(|word| word == "deny_unknown_fields");
+            tables.push(Table {
+                header,
+                documentation: documentation(attributes).join(" "),
+                keys,
+                id: id(&at),
+                closed,
+            });
         }
         tables
     }
@@ -115,8 +158,10 @@ impl Sources {
         let mut keys: Vec<(Key, Kind)> = Vec::new();
         if let Item::Enum(item) = &self.0[at] {
             let name = tag(item).unwrap_or_else(|| panic!("{at:?} has no tag"));
-            let key = Key { name, kind: choices(item), meaning: "Which one.".to_owned(), ..Key::default() };
-            keys.push((key, plain(choices(item))));
+            let schema = json!({ "enum": spellings(item) });
+            let (kind, meaning) = (choices(item), "Which one.".to_owned());
+            let key = Key { name, kind, meaning, schema: schema.clone(), required: true, ..Key::default() };
+            keys.push((key, plain(choices(item), schema)));
         }
         for field in fields(&self.0[at]) {
             let name = field.ident.as_ref().unwrap().to_string();
@@ -134,6 +179,13 @@ impl Sources {
             key.kind.clone_from(&kind.words);
             let optional = is_option(&field.ty) || all_default || said.iter().any(|word| word.starts_with("default"));
             describe(&mut key, &documentation(&field.attrs), optional);
+            key.schema.clone_from(&kind.schema);
+            // Of several variants none has the keys of the others, and a number that is undetermined is written as null.
+            let left_out = said.iter().any(|word| word.starts_with("skip_serializing_if"));
+            key.required = !optional && !left_out && matches!(self.0[at], Item::Struct(_));
+            if is_option(&field.ty) && is_written(&self.0[at]) {
+                key.schema = json!({ "anyOf": [key.schema, { "type": "null" }] });
+            }
             if keys.iter().all(|(other, _)| other.name != key.name) {
                 keys.push((key, kind));
             }
@@ -148,11 +200,19 @@ impl Sources {
             Type::Array(array) => {
                 let Expr::Lit(length) = &array.len else { panic!("an array without a length") };
                 let Lit::Int(length) = &length.lit else { panic!("an array without a length") };
-                plain(format!("{length} × {}", self.kind(file, &array.elem).words))
+                let Kind { words, schema, .. } = self.kind(file, &array.elem);
+                let count: usize = length.base10_parse().unwrap();
+                let schema = json!({ "type": "array", "items": schema, "minItems": count, "maxItems": count });
+                plain(format!("{length} × {words}"), schema)
             }
             Type::Tuple(tuple) => {
-                let parts: Vec<String> = tuple.elems.iter().map(|part| self.kind(file, part).words).collect();
-                plain(format!("list of {}", parts.join(" and ")))
+                let parts: Vec<Kind> = tuple.elems.iter().map(|part| self.kind(file, part)).collect();
+                let words: Vec<&str> = parts.iter().map(|part| part.words.as_str()).collect();
+                let words = format!("list of {}", words.join(" and "));
+                let (count, any) = (parts.len(), parts.into_iter().map(|part| part.schema).collect::<Vec<_>>());
+                let schema =
+                    json!({ "type": "array", "items": { "anyOf": any }, "minItems": count, "maxItems": count });
+                plain(words, schema)
             }
             Type::Path(path) => self.named(file, path),
             _ => panic!("a type that no file holds"),
@@ -165,33 +225,43 @@ impl Sources {
         let full = segments.iter().map(ToString::to_string).collect::<Vec<_>>().join("::");
         let inside = |index: usize| argument(path, index);
         match name.as_str() {
-            "f64" | "f32" => return plain("number".to_owned()),
-            "usize" | "u8" | "u16" | "u32" | "u64" | "i32" | "i64" => return plain("whole number".to_owned()),
+            "f64" | "f32" => return plain("number".to_owned(), json!({ "type": "number" })),
+            "i32" | "i64" => return plain("whole number".to_owned(), json!({ "type": "integer" })),
+            "usize" | "u8" | "u16" | "u32" | "u64" => {
+                return plain("whole number".to_owned(), json!({ "type": "integer", "minimum": 0 }));
+            }
             "Option" | "Cow" => return self.kind(file, inside(0)),
             "Vec" => return self.list(file, inside(0)),
-            "OneOrMany" => return plain(format!("{0}, or a list", self.kind(file, inside(0)).words)),
+            "OneOrMany" => {
+                let Kind { words, schema, .. } = self.kind(file, inside(0));
+                let schema = json!({ "anyOf": [schema, { "type": "array", "items": schema }] });
+                return plain(format!("{words}, or a list"), schema);
+            }
             "BTreeMap" => {
-                let Kind { words, table, many: _ } = self.kind(file, inside(1));
-                return Kind { words: format!("table: {words} by name"), table, many: false };
+                let Kind { words, table, schema, .. } = self.kind(file, inside(1));
+                let schema = json!({ "type": "object", "additionalProperties": schema });
+                return Kind { words: format!("table: {words} by name"), table, many: false, schema };
             }
             _ => {}
         }
-        let by_hand = |name: &str| BY_HAND.iter().find(|(by_hand, _)| *by_hand == name);
-        if let Some((_, words)) = by_hand(&full).or_else(|| by_hand(&name)) {
-            return plain((*words).to_owned());
+        if let Some((words, schema)) = by_hand(&full).or_else(|| by_hand(&name)) {
+            return plain(words.to_owned(), schema);
         }
         let module = segments.len().checked_sub(2).map(|at| segments[at].to_string());
         let found = self.find(file, module.as_deref(), &name);
         match &self.0[&found] {
-            Item::Enum(item) if tag(item).is_none() => plain(choices(item)),
-            _ => Kind { words: "table".to_owned(), table: Some(found), many: false },
+            Item::Enum(item) if tag(item).is_none() => plain(choices(item), json!({ "enum": spellings(item) })),
+            _ => {
+                let schema = reference(&id(&found));
+                Kind { words: "table".to_owned(), table: Some(found), many: false, schema }
+            }
         }
     }
 
     fn list(&self, file: &Path, of: &Type) -> Kind {
-        let Kind { words, table, many: _ } = self.kind(file, of);
+        let Kind { words, table, schema, .. } = self.kind(file, of);
         let words = if words.contains([' ', ':']) { format!("list of: {words}") } else { format!("list of {words}s") };
-        Kind { words, table, many: true }
+        Kind { words, table, many: true, schema: json!({ "type": "array", "items": schema }) }
     }
 
     /// The one that a name means in a file: its own, that of the module it names, or the nearest.
@@ -208,8 +278,26 @@ impl Sources {
     }
 }
 
-fn plain(words: String) -> Kind {
-    Kind { words, table: None, many: false }
+fn plain(words: String, schema: Value) -> Kind {
+    Kind { words, table: None, many: false, schema }
+}
+
+/// A name for a struct that no other has: that of its file stands before it.
+fn id((file, name): &(PathBuf, String)) -> String {
+    let stem = file.file_stem().unwrap().to_string_lossy();
+    let folder = file.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy();
+    let module = if stem == "mod" { folder } else { stem };
+    format!("{module}.{name}")
+}
+
+/// Whether a type is written and not read.
+fn is_written(item: &Item) -> bool {
+    let derives = attributes(item).iter().filter(|attribute| attribute.path().is_ident("derive"));
+    let mut words = derives.filter_map(|attribute| match &attribute.meta {
+        Meta::List(list) => Some(list.tokens.to_string()),
+        _ => None,
+    });
+    words.any(|words| words.split(',').any(|word| word.trim() == "Serialize"))
 }
 
 fn attributes(item: &Item) -> &[Attribute] {
@@ -291,8 +379,12 @@ fn without_code_links(line: &str) -> String {
     if linked { text } else { line.to_owned() }
 }
 
-/// The texts that an enum may be written as.
+/// The texts that an enum may be written as, in words.
 fn choices(item: &syn::ItemEnum) -> String {
+    spellings(item).iter().map(|name| format!("`\"{name}\"`")).collect::<Vec<_>>().join(" or ")
+}
+
+fn spellings(item: &syn::ItemEnum) -> Vec<String> {
     let rule = serde(&item.attrs);
     let rule = rule.iter().find_map(|word| word.strip_prefix("rename_all = ")).map(|rule| rule.trim_matches('"'));
     let names = item.variants.iter().map(|variant| {
@@ -301,7 +393,7 @@ fn choices(item: &syn::ItemEnum) -> String {
             own.iter().find_map(|word| word.strip_prefix("rename = ")).map(|name| name.trim_matches('"').to_owned());
         own.unwrap_or_else(|| cased(&variant.ident.to_string(), rule))
     });
-    names.map(|name| format!("`\"{name}\"`")).collect::<Vec<_>>().join(" or ")
+    names.collect()
 }
 
 fn cased(name: &str, rule: Option<&str>) -> String {

@@ -1,13 +1,17 @@
 //! The pages of `docs/reference` that are written by the program's own sources, so that they cannot drift: the keys of its files,
-//! and its help.
+//! and its help; and schemas, by which editors know these keys.
 //!
 //! `GRAVCAL_UPDATE_REFERENCE=1 cargo test --release -p gravcal-cli --test acceptance reference` writes them anew.
 
 use std::fmt::Write as _;
 use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
 
 use crate::keys::{Key, Sources, Table};
 use crate::program::gravcal;
+use crate::schema::Schema;
 use crate::tree;
 
 const UPDATE: &str = "GRAVCAL_UPDATE_REFERENCE";
@@ -48,7 +52,7 @@ fn page(title: &str, introduction: &str, tables: &[Table], examples: bool) -> St
 }
 
 fn row(key: &Key, examples: bool) -> String {
-    let Key { name, kind, unit, default, meaning, example } = key;
+    let Key { name, kind, unit, default, meaning, example, .. } = key;
     let cells = match examples {
         true => {
             vec![format!("`{name}`"), kind.clone(), unit.clone(), default.clone(), meaning.clone(), example.clone()]
@@ -74,75 +78,171 @@ fn check(tables: &[Table]) {
     }
 }
 
-fn keep_keys(file: &str, introduction: &str, sources: &Sources, roots: &[(&str, &str)]) {
-    let mut tables: Vec<Table> = roots.iter().flat_map(|(file, root)| sources.tables(file, root)).collect();
-    // What several structs read from the top of one file stands together.
-    let others: Vec<usize> = (1..tables.len()).filter(|at| tables[*at].header.is_empty()).collect();
-    for at in others.into_iter().rev() {
-        let keys = tables.remove(at).keys;
-        tables[0].keys.extend(keys);
+/// A page on a file, and its schema.
+struct Reference {
+    file: &'static str,
+    introduction: &'static str,
+    tables: Vec<Table>,
+}
+
+impl Reference {
+    /// Of what some structs read or write, all of them at the top of the file.
+    fn new(file: &'static str, introduction: &'static str, folders: &[&str], roots: &[(&str, &str)]) -> Reference {
+        let sources = Sources::of(folders);
+        let mut tables: Vec<Table> = roots.iter().flat_map(|(file, root)| sources.tables(file, root)).collect();
+        let others: Vec<usize> = (1..tables.len()).filter(|at| tables[*at].header.is_empty()).collect();
+        for at in others.into_iter().rev() {
+            let keys = tables.remove(at).keys;
+            tables[0].keys.extend(keys);
+        }
+        Reference { file, introduction, tables }
     }
-    check(&tables);
-    keep(&format!("{}.md", file.trim_end_matches(".toml")), &page(file, introduction, &tables, true));
+
+    fn session() -> Reference {
+        Reference::new(
+            "session.toml",
+            "All that is known beforehand. A key without a default is optional where it says –. Where a value may differ by joint it is one for \
+             all or a list with one for each. Some sections exclude each other; gravcal says which.",
+            &[SESSION, MODEL],
+            &[("crates/gravcal-session/src/file.rs", "SessionTable")],
+        )
+    }
+
+    fn robot() -> Reference {
+        Reference::new(
+            "robot.toml",
+            "A robot by its Denavit-Hartenberg rows. In place of this file a session may name a URDF.",
+            &[SESSION, MODEL, "crates/gravcal-dynamics/src"],
+            &[("crates/gravcal-session/src/robot_file/file.rs", "RobotTable")],
+        )
+    }
+
+    fn simulation() -> Reference {
+        Reference::new(
+            "simulation.toml",
+            "What `gravcal simulate` makes: a session, its tables, and `truth.toml` with the values that a calibration should find.",
+            &[SESSION, MODEL],
+            &[
+                ("crates/gravcal-session/src/simulation/file/tables.rs", "SimulationTable"),
+                ("crates/gravcal-session/src/simulation/file/instruments.rs", "InstrumentTables"),
+            ],
+        )
+    }
+
+    fn study() -> Reference {
+        Reference::new(
+            "study.toml",
+            "What `gravcal study run` simulates, varies and compares. Paths are relative to the study, and in `session` too.",
+            &["crates/gravcal-study/src/plan"],
+            &[("crates/gravcal-study/src/plan/file.rs", "StudyTable")],
+        )
+    }
+
+    fn calibration() -> Reference {
+        Reference::new(
+            "calibration.json",
+            "The result of `gravcal calibrate`. Values are in SI, angles in rad; torque readings in the unit of their sensor. What is \
+             undetermined has the value `null`, never a number. The same input gives the same bytes.",
+            &["crates/gravcal-report/src", CALIBRATION, MODEL, "crates/gravcal-estimation/src"],
+            &[("crates/gravcal-report/src/calibration_file.rs", "Document")],
+        )
+    }
+
+    fn schema(&self) -> Schema {
+        Schema::of(self.file, self.introduction, &self.tables)
+    }
+
+    /// The page, and the schema beside it.
+    fn keep(&self, examples: bool) {
+        let name = self.file.split('.').next().unwrap();
+        keep(&format!("{name}.md"), &page(self.file, self.introduction, &self.tables, examples));
+        keep(&format!("schema/{name}.json"), &self.schema().text());
+    }
 }
 
 #[test]
-fn keys_of_sessions_are_in_the_book() {
-    let sources = Sources::of(&[SESSION, MODEL]);
-    keep_keys(
-        "session.toml",
-        "All that is known beforehand. A key without a default is optional where it says –. Where a value may differ by joint it is one for \
-         all or a list with one for each. Some sections exclude each other; gravcal says which.",
-        &sources,
-        &[("crates/gravcal-session/src/file.rs", "SessionTable")],
-    );
-}
-
-#[test]
-fn keys_of_robots_are_in_the_book() {
-    let sources = Sources::of(&[SESSION, MODEL, "crates/gravcal-dynamics/src"]);
-    keep_keys(
-        "robot.toml",
-        "A robot by its Denavit-Hartenberg rows. In place of this file a session may name a URDF.",
-        &sources,
-        &[("crates/gravcal-session/src/robot_file/file.rs", "RobotTable")],
-    );
-}
-
-#[test]
-fn keys_of_simulations_are_in_the_book() {
-    let sources = Sources::of(&[SESSION, MODEL]);
-    keep_keys(
-        "simulation.toml",
-        "What `gravcal simulate` makes: a session, its tables, and `truth.toml` with the values that a calibration should find.",
-        &sources,
-        &[
-            ("crates/gravcal-session/src/simulation/file/tables.rs", "SimulationTable"),
-            ("crates/gravcal-session/src/simulation/file/instruments.rs", "InstrumentTables"),
-        ],
-    );
-}
-
-#[test]
-fn keys_of_studies_are_in_the_book() {
-    let sources = Sources::of(&["crates/gravcal-study/src/plan"]);
-    keep_keys(
-        "study.toml",
-        "What `gravcal study run` simulates, varies and compares. Paths are relative to the study, and in `session` too.",
-        &sources,
-        &[("crates/gravcal-study/src/plan/file.rs", "StudyTable")],
-    );
+fn keys_of_files_that_are_read_are_in_the_book() {
+    for reference in [Reference::session(), Reference::robot(), Reference::simulation(), Reference::study()] {
+        check(&reference.tables);
+        reference.keep(true);
+    }
 }
 
 #[test]
 fn fields_of_calibrations_are_in_the_book() {
-    let sources = Sources::of(&["crates/gravcal-report/src", CALIBRATION, MODEL, "crates/gravcal-estimation/src"]);
-    let tables = sources.tables("crates/gravcal-report/src/calibration_file.rs", "Document");
-    let unexplained = tables.iter().flat_map(|table| &table.keys).filter(|key| key.meaning.is_empty());
+    let reference = Reference::calibration();
+    let unexplained = reference.tables.iter().flat_map(|table| &table.keys).filter(|key| key.meaning.is_empty());
     assert_eq!(unexplained.map(|key| key.name.as_str()).collect::<Vec<_>>(), [""; 0]);
-    let introduction = "The result of `gravcal calibrate`. Values are in SI, angles in rad; torque readings in the unit of their sensor. What is \
-                        undetermined has the value `null`, never a number. The same input gives the same bytes.";
-    keep("calibration.md", &page("calibration.json", introduction, &tables, false));
+    reference.keep(false);
+}
+
+/// What an example shows is what its schema allows.
+#[test]
+fn examples_of_keys_obey_their_schemas() {
+    for reference in [Reference::session(), Reference::robot(), Reference::simulation(), Reference::study()] {
+        let schema = reference.schema();
+        for (table, key) in reference.tables.iter().flat_map(|table| table.keys.iter().map(move |key| (table, key))) {
+            let example: Value = toml::from_str(key.example.trim_matches('`')).unwrap();
+            let faults = schema.faults(&key.schema, &example[&key.name]);
+            assert!(faults.is_empty(), "{} {}: {example} {faults:?}", table.header, key.name);
+        }
+    }
+}
+
+/// The project's own files of a kind, by what their names hold.
+fn own_files(reference: &Reference) -> Vec<PathBuf> {
+    let name = reference.file.trim_end_matches(".toml");
+    let is_meant = |file: &Path| match tree::name(file) {
+        // Robots with wrong lengths.
+        other if other.ends_with("-off.toml") => name == "robot",
+        other => other == reference.file,
+    };
+    let folders = ["experiments", "models", "benches", "tests/extension/tests"].map(|folder| tree::root().join(folder));
+    folders.iter().flat_map(|folder| tree::files_below(folder)).filter(|file| is_meant(file)).collect()
+}
+
+#[test]
+fn the_projects_own_files_obey_their_schemas() {
+    for (reference, least) in
+        [(Reference::session(), 7), (Reference::robot(), 6), (Reference::simulation(), 5), (Reference::study(), 12)]
+    {
+        let (schema, files) = (reference.schema(), own_files(&reference));
+        assert!(files.len() >= least, "{}: {files:?}", reference.file);
+        for file in files {
+            let value: Value = tree::read_toml(&file);
+            assert_eq!(schema.faults_of_file(&value), [""; 0], "{}", file.display());
+            assert_slips_are_seen(&schema, &value);
+        }
+    }
+}
+
+/// A key that is misspelled, and a text where a table should stand, at the top and one level below.
+fn assert_slips_are_seen(schema: &Schema, value: &Value) {
+    let mut misspelled = value.clone();
+    misspelled["robt"] = "robot.toml".into();
+    assert_eq!(schema.faults_of_file(&misspelled), ["/robt: no such key"]);
+    for (key, inside) in value.as_object().unwrap().iter().filter(|(_, inside)| inside.is_object()) {
+        let mut slip = value.clone();
+        slip[key] = "text".into();
+        // A session in a study or simulation is checked when it is read.
+        let open = key == "session" || (key == "robot" && inside["urdf"].is_string());
+        assert!(open || !schema.faults_of_file(&slip).is_empty(), "{key}");
+    }
+}
+
+#[test]
+fn a_calibration_obeys_its_schema() {
+    let schema = Reference::calibration().schema();
+    for experiment in ["sarcos-shoulder", "seven-joints-upright"] {
+        let results = tempfile::tempdir().unwrap();
+        let session = tree::experiment(experiment).join("session.toml");
+        gravcal(["calibrate".as_ref(), session.as_os_str(), "--output".as_ref(), results.path().as_os_str()]);
+        let text = fs::read_to_string(results.path().join("calibration.json")).unwrap();
+        let mut value: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(schema.faults_of_file(&value), [""; 0], "{experiment}");
+        value["estimators"][0]["parameters"][0]["value"] = "7".into();
+        assert_eq!(schema.faults_of_file(&value).len(), 1);
+    }
 }
 
 #[test]
