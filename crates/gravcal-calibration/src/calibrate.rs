@@ -111,6 +111,7 @@ fn reading_as_steps(estimators: &[EstimatorName]) -> Option<EstimatorName> {
 
 /// Runs the estimators in the given order. The sequential steps, where they reach gravity, also offer the joint
 /// estimators a start. An estimator that has no answer at all has failed, and says why; it takes no other with it.
+#[must_use]
 pub fn calibrate(session: &Session, estimators: &[EstimatorName], workbench: &Workbench<'_>) -> Vec<EstimatorResult> {
     let steps = run_steps(session, &Plan::new(session), workbench);
     let answer = |estimator: EstimatorName| match task_of(estimator, session, &steps, workbench)? {

@@ -12,6 +12,7 @@ use std::fmt;
 
 use gravcal_estimation::IterationRecord;
 use gravcal_robot_model::EstimatorName;
+use gravcal_robot_model::parameter::Quantity;
 use serde::Serialize;
 
 pub use detail::Detail;
@@ -78,6 +79,21 @@ impl EstimatorResult {
     /// The parameter of this name (`joint1.torque_gain`).
     pub fn parameter(&self, name: &str) -> Option<&ParameterResult> {
         self.parameters.iter().find(|parameter| parameter.name == name)
+    }
+
+    /// One of the four parameters of a joint's sensors. Nothing where the robot has no such joint.
+    ///
+    /// ```no_run
+    /// # fn tell(result: &gravcal_calibration::result::EstimatorResult) {
+    /// use gravcal_robot_model::parameter::Quantity;
+    ///
+    /// if let Some((gain, std)) = result.sensor("joint2", Quantity::TorqueGain).and_then(|gain| gain.estimate()) {
+    ///     println!("{gain} ± {std}");
+    /// }
+    /// # }
+    /// ```
+    pub fn sensor(&self, joint: &str, quantity: Quantity) -> Option<&ParameterResult> {
+        self.parameter(&quantity.name(joint))
     }
 }
 

@@ -26,13 +26,19 @@
 //!
 //! | module | owns |
 //! |---|---|
-//! | [`calibration`] | sensor models, the session, the sequential and joint estimators, simulation, verdicts |
+//! | `calibration` | sensor models, the session, the sequential and joint estimators, simulation, verdicts |
 //! | [`estimation`] | nonlinear least squares: problem, covariance, identifiability; knows no robot |
 //! | [`dynamics`] | robots from DH rows or URDF, gravity torque and inverse dynamics with their derivatives |
-//! | [`recording`] | tables of static poses with units, in and out |
+//! | `recording` | tables of static poses with units, in and out |
+//! | `report` | summaries, tables, `calibration.json`, pages, exports to URDF, ROS 2, C and Python |
 //! | [`solvers`] | the methods that minimise |
+//! | `study` | simulated calibrations by the thousand, and what they come to |
+//!
+//! Those without a link need a feature: `calibration` brings `calibration` and `recording`, `report` (the default) all of them.
+//! With `default-features = false` the mathematics alone is left, which reads no file.
 
 /// Robots and their sensors, sessions from files, arrays and simulation, and what the estimators answer.
+#[cfg(feature = "calibration")]
 pub mod calibration {
     pub use gravcal_calibration::*;
     pub use gravcal_robot_model::*;
@@ -57,5 +63,10 @@ pub mod calibration {
 
 pub use gravcal_dynamics as dynamics;
 pub use gravcal_estimation as estimation;
+#[cfg(feature = "calibration")]
 pub use gravcal_recording as recording;
+#[cfg(feature = "report")]
+pub use gravcal_report as report;
 pub use gravcal_solvers as solvers;
+#[cfg(feature = "report")]
+pub use gravcal_study as study;

@@ -32,6 +32,11 @@ pub struct ParameterResult {
 }
 
 impl ParameterResult {
+    /// Value and standard deviation in [`unit`](ParameterResult::unit), where there are any; a value that is held has a standard deviation of 0.
+    pub fn estimate(&self) -> Option<(f64, f64)> {
+        self.value.zip(self.std)
+    }
+
     /// A parameter's entry in a result, without a value; `determined` only says that its value is not a choice.
     pub(crate) fn blank(session: &Session, id: ParameterId) -> ParameterResult {
         let parameter = session.parameter(id);
