@@ -28,6 +28,7 @@ pub struct Whitener(pub(crate) Vec<f64>);
 
 /// A covariance that is none.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum NoiseError {
     /// A standard deviation that is zero, negative or not finite, or so small that its inverse is not.
     #[error("standard deviation {0} of row {1} must be positive and finite, and so must its inverse")]

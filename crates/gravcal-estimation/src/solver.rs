@@ -48,6 +48,7 @@ pub struct Unsupported {
 
 /// No answer at all.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum SolveError {
     /// The method cannot take the problem.
     #[error(transparent)]

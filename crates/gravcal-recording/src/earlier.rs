@@ -70,6 +70,7 @@ pub struct EarlierQuantity {
 
 /// Why an earlier calibration cannot be used.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum EarlierError {
     /// The file cannot be opened.
     #[error("{}: cannot be read: {cause}", path.display())]

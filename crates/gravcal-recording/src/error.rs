@@ -26,6 +26,7 @@ impl fmt::Display for Place {
 
 /// Why a recording could not be read. Lines are counted from 1.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ReadError {
     /// The file does not exist, but its folder does.
     #[error("{}: there is no such file", path.display())]

@@ -20,6 +20,7 @@ pub struct Numbers {
 
 /// Why numbers are no recording.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum NumbersError {
     /// Nothing, or too much.
     #[error("a recording has 1 to {MOST_COLUMNS} columns, found {0}")]

@@ -11,6 +11,7 @@ use crate::write_temporary::{clear_abandoned, temporary_file};
 
 /// Why a file could not be written. What stood there before still does.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum WriteError {
     /// The file's folder does not exist.
     #[error("{}: there is no such folder as {}; create it first", path.display(), folder.display())]

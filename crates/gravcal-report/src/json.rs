@@ -7,6 +7,7 @@ use crate::finite::NotFinite;
 
 /// A value cannot be written as JSON.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum JsonError {
     /// A number is infinite, or none at all.
     #[error(transparent)]

@@ -42,6 +42,7 @@ pub enum Written {
 
 /// Results cannot be put in place. Nothing was written.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum OutputError {
     /// Something else stands where a folder is wanted.
     #[error("{}: this is not a folder, so no results can be written there", path.display())]

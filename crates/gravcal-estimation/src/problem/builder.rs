@@ -21,6 +21,7 @@ pub struct ProblemBuilder {
 
 /// Something that makes a problem unanswerable.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum ProblemError {
     /// Nothing was measured.
     #[error("no factors: the problem has no measurement")]

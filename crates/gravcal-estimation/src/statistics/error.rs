@@ -6,6 +6,7 @@ use crate::{EvaluateError, NoiseError, ProblemError};
 
 /// An uncertainty that the data do not give.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum StatisticsError {
     /// A residual, or the function of interest, has no value.
     #[error(transparent)]

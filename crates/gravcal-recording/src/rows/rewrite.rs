@@ -25,6 +25,7 @@ const PACE: u64 = 1000;
 
 /// Why a recording could not be written again. Then nothing has the new name.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RewriteError {
     /// The recording cannot be read.
     #[error(transparent)]

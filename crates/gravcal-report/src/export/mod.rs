@@ -131,6 +131,7 @@ pub struct Exported {
 
 /// Why a calibration cannot be exported.
 #[derive(Clone, Debug, Error, PartialEq)]
+#[non_exhaustive]
 pub enum ExportError {
     /// Parameters without a value.
     #[error("the calibration does not determine {}", names.join(", "))]

@@ -23,6 +23,7 @@ use thiserror::Error;
 
 /// A report cannot be made.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum ReportError {
     /// A figure cannot be drawn.
     #[error(transparent)]

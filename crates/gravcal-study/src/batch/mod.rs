@@ -32,6 +32,7 @@ pub(crate) use order::Expected;
 
 /// A study cannot be run, or its results not be put in place. What was there before still is.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum BatchError {
     /// The folder holds the results of another study.
     #[error(

@@ -23,6 +23,7 @@ use crate::random_arms::Knowing;
 
 /// A study cannot be read.
 #[derive(Debug, Error)]
+#[non_exhaustive]
 pub enum StudyError {
     /// Something is wrong in its file.
     #[error(transparent)]
