@@ -263,6 +263,37 @@ pub enum ReadError {
         /// Its own time, s.
         after: f64,
     },
+    /// A recording of an arm in motion has no times.
+    #[error(
+        "{}: there is no column `{column}`, and without a clock neither speeds nor standstills can be told; name the column of the times \
+         (readings.time = {{ column = \"…\", unit = \"s\" }}), or record them; the columns are {}",
+        path.display(),
+        listed(columns)
+    )]
+    NoClock {
+        /// The file.
+        path: PathBuf,
+        /// Where the times are looked for.
+        column: String,
+        /// What it has.
+        columns: Vec<String>,
+    },
+    /// A joint is suddenly elsewhere.
+    #[error(
+        "{}: row {row}: `{column}` jumps by {turns:.2} of a turn from the row before, and no joint can; delete the row, or split the \
+         recording there; check the unit of readings.position, too",
+        path.display()
+    )]
+    PositionJumps {
+        /// The file.
+        path: PathBuf,
+        /// Which row.
+        row: u64,
+        /// The column of the joint's positions.
+        column: String,
+        /// By how many turns.
+        turns: f64,
+    },
     /// Samples are too rare for windows of an arm in motion.
     #[error(
         "{}: its rows are {interval:.3} s apart (the median), too far for windows of {length} s; record faster, or take longer windows for \

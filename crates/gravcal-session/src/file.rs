@@ -43,8 +43,11 @@
 //! [readings.still]                           # optional: the tables are recordings in motion, poses the standstills found in them
 //! least_duration_s = 0.1                     # optional: shorter ones are left out; see `gravcal_recording::static_poses`
 //!
-//! [readings.motion]                          # optional: … or every moment of them counts, by the whole dynamics; all three may stand
-//! window_s = 0.32                            # optional: length of a window, of cut-off 1.6/window_s; longer where a recorder filtered
+//! [readings.motion]                          # optional: … or every moment of them counts, by the whole dynamics; may stand beside still
+//! window_s = 0.32                            # optional: length of a window, of cut-off 1.6/window_s
+//! torque_lag_s = 0.01                        # optional: torques come so much later than positions
+//! recorded_filter_hz = 2                     # optional: torques have passed a low-pass filter, and positions have not
+//!
 //! [readings.sweeps]                          # optional: … or poses are what a joint passes slowly both ways; both may stand
 //! bin_deg = 1                                # optional: a pose for each degree of that joint; see `gravcal_recording::slow_sweeps`
 //! acceleration_below_rad_per_s2 = 0.05       # optional: so is the square of the speed, in rad/s
@@ -416,6 +419,7 @@ fn read(
     let windows = written.readings.motion.as_ref();
     let windows = windows.map(|windows| motion::resolve(&context, windows, &mapping, &joints)).transpose()?;
     let motion = InMotion { still, sweeps, windows };
+    motion::check_beside(&context, &motion)?;
     let (terms, mut further) = models::resolve(&context, registry, &mapping, &motion, &joints, &said)?;
     let instruments = instruments.behind(&mut further);
     instruments::check_conditions(document, &instruments, &mapping, motion.is_any())?;

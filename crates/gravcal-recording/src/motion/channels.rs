@@ -118,9 +118,14 @@ impl Channels {
         columns.len() > self.known
     }
 
+    /// Whether no column with times was found.
+    pub fn has_no_clock(&self) -> bool {
+        self.time_place == NOWHERE
+    }
+
     /// A column that was not found, the time before all others.
     pub fn missing(&self) -> Option<&str> {
-        if self.time_place == NOWHERE {
+        if self.has_no_clock() {
             return Some(&self.time.column);
         }
         let found = self.list.iter().zip(&self.places).find(|(_, place)| **place == NOWHERE);

@@ -88,13 +88,13 @@ impl<'a> Reader<'a> {
 
     /// Whether every column was there, at the end at least.
     pub fn check_columns(&self) -> Result<(), ReadError> {
+        let (path, columns) = (self.path.to_owned(), self.rows.columns().to_vec());
         match self.channels.missing() {
             None => Ok(()),
-            Some(column) => Err(ReadError::UnknownColumn {
-                path: self.path.to_owned(),
-                column: column.to_owned(),
-                columns: self.rows.columns().to_vec(),
-            }),
+            Some(column) if self.channels.has_no_clock() => {
+                Err(ReadError::NoClock { path, column: column.to_owned(), columns })
+            }
+            Some(column) => Err(ReadError::UnknownColumn { path, column: column.to_owned(), columns }),
         }
     }
 }

@@ -103,6 +103,10 @@ impl Recorded {
         self.values[row * self.width + channel]
     }
 
+    pub fn add(&mut self, row: usize, channel: usize, more: f64) {
+        self.values[row * self.width + channel] += more;
+    }
+
     /// Median time from row to row, s.
     pub fn interval(&self) -> Option<f64> {
         let steps: Vec<f64> = self.times.windows(2).map(|pair| pair[1] - pair[0]).collect();

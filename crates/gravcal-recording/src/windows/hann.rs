@@ -1,10 +1,11 @@
 //! Hann windows over a run.
 
-use std::f64::consts::TAU;
+use std::ops::Range;
 use std::sync::Arc;
 
 use super::clock::Recorded;
 use super::spline::Run;
+use super::weight::Weighing;
 use super::{Course, FEWEST, MotionSample, MotionWindow, WindowRule};
 use crate::conditions::Conditions;
 use crate::motion::channels::Channels;
@@ -14,8 +15,6 @@ use crate::pose::{Reading, StaticPose};
 const STEPS: usize = 16;
 /// Windows that begin in the length of one.
 const OVERLAP: f64 = 6.4;
-/// More samples at an end of the sensor's range than this share, and the mean is none.
-const SATURATED: f64 = 0.0;
 
 /// Appends the windows of a run.
 pub(super) fn windows(
@@ -25,17 +24,15 @@ pub(super) fn windows(
     rule: &WindowRule,
     found: &mut Vec<MotionWindow>,
 ) {
-    let times = &recorded.times;
-    let (begin, end) = (times[run.rows.start], times[run.rows.end - 1]);
-    let count = ((end - begin - rule.length) * OVERLAP / rule.length).floor();
-    let mut first = run.rows.start;
+    let times = &recorded.times[run.rows.clone()];
+    let ([before, _], reach) = (rule.margins(), rule.reach());
+    let (Some(begin), Some(end)) = (times.first(), times.last()) else { return };
+    let signs: Vec<Vec<f64>> =
+        run.states.iter().zip(&rule.moving).map(|(states, moving)| signs(states, *moving)).collect();
+    let count = ((end - begin - reach) * OVERLAP / rule.length).floor();
     for number in 0..=count.max(0.0) as usize {
-        let start = begin + number as f64 * rule.length / OVERLAP;
-        while first + 1 < run.rows.end && times[first + 1] <= start {
-            first += 1;
-        }
-        let window = Window { recorded, run, channels, rule, start, first };
-        found.extend(window.told());
+        let start = begin + before + number as f64 * rule.length / OVERLAP;
+        found.extend(Window { recorded, run, channels, rule, signs: &signs, start }.told());
     }
 }
 
@@ -44,49 +41,68 @@ struct Window<'a> {
     run: &'a Run,
     channels: &'a Channels,
     rule: &'a WindowRule,
+    /// Of each joint's motion, by row of the run.
+    signs: &'a [Vec<f64>],
     start: f64,
-    /// The last row that is not after the start.
-    first: usize,
 }
 
-/// How much a moment counts, by the share of the window that has passed.
-fn hann(share: f64) -> f64 {
-    if (0.0..=1.0).contains(&share) { 1.0 - (TAU * share).cos() } else { 0.0 }
+/// The sign of a joint's motion at each moment; where it does not move, that of the nearest moment at which it does: before it turns round and
+/// after, and until it stands. 0 of a joint that never moves.
+fn signs(states: &[[f64; 3]], moving: f64) -> Vec<f64> {
+    let moves: Vec<usize> = (0..states.len()).filter(|row| states[*row][1].abs() > moving).collect();
+    let mut nearest = 0;
+    let sign = |row: usize| {
+        while nearest + 1 < moves.len() && moves[nearest + 1].abs_diff(row) < moves[nearest].abs_diff(row) {
+            nearest += 1;
+        }
+        moves.get(nearest).map_or(0.0, |at| states[*at][1].signum())
+    };
+    (0..states.len()).map(sign).collect()
+}
+
+/// The rows of a window, and how much each counts.
+struct Weighed {
+    rows: Range<usize>,
+    weights: Vec<f64>,
+}
+
+impl Weighed {
+    fn mean(&self, value: impl Fn(usize) -> f64) -> f64 {
+        let counts = self.rows.clone().zip(&self.weights).filter(|(_, weight)| **weight > 0.0);
+        counts.map(|(row, weight)| weight * value(row)).sum()
+    }
 }
 
 impl Window<'_> {
     fn told(&self) -> Option<MotionWindow> {
         let (joints, length) = (self.channels.joints, self.rule.length);
-        let rows: Vec<usize> = self.rows();
-        let weights = self.weights(&rows, |_| true)?;
-        let mean =
-            |value: &dyn Fn(usize) -> f64| -> f64 { rows.iter().zip(&weights).map(|(row, h)| h * value(*row)).sum() };
-        let state = |joint: usize, part: usize| mean(&|row| self.run.states[joint][row - self.run.rows.start][part]);
-        let sign = |joint: usize, row: usize| {
+        let model = self.weighed(&self.of_model(), |_| true)?;
+        let state =
+            |joint: usize, part: usize| model.mean(|row| self.run.states[joint][row - self.run.rows.start][part]);
+        let sign = |joint: usize, row: usize| self.signs[joint][row - self.run.rows.start];
+        let rests = |joint: usize, row: usize| {
             let speed = self.run.states[joint][row - self.run.rows.start][1];
-            if speed.abs() > self.rule.moving[joint] { speed.signum() } else { 0.0 }
+            f64::from(u8::from(speed.abs() <= self.rule.moving[joint]))
         };
         let mut saturated = Vec::new();
         let mut torque: Vec<Option<Reading>> = vec![None; joints];
         for (joint, channel) in self.channels.torques.iter().enumerate() {
             let Some(channel) = *channel else { continue };
-            let says = |row: usize| !self.recorded.value(row, channel).is_nan();
-            let Some(weights) = self.weights(&rows, says) else { continue };
+            let value = |row: usize| self.recorded.value(row, channel);
+            let Some(weighed) = self.weighed(&self.of_torques(), |row| !value(row).is_nan()) else { continue };
             let [lowest, highest] = self.channels.list[channel].range;
-            let at_end = |row: &&usize| !(lowest..highest).contains(&self.recorded.value(**row, channel));
-            let ends = rows.iter().filter(|row| says(**row)).filter(at_end).count();
-            let bounded = lowest.is_finite() || highest.is_finite();
-            if bounded && ends as f64 > SATURATED * rows.len() as f64 {
+            let at_end = |row: &usize| !value(*row).is_nan() && !(lowest..highest).contains(&value(*row));
+            if (lowest.is_finite() || highest.is_finite()) && weighed.rows.clone().any(|row| at_end(&row)) {
                 saturated.push(joint);
                 continue;
             }
-            let of_row = |(row, h): (&usize, &f64)| if *h > 0.0 { h * self.recorded.value(*row, channel) } else { 0.0 };
-            torque[joint] = Some(Reading { value: rows.iter().zip(&weights).map(of_row).sum(), std: None });
+            torque[joint] = Some(Reading { value: weighed.mean(value), std: None });
         }
-        let others = |channels: &[usize]| channels.iter().map(|c| mean(&|row| self.recorded.value(row, *c))).collect();
+        let others =
+            |channels: &[usize]| channels.iter().map(|c| model.mean(|row| self.recorded.value(row, *c))).collect();
         Some(MotionWindow {
             pose: StaticPose {
-                line: self.recorded.rows[rows[rows.len() / 2]],
+                line: self.recorded.rows[model.rows.start + model.rows.len() / 2],
                 position: (0..joints).map(|joint| state(joint, 0)).collect(),
                 orientation: None,
                 torque,
@@ -98,62 +114,84 @@ impl Window<'_> {
                     temperature: others(&self.channels.temperature),
                     velocity: (0..joints).map(|joint| state(joint, 1)).collect(),
                     acceleration: (0..joints).map(|joint| state(joint, 2)).collect(),
-                    direction: (0..joints).map(|joint| mean(&|row| sign(joint, row))).collect(),
+                    direction: (0..joints).map(|joint| model.mean(|row| sign(joint, row))).collect(),
                     further: Vec::new(),
                 },
-                merged: rows.len() as u32,
+                merged: model.rows.len() as u32,
             },
             course: Arc::new(self.course()),
-            interval: [self.start, self.start + length],
-            resting: (0..joints).map(|joint| mean(&|row| f64::from(u8::from(sign(joint, row) == 0.0)))).collect(),
+            interval: self.interval(),
+            resting: (0..joints).map(|joint| model.mean(|row| rests(joint, row))).collect(),
         })
     }
 
-    /// Those within the window.
-    fn rows(&self) -> Vec<usize> {
-        let end = self.start + self.rule.length;
-        (self.first..self.run.rows.end).take_while(|row| self.recorded.times[*row] <= end).collect()
+    /// How much moments count to the model.
+    fn of_model(&self) -> Weighing {
+        let filter = self.rule.filter_length();
+        Weighing { start: self.start - 0.5 * filter, length: self.rule.length, filter }
     }
 
-    /// Weights of rows that say something, as much as the time that each stands for; none where they are too few for a mean.
-    fn weights(&self, rows: &[usize], says: impl Fn(usize) -> bool) -> Option<Vec<f64>> {
-        let times = &self.recorded.times;
-        let said: Vec<usize> = (0..rows.len()).filter(|place| says(rows[*place])).collect();
+    /// How much moments count to torques.
+    fn of_torques(&self) -> Weighing {
+        Weighing { start: self.start + self.rule.torque_lag, length: self.rule.length, filter: 0.0 }
+    }
+
+    /// From the first moment that counts to the last.
+    fn interval(&self) -> [f64; 2] {
+        let both = [self.of_model(), self.of_torques()];
+        [
+            both.iter().map(|weighing| weighing.start).fold(f64::INFINITY, f64::min),
+            both.iter().map(Weighing::end).fold(f64::NEG_INFINITY, f64::max),
+        ]
+    }
+
+    /// Those within a window, and the last one before.
+    fn rows(&self, weighing: &Weighing) -> Range<usize> {
+        let times = &self.recorded.times[self.run.rows.clone()];
+        let first = times.partition_point(|time| *time <= weighing.start).saturating_sub(1);
+        let last = times.partition_point(|time| *time <= weighing.end());
+        self.run.rows.start + first..self.run.rows.start + last
+    }
+
+    /// Rows that say something count as much as the time that each stands for; none where they are too few for a mean.
+    fn weighed(&self, weighing: &Weighing, says: impl Fn(usize) -> bool) -> Option<Weighed> {
+        let (times, rows) = (&self.recorded.times, self.rows(weighing));
+        let said: Vec<usize> = rows.clone().filter(|row| says(*row)).collect();
         if (said.len() as f64) < FEWEST - 1.0 {
             return None;
         }
         let mut weights = vec![0.0; rows.len()];
-        for (number, place) in said.iter().enumerate() {
+        for (number, row) in said.iter().enumerate() {
             let before = said[number.saturating_sub(1)];
             let after = said[(number + 1).min(said.len() - 1)];
-            let stands_for = times[rows[after]] - times[rows[before]];
-            weights[*place] = stands_for * hann((times[rows[*place]] - self.start) / self.rule.length);
+            weights[row - rows.start] = (times[after] - times[before]) * weighing.at(times[*row]);
         }
         let sum: f64 = weights.iter().sum();
         weights.iter_mut().for_each(|weight| *weight /= sum);
-        (sum > 0.0).then_some(weights)
+        (sum > 0.0).then_some(Weighed { rows, weights })
     }
 
     /// The moments at which the model is asked. Both ends weigh nothing.
     fn course(&self) -> Course {
-        let mut row = self.first;
+        let weighing = self.of_model();
+        let reach = weighing.end() - weighing.start;
+        let steps = (STEPS as f64 * reach / weighing.length).ceil() as usize;
+        let times = &self.recorded.times;
+        let mut row = self.rows(&weighing).start;
         let sample = |step: usize| {
-            let share = step as f64 / STEPS as f64;
-            let time = self.start + share * self.rule.length;
-            while row + 2 < self.run.rows.end && self.recorded.times[row + 1] < time {
+            let time = weighing.start + reach * step as f64 / steps as f64;
+            while row + 2 < self.run.rows.end && times[row + 1] < time {
                 row += 1;
             }
-            let states: Vec<[f64; 3]> = (0..self.channels.joints)
-                .map(|joint| self.run.between(&self.recorded.times, joint, row, time))
-                .collect();
+            let states: Vec<[f64; 3]> =
+                (0..self.channels.joints).map(|joint| self.run.between(times, joint, row, time)).collect();
             let part = |part: usize| states.iter().map(|state| state[part]).collect();
-            MotionSample {
-                weight: hann(share) / STEPS as f64,
-                position: part(0),
-                velocity: part(1),
-                acceleration: part(2),
-            }
+            let weight = weighing.at(time);
+            MotionSample { weight, position: part(0), velocity: part(1), acceleration: part(2) }
         };
-        Course { samples: (1..STEPS).map(sample).collect() }
+        let mut samples: Vec<MotionSample> = (1..steps).map(sample).collect();
+        let sum: f64 = samples.iter().map(|sample| sample.weight).sum();
+        samples.iter_mut().for_each(|sample| sample.weight /= sum);
+        Course { samples }
     }
 }

@@ -11,12 +11,17 @@
 //! sum over a Hann window is then as good as the integral for all that is slower than `14/L`. A window of an arm that stands *is* a static pose, and its
 //! torque that of the pose. Windows follow each other by `L/6.4`, a quarter of the period of their cut-off `1.6/L`.
 //!
-//! 1. Rows that repeat the one before are dropped, and the clock is found ([`clock`]): recorders stamp late, or round.
+//! 1. Rows that repeat the one before are dropped; angles that wrap go on ([`unwrap`]); the clock is found ([`clock`]): recorders stamp
+//!    late, or round.
 //! 2. Where nothing is recorded for long, the recording falls into runs; no window goes over that.
 //! 3. In each run a spline smooths the positions of each joint, as firmly as is most likely ([`spline`]), and tells velocities and accelerations.
 //! 4. Windows ([`hann`]).
 //!
-//! What a joint reads besides goes through the same window: the mean of the sign of its motion (`direction`), of its velocity, of its acceleration.
+//! **What a recorder did to torques.** Where it passed them through a filter and not the positions, the model's side passes one of the same
+//! cut-off, too: its window is a Hann window of `L` seen through one of `1.6/f`. Where torques come late, their window is as much later.
+//!
+//! What a joint reads besides goes through the same window: the mean of the sign of its motion (`direction`; while it stands, that of its nearest
+//! motion), of its velocity, of its acceleration.
 //!
 //! The recording is read once. Positions and torques are kept until the smoothing is done, 8 bytes a number.
 
@@ -25,6 +30,8 @@ mod hann;
 mod spline;
 #[cfg(test)]
 mod tests;
+mod unwrap;
+mod weight;
 
 use std::path::Path;
 use std::sync::Arc;
@@ -46,8 +53,33 @@ pub struct WindowRule {
     pub length: f64,
     /// Speed above which a joint moves, in each joint's position reading per second: below, friction has no known sign.
     pub moving: Vec<f64>,
+    /// A full turn in each joint's position reading; nothing of a joint that slides.
+    pub turn: Vec<Option<f64>>,
+    /// By how much torques come later than positions, s; negative where positions come later.
+    pub torque_lag: f64,
+    /// Cut-off of a filter that the recorder passed torques through and not positions, Hz.
+    pub recorded_filter: Option<f64>,
     /// The part of the recording that counts.
     pub part: Part,
+}
+
+impl WindowRule {
+    /// Length of what a window needs of a recording, s.
+    fn reach(&self) -> f64 {
+        let [before, after] = self.margins();
+        before + self.length + after
+    }
+
+    /// How long before its start and after its end a window reaches, s.
+    fn margins(&self) -> [f64; 2] {
+        let filter = 0.5 * self.filter_length();
+        [f64::max(filter, -self.torque_lag), f64::max(filter, self.torque_lag)]
+    }
+
+    /// Length of a Hann window of the recorder's cut-off, s.
+    fn filter_length(&self) -> f64 {
+        self.recorded_filter.map_or(0.0, |cut_off| weight::CUT_OFF / cut_off)
+    }
 }
 
 /// The windows of a recording.
@@ -61,6 +93,8 @@ pub struct MotionWindows {
     pub interval: f64,
     /// Of each joint, what is left between its positions and the spline, in its position reading: standard deviation.
     pub position_noise: Vec<f64>,
+    /// Of each joint, how often its reading wraps round to the other end of a turn.
+    pub wraps: Vec<u64>,
     /// Rows that say the same as the row before, and were left out.
     pub repeated: u64,
     /// Rows without a time, left out.
@@ -110,7 +144,7 @@ const FEWEST: f64 = 8.0;
 /// # Errors
 ///
 /// The recording cannot be read, a column of the mapping is not in it, the mapping contradicts itself; no row has a time, the clock runs
-/// backwards, samples are too rare for such windows, or the recording is shorter than one.
+/// backwards, samples are too rare for such windows, a joint jumps farther than it can move, or the recording is shorter than one.
 ///
 /// # Panics
 ///
@@ -123,6 +157,7 @@ pub fn motion_windows(
 ) -> Result<MotionWindows, ReadError> {
     mapping.check()?;
     assert_eq!(rule.moving.len(), mapping.positions.len(), "one speed for each joint");
+    assert_eq!(rule.turn.len(), mapping.positions.len(), "a turn or none for each joint");
     let mut reader = Reader::new(path, rows, Channels::new(mapping), rule.part);
     let mut recorded = Recorded::new(reader.channels.joints, reader.channels.list.len(), reader.channels.tested());
     while let Some((time, row)) = reader.next()? {
@@ -147,12 +182,20 @@ pub fn motion_windows(
             least: FEWEST * interval,
         });
     }
+    let names = || reader.channels.list.iter().map(|channel| channel.column.as_str());
+    let wraps = unwrap::unwrap(&mut recorded, &rule.turn).map_err(|jump| ReadError::PositionJumps {
+        path: path(),
+        row: jump.row,
+        column: names().nth(jump.joint).unwrap_or_default().to_owned(),
+        turns: jump.turns,
+    })?;
     let clock = recorded.find_clock();
-    let splines = spline::of_joints(&recorded, rule.length);
+    let splines = spline::of_joints(&recorded, rule.reach());
     let mut windows = MotionWindows {
         clock,
         interval,
         position_noise: splines.noise.clone(),
+        wraps,
         repeated: recorded.repeated,
         without_time: reader.without_time,
         interruptions: splines.runs.len().saturating_sub(1) as u64,
@@ -162,7 +205,7 @@ pub fn motion_windows(
         hann::windows(&recorded, run, &reader.channels, rule, &mut windows.found);
     }
     if windows.found.is_empty() {
-        return Err(ReadError::ShorterThanWindow { path: path(), length: rule.length });
+        return Err(ReadError::ShorterThanWindow { path: path(), length: rule.reach() });
     }
     Ok(windows)
 }

@@ -27,16 +27,27 @@ fn mapping() -> PoseMapping {
 }
 
 fn rule() -> WindowRule {
-    WindowRule { length: 0.32, moving: vec![0.02], part: Part::default() }
+    WindowRule {
+        length: 0.32,
+        moving: vec![0.02],
+        turn: vec![Some(2.0 * PI)],
+        torque_lag: 0.0,
+        recorded_filter: None,
+        part: Part::default(),
+    }
 }
 
 /// Rows of time, position and torque.
 fn windows_of(rows: impl Iterator<Item = [f64; 3]>) -> Result<MotionWindows, ReadError> {
+    windows_by(&rule(), rows)
+}
+
+fn windows_by(rule: &WindowRule, rows: impl Iterator<Item = [f64; 3]>) -> Result<MotionWindows, ReadError> {
     let folder = tempfile::tempdir().unwrap();
     let path: PathBuf = folder.path().join("motion.csv");
     let text: String = rows.map(|[t, q, tau]| format!("{t:.17},{q:.17},{tau:.17}\n")).collect();
     fs::write(&path, format!("time_s,q,tau\n{text}")).unwrap();
-    motion_windows(&path, &mut *open(&path).unwrap(), &mapping(), &rule())
+    motion_windows(&path, &mut *open(&path).unwrap(), &mapping(), rule)
 }
 
 /// Position, velocity and acceleration of a smooth motion.
@@ -80,6 +91,11 @@ fn error_of_the_means(noise: f64) -> f64 {
     });
     let found = windows_of(rows).unwrap();
     assert_eq!(found.clock, Clock::Stamps);
+    difference(&found)
+}
+
+/// Root mean square of what both sides differ by.
+fn difference(found: &MotionWindows) -> f64 {
     let squares = found.found.iter().map(|window| {
         let of =
             |sample: &MotionSample| sample.weight * (sample.position[0] + sample.velocity[0] + sample.acceleration[0]);
@@ -151,4 +167,92 @@ fn clocks_that_run_backwards_and_slow_recordings_are_refused() {
     assert!(error.contains("too far for windows of 0.32 s") && error.contains("window_s = 1.60"), "{error}");
     let error = windows_of(times(30).map(|t| [t, motion(t)[0], 0.0])).unwrap_err().to_string();
     assert!(error.contains("it has no 0.32 s without an interruption"), "{error}");
+}
+
+/// What an arm in motion reads of `y = q + q̇ + q̈`.
+fn torque(t: f64) -> f64 {
+    motion(t).iter().sum()
+}
+
+#[test]
+fn torques_that_come_late_are_asked_for_later() {
+    for lag in [0.05, -0.03] {
+        let rows = || times(4000).map(move |t| [t, motion(t)[0], torque(t - lag)]);
+        let of = |torque_lag: f64| windows_by(&WindowRule { torque_lag, ..rule() }, rows()).unwrap();
+        assert!(difference(&of(0.0)) > 0.05, "{}", difference(&of(0.0)));
+        assert!(difference(&of(lag)) < 1e-4, "{}", difference(&of(lag)));
+        // Nothing of it lies outside of the recording.
+        let [first, last] = [of(lag).found.first().cloned().unwrap(), of(lag).found.last().cloned().unwrap()];
+        assert!(first.interval[0] >= 0.0 && last.interval[1] <= 20.0, "{:?} {:?}", first.interval, last.interval);
+        assert!((first.interval[1] - first.interval[0] - 0.32 - lag.abs()).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn torques_that_a_recorder_filtered_meet_a_model_that_is_filtered_alike() {
+    // A Hann window of 0.8 s has a cut-off of 2 Hz.
+    let filtered = |t: f64| {
+        let part = |step: usize| {
+            let share = step as f64 / 64.0;
+            (1.0 - (2.0 * PI * share).cos()) / 64.0 * torque(t + 0.8 * (share - 0.5))
+        };
+        (0..64).map(part).sum::<f64>()
+    };
+    let rows = || times(4000).map(|t| [t, motion(t)[0], filtered(t)]);
+    let of = |cut_off: Option<f64>| windows_by(&WindowRule { recorded_filter: cut_off, ..rule() }, rows()).unwrap();
+    let (without, with) = (difference(&of(None)), difference(&of(Some(2.0))));
+    assert!(without > 0.5 && with < 1e-3, "{without} {with}");
+    let weights: f64 = of(Some(2.0)).found[3].course.samples.iter().map(|sample| sample.weight).sum();
+    assert!((weights - 1.0).abs() < 1e-12);
+}
+
+#[test]
+fn angles_that_wrap_go_on() {
+    let turning = |t: f64| 2.5 * t + 0.3 * (3.0 * t).sin();
+    let wrapped = |q: f64| (q + PI).rem_euclid(2.0 * PI) - PI;
+    let found = windows_of(times(2000).map(|t| [t, wrapped(turning(t)), 0.0])).unwrap();
+    assert_eq!(found.wraps, [4]);
+    let plain = windows_of(times(2000).map(|t| [t, turning(t), 0.0])).unwrap();
+    assert_eq!(plain.wraps, [0]);
+    assert_eq!(found.found.len(), plain.found.len());
+    for (a, b) in found.found.iter().zip(&plain.found) {
+        assert!((a.pose.position[0] - b.pose.position[0]).abs() < 1e-9);
+        assert!((a.course.samples[5].acceleration[0] - b.course.samples[5].acceleration[0]).abs() < 1e-4);
+    }
+    // A joint that slides has no turn.
+    let slides = WindowRule { turn: vec![None], ..rule() };
+    assert_eq!(windows_by(&slides, times(2000).map(|t| [t, 4.0 * (t > 1.0) as u8 as f64, 0.0])).unwrap().wraps, [0]);
+}
+
+#[test]
+fn joints_that_jump_are_refused() {
+    let rows = times(1000).enumerate().map(|(k, t)| [t, motion(t)[0] + if k == 500 { 4.5 } else { 0.0 }, 0.0]);
+    let error = windows_of(rows).unwrap_err().to_string();
+    assert!(error.contains("row 502: `q` jumps by 0.7") && error.contains("delete the row"), "{error}");
+}
+
+#[test]
+fn recordings_without_a_clock_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("motion.csv");
+    fs::write(&path, "q,tau\n1,2\n1,3\n").unwrap();
+    let error = motion_windows(&path, &mut *open(&path).unwrap(), &mapping(), &rule()).unwrap_err().to_string();
+    assert!(error.contains("there is no column `time_s`, and without a clock"), "{error}");
+    assert!(error.contains("readings.time = {") && error.contains("the columns are `q`, `tau`"), "{error}");
+}
+
+/// Friction keeps its sign until a joint stands, and turns in the middle of a rest.
+#[test]
+fn the_sign_of_a_motion_lasts_while_a_joint_rests() {
+    let way = |t: f64| if t < 2.0 { t - 2.0 } else { f64::max(0.0, t - 3.0) };
+    let found = windows_of(times(1000).map(|t| [t, 0.5 * way(t) * way(t), 0.0])).unwrap();
+    let near = |t: f64| {
+        let distance = |window: &&MotionWindow| ((window.interval[0] + 0.16 - t).abs() * 1e6) as u64;
+        found.found.iter().min_by_key(distance).unwrap()
+    };
+    assert_eq!(near(1.0).pose.conditions.direction, [-1.0]);
+    assert_eq!(near(2.2).pose.conditions.direction, [-1.0]);
+    assert_eq!(near(2.8).pose.conditions.direction, [1.0]);
+    assert!(near(2.5).pose.conditions.direction[0].abs() < 0.4);
+    assert!(near(2.5).resting[0] > 0.99 && near(4.0).resting[0] < 0.01);
 }

@@ -117,7 +117,8 @@ fn sweep_note(name: &str, sweep: &Sweep, mapping: &PoseMapping) -> String {
 
 /// How many windows there are, whose times were believed, and how noisy positions are.
 fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> Vec<String> {
-    let MotionWindows { found, clock, interval, position_noise, repeated, without_time, interruptions } = windows;
+    let MotionWindows { found, clock, interval, position_noise, wraps, repeated, without_time, interruptions } =
+        windows;
     let length = found.first().map_or(0.0, |window| window.interval[1] - window.interval[0]);
     let clock = match clock {
         Clock::Stamps => "as they are stamped",
@@ -137,7 +138,13 @@ fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> V
             column.column
         )
     });
-    [told].into_iter().chain(noise).chain(oddities(name, *repeated, *without_time, *interruptions)).collect()
+    let wrapping = wraps.iter().zip(&mapping.positions).filter(|(wraps, _)| **wraps > 0);
+    let wrapping: Vec<String> = wrapping.map(|(wraps, column)| format!("`{}` {wraps} times", column.column)).collect();
+    let wrapping = (!wrapping.is_empty()).then(|| {
+        format!("{name}: positions wrap ({}); full turns are added, so that each joint goes on.", wrapping.join(", "))
+    });
+    let oddities = oddities(name, *repeated, *without_time, *interruptions);
+    [told].into_iter().chain(noise).chain(wrapping).chain(oddities).collect()
 }
 
 fn standstill_notes(name: &str, standstills: &Standstills) -> Vec<String> {

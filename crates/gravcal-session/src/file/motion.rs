@@ -1,11 +1,14 @@
 //! `[readings.motion]`: the tables are recordings of an arm in motion, and every moment counts: windows over it are fitted by the whole dynamics.
 
+use std::f64::consts::TAU;
+
 use gravcal_recording::{Part, PoseMapping, Travel, WindowRule};
 use gravcal_robot_model::session::travel::travels;
 use gravcal_robot_model::session::{InertiaKnowledge, JointKnowledge, Pose, Session};
 use serde::Deserialize;
 
 use super::context::Context;
+use super::recordings::InMotion;
 use super::still::refuse_said_twice;
 use crate::document::{Field, FileError};
 
@@ -14,6 +17,8 @@ const LENGTH: f64 = 0.32;
 /// Speeds above which a joint moves, rad/s and m/s.
 const TURNS: f64 = 0.02;
 const SLIDES: f64 = 0.005;
+/// A lag is shorter, s.
+const LONGEST_LAG: f64 = 1.0;
 
 /// `[readings.motion]`.
 #[derive(Debug, Deserialize)]
@@ -24,6 +29,17 @@ pub(super) struct MotionWindowsTable {
     /// Default: 0.32, a cut-off of 5 Hz.
     /// Example: `window_s = 0.8`
     window_s: Option<f64>,
+    /// By how much torques come later than positions; negative where positions do. It is never estimated: residuals that show such a lag are told.
+    ///
+    /// Default: 0.
+    /// Example: `torque_lag_s = 0.012`
+    torque_lag_s: Option<f64>,
+    /// Cut-off of a low-pass filter that the recorder passed torques through and not positions. The model is filtered alike.
+    ///
+    /// Unit: Hz.
+    /// Default: none.
+    /// Example: `recorded_filter_hz = 2`
+    recorded_filter_hz: Option<f64>,
 }
 
 fn field() -> Field {
@@ -38,14 +54,43 @@ pub(super) fn resolve(
     joints: &[JointKnowledge],
 ) -> Result<WindowRule, FileError> {
     refuse_said_twice(context, &field(), mapping)?;
-    let length =
-        table.window_s.map(|length| context.document.positive(&field().key("window_s"), length, "a length", "s"));
+    let positive = |key: &str, value: Option<f64>, what: &str, unit: &str| {
+        value.map(|value| context.document.positive(&field().key(key), value, what, unit)).transpose()
+    };
+    let length = positive("window_s", table.window_s, "a length", "s")?.unwrap_or(LENGTH);
+    let recorded_filter = positive("recorded_filter_hz", table.recorded_filter_hz, "a cut-off", "Hz")?;
+    let torque_lag = table.torque_lag_s.unwrap_or(0.0);
+    if torque_lag.is_nan() || torque_lag.abs() > LONGEST_LAG {
+        let message = format!("{torque_lag} s is no lag of a recorder: expected less than {LONGEST_LAG} s either way");
+        return Err(context.document.error(&field().key("torque_lag_s"), message));
+    }
+    let travels = travels(&context.robot.chain, joints);
+    let turn = |travel: &Travel| match travel {
+        Travel::Turns(scale) => Some(TAU / scale),
+        Travel::Slides(_) => None,
+    };
     let speed = |travel: &Travel| match travel {
         Travel::Turns(scale) => TURNS / scale,
         Travel::Slides(scale) => SLIDES / scale,
     };
-    let moving = travels(&context.robot.chain, joints).iter().map(speed).collect();
-    Ok(WindowRule { length: length.transpose()?.unwrap_or(LENGTH), moving, part: Part::default() })
+    Ok(WindowRule {
+        length,
+        moving: travels.iter().map(speed).collect(),
+        turn: travels.iter().map(turn).collect(),
+        torque_lag,
+        recorded_filter,
+        part: Part::default(),
+    })
+}
+
+/// Refuses slow sweeps beside windows: what a joint passes slowly is in windows, too. (Windows leave standstills out that count by themselves.)
+pub(super) fn check_beside(context: &Context<'_>, found: &InMotion) -> Result<(), FileError> {
+    if found.windows.is_none() || found.sweeps.is_none() {
+        return Ok(());
+    }
+    let message = "with readings.sweeps every row of a slow sweep would count twice, as windows of readings.motion hold it, too: delete one \
+                   of both; readings.still may stand beside either";
+    Err(context.document.error(&field(), message))
 }
 
 /// Refuses what the model of an arm in motion does not hold.

@@ -75,7 +75,7 @@ pub(super) struct ReadingsTable {
     ///
     /// Example: `sweeps = {}`
     pub(super) sweeps: Option<SweepsTable>,
-    /// Every moment of recordings of an arm in motion counts, by the whole dynamics.
+    /// Every moment of recordings of an arm in motion counts, by the whole dynamics. May stand beside `still`, not beside `sweeps`.
     ///
     /// Example: `motion = {}`
     pub(super) motion: Option<MotionWindowsTable>,

@@ -7,7 +7,7 @@ use gravcal_recording::{
     Course, Memory, MotionWindow, Part, PoseMapping, ReadError, Rows, StaticPose, Stillness, SweepRule, Watched,
     WindowRule, motion_windows, slow_sweeps, static_poses,
 };
-use gravcal_robot_model::session::{Load, PoseTable, Searched};
+use gravcal_robot_model::session::{Load, Pose, PoseTable, Searched};
 
 use super::context::SessionError;
 use super::poses::{ReadPoses, WrittenTables, count_time_from_first};
@@ -74,8 +74,14 @@ impl Recordings<'_> {
             for joint in &self.frictional {
                 searched.remarks.extend(leave_out_unknown_sides(&mut poses, *joint, mapping));
             }
+            let first = all.poses.len();
             all.take(index, table.load, poses);
             all.take_windows(index, table.load, windows(&searched, &self.frictional));
+            if searched.windows.is_some() {
+                // Standstills and windows share errors of their time: blocks of seconds hold both.
+                let time = |pose: &Pose| pose.conditions.time.unwrap_or(f64::NEG_INFINITY);
+                all.poses[first..].sort_by(|a, b| time(a).total_cmp(&time(b)));
+            }
             all.searched.push(searched);
         }
         count_time_from_first(&mut all.poses);

@@ -82,8 +82,8 @@ impl Joined {
         };
         Some(format!(
             "Each of the {} rows of {name} is taken as a static pose, but {why}. If it is a recording of an arm in motion, {clock}say \
-             still = {{}} (poses are where it stands), sweeps = {{}} (where one joint moves slowly) or select (limits of motion) in \
-             [readings].",
+             still = {{}} (poses are where it stands), sweeps = {{}} (where one joint moves slowly), motion = {{}} (every moment, by the \
+             whole dynamics) or select (limits of motion) in [readings].",
             self.rows
         ))
     }

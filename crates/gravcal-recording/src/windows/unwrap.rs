@@ -1,0 +1,40 @@
+//! Angles that wrap.
+//!
+//! A sensor that shows 179° and then −180° has turned by a degree. From one row to the next no joint turns by half a turn, at the rates
+//! that windows need: what jumps by about a whole turn goes on, and a jump of another size is an error of the recording.
+
+use super::clock::Recorded;
+
+/// A jump farther from a whole number of turns is none of them.
+const WHOLE: f64 = 0.2;
+
+/// A joint that is suddenly elsewhere.
+pub(super) struct Jump {
+    pub joint: usize,
+    pub row: u64,
+    /// By how many turns.
+    pub turns: f64,
+}
+
+/// Adds full turns, so that every joint goes on within each run; gives how often each wraps. `turns`: a full turn in each reading.
+pub(super) fn unwrap(recorded: &mut Recorded, turns: &[Option<f64>]) -> Result<Vec<u64>, Jump> {
+    let mut wraps = vec![0; recorded.joints];
+    for run in recorded.runs() {
+        for (joint, turn) in turns.iter().enumerate() {
+            let Some(turn) = turn else { continue };
+            let mut added = 0.0;
+            for row in run.start + 1..run.end {
+                let by = (recorded.value(row, joint) + added - recorded.value(row - 1, joint)) / turn;
+                if by.abs() > 0.5 {
+                    if (by - by.round()).abs() > WHOLE {
+                        return Err(Jump { joint, row: recorded.rows[row], turns: by });
+                    }
+                    added -= by.round() * turn;
+                    wraps[joint] += 1;
+                }
+                recorded.add(row, joint, added);
+            }
+        }
+    }
+    Ok(wraps)
+}
