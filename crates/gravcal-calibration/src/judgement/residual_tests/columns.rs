@@ -8,6 +8,7 @@ use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{Pose, Session};
 use gravcal_robot_model::sweeps::sweeping;
 
+use super::delayed;
 use crate::joint::Solved;
 
 /// Harmonics that are looked for.
@@ -30,6 +31,8 @@ pub enum Term {
     Velocity,
     Acceleration,
     Direction,
+    TorqueLag,
+    TorqueFilter,
     Tables,
 }
 
@@ -44,6 +47,8 @@ pub struct Columns<'a> {
     torques: Vec<Vec<f64>>,
     /// By pose, when it was read, s; nothing where any pose does not tell.
     times: Option<Vec<f64>>,
+    /// By row, where the arm moves.
+    predictions: Vec<f64>,
 }
 
 impl<'a> Columns<'a> {
@@ -60,7 +65,8 @@ impl<'a> Columns<'a> {
         let times: Option<Vec<f64>> = session.poses.iter().map(|pose| pose.conditions.time).collect();
         let times = times.filter(|times| times.iter().any(|time| *time != times[0]));
         let slopes = joints.map(slope).collect::<Result<_, _>>()?;
-        Ok(Columns { session, solved, rows, slopes, torques: torques(session, solved)?, times })
+        let predictions = delayed::predictions(session, solved)?;
+        Ok(Columns { session, solved, rows, slopes, torques: torques(session, solved)?, times, predictions })
     }
 
     /// Every term that can be looked for in a channel.
@@ -71,6 +77,9 @@ impl<'a> Columns<'a> {
                 terms.extend(ORDERS.map(Term::TorqueHarmonic));
             }
             terms.extend([Term::Velocity, Term::Acceleration, Term::Direction]);
+            if !self.predictions.is_empty() {
+                terms.extend([Term::TorqueLag, Term::TorqueFilter]);
+            }
         }
         terms
     }
@@ -111,6 +120,8 @@ impl<'a> Columns<'a> {
             Term::Velocity => vec![self.condition(channel, |pose| &pose.conditions.velocity)],
             Term::Acceleration => vec![self.condition(channel, |pose| &pose.conditions.acceleration)],
             Term::Direction => vec![self.condition(channel, |pose| &pose.conditions.direction)],
+            Term::TorqueLag => vec![self.of_slopes(channel, |[slope, _]| -slope)],
+            Term::TorqueFilter => vec![self.of_slopes(channel, |[_, bend]| bend)],
         }
     }
 
@@ -141,6 +152,16 @@ impl<'a> Columns<'a> {
         let mut column = vec![0.0; self.rows];
         for (row, pose) in self.poses(channel) {
             column[row] = value(pose) / self.solved.readings.std(self.session, pose, channel);
+        }
+        column
+    }
+
+    /// A term that adds to the readings of a channel, by the slopes of their predictions over time.
+    fn of_slopes(&self, channel: usize, value: impl Fn([f64; 2]) -> f64) -> Vec<f64> {
+        let own: Vec<(usize, usize)> = self.poses(channel).collect();
+        let mut column = vec![0.0; self.rows];
+        for ((row, pose), slopes) in own.iter().zip(delayed::slopes(self.session, &self.predictions, &own)) {
+            column[*row] = value(slopes) / self.solved.readings.std(self.session, *pose, channel);
         }
         column
     }

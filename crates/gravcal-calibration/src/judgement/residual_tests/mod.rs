@@ -6,6 +6,9 @@
 //! is tested again, so that one error of the model is told once, by its likeliest name. An order of a harmonic, a file, a size: these are
 //! of that fit.
 //!
+//! **An arm in motion.** That a torque is recorded late, or filtered, shows in the slope and the bend of the predicted readings over time
+//! ([`delayed`]).
+//!
 //! **Every joint bends.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. One
 //! compliance of all joints is therefore looked for, too, and has half of the probability of naming anything, as all other tests
 //! together have.
@@ -20,6 +23,7 @@
 //! rounding of numbers, a term that the model has already, a channel with too few readings to tell its noise.
 
 mod columns;
+mod delayed;
 mod neighbours;
 mod rows;
 mod score;
@@ -240,6 +244,8 @@ impl Tests<'_> {
             Term::Velocity => (ResidualTestKind::Velocity, first, self.by_motion(channel, &unit, "s")),
             Term::Acceleration => (ResidualTestKind::Acceleration, first, self.by_motion(channel, &unit, "s²")),
             Term::Direction => (ResidualTestKind::Direction, first, unit),
+            Term::TorqueLag => (ResidualTestKind::TorqueLag, first, "s".to_owned()),
+            Term::TorqueFilter => (ResidualTestKind::TorqueFilter, first, "s²".to_owned()),
             Term::Tables => {
                 let (table, size) = self.farthest(channel, &coefficients);
                 let file = file_name(&self.session.tables[table].path);

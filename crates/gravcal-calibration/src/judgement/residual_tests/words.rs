@@ -3,6 +3,7 @@
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
+use super::delayed::cut_off;
 use crate::result::{ResidualTest, ResidualTestKind};
 
 /// What is named, in sentences; neighbours that are alike, friction at rest and joints that give way once for all channels.
@@ -15,12 +16,15 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
         .map(|test| of_one(session, test))
         .chain(by_unit(of_kind(&ResidualTestKind::Direction)).iter().filter_map(|tests| of_direction(tests)))
         .chain(of_compliance(session, &of_kind(&ResidualTestKind::Compliance)))
+        .chain(of_recorder(&of_kind(&ResidualTestKind::TorqueLag)))
+        .chain(of_recorder(&of_kind(&ResidualTestKind::TorqueFilter)))
         .chain(of_neighbours(&of_kind(&ResidualTestKind::Neighbours)))
         .collect()
 }
 
 fn told_once(kind: &ResidualTestKind) -> bool {
-    matches!(kind, ResidualTestKind::Neighbours | ResidualTestKind::Direction | ResidualTestKind::Compliance)
+    use ResidualTestKind::{Compliance, Direction, Neighbours, TorqueFilter, TorqueLag};
+    matches!(kind, Neighbours | Direction | Compliance | TorqueLag | TorqueFilter)
 }
 
 /// Joints that turn and joints that slide apart.
@@ -84,6 +88,47 @@ fn of_neighbours(tests: &[&ResidualTest]) -> Option<String> {
     ))
 }
 
+/// What a recorder did to torques: tests of one kind.
+fn of_recorder(tests: &[&ResidualTest]) -> Option<String> {
+    let (channels, _, p) = together(tests)?;
+    let mut sizes: Vec<f64> = tests.iter().map(|test| test.size).collect();
+    sizes.sort_by(f64::total_cmp);
+    let (least, most, middle) = (*sizes.first()?, *sizes.last()?, sizes[sizes.len() / 2]);
+    let range = |of: &dyn Fn(f64) -> f64| match (significant(of(least), 2), significant(of(most), 2)) {
+        (low, high) if low == high => low,
+        (low, high) => format!("{low} to {high}"),
+    };
+    let (what, cure) = match tests.first()?.kind {
+        ResidualTestKind::TorqueLag => (
+            format!("The torques of {channels} come {} s later than the positions.", range(&|lag| lag)),
+            format!(
+                "Look at how the recorder stamps them. If all joints show about as much, say torque_lag_s = {} in readings.motion; \
+                 if only some do, it is friction that changes its sign late, or a gear that gives way.",
+                significant(middle, 2)
+            ),
+        ),
+        _ if middle > 0.0 => (
+            format!("The torques of {channels} are smoother than their motion: as if by a filter of {} Hz.", range(&cut_off)),
+            format!(
+                "If the recorder filtered torques and not positions, say recorded_filter_hz = {} in readings.motion, and look at what \
+                 is left.",
+                significant(cut_off(middle), 2)
+            ),
+        ),
+        _ => (
+            format!("The motion of {channels} is smoother than the torques: as if by a filter of {} Hz.", range(&cut_off)),
+            "Positions were filtered before they were recorded, or their clock is wrong: record both raw, or take longer windows (window_s in \
+             readings.motion)."
+                .to_owned(),
+        ),
+    };
+    let consequence = match tests.iter().any(|test| test.spoils_intervals) {
+        true => "Intervals cannot hold.",
+        false => "It is real but small beside the noise, and changes no verdict.",
+    };
+    Some(format!("{what} ({}, all tests counted.) {consequence} {cure}", chance(p)))
+}
+
 /// Joints that bend.
 fn of_compliance(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
     let (channels, [least, most], p) = together(tests)?;
@@ -119,6 +164,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ResidualTestKind::Neighbours => return of_neighbours(&[test]).unwrap_or_default(),
         ResidualTestKind::Direction => return of_direction(&[test]).unwrap_or_default(),
         ResidualTestKind::Compliance => return of_compliance(session, &[test]).unwrap_or_default(),
+        ResidualTestKind::TorqueLag | ResidualTestKind::TorqueFilter => return of_recorder(&[test]).unwrap_or_default(),
         ResidualTestKind::TorqueHarmonic { order } => (
             format!("The residual of {channel} goes with its own angle, {}, by {size} {unit}.", periods(*order)),
             "A cable, a gear or a sensor that is loaded from the side does so: look at what pulls at the joint; spread the poses over its whole range.".into(),

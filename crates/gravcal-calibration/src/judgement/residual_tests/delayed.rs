@@ -1,0 +1,69 @@
+//! What a recorder did to torques and not to positions, to first order.
+//!
+//! ```text
+//!     y(t) = ŷ(t − l) ≈ ŷ − l dŷ/dt           torques come l later
+//!     y = f ∗ ŷ      ≈ ŷ + ½ σ² d²ŷ/dt²       torques pass a filter of the width σ; a Hann window of the cut-off 1.6/L has σ = 0.181 L
+//! ```
+//!
+//! Slopes are taken from window to window.
+
+use gravcal_estimation::EvaluateError;
+
+use crate::joint::Solved;
+use crate::session::Session;
+
+/// Width of a Hann window in its length, `√(1/12 − 1/(2π²))`, times its cut-off and length.
+const WIDTH: f64 = 0.180_756 * 1.6;
+/// Windows that follow each other by more than so many of the least times from one to the next have others between them that are left out.
+const FOLLOWS: f64 = 1.5;
+
+/// Cut-off, Hz, of a filter that adds so much of the second slope, s².
+pub fn cut_off(half_square: f64) -> f64 {
+    WIDTH / (2.0 * half_square.abs()).sqrt()
+}
+
+/// Readings of windows as they are predicted, by row; empty where the arm stands.
+pub fn predictions(session: &Session, solved: &Solved) -> Result<Vec<f64>, EvaluateError> {
+    if !session.has_windows() {
+        return Ok(Vec::new());
+    }
+    let residuals = solved.posed.problem.residuals(&solved.estimate.values)?;
+    let prediction = |((pose, channel), residual): (&(usize, usize), f64)| {
+        let reading = session.reading(*pose, *channel).map_or(0.0, |reading| reading.value);
+        reading + residual * solved.readings.std(session, *pose, *channel)
+    };
+    Ok(solved.posed.rows.iter().zip(residuals).map(prediction).collect())
+}
+
+/// First and second slope over time at each of a channel's rows; zero where the windows beside are not there. `rows`: row and pose of each.
+pub fn slopes(session: &Session, predictions: &[f64], rows: &[(usize, usize)]) -> Vec<[f64; 2]> {
+    let time = |place: usize| {
+        let pose = &session.poses[rows[place].1];
+        pose.course.as_ref().and(pose.conditions.time)
+    };
+    let table = |place: usize| session.poses[rows[place].1].table;
+    let step = |place: usize| {
+        let later = place + 1;
+        let (true, Some(before), Some(after)) =
+            (later < rows.len() && table(place) == table(later), time(place), time(later))
+        else {
+            return f64::INFINITY;
+        };
+        after - before
+    };
+    let steps: Vec<f64> = (0..rows.len().saturating_sub(1)).map(step).collect();
+    let least = steps.iter().copied().filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
+    let at = |place: usize| {
+        if place == 0 || place + 1 >= rows.len() {
+            return [0.0; 2];
+        }
+        let (before, after) = (steps[place - 1], steps[place]);
+        if !(before.max(after) <= FOLLOWS * least) || before <= 0.0 || after <= 0.0 {
+            return [0.0; 2];
+        }
+        let [low, here, high] = [place - 1, place, place + 1].map(|place| predictions[rows[place].0]);
+        let (falls, rises) = ((here - low) / before, (high - here) / after);
+        [(falls * after + rises * before) / (before + after), 2.0 * (rises - falls) / (before + after)]
+    };
+    (0..rows.len()).map(at).collect()
+}
