@@ -158,7 +158,7 @@ impl Hypothesis {
                 made.joints[joint].parameters[Quantity::PositionGain as usize].nominal *= -1.0;
             }
             Hypothesis::TorquesSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.torque.swap(a, b)),
-            Hypothesis::PositionsSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.position.swap(a, b)),
+            Hypothesis::PositionsSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.swap_positions(a, b)),
             Hypothesis::HemisphereInverted => {
                 made.gravity.hemisphere = session.gravity.hemisphere.map(|pole| pole.map(|component| -component));
             }

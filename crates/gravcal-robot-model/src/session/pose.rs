@@ -45,6 +45,21 @@ pub struct Pose {
 }
 
 impl Pose {
+    /// Takes the position of each of two joints for the other's; in a window with all that comes of positions.
+    pub(crate) fn swap_positions(&mut self, a: usize, b: usize) {
+        self.position.swap(a, b);
+        let Some(course) = &mut self.course else { return };
+        for sample in &mut Arc::make_mut(course).samples {
+            for list in [&mut sample.position, &mut sample.velocity, &mut sample.acceleration] {
+                list.swap(a, b);
+            }
+        }
+        let Conditions { velocity, acceleration, direction, .. } = &mut self.conditions;
+        for list in [velocity, acceleration, direction] {
+            list.swap(a, b);
+        }
+    }
+
     /// Frames of all links in the base's, at these coordinates of the joints (rad or m), or as a body without joints stood.
     pub fn link_frames(&self, chain: &Chain, coordinates: &[f64]) -> Vec<Transform> {
         let frames = chain.forward(coordinates);
