@@ -110,6 +110,8 @@ struct Workspace {
     rotors: Vec<f64>,
     dynamics: InverseDynamics,
     mean: Means,
+    sensed: Vec<f64>,
+    slopes: Slopes,
 }
 
 /// Torques and their derivatives, row-major.
@@ -139,6 +141,8 @@ impl Workspace {
                 by_offsets: zeros(n * n),
                 by_parameters: zeros(BODY * links * n),
             },
+            sensed: zeros(n),
+            slopes: Slopes::default(),
         }
     }
 }
@@ -204,16 +208,21 @@ impl MotionTorque {
     }
 
     fn evaluate_in(&self, workspace: &mut Workspace, x: &[f64], residual: &mut [f64], jacobian: Option<RowsMut<'_>>) {
-        let Workspace { coordinates, velocities, accelerations, parameters, rotors, dynamics, mean } = workspace;
+        let Workspace { coordinates, velocities, accelerations, parameters, rotors, dynamics, mean, sensed, slopes } =
+            workspace;
         let (chain, n) = (&self.model.pose.chain, self.joints());
         let gravity = [x[0], x[1], x[2]];
         let (gains, offsets) = (self.sensors(x, Quantity::PositionGain), self.sensors(x, Quantity::PositionOffset));
         self.set_parameters(x, parameters);
         let inertia = DynamicParameters { links: parameters, rotor_inertia: rotors };
         mean.clear();
+        // What terms take for the coordinates.
+        for (joint, sensed) in sensed.iter_mut().enumerate() {
+            *sensed = gains[joint] * self.position[joint] + offsets[joint];
+        }
         if let Some(regressors) = self.regressors(gains, offsets) {
-            regressors.evaluate(gravity, parameters, mean);
-            return self.finish(x, mean, residual, jacobian);
+            regressors.evaluate(gravity, parameters, &self.model.pose.links, mean);
+            return self.finish(x, (mean, sensed), slopes, residual, jacobian);
         }
         for sample in &self.course.samples {
             for joint in 0..n {
@@ -240,7 +249,7 @@ impl MotionTorque {
                 *by_gain += sample.weight * by_gain_of_sample;
             }
         }
-        self.finish(x, mean, residual, jacobian);
+        self.finish(x, (mean, sensed), slopes, residual, jacobian);
     }
 
     /// Those for these gains and offsets of positions, where they are what is held.
@@ -250,30 +259,38 @@ impl MotionTorque {
         same.then(|| self.regressors.get_or_init(|| Regressors::new(&self.model.pose.chain, &self.course, held)))
     }
 
-    /// From mean torques to readings.
-    fn finish(&self, x: &[f64], mean: &Means, residual: &mut [f64], jacobian: Option<RowsMut<'_>>) {
+    /// From mean torques and coordinates to readings.
+    fn finish(
+        &self,
+        x: &[f64],
+        (mean, sensed): (&Means, &[f64]),
+        slopes: &mut Slopes,
+        residual: &mut [f64],
+        jacobian: Option<RowsMut<'_>>,
+    ) {
         let (gain, bias) = (self.sensors(x, Quantity::TorqueGain), self.sensors(x, Quantity::TorqueBias));
         let terms = self.model.pose.terms.as_ref();
-        let coordinates = self.mean_coordinates(x);
-        let at = Moment::new(&mean.torque, &coordinates, &self.position, &self.conditions);
+        let at = Moment::new(&mean.torque, sensed, &self.position, &self.conditions);
         for (residual, (joint, reading)) in residual.iter_mut().zip(&self.readings) {
             let by_terms = terms.map_or(0.0, |terms| terms.reading(*joint, &at, x, None));
             *residual = gain[*joint] * mean.torque[*joint] + bias[*joint] + by_terms - reading;
         }
         let Some(mut rows) = jacobian else { return };
+        terms.iter().for_each(|terms| terms.fit(slopes));
         for (row, (joint, _)) in self.readings.iter().enumerate() {
-            self.fill_row(*joint, x, mean, &at, rows.row(row));
+            self.fill_row(*joint, x, (mean, &at), slopes, rows.row(row));
         }
     }
 
-    /// What terms take for the coordinates.
-    fn mean_coordinates(&self, x: &[f64]) -> Vec<f64> {
-        let (gains, offsets) = (self.sensors(x, Quantity::PositionGain), self.sensors(x, Quantity::PositionOffset));
-        self.position.iter().zip(gains).zip(offsets).map(|((q, gain), offset)| gain * q + offset).collect()
-    }
-
     /// `∂y_i/∂x = Σ_j (∂y_i/∂τ_j) ∂τ_j/∂x`, and what the sensor adds by itself.
-    fn fill_row(&self, joint: usize, x: &[f64], mean: &Means, at: &Moment<'_>, row: &mut [f64]) {
+    fn fill_row(
+        &self,
+        joint: usize,
+        x: &[f64],
+        (mean, at): (&Means, &Moment<'_>),
+        slopes: &mut Slopes,
+        row: &mut [f64],
+    ) {
         let n = self.joints();
         row.fill(0.0);
         let gain = x[sensor_column(n, Quantity::TorqueGain, joint)];
@@ -281,9 +298,7 @@ impl MotionTorque {
         row[sensor_column(n, Quantity::TorqueGain, joint)] = mean.torque[joint];
         row[sensor_column(n, Quantity::TorqueBias, joint)] = 1.0;
         let Some(terms) = &self.model.pose.terms else { return };
-        let mut slopes = Slopes::default();
-        terms.fit(&mut slopes);
-        terms.reading(joint, at, x, Some(&mut slopes));
+        terms.reading(joint, at, x, Some(slopes));
         for source in terms.torques(joint) {
             self.add_torque(slopes.by_torque[*source], *source, mean, row);
         }
@@ -300,25 +315,28 @@ impl MotionTorque {
     /// Adds a joint's torque, so many times, to a row.
     fn add_torque(&self, times: f64, joint: usize, mean: &Means, row: &mut [f64]) {
         let (n, links) = (self.joints(), self.model.links());
-        let of_joint =
-            |list: &'_ [f64], width: usize| -> Vec<f64> { list[width * joint..width * (joint + 1)].to_vec() };
-        add(&mut row[..GRAVITY], times, &of_joint(&mean.by_gravity, GRAVITY));
-        let at = |quantity| sensor_column(n, quantity, 0)..sensor_column(n, quantity, n);
-        add(&mut row[at(Quantity::PositionGain)], times, &of_joint(&mean.by_position_gains, n));
-        add(&mut row[at(Quantity::PositionOffset)], times, &of_joint(&mean.by_offsets, n));
-        let by_parameters = &mean.by_parameters[BODY * links * joint..BODY * links * (joint + 1)];
+        add(&mut row[..GRAVITY], times, &mean.by_gravity[GRAVITY * joint..GRAVITY * (joint + 1)]);
+        if self.model.positions.is_none() {
+            let own = n * joint..n * (joint + 1);
+            let at = |quantity| sensor_column(n, quantity, 0)..sensor_column(n, quantity, n);
+            add(&mut row[at(Quantity::PositionGain)], times, &mean.by_position_gains[own.clone()]);
+            add(&mut row[at(Quantity::PositionOffset)], times, &mean.by_offsets[own]);
+        }
+        let (by_bodies, _) = mean.by_parameters[BODY * links * joint..BODY * links * (joint + 1)].as_chunks::<BODY>();
         let moments = inertia_column(n, 0);
-        for (link, by_body) in by_parameters.as_chunks::<BODY>().0.iter().enumerate() {
-            add(&mut row[moments + INERTIA * link..], times, &by_body[..INERTIA]);
-            add(&mut row[self.model.tensors + TENSOR * link..], times, &by_body[INERTIA..]);
+        for link in self.model.pose.links[joint].clone() {
+            let (own, tensors) = (moments + INERTIA * link, self.model.tensors + TENSOR * link);
+            add(&mut row[own..own + INERTIA], times, &by_bodies[link][..INERTIA]);
+            add(&mut row[tensors..tensors + TENSOR], times, &by_bodies[link][INERTIA..]);
         }
         let Some(load) = &self.model.pose.load else { return };
-        let by_carrying = &by_parameters[BODY * load.link..BODY * (load.link + 1)];
+        let by_carrying = &by_bodies[load.link];
         for part in 0..load.position.len() {
             let column = moments + INERTIA * links + 3 * part;
             add(&mut row[column..column + 3], times * load.mass, &by_carrying[1..INERTIA]);
         }
-        add(&mut row[self.model.tensors + TENSOR * links..], times, &by_carrying[INERTIA..]);
+        let tensor = self.model.tensors + TENSOR * links;
+        add(&mut row[tensor..tensor + TENSOR], times, &by_carrying[INERTIA..]);
     }
 }
 

@@ -4,10 +4,13 @@
 //!     τ̄ = (Y_0 + Σ_a g_a Y_a) π,      Y_0 = Σ_t h(t) Y(θ, θ̇, θ̈; 0),   Y_a = Σ_t h(t) [Y(θ, θ̇, θ̈; e_a) − Y(θ, θ̇, θ̈; 0)]
 //! ```
 //!
-//! `Y_a` has columns of masses and first moments only. All four are computed once.
+//! `Y_a` has columns of masses and first moments only. All four are computed once, of as many moments abreast as the processor has lanes.
 
-use gravcal_dynamics::{Chain, InverseDynamics, JointMotion, Single};
-use gravcal_recording::Course;
+use std::ops::Range;
+
+use gravcal_dynamics::{Abreast, Arithmetic, Chain, InverseDynamics, JointMotion, LANES, Single, Stored};
+use gravcal_recording::{Course, MotionSample};
+use pulp::{Arch, Simd, WithSimd};
 
 use super::model::{GRAVITY, INERTIA};
 use super::motion::{BODY, Means, add};
@@ -21,61 +24,125 @@ pub(super) struct Regressors {
     by_gravity: [Vec<f64>; GRAVITY],
 }
 
-impl Regressors {
-    /// `positions`: gain and offset of each joint's position sensor.
-    pub fn new(chain: &Chain, course: &Course, positions: &[[f64; 2]]) -> Regressors {
-        let (n, links) = (chain.joint_count(), chain.link_count());
-        let mut dynamics = InverseDynamics::new(chain);
-        let mut without_gravity = vec![0.0; n * BODY * links];
-        let mut by_gravity = [(); GRAVITY].map(|()| vec![0.0; n * INERTIA * links]);
-        for sample in &course.samples {
-            let scaled = |readings: &[f64]| -> Vec<f64> {
-                readings.iter().zip(positions).map(|(reading, [gain, _])| gain * reading).collect()
-            };
-            let offsets = positions.iter().map(|[_, offset]| offset);
-            let coordinates: Vec<f64> = scaled(&sample.position).iter().zip(offsets).map(|(q, o)| q + o).collect();
-            let (velocities, accelerations) = (scaled(&sample.velocity), scaled(&sample.acceleration));
-            let motion =
-                JointMotion { coordinates: &coordinates, velocities: &velocities, accelerations: &accelerations };
-            chain.inverse_dynamics_regressor(Single, motion, [0.0; 3], &mut dynamics);
-            let alone = dynamics.by_parameters.clone();
-            add(&mut without_gravity, sample.weight, &alone);
-            for (axis, by_axis) in by_gravity.iter_mut().enumerate() {
-                let mut unit = [0.0; GRAVITY];
-                unit[axis] = 1.0;
-                chain.inverse_dynamics_regressor(Single, motion, unit, &mut dynamics);
-                let bodies = dynamics.by_parameters.as_chunks::<BODY>().0.iter().zip(alone.as_chunks::<BODY>().0);
-                for (sum, (with, without)) in by_axis.as_chunks_mut::<INERTIA>().0.iter_mut().zip(bodies) {
-                    for (entry, sum) in sum.iter_mut().enumerate() {
-                        *sum += sample.weight * (with[entry] - without[entry]);
-                    }
+/// A number of each of several moments.
+trait Moments: Stored {
+    const COUNT: usize;
+    /// Of a moment each.
+    fn of(number: impl Fn(usize) -> f64) -> Self;
+    fn sum(self) -> f64;
+}
+
+impl Moments for f64 {
+    const COUNT: usize = 1;
+
+    fn of(number: impl Fn(usize) -> f64) -> Self {
+        number(0)
+    }
+
+    fn sum(self) -> f64 {
+        self
+    }
+}
+
+impl Moments for [f64; LANES] {
+    const COUNT: usize = LANES;
+
+    fn of(number: impl Fn(usize) -> f64) -> Self {
+        std::array::from_fn(number)
+    }
+
+    fn sum(self) -> f64 {
+        self.iter().sum()
+    }
+}
+
+/// The mean regressors by vector instructions; nothing where these have other lanes.
+struct Summed<'a>(&'a Chain, &'a Course, &'a [[f64; 2]]);
+
+impl WithSimd for Summed<'_> {
+    type Output = Option<Regressors>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
+        let Summed(chain, course, positions) = self;
+        Some(summed(Abreast::new(simd)?, chain, course, positions))
+    }
+}
+
+#[inline(always)]
+fn summed<A: Arithmetic>(on: A, chain: &Chain, course: &Course, positions: &[[f64; 2]]) -> Regressors
+where
+    A::Stored: Moments,
+{
+    let (n, links) = (chain.joint_count(), chain.link_count());
+    let zeros = |count: usize| vec![A::Stored::ZERO; count];
+    let mut dynamics: InverseDynamics<A::Stored> = InverseDynamics::new(chain);
+    let mut without_gravity = zeros(n * BODY * links);
+    let mut by_gravity = [(); GRAVITY].map(|()| zeros(n * INERTIA * links));
+    let (mut coordinates, mut velocities, mut accelerations) = (zeros(n), zeros(n), zeros(n));
+    let mut alone = zeros(n * BODY * links);
+    for moments in course.samples.chunks(A::Stored::COUNT) {
+        // Lanes without a moment repeat the first one, and weigh nothing.
+        let of = |number: &dyn Fn(&MotionSample) -> f64| {
+            A::Stored::of(|lane| number(moments.get(lane).unwrap_or(&moments[0])))
+        };
+        for (joint, [gain, offset]) in positions.iter().enumerate() {
+            coordinates[joint] = of(&|moment| gain * moment.position[joint] + offset);
+            velocities[joint] = of(&|moment| gain * moment.velocity[joint]);
+            accelerations[joint] = of(&|moment| gain * moment.acceleration[joint]);
+        }
+        let weight = on.load(A::Stored::of(|lane| moments.get(lane).map_or(0.0, |moment| moment.weight)));
+        let motion = JointMotion { coordinates: &coordinates, velocities: &velocities, accelerations: &accelerations };
+        chain.inverse_dynamics_regressor(on, motion, [0.0; 3], &mut dynamics);
+        alone.copy_from_slice(&dynamics.by_parameters);
+        for (sum, entry) in without_gravity.iter_mut().zip(&alone) {
+            *sum = on.store(on.load(*sum) + weight * on.load(*entry));
+        }
+        for (axis, by_axis) in by_gravity.iter_mut().enumerate() {
+            let mut unit = [0.0; GRAVITY];
+            unit[axis] = 1.0;
+            chain.inverse_dynamics_regressor(on, motion, unit, &mut dynamics);
+            let bodies = dynamics.by_parameters.as_chunks::<BODY>().0.iter().zip(alone.as_chunks::<BODY>().0);
+            for (sum, (with, without)) in by_axis.as_chunks_mut::<INERTIA>().0.iter_mut().zip(bodies) {
+                for ((sum, with), without) in sum.iter_mut().zip(with).zip(without) {
+                    *sum = on.store(on.load(*sum) + weight * (on.load(*with) - on.load(*without)));
                 }
             }
         }
-        Regressors { without_gravity, by_gravity }
+    }
+    let total = |sums: Vec<A::Stored>| sums.into_iter().map(Moments::sum).collect();
+    Regressors { without_gravity: total(without_gravity), by_gravity: by_gravity.map(total) }
+}
+
+impl Regressors {
+    /// `positions`: gain and offset of each joint's position sensor.
+    pub fn new(chain: &Chain, course: &Course, positions: &[[f64; 2]]) -> Regressors {
+        let abreast = Arch::new().dispatch(Summed(chain, course, positions));
+        abreast.unwrap_or_else(|| summed(Single, chain, course, positions))
     }
 
-    /// Torques, and their derivatives by gravity and by the parameters; those by positions stay as they are.
-    pub fn evaluate(&self, gravity: [f64; 3], parameters: &[f64], mean: &mut Means) {
-        mean.by_parameters.copy_from_slice(&self.without_gravity);
-        let (links, joints) = (parameters.len() / BODY, mean.torque.len());
+    /// Torques, and their derivatives by gravity and by the parameters; those by positions stay as they are. `felt`: the links that each joint's
+    /// torque can feel, beyond which all is zero.
+    pub fn evaluate(&self, gravity: [f64; 3], parameters: &[f64], felt: &[Range<usize>], mean: &mut Means) {
         let (bodies, _) = parameters.as_chunks::<BODY>();
-        for (axis, by_axis) in self.by_gravity.iter().enumerate() {
-            let (by_axis, _) = by_axis.as_chunks::<INERTIA>();
-            let (by_parameters, _) = mean.by_parameters.as_chunks_mut::<BODY>();
-            for (entry, by_axis) in by_parameters.iter_mut().zip(by_axis) {
-                add(&mut entry[..INERTIA], gravity[axis], by_axis);
+        let (alone, _) = self.without_gravity.as_chunks::<BODY>();
+        let by_gravity = [0, 1, 2].map(|axis| self.by_gravity[axis].as_chunks::<INERTIA>().0);
+        let (by_parameters, _) = mean.by_parameters.as_chunks_mut::<BODY>();
+        for (joint, felt) in felt.iter().enumerate() {
+            let (mut torque, mut by_axes) = (0.0, [0.0; GRAVITY]);
+            for link in felt.clone() {
+                let (place, body) = (joint * bodies.len() + link, &bodies[link]);
+                let mut by_body = alone[place];
+                for ((by_axis, by_gravity), gravity) in by_axes.iter_mut().zip(by_gravity).zip(gravity) {
+                    let entries = &by_gravity[place];
+                    *by_axis += entries.iter().zip(body).map(|(entry, parameter)| entry * parameter).sum::<f64>();
+                    add(&mut by_body[..INERTIA], gravity, entries);
+                }
+                torque += by_body.iter().zip(body).map(|(entry, parameter)| entry * parameter).sum::<f64>();
+                by_parameters[place] = by_body;
             }
-            for joint in 0..joints {
-                let own = by_axis[links * joint..links * (joint + 1)].iter().zip(bodies);
-                let dot = |(by_axis, body): (&[f64; INERTIA], &[f64; BODY])| -> f64 {
-                    by_axis.iter().zip(body).map(|(a, b)| a * b).sum()
-                };
-                mean.by_gravity[GRAVITY * joint + axis] = own.map(dot).sum();
-            }
-        }
-        for (torque, row) in mean.torque.iter_mut().zip(mean.by_parameters.chunks_exact(parameters.len())) {
-            *torque = row.iter().zip(parameters).map(|(y, parameter)| y * parameter).sum();
+            mean.torque[joint] = torque;
+            mean.by_gravity[GRAVITY * joint..GRAVITY * (joint + 1)].copy_from_slice(&by_axes);
         }
     }
 }
