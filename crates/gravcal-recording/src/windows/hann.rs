@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::clock::Recorded;
 use super::spline::Run;
 use super::weight::Weighing;
-use super::{Course, FEWEST, MotionSample, MotionWindow, WindowRule};
+use super::{Course, FEWEST, Kept, MotionSample, MotionWindow, WindowRule};
 use crate::conditions::Conditions;
 use crate::motion::channels::Channels;
 use crate::pose::{Reading, StaticPose};
@@ -192,6 +192,6 @@ impl Window<'_> {
         let mut samples: Vec<MotionSample> = (1..steps).map(sample).collect();
         let sum: f64 = samples.iter().map(|sample| sample.weight).sum();
         samples.iter_mut().for_each(|sample| sample.weight /= sum);
-        Course { samples }
+        Course { samples, kept: Kept::default() }
     }
 }

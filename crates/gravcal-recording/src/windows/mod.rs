@@ -27,6 +27,7 @@
 
 mod clock;
 mod hann;
+mod kept;
 mod spline;
 #[cfg(test)]
 mod tests;
@@ -45,6 +46,7 @@ use crate::rows::Rows;
 use clock::Recorded;
 
 pub use clock::Clock;
+pub use kept::Kept;
 
 /// How a recording becomes windows.
 #[derive(Clone, Debug, PartialEq)]
@@ -121,6 +123,8 @@ pub struct MotionWindow {
 pub struct Course {
     /// In order; their weights sum to 1.
     pub samples: Vec<MotionSample>,
+    /// What was made of it.
+    pub kept: Kept,
 }
 
 /// A moment of an arm in motion, by the joints' position readings.

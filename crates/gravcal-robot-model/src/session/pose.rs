@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use gravcal_dynamics::{Chain, Transform};
-use gravcal_recording::{Conditions, Course, Orientation, Reading};
+use gravcal_recording::{Conditions, Course, Kept, Orientation, Reading};
 
 /// One `[[poses]]` or `[[validation]]` of the session.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,7 +49,9 @@ impl Pose {
     pub(crate) fn swap_positions(&mut self, a: usize, b: usize) {
         self.position.swap(a, b);
         let Some(course) = &mut self.course else { return };
-        for sample in &mut Arc::make_mut(course).samples {
+        let course = Arc::make_mut(course);
+        course.kept = Kept::default();
+        for sample in &mut course.samples {
             for list in [&mut sample.position, &mut sample.velocity, &mut sample.acceleration] {
                 list.swap(a, b);
             }

@@ -98,7 +98,7 @@ pub struct MotionTorque {
     /// Mean position reading of each joint.
     position: Vec<f64>,
     /// Its regressors, where positions are known.
-    regressors: OnceLock<Regressors>,
+    regressors: OnceLock<Arc<Regressors>>,
 }
 
 /// Means over a window, kept by each thread from one window to the next.
@@ -256,7 +256,7 @@ impl MotionTorque {
     fn regressors(&self, gains: &[f64], offsets: &[f64]) -> Option<&Regressors> {
         let held = self.model.positions.as_ref()?;
         let same = held.iter().zip(gains).zip(offsets).all(|(([s, o], gain), offset)| s == gain && o == offset);
-        same.then(|| self.regressors.get_or_init(|| Regressors::new(&self.model.pose.chain, &self.course, held)))
+        same.then(|| &**self.regressors.get_or_init(|| Regressors::kept(&self.model.pose.chain, &self.course, held)))
     }
 
     /// From mean torques and coordinates to readings.

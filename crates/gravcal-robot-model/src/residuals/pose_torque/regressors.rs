@@ -7,6 +7,7 @@
 //! `Y_a` has columns of masses and first moments only. All four are computed once, of as many moments abreast as the processor has lanes.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use gravcal_dynamics::{Abreast, Arithmetic, Chain, InverseDynamics, JointMotion, LANES, Single, Stored};
 use gravcal_recording::{Course, MotionSample};
@@ -22,6 +23,13 @@ pub(super) struct Regressors {
     without_gravity: Vec<f64>,
     /// For each axis n × 4 l.
     by_gravity: [Vec<f64>; GRAVITY],
+}
+
+/// Those of a course that are kept with it, and of which chain and positions they are.
+struct Of {
+    chain: Arc<Chain>,
+    positions: Vec<[f64; 2]>,
+    regressors: Arc<Regressors>,
 }
 
 /// A number of each of several moments.
@@ -115,6 +123,14 @@ where
 }
 
 impl Regressors {
+    /// The same, kept with the course: a problem is posed again and again, of the same windows.
+    pub fn kept(chain: &Arc<Chain>, course: &Course, positions: &[[f64; 2]]) -> Arc<Regressors> {
+        let make = || Arc::new(Regressors::new(chain, course, positions));
+        let of = || Of { chain: Arc::clone(chain), positions: positions.to_vec(), regressors: make() };
+        let same = |of: &&Of| of.positions == positions && (Arc::ptr_eq(&of.chain, chain) || of.chain == *chain);
+        course.kept.or_make(of).filter(same).map_or_else(make, |of| Arc::clone(&of.regressors))
+    }
+
     /// `positions`: gain and offset of each joint's position sensor.
     pub fn new(chain: &Chain, course: &Course, positions: &[[f64; 2]]) -> Regressors {
         let abreast = Arch::new().dispatch(Summed(chain, course, positions));

@@ -20,7 +20,7 @@ fn course(moving: f64) -> Arc<Course> {
         velocity: [1.3, -0.4, 0.9].map(|v| moving * (v + shift)).to_vec(),
         acceleration: [-2.0, 1.1, 0.6].map(|a| moving * (a - shift)).to_vec(),
     };
-    Arc::new(Course { samples: [(0.25, -0.1), (0.5, 0.0), (0.25, 0.1)].map(sample).to_vec() })
+    Arc::new(Course { samples: [(0.25, -0.1), (0.5, 0.0), (0.25, 0.1)].map(sample).to_vec(), kept: Default::default() })
 }
 
 /// A chain of three joints with a load on the second link; lengths of its blocks and their ids.
@@ -105,4 +105,16 @@ fn held_positions_change_nothing() {
     for (place, (a, b)) in by_a.iter().zip(&by_b).enumerate() {
         assert!(of_positions.contains(&(place % width)) || (a - b).abs() < 1e-10, "{place}: {a} {b}");
     }
+}
+
+/// What is kept with a course is of one arm and one set of sensors: another does not get it.
+#[test]
+fn regressors_that_are_kept_are_those_of_the_same_positions() {
+    let (chain, course) = (Arc::new(some_chain()), course(1.0));
+    let [here, elsewhere] = [0.0, 0.2].map(|offset| vec![[1.01, offset]; 3]);
+    let first = Regressors::kept(&chain, &course, &here);
+    assert!(Arc::ptr_eq(&first, &Regressors::kept(&Arc::new((*chain).clone()), &course, &here)));
+    assert!(!Arc::ptr_eq(&first, &Regressors::kept(&chain, &course, &elsewhere)));
+    let moved = Regressors::kept(&Arc::new(chain.without_lengths()), &course, &here);
+    assert!(!Arc::ptr_eq(&first, &moved));
 }
