@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use gravcal_calibration::EstimatorName;
+use gravcal_robot_model::EstimatorName;
 use serde_json::{Value, json};
 use syn::{Attribute, Expr, Fields, GenericArgument, Ident, Item, Lit, Meta, PathArguments, Type};
 

@@ -4,11 +4,11 @@ use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
 
-use gravcal_robot_model::robot::Robot;
-use gravcal_robot_model::session::{Pose, Session};
-use gravcal_robot_model::sweeps::find_sweeps;
 use gravcal_dynamics::{BodyInertia, Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
 use gravcal_recording::MotionWindow;
+use gravcal_robot_model::session::{Pose, Session};
+use gravcal_robot_model::sweeps::find_sweeps;
+use gravcal_session::{read_robot, read_session};
 use gravcal_solvers::LevenbergMarquardt;
 use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;

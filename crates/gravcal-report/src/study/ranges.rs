@@ -1,6 +1,6 @@
 //! From where to where measures go: over quantities, and over points.
 
-use gravcal_calibration::number::significant;
+use gravcal_robot_model::number::significant;
 use gravcal_study::measures::{QuantityMeasures, Series};
 
 /// The least and the largest of some numbers; those that are none do not count.

@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use gravcal_calibration::number::{shortest, significant};
+use gravcal_robot_model::number::{shortest, significant};
 use gravcal_study::batch::Outcome;
 use gravcal_study::measures::{QuantityMeasures, Series};
 

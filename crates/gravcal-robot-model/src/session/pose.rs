@@ -46,7 +46,7 @@ pub struct Pose {
 
 impl Pose {
     /// Takes the position of each of two joints for the other's; in a window with all that comes of positions.
-    pub(crate) fn swap_positions(&mut self, a: usize, b: usize) {
+    pub fn swap_positions(&mut self, a: usize, b: usize) {
         self.position.swap(a, b);
         let Some(course) = &mut self.course else { return };
         let course = Arc::make_mut(course);

@@ -8,9 +8,9 @@
 //! Slopes are taken from window to window.
 
 use gravcal_estimation::EvaluateError;
+use gravcal_robot_model::session::Session;
 
 use crate::joint::Solved;
-use crate::session::Session;
 
 /// Width of a Hann window in its length, `√(1/12 − 1/(2π²))`, times its cut-off and length.
 const WIDTH: f64 = 0.180_756 * 1.6;
