@@ -58,7 +58,7 @@ pub fn slopes(session: &Session, predictions: &[f64], rows: &[(usize, usize)]) -
             return [0.0; 2];
         }
         let (before, after) = (steps[place - 1], steps[place]);
-        if !(before.max(after) <= FOLLOWS * least) || before <= 0.0 || after <= 0.0 {
+        if before.max(after) > FOLLOWS * least || before <= 0.0 || after <= 0.0 {
             return [0.0; 2];
         }
         let [low, here, high] = [place - 1, place, place + 1].map(|place| predictions[rows[place].0]);
