@@ -9,21 +9,27 @@
 //!
 //! so that the covariance of any columns is had without a matrix of all of them.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
+use crate::linearization::factor_island;
 use crate::problem::Place;
-use crate::{EvaluateError, Problem};
+use crate::{EvaluateError, Problem, Values};
 
 /// A pivot below this share of its column says nothing.
 const LEAST_PIVOT: f64 = 1e-9;
 
-/// Where each column of a problem is found after elimination.
+/// Where each column of a problem is found after elimination. Of an island nothing is kept: what its columns are made of is computed when
+/// it is asked for.
 #[derive(Debug)]
 pub(crate) struct LocalColumns {
-    places: Vec<Place>,
-    islands: Vec<LocalIsland>,
-    /// Place of each island's first column among those of all islands.
+    problem: Problem,
+    values: Values,
+    /// Columns without effect.
+    cleared: Vec<usize>,
+    /// Place of each island's first column among those of all islands, and their number.
     firsts: Vec<usize>,
+    /// The island that was asked for last: most are asked for several times in a row.
+    latest: Mutex<Option<(usize, Arc<LocalIsland>)>>,
 }
 
 /// An island, by what it follows and what it knows by itself.
@@ -47,41 +53,58 @@ pub(crate) struct Reduced {
 }
 
 impl LocalColumns {
-    /// `islands`: for each island its touched shared columns and `[R_ee R_es …]`, rows of the given width.
-    ///
-    /// # Errors
-    /// Names a local block that its own factors do not determine.
-    pub fn new<'a>(
-        problem: &Problem,
-        islands: impl Iterator<Item = (&'a [usize], &'a Arc<[usize]>, &'a [f64])>,
-    ) -> Result<Self, EvaluateError> {
-        let islands = islands.map(|(columns, touched, rows)| {
-            LocalIsland::new(columns.len(), touched, rows).map_err(|index| undetermined(problem, columns[index]))
-        });
-        let islands: Vec<LocalIsland> = islands.collect::<Result<_, _>>()?;
-        let mut next = 0;
-        let first = |island: &LocalIsland| {
-            let first = next;
-            next += island.own.len();
-            first
+    /// `norms`: of all columns of J there.
+    pub fn new(problem: &Problem, values: &Values, norms: &[f64]) -> Self {
+        let mut firsts = vec![0];
+        problem
+            .structure()
+            .islands
+            .iter()
+            .for_each(|island| firsts.push(firsts[firsts.len() - 1] + island.columns.len()));
+        let cleared = match problem.structure().islands.is_empty() {
+            true => Vec::new(),
+            false => (0..norms.len()).filter(|column| norms[*column] == 0.0).collect(),
         };
-        let firsts = islands.iter().map(first).collect();
-        Ok(LocalColumns { places: problem.structure().places.clone(), islands, firsts })
+        LocalColumns { problem: problem.clone(), values: values.clone(), cleared, firsts, latest: Mutex::default() }
+    }
+
+    fn island(&self, index: usize) -> Arc<LocalIsland> {
+        let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*latest {
+            Some((known, island)) if *known == index => Arc::clone(island),
+            _ => {
+                let island = Arc::new(self.computed(index));
+                *latest = Some((index, Arc::clone(&island)));
+                island
+            }
+        }
+    }
+
+    fn computed(&self, index: usize) -> LocalIsland {
+        let island = &self.problem.structure().islands[index];
+        let rows = factor_island(&self.problem, &self.values, island, &self.cleared);
+        // They could be evaluated before.
+        let none = || vec![f64::NAN; island.columns.len() * (island.columns.len() + island.shared.len() + 1)];
+        LocalIsland::new(island.columns.len(), &island.shared, &rows.unwrap_or_else(|_| none()))
     }
 
     /// Number of local columns.
     pub fn count(&self) -> usize {
-        self.islands.iter().map(|island| island.own.len()).sum()
+        self.firsts[self.firsts.len() - 1]
     }
 
     /// Number of all columns, local or shared.
     pub fn columns(&self) -> usize {
-        self.places.len()
+        self.places().len()
+    }
+
+    fn places(&self) -> &[Place] {
+        &self.problem.structure().places
     }
 
     /// Index of a column among the shared ones, if it is one.
     pub fn shared(&self, column: usize) -> Option<usize> {
-        match self.places[column] {
+        match self.places()[column] {
             Place::Shared(index) => Some(index),
             Place::Island { .. } => None,
         }
@@ -100,15 +123,25 @@ impl LocalColumns {
     pub fn reduce(&self, function: impl IntoIterator<Item = (usize, f64)>) -> Reduced {
         let mut reduced = Reduced::default();
         for (column, coefficient) in function {
-            match self.places[column] {
+            match self.places()[column] {
                 Place::Shared(index) => reduced.shared.push((index, coefficient)),
                 Place::Island { island, index } => {
-                    self.islands[island].add(island, index, coefficient, &mut reduced);
+                    self.island(island).add(island, index, coefficient, &mut reduced);
                 }
             }
         }
         reduced
     }
+}
+
+/// # Errors
+/// Names a column of an island, of which `[R_ee R_es …]` are the rows, that the island's factors do not determine.
+pub(crate) fn check(problem: &Problem, columns: &[usize], rows: &[f64]) -> Result<(), EvaluateError> {
+    let local = columns.len();
+    let width = rows.len() / local.max(1);
+    let norm = |j: usize| (0..local).map(|i| rows[i * width + j].powi(2)).sum::<f64>().sqrt();
+    let weak = (0..local).find(|i| rows[i * width + i].abs() <= LEAST_PIVOT * norm(*i));
+    weak.map_or(Ok(()), |index| Err(undetermined(problem, columns[index])))
 }
 
 fn undetermined(problem: &Problem, column: usize) -> EvaluateError {
@@ -119,14 +152,9 @@ fn undetermined(problem: &Problem, column: usize) -> EvaluateError {
 }
 
 impl LocalIsland {
-    /// `Err`: the local column without a pivot.
-    fn new(local: usize, touched: &Arc<[usize]>, rows: &[f64]) -> Result<Self, usize> {
+    fn new(local: usize, touched: &Arc<[usize]>, rows: &[f64]) -> Self {
         let width = local + touched.len() + 1;
         let entry = |i: usize, j: usize| rows[i * width + j];
-        let norm = |j: usize| (0..local).map(|i| entry(i, j).powi(2)).sum::<f64>().sqrt();
-        if let Some(weak) = (0..local).find(|i| entry(*i, *i).abs() <= LEAST_PIVOT * norm(*i)) {
-            return Err(weak);
-        }
         // Back substitution of [I −R_es], one row after the other from the last.
         let mut solved = vec![vec![0.0; local + touched.len()]; local];
         for i in (0..local).rev() {
@@ -140,7 +168,7 @@ impl LocalIsland {
         }
         let response = solved.iter().map(|row| row[local..].to_vec()).collect();
         solved.iter_mut().for_each(|row| row.truncate(local));
-        Ok(LocalIsland { touched: Arc::clone(touched), response, own: solved })
+        LocalIsland { touched: Arc::clone(touched), response, own: solved }
     }
 
     fn add(&self, island: usize, index: usize, coefficient: f64, reduced: &mut Reduced) {

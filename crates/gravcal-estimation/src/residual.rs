@@ -47,16 +47,17 @@ pub trait Residual: Any + Debug + Send + Sync {
 
     /// The same of some residuals at once, this one the first of `all`, where vector instructions evaluate them abreast.
     ///
-    /// They read the same blocks, none of them local, have as many rows with the same [patterns](Residual::row_pattern), and independent
-    /// noise; but they may be of any type (`dyn Residual` is [`Any`]). `residual`: one entry a row; `jacobian`, where asked: rows by local
-    /// columns, row-major, in which every entry of the patterns must be written; each entry has a number for each of them.
+    /// They read the same blocks, but for those marked as local, have as many rows with the same [patterns](Residual::row_pattern), and
+    /// independent noise; but they may be of any type (`dyn Residual` is [`Any`]). `x`: what each of them reads. `residual`: one entry a
+    /// row; `jacobian`, where asked: rows as long as `x`, which has the local columns first, row-major, in which every entry of the patterns
+    /// must be written, and all others are zero; each entry has a number for each of them.
     ///
     /// `true` promises the bits of [`Residual::evaluate`]. With `false`, what was written counts nothing, and they are evaluated one by
     /// one: so it is where that may fail.
     fn evaluate_abreast(
         &self,
         _all: [&dyn Residual; ABREAST],
-        _x: LocalValues<'_>,
+        _x: [LocalValues<'_>; ABREAST],
         _residual: &mut [[f64; ABREAST]],
         _jacobian: Option<&mut [[f64; ABREAST]]>,
     ) -> bool {

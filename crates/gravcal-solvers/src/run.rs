@@ -226,7 +226,7 @@ impl<'p, D: Descent> ArgminSolver<Lend<'p, '_, '_, D>, IterationState> for Run<'
     ) -> Result<(IterationState, Option<KV>), Error> {
         let end = problem.problem("iterations", |lent| Ok(self.advance(lent)?))?;
         let point = self.point.as_ref().ok_or_else(nowhere)?;
-        let mut state = state.param(point.values.as_slice().to_vec()).cost(point.cost());
+        let mut state = state.cost(point.cost());
         if let Some(termination) = end {
             self.termination = termination;
             state = state.terminate_with(match termination.converged() {

@@ -1,15 +1,19 @@
 //! Normal equations that outlive the problem's linearization.
 
+use std::sync::Arc;
+
 use faer::Mat;
 
-use crate::{Column, Problem};
+use crate::Problem;
 
-/// `JᵀJ` of a problem without local blocks at one point, with every factor's loss: what a solver has where it ends, and what tells how
-/// well the unknowns are known there.
+/// `JᵀJ` of a problem at one point, with every factor's loss and local blocks eliminated: what a solver has where it ends, and what tells
+/// how well the unknowns are known there.
 #[derive(Clone, Debug)]
 pub struct NormalEquations {
-    columns: Vec<Column>,
-    /// The lower triangle.
+    /// They tell which blocks are free.
+    column_offsets: Arc<[usize]>,
+    shared: Vec<usize>,
+    /// The lower triangle over the shared columns.
     hessian: Mat<f64>,
     /// Norm of each column of J.
     norms: Vec<f64>,
@@ -17,24 +21,30 @@ pub struct NormalEquations {
 
 impl NormalEquations {
     pub(crate) fn new(problem: &Problem, hessian: Mat<f64>, norms: Vec<f64>) -> Self {
-        NormalEquations { columns: problem.columns().to_vec(), hessian, norms }
+        let column_offsets = Arc::clone(problem.column_offsets());
+        NormalEquations { column_offsets, shared: problem.structure().shared.clone(), hessian, norms }
     }
 
-    /// Norm of each column of J.
+    /// The columns that are left.
+    pub(crate) fn shared(&self) -> &[usize] {
+        &self.shared
+    }
+
+    /// Norm of each column of J, local ones included.
     pub(crate) fn column_norms(&self) -> &[f64] {
         &self.norms
     }
 
     /// Whether they are over the columns of this problem: with more or other blocks held they are not.
     pub(crate) fn are_of(&self, problem: &Problem) -> bool {
-        self.columns == problem.columns()
+        self.column_offsets == *problem.column_offsets() && self.shared == problem.structure().shared
     }
 
-    /// `D⁻¹ JᵀJ D⁻¹` over some columns, with D the norms of these: the lower triangle.
+    /// `D⁻¹ JᵀJ D⁻¹` over some of the shared columns, with D the norms of these: the lower triangle.
     pub(crate) fn scaled(&self, columns: &[usize]) -> Mat<f64> {
         Mat::from_fn(columns.len(), columns.len(), |i, j| {
             let (a, b) = (columns[i.max(j)], columns[i.min(j)]);
-            self.hessian[(a, b)] / (self.norms[a] * self.norms[b])
+            self.hessian[(a, b)] / (self.norms[self.shared[a]] * self.norms[self.shared[b]])
         })
     }
 }

@@ -16,9 +16,11 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
+use super::dust::dust;
+use super::finite::check_finite;
+use super::form::{Linearization, StepInfo};
 use super::triangle::Triangle;
-use super::{Linearization, StepInfo, check_finite, dust};
-use crate::local_columns::LocalColumns;
+use crate::local_columns;
 use crate::problem::{Chunk, Island, Rows};
 use crate::reference::Pull;
 use crate::{EvaluateError, Problem, Values};
@@ -144,13 +146,11 @@ impl Orthogonal {
         self.triangle.as_ref()
     }
 
-    /// The local columns, by what follows from the shared ones.
-    ///
     /// # Errors
     /// Names a local block that its own factors do not determine.
-    pub fn local_columns(&self, problem: &Problem) -> Result<LocalColumns, EvaluateError> {
-        let islands = self.islands.iter().map(|island| (&island.columns[..], &island.shared, &island.rows[..]));
-        LocalColumns::new(problem, islands)
+    pub fn check_local_columns(&self, problem: &Problem) -> Result<(), EvaluateError> {
+        let islands = &self.islands;
+        islands.iter().try_for_each(|island| local_columns::check(problem, &island.columns, &island.rows))
     }
 
     /// Calls `found(entries)` for every row of the factors, over all columns.
@@ -234,13 +234,41 @@ fn factor_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Result<Par
 
 /// Factors one island: its upper rows are kept, its lower ones join the triangle.
 fn eliminate(problem: &Problem, rows: &mut Rows<'_>, island: &Island, part: &mut Part) -> Result<(), EvaluateError> {
-    let structure = problem.structure();
+    let (upper, lower) = split_island(problem, rows, island, &mut part.cost)?;
+    widen(&lower, island.shared.as_ref(), problem.structure().shared.len(), &mut part.triangle);
+    part.islands.push(Eliminated { columns: island.columns.clone(), shared: Arc::clone(&island.shared), rows: upper });
+    Ok(())
+}
+
+/// `[R_ee R_es z_e]` of one island at `values`, with some columns cleared.
+///
+/// # Errors
+/// Where a residual cannot be evaluated there.
+pub(crate) fn factor_island(
+    problem: &Problem,
+    values: &Values,
+    island: &Island,
+    cleared: &[usize],
+) -> Result<Vec<f64>, EvaluateError> {
+    let (upper, _) = split_island(problem, &mut Rows::new(problem, values), island, &mut 0.0)?;
+    let mut island = Eliminated { columns: island.columns.clone(), shared: Arc::clone(&island.shared), rows: upper };
+    cleared.iter().for_each(|column| island.clear(*column, &problem.structure().shared));
+    Ok(island.rows)
+}
+
+/// The rows of an island, its local columns eliminated: upper and lower ones. Adds its factors' cost.
+fn split_island(
+    problem: &Problem,
+    rows: &mut Rows<'_>,
+    island: &Island,
+    cost: &mut f64,
+) -> Result<(Vec<f64>, Vec<f64>), EvaluateError> {
     let (local, touched) = (island.columns.len(), island.shared.len());
     let width = local + touched + 1;
     let mut stacked = Vec::new();
     let mut compact = Vec::new();
-    for factor in &structure.order[island.factors.clone()] {
-        part.cost += rows.linearize(*factor, true)?;
+    for factor in &problem.structure().order[island.factors.clone()] {
+        *cost += rows.linearize(*factor, true)?;
         rows.check_jacobian(*factor)?;
         for (row, plan) in problem.plans(*factor).iter().enumerate() {
             let start = stacked.len();
@@ -257,10 +285,7 @@ fn eliminate(problem: &Problem, rows: &mut Rows<'_>, island: &Island, part: &mut
             out[width - 1] = rows.residual(row);
         }
     }
-    let (upper, lower) = split(&stacked, local, width);
-    widen(&lower, island.shared.as_ref(), structure.shared.len(), &mut part.triangle);
-    part.islands.push(Eliminated { columns: island.columns.clone(), shared: Arc::clone(&island.shared), rows: upper });
-    Ok(())
+    Ok(split(&stacked, local, width))
 }
 
 /// Pushes rows over some shared columns (and the residual) as rows over all of them.

@@ -1,14 +1,13 @@
 //! Collecting a problem, and checking it.
 
-use std::collections::HashSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use thiserror::Error;
-
-use super::{Problem, Rows, offsets};
+use super::check::{ProblemError, check_blocks, check_constraints, check_factors};
+use super::offsets::offsets;
+use super::{Problem, Rows};
 use crate::derivative_check::panic_message;
-use crate::{Block, BlockId, Constraint, ConstraintError, Factor, LossWidth, Manifold, Values};
+use crate::{Block, BlockId, Constraint, Factor, Values};
 
 /// Collects blocks and factors.
 #[derive(Debug, Default)]
@@ -17,110 +16,6 @@ pub struct ProblemBuilder {
     initial: Vec<f64>,
     factors: Vec<Factor>,
     constraints: Vec<Constraint>,
-}
-
-/// Something that makes a problem unanswerable.
-#[derive(Clone, Debug, Error, PartialEq)]
-#[non_exhaustive]
-pub enum ProblemError {
-    /// Nothing was measured.
-    #[error("no factors: the problem has no measurement")]
-    NoFactors,
-    /// Nothing is unknown.
-    #[error("no unknowns: every block is held")]
-    NoUnknowns,
-    /// A free block that no factor reads.
-    #[error("nothing reads the unknown `{0}`: hold it, or add a measurement of it")]
-    Unread(String),
-    /// A block that stores nothing.
-    #[error("`{0}` has no numbers: give it components, or leave it away")]
-    Empty(String),
-    /// A block or a constraint without a name, the how-many-th counted from 0.
-    #[error("{0} {1} has no name")]
-    Nameless(&'static str, usize),
-    /// Two constraints of one name.
-    #[error("two constraints are named `{0}`")]
-    DuplicateConstraint(String),
-    /// A sphere that is none.
-    #[error(
-        "`{block}` has {numbers} numbers on a sphere of radius {radius}: it takes 3, and a radius that is positive and finite"
-    )]
-    Sphere {
-        /// The block.
-        block: String,
-        /// How many numbers it stores.
-        numbers: usize,
-        /// The radius that it states.
-        radius: f64,
-    },
-    /// Two blocks of one name.
-    #[error("two blocks are named `{0}`")]
-    DuplicateName(String),
-    /// An initial value that is not finite, or not on the block's manifold.
-    #[error("the initial value {value:?} of `{block}` {reason}")]
-    Initial {
-        /// The block.
-        block: String,
-        /// Its value.
-        value: Vec<f64>,
-        /// What is wrong with it.
-        reason: &'static str,
-    },
-    /// A factor without a residual.
-    #[error("factor {0} has no residuals: leave it away")]
-    NoRows(usize),
-    /// A factor whose residual and noise have different numbers of rows.
-    #[error("factor {factor} has {rows} residuals but noise for {noise}")]
-    NoiseRows {
-        /// Position in the order of addition.
-        factor: usize,
-        /// Rows of the residual.
-        rows: usize,
-        /// Rows of the noise.
-        noise: usize,
-    },
-    /// A loss without a width.
-    #[error("factor {factor}: {source}")]
-    Loss {
-        /// Position in the order of addition.
-        factor: usize,
-        /// What is wrong with it.
-        source: LossWidth,
-    },
-    /// A residual that reads a block of another problem.
-    #[error("factor {factor} reads block number {block}, but there are only {blocks}: is it of another problem?")]
-    Foreign {
-        /// Position in the order of addition.
-        factor: usize,
-        /// Position of the block that it reads.
-        block: usize,
-        /// Number of blocks there are.
-        blocks: usize,
-    },
-    /// A residual that reads a block twice.
-    #[error("factor {factor} reads `{block}` twice")]
-    ReadTwice {
-        /// Position in the order of addition.
-        factor: usize,
-        /// The block.
-        block: String,
-    },
-    /// A residual that wrote beyond the rows or columns it has, or failed otherwise inside.
-    #[error(
-        "factor {factor} (of {blocks}) panicked at the initial values: {message}. Does it write a row or a column that \
-         it does not have? `check_derivatives` tells more"
-    )]
-    Panicked {
-        /// Position in the order of addition.
-        factor: usize,
-        /// Names of the blocks that it reads.
-        blocks: String,
-        /// What it said.
-        message: String,
-    },
-    /// A constraint that makes no sense.
-    #[error(transparent)]
-    Constraint(#[from] ConstraintError),
 }
 
 impl ProblemBuilder {
@@ -180,82 +75,6 @@ impl ProblemBuilder {
     }
 }
 
-fn check_blocks(blocks: &[Block], initial: &Values) -> Result<(), ProblemError> {
-    let mut names = HashSet::new();
-    for (index, block) in blocks.iter().enumerate() {
-        if block.name.is_empty() {
-            return Err(ProblemError::Nameless("block", index));
-        }
-        if block.is_empty() {
-            return Err(ProblemError::Empty(block.name.clone()));
-        }
-        if !names.insert(block.name.as_str()) {
-            return Err(ProblemError::DuplicateName(block.name.clone()));
-        }
-        let value = initial.get(BlockId(index as u32));
-        let refuse = |reason| ProblemError::Initial { block: block.name.clone(), value: value.to_vec(), reason };
-        if value.iter().any(|v| !v.is_finite()) {
-            return Err(refuse("is not finite"));
-        }
-        if let Manifold::Sphere { radius } = block.manifold {
-            let (name, numbers) = (block.name.clone(), block.len());
-            if numbers != 3 || !(radius.is_finite() && radius > 0.0) {
-                return Err(ProblemError::Sphere { block: name, numbers, radius });
-            }
-            let norm = value.iter().map(|v| v * v).sum::<f64>().sqrt();
-            if (norm - radius).abs() > 1e-9 * radius {
-                return Err(refuse("does not have the length of its sphere"));
-            }
-        }
-    }
-    Ok(())
-}
-
-pub(super) fn check_constraints(blocks: &[Block], constraints: &[Constraint]) -> Result<(), ProblemError> {
-    let stored: Vec<usize> = blocks.iter().map(Block::len).collect();
-    let mut names = HashSet::new();
-    for (index, constraint) in constraints.iter().enumerate() {
-        if constraint.name.is_empty() {
-            return Err(ProblemError::Nameless("constraint", index));
-        }
-        if !names.insert(constraint.name.as_str()) {
-            return Err(ProblemError::DuplicateConstraint(constraint.name.clone()));
-        }
-        constraint.check(&stored)?;
-    }
-    Ok(())
-}
-
-pub(super) fn check_factors(blocks: &[Block], factors: &[Factor]) -> Result<(), ProblemError> {
-    if factors.is_empty() {
-        return Err(ProblemError::NoFactors);
-    }
-    // By block, the last factor so far that reads it.
-    let mut read: Vec<Option<usize>> = vec![None; blocks.len()];
-    for (index, factor) in factors.iter().enumerate() {
-        let (rows, noise) = (factor.residual.len(), factor.noise.rows());
-        if rows == 0 {
-            return Err(ProblemError::NoRows(index));
-        }
-        if rows != noise {
-            return Err(ProblemError::NoiseRows { factor: index, rows, noise });
-        }
-        factor.loss.checked().map_err(|source| ProblemError::Loss { factor: index, source })?;
-        for id in factor.residual.blocks() {
-            if id.index() >= blocks.len() {
-                return Err(ProblemError::Foreign { factor: index, block: id.index(), blocks: blocks.len() });
-            }
-            if read[id.index()].replace(index) == Some(index) {
-                return Err(ProblemError::ReadTwice { factor: index, block: blocks[id.index()].name.clone() });
-            }
-        }
-    }
-    match blocks.iter().zip(&read).find(|(block, read)| block.held.is_none() && read.is_none()) {
-        Some((block, _)) => Err(ProblemError::Unread(block.name.clone())),
-        None => Ok(()),
-    }
-}
-
 /// Evaluates one factor of every shape, so that a residual that does not keep to its own is told by name before anything relies on
 /// it. A factor that has no value at the initial point is left to the solver.
 fn try_every_shape(problem: &Problem, initial: &Values) -> Result<(), ProblemError> {
@@ -279,7 +98,7 @@ fn names(problem: &Problem, factor: &Factor) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{EvaluateError, LocalValues, Loss, Noise, Residual, RowsMut};
+    use crate::{EvaluateError, LocalValues, Loss, Manifold, Noise, Residual, RowsMut};
 
     /// `x − 1`, with a choice of mistakes.
     #[derive(Debug)]

@@ -136,22 +136,55 @@ impl Problem {
     }
 }
 
+/// What factors of one shape that are evaluated abreast read, and their Jacobians: zero outside of their patterns.
+#[derive(Default)]
+struct Abreast {
+    /// Only the first, where they have no local blocks.
+    inputs: [Inputs; ABREAST],
+    jacobian: Vec<[f64; ABREAST]>,
+}
+
+/// What the factors of one shape read: shared blocks are copied once, local ones for each factor.
+#[derive(Default)]
+struct Inputs {
+    shape: Option<usize>,
+    values: Vec<f64>,
+}
+
+impl Inputs {
+    fn load(&mut self, problem: &Problem, values: &Values, factor: usize) {
+        let index = problem.structure.shape_of[factor];
+        let shape = &problem.structure.shapes[index];
+        let blocks = problem.factors[factor].residual.blocks();
+        if self.shape.replace(index) == Some(index) {
+            for place in &shape.local_blocks {
+                let own = values.get(blocks[*place]);
+                self.values[shape.local_offsets[*place]..][..own.len()].copy_from_slice(own);
+            }
+        } else {
+            self.values.clear();
+            blocks.iter().for_each(|id| self.values.extend_from_slice(values.get(*id)));
+        }
+    }
+}
+
 /// The rows of one factor after another, or of some abreast, in buffers that are used again.
 pub(crate) struct Rows<'a> {
     problem: &'a Problem,
     values: &'a Values,
-    local: Vec<f64>,
-    /// The shape whose values `local` holds, if all factors of that shape read the same.
-    loaded: Option<usize>,
+    local: Inputs,
+    /// Local stored columns of the factors that are loaded.
+    width: usize,
     /// Rows by local stored columns, row-major.
     jacobian: Vec<f64>,
-    /// The same of factors that were evaluated abreast.
-    abreast: Vec<[f64; ABREAST]>,
+    /// The same of factors that were evaluated abreast, by shape.
+    abreast: Vec<Abreast>,
+    /// The shape that was evaluated abreast last.
+    abreast_shape: usize,
     /// How many factors' rows are loaded: one, in `jacobian`, or some, in `abreast`.
     loaded_factors: usize,
-    /// The shapes for which `jacobian` and `abreast` are zero outside of their patterns.
+    /// The shape for which `jacobian` is zero outside of its patterns.
     cleared: Option<usize>,
-    cleared_abreast: Option<usize>,
     /// Whitened residuals, of one factor after the other.
     residual: Vec<f64>,
     residual_abreast: Vec<[f64; ABREAST]>,
@@ -168,13 +201,13 @@ impl<'a> Rows<'a> {
         Rows {
             problem,
             values,
-            local: buffer(),
-            loaded: None,
+            local: Inputs::default(),
+            width: 0,
             jacobian: buffer(),
-            abreast: Vec::new(),
+            abreast: std::iter::repeat_with(Abreast::default).take(problem.structure.shapes.len()).collect(),
+            abreast_shape: 0,
             loaded_factors: 1,
             cleared: None,
-            cleared_abreast: None,
             residual: buffer(),
             residual_abreast: Vec::new(),
             scales: Vec::new(),
@@ -183,21 +216,11 @@ impl<'a> Rows<'a> {
     }
 
     fn load_values(&mut self, factor: usize) {
-        self.load_local(factor);
+        self.local.load(self.problem, self.values, factor);
+        self.width = self.local.values.len();
         self.loaded_factors = 1;
         self.residual.clear();
         self.residual.resize(self.problem.factors[factor].residual.len(), 0.0);
-    }
-
-    fn load_local(&mut self, factor: usize) {
-        let shape = self.problem.structure.shape_of[factor];
-        if self.loaded != Some(shape) {
-            self.local.clear();
-            for id in self.problem.factors[factor].residual.blocks() {
-                self.local.extend_from_slice(self.values.get(*id));
-            }
-            self.loaded = (!self.problem.structure.shapes[shape].local).then_some(shape);
-        }
     }
 
     /// Loads the whitened residuals of the first of these factors, or of the first few abreast, and nothing else; gives how many they are.
@@ -214,7 +237,7 @@ impl<'a> Rows<'a> {
     fn evaluate(&mut self, factor: usize) -> Result<(), EvaluateError> {
         self.load_values(factor);
         let Factor { residual: model, noise, .. } = &self.problem.factors[factor];
-        let local = LocalValues::new(&self.local, &self.problem.shape_of(factor).local_offsets);
+        let local = LocalValues::new(&self.local.values, &self.problem.shape_of(factor).local_offsets);
         model.evaluate(local, &mut self.residual, None)?;
         self.check_residual(factor, 0)?;
         noise.whiten(&mut self.residual, 1);
@@ -234,7 +257,7 @@ impl<'a> Rows<'a> {
             self.cleared = self.problem.structure.shapes[shape].patterned.then_some(shape);
         }
         let rows = RowsMut::new(&mut self.jacobian, width);
-        model.evaluate(LocalValues::new(&self.local, offsets), &mut self.residual, Some(rows))?;
+        model.evaluate(LocalValues::new(&self.local.values, offsets), &mut self.residual, Some(rows))?;
         self.check_residual(factor, 0)?;
         noise.whiten(&mut self.residual, 1);
         let cost = self.problem.factors[factor].cost(&self.residual);
@@ -250,7 +273,7 @@ impl<'a> Rows<'a> {
             _ => return Ok((1, self.linearize(factors[0], true)?)),
         };
         self.scales.clear();
-        let (rows, width) = (self.residual_abreast.len(), self.local.len());
+        let (rows, width) = (self.residual_abreast.len(), self.width);
         let mut cost = 0.0;
         for (factor, start) in some.iter().zip((0..).step_by(rows)) {
             cost += self.problem.factors[*factor].cost(&self.residual[start..start + rows]);
@@ -264,18 +287,25 @@ impl<'a> Rows<'a> {
         let Structure { shapes, shape_of, .. } = &*self.problem.structure;
         let index = shape_of[factors[0]];
         let shape = &shapes[index];
-        if shape.local || !shape.patterned || factors.iter().any(|factor| shape_of[*factor] != index) {
+        if shape.correlated || factors.iter().any(|factor| shape_of[*factor] != index) {
             return Ok(false);
         }
-        self.load_local(factors[0]);
+        let (problem, values) = (self.problem, self.values);
+        self.abreast_shape = index;
+        let Abreast { inputs, jacobian } = &mut self.abreast[index];
+        let x = if shape.local_blocks.is_empty() {
+            inputs[0].load(problem, values, factors[0]);
+            [inputs[0].values.as_slice(); ABREAST]
+        } else {
+            inputs.iter_mut().zip(factors).for_each(|(own, factor)| own.load(problem, values, *factor));
+            inputs.each_ref().map(|own| own.values.as_slice())
+        };
+        self.width = x[0].len();
         let all = factors.map(|factor| &*self.problem.factors[factor].residual);
-        if self.cleared_abreast.replace(index) != Some(index) {
-            self.abreast.clear();
-            self.abreast.resize(shape.rows.len() * self.local.len(), [0.0; ABREAST]);
-        }
+        jacobian.resize(shape.rows.len() * self.width, [0.0; ABREAST]);
         self.residual_abreast.resize(shape.rows.len(), [0.0; ABREAST]);
-        let x = LocalValues::new(&self.local, &shape.local_offsets);
-        let jacobian = with_jacobian.then_some(&mut self.abreast[..]);
+        let x = x.map(|x| LocalValues::new(x, &shape.local_offsets));
+        let jacobian = with_jacobian.then_some(&mut jacobian[..]);
         if !all[0].evaluate_abreast(all, x, &mut self.residual_abreast, jacobian) {
             return Ok(false);
         }
@@ -315,8 +345,34 @@ impl<'a> Rows<'a> {
     }
 
     fn local_row(&self, row: usize) -> &[f64] {
-        let width = self.local.len();
-        &self.jacobian[row * width..(row + 1) * width]
+        &self.jacobian[row * self.width..(row + 1) * self.width]
+    }
+
+    /// Local stored columns of a row of factors abreast, still without their scales.
+    pub fn local_row_abreast(&self, row: usize) -> &[[f64; ABREAST]] {
+        &self.abreast[self.abreast_shape].jacobian[row * self.width..(row + 1) * self.width]
+    }
+
+    /// What is still to be applied to a row of the Jacobian, of each factor abreast.
+    pub fn scales_abreast(&self, row: usize) -> [f64; ABREAST] {
+        let rows = self.residual_abreast.len();
+        std::array::from_fn(|lane| self.scales[lane * rows + row].0)
+    }
+
+    /// Residuals of a row of factors abreast, with everything applied.
+    pub fn residual_abreast(&self, row: usize) -> [f64; ABREAST] {
+        let rows = self.residual_abreast.len();
+        std::array::from_fn(|lane| self.residual(lane * rows + row))
+    }
+
+    /// Two tangent columns of a sphere, from the stored ones of a row of factors abreast.
+    pub fn tangent_abreast(&self, sphere: usize, stored: &[[f64; ABREAST]]) -> [[f64; ABREAST]; 2] {
+        self.bases[sphere].map_or([stored[0], stored[1]], |basis| tangent_lanes(stored, &basis))
+    }
+
+    /// One stored column of a row of the one factor that is loaded.
+    pub fn entry(&self, row: usize, column: usize) -> f64 {
+        self.scales[row].0 * self.jacobian[row * self.width + column]
     }
 
     /// Residual of a row, with everything applied.
@@ -333,10 +389,7 @@ impl<'a> Rows<'a> {
     }
 
     fn gather_abreast(&self, plan: &RowPlan, row: usize, out: &mut [f64]) {
-        let width = self.local.len();
-        let local = &self.abreast[row * width..(row + 1) * width];
-        let row_of = |lane: usize| lane * (self.residual.len() / ABREAST) + row;
-        let scales: [f64; ABREAST] = std::array::from_fn(|lane| self.scales[row_of(lane)].0);
+        let (local, scales) = (self.local_row_abreast(row), self.scales_abreast(row));
         let mut out = out.chunks_exact_mut(plan.columns.len() + 1);
         let mut out: [&mut [f64]; ABREAST] = std::array::from_fn(|_| out.next().unwrap_or_default());
         let mut at = 0;
@@ -344,17 +397,11 @@ impl<'a> Rows<'a> {
             let stored = &local[piece.from..];
             match piece.sphere.and_then(|sphere| self.bases[sphere]) {
                 None => spread_lanes(&stored[..piece.length], &scales, at, &mut out),
-                Some(basis) => {
-                    let along = |t: usize, lane: usize| (0..3).map(|s| stored[s][lane] * basis[s * 2 + t]).sum();
-                    let tangent: [_; 2] = std::array::from_fn(|t| std::array::from_fn(|lane| along(t, lane)));
-                    spread_lanes(&tangent, &scales, at, &mut out);
-                }
+                Some(basis) => spread_lanes(&tangent_lanes(stored, &basis), &scales, at, &mut out),
             }
             at += piece.length;
         }
-        for (lane, out) in out.into_iter().enumerate() {
-            out[at] = self.residual(row_of(lane));
-        }
+        out.into_iter().zip(self.residual_abreast(row)).for_each(|(out, residual)| out[at] = residual);
     }
 
     fn gather_one(&self, plan: &RowPlan, row: usize, mut out: &mut [f64]) {
@@ -427,7 +474,7 @@ impl<'a> Rows<'a> {
 
     /// Fails where an entry of the Jacobian that was loaded last is not finite.
     pub fn check_jacobian(&self, factor: usize) -> Result<(), EvaluateError> {
-        let width = self.local.len().max(1);
+        let width = self.width.max(1);
         match self.jacobian.iter().position(|v| !v.is_finite()) {
             Some(at) => Err(self.not_finite(factor, format!("the derivative of row {} is not finite", at / width))),
             None => Ok(()),
@@ -451,6 +498,12 @@ fn spread_lanes(lanes: &[[f64; ABREAST]], scales: &[f64; ABREAST], at: usize, ou
         c[k] = scales[2] * lanes[2];
         d[k] = scales[3] * lanes[3];
     }
+}
+
+/// Stored columns of factors abreast as tangent ones.
+fn tangent_lanes(stored: &[[f64; ABREAST]], basis: &[f64; 6]) -> [[f64; ABREAST]; 2] {
+    let along = |t: usize, lane: usize| (0..3).map(|s| stored[s][lane] * basis[s * 2 + t]).sum();
+    std::array::from_fn(|t| std::array::from_fn(|lane| along(t, lane)))
 }
 
 /// Stored columns as tangent ones.

@@ -1,33 +1,29 @@
 //! The problem: blocks and factors, immutable once built. It only holds and evaluates; solving is elsewhere.
 
 mod builder;
+mod check;
 mod evaluate;
+mod kinds;
+mod offsets;
 mod structure;
 
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::linearization::{Normal, Orthogonal};
-use crate::{Block, BlockId, Constraint, EvaluateError, Factor, Linearization, Reference, Values};
+use crate::{Block, BlockId, Constraint, Factor, Reference, Values};
 
-pub use builder::{ProblemBuilder, ProblemError};
+pub use builder::ProblemBuilder;
+pub use check::ProblemError;
+use check::{check_constraints, check_factors};
 pub(crate) use evaluate::Rows;
+pub(crate) use kinds::{Kind, RowPlace, Run, Slot};
+use offsets::offsets;
 use structure::Shape;
-pub(crate) use structure::{Chunk, Island, Place, RowPlan, Structure};
+pub(crate) use structure::{Chunk, Island, Piece, Place, RowPlan, Structure};
 
 /// Multiplications of an orthogonal factorization that take no longer than normal equations.
 const SMALL: usize = 1_000;
-
-/// Starts of consecutive runs of the given lengths, and the total at the end.
-fn offsets(lengths: impl Iterator<Item = usize>) -> Vec<usize> {
-    let mut total = 0;
-    let ends = lengths.map(|length| {
-        total += length;
-        total
-    });
-    std::iter::once(0).chain(ends).collect()
-}
 
 fn hold(blocks: &mut [Block], ids: &[BlockId], reason: &str) {
     for id in ids {
@@ -190,7 +186,7 @@ impl Problem {
     /// # Errors
     /// As [`ProblemBuilder::build`], of the constraints.
     pub fn with_constraints(&self, constraints: Vec<Constraint>) -> Result<Problem, ProblemError> {
-        builder::check_constraints(&self.blocks, &constraints)?;
+        check_constraints(&self.blocks, &constraints)?;
         Ok(Problem { constraints, ..self.clone() })
     }
 
@@ -207,7 +203,7 @@ impl Problem {
     fn rebuilt(&self, held: &[BlockId], reason: &str, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
         let mut blocks = self.blocks.to_vec();
         hold(&mut blocks, held, reason);
-        builder::check_factors(&blocks, &factors)?;
+        check_factors(&blocks, &factors)?;
         Ok(self.reassembled(blocks, factors.into()))
     }
 
@@ -221,23 +217,14 @@ impl Problem {
         &self.constraints
     }
 
-    /// Linearizes at `values`, in the form that suits the problem's size and structure: by an orthogonal factorization
-    /// where that is cheap, else by normal equations with local blocks eliminated, which turn to the orthogonal
-    /// factorization by themselves where they would lose digits.
-    ///
-    /// # Errors
-    /// Where a residual cannot be evaluated there.
-    pub fn linearize<'p>(&'p self, values: &Values) -> Result<Box<dyn Linearization + 'p>, EvaluateError> {
-        if self.is_small() {
-            Ok(Box::new(Orthogonal::new(self, values)?))
-        } else {
-            Ok(Box::new(Normal::new(self, values)?))
-        }
-    }
-
     /// Whether an orthogonal factorization costs so little that the digits it spares need no second thought.
     pub(crate) fn is_small(&self) -> bool {
         self.structure.islands.is_empty() && self.rows() * self.columns.len().pow(2) <= SMALL
+    }
+
+    /// First column of each block, and the number of columns at the end.
+    pub(crate) fn column_offsets(&self) -> &Arc<[usize]> {
+        &self.column_offsets
     }
 
     fn shape_of(&self, factor: usize) -> &Shape {

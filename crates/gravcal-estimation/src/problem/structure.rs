@@ -9,7 +9,8 @@ use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::offsets;
+use super::kinds::{FactorSlot, Kind, Kinds, LocalBlock, Slots};
+use super::offsets::offsets;
 use crate::{Block, BlockId, Factor, Manifold, Noise};
 
 /// Fewest factors that are worth a chunk of their own.
@@ -35,6 +36,8 @@ pub(crate) struct Island {
     pub columns: Vec<usize>,
     /// The shared columns (as indices among them) that its factors touch, ascending.
     pub shared: Arc<[usize]>,
+    /// Place among [`Structure::kinds`] of what it is like.
+    pub kind: usize,
     /// Its factors, as a range of [`Structure::order`].
     pub factors: Range<usize>,
 }
@@ -53,8 +56,10 @@ pub(crate) struct Chunk {
 pub(crate) struct Shape {
     /// Start of each block among the local stored columns, and their number.
     pub local_offsets: Vec<usize>,
-    /// Whether there are local blocks among those read, which differ from factor to factor.
-    pub local: bool,
+    /// Places of local blocks among those read, which differ from factor to factor.
+    pub local_blocks: Vec<usize>,
+    /// Whether the noise is correlated, so that whitening mixes rows.
+    pub correlated: bool,
     /// Whether each row has a pattern, all of whose entries are written.
     pub patterned: bool,
     /// One a row.
@@ -96,7 +101,9 @@ pub(crate) struct Structure {
     pub shapes: Vec<Shape>,
     /// Shape of each factor.
     pub shape_of: Vec<usize>,
+    /// One kind after another.
     pub islands: Vec<Island>,
+    pub kinds: Vec<Kind>,
     /// Factors in the order in which they are summed: those without local blocks first, then island by island.
     pub order: Vec<usize>,
     pub chunks: Vec<Chunk>,
@@ -110,7 +117,7 @@ impl Structure {
         let layout = Layout { blocks, factors, column_offsets, spheres: &spheres };
         let (shared, mut places) = layout.shared_columns();
         let (shapes, shape_of) = layout.shapes(&places);
-        let (mut islands, order) = layout.islands(&shape_of);
+        let (mut islands, kinds, order) = layout.islands(&shapes, &shape_of);
         for (index, island) in islands.iter().enumerate() {
             for (inside, column) in island.columns.iter().enumerate() {
                 places[*column] = Place::Island { island: index, index: inside };
@@ -118,7 +125,7 @@ impl Structure {
         }
         note_shared(&mut islands, &order, &shapes, &shape_of);
         let chunks = cut(order.len(), &islands, shared.len());
-        Structure { shared, places, spheres, shapes, shape_of, islands, order, chunks }
+        Structure { shared, places, spheres, shapes, shape_of, islands, kinds, order, chunks }
     }
 
     /// The first factor of each shape.
@@ -224,7 +231,7 @@ impl Layout<'_> {
                 )
             })
             .collect();
-        let local = residual.blocks().iter().any(|id| self.is_local(*id));
+        let local_blocks = (0..residual.blocks().len()).filter(|at| self.is_local(residual.blocks()[*at])).collect();
         let correlated = is_correlated(&self.factors[factor]);
         let patterned = !correlated && (0..residual.len()).all(|row| residual.row_pattern(row).is_some());
         let mut columns: Vec<Vec<usize>> = Vec::new();
@@ -234,7 +241,7 @@ impl Layout<'_> {
                 columns.push(row.columns.clone());
             }
         }
-        Shape { local_offsets, local, patterned, rows, columns }
+        Shape { local_offsets, local_blocks, correlated, patterned, rows, columns }
     }
 
     fn row_plan(&self, ids: &[BlockId], offsets: &[usize], pattern: &[Range<usize>], places: &[Place]) -> RowPlan {
@@ -263,10 +270,10 @@ impl Layout<'_> {
         RowPlan { pieces: join(runs), columns, place: 0 }
     }
 
-    /// Islands of local blocks, and the factors in order.
-    fn islands(&self, shape_of: &[usize]) -> (Vec<Island>, Vec<usize>) {
+    /// Islands of local blocks, what they are like, and the factors in order.
+    fn islands(&self, shapes: &[Shape], shape_of: &[usize]) -> (Vec<Island>, Vec<Kind>, Vec<usize>) {
         if !self.blocks.iter().any(|block| block.local) {
-            return (Vec::new(), in_order_of_shapes((0..self.factors.len()).collect(), shape_of));
+            return (Vec::new(), Vec::new(), in_order_of_shapes((0..self.factors.len()).collect(), shape_of));
         }
         let free_local = |id: &BlockId| self.is_local(*id) && !self.columns_of(*id).is_empty();
         let mut roots = Roots((0..self.blocks.len()).collect());
@@ -293,15 +300,36 @@ impl Layout<'_> {
             }
         }
         let mut order = in_order_of_shapes(order, shape_of);
+        let mut kinds = Kinds::default();
+        let mut kind_of =
+            |columns: &[usize], factors: &[usize]| kinds.find(self.slots(columns, factors, shape_of), shapes);
+        let with_kind = |(columns, factors): (Vec<usize>, Vec<usize>)| (kind_of(&columns, &factors), columns, factors);
+        let mut islands: Vec<_> = islands.into_iter().map(with_kind).collect();
+        islands.sort_by_key(|(kind, ..)| *kind);
         let islands = islands
             .into_iter()
-            .map(|(columns, factors)| {
+            .map(|(kind, columns, factors)| {
                 let start = order.len();
                 order.extend(factors);
-                Island { columns, shared: Arc::from([]), factors: start..order.len() }
+                Island { columns, shared: Arc::from([]), kind, factors: start..order.len() }
             })
             .collect();
-        (islands, order)
+        (islands, kinds.all, order)
+    }
+
+    /// The factors of an island by their shapes, and where their local columns are among the island's.
+    fn slots(&self, columns: &[usize], factors: &[usize], shape_of: &[usize]) -> Slots {
+        let slot = |factor: &usize| {
+            let blocks = self.factors[*factor].residual.blocks();
+            let own = blocks.iter().filter(|id| self.is_local(**id));
+            let place = |id: &BlockId| {
+                let first = self.columns_of(*id).next()?;
+                let flat = self.blocks[id.index()].manifold == Manifold::Euclidean;
+                Some(LocalBlock { first: columns.iter().position(|column| *column == first)?, flat })
+            };
+            FactorSlot { shape: shape_of[*factor], blocks: own.map(place).collect() }
+        };
+        Slots { columns: columns.len(), factors: factors.iter().map(slot).collect() }
     }
 }
 

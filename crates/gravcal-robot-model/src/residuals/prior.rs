@@ -4,7 +4,9 @@
 //!     x = x₀ ± σ
 //! ```
 
-use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
+use std::any::Any;
+
+use gravcal_estimation::{ABREAST, BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 
 /// The expected value of a whole block, in its unit.
 #[derive(Clone, Debug)]
@@ -42,6 +44,27 @@ impl Residual for Prior {
             }
         }
         Ok(())
+    }
+
+    fn evaluate_abreast(
+        &self,
+        all: [&dyn Residual; ABREAST],
+        x: [LocalValues<'_>; ABREAST],
+        residual: &mut [[f64; ABREAST]],
+        jacobian: Option<&mut [[f64; ABREAST]]>,
+    ) -> bool {
+        for (lane, (prior, x)) in all.into_iter().zip(x).enumerate() {
+            let Some(Prior { expected, .. }) = (prior as &dyn Any).downcast_ref() else { return false };
+            for (row, (value, expected)) in residual.iter_mut().zip(x.block(0).iter().zip(expected)) {
+                row[lane] = value - expected;
+            }
+        }
+        let rows = jacobian.into_iter().flat_map(|jacobian| jacobian.chunks_exact_mut(x[0].as_slice().len()));
+        for (index, row) in rows.enumerate() {
+            row[..self.expected.len()].fill([0.0; ABREAST]);
+            row[index] = [1.0; ABREAST];
+        }
+        true
     }
 }
 

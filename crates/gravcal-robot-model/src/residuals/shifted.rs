@@ -10,10 +10,13 @@
 //! errors are. Because `δ_j` enters like `o_j`, values and derivatives are those of the inner residual at `o + a δ`. Of parameters
 //! that the inner residual does not read, `δ` has no effect.
 
+use std::any::Any;
+use std::array;
+use std::cell::Cell;
 use std::ops::Range;
 use std::sync::Arc;
 
-use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
+use gravcal_estimation::{ABREAST, BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 
 /// A residual some of whose parameters are shifted.
 #[derive(Clone, Debug)]
@@ -51,6 +54,16 @@ impl Shifted {
     fn width(&self) -> usize {
         self.starts[self.starts.len() - 1]
     }
+
+    /// What the inner residual reads.
+    fn shift(&self, x: &[f64], shifted: &mut Vec<f64>) {
+        let (given, shifts) = x.split_at(self.width());
+        shifted.clear();
+        shifted.extend_from_slice(given);
+        for ((column, scale), shift) in self.shifted.iter().zip(shifts) {
+            column.iter().for_each(|column| shifted[*column] += scale * shift);
+        }
+    }
 }
 
 /// The pattern of a row with the columns of the shifts behind it.
@@ -79,11 +92,8 @@ impl Residual for Shifted {
         residual: &mut [f64],
         jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError> {
-        let (given, shifts) = x.as_slice().split_at(self.width());
-        let mut shifted = given.to_vec();
-        for ((column, scale), shift) in self.shifted.iter().zip(shifts) {
-            column.iter().for_each(|column| shifted[*column] += scale * shift);
-        }
+        let mut shifted = Vec::new();
+        self.shift(x.as_slice(), &mut shifted);
         let shifted = LocalValues::new(&shifted, &self.starts);
         let Some(mut rows) = jacobian else {
             return self.inner.evaluate(shifted, residual, None);
@@ -99,6 +109,57 @@ impl Residual for Shifted {
         }
         Ok(())
     }
+
+    fn evaluate_abreast(
+        &self,
+        all: [&dyn Residual; ABREAST],
+        x: [LocalValues<'_>; ABREAST],
+        residual: &mut [[f64; ABREAST]],
+        jacobian: Option<&mut [[f64; ABREAST]]>,
+    ) -> bool {
+        let Some(all) = alike(all) else { return false };
+        let first = all[0];
+        // Another residual of this kind may be within.
+        let mut room = ROOM.take();
+        for ((own, x), residual) in room.iter_mut().zip(x).zip(all) {
+            residual.shift(x.as_slice(), own);
+            own.extend_from_slice(&x.as_slice()[own.len()..]);
+        }
+        let [a, b, c, d] = &room;
+        let shifted = [a, b, c, d].map(|own| LocalValues::new(own, &first.starts));
+        let inner = all.map(|residual| &*residual.inner);
+        let mut jacobian = jacobian;
+        let done = inner[0].evaluate_abreast(inner, shifted, residual, jacobian.as_deref_mut());
+        ROOM.set(room);
+        for row in jacobian.into_iter().flat_map(|jacobian| jacobian.chunks_exact_mut(x[0].as_slice().len())) {
+            let (by_given, by_shifts) = row.split_at_mut(first.width());
+            for (index, entry) in by_shifts[..first.shifted.len()].iter_mut().enumerate() {
+                let scaled = |column: usize| array::from_fn(|lane| all[lane].shifted[index].1 * by_given[column][lane]);
+                *entry = first.shifted[index].0.map_or([0.0; ABREAST], scaled);
+            }
+        }
+        done
+    }
+}
+
+/// These, if all are of this kind and shift the same columns.
+fn alike(all: [&dyn Residual; ABREAST]) -> Option<[&Shifted; ABREAST]> {
+    let [Some(a), Some(b), Some(c), Some(d)] = all.map(|residual| (residual as &dyn Any).downcast_ref::<Shifted>())
+    else {
+        return None;
+    };
+    let of_first = |residual: &Shifted| {
+        let mut pairs = residual.shifted.iter().zip(&a.shifted);
+        residual.starts == a.starts
+            && residual.shifted.len() == a.shifted.len()
+            && pairs.all(|((column, _), (first, _))| column == first)
+    };
+    [b, c, d].into_iter().all(of_first).then_some([a, b, c, d])
+}
+
+thread_local! {
+    /// What the inner residuals read, kept by each thread from one evaluation to the next.
+    static ROOM: Cell<[Vec<f64>; ABREAST]> = Cell::default();
 }
 
 #[cfg(test)]
@@ -135,5 +196,50 @@ mod tests {
         let inner = LocalValues::new(&x[..width], &residual.starts);
         residual.inner.evaluate(inner, &mut without, None).unwrap();
         assert_eq!(with, without);
+    }
+
+    /// Shifted torque readings of one model with another shift each, by another scale.
+    #[test]
+    fn shifted_poses_are_evaluated_abreast_to_the_bits_that_each_has_alone() {
+        let (pose, mut lengths) = loaded(&[0, 1, 2]);
+        lengths.push(2);
+        let ids = ids(&lengths);
+        let inner: Arc<dyn Residual> = Arc::new(pose);
+        // An offset and a bias.
+        let shifted = |scale: f64| {
+            let shifted = [(ids[4 + 2 * 3], 1.0), (ids[4], scale)];
+            Shifted::new(Arc::clone(&inner), |id| lengths[id.index()], &shifted, ids[lengths.len() - 1])
+        };
+        let all = [1.0, -2.0, 0.5, 3.0].map(shifted);
+        let starts: Vec<usize> = std::iter::once(0)
+            .chain(lengths.iter().scan(0, |end, n| {
+                *end += n;
+                Some(*end)
+            }))
+            .collect();
+        let width = starts[starts.len() - 1];
+        let x = [0.1, -0.2, 0.3, 0.0].map(|shift| {
+            let mut x: Vec<f64> = (0..width).map(|k| 1.0 + (k as f64).sin()).collect();
+            x[width - 2..].copy_from_slice(&[shift, 2.0 * shift]);
+            x
+        });
+        let x = [0, 1, 2, 3].map(|lane: usize| LocalValues::new(&x[lane], &starts));
+        let (mut together, mut jacobian) = (vec![[f64::NAN; ABREAST]; 3], vec![[0.0; ABREAST]; 3 * width]);
+        let dynamic = [0, 1, 2, 3].map(|lane: usize| &all[lane] as &dyn Residual);
+        let done = all[0].evaluate_abreast(dynamic, x, &mut together, Some(&mut jacobian));
+        // It is not where the processor has no vector instructions of so many lanes.
+        let alone = inner.evaluate_abreast(
+            [&*inner; ABREAST],
+            [LocalValues::new(&x[0].as_slice()[..width - 2], &starts[..starts.len() - 1]); ABREAST],
+            &mut together.clone(),
+            None,
+        );
+        assert_eq!(done, alone);
+        for lane in (0..ABREAST).filter(|_| done) {
+            let (mut residual, mut entries) = ([0.0; 3], vec![0.0; 3 * width]);
+            all[lane].evaluate(x[lane], &mut residual, Some(RowsMut::new(&mut entries, width))).unwrap();
+            assert_eq!(together.iter().map(|lanes| lanes[lane]).collect::<Vec<_>>(), residual);
+            assert_eq!(jacobian.iter().map(|lanes| lanes[lane]).collect::<Vec<_>>(), entries);
+        }
     }
 }

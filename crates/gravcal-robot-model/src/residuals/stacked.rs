@@ -27,6 +27,8 @@ struct Part {
     starts: Vec<usize>,
     /// Column of the stack for each of its own.
     columns: Vec<usize>,
+    /// Whether several of its own are one column: it names a block more than once, as sensors do that share a parameter.
+    overlaps: bool,
 }
 
 impl Stacked {
@@ -42,12 +44,19 @@ impl Stacked {
         let part = |residual: Arc<dyn Residual>| {
             let first = |id: &BlockId| blocks.iter().position(|other| other == id).map_or(0, |place| starts[place]);
             let columns = residual.blocks().iter().flat_map(|id| first(id)..first(id) + length(*id)).collect();
-            Part { starts: self::starts(residual.blocks(), &length), columns, residual }
+            let overlaps = names_a_block_twice(residual.as_ref());
+            Part { starts: self::starts(residual.blocks(), &length), columns, overlaps, residual }
         };
         let parts: Vec<Part> = residuals.into_iter().map(part).collect();
         let patterns = parts.iter().flat_map(|part| (0..part.residual.len()).map(|row| part.pattern(row))).collect();
         Stacked { parts, blocks, patterns }
     }
+}
+
+/// Whether a residual names one of its blocks more than once. Problems take it only in a stack, which makes one of them.
+pub fn names_a_block_twice(residual: &dyn Residual) -> bool {
+    let blocks = residual.blocks();
+    (1..blocks.len()).any(|place| blocks[..place].contains(&blocks[place]))
 }
 
 /// First column of each block, and the number of columns.
@@ -65,6 +74,7 @@ impl Part {
             Some(own) => own.iter().flat_map(|range| self.columns[range.clone()].iter().copied()).collect(),
         };
         columns.sort_unstable();
+        columns.dedup();
         let mut ranges: Vec<Range<usize>> = Vec::new();
         for column in columns {
             match ranges.last_mut() {
@@ -91,6 +101,11 @@ impl Part {
         self.residual.evaluate(own, residual, Some(RowsMut::new(&mut entries, width)))?;
         for (index, entries) in entries.chunks_exact(width).enumerate() {
             let row = rows.row(first + index);
+            if self.overlaps {
+                self.columns.iter().for_each(|column| row[*column] = 0.0);
+                self.columns.iter().zip(entries).for_each(|(column, entry)| row[*column] += *entry);
+                continue;
+            }
             self.columns.iter().zip(entries).for_each(|(column, entry)| row[*column] = *entry);
         }
         Ok(())
@@ -133,6 +148,37 @@ mod tests {
     use super::*;
     use crate::residuals::Prior;
     use crate::residuals::testing::{check_at_random_points, ids};
+
+    #[test]
+    fn a_block_that_is_named_twice_is_one() {
+        /// `x² + 3 y` of two blocks.
+        #[derive(Clone, Debug)]
+        struct Parabola([BlockId; 2]);
+        impl Residual for Parabola {
+            fn blocks(&self) -> &[BlockId] {
+                &self.0
+            }
+            fn len(&self) -> usize {
+                1
+            }
+            fn evaluate(
+                &self,
+                x: LocalValues<'_>,
+                residual: &mut [f64],
+                jacobian: Option<RowsMut<'_>>,
+            ) -> Result<(), EvaluateError> {
+                residual[0] = x.scalar(0) * x.scalar(0) + 3.0 * x.scalar(1);
+                jacobian.into_iter().for_each(|mut rows| rows.row(0).copy_from_slice(&[2.0 * x.scalar(0), 3.0]));
+                Ok(())
+            }
+        }
+        let one = ids(&[1])[0];
+        let twice = Parabola([one, one]);
+        assert!(names_a_block_twice(&twice));
+        let stacked = Stacked::new(vec![Arc::new(twice)], |_| 1);
+        assert_eq!(stacked.blocks(), [one]);
+        check_at_random_points(&stacked, &[1], &[0.5]);
+    }
 
     #[test]
     fn parts_keep_their_rows_and_share_blocks() {

@@ -6,7 +6,7 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::linalg::solvers::Llt;
 use faer::{Accum, Mat, MatRef, Par, Side};
 
-use super::keeps_digits;
+use super::pivots::keeps_digits;
 use crate::Problem;
 use crate::problem::{Island, Rows};
 

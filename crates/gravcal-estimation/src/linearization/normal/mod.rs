@@ -7,26 +7,36 @@
 //!     S = H_ss − Σ_e H_se H_ee⁻¹ H_es,      S δ_s = −(g_s − Σ_e H_se H_ee⁻¹ g_e),      δ_e = −H_ee⁻¹ (g_e + H_es δ_s)
 //! ```
 //!
-//! (Triggs and others, *Bundle adjustment: a modern synthesis*, 2000, section 6.1.) Squaring the condition costs digits:
-//! where a pivot of a Cholesky factor, its columns scaled to 1, falls below [`LEAST_PIVOT`], the step comes from the
+//! (Triggs and others, *Bundle adjustment: a modern synthesis*, 2000, section 6.1.) Islands whose local columns are known by rows of their
+//! own, as errors of single readings are, go abreast and keep nothing in memory: see [`alike`]. Squaring the condition costs digits:
+//! where a pivot of a Cholesky factor, its columns scaled to 1, falls below [`LEAST_PIVOT`](pivots::LEAST_PIVOT), the step comes from the
 //! orthogonal factorization instead.
 
+mod alike;
+mod group;
 mod islands;
+mod lanes;
+mod pivots;
+mod products;
 mod sums;
 
 use faer::linalg::solvers::Llt;
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-use super::{Linearization, NormalEquations, Orthogonal, StepInfo, check_finite, dust};
+use super::dust::dust;
+use super::finite::check_finite;
+use super::form::{Linearization, StepInfo};
+use super::{NormalEquations, Orthogonal};
 use crate::problem::{Chunk, Island};
 use crate::reference::Pull;
 use crate::{EvaluateError, Problem, Values};
+pub(crate) use alike::Alike;
+use alike::{LocalSums, runs_among};
 use islands::{Complement, ISLANDS_PER_BATCH, IslandSums};
+use pivots::keeps_digits;
 use sums::{Sums, sum_chunk};
 
-/// Square of the smallest relative pivot with which a step keeps five digits in its weakest direction.
-const LEAST_PIVOT: f64 = 1e-11;
 /// Batches of islands whose complements are kept apart, so that they can run on any thread.
 const MAX_PARTS: usize = 16;
 
@@ -35,13 +45,17 @@ pub(crate) struct Normal<'p> {
     values: Values,
     cost: f64,
     gradient: Vec<f64>,
-    /// With the reference in them, and of the factors alone.
     column_norms: Vec<f64>,
-    factor_norms: Vec<f64>,
+    /// The same of the factors alone, where the problem has a reference.
+    factor_norms: Option<Vec<f64>>,
     pull: Pull,
-    /// Lower triangle over the shared columns.
+    /// Lower triangle over the shared columns, and their gradient, of all but the rows of islands that are alike.
     hessian: Mat<f64>,
+    gradient_of_rest: Vec<f64>,
+    /// Of those islands that are not alike.
     islands: Vec<IslandSums>,
+    /// Columns that count as zeros.
+    dust: Vec<usize>,
     /// Made when the normal equations lost too many digits.
     orthogonal: Option<Orthogonal>,
 }
@@ -63,30 +77,51 @@ impl<'p> Normal<'p> {
         let mut this = Normal {
             problem,
             values: values.clone(),
-            cost: sums.cost,
+            cost: sums.cost + sums.alike.cost,
             gradient: vec![0.0; columns],
             column_norms: vec![0.0; columns],
-            factor_norms: Vec::new(),
+            factor_norms: None,
             pull: Pull::of(problem, values),
             hessian: sums.hessian,
+            gradient_of_rest: sums.gradient,
             islands: sums.islands,
+            dust: Vec::new(),
             orthogonal: None,
         };
-        this.spread(&sums.gradient);
+        this.spread(&sums.alike);
         check_finite(problem, values, [&this.gradient, &this.column_norms])?;
         this.clear_dust();
         this.add_pull();
         Ok(this)
     }
 
+    /// The islands that are not alike.
+    fn others(problem: &Problem) -> impl Iterator<Item = &Island> {
+        let structure = problem.structure();
+        structure.islands.iter().filter(|island| !structure.kinds[island.kind].reweighed)
+    }
+
+    /// Those that are, if there are any.
+    fn alike(&self) -> Option<Alike<'_, '_>> {
+        let alike = Alike { problem: self.problem, values: &self.values, left_out: &self.dust };
+        alike.any().then_some(alike)
+    }
+
     /// Gradient and norms of all columns from those of the shared ones and of the islands.
-    fn spread(&mut self, shared_gradient: &[f64]) {
-        let structure = self.problem.structure();
+    fn spread(&mut self, alike: &LocalSums) {
+        let problem = self.problem;
+        let structure = problem.structure();
         for (index, column) in structure.shared.iter().enumerate() {
-            self.gradient[*column] = shared_gradient[index];
-            self.column_norms[*column] = self.hessian[(index, index)].sqrt();
+            let [slope, square] = alike.shared[index];
+            self.gradient[*column] = self.gradient_of_rest[index] + slope;
+            self.column_norms[*column] = (self.hessian[(index, index)] + square).sqrt();
         }
-        for (island, sums) in structure.islands.iter().zip(&self.islands) {
+        let columns = runs_among(&structure.islands, problem).flatten().flat_map(|island| &island.columns);
+        for (column, [slope, square]) in columns.zip(&alike.columns) {
+            self.gradient[*column] = *slope;
+            self.column_norms[*column] = square.sqrt();
+        }
+        for (island, sums) in Self::others(problem).zip(&self.islands) {
             for (index, column) in island.columns.iter().enumerate() {
                 self.gradient[*column] = sums.gradient[index];
                 self.column_norms[*column] = sums.local[index * (island.columns.len() + 1)].sqrt();
@@ -95,16 +130,17 @@ impl<'p> Normal<'p> {
     }
 
     fn clear_dust(&mut self) {
-        let columns = dust(self.problem, &self.values, &self.column_norms);
+        self.dust = dust(self.problem, &self.values, &self.column_norms);
         let structure = self.problem.structure();
-        for column in columns {
+        for column in self.dust.iter().copied() {
             self.gradient[column] = 0.0;
             self.column_norms[column] = 0.0;
             if let Ok(index) = structure.shared.binary_search(&column) {
                 self.hessian.col_mut(index).fill(0.0);
                 self.hessian.row_mut(index).fill(0.0);
+                self.gradient_of_rest[index] = 0.0;
             }
-            for (island, sums) in structure.islands.iter().zip(&mut self.islands) {
+            for (island, sums) in Self::others(self.problem).zip(&mut self.islands) {
                 sums.clear(island, column, &structure.shared);
             }
         }
@@ -112,40 +148,53 @@ impl<'p> Normal<'p> {
 
     /// Adds the reference to cost, gradient and norms; the Hessian stays that of the factors.
     fn add_pull(&mut self) {
-        self.factor_norms = self.column_norms.clone();
+        self.factor_norms = (!self.pull.entries.is_empty()).then(|| self.column_norms.clone());
         self.cost += self.pull.cost();
         for (column, weight, distance) in &self.pull.entries {
             self.gradient[*column] += weight * distance;
+            if let Ok(index) = self.problem.structure().shared.binary_search(column) {
+                self.gradient_of_rest[index] += weight * distance;
+            }
             self.column_norms[*column] = self.column_norms[*column].hypot(*weight);
         }
     }
 
-    /// The damped step, unless it would lose too many digits.
-    fn reduced_step(&self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> Option<()> {
+    fn factor_norms(&self) -> &[f64] {
+        self.factor_norms.as_ref().unwrap_or(&self.column_norms)
+    }
+
+    /// The damped step and `‖J δ‖²` of it, unless it would lose too many digits.
+    fn reduced_step(&self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> Option<f64> {
         let structure = self.problem.structure();
         let mut damping: Vec<f64> = scaling.iter().map(|d| lambda * d * d).collect();
         self.pull.entries.iter().for_each(|(column, weight, _)| damping[*column] += weight * weight);
         let mut hessian = self.hessian.clone();
-        let mut right: Vec<f64> = structure.shared.iter().map(|column| -self.gradient[*column]).collect();
+        let mut right: Vec<f64> = self.gradient_of_rest.iter().map(|slope| -slope).collect();
         for (index, column) in structure.shared.iter().enumerate() {
             hessian[(index, index)] += damping[*column];
         }
-        let diagonal: Vec<f64> = (0..right.len()).map(|index| hessian[(index, index)]).collect();
+        let before = |column: &usize| self.factor_norms()[*column].powi(2) + damping[*column];
+        let diagonal: Vec<f64> = structure.shared.iter().map(before).collect();
         self.eliminate(&damping, &mut hessian, &mut right)?;
         let shared = solve_scaled(hessian, &diagonal, &right)?;
         structure.shared.iter().zip(&shared).for_each(|(column, value)| step[*column] = *value);
-        for (island, sums) in structure.islands.iter().zip(&self.islands) {
+        let mut image = self.alike().map_or(Some(0.0), |alike| alike.substitute(&damping, &shared, step))?;
+        for (island, sums) in Self::others(self.problem).zip(&self.islands) {
             let local = sums.substitute(island, &damping, &shared)?;
             island.columns.iter().zip(&local).for_each(|(column, value)| step[*column] = *value);
         }
-        Some(())
+        image += self.image_of_rest(step, &shared);
+        Some(image)
     }
 
     /// Subtracts what the islands take away: `H_se H_ee⁻¹ H_es` and `H_se H_ee⁻¹ g_e`.
     fn eliminate(&self, damping: &[f64], hessian: &mut Mat<f64>, right: &mut [f64]) -> Option<()> {
-        let islands = &self.problem.structure().islands;
-        let length = islands.len().div_ceil(MAX_PARTS).max(ISLANDS_PER_BATCH);
-        let pairs: Vec<(&Island, &IslandSums)> = islands.iter().zip(&self.islands).collect();
+        for part in self.alike().map_or(Some(Vec::new()), |alike| alike.eliminate(damping))? {
+            *hessian += &part.hessian;
+            right.iter_mut().zip(&part.gradient).for_each(|(right, part)| *right -= part);
+        }
+        let pairs: Vec<(&Island, &IslandSums)> = Self::others(self.problem).zip(&self.islands).collect();
+        let length = pairs.len().div_ceil(MAX_PARTS).max(ISLANDS_PER_BATCH);
         let size = right.len();
         let parts: Vec<Option<Complement>> = pairs
             .par_chunks(length)
@@ -162,6 +211,20 @@ impl<'p> Normal<'p> {
             right.iter_mut().zip(&part.right).for_each(|(right, part)| *right += part);
         }
         Some(())
+    }
+
+    /// `‖J v‖²` of all but the rows of islands that are alike; `shared`: the shared part of `v`.
+    fn image_of_rest(&self, v: &[f64], shared: &[f64]) -> f64 {
+        let mut sum: f64 = self.pull.entries.iter().map(|(column, weight, _)| (weight * v[*column]).powi(2)).sum();
+        for (j, own) in shared.iter().enumerate() {
+            let column = self.hessian.col_as_slice(j);
+            let below: f64 = column[j + 1..].iter().zip(&shared[j + 1..]).map(|(entry, other)| entry * other).sum();
+            sum += own * (column[j] * own + 2.0 * below);
+        }
+        for (island, sums) in Self::others(self.problem).zip(&self.islands) {
+            sum += sums.quadratic(island, shared, v);
+        }
+        sum.max(0.0)
     }
 
     fn orthogonal_step(&mut self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> Option<StepInfo> {
@@ -186,9 +249,10 @@ impl Linearization for Normal<'_> {
     }
 
     fn damped_step(&mut self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> StepInfo {
-        if self.orthogonal.is_none() && self.reduced_step(lambda, scaling, step).is_some() {
+        let reduced = || self.reduced_step(lambda, scaling, step);
+        if let Some(image) = self.orthogonal.is_none().then(reduced).flatten() {
             let along: f64 = self.gradient.iter().zip(&*step).map(|(g, d)| g * d).sum();
-            return StepInfo { predicted_reduction: -along - 0.5 * self.image_norm_squared(step) };
+            return StepInfo { predicted_reduction: -along - 0.5 * image };
         }
         self.orthogonal_step(lambda, scaling, step).unwrap_or_else(|| {
             step.fill(0.0);
@@ -197,18 +261,8 @@ impl Linearization for Normal<'_> {
     }
 
     fn image_norm_squared(&self, v: &[f64]) -> f64 {
-        let structure = self.problem.structure();
-        let shared: Vec<f64> = structure.shared.iter().map(|column| v[*column]).collect();
-        let mut sum: f64 = self.pull.entries.iter().map(|(column, weight, _)| (weight * v[*column]).powi(2)).sum();
-        for (j, own) in shared.iter().enumerate() {
-            let column = self.hessian.col_as_slice(j);
-            let below: f64 = column[j + 1..].iter().zip(&shared[j + 1..]).map(|(entry, other)| entry * other).sum();
-            sum += own * (column[j] * own + 2.0 * below);
-        }
-        for (island, sums) in structure.islands.iter().zip(&self.islands) {
-            sum += sums.quadratic(island, &shared, v);
-        }
-        sum.max(0.0)
+        let shared: Vec<f64> = self.problem.structure().shared.iter().map(|column| v[*column]).collect();
+        self.image_of_rest(v, &shared) + self.alike().map_or(0.0, |alike| alike.image_norm_squared(v, &shared))
     }
 
     fn hessian(&self) -> Vec<f64> {
@@ -222,12 +276,15 @@ impl Linearization for Normal<'_> {
         for (j, b) in structure.shared.iter().enumerate() {
             (j..structure.shared.len()).for_each(|i| set(structure.shared[i], *b, self.hessian[(i, j)]));
         }
-        for (island, sums) in structure.islands.iter().zip(&self.islands) {
+        for (island, sums) in Self::others(self.problem).zip(&self.islands) {
             let (local, touched) = (island.columns.len(), island.shared.len());
             for (i, a) in island.columns.iter().enumerate() {
                 (0..local).for_each(|j| set(*a, island.columns[j], sums.local[i * local + j]));
                 (0..touched).for_each(|j| set(*a, structure.shared[island.shared[j]], sums.mixed[i * touched + j]));
             }
+        }
+        if let Some(alike) = self.alike() {
+            alike.for_hessian(|a, b, entry| hessian[a * columns + b] += entry);
         }
         for (column, weight, _) in &self.pull.entries {
             hessian[column * (columns + 1)] += weight * weight;
@@ -236,8 +293,11 @@ impl Linearization for Normal<'_> {
     }
 
     fn normal_equations(&self) -> Option<NormalEquations> {
-        let whole = || NormalEquations::new(self.problem, self.hessian.clone(), self.factor_norms.clone());
-        self.islands.is_empty().then(whole)
+        let mut hessian = self.hessian.clone();
+        let (undamped, mut right) = (vec![0.0; self.gradient.len()], vec![0.0; hessian.nrows()]);
+        // Other islands are eliminated by subtraction, which loses digits that a judgement needs.
+        let done = self.islands.is_empty().then(|| self.eliminate(&undamped, &mut hessian, &mut right)).flatten();
+        done.map(|()| NormalEquations::new(self.problem, hessian, self.factor_norms().to_vec()))
     }
 }
 
@@ -259,13 +319,4 @@ fn solve_scaled(mut matrix: Mat<f64>, diagonal: &[f64], right: &[f64]) -> Option
     let mut solution = Mat::from_fn(right.len(), 1, |i, _| scale[i] * right[i]);
     faer::linalg::solvers::SolveCore::solve_in_place_with_conj(&factor, faer::Conj::No, solution.as_mut());
     Some((0..right.len()).map(|i| scale[i] * solution[(i, 0)]).collect())
-}
-
-/// Whether every pivot, relative to the diagonal it came from, is large enough.
-fn keeps_digits(factor: &Llt<f64>, diagonal: &[f64]) -> bool {
-    let triangle = factor.L();
-    diagonal.iter().enumerate().all(|(i, d)| {
-        let pivot = triangle[(i, i)] * triangle[(i, i)];
-        pivot.is_finite() && pivot > LEAST_PIVOT * d
-    })
 }

@@ -4,6 +4,7 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::super::vector_registers::give_up_upper_halves;
+use super::alike::{Alike, LocalSums};
 use super::islands::IslandSums;
 use crate::problem::{Chunk, Rows};
 use crate::{EvaluateError, Problem, Values};
@@ -17,12 +18,21 @@ pub(super) struct Sums {
     /// Lower triangle over the shared columns.
     pub hessian: Mat<f64>,
     pub gradient: Vec<f64>,
+    /// Of those islands that are not alike.
     pub islands: Vec<IslandSums>,
+    /// Of all others, whose rows are in none of the above.
+    pub alike: LocalSums,
 }
 
 impl Sums {
     pub fn new(shared: usize) -> Self {
-        Sums { cost: 0.0, hessian: Mat::zeros(shared, shared), gradient: vec![0.0; shared], islands: Vec::new() }
+        Sums {
+            cost: 0.0,
+            hessian: Mat::zeros(shared, shared),
+            gradient: vec![0.0; shared],
+            islands: Vec::new(),
+            alike: LocalSums { shared: vec![[0.0; 2]; shared], ..LocalSums::default() },
+        }
     }
 
     pub fn add(&mut self, other: Sums) {
@@ -30,6 +40,7 @@ impl Sums {
         self.hessian += &other.hessian;
         self.gradient.iter_mut().zip(&other.gradient).for_each(|(sum, part)| *sum += part);
         self.islands.extend(other.islands);
+        self.alike.add(other.alike);
     }
 }
 
@@ -132,7 +143,7 @@ pub(super) fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Re
         free = &free[count..];
     }
     let mut position = vec![0; structure.shared.len()];
-    for island in islands {
+    for island in islands.iter().filter(|island| !structure.kinds[island.kind].reweighed) {
         island.shared.iter().enumerate().for_each(|(at, index)| position[*index] = at);
         let mut own = IslandSums::new(island);
         for factor in &structure.order[island.factors.clone()] {
@@ -143,6 +154,9 @@ pub(super) fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Re
         sums.islands.push(own);
     }
     batches.into_iter().flatten().for_each(|batch| drop(batch.scatter(&mut sums)));
+    if islands.iter().any(|island| structure.kinds[island.kind].reweighed) {
+        sums.alike = Alike { problem, values, left_out: &[] }.sum(&mut rows, chunk)?;
+    }
     Ok(sums)
 }
 

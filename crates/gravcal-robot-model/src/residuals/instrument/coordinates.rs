@@ -14,7 +14,7 @@ pub struct PositionTerms {
 }
 
 /// How a coordinate depends on a parameter.
-pub(super) struct Further {
+pub(in crate::residuals) struct Further {
     pub joint: usize,
     /// Among the coordinates' blocks.
     pub place: usize,
@@ -39,7 +39,7 @@ impl PositionTerms {
     }
 
     /// Adds what they say to the coordinates; `x` is of the coordinates' blocks, which store a number each.
-    pub(super) fn add_to(&self, coordinates: &mut [f64], x: &[f64]) -> Vec<Further> {
+    pub(in crate::residuals) fn add_to(&self, coordinates: &mut [f64], x: &[f64]) -> Vec<Further> {
         let at = Moment::new(&[], &[], &self.position, &self.conditions);
         let mut all = Vec::new();
         for (first, term) in &self.terms {

@@ -21,7 +21,7 @@ use gravcal_dynamics::Chain;
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 use nalgebra::{Matrix3, Vector3};
 
-use self::coordinates::Further;
+pub(in crate::residuals) use self::coordinates::Further;
 pub use self::coordinates::PositionTerms;
 
 pub use sensed::{Sensed, SensedQuantity};

@@ -2,6 +2,7 @@
 //! evaluated one by one: see [`super::abreast_terms`].
 
 use std::any::Any;
+use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_dynamics::{Abreast, Arithmetic, Bodies, LANES};
@@ -9,6 +10,7 @@ use gravcal_estimation::{ABREAST, Residual};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::abreast_terms::{self, Lane};
+use super::model::sensor_column;
 use super::residual::{self, PoseTorque};
 use crate::parameter::Quantity;
 
@@ -57,15 +59,18 @@ impl<'a> Poses<'a> {
     pub fn evaluate(
         &self,
         workspace: &mut residual::Workspace,
-        x: &[f64],
+        all: [&[f64]; LANES],
         residual: &mut [[f64; LANES]],
         jacobian: Option<&mut [[f64; LANES]]>,
     ) -> bool {
         let residual::Workspace { inertia, abreast, .. } = workspace;
-        let Some(instructions) = abreast.instructions else { return false };
-        let pose = self.0[0];
-        let (gains, offsets) = (pose.sensors(x, Quantity::PositionGain), pose.sensors(x, Quantity::PositionOffset));
-        for (lane, pose) in self.0.iter().enumerate() {
+        let Some(instructions) = abreast.instructions.filter(|_| self.differ_by_offset_or_bias_only(all)) else {
+            return false;
+        };
+        let (pose, x) = (self.0[0], all[0]);
+        let gains = pose.sensors(x, Quantity::PositionGain);
+        for (lane, (pose, x)) in self.0.iter().zip(all).enumerate() {
+            let offsets = pose.sensors(x, Quantity::PositionOffset);
             for (joint, q) in pose.position.iter().enumerate() {
                 abreast.position[joint][lane] = *q;
                 abreast.coordinates[joint][lane] = gains[joint] * q + offsets[joint];
@@ -76,7 +81,21 @@ impl<'a> Poses<'a> {
             let Workspace { coordinates, lanes, .. } = &mut *abreast;
             abreast_terms::move_joints(terms, &self.0, (x, jacobian.is_some()), coordinates, lanes);
         }
-        instructions.dispatch(Evaluation { poses: &self.0, abreast, inertia, x, residual, jacobian })
+        instructions.dispatch(Evaluation { poses: &self.0, abreast, inertia, all, residual, jacobian })
+    }
+
+    /// Whether all read the same numbers but for offsets of position sensors and biases of torque sensors, which readings are shifted by.
+    fn differ_by_offset_or_bias_only(&self, all: [&[f64]; LANES]) -> bool {
+        let joints = self.0[0].position.len();
+        let column = |quantity, joint| sensor_column(joints, quantity, joint);
+        let shifted = [Quantity::TorqueBias, Quantity::PositionOffset];
+        let [bias, offset] = shifted.map(|quantity| column(quantity, 0)..column(quantity, joints));
+        let same = |x: &[f64]| {
+            let first = all[0];
+            let same = |range: Range<usize>| x[range.clone()] == first[range];
+            same(0..bias.start) && same(bias.end..offset.start) && same(offset.end..self.0[0].model.columns)
+        };
+        all[1..].iter().all(|x| std::ptr::eq(*x, all[0]) || same(x))
     }
 }
 
@@ -96,7 +115,8 @@ struct Evaluation<'a> {
     poses: &'a [&'a PoseTorque; ABREAST],
     abreast: &'a mut Workspace,
     inertia: &'a [f64],
-    x: &'a [f64],
+    /// What each of them reads.
+    all: [&'a [f64]; LANES],
     residual: &'a mut [[f64; LANES]],
     jacobian: Option<&'a mut [[f64; LANES]]>,
 }
@@ -108,7 +128,8 @@ impl WithSimd for Evaluation<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
         let Some(on) = Abreast::new(simd) else { return false };
-        let Evaluation { poses, abreast, inertia, x, residual, jacobian } = self;
+        let Evaluation { poses, abreast, inertia, all, residual, jacobian } = self;
+        let x = all[0];
         let (pose, gravity) = (poses[0], [x[0], x[1], x[2]]);
         let Workspace { position, coordinates, bodies, lanes, .. } = abreast;
         let (chain, terms) = (&pose.model.chain, pose.model.terms.as_ref());
@@ -117,13 +138,13 @@ impl WithSimd for Evaluation<'_> {
         for (row, residual) in residual.iter_mut().enumerate() {
             let (joint, _) = pose.readings[row];
             let torque = torques.of_joint(joint);
+            let gain = pose.sensors(x, Quantity::TorqueGain)[joint];
             let entries = jacobian.as_mut().and_then(Iterator::next);
             let wanted = (x, entries.is_some());
             let read = |terms| abreast_terms::read(terms, poses, (joint, on.store(torque.torque())), wanted, lanes);
             let further = terms.filter(|terms| terms.has(joint)).map(read);
             if let Some(entries) = entries {
                 let (affine, by_terms) = entries.split_at_mut(pose.model.affine_columns);
-                let gain = pose.sensors(x, Quantity::TorqueGain)[joint];
                 let gain = match &further {
                     Some(further) => on.load(further.by_torque.map(|by_torque| gain + by_torque)),
                     None => on.constant(gain),
@@ -133,7 +154,8 @@ impl WithSimd for Evaluation<'_> {
                     abreast_terms::write(terms, poses, joint, lanes, (affine, by_terms));
                 }
             }
-            let predicted = pose.predict_affine(on, &torque, x);
+            let bias = all.map(|x| pose.sensors(x, Quantity::TorqueBias)[joint]);
+            let predicted = pose.predict_affine(on, &torque, [[gain; LANES], bias]);
             let mut reading = [0.0; LANES];
             reading.iter_mut().zip(poses).for_each(|(reading, pose)| *reading = pose.readings[row].1);
             *residual = on.store(predicted - on.load(reading));

@@ -3,7 +3,6 @@
 use gravcal_dynamics::{Arithmetic, GravityTorqueRow, Stored};
 
 use super::residual::PoseTorque;
-use crate::parameter::Quantity;
 
 impl PoseTorque {
     /// What the sensor of a joint should read: `k τ + b`.
@@ -12,10 +11,9 @@ impl PoseTorque {
         &self,
         on: A,
         torque: &GravityTorqueRow<'_, A>,
-        x: &[f64],
+        [gain, bias]: [A::Stored; 2],
     ) -> A::Number {
-        let of = |quantity| on.constant(self.sensors(x, quantity)[torque.joint()]);
-        of(Quantity::TorqueGain) * torque.torque() + of(Quantity::TorqueBias)
+        on.load(gain) * torque.torque() + on.load(bias)
     }
 
     /// Writes the row of its reading, straight from where the arm stands.

@@ -57,6 +57,8 @@ pub struct PoseTorqueModel {
     pub(super) terms: Option<Terms>,
     /// Stored columns before those of the terms.
     pub(super) affine_columns: usize,
+    /// All stored columns.
+    pub(super) columns: usize,
     /// First stored column of the compliances, where joints give way.
     pub(super) compliance: Option<usize>,
     /// Stored columns that each joint's torque can touch.
@@ -93,7 +95,8 @@ impl PoseTorqueModel {
         let patterns =
             (0..joints).map(|joint| joined(of_joint(joint).into_iter().chain(compliances.clone()))).collect();
         let links = (0..joints).map(|joint| links_beyond(&chain, compliance.is_some(), joint)).collect();
-        PoseTorqueModel { chain, blocks: order, load, patterns, links, terms, affine_columns: end, compliance }
+        let columns = end + functions.len() + blocks.compliance.len();
+        PoseTorqueModel { chain, blocks: order, load, patterns, links, terms, affine_columns: end, columns, compliance }
     }
 
     /// Whether all sensors are affine, and no joint gives way.

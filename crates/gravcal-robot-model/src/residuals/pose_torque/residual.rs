@@ -197,7 +197,7 @@ impl PoseTorque {
             for (row, (residual, (joint, reading))) in residual.iter_mut().zip(&self.readings).enumerate() {
                 let torque = torques.of_joint(*joint);
                 self.write_affine(Single, &torque, gain[*joint], &self.position, rows.row(row));
-                *residual = self.predict_affine(Single, &torque, x) - reading;
+                *residual = self.predict_affine(Single, &torque, [gain[*joint], bias[*joint]]) - reading;
             }
             return Ok(());
         }
@@ -276,12 +276,15 @@ impl Residual for PoseTorque {
     fn evaluate_abreast(
         &self,
         all: [&dyn Residual; ABREAST],
-        x: LocalValues<'_>,
+        x: [LocalValues<'_>; ABREAST],
         residual: &mut [[f64; ABREAST]],
         jacobian: Option<&mut [[f64; ABREAST]]>,
     ) -> bool {
         match abreast::Poses::of(all) {
-            Some(poses) => self.with_workspace(|workspace| poses.evaluate(workspace, x.as_slice(), residual, jacobian)),
+            Some(poses) => {
+                let x = x.map(|x| x.as_slice());
+                self.with_workspace(|workspace| poses.evaluate(workspace, x, residual, jacobian))
+            }
             None => false,
         }
     }

@@ -264,11 +264,11 @@ fn are_evaluated_abreast(poses: &[PoseTorque], x: &[f64]) -> bool {
     let rows = poses[0].len();
     // What was there before is not to be read.
     let (mut residual, mut jacobian) = (vec![[f64::NAN; ABREAST]; rows], vec![[f64::NAN; ABREAST]; rows * x.len()]);
-    if !poses[0].evaluate_abreast(all, LocalValues::new(x, &offsets), &mut residual, Some(&mut jacobian)) {
+    if !poses[0].evaluate_abreast(all, [LocalValues::new(x, &offsets); ABREAST], &mut residual, Some(&mut jacobian)) {
         return false;
     }
     let mut without = vec![[f64::NAN; ABREAST]; rows];
-    assert!(poses[0].evaluate_abreast(all, LocalValues::new(x, &offsets), &mut without, None));
+    assert!(poses[0].evaluate_abreast(all, [LocalValues::new(x, &offsets); ABREAST], &mut without, None));
     assert_eq!(residual, without);
     for (lane, pose) in poses.iter().enumerate() {
         let (mut alone, mut entries) = (vec![0.0; rows], vec![0.0; rows * x.len()]);

@@ -1,0 +1,207 @@
+//! Passes over the islands that are eliminated by reweighing their mixed rows (see [`super::group`]).
+//!
+//! Nothing of an island is kept from one pass to the next: to evaluate some abreast again takes less time than to write and read what
+//! couples them with the shared columns, and no memory.
+
+use rayon::prelude::*;
+
+use super::group::Group;
+use super::products::Products;
+use super::sums::Sums;
+use crate::problem::{Chunk, Island, Kind, Rows};
+use crate::{ABREAST, EvaluateError, Problem, Values};
+
+/// Where such islands are looked at.
+#[derive(Clone, Copy)]
+pub(crate) struct Alike<'p, 'v> {
+    pub problem: &'p Problem,
+    pub values: &'v Values,
+    /// Columns that count as zeros.
+    pub left_out: &'v [usize],
+}
+
+/// What their local columns come to.
+#[derive(Default)]
+pub(super) struct LocalSums {
+    /// `Jᵀr` and square of the norm of each local column, island after island.
+    pub columns: Vec<[f64; 2]>,
+    /// The same of the shared columns.
+    pub shared: Vec<[f64; 2]>,
+    pub cost: f64,
+}
+
+/// Those among some islands of a problem, one kind after another.
+pub(super) fn runs_among<'p>(
+    islands: &'p [Island],
+    problem: &'p Problem,
+) -> impl Iterator<Item = &'p [Island]> + use<'p> {
+    let kinds = &problem.structure().kinds;
+    islands.chunk_by(|a, b| a.kind == b.kind).filter(|run| kinds[run[0].kind].reweighed)
+}
+
+impl LocalSums {
+    pub fn add(&mut self, other: LocalSums) {
+        self.cost += other.cost;
+        self.columns.extend(other.columns);
+        for (sum, part) in self.shared.iter_mut().zip(&other.shared) {
+            sum.iter_mut().zip(part).for_each(|(sum, part)| *sum += part);
+        }
+    }
+}
+
+impl<'p> Alike<'p, '_> {
+    /// Whether there are any.
+    pub fn any(&self) -> bool {
+        self.problem.structure().kinds.iter().any(|kind| kind.reweighed)
+    }
+
+    /// Those of a chunk, one kind after another.
+    fn runs(&self, chunk: &Chunk) -> impl Iterator<Item = &'p [Island]> + use<'p> {
+        runs_among(&self.problem.structure().islands[chunk.islands.clone()], self.problem)
+    }
+
+    /// Calls `found` with group after group of one kind, their rows loaded, and the groups' costs.
+    fn for_groups(
+        &self,
+        rows: &mut Rows<'_>,
+        run: &'p [Island],
+        mut found: impl FnMut(&mut Group<'p>, &'p [Island], f64) -> Option<()>,
+    ) -> Result<Option<()>, EvaluateError> {
+        let mut group = Group::new(self.problem, self.kind(run));
+        for islands in run.chunks(ABREAST) {
+            let cost = group.load(rows, islands, self.left_out)?;
+            if found(&mut group, islands, cost).is_none() {
+                return Ok(None);
+            }
+        }
+        Ok(Some(()))
+    }
+
+    fn kind(&self, run: &[Island]) -> &'p Kind {
+        &self.problem.structure().kinds[run[0].kind]
+    }
+
+    /// What one pass over each chunk gives, in order; `None` where one of them gives up or cannot be evaluated.
+    fn by_chunk<T: Send>(&self, pass: impl Fn(&mut Rows<'_>, &Chunk) -> Option<T> + Sync) -> Option<Vec<T>> {
+        let run = |chunk: &Chunk| pass(&mut Rows::new(self.problem, self.values), chunk);
+        let chunks = self.problem.structure().chunks.par_iter();
+        let parts: Vec<Option<T>> = chunks.filter(|chunk| !chunk.islands.is_empty()).map(run).collect();
+        parts.into_iter().collect()
+    }
+
+    /// Sums over one chunk.
+    pub(super) fn sum(&self, rows: &mut Rows<'_>, chunk: &Chunk) -> Result<LocalSums, EvaluateError> {
+        let shared = vec![[0.0; 2]; self.problem.structure().shared.len()];
+        let mut sums = LocalSums { shared, ..LocalSums::default() };
+        for run in self.runs(chunk) {
+            let columns = &self.kind(run).columns;
+            let [mut gradient, mut squares] = [(); 2].map(|()| vec![[0.0; ABREAST]; columns.len()]);
+            self.for_groups(rows, run, |group, _, cost| {
+                sums.cost += cost;
+                sums.columns.extend(group.local_sums());
+                group.add_shared(&mut gradient, &mut squares);
+                Some(())
+            })?;
+            for (index, (slope, square)) in columns.iter().zip(gradient.iter().zip(&squares)) {
+                sums.shared[*index][0] += slope.iter().sum::<f64>();
+                sums.shared[*index][1] += square.iter().sum::<f64>();
+            }
+        }
+        Ok(sums)
+    }
+
+    /// What reweighed rows add to the shared normal equations, by chunk. `None` where that would lose too many digits.
+    pub(super) fn eliminate(&self, damping: &[f64]) -> Option<Vec<Sums>> {
+        self.by_chunk(|rows, chunk| {
+            let mut sums = Sums::new(self.problem.structure().shared.len());
+            for run in self.runs(chunk) {
+                let mut products = Products::new(self.kind(run));
+                let done = self.for_groups(rows, run, |group, islands, _| {
+                    group.reweigh(islands, damping)?;
+                    products.take(group);
+                    Some(())
+                });
+                done.ok()??;
+                products.scatter(&mut sums);
+            }
+            Some(sums)
+        })
+    }
+
+    /// What undamped elimination leaves of the islands' rows, `‖J v‖²` for each of some vectors `v` over the shared columns. `None` where
+    /// that would lose too many digits.
+    pub fn reduced_image_norms_squared(&self, vectors: &[Vec<f64>]) -> Option<Vec<f64>> {
+        let undamped = vec![0.0; self.problem.columns().len()];
+        let parts = self.by_chunk(|rows, chunk| {
+            let mut squares = vec![0.0; vectors.len()];
+            for run in self.runs(chunk) {
+                let done = self.for_groups(rows, run, |group, islands, _| {
+                    group.reweigh(islands, &undamped)?;
+                    for row in group.reweighed() {
+                        let sums = squares.iter_mut().zip(vectors);
+                        sums.for_each(|(sum, v)| *sum += row.image_norm_squared(&group.kind.columns, v));
+                    }
+                    Some(())
+                });
+                done.ok()??;
+            }
+            Some(squares)
+        })?;
+        Some((0..vectors.len()).map(|k| parts.iter().map(|part| part[k]).sum()).collect())
+    }
+
+    /// Writes the local steps that follow from a shared one, and gives `‖J δ‖²` of the islands' rows. `None` where that would lose too
+    /// many digits.
+    pub fn substitute(&self, damping: &[f64], shared: &[f64], step: &mut [f64]) -> Option<f64> {
+        let parts = self.by_chunk(|rows, chunk| {
+            let (mut steps, mut image) = (Vec::new(), 0.0);
+            for run in self.runs(chunk) {
+                let done = self.for_groups(rows, run, |group, islands, _| {
+                    group.substitute(islands, damping, shared)?;
+                    steps.extend(group.steps());
+                    image += group.image_norm_squared();
+                    Some(())
+                });
+                done.ok()??;
+            }
+            Some((steps, image))
+        })?;
+        let islands = runs_among(&self.problem.structure().islands, self.problem).flatten();
+        let columns = islands.flat_map(|island| &island.columns);
+        let steps = parts.iter().flat_map(|(steps, _)| steps);
+        columns.zip(steps).for_each(|(column, own)| step[*column] = *own);
+        Some(parts.iter().map(|(_, image)| image).sum())
+    }
+
+    /// `‖J v‖²` of the islands' rows; `shared`: the shared part of `v`.
+    pub fn image_norm_squared(&self, v: &[f64], shared: &[f64]) -> f64 {
+        let parts = self.by_chunk(|rows, chunk| {
+            let mut image = 0.0;
+            for run in self.runs(chunk) {
+                let done = self.for_groups(rows, run, |group, islands, _| {
+                    group.set_step(islands, v, shared);
+                    image += group.image_norm_squared();
+                    Some(())
+                });
+                done.ok()??;
+            }
+            Some(image)
+        });
+        // They were evaluated there before.
+        parts.map_or(f64::NAN, |parts| parts.iter().sum())
+    }
+
+    /// Calls `found` with the entries of `JᵀJ` that the islands' rows make.
+    pub fn for_hessian(&self, mut found: impl FnMut(usize, usize, f64)) {
+        let mut rows = Rows::new(self.problem, self.values);
+        for run in self.problem.structure().chunks.iter().flat_map(|chunk| self.runs(chunk)) {
+            let done = self.for_groups(&mut rows, run, |group, islands, _| {
+                group.for_hessian(islands, &mut found);
+                Some(())
+            });
+            if done.is_err() {
+                found(0, 0, f64::NAN);
+            }
+        }
+    }
+}
