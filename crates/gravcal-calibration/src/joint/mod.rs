@@ -1,5 +1,6 @@
 //! The joint estimator: every torque reading once, all unknowns together.
 
+mod aligned;
 mod at_rest;
 mod blocks;
 mod conclusion;

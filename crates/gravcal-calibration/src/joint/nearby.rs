@@ -1,10 +1,8 @@
 //! What the readings say at values near the estimate that may be the true ones.
 
-use gravcal_dynamics::JointKind;
 use gravcal_estimation::{Reference, Spectrum, Values};
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
-use nalgebra::{Matrix3, Vector3};
 
 use super::error::EstimateError;
 use super::problem::JointProblem;
@@ -13,7 +11,7 @@ use super::solve::solve_from;
 use super::solved::{Nearby, Solved};
 use super::twins::in_hemisphere;
 use super::unknowns::Unknowns;
-use crate::judgement::{AT_LEAST, IMPLAUSIBLE, Judged, MATTERS, least_informed_nearby, limits_of_use};
+use crate::judgement::{AT_LEAST, Judged, MATTERS, least_informed_nearby, limits_of_use};
 use crate::workbench::Workbench;
 
 /// Values at which ½ χ² is larger by less are as good as the estimate: two standard deviations away.
@@ -83,10 +81,11 @@ impl Solved {
             self.nearer_to_nominal(session, all, &plausible, workbench)?,
         ];
         let nominal = nominal.into_iter().flatten().map(|values| (values, 1.0));
-        let upright = self.upright(session, &plausible, workbench)?.map(|(values, growth)| (values, share(growth)));
+        let aligned = self.aligned(session, &plausible, workbench)?.into_iter();
+        let aligned = aligned.map(|(values, growth)| (values, share(growth)));
         let mut nearby = Vec::new();
         let elsewhere = self.elsewhere.iter().map(|values| (values.clone(), 1.0));
-        for (values, share) in farther.chain(nominal).chain(upright).chain(elsewhere) {
+        for (values, share) in farther.chain(nominal).chain(aligned).chain(elsewhere) {
             let spectrum = Spectrum::new(problem, &values)?;
             let there = spectrum.covariance();
             let baseless =
@@ -119,40 +118,6 @@ impl Solved {
         Ok((growth < AS_LIKELY).then_some(there.values))
     }
 
-    /// Where gravity is exactly along the axis of the first joint, which then carries nothing, and what ½ χ² is larger by there; nothing where
-    /// the readings contradict it. What rests on a smaller tilt rests on the estimate's own error.
-    fn upright(
-        &self,
-        session: &Session,
-        plausible: &Reference,
-        workbench: &Workbench<'_>,
-    ) -> Result<Option<(Values, f64)>, EstimateError> {
-        let (problem, gravity) = (self.judged_problem(), self.posed.layout.gravity);
-        let Some(along) = self.gravity_along_first_axis(session) else { return Ok(None) };
-        let mut start = self.estimate.values.clone();
-        start.set(gravity, along.as_slice());
-        let held = problem.with_reference(plausible.centered_at(&start)).holding(&[gravity], "along the first axis");
-        // What cannot be solved there says nothing.
-        let Ok(there) = workbench.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
-        let alone = problem.without_reference();
-        let growth = alone.cost(&there.values)? - alone.cost(&self.estimate.values)?;
-        Ok((growth < IMPLAUSIBLE).then_some((there.values, growth)))
-    }
-
-    /// The part of gravity along the axis of the first joint, as long as all of it; nothing where the rest is larger than its errors.
-    fn gravity_along_first_axis(&self, session: &Session) -> Option<Vector3<f64>> {
-        let chain = &session.robot.chain;
-        chain.movers().first().filter(|mover| mover.kind == JointKind::Revolute)?;
-        // No coordinate turns the first axis.
-        let axis = Vector3::from(chain.axes(&vec![0.0; chain.joints().len()])[0]);
-        let g = Vector3::from_column_slice(self.estimate.values.get(self.posed.layout.gravity));
-        let along = axis * axis.dot(&g);
-        let Some(across) = (g - along).try_normalize(f64::MIN_POSITIVE) else { return Some(g) };
-        let variance = across.dot(&(Matrix3::from_row_slice(&self.gravity_covariance()) * across));
-        // Five standard deviations.
-        ((g - along).norm_squared() < 2.0 * IMPLAUSIBLE * variance).then(|| along.normalize() * g.norm())
-    }
-
     /// The same with no standard deviation less than its share of one nearby.
     pub(super) fn widened(self, session: &Session) -> Solved {
         let known = self.spectrum.covariance();
@@ -183,31 +148,5 @@ impl Solved {
         let JointProblem { layout, .. } = &self.posed;
         let (problem, values, spectrum) = (self.judged_problem(), &self.estimate.values, &self.spectrum);
         limits_of_use(session, &Judged { problem, values, layout, spectrum }, &self.readings.spreads)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use crate::joint::{Signals, select};
-    use crate::testing::{sarcos_shoulder, with_workbench};
-
-    use super::super::solve::solve;
-
-    /// Whether the readings are judged with gravity exactly along the first axis.
-    fn is_judged_upright(tilt: f64) -> bool {
-        let mut simulation = sarcos_shoulder();
-        simulation.truth.gravity = [9.8 * tilt.sin(), 0.0, -9.8 * tilt.cos()];
-        simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
-        let session = simulation.session(0);
-        let readings = select(&session, Signals::All);
-        let solved = with_workbench(|w| solve(&session, &readings, None, w)?.with_nearby(&session, w)).unwrap();
-        let gravity = solved.posed.layout.gravity;
-        solved.nearby.iter().any(|near| near.values.get(gravity)[..2] == [0.0, 0.0])
-    }
-
-    #[test]
-    fn a_base_that_may_be_upright_is_judged_as_if_it_were() {
-        assert!(is_judged_upright(0.0));
-        assert!(!is_judged_upright(0.3));
     }
 }

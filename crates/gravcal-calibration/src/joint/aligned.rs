@@ -1,0 +1,201 @@
+//! Arms that may stand exactly aligned: gravity along the axis of the first joint, or joints that stand at a multiple of a quarter turn.
+//!
+//! There axes are exactly parallel, or at right angles, and what a reading says of some unknowns vanishes with the sine of the angle between
+//! them. An estimate is off by its errors, and these then pass for what the readings say. So where the truth may be aligned, the readings
+//! are judged there, too.
+
+use std::f64::consts::FRAC_PI_2;
+
+use gravcal_dynamics::JointKind;
+use gravcal_estimation::{BlockId, Covariance, Reference, Spectrum, Values};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::Session;
+use nalgebra::{Matrix3, Vector3};
+
+use super::error::EstimateError;
+use super::solved::Solved;
+use super::unknowns::Unknowns;
+use crate::judgement::IMPLAUSIBLE;
+use crate::workbench::Workbench;
+
+/// A variance times this is the square of five standard deviations.
+const WITHIN_FIVE: f64 = 2.0 * IMPLAUSIBLE;
+/// A joint stands whose angle varies by less over all poses, rad.
+const STANDS: f64 = 0.01;
+/// Iterations at most in which the rest of the unknowns follow.
+const ITERATIONS: usize = 100;
+
+/// Where something is exactly aligned: the values of some unknowns.
+type Alignment = Vec<(BlockId, Vec<f64>)>;
+
+impl Solved {
+    /// Where gravity, one of the standing joints, all of them, or everything is exactly aligned, and what ½ χ² is larger by there. None
+    /// where the readings contradict it.
+    pub(super) fn aligned(
+        &self,
+        session: &Session,
+        plausible: &Reference,
+        workbench: &Workbench<'_>,
+    ) -> Result<Vec<(Values, f64)>, EstimateError> {
+        let upright = self.gravity_along_first_axis(session);
+        let standing = self.standing_joints_at_quarter_turns(session, plausible)?;
+        let mut alignments: Vec<Alignment> = upright.iter().chain(&standing).cloned().collect();
+        if standing.len() > 1 {
+            alignments.push(standing.concat());
+        }
+        if let (Some(upright), false) = (upright, standing.is_empty()) {
+            alignments.push([upright, standing.concat()].concat());
+        }
+        let mut found = Vec::new();
+        for alignment in &alignments {
+            found.extend(self.held_at(alignment, plausible, workbench)?);
+        }
+        Ok(found)
+    }
+
+    /// Where the rest of the unknowns is best with some held, and what ½ χ² is larger by there.
+    fn held_at(
+        &self,
+        alignment: &Alignment,
+        plausible: &Reference,
+        workbench: &Workbench<'_>,
+    ) -> Result<Option<(Values, f64)>, EstimateError> {
+        let problem = self.judged_problem();
+        let mut start = self.estimate.values.clone();
+        alignment.iter().for_each(|(block, value)| start.set(*block, value));
+        let blocks: Vec<BlockId> = alignment.iter().map(|(block, _)| *block).collect();
+        let held = problem.with_reference(plausible.centered_at(&start)).holding(&blocks, "exactly aligned");
+        // What cannot be solved there says nothing.
+        let Ok(there) = workbench.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
+        let alone = problem.without_reference();
+        let growth = alone.cost(&there.values)? - alone.cost(&self.estimate.values)?;
+        Ok((growth < IMPLAUSIBLE).then_some((there.values, growth)))
+    }
+
+    /// The part of gravity along the axis of the first joint, as long as all of it; nothing where the rest is larger than its errors.
+    fn gravity_along_first_axis(&self, session: &Session) -> Option<Alignment> {
+        let (chain, block) = (&session.robot.chain, self.posed.layout.gravity);
+        chain.movers().first().filter(|mover| mover.kind == JointKind::Revolute)?;
+        // No coordinate turns the first axis.
+        let axis = Vector3::from(chain.axes(&vec![0.0; chain.joints().len()])[0]);
+        let g = Vector3::from_column_slice(self.estimate.values.get(block));
+        let along = axis * axis.dot(&g);
+        let Some(across) = (g - along).try_normalize(f64::MIN_POSITIVE) else {
+            return Some(vec![(block, g.as_slice().to_vec())]);
+        };
+        let variance = across.dot(&(Matrix3::from_row_slice(&self.gravity_covariance()) * across));
+        let is_near = (g - along).norm_squared() < WITHIN_FIVE * variance;
+        is_near.then(|| vec![(block, (along.normalize() * g.norm()).as_slice().to_vec())])
+    }
+
+    /// By joint that stands in all poses, gain and offset of its position sensor with which it stands at a multiple of a quarter turn; of no
+    /// joint that is farther from it than its errors.
+    fn standing_joints_at_quarter_turns(
+        &self,
+        session: &Session,
+        plausible: &Reference,
+    ) -> Result<Vec<Alignment>, EstimateError> {
+        let angles = self.standing_angles(session);
+        if angles.is_empty() {
+            return Ok(Vec::new());
+        }
+        let values = &self.estimate.values;
+        // What the readings leave open is as uncertain as what is plausible, not certain.
+        let known = self.judged_problem().with_reference(plausible.centered_at(values));
+        let known = Spectrum::new(&known, values)?.covariance();
+        let aligned = angles.iter().filter_map(|(joint, angle)| self.at_quarter_turn(*joint, *angle, &known));
+        Ok(aligned.collect())
+    }
+
+    /// Joints that stand in all poses with an unknown offset, and at which angle, rad.
+    fn standing_angles(&self, session: &Session) -> Vec<(usize, f64)> {
+        let unknowns = self.unknowns(&Unknowns::nominal(session));
+        let used = session.poses.iter().zip(&self.readings.used).filter(|(_, used)| !used.is_empty());
+        let coordinates = used.map(|(p, _)| session.terms.coordinates(&p.position, &p.conditions, &unknowns));
+        let turns = |joint: usize| session.robot.chain.joints()[joint].kind == JointKind::Revolute;
+        let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; session.joints.len()];
+        for of_pose in coordinates {
+            for ([low, high], angle) in ranges.iter_mut().zip(of_pose) {
+                (*low, *high) = (low.min(angle), high.max(angle));
+            }
+        }
+        let stands = |(joint, [low, high]): (usize, [f64; 2])| {
+            let offset = self.posed.layout.sensors[joint][Quantity::PositionOffset as usize];
+            let is_free = !self.judged_problem().columns_of(offset).is_empty();
+            (is_free && turns(joint) && high - low < STANDS).then(|| (joint, f64::midpoint(low, high)))
+        };
+        ranges.into_iter().enumerate().filter_map(stands).collect()
+    }
+
+    /// Gain and offset with which a joint that stands at this angle (rad) stands at the nearest multiple of a quarter turn.
+    fn at_quarter_turn(&self, joint: usize, angle: f64, known: &Covariance) -> Option<Alignment> {
+        let off = angle - (angle / FRAC_PI_2).round() * FRAC_PI_2;
+        let [gain, offset] = [Quantity::PositionGain, Quantity::PositionOffset]
+            .map(|quantity| self.posed.layout.sensors[joint][quantity as usize]);
+        let [gain_value, offset_value] = [gain, offset].map(|block| self.estimate.values.scalar(block));
+        // ∂θ/∂s = q, ∂θ/∂o = 1.
+        let reading = (angle - offset_value) / gain_value;
+        let columns = |block: BlockId, slope: f64| self.judged_problem().columns_of(block).map(move |c| (c, slope));
+        let slopes: Vec<(usize, f64)> = columns(gain, reading).chain(columns(offset, 1.0)).collect();
+        let is_near = off.powi(2) < WITHIN_FIVE * known.std_of(&slopes).powi(2);
+        is_near.then(|| vec![(gain, vec![gain_value]), (offset, vec![offset_value - off])])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use gravcal_session::simulation::Run;
+
+    use super::Alignment;
+    use crate::joint::{Signals, select};
+    use crate::testing::{sarcos_shoulder, with_workbench};
+
+    use super::super::reference::WITHIN_USE;
+    use super::super::solve::solve;
+
+    /// Whether the readings are judged with gravity exactly along the first axis.
+    fn is_judged_upright(tilt: f64) -> bool {
+        let mut simulation = sarcos_shoulder();
+        simulation.truth.gravity = [9.8 * tilt.sin(), 0.0, -9.8 * tilt.cos()];
+        simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
+        let session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let solved = with_workbench(|w| solve(&session, &readings, None, w)?.with_nearby(&session, w)).unwrap();
+        let gravity = solved.posed.layout.gravity;
+        solved.nearby.iter().any(|near| near.values.get(gravity)[..2] == [0.0, 0.0])
+    }
+
+    #[test]
+    fn a_base_that_may_be_upright_is_judged_as_if_it_were() {
+        assert!(is_judged_upright(0.0));
+        assert!(!is_judged_upright(0.3));
+    }
+
+    /// Angles of the second joint, which stands at this one, at which the readings are judged with it exactly aligned, rad.
+    fn aligned_angles(standing: f64) -> Vec<f64> {
+        let mut simulation = sarcos_shoulder();
+        let [_, _, gain, offset] = simulation.truth.sensors[1];
+        let reading = (standing - offset) / gain;
+        for run in &mut simulation.runs {
+            let Run::Sweep { swept, held, .. } = run else { panic!("all are sweeps") };
+            (*swept, held[1]) = (if *swept == 0 { 0 } else { 2 }, reading);
+        }
+        let session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let solved = with_workbench(|w| solve(&session, &readings, None, w)).unwrap();
+        let plausible = solved.posed.problem.reference().unwrap().times_as_firm(WITHIN_USE);
+        let aligned = solved.standing_joints_at_quarter_turns(&session, &plausible).unwrap();
+        let angle = |gain_and_offset: &Alignment| gain_and_offset[0].1[0] * reading + gain_and_offset[1].1[0];
+        aligned.iter().map(angle).collect()
+    }
+
+    #[test]
+    fn a_standing_joint_that_may_be_at_a_quarter_turn_is_judged_as_if_it_were() {
+        let quarter = std::f64::consts::FRAC_PI_2;
+        for exact in [0.0, quarter, -quarter] {
+            let found = aligned_angles(exact);
+            assert!(found.len() == 1 && (found[0] - exact).abs() < 1e-12, "{found:?}");
+        }
+        assert!(aligned_angles(0.5).is_empty());
+    }
+}
