@@ -231,8 +231,10 @@ fn agreement(session: &Session, solved: &Solved, unknowns: &Unknowns) -> Option<
     }
     let nominal = Unknowns::nominal(session);
     let estimated = bare_torques(session, unknowns, unknowns);
-    let telling: Vec<(usize, usize)> =
-        solved.posed.rows.iter().copied().filter(|(_, channel)| turns_far(session, *channel)).collect();
+    // Looked at once a joint: once a reading would take time with the square of their number.
+    let turn_far: Vec<bool> = (0..session.joints.len()).map(|joint| turns_far(session, joint)).collect();
+    let of_one_that_turns = |(_, channel): &(usize, usize)| turn_far.get(*channel) == Some(&true);
+    let telling: Vec<(usize, usize)> = solved.posed.rows.iter().copied().filter(of_one_that_turns).collect();
     let with = |values: &Unknowns| correlation(&telling, &estimated, &bare_torques(session, values, &nominal));
     let (here, there) = (with(unknowns)?, with(&nominal)?);
     (here * there > 0.0).then(|| if here.abs() < there.abs() { here } else { there })
@@ -255,12 +257,11 @@ fn bare_torques(session: &Session, at: &Unknowns, masses: &Unknowns) -> Vec<Vec<
     session.poses.iter().map(of_pose).collect()
 }
 
-/// Whether a channel is that of a joint that turns far over the poses.
-fn turns_far(session: &Session, channel: usize) -> bool {
-    let angles = || session.poses.iter().filter_map(|pose| pose.position.get(channel).copied());
-    let gain = || session.nominal(ParameterId::Sensor(channel, Quantity::PositionGain)).abs();
-    channel < session.joints.len()
-        && (angles().fold(f64::MIN, f64::max) - angles().fold(f64::MAX, f64::min)) * gain() > TURNS
+/// Whether a joint turns far over the poses.
+fn turns_far(session: &Session, joint: usize) -> bool {
+    let angles = || session.poses.iter().filter_map(|pose| pose.position.get(joint).copied());
+    let gain = session.nominal(ParameterId::Sensor(joint, Quantity::PositionGain)).abs();
+    (angles().fold(f64::MIN, f64::max) - angles().fold(f64::MAX, f64::min)) * gain > TURNS
 }
 
 /// Correlation of two sets of torques over these readings, by pose and joint, each joint's mean taken away.
