@@ -30,6 +30,11 @@ pub enum UnsuitableChoice {
         "only the joint estimators heed an earlier calibration, and none of them is chosen: choose `joint`, or drop [prior]"
     )]
     EarlierIgnored,
+    /// Residuals of one's own, and no estimator that heeds them.
+    #[error(
+        "only the joint estimators heed residuals, and none of them is chosen: choose `joint`, or drop each [[residual]]"
+    )]
+    ResidualsIgnored,
     /// Estimators that read as the paper's steps do, for a body without joints.
     #[error(
         "`{0}` follows the paper's steps along the joints of a robot, and the session has none: choose `--estimator joint`"
@@ -80,6 +85,7 @@ pub fn check_choice(
         return match session {
             Session { constraints, .. } if !constraints.is_empty() => Err(UnsuitableChoice::ConstraintsIgnored),
             Session { earlier: Some(_), .. } => Err(UnsuitableChoice::EarlierIgnored),
+            Session { residuals, .. } if !residuals.is_empty() => Err(UnsuitableChoice::ResidualsIgnored),
             _ => Ok(()),
         };
     }

@@ -15,12 +15,11 @@ use gravcal_report::{
 #[cfg(feature = "rerun")]
 use gravcal_rerun::CalibrationRecording;
 use gravcal_robot_model::{EstimatorName, Registry, Session};
-use gravcal_solvers::SolverName;
 
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::names::{Choice, estimator_parser, solver_parser};
+use crate::names::{Choice, estimator_parser};
 use crate::progress::Progress;
 use crate::rerun::RerunArguments;
 use crate::stopwatch::{Phase, Stopwatch};
@@ -44,8 +43,8 @@ pub struct Arguments {
 
     /// Method that minimises [default: what the session says, else levenberg-marquardt]. Options in the session apply
     /// only if it names the same method
-    #[arg(long, value_name = "NAME", value_parser = solver_parser())]
-    solver: Option<SolverName>,
+    #[arg(long, value_name = "NAME")]
+    solver: Option<String>,
 
     /// Folder for the results [default: `calibration` beside session.toml, `NAME-calibration` beside NAME.toml]
     #[arg(long, short, value_name = "DIR")]
@@ -100,7 +99,8 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let watch = Stopwatch::start(Phase::Read);
     let path = arguments.session.as_path();
     let session = progress(arguments).read_session(path, registry).map_err(|error| Failure::bad_input(&error))?;
-    let choice = Choice::new(&arguments.estimators, arguments.solver, &session, path)?;
+    let said = (arguments.estimators.as_slice(), arguments.solver.as_deref());
+    let choice = Choice::new(said, (&session, path), registry)?;
     let folder = output_folder(arguments);
     targets::check(&session.inputs, &written_files(arguments, &folder))?;
     folder.check().map_err(|error| refused(&error))?;
@@ -180,7 +180,7 @@ pub fn provenance(session: &Session, path: &Path, choice: &Choice) -> Result<Pro
     let inputs: Result<Vec<Input>, _> = session.inputs.iter().map(|input| Input::read(input, base)).collect();
     let options = Options {
         estimators: choice.estimators.iter().map(ToString::to_string).collect(),
-        solver: choice.solver.name.to_string(),
+        solver: choice.solver.name.clone(),
         solver_options: choice.solver.options.clone(),
     };
     Ok(Provenance::new(inputs.map_err(|error| Failure::bad_input(&error))?, options))

@@ -57,7 +57,7 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let session = progress.read_session(&arguments.session, registry).map_err(|error| Failure::bad_input(&error))?;
     drop(progress);
     // Names that `calibrate` would refuse are refused here already.
-    let choice = Choice::new(&[], None, &session, &arguments.session)?;
+    let choice = Choice::new((&[], None), (&session, &arguments.session), registry)?;
     let steps = choice.estimators.iter().any(|estimator| estimator.follows_steps());
     let (subject, robot) = (arguments.session.display(), session.robot.name.as_str());
     let report = check(&session).map_err(|error| Failure::bad_input(&error).about(subject))?;

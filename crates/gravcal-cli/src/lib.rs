@@ -38,7 +38,6 @@ use std::ffi::OsString;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use gravcal_robot_model::Registry;
-use gravcal_robot_model::sensors::SensorModel;
 
 pub use calibrate::provenance;
 pub use exit::Exit;
@@ -139,21 +138,31 @@ fn run_command(command: &Command, registry: &Registry) -> Result<Exit, Failure> 
         Command::Export(arguments) => export::run(arguments, registry),
         Command::Compare(arguments) => compare::run(arguments),
         Command::Study(arguments) => study::run(arguments, registry),
-        Command::Completions(arguments) => shell::complete(arguments, Arguments::command()),
+        Command::Completions(arguments) => shell::complete(arguments, with_names(Arguments::command(), registry)),
         Command::Manual(arguments) => shell::write_manual(arguments, with_names(Arguments::command(), registry)),
     }
 }
 
 /// What the registry knows, behind the long help of the program.
 fn with_names(command: clap::Command, registry: &Registry) -> clap::Command {
-    let width = registry.sensor_models().map(|model| model.name().len()).max().unwrap_or(0);
-    let line = |model: &dyn SensorModel| format!("  {:width$}  {}\n", model.name(), model.help());
-    let models: String = registry.sensor_models().map(line).collect();
-    let help = format!(
-        "{AFTER_LONG_HELP}\n\nSensor models that sessions may name (sensor_models = [{{ kind = \"...\" }}] in [[joint]]):\n{}",
-        models.trim_end()
-    );
-    command.after_long_help(help)
+    let sensors: Vec<_> = registry.sensor_models().map(|model| (model.name(), model.help())).collect();
+    let residuals: Vec<_> = registry.residual_models().map(|model| (model.name(), model.help())).collect();
+    let solvers: Vec<_> = registry.solvers().map(|solver| (solver.name(), solver.help())).collect();
+    let help = [
+        AFTER_LONG_HELP.to_owned(),
+        listed("Sensor models that sessions may name (sensor_models = [{ kind = \"...\" }] in [[joint]]):", &sensors),
+        listed("Residuals that sessions may name ([[residual]] kind = \"...\"):", &residuals),
+        listed("Methods that this program adds (solver = \"...\" in a session, --solver):", &solvers),
+    ];
+    let solver = |argument: clap::Arg| argument.value_parser(names::solver_parser(registry));
+    command.mut_subcommand("calibrate", |calibrate| calibrate.mut_arg("solver", solver)).after_long_help(help.concat())
+}
+
+/// Names with what they mean under a heading; nothing where there are none.
+fn listed(heading: &str, names: &[(&str, &str)]) -> String {
+    let width = names.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+    let lines: String = names.iter().map(|(name, help)| format!("\n  {name:width$}  {help}")).collect();
+    if names.is_empty() { String::new() } else { format!("\n\n{heading}{lines}") }
 }
 
 #[cfg(test)]

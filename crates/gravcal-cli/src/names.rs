@@ -9,10 +9,11 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gravcal_calibration::{UnsuitableChoice, check_choice};
 use gravcal_estimation::Solver;
 use gravcal_recording::{LARGEST_DOCUMENT, read_earlier_estimators, read_whole};
+use gravcal_robot_model::sensors::{Options as ModelOptions, RefusedOption};
 use gravcal_robot_model::session::SolverChoice;
-use gravcal_robot_model::{EstimatorName, Session};
+use gravcal_robot_model::{EstimatorName, Registry, Session, SolverFactory};
 use gravcal_session::document::FileError;
-use gravcal_session::{read_solver_options, solver_name_error};
+use gravcal_session::{read_solver_options, solver_name_error, solver_option_error};
 use gravcal_solvers::SolverName;
 use toml::{Spanned, Table, Value};
 
@@ -39,9 +40,35 @@ pub fn estimator_of(calibration: &Path, said: Option<EstimatorName>) -> Result<E
     }
 }
 
-/// Takes the name of a solver; the help lists them.
-pub fn solver_parser() -> impl TypedValueParser<Value = SolverName> {
-    PossibleValuesParser::new(SolverName::ALL.map(SolverName::as_str)).try_map(|name| name.parse())
+/// Takes the name of a solver, one of gravcal's or of a registry; the help lists them.
+pub fn solver_parser(registry: &Registry) -> PossibleValuesParser {
+    PossibleValuesParser::new(solver_names(registry))
+}
+
+/// Names of all methods: gravcal's, then those of a registry.
+fn solver_names(registry: &Registry) -> Vec<String> {
+    let ours = SolverName::ALL.map(SolverName::as_str);
+    let added = registry.solvers().map(SolverFactory::name).filter(|name| !ours.contains(name));
+    ours.into_iter().chain(added).map(str::to_owned).collect()
+}
+
+/// A method of a registry, or else one of gravcal's, with its default options.
+///
+/// # Errors
+/// There is none of this name, or it has no default options; in words.
+pub fn solver_named(name: &str, registry: &Registry) -> Result<Box<dyn Solver>, String> {
+    if let Some(factory) = added_solver(name, registry) {
+        return factory.build(&ModelOptions::default()).map_err(|refused| refused.message);
+    }
+    name.parse::<SolverName>().map(SolverName::build).map_err(|_| unknown_solver(name, registry))
+}
+
+fn added_solver<'r>(name: &str, registry: &'r Registry) -> Option<&'r dyn SolverFactory> {
+    registry.solvers().find(|factory| factory.name() == name)
+}
+
+fn unknown_solver(name: &str, registry: &Registry) -> String {
+    format!("unknown solver `{name}`; there is: {}", solver_names(registry).join(", "))
 }
 
 /// What runs, and by which method.
@@ -55,7 +82,7 @@ pub struct Choice {
 /// A method with its options.
 pub struct ChosenSolver {
     /// Its name.
-    pub name: SolverName,
+    pub name: String,
     /// What the session says of its options.
     pub options: Table,
     /// The method itself.
@@ -63,19 +90,19 @@ pub struct ChosenSolver {
 }
 
 impl Choice {
-    /// What the command line says (`estimators` may be empty), else the session at `path`, else the default.
+    /// What the command line says (`estimators` may be empty), else the session at `path`, else the default; `registry`: which methods there
+    /// are besides gravcal's own.
     ///
     /// # Errors
     /// A name is unknown, or what is chosen does not go with the session.
     pub fn new(
-        estimators: &[EstimatorName],
-        solver: Option<SolverName>,
-        session: &Session,
-        path: &Path,
+        (estimators, solver): (&[EstimatorName], Option<&str>),
+        (session, path): (&Session, &Path),
+        registry: &Registry,
     ) -> Result<Choice, Failure> {
         let default = if session.joints.is_empty() { &[EstimatorName::Joint][..] } else { &EstimatorName::DEFAULT };
         let estimators = once(choose_estimators(estimators, &session.estimators, default, path)?);
-        let solver = ChosenSolver::new(solver, session.solver.as_ref())?;
+        let solver = ChosenSolver::new(solver, session.solver.as_ref(), registry)?;
         check_choice(session, &estimators, solver.method.as_ref())
             .map_err(|error| unsuitable(&error, session, path))?;
         Ok(Choice { estimators, solver })
@@ -84,20 +111,43 @@ impl Choice {
 
 impl ChosenSolver {
     /// Options in the session are those of the method that it names: with another one they do not apply.
-    fn new(said: Option<SolverName>, session: Option<&SolverChoice>) -> Result<ChosenSolver, Failure> {
-        match session.filter(|choice| said.is_none_or(|said| said.as_str() == choice.name())) {
-            Some(choice) => ChosenSolver::of_session(choice).map_err(|error| Failure::bad_input(&error)),
+    fn new(said: Option<&str>, session: Option<&SolverChoice>, registry: &Registry) -> Result<ChosenSolver, Failure> {
+        match session.filter(|choice| said.is_none_or(|said| said == choice.name())) {
+            Some(choice) => ChosenSolver::of_session(choice, registry).map_err(|error| Failure::bad_input(&error)),
             None => {
-                let name = said.unwrap_or(SolverName::LevenbergMarquardt);
-                Ok(ChosenSolver { name, options: Table::new(), method: name.build() })
+                let name = said.unwrap_or(SolverName::LevenbergMarquardt.as_str());
+                let method = solver_named(name, registry).map_err(Failure::said)?;
+                Ok(ChosenSolver { name: name.to_owned(), options: Table::new(), method })
             }
         }
     }
 
-    fn of_session(choice: &SolverChoice) -> Result<ChosenSolver, FileError> {
-        let name: SolverName = choice.name().parse().map_err(|error| solver_name_error(choice, error))?;
-        Ok(ChosenSolver { name, options: choice.options(), method: read_solver_options(choice, name)? })
+    fn of_session(choice: &SolverChoice, registry: &Registry) -> Result<ChosenSolver, FileError> {
+        let method = match added_solver(choice.name(), registry) {
+            Some(factory) => of_factory(factory, choice)?,
+            None => {
+                let name: SolverName = choice
+                    .name()
+                    .parse()
+                    .map_err(|_| solver_name_error(choice, unknown_solver(choice.name(), registry)))?;
+                read_solver_options(choice, name)?
+            }
+        };
+        Ok(ChosenSolver { name: choice.name().to_owned(), options: choice.options(), method })
     }
+}
+
+/// A method of a registry with what a session says of its options.
+fn of_factory(factory: &dyn SolverFactory, choice: &SolverChoice) -> Result<Box<dyn Solver>, FileError> {
+    let options = choice.options();
+    if let Some(key) = options.keys().find(|key| !factory.options().contains(&key.as_str())) {
+        let known = factory.options().join(", ");
+        let known = if known.is_empty() { "none".to_owned() } else { known };
+        let message = format!("{} has no such option; it has: {known}", factory.name());
+        return Err(solver_option_error(choice, std::slice::from_ref(key), message));
+    }
+    let built = factory.build(&ModelOptions::of(options));
+    built.map_err(|RefusedOption { keys, message }| solver_option_error(choice, &keys, message))
 }
 
 fn choose_estimators(
@@ -123,6 +173,7 @@ fn unsuitable(error: &UnsuitableChoice, session: &Session, path: &Path) -> Failu
         UnsuitableChoice::Solver(_) => "solver",
         UnsuitableChoice::ConstraintsIgnored => "constraints",
         UnsuitableChoice::EarlierIgnored => "prior",
+        UnsuitableChoice::ResidualsIgnored => "residual",
         UnsuitableChoice::NoJoints(_)
         | UnsuitableChoice::NoSerialChain(_)
         | UnsuitableChoice::NoSweeps(_)
@@ -207,9 +258,9 @@ mod tests {
 
     #[test]
     fn the_command_line_chooses_before_the_default() {
-        let chosen = |said| ChosenSolver::new(said, None).unwrap();
-        assert_eq!(chosen(None).name, SolverName::LevenbergMarquardt);
-        let dogleg = chosen(Some(SolverName::Dogleg));
-        assert_eq!((dogleg.name, dogleg.method.name(), dogleg.options.len()), (SolverName::Dogleg, "dogleg", 0));
+        let chosen = |said| ChosenSolver::new(said, None, &Registry::standard()).unwrap();
+        assert_eq!(chosen(None).name, "levenberg-marquardt");
+        let dogleg = chosen(Some("dogleg"));
+        assert_eq!((dogleg.name.as_str(), dogleg.method.name(), dogleg.options.len()), ("dogleg", "dogleg", 0));
     }
 }

@@ -19,6 +19,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::exit::Exit;
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
+use crate::names::solver_named;
 use crate::terminal;
 use submit::{CancelArguments, StatusArguments, SubmitArguments};
 
@@ -197,7 +198,7 @@ fn run_study(arguments: &RunArguments, registry: &Registry) -> Result<Exit, Fail
 /// The study, which its methods can take.
 fn checked(path: &Path, registry: &Registry) -> Result<(Study, Vec<NamedSolver>), Failure> {
     let study = Study::read_with(path, registry).map_err(|error| Failure::bad_input(&error))?;
-    let solvers = solvers(&study)?;
+    let solvers = solvers(&study, registry)?;
     batch::check(&study, &solvers).map_err(|error| refused(&error))?;
     Ok((study, solvers))
 }
@@ -280,12 +281,15 @@ fn check_apart(inputs: &[PathBuf], results: &Path) -> Result<(), Failure> {
 }
 
 /// The methods that the study names, or the default one.
-fn solvers(study: &Study) -> Result<Vec<NamedSolver>, Failure> {
-    let named = study.solvers.iter().map(|name| name.parse::<SolverName>());
-    let parsed: Result<Vec<SolverName>, _> = named.collect();
-    let names = parsed.map_err(|error| Failure::bad_input(&study.solver_error(&error)))?;
-    let names = if names.is_empty() { vec![SolverName::LevenbergMarquardt] } else { names };
-    Ok(names.into_iter().map(|name| (name.to_string(), name.build())).collect())
+fn solvers(study: &Study, registry: &Registry) -> Result<Vec<NamedSolver>, Failure> {
+    let default = || vec![SolverName::LevenbergMarquardt.to_string()];
+    let names = if study.solvers.is_empty() { default() } else { study.solvers.clone() };
+    let named = |name: String| {
+        let method =
+            solver_named(&name, registry).map_err(|message| Failure::bad_input(&study.solver_error(message)))?;
+        Ok((name, method))
+    };
+    names.into_iter().map(named).collect()
 }
 
 /// `results` beside `study.toml`, `name-results` beside `name.toml`.

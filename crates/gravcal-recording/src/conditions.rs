@@ -17,7 +17,7 @@ pub struct Conditions {
     pub acceleration: Vec<f64>,
     /// From which side each joint came: 1 where its position reading rose, −1 where it fell, 0 where neither is known.
     pub direction: Vec<f64>,
-    /// Numbers of further columns, as they stand there.
+    /// Numbers of further columns, as they stand there; NaN where a cell is empty that may be.
     pub further: Vec<f64>,
 }
 
@@ -34,7 +34,7 @@ pub struct ConditionColumns {
     pub acceleration: MotionSource,
     /// Direction of approach of each joint: the cells are 1, 0 or −1.
     pub direction: Vec<String>,
-    /// Further columns of numbers. No cell of them may be empty.
+    /// Further columns of numbers.
     pub further: Vec<FurtherColumn>,
 }
 
@@ -45,6 +45,8 @@ pub struct FurtherColumn {
     pub name: String,
     /// Name of the column.
     pub column: String,
+    /// Whether its cells may be empty: what reads it then has nothing to read.
+    pub may_be_empty: bool,
 }
 
 /// Where a derivative of the joints' positions comes from.
@@ -190,6 +192,10 @@ impl<'a> FoundConditions<'a> {
             sign if [-1.0, 0.0, 1.0].contains(&sign) => Ok(sign),
             found => Err(ReadError::NotADirection { place: table.place(row, *column), found }),
         };
+        let further = |(column, mapped): (&usize, &FurtherColumn)| match mapped.may_be_empty {
+            true => Ok(table.number(row, *column)?.unwrap_or(f64::NAN)),
+            false => number(*column),
+        };
         let mapped = self.mapped;
         let time = self.time.zip(mapped.time.as_ref());
         Ok(Conditions {
@@ -198,7 +204,7 @@ impl<'a> FoundConditions<'a> {
             velocity: numbers(&self.velocity, mapped.velocity.columns())?,
             acceleration: numbers(&self.acceleration, mapped.acceleration.columns())?,
             direction: self.direction.iter().map(direction).collect::<Result<_, _>>()?,
-            further: self.further.iter().map(|column| number(*column)).collect::<Result<_, _>>()?,
+            further: self.further.iter().zip(&mapped.further).map(further).collect::<Result<_, _>>()?,
         })
     }
 }
@@ -235,8 +241,17 @@ pub(crate) fn mean_conditions(rows: &[&Conditions]) -> Conditions {
         velocity: means(&|row| &row.velocity),
         acceleration: means(&|row| &row.acceleration),
         direction: rows.first().map_or_else(Vec::new, |row| row.direction.clone()),
-        further: means(&|row| &row.further),
+        further: means_of_known(rows),
     }
+}
+
+/// Means of further columns over the rows that have a number there.
+fn means_of_known(rows: &[&Conditions]) -> Vec<f64> {
+    let mean = |place: usize| {
+        let known: Vec<f64> = rows.iter().map(|row| row.further[place]).filter(|number| !number.is_nan()).collect();
+        known.iter().sum::<f64>() / known.len() as f64
+    };
+    (0..rows.first().map_or(0, |row| row.further.len())).map(mean).collect()
 }
 
 #[cfg(test)]
@@ -257,7 +272,7 @@ mod tests {
             velocity: MotionSource::Columns(vec![column("v", ConditionUnit::ANGULAR_VELOCITY[1]); 2]),
             acceleration: MotionSource::Unknown,
             direction: vec!["d".to_owned()],
-            further: vec![FurtherColumn { name: "pressure".into(), column: "p".into() }],
+            further: vec![FurtherColumn { name: "pressure".into(), column: "p".into(), may_be_empty: false }],
         };
         let table = Table::parse(Path::new("a.csv"), text.as_bytes(), CsvFormat::default())
             .map_err(|error| error.to_string())?;

@@ -13,11 +13,13 @@
 
 mod estimator_name;
 mod registry;
+mod solver_factory;
 mod unknowns;
 
 pub mod axis_frames;
 pub mod number;
 pub mod parameter;
+pub mod residual_models;
 pub mod residuals;
 pub mod robot;
 pub mod sensors;
@@ -28,4 +30,5 @@ pub use estimator_name::{EstimatorName, UnknownEstimator};
 pub use registry::{Registry, UnknownName};
 pub use robot::Robot;
 pub use session::Session;
+pub use solver_factory::SolverFactory;
 pub use unknowns::Unknowns;

@@ -94,6 +94,9 @@ pub struct Parameter {
     /// Whether readings are affine in it, together with all other linear unknowns: see
     /// [`Block::linear`](gravcal_estimation::Block::linear).
     pub linear: bool,
+    /// The place in [`Session::further`](crate::Session) of the parameter that this one is the same as, where several sensors share it: only
+    /// that one is told.
+    pub same_as: Option<usize>,
 }
 
 impl Parameter {
@@ -106,6 +109,26 @@ impl Parameter {
     pub fn name(&self) -> String {
         format!("{}.{}", self.owner, self.quantity)
     }
+}
+
+/// The place in `known` of a parameter that is the same as another one: of the same owner, by the same name.
+///
+/// # Errors
+/// They are not said to be the same kind of number; in words.
+pub fn same_in(known: &[Parameter], parameter: &Parameter) -> Result<Option<usize>, String> {
+    let same = |other: &Parameter| other.owner == parameter.owner && other.quantity == parameter.quantity;
+    let Some(place) = known.iter().position(same) else { return Ok(None) };
+    let (first, name) = (&known[place], parameter.name());
+    if first.unit != parameter.unit {
+        return Err(format!(
+            "{name} is shared, and in {} where it stands first: expected that unit, not {}",
+            first.unit, parameter.unit
+        ));
+    }
+    if first.limit != parameter.limit {
+        return Err(format!("{name} is shared, and its limit is another where it stands first: give it the same"));
+    }
+    Ok(Some(first.same_as.unwrap_or(place)))
 }
 
 /// How uncertain a parameter may be for its number still to be of use.

@@ -65,6 +65,15 @@ impl Unknowns {
         }
     }
 
+    /// Gives parameters that are the same as another one its value.
+    pub fn share(&mut self, session: &Session) {
+        for (index, parameter) in session.further.iter().enumerate() {
+            if let Some(same) = parameter.same_as {
+                self.further[index] = self.further[same];
+            }
+        }
+    }
+
     /// Gravity the other way up, masses, moments and placements negative: the same torques, but for what a load's mass
     /// does on known lengths. What is given as exact stays.
     pub fn upside_down(&self, session: &Session) -> Unknowns {

@@ -94,6 +94,10 @@
 //! readings = { columns = ["ax", "ay", "az"], unit = "g", std = 0.001 }
 //! gain = { nominal = 0.102, unit = "g/(m/s²)" }                   # optional, likewise bias; gains as above
 //!
+//! [[residual]]                               # optional: what else was observed; see `gravcal_robot_model::residual_models`
+//! kind = "dial-gauge"                        # a model that a program adds to gravcal
+//! columns = { reading = "dial_m" }           # its columns; beside them stand the options of the model
+//!
 //! [[load]]                                   # optional
 //! name = "plate-a"
 //! mass_kg = 1.724
@@ -181,6 +185,7 @@ mod prior;
 mod reading_columns;
 mod readings;
 mod recordings;
+mod residuals;
 mod select;
 mod single_poses;
 mod solver;
@@ -193,22 +198,29 @@ mod unexplained;
 
 use std::path::{Path, PathBuf};
 
-use gravcal_recording::Memory;
+use gravcal_estimation::Loss;
+use gravcal_recording::{Memory, PoseMapping};
 use gravcal_robot_model::Registry;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::{Parameter, Quantity};
+use gravcal_robot_model::residual_models::ResidualInUse;
 use gravcal_robot_model::robot::Robot;
-use gravcal_robot_model::session::{JointKnowledge, KnowledgeKind, Pose, Session};
+use gravcal_robot_model::sensors::SensorTerms;
+use gravcal_robot_model::session::{
+    Ask, Constraints, Deflection, GravityKnowledge, InertiaKnowledge, Instrument, JointKnowledge, KnowledgeKind, Load,
+    LoadDistance, Pose, PoseTable, Session,
+};
 use serde::Deserialize;
 
 use self::context::Context;
 use self::poses::{ReadPoses, WrittenTables};
+use self::readings::ReadingsTable;
 use self::recordings::{InMotion, Recordings};
 use crate::document::{Document, Field, FileError};
 use crate::robot_file::{RobotSource, resolve_robot};
 
 pub use context::SessionError;
 pub(crate) use instruments::{AccelerometerTable, ForceTorqueTable, Instruments};
-pub use solver::{read_solver_options, solver_name_error};
+pub use solver::{read_solver_options, solver_name_error, solver_option_error};
 
 /// The instruments that a document declares for a robot; `tables`: how many tables of poses there are.
 pub(crate) fn read_instruments(
@@ -277,6 +289,12 @@ struct SessionTable {
     /// Example: `accelerometer = []`
     #[serde(default)]
     accelerometer: Vec<instruments::AccelerometerTable>,
+    /// What else was observed, by models that a program adds to gravcal. Joint estimator only.
+    ///
+    /// Default: none.
+    /// Example: `residual = [{ kind = "dial-gauge", columns = { reading = "dial_m" } }]`
+    #[serde(default)]
+    residual: Vec<residuals::ResidualTable>,
     /// Loads of known mass.
     ///
     /// Default: none.
@@ -396,108 +414,197 @@ fn read(
 ) -> Result<Session, SessionError> {
     let written: SessionTable = document.parse()?;
     orientation::check_robot(document, written.robot.as_ref(), &written.readings)?;
-    let source =
-        written.robot.as_ref().map(|source| resolve_robot(document, &Field::new("robot"), source)).transpose()?;
-    let (robot, robot_path) = match source {
-        Some((robot, path)) => (robot, Some(path)),
-        None => (orientation::free_body(), None),
-    };
+    let (robot, robot_path) = robot(document, written.robot.as_ref())?;
     let context = Context::new(document, &robot, robot_path.as_deref().unwrap_or(document.path()));
 
-    let gravity = gravity::resolve(document, &written.gravity)?;
-    let inertia = inertia::resolve(&context, &written.inertia)?;
-    let (wrists, accelerometers) = (&written.force_torque_sensor, &written.accelerometer);
-    let instruments = instruments::resolve(&context, wrists, accelerometers, written.poses.len())?;
-    let mapping = readings::mapping(&context, &written.readings, &instruments)?;
-    let unexplained = [readings::unexplained(&context, &written.readings)?, instruments.unexplained.clone()].concat();
-    let said = joints::said(&context, &written.joint, written.joints.as_ref())?;
-    let joints = joints::resolve(&context, &mapping, &said)?;
-    let still = written.readings.still.as_ref();
-    let still = still.map(|still| still::resolve(&context, still, &mapping)).transpose()?;
-    let sweeps = written.readings.sweeps.as_ref();
-    let sweeps = sweeps.map(|sweeps| sweeps::resolve(&context, sweeps, &mapping, &joints)).transpose()?;
-    let windows = written.readings.motion.as_ref();
-    let windows = windows.map(|windows| motion::resolve(&context, windows, &mapping, &joints)).transpose()?;
-    let motion = InMotion { still, sweeps, windows };
-    motion::check_beside(&context, &motion)?;
-    let (terms, mut further) = models::resolve(&context, registry, &mapping, &motion, &joints, &said)?;
-    let instruments = instruments.behind(&mut further);
-    instruments::check_conditions(document, &instruments, &mapping, motion.is_any())?;
-    refuse_prior_on_base_frame(&context, &joints, &said)?;
-    let loads = loads::resolve(&context, &written.load)?;
-    let load_distances = loads::resolve_distances(document, &loads, &written.load_distance)?;
-    let deflection = deflection::resolve(&context, &written.deflection, &written.readings, &mut further)?;
-    let loss = loss::resolve(&context, written.loss.as_ref())?;
-    let constraints = constraints::resolve(&context, &written.constraints)?;
-    let ask = ask::resolve(&context, &joints, &further, written.ask)?;
-    let clock = motion.is_any() || mapping.conditions.time.is_some();
+    let declared = Declared::resolve(&context, registry, &written)?;
     let all = WrittenTables { poses: &written.poses, validation: &written.validation };
-    let mut tables = poses::tables(&context, &loads, all, clock)?;
-    let read = if motion.is_any() {
-        let apart = terms.need_direction();
-        let frictional = terms.with_friction();
-        let recordings = Recordings { document, memory, written: all, loads: &loads, apart, frictional, watch };
-        recordings.read(&mut tables, &mapping, &motion)?
-    } else {
-        poses::read_all(document, memory, all, &tables, &mapping)?
-    };
-    let ReadPoses { mut poses, saturated, in_motion, searched } = read;
-    for wrist in instruments.iter().filter(|instrument| instrument.in_base) {
-        base_frame::turn_back(&robot, &joints, wrist, &mut poses);
-    }
-    poses::check_validation(document, all, (&loads, &inertia), &tables)?;
+    let mut tables = poses::tables(&context, &declared.loads, all, declared.has_clock())?;
+    let read = declared.read_poses(&context, (memory, watch), all, &mut tables)?;
+    poses::check_validation(document, all, (&declared.loads, &declared.inertia), &tables)?;
+    let ReadPoses { poses, saturated, in_motion, searched } = read;
     let (poses, validation) = poses.into_iter().partition(|pose: &Pose| pose.table < all.poses.len());
-    let mut poses: Vec<Pose> = poses;
-    motion::count_alike(&mut poses);
-
-    if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
-        let message = "no table has a usable torque reading: every torque cell is empty, marked unusable or saturated";
-        return Err(document.error(&Field::new("readings").key("torque"), message).into());
-    }
+    let poses = checked(document, poses)?;
     let uncertainty = uncertainty::resolve(&context, &written.uncertainty, &poses)?;
-
     let inputs = inputs(document.path(), robot_path.as_deref(), tables.iter().map(|table| table.path.clone()));
-    let solver = written.solver.map(|solver| solver.choice(document));
+
+    let (unexplained, finds_rest) = (declared.unexplained.clone(), declared.motion.finds_rest());
     let session = Session {
-        robot: robot.clone(),
-        gravity,
-        inertia,
-        loads,
-        load_distances,
-        joints,
-        instruments,
-        terms,
-        further,
-        readings: mapping,
         tables,
         poses,
         validation,
-        deflection,
         saturated,
         in_motion,
-        repeated: Vec::new(),
-        doubts: Vec::new(),
         searched,
-        unexplained: Vec::new(),
-        loss,
         uncertainty,
-        constraints,
-        earlier: None,
-        ask,
-        estimators: written.estimators,
-        solver,
         inputs,
+        ..declared.session(&context, &written)
     };
     let session = match &written.prior {
         None => session,
         Some(prior) => prior::resolve(&context, prior, all, session)?,
     };
-    inertia::check_sweeps(document, &session)?;
-    motion::check(&context, &session)?;
-    single_poses::check_single_poses(document, &session)?;
-    deflection::check_instruments(document, &session)?;
-    let session = unexplained::resolve(document, &unexplained, motion.finds_rest() && !session.has_windows(), session)?;
+    check(&context, &session)?;
+    let session = unexplained::resolve(document, &unexplained, finds_rest && !session.has_windows(), session)?;
     Ok(Session { repeated: session.find_repeated(), doubts: session.find_doubts(), ..session })
+}
+
+/// The robot, with the path of its file; without one a body that stands as the tables say.
+fn robot(document: &Document, source: Option<&RobotSource>) -> Result<(Robot, Option<PathBuf>), FileError> {
+    let read = source.map(|source| resolve_robot(document, &Field::new("robot"), source)).transpose()?;
+    Ok(match read {
+        Some((robot, path)) => (robot, Some(path)),
+        None => (orientation::free_body(), None),
+    })
+}
+
+/// The poses that enter, where anything is read in any of them.
+fn checked(document: &Document, mut poses: Vec<Pose>) -> Result<Vec<Pose>, FileError> {
+    motion::count_alike(&mut poses);
+    if poses.iter().all(|pose| pose.torque.iter().chain(&pose.instruments).all(Option::is_none)) {
+        let message = "no table has a usable torque reading: every torque cell is empty, marked unusable or saturated";
+        return Err(document.error(&Field::new("readings").key("torque"), message));
+    }
+    Ok(poses)
+}
+
+/// What the sections of a session say together must go with its poses.
+fn check(context: &Context<'_>, session: &Session) -> Result<(), FileError> {
+    inertia::check_sweeps(context.document, session)?;
+    motion::check(context, session)?;
+    single_poses::check_single_poses(context.document, session)?;
+    deflection::check_instruments(context.document, session)?;
+    residuals::check(context.document, session)
+}
+
+/// Who is told which recording is read, and which share of it is.
+type Watch<'w> = &'w dyn Fn(&Path, f64);
+
+/// What `session.toml` says, before any table is opened.
+struct Declared {
+    gravity: GravityKnowledge,
+    inertia: InertiaKnowledge,
+    joints: Vec<JointKnowledge>,
+    instruments: Vec<Instrument>,
+    terms: SensorTerms,
+    residuals: Vec<ResidualInUse>,
+    further: Vec<Parameter>,
+    mapping: PoseMapping,
+    motion: InMotion,
+    unexplained: Vec<Option<unexplained::Said>>,
+    loads: Vec<Load>,
+    load_distances: Vec<LoadDistance>,
+    deflection: Deflection,
+    loss: Loss,
+    constraints: Constraints,
+    ask: Ask,
+}
+
+impl Declared {
+    fn resolve(context: &Context<'_>, registry: &Registry, written: &SessionTable) -> Result<Declared, FileError> {
+        let document = context.document;
+        let gravity = gravity::resolve(document, &written.gravity)?;
+        let inertia = inertia::resolve(context, &written.inertia)?;
+        let (wrists, accelerometers) = (&written.force_torque_sensor, &written.accelerometer);
+        let instruments = instruments::resolve(context, wrists, accelerometers, written.poses.len())?;
+        let mut mapping = readings::mapping(context, &written.readings, &instruments)?;
+        let unexplained =
+            [readings::unexplained(context, &written.readings)?, instruments.unexplained.clone()].concat();
+        let said = joints::said(context, &written.joint, written.joints.as_ref())?;
+        let joints = joints::resolve(context, &mapping, &said)?;
+        let motion = in_motion(context, &written.readings, &mapping, &joints)?;
+        let (terms, mut further) = models::resolve(context, registry, &mapping, &motion, &joints, &said)?;
+        let instruments = instruments.behind(&mut further);
+        instruments::check_conditions(document, &instruments, &mapping, motion.is_any())?;
+        let observed = (&mut mapping, &mut further);
+        let residuals = residuals::resolve(context, registry, &written.residual, &instruments, observed)?;
+        residuals::check_recordings(document, &residuals, &mapping, motion.is_any())?;
+        refuse_prior_on_base_frame(context, &joints, &said)?;
+        let loads = loads::resolve(context, &written.load)?;
+        Ok(Declared {
+            load_distances: loads::resolve_distances(document, &loads, &written.load_distance)?,
+            deflection: deflection::resolve(context, &written.deflection, &written.readings, &mut further)?,
+            loss: loss::resolve(context, written.loss.as_ref())?,
+            constraints: constraints::resolve(context, &written.constraints)?,
+            ask: ask::resolve(context, &joints, &further, &written.ask)?,
+            gravity,
+            inertia,
+            joints,
+            instruments,
+            terms,
+            residuals,
+            further,
+            mapping,
+            motion,
+            unexplained,
+            loads,
+        })
+    }
+
+    /// Whether rows have a time.
+    fn has_clock(&self) -> bool {
+        self.motion.is_any() || self.mapping.conditions.time.is_some()
+    }
+
+    /// All poses of all tables, what instruments read in their own frames.
+    fn read_poses(
+        &self,
+        context: &Context<'_>,
+        (memory, watch): (&Memory, Watch<'_>),
+        written: WrittenTables<'_>,
+        tables: &mut [PoseTable],
+    ) -> Result<ReadPoses, SessionError> {
+        let (document, loads) = (context.document, &self.loads);
+        let mut read = if self.motion.is_any() {
+            let (apart, frictional) = (self.terms.need_direction(), self.terms.with_friction());
+            let recordings = Recordings { document, memory, written, loads, apart, frictional, watch };
+            recordings.read(tables, &self.mapping, &self.motion)?
+        } else {
+            poses::read_all(document, memory, written, tables, &self.mapping)?
+        };
+        for wrist in self.instruments.iter().filter(|instrument| instrument.in_base) {
+            base_frame::turn_back(context.robot, &self.joints, wrist, &mut read.poses);
+        }
+        Ok(read)
+    }
+
+    /// The session without what comes of its tables.
+    fn session(self, context: &Context<'_>, written: &SessionTable) -> Session {
+        Session {
+            inertia: self.inertia,
+            loads: self.loads,
+            load_distances: self.load_distances,
+            instruments: self.instruments,
+            terms: self.terms,
+            residuals: self.residuals,
+            further: self.further,
+            readings: self.mapping,
+            deflection: self.deflection,
+            loss: self.loss,
+            constraints: self.constraints,
+            ask: self.ask,
+            estimators: written.estimators.clone(),
+            solver: written.solver.clone().map(|solver| solver.choice(context.document)),
+            ..Session::new(context.robot.clone(), self.gravity, self.joints)
+        }
+    }
+}
+
+/// What of recordings in motion counts.
+fn in_motion(
+    context: &Context<'_>,
+    written: &ReadingsTable,
+    mapping: &PoseMapping,
+    joints: &[JointKnowledge],
+) -> Result<InMotion, FileError> {
+    let still = written.still.as_ref().map(|still| still::resolve(context, still, mapping)).transpose()?;
+    let sweeps = written.sweeps.as_ref();
+    let sweeps = sweeps.map(|sweeps| sweeps::resolve(context, sweeps, mapping, joints)).transpose()?;
+    let windows = written.motion.as_ref();
+    let windows = windows.map(|windows| motion::resolve(context, windows, mapping, joints)).transpose()?;
+    let motion = InMotion { still, sweeps, windows };
+    motion::check_beside(context, &motion)?;
+    Ok(motion)
 }
 
 /// The offset of the joint on which all others hang defines the base frame: it has a value, but it cannot be uncertain.

@@ -22,6 +22,6 @@ mod testing;
 
 pub use file::{
     SessionError, read_session, read_session_document, read_session_in_memory, read_session_watched, read_session_with,
-    read_solver_options, solver_name_error,
+    read_solver_options, solver_name_error, solver_option_error,
 };
 pub use robot_file::{read_robot, read_urdf};

@@ -93,8 +93,14 @@ pub(crate) fn declare<'t, V>(
             continue;
         }
         let declared = context.declared(&field, site, (model, table), &knows)?;
-        let known = |name: &str| all.iter().flat_map(|own| &own.parameters).any(|own| own.parameter.quantity == name);
-        let mut names = declared.iter().flat_map(|own| &own.parameters).map(|own| own.parameter.quantity.as_str());
+        // What the joint itself has, and shares with no other.
+        let of_joint = |own: &&ParameterInFile<'_, V>| own.parameter.owner == site.joint_names()[site.joint()];
+        let known = |name: &str| {
+            let mut known = all.iter().flat_map(|own| &own.parameters).filter(of_joint);
+            known.any(|own| own.parameter.quantity == name)
+        };
+        let names = declared.iter().flat_map(|own| &own.parameters).filter(of_joint);
+        let mut names = names.map(|own| own.parameter.quantity.as_str());
         if let Some(twice) = names.find(|name| known(name)) {
             let message =
                 format!("another model of this joint has a parameter `{twice}` already: give each its own name");
@@ -155,11 +161,7 @@ impl ModelContext<'_> {
     }
 
     fn check_options(&self, field: &Field, model: &dyn SensorModel, options: &Options) -> Result<(), FileError> {
-        let Some(key) = options.keys().find(|key| !model.options().contains(key)) else { return Ok(()) };
-        let known: Vec<&str> = model.options().iter().copied().chain(["parameters"]).collect();
-        let near =
-            nearest_name(key, &known).map_or_else(|| "delete it".into(), |near| format!("did you mean `{near}`?"));
-        Err(self.document.error(&field.key(key), format!("{} has no such option: {near}", model.name())))
+        check_options(self.document, field, (model.name(), model.options(), &["parameters"]), options)
     }
 
     fn check_needs<'d>(
@@ -178,6 +180,19 @@ impl ModelContext<'_> {
             }
         }
     }
+}
+
+/// Sees to it that a model has every option that is said of it; `others`: keys that stand beside them.
+pub(crate) fn check_options(
+    document: &Document,
+    field: &Field,
+    (model, known, others): (&str, &[&str], &[&str]),
+    options: &Options,
+) -> Result<(), FileError> {
+    let Some(key) = options.keys().find(|key| !known.contains(key)) else { return Ok(()) };
+    let known: Vec<&str> = known.iter().chain(others).copied().collect();
+    let near = nearest_name(key, &known).map_or_else(|| "delete it".into(), |near| format!("did you mean `{near}`?"));
+    Err(document.error(&field.key(key), format!("{model} has no such option: {near}")))
 }
 
 fn in_words(need: Need) -> &'static str {

@@ -173,6 +173,7 @@ pub fn sarcos_with_instruments() -> Simulation {
             },
             cure: "".into(),
             linear: group % 3 == 1 || group == 2,
+            same_as: None,
         }));
         simulation.truth.further.extend(truth);
     }

@@ -56,7 +56,7 @@ pub mod calibration {
         pub use gravcal_session::draft::*;
         pub use gravcal_session::{
             SessionError, read_session, read_session_document, read_session_in_memory, read_session_watched,
-            read_session_with, read_solver_options, solver_name_error,
+            read_session_with, read_solver_options, solver_name_error, solver_option_error,
         };
     }
 }

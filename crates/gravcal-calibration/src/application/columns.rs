@@ -52,7 +52,10 @@ impl Columns {
             MotionSource::Unknown | MotionSource::Slope(_) => &[],
         };
         let velocities = velocities.iter().map(|mapped| mapped.column.as_str()).zip(&self.velocities);
-        let further = mapping.conditions.further.iter().map(|mapped| mapped.column.as_str()).zip(&self.further);
+        // What may be empty is for residuals, and no recording needs it to be corrected.
+        let further = mapping.conditions.further.iter().zip(&self.further);
+        let further = further.filter(|(mapped, _)| !mapped.may_be_empty);
+        let further = further.map(|(mapped, place)| (mapped.column.as_str(), place));
         let mut all = positions.chain(torques).chain(temperature).chain(direction).chain(velocities).chain(further);
         all.find(|(_, place)| place.is_none()).map(|(name, _)| name)
     }

@@ -60,6 +60,7 @@ pub(super) fn values(
             None => undetermined.push(name),
         }
     }
+    values.share(session);
     // A joint without a torque sensor: any that reads nothing will do.
     for (sensor, torque) in values.sensors.iter_mut().zip(&session.readings.torques) {
         if torque.is_none() {

@@ -47,7 +47,13 @@ pub(super) fn add_blocks(
     let sensors = (0..session.joints.len())
         .map(|joint| Quantity::ALL.map(|quantity| add(ParameterId::Sensor(joint, quantity))))
         .collect();
-    let further = (0..session.further.len()).map(|index| add(ParameterId::Further(index))).collect();
+    let mut further: Vec<BlockId> = Vec::with_capacity(session.further.len());
+    for (index, parameter) in session.further.iter().enumerate() {
+        further.push(match parameter.same_as {
+            Some(same) => further[same],
+            None => add(ParameterId::Further(index)),
+        });
+    }
     let inertia = session.robot.chain.links().iter().zip(&start.inertia).map(|(link, value)| {
         let mut block =
             Block::vector(link.name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);

@@ -6,7 +6,7 @@ use gravcal_dynamics::Chain;
 use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder, Residual};
 use gravcal_robot_model::residuals::{
     CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, PositionTerms, SensedQuantity, SpecificForce, Stacked,
-    Wrench,
+    Wrench, names_a_block_twice,
 };
 use gravcal_robot_model::session::{Instrument, InstrumentKind, Pose, Session};
 
@@ -35,7 +35,7 @@ pub(super) fn add_readings(
             Some((alike, noise)) if *alike == std => noise.clone(),
             _ => last.insert((std.clone(), Noise::independent(&std)?)).1.clone(),
         };
-        let residual = models.residual(pose, used, |id| builder.block(id).len());
+        let residual = once(models.residual(pose, used, |id| builder.block(id).len()), builder);
         let residual = around.residual(pose, residual);
         let residual = match &layout.at_rest {
             Some(at_rest) => at_rest.residual((session, layout, &stored), pose, residual),
@@ -46,6 +46,14 @@ pub(super) fn add_readings(
         rows.extend(used.iter().map(|channel| (pose, *channel)));
     }
     Ok(rows)
+}
+
+/// A residual that names each of its blocks once: sensors that share a parameter name it twice.
+pub(super) fn once(residual: Arc<dyn Residual>, builder: &ProblemBuilder) -> Arc<dyn Residual> {
+    match names_a_block_twice(residual.as_ref()) {
+        false => residual,
+        true => Arc::new(Stacked::new(vec![residual], |id| builder.block(id).len())),
+    }
 }
 
 /// Gain and offset of each joint's position sensor, where all are held.

@@ -84,8 +84,7 @@ impl Readings {
 /// The fewest factors of first poses that know enough.
 fn first_factors(posed: &JointProblem) -> Result<usize, EvaluateError> {
     let sensors = posed.layout.sensors.iter().flat_map(|ids| Quantity::ALL.map(|quantity| ids[quantity as usize]));
-    let asked: Vec<BlockId> =
-        sensors.chain([posed.layout.gravity]).chain(posed.layout.further.iter().copied()).collect();
+    let asked: Vec<BlockId> = sensors.chain([posed.layout.gravity]).chain(posed.layout.further_once()).collect();
     let all = Knowledge::of(&posed.problem, &posed.initial, &asked)?;
     let enough = |poses: usize| -> Result<bool, EvaluateError> {
         let factors = first_of(posed, poses);

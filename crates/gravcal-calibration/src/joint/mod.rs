@@ -22,6 +22,7 @@ mod lost_load;
 mod median;
 mod mistakes;
 mod model_tests;
+mod modelled;
 mod nearby;
 mod noise;
 mod order;

@@ -70,7 +70,9 @@ impl ModelTests<'_> {
         places: Range<usize>,
         workbench: &Workbench<'_>,
     ) -> Result<SensorModelTest, EstimateError> {
-        let parameters: Vec<ParameterId> = places.map(ParameterId::Further).filter(|id| self.is_free(*id)).collect();
+        // One that several sensors share is absent from all of them.
+        let told = |place: usize| ParameterId::Further(self.session.further[place].same_as.unwrap_or(place));
+        let parameters: Vec<ParameterId> = places.map(told).filter(|id| self.is_free(*id)).collect();
         let test = if self.determined(&parameters) { self.test(&parameters, workbench)? } else { None };
         Ok(self.told(owner, model, &parameters, test))
     }

@@ -12,6 +12,7 @@ use super::constraints::{self, constrained};
 use super::earlier::with_earlier;
 use super::error::PosingError;
 use super::factors::add_readings;
+use super::modelled::add_residuals;
 use super::placements::distances_left;
 use super::position_unknowns::add_priors;
 use super::problem::JointProblem;
@@ -33,9 +34,10 @@ pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<
     let mut builder = ProblemBuilder::new();
     let layout = add_unknown_blocks(session, readings, start, &mut builder);
     let rows = add_readings(session, readings, &layout, &mut builder)?;
+    let modelled = add_residuals(session, readings, &layout, &mut builder)?;
     add_knowledge(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
-    let posed = JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None };
+    let posed = JointProblem { problem, initial, layout, rows, modelled, poses: readings.poses(), loss: Loss::None };
     let posed = with_reference(session, readings, posed);
     match &session.earlier {
         None => Ok(posed),
@@ -75,7 +77,8 @@ pub(crate) fn pose_readings_alone(
     add_blocks(session, readings, &Unknowns::nominal(session), false, &mut nominal);
     let reference = reference(session, readings, &problem, &layout, nominal.initial());
     let problem = problem.with_reference(reference);
-    Ok(JointProblem { problem, initial, layout, rows, poses: readings.poses(), loss: Loss::None })
+    let (poses, loss) = (readings.poses(), Loss::None);
+    Ok(JointProblem { problem, initial, layout, rows, modelled: Vec::new(), poses, loss })
 }
 
 fn add_knowledge(

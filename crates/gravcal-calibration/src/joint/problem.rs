@@ -18,6 +18,8 @@ pub struct JointProblem {
     pub layout: Layout,
     /// Pose and channel of each row of a reading; these rows come first.
     pub rows: Vec<(usize, usize)>,
+    /// The residual of the session of each row of one's own; these come next.
+    pub modelled: Vec<usize>,
     /// Poses whose readings enter: so many factors come first, one each, in the order of the session.
     pub poses: usize,
     /// How these factors count readings far beyond their noise.

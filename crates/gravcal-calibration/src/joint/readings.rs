@@ -102,7 +102,7 @@ impl Readings {
     /// The same, but for those that are known with a standard deviation.
     pub(super) fn unread_and_unknown(&self, session: &Session) -> Vec<ParameterId> {
         let known = |id: &ParameterId| matches!(session.knowledge(*id).kind, KnowledgeKind::Prior { .. });
-        self.unread(session).into_iter().filter(|id| !known(id)).collect()
+        self.unread(session).into_iter().filter(|id| !known(id) && !is_observed(session, *id)).collect()
     }
 
     fn reads(&self, session: &Session, id: ParameterId) -> bool {
@@ -166,6 +166,20 @@ pub(super) fn first_noise(session: &Session, spreads: &[f64]) -> Vec<f64> {
     spreads.iter().enumerate().map(of_channel).collect()
 }
 
+/// Whether any residual of one's own depends on a parameter.
+fn is_observed(session: &Session, id: ParameterId) -> bool {
+    session.residuals.iter().any(|residual| match id {
+        ParameterId::Sensor(joint, quantity) => {
+            let position = matches!(quantity, Quantity::PositionGain | Quantity::PositionOffset);
+            residual.sees.joints().contains(&joint) && position
+        }
+        ParameterId::Further(place) => {
+            let seen = |term: &Term| residual.sees.joints().contains(&term.joint) && has(session, term, place);
+            residual.places.contains(&place) || session.terms.of_positions().any(seen)
+        }
+    })
+}
+
 /// Whether the readings of an axis in a table depend on a parameter.
 fn reads(instrument: &Instrument, session: &Session, (axis, table): (usize, usize), id: ParameterId) -> bool {
     match id {
@@ -179,7 +193,7 @@ fn reads(instrument: &Instrument, session: &Session, (axis, table): (usize, usiz
                 .iter()
                 .zip(instrument.gain_parameters())
                 .any(|((row, _), own)| own == place && *row == axis);
-            let term = position_terms(session, instrument.link).any(|term| term.places.contains(&place));
+            let term = position_terms(session, instrument.link).any(|term| has(session, term, place));
             let axes = instrument.kind.axes().len();
             let drift = instrument.drift_parameters().skip(axis).step_by(axes).any(|own| own == place);
             gain || term
@@ -188,6 +202,11 @@ fn reads(instrument: &Instrument, session: &Session, (axis, table): (usize, usiz
                 || instrument.own_parameters().contains(&place)
         }
     }
+}
+
+/// Whether a term has a parameter, for itself or as one that it shares.
+fn has(session: &Session, term: &Term, place: usize) -> bool {
+    term.places.clone().any(|own| own == place || session.further[own].same_as == Some(place))
 }
 
 /// Terms of the position sensors of the joints that move a link.

@@ -11,7 +11,7 @@ use super::mistakes::Mistake;
 use super::model_tests::ModelTests;
 use super::order::Order;
 use super::solved::Solved;
-use super::{constraints, sweep_moments};
+use super::{constraints, modelled, sweep_moments};
 use crate::judgement::{
     DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss, outlier_note,
     outliers, position_errors, tool_notes, weak_combinations, weak_note,
@@ -60,6 +60,7 @@ pub(super) fn tell(
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
     let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
     let sensor_models = tests.all(workbench)?;
+    notes.extend(modelled::notes(session, solved)?);
     let outliers = outliers(session, solved)?;
     notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
     let weak = weak_combinations(solved);

@@ -12,7 +12,8 @@ pub struct Layout {
     pub gravity: BlockId,
     /// `[k, b, s, o]` of each joint.
     pub sensors: Vec<[BlockId; 4]>,
-    /// The further parameters, in the order of [`Session::further`](gravcal_robot_model::Session::further).
+    /// The further parameters, in the order of [`Session::further`](gravcal_robot_model::Session::further); one that several share more
+    /// than once.
     pub further: Vec<BlockId>,
     /// `(m, h)` of each link; empty where moments are described by sweep.
     pub inertia: Vec<BlockId>,
@@ -32,6 +33,12 @@ impl Layout {
     /// Deflections that several poses share.
     fn deflections_of_sweeps(&self) -> impl Iterator<Item = &PositionUnknown> {
         self.position_unknowns.iter().filter(|unknown| unknown.is_hold && unknown.poses.len() > 1)
+    }
+
+    /// The blocks of the further parameters, each once.
+    pub(crate) fn further_once(&self) -> impl Iterator<Item = BlockId> {
+        let is_first = |place: &usize| !self.further[..*place].contains(&self.further[*place]);
+        (0..self.further.len()).filter(is_first).map(|place| self.further[place])
     }
 
     /// The values of one solution; `fallback`: of what has no block.

@@ -120,7 +120,7 @@ fn found_blocks(posed: &joint::JointProblem, known: &SequentialValues) -> Vec<Bl
             Quantity::ALL.into_iter().filter(|q| sensor.of(*q).is_ok()).map(|q| ids[q as usize])
         });
     // Whatever else sensors do, the steps take it as it is assumed.
-    sensors.chain([posed.layout.gravity]).chain(posed.layout.further.iter().copied()).collect()
+    sensors.chain([posed.layout.gravity]).chain(posed.layout.further_once()).collect()
 }
 
 /// Gravity's covariance and the variances of what the steps found: between steps, and between the parameters of one
@@ -215,8 +215,11 @@ fn tell_notes(session: &Session, known: &SequentialValues) -> Vec<String> {
          those results are not in them, and no covariance between steps is known."
             .into(),
     );
-    let unheeded =
-        [(!session.instruments.is_empty(), "instruments"), (session.earlier.is_some(), "earlier calibrations")];
+    let unheeded = [
+        (!session.instruments.is_empty(), "instruments"),
+        (!session.residuals.is_empty(), "residuals"),
+        (session.earlier.is_some(), "earlier calibrations"),
+    ];
     notes.extend(
         unheeded.into_iter().filter(|(there, _)| *there).map(|(_, what)| format!("The steps do not heed {what}.")),
     );

@@ -9,6 +9,7 @@ mod instrument;
 mod linear_knowledge;
 mod load_difference;
 mod load_distance;
+mod modelled;
 mod pose_torque;
 mod prior;
 mod shifted;
@@ -24,11 +25,12 @@ pub use instrument::{
 pub use linear_knowledge::{KnownQuantity, LinearKnowledge};
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks, MeasuredDifference};
 pub use load_distance::LoadDistance;
+pub use modelled::{ModelledResidual, ModelledScene};
 pub use pose_torque::{CarriedLoad, MotionTorque, MotionTorqueModel, PoseTorque, PoseTorqueBlocks, PoseTorqueModel};
 pub use prior::Prior;
 pub use shifted::Shifted;
 pub use sinusoid::{Sinusoid, SinusoidBlocks};
-pub use stacked::Stacked;
+pub use stacked::{Stacked, names_a_block_twice};
 pub use sweep_torque::{SweepTorque, SweepTorqueModel, lumped_directions};
 
 #[cfg(test)]

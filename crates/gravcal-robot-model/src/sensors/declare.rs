@@ -44,14 +44,15 @@ pub fn declare_terms(
     options: &Options,
 ) -> Result<Vec<(Term, Vec<Parameter>)>, RefusedOption> {
     let declared = model.declare(site, options)?;
-    check_names(&declared)?;
+    check_parameter_names(declared.iter().flat_map(|term| &term.parameters))?;
     let name: Arc<str> = model.name().into();
     let term = |Declared { parameters, term: function }: Declared| {
         let reads = function.reads();
         check_reads(&reads, model.side(), site)?;
         let linear = model.side() == Side::Torque && reads.is_linear();
         let places = 0..parameters.len();
-        let parameters = parameters.into_iter().map(|spec| parameter(site, spec, linear)).collect();
+        let owner = site.names[site.joint];
+        let parameters = parameters.into_iter().map(|spec| declared_parameter(owner, spec, linear)).collect();
         Ok((
             Term { joint: site.joint, model: Arc::clone(&name), side: model.side(), reads, places, function },
             parameters,
@@ -60,10 +61,12 @@ pub fn declare_terms(
     declared.into_iter().map(term).collect()
 }
 
-fn parameter(site: &Site<'_>, spec: ParameterSpec, linear: bool) -> Parameter {
-    let ParameterSpec { name, unit, nominal, limit, convention, cure } = spec;
+/// What is said of a parameter of `owner`, unless it is shared. Other readings may depend on a shared one otherwise, so it is no linear one.
+pub(crate) fn declared_parameter(owner: &str, spec: ParameterSpec, linear: bool) -> Parameter {
+    let ParameterSpec { name, unit, nominal, limit, convention, cure, shared } = spec;
+    let linear = linear && shared.is_none();
     Parameter {
-        owner: site.names[site.joint].to_owned(),
+        owner: shared.unwrap_or_else(|| owner.to_owned()),
         quantity: name,
         unit,
         convention,
@@ -72,14 +75,23 @@ fn parameter(site: &Site<'_>, spec: ParameterSpec, linear: bool) -> Parameter {
         limit,
         cure,
         linear,
+        same_as: None,
     }
 }
 
-/// Names of parameters are keys of files, and told behind the joint's name and a point.
-fn check_names(declared: &[Declared]) -> Result<(), RefusedOption> {
-    let names: Vec<&str> = declared.iter().flat_map(|term| &term.parameters).map(|spec| spec.name.as_str()).collect();
+/// Names of parameters are keys of files, and told behind the name of what has them and a point.
+pub(crate) fn check_parameter_names<'s>(
+    declared: impl IntoIterator<Item = &'s ParameterSpec>,
+) -> Result<(), RefusedOption> {
+    let declared: Vec<&ParameterSpec> = declared.into_iter().collect();
+    let fits = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '-';
+    let owners = declared.iter().filter_map(|spec| spec.shared.as_deref());
+    if let Some(owner) = owners.into_iter().find(|owner| owner.is_empty() || !owner.chars().all(fits)) {
+        let message = format!("parameters are shared under the name `{owner}`: expected letters, digits, `_` and `-`");
+        return Err(RefusedOption::new("kind", message));
+    }
+    let names: Vec<&str> = declared.iter().map(|spec| spec.name.as_str()).collect();
     for (place, name) in names.iter().enumerate() {
-        let fits = |letter: char| letter.is_alphanumeric() || letter == '_' || letter == '-';
         let wrong = if name.is_empty() || !name.chars().all(fits) {
             "expected letters, digits, `_` and `-`"
         } else if names[..place].contains(name) {

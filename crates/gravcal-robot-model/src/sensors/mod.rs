@@ -86,7 +86,7 @@
 //! |---|---|
 //! | `kind` | `formula` adds to the torque reading, `position-formula` to the coordinate |
 //! | `adds` | the formula: `+ - * / ^`, `sin cos tan asin acos atan sinh cosh tanh exp ln sqrt abs sign`, `pi`; `torque coordinate position velocity direction temperature` of the joint or, as `torque[elbow]`, of another; `time`; `further[oil]` of a column that `readings.further = { oil = "p_oil" }` names; its unknowns |
-//! | `unknowns` | by name, `unit` (as the formula counts it), `limit` (standard deviation beyond which a number would mislead), `nominal` (where it starts; 0 without it) |
+//! | `unknowns` | by name, `unit` (as the formula counts it), `limit` (standard deviation beyond which a number would mislead), `nominal` (where it starts; 0 without it), `shared` (what has it, where formulas of several joints share it: `shared = "compensator"`) |
 //! | `parameters` | what is known of its unknowns, as for any model |
 
 mod automatic;
@@ -109,6 +109,7 @@ pub(crate) mod testing;
 
 pub use automatic::{Differentiated, SensorFormula};
 pub use declare::{Term, declare_terms};
+pub(crate) use declare::{check_parameter_names, declared_parameter};
 pub use derivative_check::{WrongDerivative, check_term_derivatives};
 pub use model::{Declared, ParameterSpec, SensorModel, Side, Site};
 pub use options::{Options, RefusedOption};

@@ -84,13 +84,22 @@ pub struct ParameterSpec {
     pub convention: Cow<'static, str>,
     /// What would determine it where the data do not, as an order: `record poses ...`.
     pub cure: Cow<'static, str>,
+    /// What has it, where several share it: see [`ParameterSpec::shared`].
+    pub shared: Option<String>,
 }
 
 impl ParameterSpec {
     /// A parameter that starts at zero.
     pub fn new(name: impl Into<String>, unit: impl Into<String>, limit: Limit) -> ParameterSpec {
         let (convention, cure) = (Cow::Borrowed(""), Cow::Borrowed(""));
-        ParameterSpec { name: name.into(), unit: unit.into(), nominal: 0.0, limit, convention, cure }
+        ParameterSpec { name: name.into(), unit: unit.into(), nominal: 0.0, limit, convention, cure, shared: None }
+    }
+
+    /// The same as a parameter of something that several sensors or residuals have a part in, such as a `compensator`: it is told behind
+    /// that name, and whoever declares a shared parameter of the same two names means the same number.
+    #[must_use]
+    pub fn shared(self, owner: impl Into<String>) -> ParameterSpec {
+        ParameterSpec { shared: Some(owner.into()), ..self }
     }
 
     /// The same, started elsewhere.

@@ -37,6 +37,7 @@ fn compliance(joint: &Joint, std: f64) -> Parameter {
             "hold the joint under torques that differ more, with and without a load; or leave it as it was known before"
                 .into(),
         linear: false,
+        same_as: None,
     }
 }
 

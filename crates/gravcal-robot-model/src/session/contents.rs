@@ -13,6 +13,7 @@ use super::pose::{Pose, PoseTable};
 use super::searched::Searched;
 use super::solver::SolverChoice;
 use crate::parameter::Parameter;
+use crate::residual_models::ResidualInUse;
 use crate::robot::Robot;
 use crate::sensors::SensorTerms;
 
@@ -35,6 +36,8 @@ pub struct Session {
     pub instruments: Vec<Instrument>,
     /// What sensors do beyond their affine models.
     pub terms: SensorTerms,
+    /// What else was observed, by models of anyone's; only the joint estimator heeds it.
+    pub residuals: Vec<ResidualInUse>,
     /// Parameters beyond the four of each joint, those of `terms` first.
     pub further: Vec<Parameter>,
     /// Which columns of tables and recordings are which readings.
@@ -97,6 +100,7 @@ impl Session {
             joints,
             instruments: Vec::new(),
             terms: SensorTerms::default(),
+            residuals: Vec::new(),
             further: Vec::new(),
             readings: PoseMapping::default(),
             tables: Vec::new(),

@@ -16,7 +16,8 @@ impl Session {
     /// Every parameter in the order in which results tell them: what belongs to a joint or instrument stands together.
     pub fn parameters(&self) -> Vec<ParameterId> {
         let of = |owner: &str| -> Vec<ParameterId> {
-            let own = self.further.iter().enumerate().filter(|(_, parameter)| parameter.owner == owner);
+            let own = self.further.iter().enumerate();
+            let own = own.filter(|(_, parameter)| parameter.owner == owner && parameter.same_as.is_none());
             own.map(|(index, _)| ParameterId::Further(index)).collect()
         };
         let mut all = Vec::new();
@@ -25,7 +26,7 @@ impl Session {
             all.extend(of(&described.name));
         }
         for (index, parameter) in self.further.iter().enumerate() {
-            if !all.contains(&ParameterId::Further(index)) {
+            if parameter.same_as.is_none() && !all.contains(&ParameterId::Further(index)) {
                 all.extend(of(&parameter.owner));
             }
         }
@@ -52,6 +53,7 @@ impl Session {
             limit: self.sensor_limit(joint, quantity),
             cure: MOVE_MORE.into(),
             linear: quantity == Quantity::TorqueBias,
+            same_as: None,
         }
     }
 
@@ -202,12 +204,13 @@ impl Session {
     }
 
     /// Whether something known in the frame of a last link fixes that frame, or that of another one that the same joint moves:
-    /// a load's placement, an instrument's mounting, the link's masses, or the joint's offset itself.
+    /// a load's placement, an instrument's mounting, the link's masses, what a residual observes of it, or the joint's offset itself.
     fn last_frame_is_fixed(&self, joint: usize) -> bool {
         let prior = matches!(self.joints[joint].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
         let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[joint].name);
         let earlier = self.earlier.as_ref().is_some_and(|earlier| earlier.knows(&name));
-        prior || earlier || self.robot.chain.links_of(joint).any(|link| self.is_known_in_its_frame(link))
+        let observed = self.residuals.iter().any(|residual| residual.sees.joints().contains(&joint));
+        prior || earlier || observed || self.robot.chain.links_of(joint).any(|link| self.is_known_in_its_frame(link))
     }
 
     fn is_known_in_its_frame(&self, link: usize) -> bool {

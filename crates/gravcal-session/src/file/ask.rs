@@ -30,7 +30,7 @@ pub(super) fn resolve(
     context: &Context<'_>,
     joints: &[JointKnowledge],
     further: &[Parameter],
-    table: AskTable,
+    table: &AskTable,
 ) -> Result<Ask, FileError> {
     let [add, drop] = ["add", "drop"].map(|key| Field::new("ask").key(key));
     table.add.iter().enumerate().try_for_each(|(i, name)| check_added(context, joints, further, &add.at(i), name))?;
@@ -40,7 +40,7 @@ pub(super) fn resolve(
             return Err(context.document.error(&drop.at(i), format!("`{name}` is added as well: keep one")));
         }
     }
-    Ok(Ask { add: table.add, drop: table.drop })
+    Ok(Ask { add: table.add.clone(), drop: table.drop.clone() })
 }
 
 fn check_added(

@@ -121,7 +121,7 @@ pub(super) fn resolve(
 }
 
 fn further((name, column): (&String, &String)) -> FurtherColumn {
-    FurtherColumn { name: name.clone(), column: column.clone() }
+    FurtherColumn { name: name.clone(), column: column.clone(), may_be_empty: false }
 }
 
 /// Units in which the speed of a joint may be given.

@@ -3,14 +3,14 @@
 use gravcal_dynamics::JointKind;
 use gravcal_recording::PoseMapping;
 use gravcal_robot_model::Registry;
-use gravcal_robot_model::parameter::Parameter;
+use gravcal_robot_model::parameter::{Parameter, same_in};
 use gravcal_robot_model::sensors::{Need, SensorModel, SensorTerms, Side, Site};
 use gravcal_robot_model::session::parameters::GIVEN;
 use gravcal_robot_model::session::{JointKnowledge, KnowledgeKind};
 
 use super::context::Context;
 use super::joints::{Entry, Said};
-use super::knowledge::scaled;
+use super::knowledge::{KnowledgeTable, scaled};
 use super::recordings::InMotion;
 use crate::document::FileError;
 use crate::sensor_models::{ModelContext, ParameterInFile, declare, to_unit_of};
@@ -38,12 +38,51 @@ pub(super) fn resolve(
         let models_context = ModelContext { document: context.document, registry, models: field.key("sensor_models") };
         for found in declare(&models_context, &site, models, knows, passed_over)? {
             for parameter in found.parameters {
-                parameters.push(with_knowledge(context, parameter)?);
+                let owner = context.joint_names[joint];
+                let parameter = if parameter.parameter.owner == owner {
+                    with_knowledge(context, parameter)?
+                } else {
+                    shared(context, &parameters, parameter)?
+                };
+                parameters.push(parameter);
             }
             terms.extend([found.term]);
         }
     }
     Ok((terms, parameters))
+}
+
+/// A parameter that sensors share: where it was declared before, the same as there.
+fn shared(
+    context: &Context<'_>,
+    known: &[Parameter],
+    found: ParameterInFile<'_, KnowledgeTable>,
+) -> Result<Parameter, FileError> {
+    let place = check_shared(context, known, &found)?;
+    match place {
+        None => with_knowledge(context, found),
+        Some(place) => Ok(Parameter { same_as: Some(place), ..known[place].clone() }),
+    }
+}
+
+/// The place of the parameter that a shared one is the same as.
+pub(super) fn check_shared(
+    context: &Context<'_>,
+    known: &[Parameter],
+    found: &ParameterInFile<'_, KnowledgeTable>,
+) -> Result<Option<usize>, FileError> {
+    let refuse = |message: String| Err(context.document.error(&found.field, message));
+    let owner = found.parameter.owner.as_str();
+    if context.joint_names.contains(&owner) || context.link_names.contains(&owner) {
+        return refuse(format!("`{owner}` is a joint or link of the robot: share the parameter under another name"));
+    }
+    let place = same_in(known, &found.parameter).map_err(|message| context.document.error(&found.field, message))?;
+    match (place, found.said) {
+        (Some(_), Some(_)) => {
+            refuse(format!("what is known of {} is said where it stands first: delete this", found.parameter.name()))
+        }
+        _ => Ok(place),
+    }
 }
 
 /// Poses found in recordings in motion have a time and a direction, those of sweeps and windows a velocity.
@@ -57,9 +96,9 @@ fn knows(mapping: &PoseMapping, motion: &InMotion, need: Need) -> bool {
     }
 }
 
-fn with_knowledge(
+pub(super) fn with_knowledge(
     context: &Context<'_>,
-    ParameterInFile { parameter, field, said }: ParameterInFile<'_, super::knowledge::KnowledgeTable>,
+    ParameterInFile { parameter, field, said }: ParameterInFile<'_, KnowledgeTable>,
 ) -> Result<Parameter, FileError> {
     let Some(table) = said else { return Ok(parameter) };
     let wrong = |message| context.document.error(&field.key("unit"), message);

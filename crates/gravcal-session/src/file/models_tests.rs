@@ -203,3 +203,32 @@ fn readings_at_an_end_of_the_range_are_left_out() {
         "10: readings.torque.highest: column `y1`: the range of readings must go from lower",
     );
 }
+
+/// A formula of the elbow and one of the shoulder, which share the force of a spring.
+fn shared(elbow: &str, shoulder: &str) -> Result<Session, String> {
+    let formula = |said: &str| format!("{{ kind = 'formula', adds = 'spring * cos(position)', {said} }}");
+    let shoulder =
+        format!("[[joint]]\nname = \"shoulder\"\nsensor_models = [{}]\n\n[[load_distance]]", formula(shoulder));
+    read(&[("session.toml", ELBOW, &with_models(&formula(elbow))), ("session.toml", "[[load_distance]]", &shoulder)])
+}
+
+#[test]
+fn formulas_of_several_joints_share_an_unknown() {
+    const SPRING: &str = "unknowns = { spring = { unit = 'count', nominal = 3, limit = 0.5, shared = 'compensator' } }";
+    let known = format!("{SPRING}, parameters = {{ spring = {{ nominal = 4, std = 1, unit = 'count' }} }}");
+    let session = shared(&known, SPRING).unwrap();
+    assert_eq!(names(&session), ["compensator.spring count"; 2]);
+    assert_eq!((session.further[0].same_as, session.further[1].same_as), (None, Some(0)));
+    assert_eq!(session.further[1].knowledge, session.further[0].knowledge);
+    let told: Vec<String> = session.parameters().iter().map(|id| session.parameter_name(*id)).collect();
+    assert_eq!((told.len(), told.last().unwrap().as_str()), (9, "compensator.spring"));
+
+    let refused = |shoulder: &str, expected: &str| {
+        let message = shared(SPRING, shoulder).unwrap_err();
+        assert!(message.contains(expected), "{message}");
+    };
+    refused(&SPRING.replace("'count'", "'V'"), "compensator.spring is shared, and in count where it stands first");
+    refused(&SPRING.replace("0.5", "0.6"), "compensator.spring is shared, and its limit is another");
+    refused(&known, "what is known of compensator.spring is said where it stands first: delete this");
+    refused(&SPRING.replace("compensator", "elbow"), "`elbow` is a joint or link of the robot");
+}

@@ -53,6 +53,12 @@ pub fn solver_name_error(choice: &SolverChoice, message: impl Display) -> FileEr
     document_of(choice).map_or_else(|error| error, |document| document.error(&field, message))
 }
 
+/// An error that concerns an option of a choice, by the way to it from its key.
+pub fn solver_option_error(choice: &SolverChoice, keys: &[String], message: impl Display) -> FileError {
+    let field = keys.iter().fold(Field::new(FIELD), |field, key| field.key(key));
+    document_of(choice).map_or_else(|error| error, |document| document.error(&field, message))
+}
+
 fn document_of(choice: &SolverChoice) -> Result<Document, FileError> {
     let (path, text) = choice.written_in();
     Document::of(path, text.to_owned())

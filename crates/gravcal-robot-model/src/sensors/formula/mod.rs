@@ -14,10 +14,12 @@
 //! the standard deviation beyond which a number would mislead. What is known of them goes under `parameters`, as for any model.
 
 mod expression;
+mod parser;
 
 use gravcal_estimation::Number;
 
-use self::expression::{Expression, Vocabulary, is_taken};
+use self::expression::Expression;
+use self::parser::{Vocabulary, is_taken, parse};
 use super::automatic::{Differentiated, SensorFormula};
 use super::model::{Declared, ParameterSpec, SensorModel, Side, Site};
 use super::options::{Options, RefusedOption};
@@ -85,8 +87,7 @@ impl SensorModel for Formula {
         let parameters = unknowns.iter().map(parameter).collect::<Result<Vec<_>, RefusedOption>>()?;
         let names: Vec<&str> = unknowns.iter().map(|(name, _)| *name).collect();
         let vocabulary = Vocabulary { parameters: &names, site };
-        let expression =
-            Expression::read(text, &vocabulary).map_err(|error| RefusedOption::new("adds", error.to_string()))?;
+        let expression = parse(text, &vocabulary).map_err(|error| RefusedOption::new("adds", error.to_string()))?;
         if let Some(place) = (0..names.len()).find(|place| !expression.has_parameter(*place)) {
             let message = "the formula does not have it: write it into adds, or delete it";
             return Err(RefusedOption::new(names[place], message).within("unknowns"));
@@ -98,7 +99,7 @@ impl SensorModel for Formula {
 const CURE: &str = "add poses that change what the formula reads over a wider range";
 
 fn unknown(name: &str, said: &Options) -> Result<ParameterSpec, RefusedOption> {
-    const KEYS: [&str; 3] = ["unit", "nominal", "limit"];
+    const KEYS: [&str; 4] = ["unit", "nominal", "limit", "shared"];
     if is_taken(name) {
         return Err(RefusedOption {
             keys: Vec::new(),
@@ -117,5 +118,9 @@ fn unknown(name: &str, said: &Options) -> Result<ParameterSpec, RefusedOption> {
         )
     })?;
     let nominal = said.number("nominal")?.unwrap_or(0.0);
-    Ok(ParameterSpec::new(name, unit, Limit::Absolute(limit)).starting_at(nominal))
+    let spec = ParameterSpec::new(name, unit, Limit::Absolute(limit)).starting_at(nominal);
+    Ok(match said.text("shared")? {
+        Some(owner) => spec.shared(owner),
+        None => spec,
+    })
 }

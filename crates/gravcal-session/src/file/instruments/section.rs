@@ -331,6 +331,7 @@ impl Section<'_> {
             limit: Limit::ShareOfNominal(GAIN_LIMIT),
             cure: TURN_MORE.into(),
             linear: false,
+            same_as: None,
         }
     }
 }

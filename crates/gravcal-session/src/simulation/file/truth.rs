@@ -2,7 +2,7 @@
 
 use gravcal_recording::TorqueUnit;
 use gravcal_robot_model::Unknowns;
-use gravcal_robot_model::parameter::{Parameter, Quantity};
+use gravcal_robot_model::parameter::{Parameter, Quantity, same_in};
 use gravcal_robot_model::sensors::{Need, Site, Term};
 use gravcal_robot_model::session::Session;
 
@@ -17,7 +17,14 @@ use crate::simulation::unmodelled::Unmodelled;
 struct TrueTerm {
     term: Term,
     parameters: Vec<Parameter>,
-    values: Vec<f64>,
+    /// None where a parameter is shared and has its value elsewhere.
+    values: Vec<Option<f64>>,
+    /// Where each is said, or its model.
+    fields: Vec<Field>,
+}
+
+fn unsaid(parameter: &Parameter) -> String {
+    format!("what is the true {0}? add parameters = {{ {0} = {{ value, unit }} }}", parameter.quantity)
 }
 
 impl Reader<'_> {
@@ -79,11 +86,41 @@ impl Reader<'_> {
         truth: &mut Unknowns,
     ) -> Result<(), FileError> {
         for found in self.true_terms(joint, &field.key("sensor_models"), &table.sensor_models, template)? {
-            truth.further.extend(found.values);
-            template.further.extend(found.parameters);
+            for ((parameter, value), field) in found.parameters.into_iter().zip(found.values).zip(&found.fields) {
+                let (parameter, value) = self.shared(joint, (template, truth), (parameter, value), field)?;
+                truth.further.push(value);
+                template.further.push(parameter);
+            }
             template.terms.extend([found.term]);
         }
         Ok(())
+    }
+
+    /// A parameter with its true value; where several sensors share it, that of the first.
+    fn shared(
+        &self,
+        joint: usize,
+        (template, truth): (&Session, &Unknowns),
+        (parameter, value): (Parameter, Option<f64>),
+        field: &Field,
+    ) -> Result<(Parameter, f64), FileError> {
+        let refuse = |message: String| self.document.error(field, message);
+        let place = match parameter.owner == self.names()[joint] {
+            true => None,
+            false => same_in(&template.further, &parameter).map_err(refuse)?,
+        };
+        let Some(place) = place else {
+            let value = value.ok_or_else(|| refuse(unsaid(&parameter)))?;
+            return Ok((parameter, value));
+        };
+        let first = truth.further[place];
+        match value {
+            Some(value) if value != first => Err(refuse(format!(
+                "{} is shared, and truly {first} where it stands first: say the same, or nothing",
+                parameter.name()
+            ))),
+            _ => Ok((Parameter { same_as: Some(place), ..template.further[place].clone() }, first)),
+        }
     }
 
     /// What the sensors of all joints do besides, and no session says.
@@ -93,7 +130,12 @@ impl Reader<'_> {
             let Some(joint) = self.names().iter().position(|name| *name == table.name) else { continue };
             let field = Field::new("joint").at(index).key("unmodelled");
             for found in self.true_terms(joint, &field, &table.unmodelled, template)? {
-                unmodelled.add(found.term, found.parameters, found.values);
+                let said = found.values.iter().zip(&found.parameters).zip(&found.fields);
+                let value = |((value, parameter), field): ((&Option<f64>, &Parameter), &Field)| {
+                    value.ok_or_else(|| self.document.error(field, unsaid(parameter)))
+                };
+                let values = said.map(value).collect::<Result<_, FileError>>()?;
+                unmodelled.add(found.term, found.parameters, values);
             }
         }
         Ok(unmodelled)
@@ -119,17 +161,17 @@ impl Reader<'_> {
         };
         let true_value = |ParameterInFile { parameter, field, said }: &ParameterInFile<'_, ValueTable>| {
             let Some(said) = said else {
-                let message =
-                    format!("what is the true {0}? add parameters = {{ {0} = {{ value, unit }} }}", parameter.quantity);
-                return Err(self.document.error(field, message));
+                let is_shared = parameter.owner != names[joint];
+                return if is_shared { Ok(None) } else { Err(self.document.error(field, unsaid(parameter))) };
             };
             let factor = to_unit_of(&parameter.unit, said.unit());
             let factor = factor.map_err(|message| self.document.error(&field.key("unit"), message))?;
-            Ok(said.value * factor)
+            Ok(Some(said.value * factor))
         };
         let with_values = |DeclaredInFile { term, parameters }: DeclaredInFile<'_, ValueTable>| {
             let values = parameters.iter().map(true_value).collect::<Result<_, FileError>>()?;
-            Ok(TrueTerm { term, parameters: parameters.into_iter().map(|own| own.parameter).collect(), values })
+            let fields = parameters.iter().map(|own| own.field.clone()).collect();
+            Ok(TrueTerm { term, parameters: parameters.into_iter().map(|own| own.parameter).collect(), values, fields })
         };
         let context = ModelContext { document: self.document, registry: self.registry, models: field.clone() };
         declare(&context, &site, tables, knows, |_| false)?.into_iter().map(with_values).collect()
