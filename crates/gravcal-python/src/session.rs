@@ -20,7 +20,7 @@ use pyo3::prelude::*;
 use crate::applied::Applied;
 use crate::calibration::{self, Calibration};
 use crate::failure::{bad_input, failure, file_error, session_error};
-use crate::models::{Models, SaidModel};
+use crate::models::{Models, Said};
 use crate::work::{Tell, run};
 
 /// The name in errors of a session that stands in no file.
@@ -84,7 +84,7 @@ impl Session {
     fn read(
         py: Python<'_>,
         path: PathBuf,
-        models: Vec<SaidModel>,
+        models: Vec<Said>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Session> {
         let models = Models::new(py, models)?;
@@ -101,7 +101,7 @@ impl Session {
         py: Python<'_>,
         said: &str,
         recordings: Vec<Recording<'_>>,
-        models: Vec<SaidModel>,
+        models: Vec<Said>,
         progress: Option<&Bound<'_, PyAny>>,
     ) -> PyResult<Session> {
         let said: serde_json::Value = serde_json::from_str(said).map_err(|error| bad_input(py, &error))?;
@@ -187,9 +187,8 @@ impl Session {
     ) -> PyResult<Calibration> {
         let estimators = estimators.iter().map(|name| name.parse::<EstimatorName>()).collect::<Result<Vec<_>, _>>();
         let estimators = estimators.map_err(|error| bad_input(py, &error))?;
-        let solver = solver.map(str::parse).transpose().map_err(|error| bad_input(py, &error))?;
         let calibrated = self.work(py, progress, |tell, stop| {
-            let choice = Choice::new(&estimators, solver, &self.session, &self.path)?;
+            let choice = self.choice(&estimators, solver)?;
             calibration::calibrate((&self.session, &self.path, self.read_ms), &choice, tell, stop)
         })?;
         calibrated.map_err(|error| failure(py, &error))
@@ -198,7 +197,7 @@ impl Session {
     /// What it can determine: as JSON, as a table, and whether that is all that is asked for.
     fn check(&self, py: Python<'_>) -> PyResult<(String, String, bool)> {
         let told = self.work(py, None, |_, _| {
-            let choice = Choice::new(&[], None, &self.session, &self.path)?;
+            let choice = self.choice(&[], None)?;
             let steps = choice.estimators.iter().any(|estimator| estimator.follows_steps());
             let bad = |error: &dyn std::error::Error| gravcal_cli::Failure::bad_input(error);
             let report = check(&self.session).map_err(|error| bad(&error))?;
@@ -235,6 +234,11 @@ impl Session {
 type Watch<'a> = dyn Fn(&Path, f64) + 'a;
 
 impl Session {
+    /// What runs, by which method.
+    fn choice(&self, estimators: &[EstimatorName], solver: Option<&str>) -> Result<Choice, gravcal_cli::Failure> {
+        Choice::new((estimators, solver), (self.session.as_ref(), self.path.as_path()), &self.models.registry())
+    }
+
     fn of(
         py: Python<'_>,
         path: &Path,

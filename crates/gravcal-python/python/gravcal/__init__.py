@@ -15,6 +15,7 @@ from .commands import Comparison, Inspection, Study, apply, compare, export, ins
 from .errors import GravcalError, InputError
 from .models import Poses, SensorModel, SensorParameter
 from .recording import Recording, read
+from .residuals import Observed, ResidualModel
 from .result import (
     Calibration,
     Covariance,
@@ -36,9 +37,11 @@ __all__ = [
     "Gravity",
     "InputError",
     "Inspection",
+    "Observed",
     "Parameter",
     "Poses",
     "Recording",
+    "ResidualModel",
     "Residuals",
     "Robot",
     "SensorModel",

@@ -16,6 +16,7 @@ from . import _native
 from .errors import InputError
 from .log import LOG, logged
 from .models import SensorModel
+from .residuals import ResidualModel
 from .recording import Floats, Path, Progress
 from .result import Calibration
 from .tabled import Tabled
@@ -96,7 +97,8 @@ class Session:
     All else that a `session.toml` may say is said by the same names: ``joint=[{"name": "joint1", "torque_sign": "reversed"}]``,
     ``loss={"kind": "huber"}``, ``ask={"drop": ["gravity"]}``; what belongs to its ``[readings]`` in ``readings={...}``.
 
-    `models` are sensor models of one's own, which `joint` may name: see `SensorModel`.
+    `models` are sensor models of one's own, which `joint` may name, and residuals, which `residual` may: see `SensorModel` and
+    `ResidualModel`. `columns` are further columns of the tables by their names, which these read, an entry each pose; NaN is an empty cell.
 
     Raises `InputError`.
     """
@@ -116,7 +118,8 @@ class Session:
         loads: Sequence[Mapping[str, Any]] = (),
         missing: str = "refuse",
         readings: Optional[Mapping[str, Any]] = None,
-        models: Sequence[SensorModel] = (),
+        models: Sequence[Union[SensorModel, ResidualModel]] = (),
+        columns: Optional[Mapping[str, Any]] = None,
         progress: Progress = None,
         **sections: Any,
     ) -> None:
@@ -134,7 +137,12 @@ class Session:
         finite = np.isfinite(torques) | (np.isnan(torques) if missing == "nan" else False)
         _refuse("torque", torques, joints, finite, '; missing="nan" says that a reading that is NaN is missing')
 
-        columns = {f"position[{joint}]": positions[:, place] for place, joint in enumerate(joints)}
+        further, columns = columns or {}, {f"position[{joint}]": positions[:, place] for place, joint in enumerate(joints)}
+        for name, cells in further.items():
+            column = np.asarray(cells, dtype=np.float64)
+            if column.shape != (len(positions),):
+                raise InputError(f"column `{name}` is {_shape(column)}: expected {len(positions)} entries, one each pose", field="columns")
+            columns[name] = column
         read = [bool(np.isfinite(torques[:, place]).any()) for place in range(len(joints))]
         columns.update({f"torque[{joint}]": torques[:, place] for place, joint in enumerate(joints) if read[place]})
         of_torque: dict[str, Any] = {
@@ -171,7 +179,7 @@ class Session:
 
     @classmethod
     def from_toml(
-        cls, path: Path, *, models: Sequence[SensorModel] = (), progress: Progress = None
+        cls, path: Path, *, models: Sequence[Union[SensorModel, ResidualModel]] = (), progress: Progress = None
     ) -> Session:
         """Reads a `session.toml` and all that it names. Raises `InputError`, which tells file, line and field."""
         session = cls.__new__(cls)
@@ -186,7 +194,7 @@ class Session:
         said: Mapping[str, Any],
         recordings: Mapping[str, Table],
         *,
-        models: Sequence[SensorModel] = (),
+        models: Sequence[Union[SensorModel, ResidualModel]] = (),
         progress: Progress = None,
     ) -> Session:
         """What a `session.toml` would say, as a dictionary, with recordings in memory under the names that it says for files.
@@ -202,7 +210,7 @@ class Session:
         self,
         said: Mapping[str, Any],
         recordings: Mapping[str, Table],
-        models: Sequence[SensorModel],
+        models: Sequence[Union[SensorModel, ResidualModel]],
         progress: Progress,
     ) -> None:
         try:
@@ -317,7 +325,7 @@ class Session:
 
 
 def _session(
-    source: Union[str, tuple[str, list[tuple[str, list[str], Floats]]]], models: tuple[SensorModel, ...]
+    source: Union[str, tuple[str, list[tuple[str, list[str], Floats]]]], models: tuple[Union[SensorModel, ResidualModel], ...]
 ) -> Session:
     if isinstance(source, str):
         return Session.from_toml(source, models=models)

@@ -1,10 +1,11 @@
-//! Sensor models whose functions are written in Python, for all poses at once.
+//! Sensor models and residuals whose functions are written in Python, for all poses at once.
 //!
 //! A term is asked pose by pose. One that depends on nothing but what each pose says (position readings, time, temperature, ...) is
 //! therefore evaluated for all poses of the session together, whenever its parameters are others than last time ([`Batch`]); one that reads
 //! a torque or a true coordinate, which change with all unknowns, costs a call into Python each pose.
 
 mod batch;
+mod residual;
 mod said;
 mod term;
 
@@ -15,19 +16,41 @@ use pyo3::prelude::*;
 
 use crate::estimation::Raised;
 use crate::failure::bad_input_told;
-use said::PythonModel;
-pub use said::SaidModel;
+use residual::{PythonResidual, SaidResidual};
+use said::{PythonModel, SaidModel};
+
+/// What Python says of one model.
+#[derive(Debug, FromPyObject)]
+pub enum Said {
+    Sensor(SaidModel),
+    Residual(SaidResidual),
+}
 
 /// The models of one session.
 #[derive(Debug, Default)]
 pub struct Models {
     models: Vec<PythonModel>,
+    residuals: Vec<PythonResidual>,
     raised: Arc<Raised>,
 }
 
 impl Models {
-    pub fn new(py: Python<'_>, said: Vec<SaidModel>) -> PyResult<Models> {
+    pub fn new(py: Python<'_>, said: Vec<Said>) -> PyResult<Models> {
         let raised = Arc::new(Raised::default());
+        let (mut sensors, mut residuals) = (Vec::new(), Vec::new());
+        for model in said {
+            match model {
+                Said::Sensor(model) => sensors.push(model),
+                Said::Residual(model) => residuals.push(model),
+            }
+        }
+        for (place, model) in residuals.iter().enumerate() {
+            if residuals[..place].iter().any(|other| other.name == model.name) {
+                let told = format!("there is a residual `{}` already: give yours another name", model.name);
+                return Err(bad_input_told(py, &told));
+            }
+        }
+        let said = sensors;
         let standard = Registry::standard();
         for (place, model) in said.iter().enumerate() {
             let twice = said[..place].iter().any(|other| other.name == model.name);
@@ -37,12 +60,14 @@ impl Models {
             }
         }
         let models = said.into_iter().map(|model| PythonModel::new(model, &raised)).collect();
-        Ok(Models { models, raised })
+        let residuals = residuals.into_iter().map(|model| PythonResidual::new(model, &raised)).collect();
+        Ok(Models { models, residuals, raised })
     }
 
     /// gravcal's own, and these.
     pub fn registry(&self) -> Registry {
-        self.models.iter().cloned().fold(Registry::standard(), Registry::with_sensor_model)
+        let sensors = self.models.iter().cloned().fold(Registry::standard(), Registry::with_sensor_model);
+        self.residuals.iter().cloned().fold(sensors, Registry::with_residual_model)
     }
 
     /// From here on terms are evaluated for all poses of the session at once.
@@ -52,6 +77,6 @@ impl Models {
 
     /// What functions of the user have raised; nothing where there are none.
     pub fn raised(&self) -> Option<&Arc<Raised>> {
-        (!self.models.is_empty()).then_some(&self.raised)
+        (!self.models.is_empty() || !self.residuals.is_empty()).then_some(&self.raised)
     }
 }

@@ -28,9 +28,9 @@ pub struct SaidModel {
     evaluate: Py<PyAny>,
 }
 
-/// A parameter that each joint with the model has.
+/// A parameter of a model: one that each joint with it has, or a residual.
 #[derive(Clone, Debug, FromPyObject)]
-struct SaidParameter {
+pub struct SaidParameter {
     name: String,
     unit: String,
     limit: f64,
@@ -101,7 +101,7 @@ impl SensorModel for PythonModel {
 }
 
 impl SaidParameter {
-    fn spec(&self) -> ParameterSpec {
+    pub fn spec(&self) -> ParameterSpec {
         ParameterSpec::new(&self.name, &self.unit, Limit::Absolute(self.limit))
             .starting_at(self.nominal)
             .in_equation(self.equation.clone())
