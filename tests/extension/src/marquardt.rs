@@ -4,11 +4,14 @@
 //!     (JᵀJ + λ D²) δ = −Jᵀ r,    D: column norms of J
 //! ```
 
+use gravcal::calibration::SolverFactory;
+use gravcal::calibration::sensors::{Options, RefusedOption};
 use gravcal::estimation::{
     Estimate, IterationRecord, Problem, SolveContext, SolveError, Solver, Termination, Unsupported, Values,
 };
 
 const NAME: &str = "marquardt";
+const MAX_ITERATIONS: &str = "max_iterations";
 const ITERATIONS: usize = 200;
 /// Largest cosine between the residual and a column of J at which it has converged.
 const COSINE: f64 = 1e-8;
@@ -18,7 +21,42 @@ const LARGEST_DAMPING: f64 = 1e12;
 
 /// The method.
 #[derive(Debug)]
-pub struct Marquardt;
+pub struct Marquardt {
+    /// It gives up after so many.
+    pub max_iterations: usize,
+}
+
+impl Default for Marquardt {
+    fn default() -> Self {
+        Marquardt { max_iterations: ITERATIONS }
+    }
+}
+
+/// The method by its name, with its options.
+#[derive(Debug)]
+pub struct MarquardtFactory;
+
+impl SolverFactory for MarquardtFactory {
+    fn name(&self) -> &str {
+        NAME
+    }
+
+    fn help(&self) -> &str {
+        "Gauss-Newton steps, damped after Marquardt"
+    }
+
+    fn options(&self) -> &[&str] {
+        &[MAX_ITERATIONS]
+    }
+
+    fn build(&self, options: &Options) -> Result<Box<dyn Solver>, RefusedOption> {
+        let Some(written) = options.whole_number(MAX_ITERATIONS)? else { return Ok(Box::new(Marquardt::default())) };
+        let max_iterations = usize::try_from(written).ok().filter(|most| *most > 0);
+        let refused =
+            || RefusedOption::new(MAX_ITERATIONS, format!("expected one iteration at least, found {written}"));
+        Ok(Box::new(Marquardt { max_iterations: max_iterations.ok_or_else(refused)? }))
+    }
+}
 
 impl Solver for Marquardt {
     fn name(&self) -> &'static str {
@@ -54,8 +92,8 @@ impl Solver for Marquardt {
             if context.stopped() {
                 break (cost, Termination::Stopped);
             }
-            if iterations.len() > ITERATIONS {
-                break (cost, Termination::IterationLimit { limit: ITERATIONS });
+            if iterations.len() > self.max_iterations {
+                break (cost, Termination::IterationLimit { limit: self.max_iterations });
             }
             let scaling = linear.column_scales();
             let mut step = vec![0.0; scaling.len()];

@@ -94,9 +94,59 @@ fn an_unknown_model_is_refused_with_the_known_ones() {
     assert!(told.contains(expected) && told.contains("backlash"), "{told}");
 }
 
+/// The method of this crate by name: on the command line, and with an option in the session.
+#[test]
+fn a_method_of_this_crate_is_chosen_by_name() {
+    let folder = simulated();
+    let calibrate = |arguments: &[&str]| {
+        let all = ["calibrate", "session.toml", "--estimator", "joint", "-o", "results", "--overwrite"];
+        run(folder.path(), &[&all, arguments].concat())
+    };
+    let out = calibrate(&["--solver", "marquardt"]);
+    assert_eq!(out.status.code(), Some(0), "{out:?}");
+    let results: Value =
+        serde_json::from_slice(&std::fs::read(folder.path().join("results/calibration.json")).unwrap()).unwrap();
+    assert!(results.to_string().contains("\"marquardt\""), "the results say which method found them");
+
+    let out = calibrate(&["--solver", "marquart"]);
+    let told = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert!(
+        out.status.code() == Some(2) && told.contains("levenberg-marquardt") && told.contains("marquardt"),
+        "{told}"
+    );
+
+    let file = folder.path().join("session.toml");
+    let session = std::fs::read_to_string(&file).unwrap();
+    let refused = |solver: &str, expected: &str| {
+        std::fs::write(&file, format!("solver = {solver}\n{session}")).unwrap();
+        let out = calibrate(&[]);
+        let told = String::from_utf8_lossy(&out.stderr).into_owned();
+        assert!(out.status.code() == Some(2) && told.contains(expected), "{expected}: {told}");
+    };
+    refused(
+        "{ name = \"marquardt\", iterations = 5 }",
+        "solver.iterations: marquardt has no such option; it has: max_iterations",
+    );
+    refused(
+        "{ name = \"marquardt\", max_iterations = 0 }",
+        "solver.max_iterations: expected one iteration at least, found 0",
+    );
+    refused(
+        "\"simplex\"",
+        "unknown solver `simplex`; there is: levenberg-marquardt, gauss-newton, dogleg, variable-projection, clarabel, marquardt",
+    );
+    // Its options are heeded: three iterations are too few.
+    std::fs::write(&file, format!("solver = {{ name = \"marquardt\", max_iterations = 3 }}\n{session}")).unwrap();
+    let out = calibrate(&[]);
+    assert_eq!(out.status.code(), Some(4), "{out:?}");
+}
+
 #[test]
 fn the_help_lists_the_models_of_this_crate() {
     let out = run(Path::new("."), &["--help"]);
     let told = String::from_utf8_lossy(&out.stdout).into_owned();
     assert!(told.contains("torque-ripple") && told.contains("coulomb-friction"), "{told}");
+    let out = run(Path::new("."), &["calibrate", "--help"]);
+    let told = String::from_utf8_lossy(&out.stdout).into_owned();
+    assert!(told.contains("marquardt") && told.contains("dogleg"), "{told}");
 }

@@ -24,7 +24,7 @@ fn calibrated(session: &Session, solver: &dyn Solver) -> EstimatorResult {
 #[test]
 fn a_method_of_this_crate_finds_the_same() {
     let session = session();
-    let own = calibrated(&session, &Marquardt);
+    let own = calibrated(&session, &Marquardt::default());
     let known = calibrated(&session, SolverName::LevenbergMarquardt.build().as_ref());
     assert!(own.parameters.iter().filter(|told| told.std.is_some()).count() > 15, "{:?}", own.undetermined);
     for (own, known) in own.parameters.iter().zip(&known.parameters) {
