@@ -292,3 +292,23 @@ fn the_help_lists_the_residuals_of_this_crate() {
     let told = String::from_utf8_lossy(&out.stdout).into_owned();
     assert!(told.contains("dial-gauge") && told.contains("[[residual]]"), "{told}");
 }
+
+/// A study draws torques and positions only: it does not leave out what a session observes besides without a word.
+#[test]
+fn a_study_whose_session_has_a_residual_is_refused() {
+    const STUDY: &str = r#"
+simulation = "simulation.toml"
+trials = 2
+estimators = ["joint"]
+
+[[change]]
+field = "session.residual"
+value = [{ kind = "inclinometer", link = "link2", axis = [1, 0, 0], std_rad = 2e-4, columns = { reading = "joint1_torque_count" } }]
+"#;
+    let folder = simulated("");
+    std::fs::write(folder.path().join("study.toml"), STUDY).unwrap();
+    let out = run(folder.path(), &["study", "run", "study.toml"]);
+    let told = String::from_utf8_lossy(&out.stderr).into_owned();
+    assert_eq!(out.status.code(), Some(2), "{out:?}");
+    assert!(told.contains("simulations do not draw what the residual inclinometer observes"), "{told}");
+}

@@ -116,6 +116,12 @@ impl PointFiles<'_> {
             .and_then(|document| read_session_document(&document, self.registry));
         let mut session = session
             .map_err(|error| StudyError::Session { error: Box::new(without_line(error)), point: self.changed_at() })?;
+        if let Some(residual) = session.residuals.first() {
+            let name = &residual.name;
+            return Err(self
+                .refused(format!("simulations do not draw what the residual {name} observes: leave [[residual]] away"))
+                .into());
+        }
         let expected: usize = simulation.runs.iter().map(|run| run.poses()).sum();
         if session.poses.len() != expected {
             let found = session.poses.len();
