@@ -52,6 +52,8 @@ pub(crate) struct Normal<'p> {
     /// Lower triangle over the shared columns, and their gradient, of all but the rows of islands that are alike.
     hessian: Mat<f64>,
     gradient_of_rest: Vec<f64>,
+    /// Squares of the norms of the shared columns, of all factors.
+    shared_squares: Vec<f64>,
     /// Of those islands that are not alike.
     islands: Vec<IslandSums>,
     /// Columns that count as zeros.
@@ -84,6 +86,7 @@ impl<'p> Normal<'p> {
             pull: Pull::of(problem, values),
             hessian: sums.hessian,
             gradient_of_rest: sums.gradient,
+            shared_squares: vec![0.0; structure.shared.len()],
             islands: sums.islands,
             dust: Vec::new(),
             orthogonal: None,
@@ -114,7 +117,8 @@ impl<'p> Normal<'p> {
         for (index, column) in structure.shared.iter().enumerate() {
             let [slope, square] = alike.shared[index];
             self.gradient[*column] = self.gradient_of_rest[index] + slope;
-            self.column_norms[*column] = (self.hessian[(index, index)] + square).sqrt();
+            self.shared_squares[index] = self.hessian[(index, index)] + square;
+            self.column_norms[*column] = self.shared_squares[index].sqrt();
         }
         let columns = runs_among(&structure.islands, problem).flatten().flat_map(|island| &island.columns);
         for (column, [slope, square]) in columns.zip(&alike.columns) {
@@ -139,6 +143,7 @@ impl<'p> Normal<'p> {
                 self.hessian.col_mut(index).fill(0.0);
                 self.hessian.row_mut(index).fill(0.0);
                 self.gradient_of_rest[index] = 0.0;
+                self.shared_squares[index] = 0.0;
             }
             for (island, sums) in Self::others(self.problem).zip(&mut self.islands) {
                 sums.clear(island, column, &structure.shared);
@@ -173,8 +178,8 @@ impl<'p> Normal<'p> {
         for (index, column) in structure.shared.iter().enumerate() {
             hessian[(index, index)] += damping[*column];
         }
-        let before = |column: &usize| self.factor_norms()[*column].powi(2) + damping[*column];
-        let diagonal: Vec<f64> = structure.shared.iter().map(before).collect();
+        let squares = structure.shared.iter().zip(&self.shared_squares);
+        let diagonal: Vec<f64> = squares.map(|(column, square)| square + damping[*column]).collect();
         self.eliminate(&damping, &mut hessian, &mut right)?;
         let shared = solve_scaled(hessian, &diagonal, &right)?;
         structure.shared.iter().zip(&shared).for_each(|(column, value)| step[*column] = *value);
