@@ -58,7 +58,9 @@ pub(super) fn conclude(
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
 ) -> Result<Conclusion, EstimateError> {
-    let solved = solve(session, readings, known, workbench)?.with_nearby(session, workbench)?;
+    let solved = solve(session, readings, known, workbench)?
+        .with_nearby(session, workbench)?
+        .with_profiles(session, workbench)?;
     // What was stopped on its way explains the readings badly whatever the model.
     let unexplained = solved.unexplained_sizes(session)?;
     let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);

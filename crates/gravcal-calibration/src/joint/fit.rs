@@ -19,6 +19,11 @@ use crate::workbench::Workbench;
 const ROUNDS: usize = 5;
 /// Iterations of the first fit, whose reference lies at nominal values, at most.
 const FIRST_ITERATIONS: usize = 200;
+/// Further rounds at most while one lowers ½ χ² by more than so much, which the readings mean; and how firm the reference is in each, as a
+/// share of before.
+const FURTHER_ROUNDS: usize = 10;
+const SUPPORTED: f64 = 2.0;
+const SOFTER: f64 = 0.3;
 /// A round that lowers ½ χ² by less is the last: the next would by a hundredth of it, 4e-4 standard deviations.
 const WORTHWHILE: f64 = 1e-5;
 
@@ -41,11 +46,12 @@ pub(super) fn fit_in_rounds(
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     // Far from nominal values the way is long as long as these pull: it goes on without them.
     let (mut posed, mut estimate) = estimate_in_order(posed, readings, &workbench.within(FIRST_ITERATIONS))?;
-    let Some(mut reference) = posed.problem.reference().cloned() else { return Ok((posed, estimate)) };
+    let Some(reference) = posed.problem.reference().cloned() else { return Ok((posed, estimate)) };
     estimate.cost -= reference.cost(&posed.problem, &estimate.values);
-    for _ in 0..rounds {
-        reference = reference.centered_at(&estimate.values);
-        posed.problem = posed.problem.with_reference(reference.clone());
+    let (mut round, mut firmness) = (0, 1.0);
+    loop {
+        let around = reference.times_as_firm(firmness).centered_at(&estimate.values);
+        posed.problem = posed.problem.with_reference(around.clone());
         let given_up = match estimate.termination {
             Termination::Stopped => true,
             Termination::IterationLimit { limit } => limit < FIRST_ITERATIONS, // the solver's own, or hopeless
@@ -56,7 +62,7 @@ pub(super) fn fit_in_rounds(
         }
         // A start that rounding has put outside of a constraint, say, ends the rounds, and not the fit.
         let Ok(mut next) = workbench.solve(&posed.problem, &estimate.values) else { break };
-        next.cost -= reference.cost(&posed.problem, &next.values);
+        next.cost -= around.cost(&posed.problem, &next.values);
         let gained = estimate.cost - next.cost;
         let (before, after) = (estimate.termination.converged(), next.termination.converged());
         if gained < 0.0 || before && !after {
@@ -64,8 +70,13 @@ pub(super) fn fit_in_rounds(
         }
         let noise = (2.0 * next.cost / posed.rows.len().max(1) as f64).max(1.0);
         estimate = followed(estimate, next);
-        if after && gained < WORTHWHILE * noise {
+        round += 1;
+        let enough = if round < rounds { WORTHWHILE } else { SUPPORTED };
+        if after && gained < enough * noise || round == rounds + FURTHER_ROUNDS {
             break;
+        }
+        if round >= rounds {
+            firmness *= SOFTER;
         }
     }
     posed.problem = posed.problem.with_reference(reference.centered_at(&estimate.values));

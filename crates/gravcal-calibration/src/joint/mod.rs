@@ -31,6 +31,7 @@ mod pose_blocks;
 mod posing;
 mod position_unknowns;
 mod problem;
+mod profile;
 mod readings;
 mod reference;
 mod reversed;

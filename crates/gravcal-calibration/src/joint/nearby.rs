@@ -137,14 +137,17 @@ impl Solved {
                 factors[column] = factors[column].max(WITHIN * apart / known.std(column).max(f64::MIN_POSITIVE));
             }
         }
-        if self.nearby.is_empty() {
+        for (column, std) in &self.profiles {
+            factors[*column] = factors[*column].max(std / known.std(*column).max(f64::MIN_POSITIVE));
+        }
+        if self.nearby.is_empty() && self.profiles.is_empty() {
             return self;
         }
         Solved { uncertainty: self.uncertainty.widened(&factors), ..self }
     }
 
     /// Column and limit of use of gravity and every parameter.
-    fn limits_of_use(&self, session: &Session) -> Vec<(usize, f64)> {
+    pub(super) fn limits_of_use(&self, session: &Session) -> Vec<(usize, f64)> {
         let JointProblem { layout, .. } = &self.posed;
         let (problem, values, spectrum) = (self.judged_problem(), &self.estimate.values, &self.spectrum);
         limits_of_use(session, &Judged { problem, values, layout, spectrum }, &self.readings.spreads)

@@ -18,6 +18,10 @@ const POSES: usize = 120;
 const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_9;
 /// Iterations from a start that tell how low it leads.
 const BRIEF: usize = 30;
+/// Iterations to a minimum: along a bent valley there are hundreds.
+const LONG: usize = 300;
+/// A solve that has not converged after so many, at so many times the cost that explains the readings, will not explain them.
+const UNLIKELY: f64 = 5.0;
 /// A cost for each reading below this explains them: noise alone makes it ½.
 const EXPLAINED: f64 = 1.0;
 
@@ -32,6 +36,14 @@ pub(super) struct Nearby {
     /// The cost there; infinite where the solver takes no such problem.
     pub cost: f64,
     pub end: Unknowns,
+}
+
+/// What the readings of a sample cost where a start leads.
+pub(super) struct RoughMinimum {
+    /// Infinite where the solver takes no such problem.
+    pub cost: f64,
+    /// Whether it is no lower at the end of the way: the solver has converged, or creeps where nothing explains the readings.
+    pub reached: bool,
 }
 
 /// Where one step leads.
@@ -80,11 +92,13 @@ impl Sample {
         }
     }
 
-    /// The cost of the readings alone where a few iterations from `start` lead: what unknowns rest on does not count.
-    pub fn cost_of_readings(&self, session: &Session, start: &Unknowns, workbench: &Workbench<'_>) -> f64 {
-        let end = self.nearby(session, start, 0.0, workbench).end;
-        let posed = self.posed_at(session, &end);
-        posed.problem.without_reference().cost(&posed.initial).unwrap_or(f64::INFINITY)
+    /// The cost of the readings alone where `start` leads, as far as it was followed: what unknowns rest on does not count.
+    pub fn rough_minimum(&self, session: &Session, start: &Unknowns, workbench: &Workbench<'_>) -> RoughMinimum {
+        let posed = self.posed_at(session, start);
+        let nowhere = RoughMinimum { cost: f64::INFINITY, reached: true };
+        let Ok(end) = workbench.within(LONG).solve(&posed.problem, &posed.initial) else { return nowhere };
+        let cost = posed.problem.without_reference().cost(&end.values).unwrap_or(f64::INFINITY);
+        RoughMinimum { cost, reached: end.termination.converged() || cost > UNLIKELY * self.explained() }
     }
 
     /// The step to the minimum of the linear model; nothing if the cost is no lower where it leads.

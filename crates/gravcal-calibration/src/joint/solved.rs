@@ -27,6 +27,8 @@ pub struct Solved {
     pub uncertainty: Uncertainty,
     /// Values nearby that may be the true ones, and at which the readings say less.
     pub(super) nearby: Vec<Nearby>,
+    /// Column and standard deviation where a profile tells a larger one than the linear model.
+    pub(super) profiles: Vec<(usize, f64)>,
     /// Ends of other starts that explain the readings as plausibly.
     pub(super) elsewhere: Vec<Values>,
     /// By how many standard deviations the readings would like to pass each active constraint.
@@ -92,6 +94,7 @@ impl Solved {
             uncertainty,
             leans,
             nearby: Vec::new(),
+            profiles: Vec::new(),
             elsewhere: Vec::new(),
             sign_known: true,
             hemisphere_contradicted: false,

@@ -258,13 +258,21 @@ pub(crate) fn last_frame_choices(session: &Session) -> Vec<Undetermined> {
 /// That the readings do not tell gravity from its opposite, where that is so; with the parameters that would turn with it.
 pub(crate) fn unknown_sign(session: &Session, solved: &Solved, spreads: &[f64]) -> Option<Undetermined> {
     let turning = solved.turning_with_gravity(session, spreads).into_iter().map(|id| session.parameter_name(id));
+    let [why, cure] = match session.gravity.hemisphere {
+        None => [
+            "gravity the other way up, with all masses and moments negative, explains the readings as well",
+            "state gravity's rough direction ([gravity] hemisphere), or attach a load of known mass at the end of known lengths",
+        ],
+        Some(_) => [
+            "the readings are explained best with gravity outside of its declared hemisphere, and hardly worse on the border of it",
+            "add poses that move the joints over a wider range, or attach a load of known mass",
+        ],
+    };
     (!solved.sign_known).then(|| Undetermined {
         combination: "sign of gravity".into(),
         parameters: std::iter::once("gravity".into()).chain(turning).collect(),
-        why: "gravity the other way up, with all masses and moments negative, explains the readings as well".into(),
-        cure: "state gravity's rough direction ([gravity] hemisphere), or attach a load of known mass at the end of known \
-               lengths"
-            .into(),
+        why: why.into(),
+        cure: cure.into(),
     })
 }
 

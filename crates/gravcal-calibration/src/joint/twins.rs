@@ -26,6 +26,8 @@ use crate::workbench::Workbench;
 pub(crate) const DECISIVE: f64 = 10.0;
 /// Standard deviation of a gain where gravity is told from its opposite, as a share of it.
 const GAIN_KNOWN: f64 = 0.3;
+/// Iterations at most in which the rest follows gravity on the border of its hemisphere.
+const AT_BORDER: usize = 300;
 /// A twin is followed where it lowers the cost by more than this share: less is where the same solution was found again.
 const LOWER: f64 = 1e-6;
 
@@ -61,8 +63,8 @@ fn right_way_up(
     let start = found.upside_down(session);
     let known = with_gains_known(session);
     let sample = Sample::new(&known, &sample.readings)?;
-    let [here, there] = [&found, &start].map(|start| sample.cost_of_readings(&known, start, workbench));
-    if there > here + DECISIVE {
+    let [here, there] = [&found, &start].map(|start| sample.rough_minimum(&known, start, workbench));
+    if there.reached && there.cost > here.cost + DECISIVE {
         return Ok(solved);
     }
     let posed = pose_with_constraints(session, &solved.readings, &start)?.with_loss(solved.posed.loss)?;
@@ -96,7 +98,7 @@ pub(crate) fn with_gains_known(session: &Session) -> Session {
 
 /// The solution, or, where it lies in the other hemisphere than the declared one, an image of it that does not: gravity, masses, moments and
 /// placements negative; or gravity negative and a joint across it half a turn on, which is as good where those before it carry nothing.
-/// Without such an image the readings contradict the declaration. Whoever solves anew asks this last.
+/// Without such an image the readings contradict the declaration, or say hardly anything of gravity. Whoever solves anew asks this last.
 ///
 /// # Errors
 /// As [`super::solve`].
@@ -126,8 +128,24 @@ pub(super) fn in_hemisphere(
     }
     match best.filter(|best| best.estimate.cost < solved.estimate.cost + DECISIVE) {
         Some(within) => Ok(within),
+        None if explained_at_border(&solved, pole, workbench)? => Ok(Solved { sign_known: false, ..solved }),
         None => Ok(Solved { hemisphere_contradicted: true, ..solved }),
     }
+}
+
+/// Whether the readings are hardly explained worse with gravity on the border of its hemisphere: then they say too little of it to contradict
+/// anything.
+fn explained_at_border(solved: &Solved, pole: [f64; 3], workbench: &Workbench<'_>) -> Result<bool, EstimateError> {
+    let (problem, gravity) = (&solved.posed.problem, solved.posed.layout.gravity);
+    let found = Vector3::from_column_slice(solved.estimate.values.get(gravity));
+    let pole = Vector3::from(pole).normalize();
+    let Some(border) = (found - pole * pole.dot(&found)).try_normalize(f64::MIN_POSITIVE) else { return Ok(false) };
+    let mut start = solved.estimate.values.clone();
+    start.set(gravity, (border * found.norm()).as_slice());
+    let held = problem.holding(&[gravity], "on the border of its hemisphere");
+    // What cannot be solved there explains nothing.
+    let Ok(there) = workbench.within(AT_BORDER).solve(&held, &start) else { return Ok(false) };
+    Ok(held.without_reference().cost(&there.values)? < solved.estimate.cost + DECISIVE)
 }
 
 /// Gravity negative, and the offset of a joint half a turn towards its nominal value.
@@ -155,7 +173,7 @@ fn unmirrored(
         return Ok(solved);
     }
     let there = sample.nearby(session, step.as_ref().unwrap_or(&mirrored), 0.0, workbench);
-    if is_back(&there.end) || there.cost >= sample.nearby(session, &found, 0.0, workbench).cost * (1.0 - LOWER) {
+    if is_back(&there.end) || there.cost > sample.nearby(session, &found, 0.0, workbench).cost + DECISIVE {
         return Ok(solved);
     }
     workbench.tell("placements the other way round");
@@ -194,6 +212,8 @@ fn mirrored_placements(values: &Unknowns, along: AlongAxis) -> Unknowns {
 
 #[cfg(test)]
 mod tests {
+    use gravcal_session::simulation::Disturbance;
+
     use super::*;
     use crate::joint::{Signals, select};
     use crate::testing::{sarcos_shoulder, with_workbench};
@@ -221,5 +241,25 @@ mod tests {
         .unwrap();
         assert!(back.unknowns(&nominal).gravity[2] < -9.0 && !back.hemisphere_contradicted);
         assert!((back.estimate.cost - above).abs() < DECISIVE);
+    }
+
+    /// Whether readings with noise of so many counts are explained as well with gravity on a border 30° away from it.
+    fn explained_on_a_border(noise: f64) -> bool {
+        let mut simulation = sarcos_shoulder();
+        simulation.disturbance = Disturbance::noise(vec![noise; 3]);
+        let session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let solved = with_workbench(|w| solve(&session, &readings, None, w)).unwrap();
+        let gravity = Vector3::from(solved.unknowns(&Unknowns::nominal(&session)).gravity).normalize();
+        let across = gravity.cross(&Vector3::x()).normalize();
+        let pole = 3f64.sqrt() / 2.0 * across - 0.5 * gravity;
+        with_workbench(|w| explained_at_border(&solved, pole.into(), w)).unwrap()
+    }
+
+    #[test]
+    fn readings_contradict_a_hemisphere_only_where_they_say_something_of_gravity() {
+        assert!(!explained_on_a_border(0.8));
+        // The noise is many times what gravity does.
+        assert!(explained_on_a_border(1e3) && explained_on_a_border(3e3));
     }
 }

@@ -22,7 +22,7 @@ pub(crate) use fit::{Explained, fit, held_out};
 pub(crate) use friction::driving_friction_notes;
 pub(crate) use gravity::gravity_result;
 pub(crate) use moments::{DeterminedMoment, determined_moments};
-pub(crate) use nearby::{AT_LEAST, IMPLAUSIBLE, MATTERS, least_informed_nearby};
+pub(crate) use nearby::{AT_LEAST, IMPLAUSIBLE, MATTERS, MOST_COLUMNS, least_informed_nearby};
 pub(crate) use outliers::{outlier_note, outliers};
 pub(crate) use positions::{deflections, position_errors};
 pub(crate) use remarks::{held, loss, weak_combinations, weak_note};

@@ -45,7 +45,7 @@ const NOTHING: f64 = 1e-3;
 /// Added to the diagonal, of which it is this share: what nothing is known of has a wide covariance, not none.
 const RIDGE: f64 = 1e-14;
 /// Problems with more columns are not looked at: such have unknowns of single poses, which have knowledge of their own.
-const MOST_COLUMNS: usize = 400;
+pub(crate) const MOST_COLUMNS: usize = 400;
 
 /// Plausible values at which something has the least effect, one for each direction whose effect is not steady, with what ½ χ² is larger by
 /// there. `asked`: column and limit of use of what is asked for; `determined`: columns of what will be told; `plausible`: where unknowns lie
