@@ -4,7 +4,8 @@
 //! determine it pulls by next to nothing, and by nothing in the end: it is moved to where the fit ended, and the fit goes on, until
 //! that gains nothing (the proximal point method: Rockafellar, *SIAM J. Control and Optimization* 14, 1976). A pull of κ limits leaves
 //! of a bias a tenth a round where a standard deviation is as large as its limit, and less where it is smaller; along a direction
-//! without information there is nothing to gain, and nothing moves.
+//! without information there is nothing to gain, and nothing moves. Gains that start many times too small need more rounds than that; what
+//! the readings hardly say is left near its nominal value, as it would follow the noise to values at which they seem to say more.
 
 use gravcal_estimation::{Estimate, IterationRecord, Termination};
 
@@ -19,13 +20,13 @@ use crate::workbench::Workbench;
 const ROUNDS: usize = 5;
 /// Iterations of the first fit, whose reference lies at nominal values, at most.
 const FIRST_ITERATIONS: usize = 200;
-/// Further rounds at most while one lowers ½ χ² by more than so much, which the readings mean; and how firm the reference is in each, as a
-/// share of before.
-const FURTHER_ROUNDS: usize = 10;
-const SUPPORTED: f64 = 2.0;
-const SOFTER: f64 = 0.3;
 /// A round that lowers ½ χ² by less is the last: the next would by a hundredth of it, 4e-4 standard deviations.
 const WORTHWHILE: f64 = 1e-5;
+/// After the last round others follow while one lowers ½ χ² by more than this, two standard deviations; so many at most, with a reference so
+/// many times as firm as before.
+const SUPPORTED: f64 = 2.0;
+const FURTHER_ROUNDS: usize = 10;
+const SOFTER: f64 = 0.3;
 
 /// Minimises what readings and knowledge cost: the problem with its reference where the fit ended, and its end. The cost is
 /// that of readings and knowledge alone.
@@ -71,8 +72,11 @@ pub(super) fn fit_in_rounds(
         let noise = (2.0 * next.cost / posed.rows.len().max(1) as f64).max(1.0);
         estimate = followed(estimate, next);
         round += 1;
-        let enough = if round < rounds { WORTHWHILE } else { SUPPORTED };
-        if after && gained < enough * noise || round == rounds + FURTHER_ROUNDS {
+        let goes_on = match round < rounds {
+            true => !after || gained >= WORTHWHILE * noise,
+            false => after && gained >= SUPPORTED * noise && round < rounds + FURTHER_ROUNDS,
+        };
+        if !goes_on {
             break;
         }
         if round >= rounds {
