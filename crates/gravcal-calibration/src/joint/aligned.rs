@@ -7,7 +7,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use gravcal_dynamics::JointKind;
-use gravcal_estimation::{BlockId, Covariance, Reference, Spectrum, Values};
+use gravcal_estimation::{BlockId, Reference, Values};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::Session;
 use nalgebra::{Matrix3, Vector3};
@@ -22,6 +22,8 @@ use crate::workbench::Workbench;
 const WITHIN_FIVE: f64 = 2.0 * IMPLAUSIBLE;
 /// A joint stands whose angle varies by less over all poses, rad.
 const STANDS: f64 = 0.01;
+/// Farther from a quarter turn than this, rad, none is tried: zero positions are known better.
+const NEAR: f64 = 0.2;
 /// Iterations at most in which the rest of the unknowns follow.
 const ITERATIONS: usize = 100;
 
@@ -38,17 +40,19 @@ impl Solved {
         workbench: &Workbench<'_>,
     ) -> Result<Vec<(Values, f64)>, EstimateError> {
         let upright = self.gravity_along_first_axis(session);
-        let standing = self.standing_joints_at_quarter_turns(session, plausible)?;
-        let mut alignments: Vec<Alignment> = upright.iter().chain(&standing).cloned().collect();
-        if standing.len() > 1 {
-            alignments.push(standing.concat());
+        let standing = self.standing_joints_at_quarter_turns(session);
+        let (mut possible, mut found): (Vec<Alignment>, _) = (Vec::new(), Vec::new());
+        for alignment in &standing {
+            let there = self.held_at(alignment, plausible, workbench)?;
+            possible.extend(there.is_some().then(|| alignment.clone()));
+            found.extend(there);
         }
-        if let (Some(upright), false) = (upright, standing.is_empty()) {
-            alignments.push([upright, standing.concat()].concat());
-        }
-        let mut found = Vec::new();
-        for alignment in &alignments {
-            found.extend(self.held_at(alignment, plausible, workbench)?);
+        let standing = possible.concat();
+        let all = (possible.len() > 1).then(|| standing.clone());
+        let everything =
+            upright.iter().filter(|_| !possible.is_empty()).map(|upright| [&upright[..], &standing].concat());
+        for alignment in upright.iter().cloned().chain(all).chain(everything) {
+            found.extend(self.held_at(&alignment, plausible, workbench)?);
         }
         Ok(found)
     }
@@ -89,22 +93,12 @@ impl Solved {
     }
 
     /// By joint that stands in all poses, gain and offset of its position sensor with which it stands at a multiple of a quarter turn; of no
-    /// joint that is farther from it than its errors.
-    fn standing_joints_at_quarter_turns(
-        &self,
-        session: &Session,
-        plausible: &Reference,
-    ) -> Result<Vec<Alignment>, EstimateError> {
-        let angles = self.standing_angles(session);
-        if angles.is_empty() {
-            return Ok(Vec::new());
-        }
-        let values = &self.estimate.values;
-        // What the readings leave open is as uncertain as what is plausible, not certain.
-        let known = self.judged_problem().with_reference(plausible.centered_at(values));
-        let known = Spectrum::new(&known, values)?.covariance();
-        let aligned = angles.iter().filter_map(|(joint, angle)| self.at_quarter_turn(*joint, *angle, &known));
-        Ok(aligned.collect())
+    /// joint that is far from it.
+    fn standing_joints_at_quarter_turns(&self, session: &Session) -> Vec<Alignment> {
+        self.standing_angles(session)
+            .into_iter()
+            .filter_map(|(joint, angle)| self.at_quarter_turn(joint, angle))
+            .collect()
     }
 
     /// Joints that stand in all poses with an unknown offset, and at which angle, rad.
@@ -128,17 +122,12 @@ impl Solved {
     }
 
     /// Gain and offset with which a joint that stands at this angle (rad) stands at the nearest multiple of a quarter turn.
-    fn at_quarter_turn(&self, joint: usize, angle: f64, known: &Covariance) -> Option<Alignment> {
+    fn at_quarter_turn(&self, joint: usize, angle: f64) -> Option<Alignment> {
         let off = angle - (angle / FRAC_PI_2).round() * FRAC_PI_2;
         let [gain, offset] = [Quantity::PositionGain, Quantity::PositionOffset]
             .map(|quantity| self.posed.layout.sensors[joint][quantity as usize]);
         let [gain_value, offset_value] = [gain, offset].map(|block| self.estimate.values.scalar(block));
-        // ∂θ/∂s = q, ∂θ/∂o = 1.
-        let reading = (angle - offset_value) / gain_value;
-        let columns = |block: BlockId, slope: f64| self.judged_problem().columns_of(block).map(move |c| (c, slope));
-        let slopes: Vec<(usize, f64)> = columns(gain, reading).chain(columns(offset, 1.0)).collect();
-        let is_near = off.powi(2) < WITHIN_FIVE * known.std_of(&slopes).powi(2);
-        is_near.then(|| vec![(gain, vec![gain_value]), (offset, vec![offset_value - off])])
+        (off.abs() < NEAR).then(|| vec![(gain, vec![gain_value]), (offset, vec![offset_value - off])])
     }
 }
 
@@ -150,7 +139,6 @@ mod tests {
     use crate::joint::{Signals, select};
     use crate::testing::{sarcos_shoulder, with_workbench};
 
-    use super::super::reference::WITHIN_USE;
     use super::super::solve::solve;
 
     /// Whether the readings are judged with gravity exactly along the first axis.
@@ -183,8 +171,7 @@ mod tests {
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
         let solved = with_workbench(|w| solve(&session, &readings, None, w)).unwrap();
-        let plausible = solved.posed.problem.reference().unwrap().times_as_firm(WITHIN_USE);
-        let aligned = solved.standing_joints_at_quarter_turns(&session, &plausible).unwrap();
+        let aligned = solved.standing_joints_at_quarter_turns(&session);
         let angle = |gain_and_offset: &Alignment| gain_and_offset[0].1[0] * reading + gain_and_offset[1].1[0];
         aligned.iter().map(angle).collect()
     }

@@ -23,7 +23,7 @@ const WITHIN: f64 = 0.5;
 /// How often an estimate goes on from better values, at most.
 const ROUNDS: usize = 3;
 /// Times by which a standard deviation is too small that has no basis.
-const BASELESS: f64 = 10.0;
+pub(super) const BASELESS: f64 = 10.0;
 /// Iterations at most to where open parameters are at their nominal values.
 const ITERATIONS: usize = 100;
 

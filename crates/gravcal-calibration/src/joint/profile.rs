@@ -8,14 +8,16 @@
 //!     ½ χ²(x̂ ± d) − ½ χ²(x̂) = 2      tells a standard deviation of d/2
 //! ```
 //!
-//! to that side at which it is larger (Bates and Watts, *Nonlinear Regression Analysis and Its Applications*, 1988, section 6.1). What
-//! is known many times better than it needs to be is not looked at.
+//! to that side at which it is larger (Bates and Watts, *Nonlinear Regression Analysis and Its Applications*, 1988, section 6.1). The
+//! others follow in steps, each from where the linear model of the last one leads. What is known many times better than it needs to
+//! be is not looked at where ½ χ² grows as it does in a linear problem.
 
-use gravcal_estimation::{EvaluateError, Problem, Values};
+use gravcal_estimation::{EvaluateError, Problem, Spectrum, Values};
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
+use super::nearby::BASELESS;
 use super::solved::Solved;
 use crate::judgement::{MATTERS, MOST_COLUMNS};
 use crate::workbench::Workbench;
@@ -25,10 +27,17 @@ const AWAY: f64 = 2.0;
 const GROWTH: f64 = 0.5 * AWAY * AWAY;
 /// A profile that grows by this share of it is as wide as the linear model says.
 const LINEAR: f64 = 0.8;
+/// A step over which √ of the growth rises by so much more than in a linear problem, and by so much of what it is at two standard
+/// deviations, is too long for the others to follow. It is followed by one of a quarter, and each other by one longer by half.
+const STEEP: f64 = 1.25;
+const RISE: f64 = 0.25;
+const LONGER: f64 = 1.5;
+/// Standard deviations over which the others can follow where those of the linear model have a basis.
+const LEAST: f64 = 0.02;
 /// Firmness of the reference about the estimate: the others shall follow.
 const FIRMNESS: f64 = 0.1;
 /// Iterations in which the others follow.
-const ITERATIONS: usize = 100;
+const ITERATIONS: usize = 30;
 
 impl Solved {
     /// The same with what the profiles of told parameters say where that is more than the linear model does.
@@ -48,12 +57,14 @@ impl Solved {
             let columns = problem.columns_of(self.posed.layout.block(id));
             let Some((column, limit)) = columns.filter_map(|c| Some((c, limit_of(c)?))).next() else { continue };
             let std = self.spectrum.covariance().std(column);
-            if std < MATTERS * limit || std > limit {
+            if std > limit {
                 continue;
             }
             let profile = Profile { solved: &self, problem, id, column, std, limit };
             for side in [1.0, -1.0] {
-                found.extend(profile.wider(side, workbench)?.map(|std| (column, std)));
+                if std >= MATTERS * limit || !profile.is_linear(side)? {
+                    found.extend(profile.wider(side, workbench)?.map(|std| (column, std)));
+                }
             }
         }
         Ok(Solved { profiles: found, ..self })
@@ -73,63 +84,98 @@ struct Profile<'a> {
 }
 
 impl Profile<'_> {
+    /// Whether ½ χ² grows as in a linear problem where the linear model has all parameters.
+    fn is_linear(&self, side: f64) -> Result<bool, EvaluateError> {
+        let there = self.led_by(side * AWAY * self.std, &self.estimate())?;
+        Ok((LINEAR..1.0 / LINEAR).contains(&(self.growth(&there)? / GROWTH)))
+    }
+
     /// The standard deviation that the profile tells to one side, where it is larger than that of the linear model.
     fn wider(&self, side: f64, workbench: &Workbench<'_>) -> Result<Option<f64>, EstimateError> {
-        let (mut before, mut distance) = ([0.0, 0.0], AWAY * self.std);
-        let mut values = self.solved.estimate.values.clone();
-        loop {
-            let Some((there, growth)) = self.at(side * distance, &values, workbench)? else { return Ok(None) };
-            let first = before[0] == 0.0;
-            if first && growth > LINEAR * GROWTH {
+        let whole = AWAY * self.std;
+        let (mut before, mut step) = (self.estimate(), whole);
+        while before.distance <= AWAY * self.limit {
+            let Some(point) = self.at(side, before.distance + step, &before, workbench)? else { return Ok(None) };
+            if point.distance == whole && (LINEAR..1.0 / LINEAR).contains(&(point.height * point.height)) {
                 return Ok(None);
             }
-            let height = (growth / GROWTH).max(0.0).sqrt();
-            if height >= 1.0 {
+            if point.height - before.height > (STEEP * step / whole).max(RISE) {
+                step /= 4.0;
+                if step < LEAST * self.std {
+                    return Ok(Some(BASELESS * self.std));
+                }
+                continue;
+            }
+            if point.height >= 1.0 {
                 // √ of the growth is nearly straight.
-                let share = (1.0 - before[1]) / (height - before[1]);
-                return Ok(Some((before[0] + share * (distance - before[0])) / AWAY));
+                let share = (1.0 - before.height) / (point.height - before.height);
+                let std = (before.distance + share * step) / AWAY;
+                return Ok((std > self.std).then_some(std));
             }
-            if distance > AWAY * self.limit {
-                return Ok(Some(distance / AWAY));
-            }
-            (before, values) = ([distance, height], there);
-            distance *= 2.0;
+            before = point;
+            step *= LONGER;
         }
+        Ok(Some(before.distance / AWAY))
     }
 
-    /// Where the others are with the parameter held so far away, and the growth of ½ χ² in units of the noise. Nothing where they cannot be
-    /// solved for.
+    fn estimate(&self) -> Point {
+        Point { distance: 0.0, height: 0.0, values: self.solved.estimate.values.clone() }
+    }
+
+    /// Where the others are with the parameter held so far away. Nothing where they cannot be solved for.
     fn at(
         &self,
+        side: f64,
         distance: f64,
-        from: &Values,
+        before: &Point,
         workbench: &Workbench<'_>,
-    ) -> Result<Option<(Values, f64)>, EvaluateError> {
-        let estimate = &self.solved.estimate;
+    ) -> Result<Option<Point>, EvaluateError> {
+        let estimate = &self.solved.estimate.values;
         let block = self.solved.posed.layout.block(self.id);
-        let moved = estimate.values.scalar(block) + distance;
-        let mut start = self.led_by(moved - from.scalar(block), from);
-        start.set(block, &[moved]);
+        let mut start = self.led_by(side * (distance - before.distance), before)?;
+        start.set(block, &[estimate.scalar(block) + side * distance]);
         let mut held = self.problem.holding(&[block], "looked at");
         if let Some(reference) = self.solved.posed.problem.reference() {
-            held = held.with_reference(reference.times_as_firm(FIRMNESS).centered_at(&estimate.values));
+            held = held.with_reference(reference.times_as_firm(FIRMNESS).centered_at(estimate));
         }
         let Ok(there) = workbench.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
-        let alone = held.without_reference();
-        let freedom = self.problem.rows().saturating_sub(self.solved.spectrum.rank()).max(1) as f64;
-        let noise = (2.0 * alone.cost(&estimate.values)? / freedom).max(1.0);
-        let growth = (alone.cost(&there.values)? - alone.cost(&estimate.values)?) / noise;
-        Ok(Some((there.values, growth)))
+        let height = (self.growth(&there.values)? / GROWTH).max(0.0).sqrt();
+        Ok(Some(Point { distance, height, values: there.values }))
     }
 
-    /// Where the linear model has the others with the parameter so much farther.
-    fn led_by(&self, farther: f64, from: &Values) -> Values {
-        let known = self.solved.spectrum.covariance();
-        let variance = self.std * self.std;
+    /// Growth of ½ χ² from the estimate, in units of the noise.
+    fn growth(&self, values: &Values) -> Result<f64, EvaluateError> {
+        let alone = self.problem.without_reference();
+        let freedom = self.problem.rows().saturating_sub(self.solved.spectrum.rank()).max(1) as f64;
+        let estimated = alone.cost(&self.solved.estimate.values)?;
+        let noise = (2.0 * estimated / freedom).max(1.0);
+        Ok((alone.cost(values)? - estimated) / noise)
+    }
+
+    /// Where the linear model at `from` has the others with the parameter so much farther.
+    fn led_by(&self, farther: f64, from: &Point) -> Result<Values, EvaluateError> {
+        let there;
+        let known = if from.distance == 0.0 {
+            self.solved.spectrum.covariance()
+        } else {
+            there = Spectrum::new(self.problem, &from.values)?;
+            there.covariance()
+        };
+        let variance = known.at(self.column, self.column);
         let columns = 0..self.problem.columns().len();
         let step: Vec<f64> = columns.map(|column| known.at(column, self.column) * farther / variance).collect();
-        self.problem.retract(from, &step)
+        Ok(self.problem.retract(&from.values, &step))
     }
+}
+
+/// Of a profile.
+struct Point {
+    /// From the estimate.
+    distance: f64,
+    /// √ of the growth, in that of a linear problem at two standard deviations.
+    height: f64,
+    /// Where the others explain the readings best.
+    values: Values,
 }
 
 #[cfg(test)]
