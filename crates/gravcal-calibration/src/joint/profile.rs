@@ -10,7 +10,7 @@
 //!
 //! to that side at which it is larger (Bates and Watts, *Nonlinear Regression Analysis and Its Applications*, 1988, section 6.1). The
 //! others follow in steps, each from where the linear model of the last one leads. What is known many times better than it needs to
-//! be is not looked at where ½ χ² grows as it does in a linear problem.
+//! be is not looked at.
 
 use gravcal_estimation::{EvaluateError, Problem, Spectrum, Values};
 use gravcal_robot_model::parameter::ParameterId;
@@ -25,7 +25,7 @@ use crate::workbench::Workbench;
 /// Standard deviations at which the profile is looked at, and its growth there in a linear problem.
 const AWAY: f64 = 2.0;
 const GROWTH: f64 = 0.5 * AWAY * AWAY;
-/// A profile that grows by this share of it is as wide as the linear model says.
+/// A profile that grows by this share of it, or that share of this, is as wide as the linear model says.
 const LINEAR: f64 = 0.8;
 /// A step over which √ of the growth rises by so much more than in a linear problem, and by so much of what it is at two standard
 /// deviations, is too long for the others to follow. It is followed by one of a quarter, and each other by one longer by half.
@@ -57,14 +57,12 @@ impl Solved {
             let columns = problem.columns_of(self.posed.layout.block(id));
             let Some((column, limit)) = columns.filter_map(|c| Some((c, limit_of(c)?))).next() else { continue };
             let std = self.spectrum.covariance().std(column);
-            if std > limit {
+            if std < MATTERS * limit || std > limit {
                 continue;
             }
             let profile = Profile { solved: &self, problem, id, column, std, limit };
             for side in [1.0, -1.0] {
-                if std >= MATTERS * limit || !profile.is_linear(side)? {
-                    found.extend(profile.wider(side, workbench)?.map(|std| (column, std)));
-                }
+                found.extend(profile.wider(side, workbench)?.map(|std| (column, std)));
             }
         }
         Ok(Solved { profiles: found, ..self })
@@ -84,12 +82,6 @@ struct Profile<'a> {
 }
 
 impl Profile<'_> {
-    /// Whether ½ χ² grows as in a linear problem where the linear model has all parameters.
-    fn is_linear(&self, side: f64) -> Result<bool, EvaluateError> {
-        let there = self.led_by(side * AWAY * self.std, &self.estimate())?;
-        Ok((LINEAR..1.0 / LINEAR).contains(&(self.growth(&there)? / GROWTH)))
-    }
-
     /// The standard deviation that the profile tells to one side, where it is larger than that of the linear model.
     fn wider(&self, side: f64, workbench: &Workbench<'_>) -> Result<Option<f64>, EstimateError> {
         let whole = AWAY * self.std;
