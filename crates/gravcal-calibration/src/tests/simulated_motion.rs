@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::Session;
 use gravcal_session::read_session;
 use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
@@ -51,7 +52,7 @@ poses = 2
 load = "plate"
 "#;
 
-fn simulation(folder: &Path) -> Simulation {
+fn simulation(folder: &Path, text: &str) -> Simulation {
     let link = |name: &str| LINK.replace("NAME", name);
     let joint = |name: &str, parent: &str, child: &str| {
         JOINT.replace("NAME", name).replace("PARENT", parent).replace("CHILD", child)
@@ -60,23 +61,44 @@ fn simulation(folder: &Path) -> Simulation {
     let links = ["a", "b", "c"].map(link).concat();
     let urdf = format!("<robot name=\"arm\"><link name=\"base\"/>{links}{joints}</robot>");
     fs::write(folder.join("arm.urdf"), urdf).unwrap();
-    fs::write(folder.join("simulation.toml"), SIMULATION).unwrap();
+    fs::write(folder.join("simulation.toml"), text).unwrap();
     Simulation::read(&folder.join("simulation.toml")).unwrap()
 }
 
-/// From `simulation.toml` over recordings to the estimate: all that is determined lies where it says, and nothing is open but the frame of the last link.
 #[test]
 fn a_simulated_arm_in_motion_is_identified() {
     let folder = tempfile::tempdir().unwrap();
-    let simulation = simulation(folder.path());
+    let simulation = simulation(folder.path(), SIMULATION);
     let files = write_session(&simulation, 0, folder.path(), false).unwrap();
     assert!(fs::read_to_string(&files[0]).unwrap().contains("[readings.motion]"));
     let session = read_session(&files[0]).unwrap();
     // Two stretches of 15 s in each of two tables; a window each twentieth of a second.
     assert!((1100..1200).contains(&session.poses.len()), "{}", session.poses.len());
     assert!(session.has_windows() && session.searched.iter().all(|searched| searched.found() > 500));
+    is_identified(&simulation, &session);
+}
+
+/// Moves from pose to pose take the torques of inertia as well: read as motion they tell the same.
+#[test]
+fn moves_between_simulated_poses_are_motion() {
+    let folder = tempfile::tempdir().unwrap();
+    let still = SIMULATION.replace(
+        "samples = 3000\nmove_s = 1\nmotion = { harmonics = 5, period_s = 10, seed = 2 }",
+        "samples = 10\nmove_s = 1",
+    );
+    let still = still.replace("poses = 2", "poses = 40").replace("std = 1e-5\n", "");
+    let simulation = simulation(folder.path(), &still);
+    let files = write_session(&simulation, 0, folder.path(), false).unwrap();
+    let text = fs::read_to_string(&files[0]).unwrap();
+    assert!(text.contains("[readings.still]"), "{text}");
+    fs::write(&files[0], text.replace("[readings.still]", "[readings.motion]")).unwrap();
+    is_identified(&simulation, &read_session(&files[0]).unwrap());
+}
+
+/// All that is determined lies where the truth does, and nothing is open but the frame of the last link.
+fn is_identified(simulation: &Simulation, session: &Session) {
     let solver = LevenbergMarquardt::default();
-    let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
+    let result = estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
     let open: Vec<&str> = result.parameters.iter().filter(|p| p.value.is_none()).map(|p| p.name.as_str()).collect();
     assert_eq!(open, ["j3.position_offset"]);
     let ids = simulation.template.parameters();

@@ -87,7 +87,7 @@ impl Reader<'_> {
             let message = "instruments are not recorded in motion: delete them, or this";
             return Err(self.document.error(&Field::new("recording"), message));
         }
-        if motion.as_ref().is_some_and(|motion| motion.harmonic.is_some()) {
+        if motion.is_some() {
             truth.tensors = self.true_tensors().unwrap_or_default();
         }
         let (models, instruments) = (DeclaredModels::new(models), read.simulated);

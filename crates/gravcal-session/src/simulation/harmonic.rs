@@ -89,11 +89,20 @@ impl<'s> Dynamics<'s> {
     }
 
     /// The torques that move it so.
-    pub fn torques(&mut self, [coordinates, velocities, accelerations]: [&[f64]; 3]) -> &[f64] {
-        let Simulation { template, truth, .. } = self.simulation;
+    pub fn torques(&mut self, states: [&[f64]; 3]) -> &[f64] {
+        self.torques_in(self.simulation.truth.gravity, states)
+    }
+
+    /// The same without gravity.
+    pub fn torques_of_motion(&mut self, states: [&[f64]; 3]) -> &[f64] {
+        self.torques_in([0.0; 3], states)
+    }
+
+    fn torques_in(&mut self, gravity: [f64; 3], [coordinates, velocities, accelerations]: [&[f64]; 3]) -> &[f64] {
         let inertia = DynamicParameters { links: &self.parameters, rotor_inertia: &self.rotors };
         let motion = JointMotion { coordinates, velocities, accelerations };
-        template.robot.chain.inverse_dynamics(Single, motion, truth.gravity, inertia, &mut self.dynamics);
+        let chain = &self.simulation.template.robot.chain;
+        chain.inverse_dynamics(Single, motion, gravity, inertia, &mut self.dynamics);
         &self.dynamics.torque
     }
 }

@@ -5,6 +5,9 @@
 //!   ╭─ move ─╮ settling                                  ╰─ move   of vibration in every reading, and noise
 //! ```
 //!
+//! A move takes the torques that gravity and the arm's inertia need, where the robot's file states the links' inertia tensors; else those of
+//! gravity alone, and such a recording is for standstills only.
+//!
 //! Noise of a sample is that of the averaged reading times the root of the number of samples; with a correlation time it is of first
 //! order from sample to sample. What makes a recording dirty (outliers, lost messages, touches) is drawn apart from the noise: a dirty
 //! recording has the noise of the clean one; so are friction at rest ([`super::friction`]) and the walk of zeros.
@@ -85,6 +88,8 @@ pub fn record<E>(simulation: &Simulation, motion: &Motion, trial: u64, sink: &mu
 struct Recorder<'a> {
     simulation: &'a Simulation,
     statics: Statics<'a>,
+    /// Of the table that is recorded, where tensors are known.
+    dynamics: Option<Dynamics<'a>>,
     motion: &'a Motion,
     random: Pcg64,
     /// Of dirt.
@@ -126,6 +131,7 @@ impl<'a> Recorder<'a> {
         Recorder {
             simulation,
             statics: Statics::new(simulation),
+            dynamics: None,
             motion,
             random,
             dirty,
@@ -148,6 +154,8 @@ impl<'a> Recorder<'a> {
     }
 
     fn record_table<E>(&mut self, table: usize, stands: &[Stand], sink: &mut Sink<'_, E>) -> Result<(), E> {
+        let (simulation, load) = (self.simulation, self.simulation.template.tables[table].load);
+        self.dynamics = (!simulation.truth.tensors.is_empty()).then(|| Dynamics::new(simulation, load));
         let count = |seconds: f64| (seconds * self.motion.rate).round() as u64;
         let (moving, settling) = (count(self.motion.moving).max(1), count(self.motion.settling));
         let sides = self.motion.approach.sides();
@@ -223,12 +231,21 @@ impl<'a> Recorder<'a> {
     /// One move.
     fn go<E>(&mut self, table: usize, [from, to]: [&Stand; 2], steps: u64, sink: &mut Sink<'_, E>) -> Result<(), E> {
         self.turn(from, to);
+        let duration = steps as f64 / self.motion.rate;
         for step in 1..=steps {
-            let readings = self.readings(table, &between(from, to, step as f64 / steps as f64));
+            let share = step as f64 / steps as f64;
+            let rates = self.rates([from, to], share, duration);
+            let readings = self.readings_in_motion(table, &between(from, to, share), Some(&rates));
             let since = (step as f64 - steps as f64) / self.motion.rate;
             self.row(table, &Still { readings, since }, None, sink)?;
         }
         Ok(())
+    }
+
+    /// Velocities and accelerations of all coordinates after a share of a move that takes so long, s.
+    fn rates(&self, [from, to]: [&Stand; 2], share: f64, duration: f64) -> [Vec<f64>; 2] {
+        let far = |joint: usize| self.position_gain(joint) * (to.position[joint] - from.position[joint]);
+        smooth_rates(share, duration).map(|rate| (0..to.position.len()).map(|joint| rate * far(joint)).collect())
     }
 
     /// Coordinates of all joints for what friction does.
@@ -323,11 +340,20 @@ impl<'a> Recorder<'a> {
 
     /// What all sensors would read without noise: positions, then torques.
     fn readings(&mut self, table: usize, stand: &Stand) -> Vec<f64> {
+        self.readings_in_motion(table, stand, None)
+    }
+
+    /// The same of an arm that passes with these velocities and accelerations.
+    fn readings_in_motion(&mut self, table: usize, stand: &Stand, rates: Option<&[Vec<f64>; 2]>) -> Vec<f64> {
         let simulation = self.simulation;
         let conditions = self.conditions(self.time());
         let travelled = self.travelled(stand);
         let (coordinates, torque) = self.statics.of(stand, &conditions, simulation.template.tables[table].load);
         let mut torque = torque.to_vec();
+        if let (Some(dynamics), Some([velocities, accelerations])) = (&mut self.dynamics, rates) {
+            let of_motion = dynamics.torques_of_motion([&coordinates, velocities, accelerations]);
+            torque.iter_mut().zip(of_motion).for_each(|(torque, of_motion)| *torque += of_motion);
+        }
         if let Some(bristles) = &mut self.bristles {
             bristles.go(&travelled);
             bristles.add_to(&mut torque);
@@ -395,13 +421,24 @@ impl<'a> Recorder<'a> {
 
 /// A move of least jerk (Flash and Hogan, 1985).
 fn between(from: &Stand, to: &Stand, share: f64) -> Stand {
-    let smooth = share.powi(3) * (10.0 - 15.0 * share + 6.0 * share * share);
+    let smooth = smooth(share);
     let mix = |from: &[f64], to: &[f64]| from.iter().zip(to).map(|(from, to)| from + smooth * (to - from)).collect();
     Stand {
         position: mix(&from.position, &to.position),
         deflection: mix(&from.deflection, &to.deflection),
         swept: to.swept,
     }
+}
+
+/// Share of the way after a share of the time.
+fn smooth(share: f64) -> f64 {
+    share.powi(3) * (10.0 - 15.0 * share + 6.0 * share * share)
+}
+
+/// Its first and second derivative by time, 1/s and 1/s², in a move that takes so long.
+fn smooth_rates(share: f64, duration: f64) -> [f64; 2] {
+    let left = 1.0 - share;
+    [30.0 * (share * left).powi(2) / duration, 60.0 * share * left * (left - share) / duration.powi(2)]
 }
 
 impl Simulation {
@@ -421,5 +458,22 @@ impl Simulation {
     fn stated_std_of_recording(&self, joint: usize, motion: &Motion) -> f64 {
         let step = self.disturbance.converter.map_or(0.0, |converter| converter.step());
         (self.disturbance.torque_std[joint].powi(2) + step * step / 12.0 / motion.samples as f64).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rates_of_a_move_are_the_slopes_of_its_way() {
+        let (duration, step) = (0.4, 1e-4);
+        for share in [0.0, 0.2, 0.5, 0.9, 1.0] {
+            let at = |by: f64| smooth(share + by * step);
+            let [velocity, acceleration] = smooth_rates(share, duration);
+            let time = step * duration;
+            assert!((velocity - (at(1.0) - at(-1.0)) / (2.0 * time)).abs() < 1e-5, "{share}: {velocity}");
+            assert!((acceleration - (at(1.0) - 2.0 * at(0.0) + at(-1.0)) / (time * time)).abs() < 1e-4, "{share}");
+        }
     }
 }

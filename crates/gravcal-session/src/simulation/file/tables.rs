@@ -219,7 +219,8 @@ pub struct RecordingTable {
     /// Unit: samples.
     /// Example: `samples = 200`
     pub samples: usize,
-    /// How long a move takes.
+    /// How long a move takes. It needs the torques of gravity and of the arm's inertia where the robot's file states inertia tensors; else
+    /// those of gravity alone, and the recording is for `readings.still` only.
     ///
     /// Example: `move_s = 0.4`
     pub move_s: f64,
