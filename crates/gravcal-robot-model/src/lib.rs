@@ -11,6 +11,7 @@
 //! Inside: SI units and radians; torque readings in the unit of their sensor. No file is read here, and nothing is estimated: that is
 //! `gravcal-session` and `gravcal-calibration`.
 
+mod central_difference;
 mod estimator_name;
 mod registry;
 mod solver_factory;

@@ -46,24 +46,15 @@ pub(super) fn tell(
     let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
     undetermined.extend(unknown_sign(session, solved, &solved.readings.spreads));
     undetermined.extend(last_frame_choices(session));
-    let mut notes = remarks;
-    notes.extend(
-        fit.held_out_missing
-            .iter()
-            .map(|why| format!("No poses are predicted that a second fit did not see: that fit was {why}.")),
-    );
-    notes.extend(session_notes(session));
-    notes.extend(session.earlier.iter().flat_map(EarlierCalibration::notes));
-    notes.extend(sweep_moments::left_out_note(session));
-    notes.extend(driving_friction_notes(session, &parameters));
-    notes.extend(tool_notes(session, solved, &parameters));
-    notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
     let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
     let sensor_models = tests.all(workbench)?;
-    notes.extend(modelled::notes(session, solved)?);
     let outliers = outliers(session, solved)?;
-    notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
     let weak = weak_combinations(solved);
+    let mut notes = remarks;
+    notes.extend(fit.held_out_missing.iter().map(no_held_out_note));
+    notes.extend(tell_session(session, solved, &parameters));
+    notes.extend(modelled::notes(session, solved)?);
+    notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
     // Where the solver stopped anywhere, so did these.
     notes.extend(weak.iter().filter(|_| solved.estimate.termination.converged()).map(weak_note));
     let mut result = EstimatorResult {
@@ -95,6 +86,21 @@ pub(super) fn tell(
         withdraw(&mut result);
     }
     Ok(result)
+}
+
+fn no_held_out_note(why: &String) -> String {
+    format!("No poses are predicted that a second fit did not see: that fit was {why}.")
+}
+
+/// What a reader needs to know of a session and of what it held.
+fn tell_session(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Vec<String> {
+    let mut notes: Vec<String> = session_notes(session).into_iter().collect();
+    notes.extend(session.earlier.iter().flat_map(EarlierCalibration::notes));
+    notes.extend(sweep_moments::left_out_note(session));
+    notes.extend(driving_friction_notes(session, parameters));
+    notes.extend(tool_notes(session, solved, parameters));
+    notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
+    notes
 }
 
 /// Takes back what a failed estimate says besides its parameters.

@@ -2,10 +2,8 @@
 
 use super::scene::{Scene, only_seen};
 use super::term::{ResidualTerm, Slopes, Tie};
+use crate::central_difference::central_difference;
 use crate::sensors::WrongDerivative;
-
-/// Relative step of a central difference: near the cube root of the rounding error.
-const STEP: f64 = 6e-6;
 
 /// Holds the derivatives of a row against central differences: for the test of a term that has them by hand. They may differ by `tolerance`
 /// of the largest derivative, or of 1.
@@ -42,7 +40,7 @@ pub fn check_residual_derivatives(
     let tolerance = tolerance * told.iter().fold(1.0, |largest: f64, slope| largest.max(slope.abs()));
     for (place, told) in told.iter().enumerate() {
         // What is not seen has no number, and no slope.
-        let found = if given[place].is_nan() { 0.0 } else { difference(&given, place, |all| value(all, None)) };
+        let found = if given[place].is_nan() { 0.0 } else { central_difference(&given, place, |all| value(all, None)) };
         let agree = (told - found).abs() <= tolerance;
         if !agree {
             let by = match place.checked_sub(x.len()) {
@@ -56,14 +54,4 @@ pub fn check_residual_derivatives(
         }
     }
     Ok(())
-}
-
-fn difference(values: &[f64], place: usize, value: impl Fn(&[f64]) -> f64) -> f64 {
-    let step = STEP * values[place].abs().max(1.0);
-    let at = |step: f64| {
-        let mut moved = values.to_vec();
-        moved[place] += step;
-        value(&moved)
-    };
-    (at(step) - at(-step)) / (2.0 * step)
 }

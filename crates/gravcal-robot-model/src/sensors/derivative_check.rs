@@ -3,9 +3,7 @@
 use thiserror::Error;
 
 use super::term::{Moment, Partials, SensorTerm};
-
-/// Relative step of a central difference: near the cube root of the rounding error.
-const STEP: f64 = 6e-6;
+use crate::central_difference::central_difference;
 
 /// A derivative that differences of values contradict.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -51,7 +49,7 @@ fn compare(
     value: impl Fn(&[f64]) -> f64,
 ) -> Result<(), WrongDerivative> {
     for (place, told) in told.iter().enumerate() {
-        let found = difference(values, place, &value);
+        let found = central_difference(values, place, &value);
         let agree = (told - found).abs() <= tolerance;
         // Nor does what is not a number.
         if !agree {
@@ -59,16 +57,6 @@ fn compare(
         }
     }
     Ok(())
-}
-
-fn difference(values: &[f64], place: usize, value: impl Fn(&[f64]) -> f64) -> f64 {
-    let step = STEP * values[place].abs().max(1.0);
-    let at = |step: f64| {
-        let mut moved = values.to_vec();
-        moved[place] += step;
-        value(&moved)
-    };
-    (at(step) - at(-step)) / (2.0 * step)
 }
 
 #[cfg(test)]

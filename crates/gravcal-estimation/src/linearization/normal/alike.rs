@@ -192,16 +192,17 @@ impl<'p> Alike<'p, '_> {
     }
 
     /// Calls `found` with the entries of `JᵀJ` that the islands' rows make.
-    pub fn for_hessian(&self, mut found: impl FnMut(usize, usize, f64)) {
+    ///
+    /// # Errors
+    /// Where a residual cannot be evaluated.
+    pub fn for_hessian(&self, mut found: impl FnMut(usize, usize, f64)) -> Result<(), EvaluateError> {
         let mut rows = Rows::new(self.problem, self.values);
         for run in self.problem.structure().chunks.iter().flat_map(|chunk| self.runs(chunk)) {
-            let done = self.for_groups(&mut rows, run, |group, islands, _| {
+            self.for_groups(&mut rows, run, |group, islands, _| {
                 group.for_hessian(islands, &mut found);
                 Some(())
-            });
-            if done.is_err() {
-                found(0, 0, f64::NAN);
-            }
+            })?;
         }
+        Ok(())
     }
 }

@@ -289,7 +289,10 @@ impl Linearization for Normal<'_> {
             }
         }
         if let Some(alike) = self.alike() {
-            alike.for_hessian(|a, b, entry| hessian[a * columns + b] += entry);
+            let done = alike.for_hessian(|a, b, entry| hessian[a * columns + b] += entry);
+            if done.is_err() {
+                hessian.fill(f64::NAN); // they were evaluated there before
+            }
         }
         for (column, weight, _) in &self.pull.entries {
             hessian[column * (columns + 1)] += weight * weight;
