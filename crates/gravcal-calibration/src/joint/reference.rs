@@ -18,7 +18,7 @@ use super::readings::Readings;
 use super::unknowns::{Layout, Unknowns};
 
 /// κ. Wide beside what would be of use, so that it hides nothing that can be known, and narrow enough that no gain reaches zero.
-const WIDTH: f64 = 3.0;
+pub(super) const WIDTH: f64 = 3.0;
 /// So many times as firm, it lets what is asked for vary by its limits of use.
 pub(super) const WITHIN_USE: f64 = WIDTH;
 /// Widths of what is not asked for, in typical sizes; between 0.2 and 1000 of them make hardly a difference.
