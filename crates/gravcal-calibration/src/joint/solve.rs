@@ -64,33 +64,26 @@ pub fn solve(
 
 /// The solution, or a likelier one from another start: a minimum that the stated noise rules out may be a local one, and noise that was
 /// found at a minimum excuses it. The method's companion looks from where the first one began, as one that creeps along a bent valley is
-/// where the other goes through; the method itself from elsewhere, as it takes a tenth of the companion's time.
+/// where the other goes through; from elsewhere the method itself, as it takes a tenth of the companion's time, and the companion where that
+/// does not suffice.
 fn lowest_elsewhere(
     session: &Session,
     readings: &Readings,
     sample: &Sample,
-    mut solved: Solved,
+    solved: Solved,
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     workbench.tell("other starting values");
     let companion = workbench.solver().companion().filter(|other| other.check(&solved.posed.problem).is_ok());
     let second = workbench.by(companion.as_deref().unwrap_or(workbench.solver()));
-    let (mut lower, mut ends) = (false, Vec::new());
-    let same = best_start(session, sample, known, &second)?;
-    let others = further_starts(session, sample, known, workbench)?.into_iter().map(|start| (start, workbench));
-    for (start, method) in std::iter::once((same, &second)).chain(others) {
-        // A start that leads nowhere says nothing of the others.
-        let Ok(other) = solve_from(session, readings, start, method) else { continue };
-        let gain = solved.minus_log_likelihood(session) - other.minus_log_likelihood(session);
-        let converged = [&other, &solved].map(|solved| solved.estimate.termination.converged());
-        if converged[0] {
-            ends.push((other.minus_log_likelihood(session), other.estimate.values.clone()));
-        }
-        if gain > DECISIVE || gain > 0.0 && converged == [true, false] {
-            (solved, lower) = (other, true);
-        }
+    let mut best = Best { solved, lower: false, ends: Vec::new() };
+    best.or_from(vec![best_start(session, sample, known, &second)?], session, readings, &second);
+    best.or_from(further_starts(session, sample, known, workbench)?, session, readings, workbench);
+    if !best.solved.estimate.termination.converged() || best.solved.misfit(session)?.is_some() {
+        best.or_from(further_starts(session, sample, known, &second)?, session, readings, &second);
     }
+    let Best { solved, lower, mut ends } = best;
     let solved = if lower { settled(session, solved, sample, &second)? } else { solved };
     let lowest = solved.minus_log_likelihood(session);
     let nominal = Unknowns::nominal(session);
@@ -102,6 +95,31 @@ fn lowest_elsewhere(
     };
     ends.retain(|(height, values)| *height < lowest + IMPLAUSIBLE && !is_image(*height, values));
     Ok(Solved { elsewhere: ends.into_iter().map(|(_, values)| values).collect(), ..solved })
+}
+
+/// The likeliest solution so far, whether it is another than the first, and where all others ended, with − ln of their likelihood.
+struct Best {
+    solved: Solved,
+    lower: bool,
+    ends: Vec<(f64, Values)>,
+}
+
+impl Best {
+    /// Or a likelier one from one of these starts.
+    fn or_from(&mut self, starts: Vec<Unknowns>, session: &Session, readings: &Readings, workbench: &Workbench<'_>) {
+        for start in starts {
+            // A start that leads nowhere says nothing of the others.
+            let Ok(other) = solve_from(session, readings, start, workbench) else { continue };
+            let gain = self.solved.minus_log_likelihood(session) - other.minus_log_likelihood(session);
+            let converged = [&other, &self.solved].map(|solved| solved.estimate.termination.converged());
+            if converged[0] {
+                self.ends.push((other.minus_log_likelihood(session), other.estimate.values.clone()));
+            }
+            if gain > DECISIVE || gain > 0.0 && converged == [true, false] {
+                (self.solved, self.lower) = (other, true);
+            }
+        }
+    }
 }
 
 /// The same from where it is said to start.
