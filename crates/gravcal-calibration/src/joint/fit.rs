@@ -19,7 +19,7 @@ use crate::workbench::Workbench;
 /// Rounds in which the reference follows, at most; where more fits come, of better known noise, one.
 const ROUNDS: usize = 5;
 /// Iterations of the first fit, whose reference lies at nominal values, at most.
-const FIRST_ITERATIONS: usize = 200;
+pub(super) const FIRST_ITERATIONS: usize = 200;
 /// A round that lowers ½ χ² by less is the last: the next would by a hundredth of it, 4e-4 standard deviations.
 const WORTHWHILE: f64 = 1e-5;
 /// After the last round others follow while one lowers ½ χ² by more than this, two standard deviations; so many at most, with a reference so

@@ -16,6 +16,7 @@
 use gravcal_estimation::{EvaluateError, Problem, Reference, Spectrum, Values};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{KnowledgeKind, Session};
+use rayon::prelude::*;
 
 use super::error::EstimateError;
 use super::nearby::BASELESS;
@@ -59,21 +60,31 @@ impl Solved {
         let reference = self.reference_of_others(session);
         let freedom = problem.rows().saturating_sub(self.spectrum.rank()).max(1) as f64;
         let noise = (2.0 * problem.without_reference().cost(&self.estimate.values)? / freedom).max(1.0);
-        let mut found = Vec::new();
-        for id in session.parameters().into_iter().filter(|id| judgement.determines(*id)) {
-            let columns = problem.columns_of(self.posed.layout.block(id));
-            let Some((column, limit)) = columns.filter_map(|c| Some((c, limit_of(c)?))).next() else { continue };
+        let determined: Vec<ParameterId> =
+            session.parameters().into_iter().filter(|id| judgement.determines(*id)).collect();
+        let wider = |id: &ParameterId| -> Result<Vec<(usize, f64)>, EstimateError> {
+            let columns = problem.columns_of(self.posed.layout.block(*id));
+            let Some((column, limit)) = columns.filter_map(|c| Some((c, limit_of(c)?))).next() else {
+                return Ok(Vec::new());
+            };
             let std = self.spectrum.covariance().std(column);
             if std < MATTERS * limit || std > limit {
-                continue;
+                return Ok(Vec::new());
             }
             let profile =
-                Profile { solved: &self, problem, id, column, std, limit, reference: reference.as_ref(), noise };
+                Profile { solved: &self, problem, id: *id, column, std, limit, reference: reference.as_ref(), noise };
+            let mut found = Vec::new();
             for side in [1.0, -1.0] {
-                found.extend(profile.wider(side, workbench)?.map(|std| (column, std)));
+                let std = profile.wider(side, workbench)?;
+                found.extend(std.map(|std| (column, std)));
+                if std.is_some_and(|std| std > limit) {
+                    break;
+                }
             }
-        }
-        Ok(Solved { profiles: found, ..self })
+            Ok(found)
+        };
+        let found: Vec<Vec<_>> = determined.par_iter().map(wider).collect::<Result<_, _>>()?;
+        Ok(Solved { profiles: found.concat(), ..self })
     }
 
     /// A soft reference about the estimate; of gains one as firm as in the fit, about their nominal values: readings of a joint whose gain is
@@ -117,7 +128,7 @@ impl Profile<'_> {
         let Some(mut before) = self.at(side, 0.0, &self.estimate(), workbench)? else { return Ok(None) };
         let (whole, lowest) = (AWAY * self.std, before.cost);
         let (mut step, mut height, mut std) = (whole, 0.0, self.std);
-        while height < HIGHEST && before.distance <= AWAY * self.limit {
+        while height < HIGHEST && std <= self.limit && before.distance <= AWAY * self.limit {
             let Some(point) = self.at(side, before.distance + step, &before, workbench)? else { break };
             let risen = ((point.cost - lowest) / self.noise / GROWTH).max(0.0).sqrt();
             let is_linear = (LINEAR..1.0 / LINEAR).contains(&(risen - height).powi(2)) && step == whole;

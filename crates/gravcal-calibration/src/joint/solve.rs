@@ -2,9 +2,10 @@
 
 use gravcal_estimation::{EvaluateError, Loss, Termination, Values};
 use gravcal_robot_model::session::{Session, UnexplainedError};
+use rayon::prelude::*;
 
 use super::error::EstimateError;
-use super::fit::{fit, fit_in_rounds};
+use super::fit::{FIRST_ITERATIONS, fit, fit_in_rounds};
 use super::order::Order;
 use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
@@ -107,9 +108,10 @@ struct Best {
 impl Best {
     /// Or a likelier one from one of these starts.
     fn or_from(&mut self, starts: Vec<Unknowns>, session: &Session, readings: &Readings, workbench: &Workbench<'_>) {
-        for start in starts {
-            // A start that leads nowhere says nothing of the others.
-            let Ok(other) = solve_from(session, readings, start, workbench) else { continue };
+        let ends: Vec<Result<Solved, EstimateError>> =
+            starts.into_par_iter().map(|start| self.followed(start, session, readings, workbench)).collect();
+        // A start that leads nowhere says nothing of the others.
+        for other in ends.into_iter().flatten() {
             let gain = self.solved.minus_log_likelihood(session) - other.minus_log_likelihood(session);
             let converged = [&other, &self.solved].map(|solved| solved.estimate.termination.converged());
             if converged[0] {
@@ -119,6 +121,23 @@ impl Best {
                 (self.solved, self.lower) = (other, true);
             }
         }
+    }
+
+    /// Where a start leads. What still creeps after some iterations is followed to its end only where that may matter.
+    fn followed(
+        &self,
+        start: Unknowns,
+        session: &Session,
+        readings: &Readings,
+        workbench: &Workbench<'_>,
+    ) -> Result<Solved, EstimateError> {
+        let there = solve_from(session, readings, start, &workbench.within(FIRST_ITERATIONS))?;
+        let worse = there.minus_log_likelihood(session) - self.solved.minus_log_likelihood(session);
+        if there.estimate.termination.converged() || worse > IMPLAUSIBLE {
+            return Ok(there);
+        }
+        let start = there.unknowns(&Unknowns::nominal(session));
+        solve_from(session, readings, start, workbench)
     }
 }
 
