@@ -13,10 +13,9 @@
 //! linear model of the last one leads. Among them gains stay plausible, which counts: a joint whose gain is zero moves no more, and any
 //! constant would explain its readings. What is known many times better than it needs to be is not looked at.
 
-use gravcal_estimation::{EvaluateError, Problem, Reference, Spectrum, Values};
+use gravcal_estimation::{EvaluateError, Problem, Reference, Spectrum, Values, in_parallel};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{KnowledgeKind, Session};
-use rayon::prelude::*;
 
 use super::error::EstimateError;
 use super::nearby::BASELESS;
@@ -83,7 +82,7 @@ impl Solved {
             }
             Ok(found)
         };
-        let found: Vec<Vec<_>> = determined.par_iter().map(wider).collect::<Result<_, _>>()?;
+        let found: Vec<Vec<_>> = in_parallel(&determined, wider).into_iter().collect::<Result<_, _>>()?;
         Ok(Solved { profiles: found.concat(), ..self })
     }
 

@@ -1,8 +1,7 @@
 //! Solving the joint problem: start, unstated noise.
 
-use gravcal_estimation::{EvaluateError, Loss, Termination, Values};
+use gravcal_estimation::{EvaluateError, Loss, Termination, Values, in_parallel};
 use gravcal_robot_model::session::{Session, UnexplainedError};
-use rayon::prelude::*;
 
 use super::error::EstimateError;
 use super::fit::{FIRST_ITERATIONS, fit, fit_in_rounds};
@@ -108,8 +107,7 @@ struct Best {
 impl Best {
     /// Or a likelier one from one of these starts.
     fn or_from(&mut self, starts: Vec<Unknowns>, session: &Session, readings: &Readings, workbench: &Workbench<'_>) {
-        let ends: Vec<Result<Solved, EstimateError>> =
-            starts.into_par_iter().map(|start| self.followed(start, session, readings, workbench)).collect();
+        let ends = in_parallel(starts, |start| self.followed(start, session, readings, workbench));
         // A start that leads nowhere says nothing of the others.
         for other in ends.into_iter().flatten() {
             let gain = self.solved.minus_log_likelihood(session) - other.minus_log_likelihood(session);

@@ -25,13 +25,12 @@ use std::sync::Arc;
 use rand::RngExt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
-use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::redrawn::Redrawn;
 use super::uncertainty::Spread;
 use super::{Covariance, Quantile, SampleBlocks, Solution, StatisticsError, Uncertainty};
-use crate::{BlockId, Factor, SolveContext, Solver, Spectrum, Values};
+use crate::{BlockId, Factor, SolveContext, Solver, Spectrum, Values, in_parallel};
 
 /// How replicates are drawn.
 #[derive(Clone, Copy, Debug)]
@@ -79,8 +78,7 @@ impl Bootstrap {
         solution.without_local()?;
         resampling.blocks.check(solution.problem.factors().len())?;
         let replicates = 0..resampling.replicates as u64;
-        let outcomes: Vec<Outcome> =
-            replicates.into_par_iter().map(|index| replicate(solution, resampling, solver, index)).collect();
+        let outcomes = in_parallel(replicates, |index| replicate(solution, resampling, solver, index));
         let count = |is: fn(&Outcome) -> bool| outcomes.iter().filter(|outcome| is(outcome)).count();
         let not_converged = count(|outcome| matches!(outcome, Outcome::NotConverged));
         let undetermined = count(|outcome| matches!(outcome, Outcome::Undetermined));
