@@ -66,7 +66,10 @@ pub(super) fn conclude(
     let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
     let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
     let solved = Solved { uncertainty, ..solved }.widened(session);
-    let judgement = solved.judge(session);
+    let mut judgement = solved.judge(session);
+    if solved.freedom_of_noise(session).is_some() {
+        judgement.leave_all_unsaid(session);
+    }
     let gravity = judgement.gravity.then(|| solved.gravity(session));
     let parameters = tell_parameters(session, &solved, &judgement);
     let complete =

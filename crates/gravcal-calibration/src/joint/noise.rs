@@ -8,7 +8,8 @@
 //!     (d₀ s₀² + d s²)/(d₀ + d)
 //! ```
 //!
-//! Where joints differ by more than chance, or have been read often, that is `s²` as it was; where they do not differ it is that of all.
+//! Where joints differ by more than chance, or have been read often, that is `s²` as it was; where they do not differ it is that of all. Where
+//! at most one joint has a degree of freedom left, nothing tells whether they differ: each would be as quiet as the fit can make it.
 
 use gravcal_estimation::EvaluateError;
 use gravcal_robot_model::session::{Session, UnexplainedError};
@@ -79,12 +80,12 @@ struct CommonNoise {
 }
 
 impl CommonNoise {
-    /// Nothing where fewer than two channels tell.
+    /// Nothing where no channel tells anything.
     fn of(channels: &[Residuals]) -> Option<CommonNoise> {
         let telling: Vec<&Residuals> = channels.iter().filter(|c| c.variance().is_some() && c.freedom >= 1.0).collect();
         let count = telling.len() as f64;
         if count < 2.0 {
-            return None;
+            return CommonNoise::of_all(channels);
         }
         let logarithms = || telling.iter().filter_map(|c| Some(c.variance()?.ln() - excess(c.freedom)));
         let mean = logarithms().sum::<f64>() / count;
@@ -92,11 +93,17 @@ impl CommonNoise {
         let by_chance = telling.iter().map(|c| trigamma(0.5 * c.freedom)).sum::<f64>() / count;
         Some(match freedom_of_scatter(scatter - by_chance) {
             Some(freedom) => CommonNoise { variance: (mean + excess(freedom)).exp(), freedom },
-            None => {
-                let sum = |of: fn(&Residuals) -> f64| telling.iter().map(|c| of(c)).sum::<f64>();
-                CommonNoise { variance: sum(|c| c.squares) / sum(|c| c.freedom), freedom: f64::INFINITY }
-            }
+            None => return CommonNoise::of_all(telling.into_iter()),
         })
+    }
+
+    /// Of channels that are taken for alike.
+    fn of_all<'r>(channels: impl IntoIterator<Item = &'r Residuals>) -> Option<CommonNoise> {
+        let all = channels.into_iter().fold(Residuals::default(), |all, channel| Residuals {
+            squares: all.squares + channel.squares,
+            freedom: all.freedom + channel.freedom,
+        });
+        Some(CommonNoise { variance: all.variance()?, freedom: f64::INFINITY })
     }
 
     fn moderated(&self, own: Residuals) -> f64 {
@@ -162,11 +169,17 @@ mod tests {
     }
 
     #[test]
+    fn sensors_without_a_degree_of_freedom_each_are_one() {
+        let found = moderated(&[(900.0, 0.5), (1.0, 0.3), (1e-9, 0.2)]);
+        assert!(found.iter().all(|v| (v - 450.3).abs() < 1e-6), "{found:?}");
+    }
+
+    #[test]
     fn the_slope_of_psi_and_its_inverse_are_right() {
         assert!((trigamma(1.0) - std::f64::consts::PI.powi(2) / 6.0).abs() < 1e-6);
         assert!((trigamma(0.5) - std::f64::consts::PI.powi(2) / 2.0).abs() < 1e-6);
         assert!((freedom_of_scatter(trigamma(3.5)).unwrap() - 7.0).abs() < 1e-6);
-        assert!(freedom_of_scatter(-1.0).is_none() && CommonNoise::of(&channels(&[(1.0, 9.0)])).is_none());
+        assert!(freedom_of_scatter(-1.0).is_none() && CommonNoise::of(&channels(&[(0.0, 0.0)])).is_none());
     }
 
     #[test]

@@ -9,7 +9,8 @@
 //! ```
 //!
 //! where masses and moments beyond are those seen from a frame half a turn about its `y` on. Of such images the one that reads as
-//! declared is the answer.
+//! declared is the answer. Where joints stand, or hardly carry anything, their gains say nothing of such an image, and an offset tells it:
+//! it lies half a turn from its nominal value.
 
 use std::f64::consts::PI;
 
@@ -41,8 +42,27 @@ pub(super) fn turned_gains(session: &Session, values: &Unknowns) -> Vec<Paramete
     sensors.chain(instruments.map(ParameterId::Further)).filter(turned).collect()
 }
 
-/// The solution, or, where both gains of a joint have the other sign than declared, its mirror image about that joint's axis, if that has
-/// fewer such gains and explains the readings as well.
+/// The free offsets of joints that turn which lie nearer to their nominal values half a turn on.
+fn far_offsets(session: &Session, values: &Unknowns) -> Vec<ParameterId> {
+    let is_far = |offset: &ParameterId| half_turns_off(session, *offset, values.value(*offset)).rem_euclid(2.0) == 1.0;
+    free_offsets(session).map(|(_, offset)| offset).filter(is_far).collect()
+}
+
+/// Joint and free offset of each joint that turns.
+fn free_offsets(session: &Session) -> impl Iterator<Item = (usize, ParameterId)> {
+    let joints = session.robot.chain.joints().iter().enumerate();
+    let turning = joints.filter(|(_, joint)| joint.kind == JointKind::Revolute);
+    let offsets = turning.map(|(joint, _)| (joint, ParameterId::Sensor(joint, Quantity::PositionOffset)));
+    offsets.filter(|(_, offset)| session.held(*offset).is_none())
+}
+
+/// By how many half turns an offset of this value is off its nominal value, to the nearest.
+fn half_turns_off(session: &Session, offset: ParameterId, value: f64) -> f64 {
+    ((value - session.nominal(offset)) / PI).round()
+}
+
+/// The solution, or, where gains or offsets are as they are not declared, its mirror image about the axes of these joints, if that has
+/// fewer such and explains the readings as well.
 ///
 /// # Errors
 /// Where the image cannot be posed.
@@ -58,7 +78,8 @@ pub(super) fn axes_as_declared(
     let posed = pose_with_constraints(session, &solved.readings, &image)?.with_loss(solved.posed.loss)?;
     // An image that leads nowhere is none.
     let Ok(other) = solve_posed(solved.readings.clone(), posed, workbench) else { return Ok(solved) };
-    let fewer = turned_gains(session, &other.unknowns(&nominal)).len() < turned_gains(session, &found).len();
+    let turned = |values: &Unknowns| turned_gains(session, values).len() + far_offsets(session, values).len();
+    let fewer = turned(&other.unknowns(&nominal)) < turned(&found);
     let as_likely = other.minus_log_likelihood(session) < solved.minus_log_likelihood(session) + DECISIVE;
     Ok(match fewer && as_likely && other.estimate.termination.converged() {
         true => Solved { sign_known: solved.sign_known, ..other },
@@ -66,32 +87,24 @@ pub(super) fn axes_as_declared(
     })
 }
 
-/// The axes of joints with two turned gains turned back, and free offsets by half turns to near their nominal values; nothing where
-/// there is no such joint.
+/// Turned back: the axes of joints with two turned gains, where an offset is far off all turned gains, and free offsets by half turns to near
+/// their nominal values; nothing where there is no such joint.
 fn turned_axes(session: &Session, found: &Unknowns) -> Option<Unknowns> {
-    let gains = turned_gains(session, found);
-    let has = |joint: &usize, quantity: Quantity| gains.contains(&ParameterId::Sensor(*joint, quantity));
-    let both = |joint: &usize| has(joint, Quantity::TorqueGain) && has(joint, Quantity::PositionGain);
-    let turned: Vec<usize> = (0..session.joints.len()).filter(both).collect();
+    let (gains, far) = (turned_gains(session, found), !far_offsets(session, found).is_empty());
+    let has = |joint: usize, quantity: Quantity| gains.contains(&ParameterId::Sensor(joint, quantity));
+    let both = |joint: usize| has(joint, Quantity::TorqueGain) && has(joint, Quantity::PositionGain);
     // Moments by sweep have no frames that could be turned.
-    if turned.is_empty() || !found.sweep_moments.is_empty() {
+    if !far && !(0..session.joints.len()).any(both) || !found.sweep_moments.is_empty() {
         return None;
     }
     let mut image = found.clone();
-    for joint in &turned {
-        [Quantity::TorqueGain, Quantity::PositionGain]
-            .iter()
-            .for_each(|quantity| image.sensors[*joint][*quantity as usize] *= -1.0);
-    }
-    let joints = session.robot.chain.joints();
-    for joint in (0..joints.len()).filter(|joint| joints[*joint].kind == JointKind::Revolute) {
-        let offset = ParameterId::Sensor(joint, Quantity::PositionOffset);
-        if session.held(offset).is_some() {
-            continue;
-        }
-        let sign = if turned.contains(&joint) { -1.0 } else { 1.0 };
-        let (value, nominal) = (sign * found.value(offset), session.nominal(offset));
-        *image.value_mut(offset) = value - PI * ((value - nominal) / PI).round();
+    let is_turned_back = |gain: &&ParameterId| matches!(gain, ParameterId::Sensor(joint, _) if far || both(*joint));
+    gains.iter().filter(is_turned_back).for_each(|gain| *image.value_mut(*gain) *= -1.0);
+    for (joint, offset) in free_offsets(session) {
+        // An offset is counted about its axis, as the readings are.
+        let sign = if has(joint, Quantity::PositionGain) && (far || both(joint)) { -1.0 } else { 1.0 };
+        let value = sign * found.value(offset);
+        *image.value_mut(offset) = value - PI * half_turns_off(session, offset, value);
     }
     Some(standing_alike(session, found, image))
 }
@@ -121,12 +134,13 @@ fn standing_alike(session: &Session, found: &Unknowns, image: Unknowns) -> Unkno
 
 #[cfg(test)]
 mod tests {
+    use gravcal_session::simulation::Run;
     use gravcal_solvers::LevenbergMarquardt;
 
     use super::*;
     use crate::joint::solve::solve_from;
     use crate::joint::{Signals, select};
-    use crate::testing::sarcos_shoulder;
+    use crate::testing::{sarcos_shoulder, with_workbench};
 
     #[test]
     fn an_axis_the_other_way_round_is_turned_back_at_no_cost() {
@@ -156,5 +170,32 @@ mod tests {
                 "{found:?} {truth:?}"
             );
         }
+    }
+
+    #[test]
+    fn before_a_joint_that_stands_an_offset_half_a_turn_off_is_turned_back() {
+        let mut simulation = sarcos_shoulder();
+        for run in &mut simulation.runs {
+            let Run::Sweep { swept, .. } = run else { panic!("all are sweeps") };
+            *swept = (*swept).min(1);
+        }
+        let (session, truth) = (simulation.session(0), simulation.truth);
+        // Where the third joint stands, its position gain says nothing of how its axis points.
+        let mut mirror = truth.clone();
+        mirror.sensors[1][3] += PI;
+        mirror.sensors[2][0] *= -1.0;
+        let mirror = standing_alike(&session, &truth, mirror);
+        let nominal = Unknowns::nominal(&session);
+        let readings = select(&session, Signals::All);
+        let (half_a_turn_off, declared) = with_workbench(|w| {
+            let solved = solve_from(&session, &readings, mirror, w)?;
+            let before = (far_offsets(&session, &solved.unknowns(&nominal)), solved.estimate.cost);
+            Ok::<_, EstimateError>((before, axes_as_declared(&session, solved, w)?))
+        })
+        .unwrap();
+        assert_eq!(half_a_turn_off.0, [ParameterId::Sensor(1, Quantity::PositionOffset)]);
+        let found = declared.unknowns(&nominal);
+        assert_eq!((far_offsets(&session, &found), turned_gains(&session, &found)), (vec![], vec![]));
+        assert!((declared.estimate.cost - half_a_turn_off.1).abs() < 0.1, "{half_a_turn_off:?} {declared:?}");
     }
 }

@@ -11,6 +11,7 @@ use super::mistakes::Mistake;
 use super::model_tests::ModelTests;
 use super::order::Order;
 use super::solved::Solved;
+use super::uncertainty::LEAST_FREEDOM;
 use super::{constraints, modelled, sweep_moments};
 use crate::judgement::{
     DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss, outlier_note,
@@ -43,7 +44,8 @@ pub(super) fn tell(
     let solved = &solved;
     let situation = solved.situation(session);
     let moments = tell_moments(session, solved, &judgement);
-    let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
+    let mut undetermined: Vec<Undetermined> = unknown_noise(session, solved, &parameters).into_iter().collect();
+    undetermined.extend(judgement.combinations.iter().map(|c| situation.tell(c)));
     undetermined.extend(unknown_sign(session, solved, &solved.readings.spreads));
     undetermined.extend(last_frame_choices(session));
     let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
@@ -82,10 +84,26 @@ pub(super) fn tell(
         notes,
         detail: Detail { singular_values: solved.spectrum.singular_values().to_vec(), way: tell_way(session, solved) },
     };
-    if verdict == Verdict::Failed {
+    if verdict == Verdict::Failed || solved.freedom_of_noise(session).is_some() {
         withdraw(&mut result);
     }
     Ok(result)
+}
+
+/// Noise that no std states, where too few readings are left to tell it: then nothing tells how well anything is known.
+fn unknown_noise(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Option<Undetermined> {
+    let freedom = solved.freedom_of_noise(session)?;
+    let (rows, rank) = (solved.judged_problem().rows(), solved.spectrum.rank());
+    let open = parameters.iter().filter(|parameter| parameter.asked && !parameter.determined);
+    Some(Undetermined {
+        combination: "the size of the noise".into(),
+        parameters: open.map(|parameter| parameter.name.clone()).collect(),
+        why: format!(
+            "no std states it, and of {rows} readings, which determine {rank} numbers, {freedom} are left to tell it from; at least \
+             {LEAST_FREEDOM} should be. Without it nothing tells how well anything is known"
+        ),
+        cure: "state the std of the torque readings (readings.torque.std), or record more poses".into(),
+    })
 }
 
 fn no_held_out_note(why: &String) -> String {

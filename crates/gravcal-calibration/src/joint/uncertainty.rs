@@ -20,6 +20,8 @@ use crate::workbench::Workbench;
 
 /// Fewer poses do not tell by themselves what an error of the model does.
 const FEWEST_POSES: usize = 14;
+/// Degrees of freedom from which on a standard deviation that was estimated with them says something: Student's t has a variance from here on.
+pub(super) const LEAST_FREEDOM: usize = 3;
 /// Share of a variance along what one block alone tells from which on that is worth a word.
 const ALONE_SHARE: f64 = 0.01;
 
@@ -76,7 +78,8 @@ impl Solved {
         session: &Session,
         misfit: Option<f64>,
     ) -> Result<(Uncertainty, UncertaintyResult), EstimateError> {
-        let estimated = self.readings.noise_found(session);
+        // What nothing tells the size of is not told: `conclusion.rs` says so.
+        let estimated = self.readings.noise_found(session) && self.freedom_of_noise(session).is_none();
         let robust = self.posed.loss != Loss::None;
         let widened_by = misfit.filter(|_| !robust);
         let knowledge = match (widened_by, estimated) {
@@ -102,6 +105,12 @@ impl Solved {
         };
         let told = UncertaintyResult::LargerOfNoiseAndJackknife { source, widened_by, jackknife };
         Ok((uncertainty.larger_of(left_out), told))
+    }
+
+    /// Degrees of freedom that are left to tell the noise, where it is to be found from them and they are too few for that.
+    pub(super) fn freedom_of_noise(&self, session: &Session) -> Option<usize> {
+        let freedom = self.judged_problem().rows().saturating_sub(self.spectrum.rank());
+        (self.readings.noise_found(session) && freedom < LEAST_FREEDOM).then_some(freedom)
     }
 
     /// Whether leaving out poses tells anything: there are enough, and the estimate is that of all of them together.

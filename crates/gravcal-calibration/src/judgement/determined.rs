@@ -55,6 +55,12 @@ impl Judgement {
         self.open.extend(parameters);
     }
 
+    /// Counts gravity and all parameters as open for a reason that is told elsewhere.
+    pub fn leave_all_unsaid(&mut self, session: &Session) {
+        self.gravity = false;
+        self.leave_unsaid(session.parameters());
+    }
+
     /// Counts parameters as without any information.
     pub fn leave_open(&mut self, parameters: impl IntoIterator<Item = ParameterId>) {
         for id in parameters {
