@@ -35,6 +35,20 @@ fn solvers_know_estimation_only() {
 }
 
 #[test]
+fn identification_knows_estimation_only_and_names_no_robot() {
+    assert_eq!(own_dependencies("gravcal-identification"), ["gravcal-estimation"]);
+    let sources = tree::files_below(&tree::root().join("crates/gravcal-identification/src"));
+    assert!(!sources.is_empty());
+    for source in sources {
+        let text = fs::read_to_string(&source).unwrap().to_lowercase();
+        let mut code = text.lines().filter(|line| !line.trim_start().starts_with("//"));
+        let of_robots = ["robot", "joint", "torque", "gravity", "session"];
+        let named = code.find(|line| of_robots.iter().any(|word| line.contains(word)));
+        assert_eq!(named, None, "{}", source.display());
+    }
+}
+
+#[test]
 fn calibration_knows_neither_solvers_nor_reports() {
     let known = own_dependencies("gravcal-calibration");
     for stranger in ["gravcal-solvers", "gravcal-report"] {
@@ -47,7 +61,14 @@ fn a_robot_model_knows_neither_files_nor_estimators_and_a_session_no_estimator()
     let model = ["gravcal-dynamics", "gravcal-estimation", "gravcal-recording"];
     assert_eq!(own_dependencies("gravcal-robot-model"), model);
     assert_eq!(own_dependencies("gravcal-session"), [&model[..], &["gravcal-robot-model"]].concat());
-    assert_eq!(own_dependencies("gravcal-calibration"), [&model[..], &["gravcal-robot-model"]].concat());
+    let calibration = [
+        "gravcal-dynamics",
+        "gravcal-estimation",
+        "gravcal-identification",
+        "gravcal-recording",
+        "gravcal-robot-model",
+    ];
+    assert_eq!(own_dependencies("gravcal-calibration"), calibration);
 }
 
 /// Files that may import each other in a circle.
@@ -83,7 +104,7 @@ fn few_files_import_each_other_in_a_circle() {
 
 #[test]
 fn files_of_a_calibration_import_nothing_that_their_facade_defines() {
-    for name in ["gravcal-calibration", "gravcal-robot-model", "gravcal-session"] {
+    for name in ["gravcal-calibration", "gravcal-identification", "gravcal-robot-model", "gravcal-session"] {
         let imports = Imports::of(&tree::root().join("crates").join(name).join("src/lib.rs"));
         let told = imports.taken_from_own_facade();
         assert!(told.is_empty(), "{told}");

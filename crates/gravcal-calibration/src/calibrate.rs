@@ -1,6 +1,7 @@
 //! Runs the estimators of a session.
 
 use gravcal_estimation::{Solver, Unsupported};
+use gravcal_identification::Workbench;
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::session::Session;
 use thiserror::Error;
@@ -12,7 +13,6 @@ use crate::joint::{
 use crate::plan::Plan;
 use crate::result::{Brief, CovarianceResult, Detail, EstimatorResult, ParameterResult, Verdict};
 use crate::sequential::{SequentialValues, run_steps, tell_steps, tell_steps_briefly};
-use crate::workbench::Workbench;
 
 /// What is chosen does not go with the session.
 #[derive(Clone, Debug, Error, PartialEq)]

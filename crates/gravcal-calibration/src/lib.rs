@@ -19,7 +19,6 @@ mod calibrate;
 mod closed_form;
 mod judgement;
 mod plan;
-mod workbench;
 
 pub mod application;
 pub mod check;
@@ -34,5 +33,5 @@ mod testing;
 mod tests;
 
 pub use calibrate::{UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
+pub use gravcal_identification::Workbench;
 pub use judgement::doubts_of_results;
-pub use workbench::Workbench;

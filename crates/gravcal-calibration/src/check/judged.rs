@@ -8,6 +8,7 @@ use super::sign;
 use crate::joint::{
     EstimateError, Readings, Solved, Unknowns, last_frame_choices, pose_with_constraints, unknown_sign,
 };
+use crate::judgement::Asked;
 use crate::result::{ParameterResult, Undetermined};
 
 /// Largest less smallest of some hundred readings of mere noise, in standard deviations.
@@ -51,10 +52,10 @@ pub(super) fn judge_at(
         name: "gravity".into(),
         unit: "deg".into(),
         asked: session.asks("gravity"),
-        determined: judgement.gravity,
+        determined: judgement.determines(Asked::Gravity),
         held: None,
         predicted_std: std(posed.layout.gravity)
-            .filter(|_| judgement.gravity)
+            .filter(|_| judgement.determines(Asked::Gravity))
             .map(|std| (std / session.gravity.magnitude).to_degrees()),
     }];
     for id in session.parameters() {
@@ -70,7 +71,8 @@ pub(super) fn judge_at(
         });
     }
     let situation = judged.situation(session);
-    let mut undetermined: Vec<Undetermined> = judgement.combinations.iter().map(|c| situation.tell(c)).collect();
+    let mut undetermined: Vec<Undetermined> =
+        judgement.combinations.iter().map(|c| situation.tell(&c.into())).collect();
     undetermined.extend(unknown_sign(session, &judged, &spreads));
     undetermined.extend(last_frame_choices(session));
     Ok(NominalVerdict { parameters, undetermined })

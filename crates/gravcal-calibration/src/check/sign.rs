@@ -11,9 +11,10 @@
 //! Gains keep their sign ([`with_gains_known`]), because to first order a gain may become its negative, which undoes what the
 //! weight of a load on known lengths tells.
 
+use gravcal_identification::DECISIVE;
 use gravcal_robot_model::session::Session;
 
-use crate::joint::{DECISIVE, EstimateError, Readings, Solved, Unknowns, pose, with_gains_known};
+use crate::joint::{EstimateError, Readings, Solved, Unknowns, pose, with_gains_known};
 
 /// Whether gravity's sign is declared, or can be decided by the readings.
 pub(super) fn is_decided(session: &Session, readings: &Readings, values: &Unknowns) -> Result<bool, EstimateError> {

@@ -4,6 +4,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
+use gravcal_identification::Workbench;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::robot::Robot;
@@ -20,7 +21,6 @@ use super::additions::additions;
 use super::supposed::Supposed;
 use super::*;
 use crate::joint::{Unknowns, estimate_jointly, pose};
-use crate::workbench::Workbench;
 
 /// Standard deviation of a torque reading, count.
 const NOISE: f64 = 0.2;

@@ -8,6 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::{BlockId, Reference, Values};
+use gravcal_identification::{IMPLAUSIBLE, Workbench};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::Session;
 use nalgebra::{Matrix3, Vector3};
@@ -15,8 +16,6 @@ use nalgebra::{Matrix3, Vector3};
 use super::error::EstimateError;
 use super::solved::Solved;
 use super::unknowns::Unknowns;
-use crate::judgement::IMPLAUSIBLE;
-use crate::workbench::Workbench;
 
 /// A variance times this is the square of five standard deviations.
 const WITHIN_FIVE: f64 = 2.0 * IMPLAUSIBLE;

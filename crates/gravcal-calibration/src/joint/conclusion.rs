@@ -1,6 +1,7 @@
 //! What readings come to: the solution, what of it is determined, and the verdict, decided here for reports and batches alike.
 
 use gravcal_estimation::Termination;
+use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{MistakenUnit, Session};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -13,9 +14,8 @@ use super::solve::{solve, solve_from};
 use super::solved::Solved;
 use super::tell::{mirrored_gains, tell_parameters, tell_termination};
 use super::unknowns::Unknowns;
-use crate::judgement::{Judgement, far_off, in_words, residual_tests};
+use crate::judgement::{Asked, Judgement, far_off, in_words, residual_tests};
 use crate::result::{GravityResult, NoiseSource, ParameterResult, ResidualTest, UncertaintyResult, Verdict};
-use crate::workbench::Workbench;
 
 /// Readings explained this many times worse than their stated noise contradict the model: no number can be relied on.
 const CONTRADICTION: f64 = 3.0;
@@ -68,9 +68,9 @@ pub(super) fn conclude(
     let solved = Solved { uncertainty, ..solved }.widened(session);
     let mut judgement = solved.judge(session);
     if solved.freedom_of_noise(session).is_some() {
-        judgement.leave_all_unsaid(session);
+        judgement.leave_unsaid(session.parameters().into_iter().map(Asked::from).chain([Asked::Gravity]));
     }
-    let gravity = judgement.gravity.then(|| solved.gravity(session));
+    let gravity = judgement.determines(Asked::Gravity).then(|| solved.gravity(session));
     let parameters = tell_parameters(session, &solved, &judgement);
     let complete =
         parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));

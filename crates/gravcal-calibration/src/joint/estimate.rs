@@ -1,5 +1,6 @@
 //! The joint estimator from readings to a result, for a reader or for batches.
 
+use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 
 use super::conclusion::{Conclusion, conclude};
@@ -12,7 +13,6 @@ use super::select::{Signals, select};
 use super::tell::tell;
 use super::unknowns::Unknowns;
 use crate::result::{Brief, EstimatorResult};
-use crate::workbench::Workbench;
 
 /// Solves the joint problem, from `known` values (the sequential estimator's) if they start it better than the
 /// nominal ones.

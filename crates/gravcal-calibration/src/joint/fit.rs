@@ -1,32 +1,13 @@
-//! The fit of a posed problem: least squares with a reference prior that follows.
-//!
-//! The reference keeps what the readings do not determine near its nominal values, so that every fit is well posed. What they do
-//! determine it pulls by next to nothing, and by nothing in the end: it is moved to where the fit ended, and the fit goes on, until
-//! that gains nothing (the proximal point method: Rockafellar, *SIAM J. Control and Optimization* 14, 1976). A pull of κ limits leaves
-//! of a bias a tenth a round where a standard deviation is as large as its limit, and less where it is smaller; along a direction
-//! without information there is nothing to gain, and nothing moves. Gains that start many times too small need more rounds than that; what
-//! the readings hardly say is left near its nominal value, as it would follow the noise to values at which they seem to say more.
+//! The fit of a posed problem, with its readings in the order in which they enter.
 
-use gravcal_estimation::{Estimate, IterationRecord, Termination};
+use gravcal_estimation::Estimate;
+use gravcal_identification::{FIRST_ITERATIONS, Fit, ROUNDS, Workbench};
 
 use super::error::EstimateError;
 use super::in_order::estimate_in_order;
 use super::order::Order;
 use super::problem::JointProblem;
 use super::readings::Readings;
-use crate::workbench::Workbench;
-
-/// Rounds in which the reference follows, at most; where more fits come, of better known noise, one.
-const ROUNDS: usize = 5;
-/// Iterations of the first fit, whose reference lies at nominal values, at most.
-pub(super) const FIRST_ITERATIONS: usize = 200;
-/// A round that lowers ½ χ² by less is the last: the next would by a hundredth of it, 4e-4 standard deviations.
-const WORTHWHILE: f64 = 1e-5;
-/// After the last round others follow while one lowers ½ χ² by more than this, two standard deviations; so many at most, with a reference so
-/// many times as firm as before.
-const SUPPORTED: f64 = 2.0;
-const FURTHER_ROUNDS: usize = 10;
-const SOFTER: f64 = 0.3;
 
 /// Minimises what readings and knowledge cost: the problem with its reference where the fit ended, and its end. The cost is
 /// that of readings and knowledge alone.
@@ -38,7 +19,7 @@ pub(super) fn fit(
     fit_in_rounds(posed, readings, ROUNDS, workbench)
 }
 
-/// The same in so many rounds at most.
+/// The same in so many rounds at most. Readings that enter group by group have no rounds: the last group's reference ends with it.
 pub(super) fn fit_in_rounds(
     posed: &JointProblem,
     readings: &Readings,
@@ -46,53 +27,11 @@ pub(super) fn fit_in_rounds(
     workbench: &Workbench<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     // Far from nominal values the way is long as long as these pull: it goes on without them.
-    let (mut posed, mut estimate) = estimate_in_order(posed, readings, &workbench.within(FIRST_ITERATIONS))?;
-    let Some(reference) = posed.problem.reference().cloned() else { return Ok((posed, estimate)) };
-    estimate.cost -= reference.cost(&posed.problem, &estimate.values);
-    let (mut round, mut firmness) = (0, 1.0);
-    loop {
-        let around = reference.times_as_firm(firmness).centered_at(&estimate.values);
-        posed.problem = posed.problem.with_reference(around.clone());
-        let given_up = match estimate.termination {
-            Termination::Stopped => true,
-            Termination::IterationLimit { limit } => limit < FIRST_ITERATIONS, // the solver's own, or hopeless
-            _ => false,
-        };
-        if given_up || readings.order != Order::Together {
-            break;
-        }
-        // A start that rounding has put outside of a constraint, say, ends the rounds, and not the fit.
-        let Ok(mut next) = workbench.solve(&posed.problem, &estimate.values) else { break };
-        next.cost -= around.cost(&posed.problem, &next.values);
-        let gained = estimate.cost - next.cost;
-        let (before, after) = (estimate.termination.converged(), next.termination.converged());
-        if gained < 0.0 || before && !after {
-            break;
-        }
-        let noise = (2.0 * next.cost / posed.rows.len().max(1) as f64).max(1.0);
-        estimate = followed(estimate, next);
-        round += 1;
-        let goes_on = match round < rounds {
-            true => !after || gained >= WORTHWHILE * noise,
-            false => after && gained >= SUPPORTED * noise && round < rounds + FURTHER_ROUNDS,
-        };
-        if !goes_on {
-            break;
-        }
-        if round >= rounds {
-            firmness *= SOFTER;
-        }
-    }
-    posed.problem = posed.problem.with_reference(reference.centered_at(&estimate.values));
-    Ok((posed, estimate))
-}
-
-/// One estimate behind the other, which began where the first one ended.
-fn followed(before: Estimate, after: Estimate) -> Estimate {
-    let mut iterations = before.iterations;
-    for record in after.iterations.into_iter().skip(1) {
-        iterations.push(IterationRecord { iteration: iterations.len(), ..record });
-    }
-    let way = before.way.into_iter().chain(after.way.into_iter().skip(1)).collect();
-    Estimate { iterations, way, ..after }
+    let (posed, first) = estimate_in_order(posed, readings, &workbench.within(FIRST_ITERATIONS))?;
+    let fit = Fit::ended(posed.problem.clone(), first);
+    let Fit { problem, estimate } = match readings.order {
+        Order::Together => fit.followed(posed.rows.len(), rounds, workbench),
+        _ => fit,
+    };
+    Ok((JointProblem { problem, ..posed }, estimate))
 }

@@ -14,6 +14,7 @@
 //! [linearized]: gravcal_estimation::passing_on::linearized
 
 use gravcal_estimation::{BlockId, EvaluateError, Factor, Loss, Problem, Spectrum, Values};
+use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{Session, UncertaintyChoice};
 
@@ -26,7 +27,6 @@ use super::sample::Sample;
 use super::select::{Signals, select};
 use super::start::best_start;
 use crate::plan::Plan;
-use crate::workbench::Workbench;
 
 /// How many times worse than all poses the first ones may know a parameter before single poses follow. On the Sarcos shoulder
 /// (60 to 100 sessions of `experiments/step-by-step`) 2 or 3 raise the rms errors of torque gains by 1 % of their bound over those

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeSet;
 
+use gravcal_identification::Workbench;
 use gravcal_recording::file_name;
 use gravcal_robot_model::session::Session;
 use gravcal_robot_model::sweeps::find_sweeps;
@@ -19,7 +20,6 @@ use super::solved::Solved;
 use super::unknowns::Unknowns;
 use crate::judgement::{self, held_out};
 use crate::result::{Fit, HeldOut};
-use crate::workbench::Workbench;
 
 /// One pose in so many is held out.
 const SHARE: usize = 10;

@@ -6,6 +6,7 @@ use gravcal_estimation::passing_on::{condensed, linearized, selected};
 use gravcal_estimation::{
     BlockId, Covariance, Estimate, Factor, IterationRecord, Problem, Spectrum, Termination, Values,
 };
+use gravcal_identification::Workbench;
 
 use super::error::{EstimateError, PosingError};
 use super::groups::{NOT_YET, first_of};
@@ -13,7 +14,6 @@ use super::order::Order;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::robust::solve_with_loss;
-use crate::workbench::Workbench;
 
 /// An unknown in which readings are not linear stays where it is in a step of whose readings, and those before, it follows so
 /// many times worse than from all: where a standing joint trembles, its gain and offset seem to be known a little.

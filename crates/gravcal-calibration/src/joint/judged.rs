@@ -2,6 +2,7 @@
 
 use gravcal_estimation::statistics::{DECIDED, LinearFunction, stored_coordinates};
 use gravcal_estimation::{BlockId, Covariance, Spectrum, Values};
+use gravcal_identification::judge;
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
 
@@ -9,7 +10,7 @@ use super::idle::idle_joints;
 use super::problem::JointProblem;
 use super::solved::{Nearby, Solved};
 use super::unknowns::Unknowns;
-use crate::judgement::{Judged, Judgement, Situation, gravity_result, judge};
+use crate::judgement::{Asked, Judgement, Situation, asked, gravity_result};
 use crate::result::GravityResult;
 
 impl Solved {
@@ -22,17 +23,17 @@ impl Solved {
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
         let JointProblem { problem, layout, .. } = &self.posed;
         let judged = |values: &Values, spectrum: &Spectrum, covariance: &Covariance| {
-            judge(session, &Judged { problem, values, layout, spectrum }, covariance, spreads)
+            judge(problem, spectrum, covariance, &asked(session, layout, values, spreads))
         };
         let mut judgement = judged(&self.estimate.values, &self.spectrum, self.covariance());
         for Nearby { values, spectrum, share, open } in &self.nearby {
             let at_least = spectrum.covariance().scaled(share * share);
             judgement.leave_open_what_is_open_in(&judged(values, spectrum, &at_least));
             let is_open = |id: BlockId| problem.columns_of(id).any(|column| open.contains(&column));
-            judgement.gravity &= !is_open(layout.gravity);
+            judgement.leave_unsaid(is_open(layout.gravity).then_some(Asked::Gravity));
             judgement.leave_open(session.parameters().into_iter().filter(|id| is_open(layout.block(*id))));
         }
-        judgement.gravity &= self.sign_known;
+        judgement.leave_unsaid((!self.sign_known).then_some(Asked::Gravity));
         judgement.leave_unsaid(self.turning_with_gravity(session, spreads));
         judgement.leave_open(self.readings.unread_and_unknown(session));
         judgement.leave_open(self.on_bound(session));

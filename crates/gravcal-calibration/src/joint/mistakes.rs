@@ -10,6 +10,7 @@
 //! found anew with it, and allowing for how many were tried.
 
 use gravcal_estimation::Termination;
+use gravcal_identification::{DECISIVE, Workbench};
 use gravcal_recording::Orientation;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::Session;
@@ -22,9 +23,7 @@ use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
 use super::solve::solve_from;
 use super::solved::Solved;
 use super::start::start_cost;
-use super::twins::DECISIVE;
 use super::unknowns::Unknowns;
-use crate::workbench::Workbench;
 
 /// A mistake must lower the cost of a start to this share of it; the cost of a solution likewise.
 const BETTER_START: f64 = 0.7;

@@ -17,6 +17,7 @@ use std::ops::Range;
 
 use gravcal_estimation::statistics::LinearFunction;
 use gravcal_estimation::{BlockId, Loss};
+use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::{Drift, Instrument, Session};
 use nalgebra::{DMatrix, DVector};
@@ -30,7 +31,6 @@ use super::solved::Solved;
 use super::unknowns::Unknowns;
 use crate::judgement::Judgement;
 use crate::result::{Fit, NoiseSource, SensorModelTest, TestAgainstZero, TestKind, UncertaintyResult};
-use crate::workbench::Workbench;
 
 /// Why a parameter is held in the problem without it.
 const ABSENT: &str = "tested against zero";

@@ -1,6 +1,7 @@
 //! What the readings say at values near the estimate that may be the true ones.
 
 use gravcal_estimation::{Reference, Spectrum, Values};
+use gravcal_identification::{AT_LEAST, BASELESS, MATTERS, Workbench, least_informed_nearby};
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
 
@@ -11,8 +12,7 @@ use super::solve::solve_from;
 use super::solved::{Nearby, Solved};
 use super::twins::in_hemisphere;
 use super::unknowns::Unknowns;
-use crate::judgement::{AT_LEAST, Judged, MATTERS, least_informed_nearby, limits_of_use};
-use crate::workbench::Workbench;
+use crate::judgement::limits_of_use;
 
 /// Values at which ½ χ² is larger by less are as good as the estimate: two standard deviations away.
 const AS_LIKELY: f64 = 2.0;
@@ -22,8 +22,6 @@ const BETTER: f64 = 0.1;
 const WITHIN: f64 = 0.5;
 /// How often an estimate goes on from better values, at most.
 const ROUNDS: usize = 3;
-/// Times by which a standard deviation is too small that has no basis.
-pub(super) const BASELESS: f64 = 10.0;
 /// Iterations at most to where open parameters are at their nominal values.
 const ITERATIONS: usize = 100;
 
@@ -149,7 +147,6 @@ impl Solved {
     /// Column and limit of use of gravity and every parameter.
     pub(super) fn limits_of_use(&self, session: &Session) -> Vec<(usize, f64)> {
         let JointProblem { layout, .. } = &self.posed;
-        let (problem, values, spectrum) = (self.judged_problem(), &self.estimate.values, &self.spectrum);
-        limits_of_use(session, &Judged { problem, values, layout, spectrum }, &self.readings.spreads)
+        limits_of_use(session, (self.judged_problem(), &self.estimate.values), layout, &self.readings.spreads)
     }
 }

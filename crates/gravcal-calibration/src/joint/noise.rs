@@ -1,191 +1,61 @@
-//! Noise of the sensors where no reading states it: from the residuals.
-//!
-//! A channel's variance `s² = Σ r²/d` has few degrees of freedom `d` where poses are few, and may by chance be a quarter of what it should be.
-//! The joints' variances are therefore taken for draws from one distribution, `1/σ² ~ χ²_{d₀}/(d₀ s₀²)`, whose `d₀` and `s₀` come from how much
-//! they differ (Smyth, *Statistical Applications in Genetics and Molecular Biology* 3, 2004, equations in section 6.2), and each is
-//!
-//! ```text
-//!     (d₀ s₀² + d s²)/(d₀ + d)
-//! ```
-//!
-//! Where joints differ by more than chance, or have been read often, that is `s²` as it was; where they do not differ it is that of all. Where
-//! at most one joint has a degree of freedom left, nothing tells whether they differ: each would be as quiet as the fit can make it.
+//! Noise of the sensors where no reading states it: from the residuals of their channels.
 
 use gravcal_estimation::EvaluateError;
+use gravcal_identification::{ReadingResidual, RowResidual, noise_by_median, noise_by_squares, row_residuals};
 use gravcal_robot_model::session::{Session, UnexplainedError};
-use statrs::function::gamma::digamma;
 
 use super::readings::first_noise;
 use super::solved::Solved;
 
-/// Sum of squares and degrees of freedom of a channel's residuals.
-#[derive(Clone, Copy, Default)]
-struct Residuals {
-    squares: f64,
-    freedom: f64,
-}
-
-impl Residuals {
-    fn variance(self) -> Option<f64> {
-        (self.squares > 0.0 && self.freedom > 0.0).then(|| self.squares / self.freedom)
-    }
-}
-
 impl Solved {
     /// Standard deviation of each channel's residuals, allowing for the parameters that the rows themselves took up.
     pub(super) fn residual_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
-        let rows = self.posed.problem.augmented_jacobian(&self.estimate.values)?;
-        let leverages = self.spectrum.leverages(&rows);
-        let width = self.posed.problem.columns().len() + 1;
-        let mut residuals = vec![Residuals::default(); session.channel_count()];
-        for (index, (pose, channel)) in self.posed.rows.iter().enumerate() {
-            let residual = rows[index * width + width - 1] * self.readings.std(session, *pose, *channel);
-            residuals[*channel].squares += residual * residual;
-            residuals[*channel].freedom += (1.0 - leverages[index]).max(0.0);
-        }
         let estimated = session.noise_estimated();
-        let joints = (0..session.joints.len()).filter(|joint| estimated[*joint]);
-        let common = CommonNoise::of(&joints.map(|joint| residuals[joint]).collect::<Vec<_>>());
-        let noise = residuals.iter().zip(&self.readings.noise).enumerate().map(|(channel, (residuals, old))| {
-            let common = common.as_ref().filter(|_| channel < session.joints.len() && estimated[channel]);
-            let variance = residuals.variance().map(|own| common.map_or(own, |common| common.moderated(*residuals)));
-            variance.map_or(*old, f64::sqrt)
-        });
-        Ok(noise.collect())
+        let joints = session.joints.len();
+        let alike: Vec<bool> =
+            (0..session.channel_count()).map(|channel| channel < joints && estimated[channel]).collect();
+        Ok(self.or_as_before(noise_by_squares(&self.reading_residuals(session)?, &alike)))
+    }
+
+    /// Standard deviation of each channel's readings by the median of its residuals, unit of the reading.
+    pub(super) fn median_noise(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
+        Ok(self.or_as_before(noise_by_median(&self.reading_residuals(session)?, self.readings.noise.len())))
+    }
+
+    fn or_as_before(&self, found: Vec<Option<f64>>) -> Vec<f64> {
+        found.into_iter().zip(&self.readings.noise).map(|(found, old)| found.unwrap_or(*old)).collect()
+    }
+
+    /// Those of the readings, in the order of the rows.
+    pub(super) fn row_residuals(&self) -> Result<Vec<RowResidual>, EvaluateError> {
+        row_residuals(&self.posed.problem, &self.estimate.values, &self.spectrum, self.posed.rows.len())
+    }
+
+    fn reading_residuals(&self, session: &Session) -> Result<Vec<ReadingResidual>, EvaluateError> {
+        let rows = self.posed.rows.iter().zip(self.row_residuals()?);
+        let of = |((pose, channel), row): (&(usize, usize), RowResidual)| {
+            let std = self.readings.std(session, *pose, *channel);
+            ReadingResidual { channel: *channel, std, row }
+        };
+        Ok(rows.map(of).collect())
+    }
+
+    /// Residuals of the torque readings in standard deviations, as large as they would be had the fit not followed
+    /// them: one a row.
+    pub(crate) fn freed_residuals(&self) -> Result<Vec<f64>, EvaluateError> {
+        Ok(self.row_residuals()?.into_iter().map(RowResidual::freed).collect())
     }
 
     /// − ln of the likelihood with noise that was found counted only by the degrees of freedom that found it, but for what all sessions with
     /// these readings share: a fit that took up most of its readings explains the rest by chance.
     pub(super) fn minus_log_restricted_likelihood(&self, session: &Session) -> Result<f64, EvaluateError> {
-        let rows = self.posed.problem.augmented_jacobian(&self.estimate.values)?;
-        let leverages = self.spectrum.leverages(&rows);
         let errors = session.unexplained_errors().into_iter().map(|error| error == UnexplainedError::Estimated);
         let found: Vec<bool> = errors.zip(session.noise_estimated()).map(|(errors, noise)| errors || noise).collect();
         let unit = first_noise(session, &self.readings.spreads);
-        let size = |((pose, channel), leverage): (&(usize, usize), &f64)| match found[*channel] {
-            true => (1.0 - leverage).max(0.0) * (self.readings.std(session, *pose, *channel) / unit[*channel]).ln(),
+        let size = |ReadingResidual { channel, std, row }: ReadingResidual| match found[channel] {
+            true => (1.0 - row.leverage).max(0.0) * (std / unit[channel]).ln(),
             false => 0.0,
         };
-        Ok(self.estimate.cost + self.posed.rows.iter().zip(&leverages).map(size).sum::<f64>())
-    }
-}
-
-/// What the variances of like channels have in common.
-#[derive(Clone, Copy, Debug)]
-struct CommonNoise {
-    /// `s₀²`.
-    variance: f64,
-    /// `d₀`; infinite where the channels differ by no more than chance.
-    freedom: f64,
-}
-
-impl CommonNoise {
-    /// Nothing where no channel tells anything.
-    fn of(channels: &[Residuals]) -> Option<CommonNoise> {
-        let telling: Vec<&Residuals> = channels.iter().filter(|c| c.variance().is_some() && c.freedom >= 1.0).collect();
-        let count = telling.len() as f64;
-        if count < 2.0 {
-            return CommonNoise::of_all(channels);
-        }
-        let logarithms = || telling.iter().filter_map(|c| Some(c.variance()?.ln() - excess(c.freedom)));
-        let mean = logarithms().sum::<f64>() / count;
-        let scatter = logarithms().map(|e| (e - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        let by_chance = telling.iter().map(|c| trigamma(0.5 * c.freedom)).sum::<f64>() / count;
-        Some(match freedom_of_scatter(scatter - by_chance) {
-            Some(freedom) => CommonNoise { variance: (mean + excess(freedom)).exp(), freedom },
-            None => return CommonNoise::of_all(telling.into_iter()),
-        })
-    }
-
-    /// Of channels that are taken for alike.
-    fn of_all<'r>(channels: impl IntoIterator<Item = &'r Residuals>) -> Option<CommonNoise> {
-        let all = channels.into_iter().fold(Residuals::default(), |all, channel| Residuals {
-            squares: all.squares + channel.squares,
-            freedom: all.freedom + channel.freedom,
-        });
-        Some(CommonNoise { variance: all.variance()?, freedom: f64::INFINITY })
-    }
-
-    fn moderated(&self, own: Residuals) -> f64 {
-        if self.freedom.is_infinite() {
-            return self.variance;
-        }
-        (self.freedom * self.variance + own.squares) / (self.freedom + own.freedom)
-    }
-}
-
-/// Mean of `ln(χ²_d/d)`.
-fn excess(freedom: f64) -> f64 {
-    digamma(0.5 * freedom) - (0.5 * freedom).ln()
-}
-
-/// ψ′, as the slope of ψ.
-fn trigamma(x: f64) -> f64 {
-    let h = 1e-4 * x;
-    (digamma(x + h) - digamma(x - h)) / (2.0 * h)
-}
-
-/// `d₀` with `ψ′(d₀/2)` so large; nothing where that is more than 10⁴, or no scatter at all.
-fn freedom_of_scatter(scatter: f64) -> Option<f64> {
-    let (mut low, mut high) = (1e-3_f64, 1e4_f64);
-    if scatter <= trigamma(0.5 * high) {
-        return None;
-    }
-    for _ in 0..60 {
-        let middle = (low * high).sqrt();
-        let larger = trigamma(0.5 * middle) > scatter;
-        if larger { low = middle } else { high = middle }
-    }
-    Some((low * high).sqrt())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn channels(of: &[(f64, f64)]) -> Vec<Residuals> {
-        of.iter().map(|(variance, freedom)| Residuals { squares: variance * freedom, freedom: *freedom }).collect()
-    }
-
-    fn moderated(of: &[(f64, f64)]) -> Vec<f64> {
-        let channels = channels(of);
-        let common = CommonNoise::of(&channels).unwrap();
-        channels.iter().map(|c| common.moderated(*c)).collect()
-    }
-
-    #[test]
-    fn variances_that_differ_by_chance_are_one() {
-        // 0.4 to 1.6 times the variance are no rarity of five degrees of freedom.
-        let found = moderated(&[(0.4, 5.0), (1.1, 5.0), (0.9, 5.0), (1.6, 5.0), (0.8, 5.0)]);
-        assert!(found.iter().all(|v| (v - 0.96).abs() < 1e-12), "{found:?}");
-    }
-
-    #[test]
-    fn sensors_that_differ_keep_their_own() {
-        for (found, own) in moderated(&[(1.0, 500.0), (0.01, 500.0), (1e-4, 500.0)]).into_iter().zip([1.0, 0.01, 1e-4])
-        {
-            assert!((found / own - 1.0).abs() < 0.01, "{found} {own}");
-        }
-    }
-
-    #[test]
-    fn sensors_without_a_degree_of_freedom_each_are_one() {
-        let found = moderated(&[(900.0, 0.5), (1.0, 0.3), (1e-9, 0.2)]);
-        assert!(found.iter().all(|v| (v - 450.3).abs() < 1e-6), "{found:?}");
-    }
-
-    #[test]
-    fn the_slope_of_psi_and_its_inverse_are_right() {
-        assert!((trigamma(1.0) - std::f64::consts::PI.powi(2) / 6.0).abs() < 1e-6);
-        assert!((trigamma(0.5) - std::f64::consts::PI.powi(2) / 2.0).abs() < 1e-6);
-        assert!((freedom_of_scatter(trigamma(3.5)).unwrap() - 7.0).abs() < 1e-6);
-        assert!(freedom_of_scatter(-1.0).is_none() && CommonNoise::of(&channels(&[(0.0, 0.0)])).is_none());
-    }
-
-    #[test]
-    fn moderation_is_between_own_and_common() {
-        // Of few readings, one sensor that is much noisier than the others: its variance comes nearer to theirs, and stays by far the largest.
-        let found = moderated(&[(1.0, 6.0), (1.5, 6.0), (0.7, 6.0), (60.0, 6.0)]);
-        assert!((10.0..60.0).contains(&found[3]) && found[..3].iter().all(|v| (0.7..10.0).contains(v)), "{found:?}");
+        Ok(self.estimate.cost + self.reading_residuals(session)?.into_iter().map(size).sum::<f64>())
     }
 }

@@ -16,6 +16,7 @@
 //! A declared sign is taken at its word, `"normal"` included.
 
 use gravcal_estimation::Termination;
+use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{InstrumentKind, Pose, Session};
 
@@ -27,7 +28,6 @@ use super::sample::Sample;
 use super::solved::Solved;
 use super::start::{best_start, start_cost};
 use super::unknowns::Unknowns;
-use crate::workbench::Workbench;
 
 /// A turned sign must lower the cost of a start to this share of it; the cost of a solution likewise.
 const BETTER_START: f64 = 0.8;

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 
 use super::error::PosingError;
@@ -10,7 +11,6 @@ use super::posing::pose;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::unknowns::Unknowns;
-use crate::workbench::Workbench;
 
 /// Poses that suffice to compare candidates.
 const POSES: usize = 120;

@@ -15,6 +15,7 @@
 use std::f64::consts::PI;
 
 use gravcal_dynamics::{JointKind, Transform};
+use gravcal_identification::{DECISIVE, Workbench};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{Load, Session};
 
@@ -22,9 +23,7 @@ use super::error::EstimateError;
 use super::posing::pose_with_constraints;
 use super::solve::solve_posed;
 use super::solved::Solved;
-use super::twins::DECISIVE;
 use super::unknowns::Unknowns;
-use crate::workbench::Workbench;
 
 /// Share of its nominal value below which a gain has no sign: it may be zero.
 const HAS_SIGN: f64 = 0.1;

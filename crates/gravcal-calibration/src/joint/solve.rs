@@ -1,10 +1,11 @@
 //! Solving the joint problem: start, unstated noise.
 
-use gravcal_estimation::{EvaluateError, Loss, Termination, Values, in_parallel};
+use gravcal_estimation::{EvaluateError, Loss, Termination, Values};
+use gravcal_identification::{IMPLAUSIBLE, Likeliest, Workbench};
 use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use super::error::EstimateError;
-use super::fit::{FIRST_ITERATIONS, fit, fit_in_rounds};
+use super::fit::{fit, fit_in_rounds};
 use super::order::Order;
 use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
@@ -13,10 +14,9 @@ use super::sample::Sample;
 use super::signs::turned_gains;
 use super::solved::Solved;
 use super::start::{best_start, further_starts, start_around};
-use super::twins::{DECISIVE, settled};
+use super::twins::settled;
 use super::unknowns::Unknowns;
-use crate::judgement::{Explained, IMPLAUSIBLE};
-use crate::workbench::Workbench;
+use crate::judgement::explained;
 
 /// Rounds of noise estimation at most, and the relative change at which they end.
 const NOISE_ROUNDS: usize = 8;
@@ -77,16 +77,20 @@ fn lowest_elsewhere(
     workbench.tell("other starting values");
     let companion = workbench.solver().companion().filter(|other| other.check(&solved.posed.problem).is_ok());
     let second = workbench.by(companion.as_deref().unwrap_or(workbench.solver()));
-    let mut best = Best { solved, lower: false, ends: Vec::new() };
-    best.or_from(vec![best_start(session, sample, known, &second)?], session, readings, &second);
-    best.or_from(further_starts(session, sample, known, workbench)?, session, readings, workbench);
-    if !best.solved.estimate.termination.converged() || best.solved.misfit(session)?.is_some() {
-        best.or_from(further_starts(session, sample, known, &second)?, session, readings, &second);
-    }
-    let Best { solved, lower, mut ends } = best;
-    let solved = if lower { settled(session, solved, sample, &second)? } else { solved };
-    let lowest = solved.minus_log_likelihood(session);
     let nominal = Unknowns::nominal(session);
+    let follow = |start: Unknowns, workbench: &Workbench<'_>| -> Result<_, EstimateError> {
+        Ok(solve_from(session, readings, start, workbench)?.as_end(session))
+    };
+    let on = |there: &Solved| there.unknowns(&nominal);
+    let mut likeliest = Likeliest::first(solved.as_end(session));
+    likeliest.or_from(vec![best_start(session, sample, known, &second)?], follow, on, &second);
+    likeliest.or_from(further_starts(session, sample, known, workbench)?, follow, on, workbench);
+    if !likeliest.best.converged || likeliest.best.solution.misfit(session)?.is_some() {
+        likeliest.or_from(further_starts(session, sample, known, &second)?, follow, on, &second);
+    }
+    let Likeliest { best, is_another, mut ends } = likeliest;
+    let solved = if is_another { settled(session, best.solution, sample, &second)? } else { best.solution };
+    let lowest = solved.minus_log_likelihood(session);
     let turned = |values: &Values| turned_gains(session, &solved.posed.layout.unknowns(values, &nominal));
     // A sign is declared: an end of another sign that explains exactly as much is an image, no value that the parameters may have.
     let here = turned(&solved.estimate.values);
@@ -95,48 +99,6 @@ fn lowest_elsewhere(
     };
     ends.retain(|(height, values)| *height < lowest + IMPLAUSIBLE && !is_image(*height, values));
     Ok(Solved { elsewhere: ends.into_iter().map(|(_, values)| values).collect(), ..solved })
-}
-
-/// The likeliest solution so far, whether it is another than the first, and where all others ended, with − ln of their likelihood.
-struct Best {
-    solved: Solved,
-    lower: bool,
-    ends: Vec<(f64, Values)>,
-}
-
-impl Best {
-    /// Or a likelier one from one of these starts.
-    fn or_from(&mut self, starts: Vec<Unknowns>, session: &Session, readings: &Readings, workbench: &Workbench<'_>) {
-        let ends = in_parallel(starts, |start| self.followed(start, session, readings, workbench));
-        // A start that leads nowhere says nothing of the others.
-        for other in ends.into_iter().flatten() {
-            let gain = self.solved.minus_log_likelihood(session) - other.minus_log_likelihood(session);
-            let converged = [&other, &self.solved].map(|solved| solved.estimate.termination.converged());
-            if converged[0] {
-                self.ends.push((other.minus_log_likelihood(session), other.estimate.values.clone()));
-            }
-            if gain > DECISIVE || gain > 0.0 && converged == [true, false] {
-                (self.solved, self.lower) = (other, true);
-            }
-        }
-    }
-
-    /// Where a start leads. What still creeps after some iterations is followed to its end only where that may matter.
-    fn followed(
-        &self,
-        start: Unknowns,
-        session: &Session,
-        readings: &Readings,
-        workbench: &Workbench<'_>,
-    ) -> Result<Solved, EstimateError> {
-        let there = solve_from(session, readings, start, &workbench.within(FIRST_ITERATIONS))?;
-        let worse = there.minus_log_likelihood(session) - self.solved.minus_log_likelihood(session);
-        if there.estimate.termination.converged() || worse > IMPLAUSIBLE {
-            return Ok(there);
-        }
-        let start = there.unknowns(&Unknowns::nominal(session));
-        solve_from(session, readings, start, workbench)
-    }
 }
 
 /// The same from where it is said to start.
@@ -218,6 +180,6 @@ pub(crate) fn solve_posed(
 impl Solved {
     /// How many times worse than their stated noise the readings are explained, where that is no accident.
     pub(super) fn misfit(&self, session: &Session) -> Result<Option<f64>, EvaluateError> {
-        Ok(Explained::of(session, self, 2.0 * self.estimate.cost)?.misfit())
+        Ok(explained(session, self, 2.0 * self.estimate.cost)?.misfit())
     }
 }

@@ -1,7 +1,7 @@
 //! A solved joint problem, and what the data determine there.
 
-use gravcal_estimation::statistics::{NoiseKnowledge, Solution, along_constraints, leans};
 use gravcal_estimation::{Covariance, Estimate, Problem, Spectrum, Termination, Uncertainty, Values};
+use gravcal_identification::{End, Known};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::Session;
 
@@ -51,6 +51,16 @@ pub(super) struct Nearby {
 }
 
 impl Solved {
+    /// As an end of a start among others.
+    pub(super) fn as_end(self, session: &Session) -> End<Solved> {
+        End {
+            height: self.minus_log_likelihood(session),
+            converged: self.estimate.termination.converged(),
+            values: self.estimate.values.clone(),
+            solution: self,
+        }
+    }
+
     /// − ln of the likelihood with the noise as stated or found here, but for what all solutions share.
     pub(super) fn minus_log_likelihood(&self, session: &Session) -> f64 {
         let size = |(pose, channel): &(usize, usize)| self.readings.std(session, *pose, *channel).ln();
@@ -76,21 +86,14 @@ impl Solved {
     }
 
     pub(super) fn judged(readings: Readings, posed: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
-        let mut spectrum = Spectrum::of(&posed.problem, &estimate)?;
-        let leans = leans(&posed.problem, &estimate, &spectrum);
-        let along = along_constraints(&posed.problem, &estimate, &spectrum)?;
-        if let Some(problem) = &along {
-            spectrum = Spectrum::new(problem, &estimate.values)?;
-        }
-        let problem = along.as_ref().unwrap_or(&posed.problem);
-        let solution = Solution { problem, values: &estimate.values, spectrum: &spectrum };
-        let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
+        let Known { spectrum, along_constraints, leans, uncertainty } =
+            Known::at::<EstimateError>(&posed.problem, &estimate)?;
         Ok(Solved {
             readings,
             posed,
             estimate,
             spectrum,
-            along_constraints: along,
+            along_constraints,
             uncertainty,
             leans,
             nearby: Vec::new(),

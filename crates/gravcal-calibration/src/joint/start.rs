@@ -5,6 +5,7 @@
 //! those that the sequential estimator found), and its worth is the cost after that linear problem is solved. A few of the
 //! best are followed a little further, and the one that comes lowest wins.
 
+use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 
 use super::error::PosingError;
@@ -12,7 +13,6 @@ use super::linear_part::LinearPart;
 use super::readings::Readings;
 use super::sample::{Nearby, Sample, thinned};
 use super::unknowns::Unknowns;
-use crate::workbench::Workbench;
 
 /// Directions tried in a hemisphere, besides the declared one.
 const DIRECTIONS: usize = 48;

@@ -2,6 +2,7 @@
 
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
+use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{EarlierCalibration, KnowledgeKind, LAST_FRAME_CHOICE, Session};
 
@@ -14,13 +15,12 @@ use super::solved::Solved;
 use super::uncertainty::LEAST_FREEDOM;
 use super::{constraints, modelled, sweep_moments};
 use crate::judgement::{
-    DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss, outlier_note,
-    outliers, position_errors, tool_notes, weak_combinations, weak_note,
+    Asked, DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss,
+    outlier_note, outliers, position_errors, tool_notes, weak_combinations, weak_note,
 };
 use crate::result::{
     CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, Undetermined, Verdict,
 };
-use crate::workbench::Workbench;
 
 /// Tells a conclusion in words and numbers.
 pub(super) fn tell(
@@ -45,7 +45,7 @@ pub(super) fn tell(
     let situation = solved.situation(session);
     let moments = tell_moments(session, solved, &judgement);
     let mut undetermined: Vec<Undetermined> = unknown_noise(session, solved, &parameters).into_iter().collect();
-    undetermined.extend(judgement.combinations.iter().map(|c| situation.tell(c)));
+    undetermined.extend(judgement.combinations.iter().map(|c| situation.tell(&c.into())));
     undetermined.extend(unknown_sign(session, solved, &solved.readings.spreads));
     undetermined.extend(last_frame_choices(session));
     let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
@@ -232,7 +232,7 @@ fn tell_moments(session: &Session, solved: &Solved, judgement: &Judgement) -> Ve
 /// Columns of gravity and of the parameters, as far as they are not determined.
 fn open_columns(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<usize> {
     let layout = &solved.posed.layout;
-    let gravity = (!judgement.gravity).then_some(layout.gravity);
+    let gravity = (!judgement.determines(Asked::Gravity)).then_some(layout.gravity);
     let open = session.parameters().into_iter().filter(|id| !judgement.determines(*id)).map(|id| layout.block(id));
     gravity.into_iter().chain(open).flat_map(|id| solved.posed.problem.columns_of(id)).collect()
 }
@@ -246,7 +246,7 @@ fn tell_covariance(
 ) -> CovarianceResult {
     let layout = &solved.posed.layout;
     let mut blocks = Vec::new();
-    if judgement.gravity {
+    if judgement.determines(Asked::Gravity) {
         blocks.push(layout.gravity);
     }
     let free = session.parameters().into_iter().filter(|id| session.held(*id).is_none());

@@ -9,6 +9,7 @@
 //!   where the start lay.
 //! - **Axes the other way round**: see `signs.rs`.
 
+use gravcal_identification::{DECISIVE, Workbench};
 use gravcal_robot_model::parameter::{Limit, ParameterId, Quantity};
 use gravcal_robot_model::session::{Knowledge, KnowledgeKind, Session};
 use nalgebra::Vector3;
@@ -20,10 +21,7 @@ use super::signs::axes_as_declared;
 use super::solve::{solve_from, solve_posed};
 use super::solved::Solved;
 use super::unknowns::Unknowns;
-use crate::workbench::Workbench;
 
-/// Cost by which one of both must exceed the other to be ruled out: its likelihood is then less by e¹⁰.
-pub(crate) const DECISIVE: f64 = 10.0;
 /// Standard deviation of a gain where gravity is told from its opposite, as a share of it.
 const GAIN_KNOWN: f64 = 0.3;
 /// Iterations at most in which the rest follows gravity on the border of its hemisphere.

@@ -9,6 +9,7 @@ use gravcal_estimation::statistics::{
     Uncertainty,
 };
 use gravcal_estimation::{BlockId, Loss, Spectrum};
+use gravcal_identification::Workbench;
 use gravcal_robot_model::session::{PoseBlocks, Session, UncertaintyChoice};
 
 use super::error::EstimateError;
@@ -16,7 +17,6 @@ use super::order::Order;
 use super::pose_blocks::BlocksOfPoses;
 use super::solved::Solved;
 use crate::result::{JackknifeResult, NoiseSource, UncertaintyResult};
-use crate::workbench::Workbench;
 
 /// Fewer poses do not tell by themselves what an error of the model does.
 const FEWEST_POSES: usize = 14;

@@ -14,9 +14,9 @@
 //! Under a loss, residuals may be outliers, and `v` is what makes their median that of normal errors.
 
 use gravcal_estimation::{EvaluateError, Loss};
+use gravcal_identification::{NORMAL_MEDIAN, median};
 use gravcal_robot_model::session::{Session, UnexplainedError};
 
-use super::median::{NORMAL_MEDIAN, median};
 use super::readings::{Readings, first_noise, stated};
 use super::solved::Solved;
 

@@ -1,16 +1,12 @@
 //! What the residuals of the readings say.
 
 use gravcal_estimation::{EvaluateError, Loss};
+use gravcal_identification::Explained;
 use gravcal_robot_model::session::Session;
 use std::sync::Arc;
 
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
-
-use crate::joint::{NORMAL_MEDIAN, Readings, Solved, median};
+use crate::joint::{Readings, Solved};
 use crate::result::{Fit, HeldOut, JointFit, ReadingResidual, UnexplainedResult};
-
-/// Probability below which the stated noise is taken not to explain the residuals.
-const SIGNIFICANCE: f64 = 1e-3;
 
 /// Residuals of readings, collected by channel.
 #[derive(Clone, Debug)]
@@ -57,40 +53,21 @@ impl JointResiduals {
     }
 }
 
-/// How well the readings are explained as a whole.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Explained {
-    chi_squared: f64,
-    degrees_of_freedom: usize,
-    p_value: Option<f64>,
-    median_ratio: Option<f64>,
-}
-
-impl Explained {
-    pub fn of(session: &Session, solved: &Solved, chi_squared: f64) -> Result<Explained, EvaluateError> {
-        let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.spectrum.rank());
-        let stated = !solved.readings.noise_found(session);
-        let (p_value, median_ratio) = match (stated, solved.posed.loss) {
-            (false, _) => (None, None),
-            (true, Loss::None) => (by_chi_squared(chi_squared, degrees_of_freedom), None),
-            (true, _) => by_median(&solved.freed_residuals()?),
-        };
-        Ok(Explained { chi_squared, degrees_of_freedom, p_value, median_ratio })
-    }
-
-    /// How many times worse than their stated noise the readings are explained, where that is no accident: `√(χ²/dof)`,
-    /// under a loss by the median.
-    pub fn misfit(&self) -> Option<f64> {
-        let by_squares = || (self.chi_squared / self.degrees_of_freedom as f64).sqrt();
-        let ratio = self.median_ratio.unwrap_or_else(by_squares);
-        self.p_value.filter(|p| *p < SIGNIFICANCE).map(|_| ratio)
-    }
+/// How well a solved problem explains its readings as a whole.
+pub(crate) fn explained(session: &Session, solved: &Solved, chi_squared: f64) -> Result<Explained, EvaluateError> {
+    let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.spectrum.rank());
+    let stated = !solved.readings.noise_found(session);
+    Ok(match (stated, solved.posed.loss) {
+        (false, _) => Explained::by_own_noise(chi_squared, degrees_of_freedom),
+        (true, Loss::None) => Explained::by_chi_squared(chi_squared, degrees_of_freedom),
+        (true, _) => Explained::by_median(chi_squared, degrees_of_freedom, &solved.freed_residuals()?),
+    })
 }
 
 /// Tells the fit of a solved problem with these whitened residuals.
 pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Fit, EvaluateError> {
     let chi_squared = whitened.iter().map(|r| r * r).sum();
-    let Explained { degrees_of_freedom, p_value, median_ratio, .. } = Explained::of(session, solved, chi_squared)?;
+    let Explained { degrees_of_freedom, p_value, median_ratio, .. } = explained(session, solved, chi_squared)?;
     let unexplained = solved.unexplained_sizes(session)?;
     Ok(Fit {
         chi_squared,
@@ -130,23 +107,6 @@ fn by_reading(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Ve
     Ok(told.collect())
 }
 
-fn by_chi_squared(chi_squared: f64, degrees_of_freedom: usize) -> Option<f64> {
-    if degrees_of_freedom == 0 {
-        return None;
-    }
-    ChiSquared::new(degrees_of_freedom as f64).ok().map(|distribution| distribution.sf(chi_squared))
-}
-
-/// Probability of as many residuals beyond the median of normal noise, of which each is with probability one half, and
-/// how far their own median lies from it. A tenth of outliers moves it little, a model that is wrong for all of them far.
-fn by_median(residuals: &[f64]) -> (Option<f64>, Option<f64>) {
-    let count = residuals.len() as f64;
-    let beyond = residuals.iter().filter(|r| r.abs() > NORMAL_MEDIAN).count() as f64;
-    let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
-    let ratio = median(&mut sizes).map(|median| median / NORMAL_MEDIAN);
-    (ratio.map(|_| Normal::standard().sf((2.0 * beyond - count) / count.sqrt())), ratio)
-}
-
 /// Tells how well poses were predicted that a fit did not see; `whitened` are the residuals of exactly `rows`.
 pub(crate) fn held_out(session: &Session, readings: &Readings, rows: &[(usize, usize)], whitened: &[f64]) -> HeldOut {
     let mut poses: Vec<usize> = rows.iter().map(|(pose, _)| *pose).collect();
@@ -158,24 +118,5 @@ pub(crate) fn held_out(session: &Session, readings: &Readings, rows: &[(usize, u
         chi_squared: whitened[..rows.len()].iter().map(|r| r * r).sum(),
         readings: rows.len(),
         joints: JointResiduals::new(session, readings, rows, whitened).tell(session, &[]),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_tenth_of_outliers_does_not_contradict_the_noise_and_twice_the_noise_does() {
-        // Quantiles of the normal distribution.
-        let quantile = |k: usize| Normal::standard().inverse_cdf((k as f64 + 0.5) / 1000.0);
-        let normal: Vec<f64> = (0..1000).map(quantile).collect();
-        let (p, ratio) = by_median(&normal);
-        assert!((p.unwrap() - 0.5).abs() < 0.05 && (ratio.unwrap() - 1.0).abs() < 0.01, "{p:?} {ratio:?}");
-        let spoilt: Vec<f64> = normal.iter().enumerate().map(|(k, r)| if k % 20 == 0 { 50.0 } else { *r }).collect();
-        assert!(by_median(&spoilt).0.unwrap() > 1e-2);
-        let twice: Vec<f64> = normal.iter().map(|r| 2.0 * r).collect();
-        let (p, ratio) = by_median(&twice);
-        assert!(p.unwrap() < 1e-9 && (ratio.unwrap() - 2.0).abs() < 0.02);
     }
 }

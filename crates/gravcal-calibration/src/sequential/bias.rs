@@ -1,6 +1,7 @@
 //! Step 1: torque bias and position gain of one joint from its own sweeps (paper, section 2.1).
 
 use gravcal_estimation::{Block, BlockId, Factor, Noise, ProblemBuilder};
+use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::residuals::{Sinusoid, SinusoidBlocks};
 use gravcal_robot_model::session::Session;
@@ -12,7 +13,6 @@ use super::found::{Found, Frozen, Missing};
 use crate::closed_form::{fit_sinusoid, search_position_gain};
 use crate::joint::Readings;
 use crate::plan::Plan;
-use crate::workbench::Workbench;
 
 const CURE: &str = "sweep this joint over its whole range while the others stand, and read its torque";
 const CONTRADICTED: &str = "let the other joints stand still while this one sweeps, state the noise as large as it is, or rely on the \

@@ -1,6 +1,7 @@
 //! What moving a load changes in the readings of the joint before the swept one: fitted sinusoids, subtracted (paper, section 3.2).
 
 use gravcal_estimation::{Block, BlockId, Factor, Noise};
+use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::residuals::{MeasuredDifference, Sinusoid, SinusoidBlocks};
 use gravcal_robot_model::session::Session;
@@ -14,7 +15,6 @@ use super::found::{Frozen, Missing};
 use super::values::SequentialValues;
 use crate::closed_form::fit_sinusoid;
 use crate::plan::{LoadPair, Plan};
-use crate::workbench::Workbench;
 
 /// A sweep needs more readings than a sinusoid has numbers.
 const NUMBERS: usize = 3;

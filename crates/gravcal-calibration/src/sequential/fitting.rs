@@ -7,11 +7,11 @@ use gravcal_estimation::statistics::stored_coordinates;
 use gravcal_estimation::{
     Block, BlockId, Covariance, Estimate, EvaluateError, Problem, ProblemBuilder, Spectrum, Values,
 };
+use gravcal_identification::Workbench;
 use nalgebra::{DMatrix, DVector};
 
 use super::carried::CarriedErrors;
 use super::found::{Frozen, Missing};
-use crate::workbench::Workbench;
 
 /// Why blocks are held.
 const FROZEN: &str = "found by an earlier step";

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 
 use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
+use gravcal_identification::Workbench;
 use gravcal_robot_model::axis_frames::AxisFrames;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::residuals::{LoadDifference, LoadDifferenceBlocks};
@@ -20,7 +21,6 @@ use super::found::{Found, Frozen, Missing};
 use super::values::{Gravity, SequentialValues};
 use crate::closed_form::{PositionDifference, gain_and_offset, gain_at_known_offset};
 use crate::plan::{LoadPair, Plan};
-use crate::workbench::Workbench;
 
 /// What step 3 finds for one joint.
 #[derive(Clone, Debug)]

@@ -1,6 +1,7 @@
 //! Step 2: gravity in base coordinates from sweeps of joint 2 at several positions of joint 1 (paper, section 2.2).
 
 use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
+use gravcal_identification::Workbench;
 use gravcal_robot_model::axis_frames::AxisFrames;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::residuals::{GravitySweep, GravitySweepBlocks};
@@ -15,7 +16,6 @@ use super::found::Missing;
 use super::values::{Gravity, SequentialValues};
 use crate::closed_form::{GravityStart, SweepDirection, fit_sinusoid, gravity_from_sweeps};
 use crate::plan::Plan;
-use crate::workbench::Workbench;
 
 /// Joint whose sweeps are used, and the joint before it.
 const SWEPT: usize = 1;

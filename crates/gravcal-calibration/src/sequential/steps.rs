@@ -1,5 +1,6 @@
 //! The three steps, one after the other (paper, section 3.2).
 
+use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 
 use super::bias::find_bias;
@@ -9,7 +10,6 @@ use super::gravity::find_gravity;
 use super::values::{Gravity, SequentialValues, impossible};
 use crate::joint::{self, Readings, Signals, Unknowns};
 use crate::plan::Plan;
-use crate::workbench::Workbench;
 
 /// Results that steps are handed instead of those of the steps before: to learn which step's errors reach what.
 #[derive(Clone, Copy, Debug, Default)]

@@ -2,6 +2,7 @@
 
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::Quantile;
+use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::Session;
 
@@ -13,7 +14,6 @@ use crate::result::{
     Brief, CovarianceResult, Detail, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined,
     Verdict,
 };
-use crate::workbench::Workbench;
 
 /// Tells the steps' values. To judge them on the same footing as the joint estimator, the joint problem is solved
 /// for what the steps leave out (masses, moments, placements, parameters not found) with their values held.

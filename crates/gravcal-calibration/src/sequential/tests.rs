@@ -1,6 +1,7 @@
 //! The steps on simulated arms whose distal joints stand differently from pair to pair.
 
 use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
+use gravcal_identification::Workbench;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::robot::Robot;
@@ -13,7 +14,6 @@ use gravcal_solvers::LevenbergMarquardt;
 use super::*;
 use crate::joint::Unknowns;
 use crate::testing::{sarcos_shoulder, shared_session};
-use crate::workbench::Workbench;
 
 const GRAVITY: [f64; 3] = [-3.43, -5.94, -7.0];
 const NOISE: f64 = 0.02;

@@ -6,11 +6,10 @@ mod sessions;
 
 use std::path::{Path, PathBuf};
 
+use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 use gravcal_session::read_session;
 use gravcal_solvers::LevenbergMarquardt;
-
-use crate::workbench::Workbench;
 
 pub use sessions::*;
 

@@ -3,9 +3,9 @@
 use super::sarcos_shoulder;
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::EstimatorResult;
-use crate::workbench::Workbench;
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::Solver;
+use gravcal_identification::Workbench;
 use gravcal_robot_model::Registry;
 use gravcal_robot_model::parameter::Parameter;
 use gravcal_robot_model::sensors::{Options, SensorTerms, Site, Term, declare_terms};

@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use gravcal_dynamics::{Attachment, Chain, Joint, JointKind, Link, LinkInertia, Mimic, Transform};
+use gravcal_identification::Workbench;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
@@ -20,7 +21,6 @@ use rand_pcg::Pcg64;
 use crate::calibrate::{UnsuitableChoice, calibrate, check_choice};
 use crate::joint::{Signals, Unknowns, estimate_jointly};
 use crate::result::{EstimatorResult, Verdict};
-use crate::workbench::Workbench;
 
 /// Noise of the torque readings, N·m.
 const STD: f64 = 0.02;

@@ -4,6 +4,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use gravcal_estimation::{IterationRecord, Loss, LossName};
+use gravcal_identification::Workbench;
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::session::{Session, UncertaintyChoice};
 use gravcal_session::simulation::Simulation;
@@ -12,7 +13,6 @@ use gravcal_solvers::LevenbergMarquardt;
 use crate::calibrate::{UnsuitableChoice, calibrate, check_choice};
 use crate::result::{EstimatorResult, Verdict};
 use crate::testing::{sarcos_shoulder, shared_session};
-use crate::workbench::Workbench;
 
 use EstimatorName::{Joint, JointPaperSignals, Recursive, SequentialWithCovariance};
 

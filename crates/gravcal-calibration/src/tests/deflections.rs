@@ -1,6 +1,7 @@
 //! Unknown positions: what each model leaves known (last table of section 4 of the estimation model), and that modelling
 //! deflection finds the truth.
 
+use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{Deflection, Session};
 use gravcal_session::simulation::Simulation;
@@ -9,7 +10,6 @@ use gravcal_solvers::LevenbergMarquardt;
 use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
 use crate::result::{EstimatorResult, ParameterResult, Verdict};
 use crate::testing::sarcos_shoulder;
-use crate::workbench::Workbench;
 
 /// So wide a prior, rad, that it says nothing.
 const FREE: f64 = 1.0;

@@ -1,6 +1,7 @@
 //! Both descriptions of the moments: what each can know (second table of section 4 of the estimation model), and that they
 //! agree.
 
+use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{InertiaKnowledge, Session};
 use gravcal_session::simulation::{Run, Simulation};
@@ -9,7 +10,6 @@ use gravcal_solvers::LevenbergMarquardt;
 use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
 use crate::result::{EstimatorResult, Verdict};
 use crate::testing::sarcos_shoulder;
-use crate::workbench::Workbench;
 
 /// What the data determine of `g`, all `s` and `b`, `o_2 … o_{n−1}`, and how many directions of the gains `k` they leave open.
 #[derive(Debug, PartialEq)]

@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use gravcal_identification::Workbench;
 use gravcal_recording::inspect;
 use gravcal_robot_model::session::Session;
 use gravcal_session::draft::Draft;
@@ -11,7 +12,6 @@ use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::Verdict;
-use crate::workbench::Workbench;
 
 /// What a wrist sensor reads on a body that is turned every way, with its quaternion or the inverse, times the sensor's sign.
 fn turned(header: &str, [inverse, sign]: [f64; 2]) -> String {

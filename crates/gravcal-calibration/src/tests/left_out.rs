@@ -1,6 +1,7 @@
 //! The joint estimate without some of its poses: what the jackknife says, against solving again, and with all that a session may have.
 
 use gravcal_estimation::LossName;
+use gravcal_identification::Workbench;
 use gravcal_robot_model::session::{Deflection, PoseBlocks, Session, UncertaintyChoice};
 use gravcal_solvers::LevenbergMarquardt;
 use rand_distr::{Distribution, StandardNormal};
@@ -9,7 +10,6 @@ use rand_pcg::Pcg64;
 use crate::joint::{self, Signals, estimate_jointly};
 use crate::result::{Brief, EstimatorResult, UncertaintyResult, Verdict};
 use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
-use crate::workbench::Workbench;
 
 fn estimate(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();

@@ -5,6 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use gravcal_dynamics::{BodyInertia, Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
+use gravcal_identification::Workbench;
 use gravcal_recording::MotionWindow;
 use gravcal_robot_model::session::{Pose, Session};
 use gravcal_robot_model::sweeps::find_sweeps;
@@ -16,7 +17,6 @@ use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, ParameterResult, ResidualTestKind};
-use crate::workbench::Workbench;
 
 const GRAVITY: [f64; 3] = [0.6, -1.1, -9.73];
 const RATE: f64 = 200.0;

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use gravcal_identification::Workbench;
 use gravcal_session::read_session;
 use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
@@ -10,7 +11,6 @@ use gravcal_solvers::LevenbergMarquardt;
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind};
 use crate::testing::TWO_JOINTS;
-use crate::workbench::Workbench;
 
 /// Friction of 0.005 N·m leaves 2.5 times the noise of a mean.
 const SIMULATION: &str = r#"

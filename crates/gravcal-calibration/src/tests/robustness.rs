@@ -1,6 +1,7 @@
 //! Losses and uncertainties of the joint estimator on the reference protocol.
 
 use gravcal_estimation::{Loss, LossName};
+use gravcal_identification::Workbench;
 use gravcal_robot_model::session::{Session, UncertaintyChoice};
 use gravcal_solvers::LevenbergMarquardt;
 use rand_distr::{Distribution, StandardNormal};
@@ -9,7 +10,6 @@ use rand_pcg::Pcg64;
 use crate::joint::{Signals, Unknowns, estimate_jointly};
 use crate::result::{EstimatorResult, UncertaintyResult, Verdict};
 use crate::testing::sarcos_shoulder;
-use crate::workbench::Workbench;
 
 fn estimate(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::Session;
 use gravcal_session::read_session;
@@ -10,7 +11,6 @@ use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::{Signals, estimate_jointly};
-use crate::workbench::Workbench;
 
 const LINK: &str = r#"<link name="NAME"><inertial><origin xyz="0.1 0.05 0.12"/><mass value="2"/>
     <inertia ixx="0.03" iyy="0.025" izz="0.02" ixy="0.002" ixz="-0.001" iyz="0.003"/></inertial></link>"#;

@@ -5,6 +5,7 @@ mod standstills;
 use std::fs;
 use std::path::Path;
 
+use gravcal_identification::Workbench;
 use gravcal_recording::inspect;
 use gravcal_robot_model::session::{Session, UnexplainedError};
 use gravcal_session::draft::{Draft, DraftRobot};
@@ -17,7 +18,6 @@ use rand_pcg::Pcg64;
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::EstimatorResult;
 use crate::testing::TWO_JOINTS;
-use crate::workbench::Workbench;
 
 const GRAVITY: [f64; 3] = [1.2, -3.5, -9.077_444];
 const RATE: f64 = 100.0;

@@ -1,6 +1,7 @@
 //! Readings with errors far beyond their noise, as means of standstills have them: intervals hold, and mistakes are still found.
 
 use gravcal_estimation::LossName;
+use gravcal_identification::Workbench;
 use gravcal_robot_model::session::{Session, UnexplainedError};
 use gravcal_session::simulation::{Disturbance, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
@@ -11,7 +12,6 @@ use rand_pcg::Pcg64;
 use crate::joint::{Signals, Unknowns, estimate_jointly};
 use crate::result::{EstimatorResult, NoiseSource, UncertaintyResult, UnexplainedResult, Verdict};
 use crate::testing::sarcos_shoulder;
-use crate::workbench::Workbench;
 
 /// Noise of a mean, counts.
 const MEAN: f64 = 0.08;

@@ -3,13 +3,13 @@
 use std::fs;
 use std::path::Path;
 
+use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 use gravcal_session::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, Verdict};
-use crate::workbench::Workbench;
 
 /// An arm whose base leans by 12°, away from every direction that is tried first.
 const SIMULATION: &str = r#"

@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use gravcal_identification::Workbench;
 use gravcal_recording::OrientationForm;
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
@@ -11,7 +12,6 @@ use nalgebra::{Quaternion, Rotation3, UnitQuaternion, Vector3};
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, SensorModelTest, TestKind, UncertaintyResult, Verdict};
-use crate::workbench::Workbench;
 
 const SESSION: &str = r#"
 [gravity]

@@ -293,7 +293,7 @@ mod tests {
     use rand_pcg::Pcg64;
 
     use super::*;
-    use crate::workbench::Workbench;
+    use gravcal_identification::Workbench;
 
     /// A level read by rows of unit noise.
     fn level(y: &[f64]) -> (Problem, Values) {

@@ -1,10 +1,10 @@
 //! The median of residuals.
 
 /// Median of |r| of normal residuals of unit variance.
-pub(crate) const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
+pub const NORMAL_MEDIAN: f64 = 0.674_489_750_196_081_7;
 
 /// The middle number; of two in the middle their mean.
-pub(crate) fn median(numbers: &mut [f64]) -> Option<f64> {
+pub fn median(numbers: &mut [f64]) -> Option<f64> {
     numbers.sort_by(f64::total_cmp);
     let (low, high) = (numbers.len().checked_sub(1)? / 2, numbers.len() / 2);
     Some(0.5 * (numbers[low] + numbers[high]))

@@ -41,7 +41,7 @@ impl<'a> Workbench<'a> {
     }
 
     /// The same with another method.
-    pub(crate) fn by<'b>(&self, solver: &'b dyn Solver) -> Workbench<'b>
+    pub fn by<'b>(&self, solver: &'b dyn Solver) -> Workbench<'b>
     where
         'a: 'b,
     {
@@ -55,28 +55,29 @@ impl<'a> Workbench<'a> {
     }
 
     /// The same for solves of so many iterations at most.
-    pub(crate) fn within(&self, iterations: usize) -> Workbench<'a> {
+    pub fn within(&self, iterations: usize) -> Workbench<'a> {
         let iterations = self.iterations.map_or(iterations, |most| most.min(iterations));
         Workbench { iterations: Some(iterations), ..*self }
     }
 
     /// Whether someone asked to stop.
-    pub(crate) fn stopped(&self) -> bool {
+    pub fn stopped(&self) -> bool {
         self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed))
     }
 
     /// Tells what is being done.
-    pub(crate) fn tell(&self, stage: &str) {
+    pub fn tell(&self, stage: &str) {
         (self.progress)(stage);
     }
 
-    pub(crate) fn solver(&self) -> &'a dyn Solver {
+    /// The method that minimises.
+    pub fn solver(&self) -> &'a dyn Solver {
         self.solver
     }
 
     /// A few iterations from `initial`, of which nobody is told: so many at most, and no more where the cost is no higher than
     /// `enough`, or where one lowers it by next to nothing ([`SETTLED`]).
-    pub(crate) fn solve_briefly(
+    pub fn solve_briefly(
         &self,
         problem: &Problem,
         initial: &Values,
@@ -101,7 +102,7 @@ impl<'a> Workbench<'a> {
     /// Along a curved valley of hardly any slope a method may creep for thousands of iterations. It has converged where [`STILL`] of them
     /// lowered the cost by next to nothing; and where the model contradicts the readings, one that has had [`PATIENCE`] of them at a cost
     /// beyond all noise, and has lowered it by little since half as many, ends without convergence.
-    pub(crate) fn solve(&self, problem: &Problem, initial: &Values) -> Result<Estimate, SolveError> {
+    pub fn solve(&self, problem: &Problem, initial: &Values) -> Result<Estimate, SolveError> {
         self.solver.check(problem)?;
         let still = 2.0 * NOTHING / problem.rows().max(1) as f64;
         let hopeless = 0.5 * BEYOND_NOISE * BEYOND_NOISE * problem.rows() as f64;

@@ -28,16 +28,18 @@ use nalgebra::{DMatrix, DVector};
 /// Standard deviations from the estimate to which the truth is looked for, one a piece of the way.
 const PLAUSIBLE: usize = 4;
 /// Growth of ½ χ² beyond which values are not plausible: five standard deviations.
-pub(crate) const IMPLAUSIBLE: f64 = 12.5;
+pub const IMPLAUSIBLE: f64 = 12.5;
 /// Share of the standard deviation at plausible values that is told at least.
-pub(crate) const AT_LEAST: f64 = 2.0 / 3.0;
+pub const AT_LEAST: f64 = 2.0 / 3.0;
 /// An effect that varies by less than this share of itself by a standard deviation is at the farthest still as much as is told.
 const STEADY: f64 = (1.0 - AT_LEAST) / PLAUSIBLE as f64;
 /// Steps at most by which the rest follows a piece; one that lowers ½ χ² by less is the last.
 const CORRECTIONS: usize = 6;
 const SETTLED: f64 = 0.1;
+/// Times by which a standard deviation is too small that has no basis.
+pub const BASELESS: f64 = 10.0;
 /// Only directions that make up this share of a limit of use are looked at.
-pub(crate) const MATTERS: f64 = 0.05;
+pub const MATTERS: f64 = 0.05;
 /// Length of the step of a difference, in limits of use.
 const DIFFERENCE: f64 = 1e-3;
 /// An effect of a limit of use below this is nothing: the rank tells of it.
@@ -45,7 +47,7 @@ const NOTHING: f64 = 1e-3;
 /// Added to the diagonal, of which it is this share: what nothing is known of has a wide covariance, not none.
 const RIDGE: f64 = 1e-14;
 /// Problems with more columns are not looked at: such have unknowns of single poses, which have knowledge of their own.
-pub(crate) const MOST_COLUMNS: usize = 400;
+pub const MOST_COLUMNS: usize = 400;
 
 /// Plausible values at which something has the least effect, one for each direction whose effect is not steady, with what ½ χ² is larger by
 /// there. `asked`: column and limit of use of what is asked for; `determined`: columns of what will be told; `plausible`: where unknowns lie
@@ -53,7 +55,7 @@ pub(crate) const MOST_COLUMNS: usize = 400;
 ///
 /// # Errors
 /// Where a residual cannot be evaluated nearby.
-pub(crate) fn least_informed_nearby(
+pub fn least_informed_nearby(
     (problem, values): (&Problem, &Values),
     asked: &[(usize, f64)],
     determined: &[usize],

@@ -1,0 +1,53 @@
+//! From a least-squares problem to a judged answer.
+//!
+//! [`gravcal_estimation`] holds a problem, a [`Solver`](gravcal_estimation::Solver) minimises it, and what the minimum is worth is another
+//! matter: whether it is the right one, what of it the readings determine, how well, and how well they are explained at all. This crate
+//! has one device for each of these questions. It knows no robot: what reads a temperature is calibrated as an arm is.
+//!
+//! ```text
+//! let fit = fit(&problem, &start, readings, &workbench)?;                        // least squares about a reference that follows
+//! let known = Known::at(&fit.problem, &fit.estimate)?;                           // spectrum, covariance, active constraints
+//! let noise = noise_by_squares(&residuals, &alike);                              // by channel, by leverage; the problem is built again
+//! likeliest.or_from(starts, follow, on, &workbench);                             // other starts, compared by their likelihood
+//! let profiles = Profiled { .. }.wider(&told, &workbench)?;                      // where the linear model is too sure
+//! let judgement = judge(&fit.problem, &known.spectrum, covariance, &parameters); // rank and limits of use, in combinations
+//! ```
+//!
+//! | file | device |
+//! |---|---|
+//! | [`fit`](fn@fit) | a reference prior that follows the estimate, in rounds |
+//! | [`solve_in_stages`] | robust losses, each from where a rounder one ended |
+//! | [`noise_by_squares`], [`noise_by_median`] | noise that no reading states, by channel |
+//! | [`Likeliest`] | ends of several starts, compared by their likelihood |
+//! | [`Known`] | spectrum and uncertainty at an estimate, along its active constraints |
+//! | [`least_informed_nearby`] | plausible values near the estimate at which the readings say less |
+//! | [`Profiled`] | what is told of a parameter where the problem is not linear over its error |
+//! | [`judge`] | what is determined: rank, limits of use, and combinations that are not |
+//! | [`Explained`] | how well the readings are explained as a whole |
+//! | [`Workbench`] | what all of them are handed: a method, who is told of its way, who may stop it |
+
+mod determined;
+mod fit;
+mod known;
+mod likeliest;
+mod median;
+mod misfit;
+mod nearby;
+mod noise;
+mod profile;
+mod residuals;
+mod robust;
+mod workbench;
+
+pub use determined::{Combination, Judgement, Parameter, judge, limits_of_use};
+pub use fit::{FIRST_ITERATIONS, Fit, ROUNDS, fit};
+pub use known::Known;
+pub use likeliest::{DECISIVE, End, Likeliest};
+pub use median::{NORMAL_MEDIAN, median};
+pub use misfit::Explained;
+pub use nearby::{AT_LEAST, BASELESS, IMPLAUSIBLE, MATTERS, MOST_COLUMNS, least_informed_nearby};
+pub use noise::{ReadingResidual, noise_by_median, noise_by_squares};
+pub use profile::Profiled;
+pub use residuals::{RowResidual, row_residuals};
+pub use robust::solve_in_stages;
+pub use workbench::Workbench;

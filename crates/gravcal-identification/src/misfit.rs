@@ -1,0 +1,89 @@
+//! How well the readings are explained as a whole.
+//!
+//! ```text
+//!     χ² = Σ r²,  p = P(χ²_dof ≥ χ²),  misfit √(χ²/dof)                                    without a loss
+//!     z = (2 #{|r| > m} − n)/√n,  p = P(N ≥ z),  misfit median |r| / m,  m = 0.6745        under one
+//! ```
+
+use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+
+use crate::median::{NORMAL_MEDIAN, median};
+
+/// Probability below which the stated noise is taken not to explain the residuals.
+const SIGNIFICANCE: f64 = 1e-3;
+
+/// What residuals say of the noise that was stated.
+#[derive(Clone, Copy, Debug)]
+pub struct Explained {
+    /// Sum of squares of the whitened residuals.
+    pub chi_squared: f64,
+    /// Rows less rank.
+    pub degrees_of_freedom: usize,
+    /// Probability of residuals as large by chance; nothing where their size found the noise, or no row is free.
+    pub p_value: Option<f64>,
+    /// Median of their sizes beside that of the noise, under a loss.
+    pub median_ratio: Option<f64>,
+}
+
+impl Explained {
+    /// By noise that the residuals themselves told: always well.
+    pub fn by_own_noise(chi_squared: f64, degrees_of_freedom: usize) -> Explained {
+        Explained { chi_squared, degrees_of_freedom, p_value: None, median_ratio: None }
+    }
+
+    /// By stated noise.
+    pub fn by_chi_squared(chi_squared: f64, degrees_of_freedom: usize) -> Explained {
+        let p_value = by_chi_squared(chi_squared, degrees_of_freedom);
+        Explained { p_value, ..Explained::by_own_noise(chi_squared, degrees_of_freedom) }
+    }
+
+    /// By stated noise and outliers. `freed`: residuals in standard deviations, as large as they would be had the fit not followed them.
+    pub fn by_median(chi_squared: f64, degrees_of_freedom: usize, freed: &[f64]) -> Explained {
+        let (p_value, median_ratio) = by_median(freed);
+        Explained { chi_squared, degrees_of_freedom, p_value, median_ratio }
+    }
+
+    /// How many times worse than their stated noise the readings are explained, where that is no accident: `√(χ²/dof)`,
+    /// under a loss by the median.
+    pub fn misfit(&self) -> Option<f64> {
+        let by_squares = || (self.chi_squared / self.degrees_of_freedom as f64).sqrt();
+        let ratio = self.median_ratio.unwrap_or_else(by_squares);
+        self.p_value.filter(|p| *p < SIGNIFICANCE).map(|_| ratio)
+    }
+}
+
+fn by_chi_squared(chi_squared: f64, degrees_of_freedom: usize) -> Option<f64> {
+    if degrees_of_freedom == 0 {
+        return None;
+    }
+    ChiSquared::new(degrees_of_freedom as f64).ok().map(|distribution| distribution.sf(chi_squared))
+}
+
+/// Probability of as many residuals beyond the median of normal noise, of which each is with probability one half, and
+/// how far their own median lies from it. A tenth of outliers moves it little, a model that is wrong for all of them far.
+fn by_median(residuals: &[f64]) -> (Option<f64>, Option<f64>) {
+    let count = residuals.len() as f64;
+    let beyond = residuals.iter().filter(|r| r.abs() > NORMAL_MEDIAN).count() as f64;
+    let mut sizes: Vec<f64> = residuals.iter().map(|r| r.abs()).collect();
+    let ratio = median(&mut sizes).map(|median| median / NORMAL_MEDIAN);
+    (ratio.map(|_| Normal::standard().sf((2.0 * beyond - count) / count.sqrt())), ratio)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tenth_of_outliers_does_not_contradict_the_noise_and_twice_the_noise_does() {
+        // Quantiles of the normal distribution.
+        let quantile = |k: usize| Normal::standard().inverse_cdf((k as f64 + 0.5) / 1000.0);
+        let normal: Vec<f64> = (0..1000).map(quantile).collect();
+        let (p, ratio) = by_median(&normal);
+        assert!((p.unwrap() - 0.5).abs() < 0.05 && (ratio.unwrap() - 1.0).abs() < 0.01, "{p:?} {ratio:?}");
+        let spoilt: Vec<f64> = normal.iter().enumerate().map(|(k, r)| if k % 20 == 0 { 50.0 } else { *r }).collect();
+        assert!(by_median(&spoilt).0.unwrap() > 1e-2);
+        let twice: Vec<f64> = normal.iter().map(|r| 2.0 * r).collect();
+        let (p, ratio) = by_median(&twice);
+        assert!(p.unwrap() < 1e-9 && (ratio.unwrap() - 2.0).abs() < 0.02);
+    }
+}

@@ -1,0 +1,197 @@
+//! Noise of sensors where no reading states it: from the residuals, one standard deviation for each channel.
+//!
+//! A channel's variance `s² = Σ r²/d` has few degrees of freedom `d` where poses are few, and may by chance be a quarter of what it should be.
+//! The variances of channels that are alike are therefore taken for draws from one distribution, `1/σ² ~ χ²_{d₀}/(d₀ s₀²)`, whose `d₀` and `s₀` come from how much
+//! they differ (Smyth, *Statistical Applications in Genetics and Molecular Biology* 3, 2004, equations in section 6.2), and each is
+//!
+//! ```text
+//!     (d₀ s₀² + d s²)/(d₀ + d)
+//! ```
+//!
+//! Where channels differ by more than chance, or have been read often, that is `s²` as it was; where they do not differ it is that of all. Where
+//! at most one channel has a degree of freedom left, nothing tells whether they differ: each would be as quiet as the fit can make it.
+//!
+//! Where a loss is heeded it is the scaled median of the residuals, of which up to half may be outliers:
+//!
+//! ```text
+//!     σ = median |r| / √(1 − h) / 0.6745         (Huber, Robust statistics, 1981, section 5.1; h: leverage)
+//! ```
+
+use statrs::function::gamma::digamma;
+
+use crate::median::{NORMAL_MEDIAN, median};
+use crate::residuals::RowResidual;
+
+/// A residual of a reading.
+#[derive(Clone, Copy, Debug)]
+pub struct ReadingResidual {
+    /// Which sensor read it.
+    pub channel: usize,
+    /// The standard deviation by which the residual is whitened, unit of the reading.
+    pub std: f64,
+    /// The residual.
+    pub row: RowResidual,
+}
+
+/// Standard deviation of each channel's readings by the squares of its residuals, allowing for the parameters that the rows themselves took
+/// up, unit of the reading; nothing for a channel whose residuals tell none. `alike`: whether a channel's noise is one of those that are
+/// drawn from one distribution.
+pub fn noise_by_squares(readings: &[ReadingResidual], alike: &[bool]) -> Vec<Option<f64>> {
+    let mut residuals = vec![Residuals::default(); alike.len()];
+    for ReadingResidual { channel, std, row } in readings {
+        let residual = row.whitened * std;
+        residuals[*channel].squares += residual * residual;
+        residuals[*channel].freedom += (1.0 - row.leverage).max(0.0);
+    }
+    let of_alike = residuals.iter().zip(alike).filter(|(_, alike)| **alike);
+    let common = CommonNoise::of(&of_alike.map(|(residuals, _)| *residuals).collect::<Vec<_>>());
+    let noise = residuals.iter().zip(alike).map(|(residuals, alike)| {
+        let common = common.as_ref().filter(|_| *alike);
+        let variance = residuals.variance().map(|own| common.map_or(own, |common| common.moderated(*residuals)));
+        variance.map(f64::sqrt)
+    });
+    noise.collect()
+}
+
+/// The same by the median of the residuals.
+pub fn noise_by_median(readings: &[ReadingResidual], channels: usize) -> Vec<Option<f64>> {
+    let noise = |channel: usize| {
+        let own = readings.iter().filter(|reading| reading.channel == channel);
+        let mut sizes: Vec<f64> = own.map(|reading| reading.row.freed().abs() * reading.std).collect();
+        median(&mut sizes).filter(|median| *median > 0.0).map(|median| median / NORMAL_MEDIAN)
+    };
+    (0..channels).map(noise).collect()
+}
+
+/// Sum of squares and degrees of freedom of a channel's residuals.
+#[derive(Clone, Copy, Default)]
+struct Residuals {
+    squares: f64,
+    freedom: f64,
+}
+
+impl Residuals {
+    fn variance(self) -> Option<f64> {
+        (self.squares > 0.0 && self.freedom > 0.0).then(|| self.squares / self.freedom)
+    }
+}
+
+/// What the variances of like channels have in common.
+#[derive(Clone, Copy, Debug)]
+struct CommonNoise {
+    /// `s₀²`.
+    variance: f64,
+    /// `d₀`; infinite where the channels differ by no more than chance.
+    freedom: f64,
+}
+
+impl CommonNoise {
+    /// Nothing where no channel tells anything.
+    fn of(channels: &[Residuals]) -> Option<CommonNoise> {
+        let telling: Vec<&Residuals> = channels.iter().filter(|c| c.variance().is_some() && c.freedom >= 1.0).collect();
+        let count = telling.len() as f64;
+        if count < 2.0 {
+            return CommonNoise::of_all(channels);
+        }
+        let logarithms = || telling.iter().filter_map(|c| Some(c.variance()?.ln() - excess(c.freedom)));
+        let mean = logarithms().sum::<f64>() / count;
+        let scatter = logarithms().map(|e| (e - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        let by_chance = telling.iter().map(|c| trigamma(0.5 * c.freedom)).sum::<f64>() / count;
+        Some(match freedom_of_scatter(scatter - by_chance) {
+            Some(freedom) => CommonNoise { variance: (mean + excess(freedom)).exp(), freedom },
+            None => return CommonNoise::of_all(telling),
+        })
+    }
+
+    /// Of channels that are taken for alike.
+    fn of_all<'r>(channels: impl IntoIterator<Item = &'r Residuals>) -> Option<CommonNoise> {
+        let all = channels.into_iter().fold(Residuals::default(), |all, channel| Residuals {
+            squares: all.squares + channel.squares,
+            freedom: all.freedom + channel.freedom,
+        });
+        Some(CommonNoise { variance: all.variance()?, freedom: f64::INFINITY })
+    }
+
+    fn moderated(&self, own: Residuals) -> f64 {
+        if self.freedom.is_infinite() {
+            return self.variance;
+        }
+        (self.freedom * self.variance + own.squares) / (self.freedom + own.freedom)
+    }
+}
+
+/// Mean of `ln(χ²_d/d)`.
+fn excess(freedom: f64) -> f64 {
+    digamma(0.5 * freedom) - (0.5 * freedom).ln()
+}
+
+/// ψ′, as the slope of ψ.
+fn trigamma(x: f64) -> f64 {
+    let h = 1e-4 * x;
+    (digamma(x + h) - digamma(x - h)) / (2.0 * h)
+}
+
+/// `d₀` with `ψ′(d₀/2)` so large; nothing where that is more than 10⁴, or no scatter at all.
+fn freedom_of_scatter(scatter: f64) -> Option<f64> {
+    let (mut low, mut high) = (1e-3_f64, 1e4_f64);
+    if scatter <= trigamma(0.5 * high) {
+        return None;
+    }
+    for _ in 0..60 {
+        let middle = (low * high).sqrt();
+        let larger = trigamma(0.5 * middle) > scatter;
+        if larger { low = middle } else { high = middle }
+    }
+    Some((low * high).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn channels(of: &[(f64, f64)]) -> Vec<Residuals> {
+        of.iter().map(|(variance, freedom)| Residuals { squares: variance * freedom, freedom: *freedom }).collect()
+    }
+
+    fn moderated(of: &[(f64, f64)]) -> Vec<f64> {
+        let channels = channels(of);
+        let common = CommonNoise::of(&channels).unwrap();
+        channels.iter().map(|c| common.moderated(*c)).collect()
+    }
+
+    #[test]
+    fn variances_that_differ_by_chance_are_one() {
+        // 0.4 to 1.6 times the variance are no rarity of five degrees of freedom.
+        let found = moderated(&[(0.4, 5.0), (1.1, 5.0), (0.9, 5.0), (1.6, 5.0), (0.8, 5.0)]);
+        assert!(found.iter().all(|v| (v - 0.96).abs() < 1e-12), "{found:?}");
+    }
+
+    #[test]
+    fn sensors_that_differ_keep_their_own() {
+        for (found, own) in moderated(&[(1.0, 500.0), (0.01, 500.0), (1e-4, 500.0)]).into_iter().zip([1.0, 0.01, 1e-4])
+        {
+            assert!((found / own - 1.0).abs() < 0.01, "{found} {own}");
+        }
+    }
+
+    #[test]
+    fn sensors_without_a_degree_of_freedom_each_are_one() {
+        let found = moderated(&[(900.0, 0.5), (1.0, 0.3), (1e-9, 0.2)]);
+        assert!(found.iter().all(|v| (v - 450.3).abs() < 1e-6), "{found:?}");
+    }
+
+    #[test]
+    fn the_slope_of_psi_and_its_inverse_are_right() {
+        assert!((trigamma(1.0) - std::f64::consts::PI.powi(2) / 6.0).abs() < 1e-6);
+        assert!((trigamma(0.5) - std::f64::consts::PI.powi(2) / 2.0).abs() < 1e-6);
+        assert!((freedom_of_scatter(trigamma(3.5)).unwrap() - 7.0).abs() < 1e-6);
+        assert!(freedom_of_scatter(-1.0).is_none() && CommonNoise::of(&channels(&[(0.0, 0.0)])).is_none());
+    }
+
+    #[test]
+    fn moderation_is_between_own_and_common() {
+        // Of few readings, one sensor that is much noisier than the others: its variance comes nearer to theirs, and stays by far the largest.
+        let found = moderated(&[(1.0, 6.0), (1.5, 6.0), (0.7, 6.0), (60.0, 6.0)]);
+        assert!((10.0..60.0).contains(&found[3]) && found[..3].iter().all(|v| (0.7..10.0).contains(v)), "{found:?}");
+    }
+}

@@ -1,0 +1,185 @@
+//! How well parameters are known where the problem is not linear over their errors.
+//!
+//! ½ χ² with one parameter held `d` from its estimate, and all others where they then explain the readings best, is its profile. Where the
+//! problem is linear that grows by `½ (d/σ)²`, 2 at two standard deviations. An arc of a few degrees looks bent at an estimate
+//! that noise has moved, and is no more than that where the others follow: then it grows by less, and
+//!
+//! ```text
+//!     ½ χ²(x̂ ± d) − ½ χ²(x̂) = ½ h²      tells a standard deviation of d/h,     2 ≤ h ≤ 4
+//! ```
+//!
+//! to that side and at that height at which it is largest (Bates and Watts, *Nonlinear Regression Analysis and Its Applications*, 1988,
+//! section 6.1). A valley that is steep at first and flat beyond is as wide as it is there. The others follow in steps, each from where the
+//! linear model of the last one leads. A reference keeps some of them plausible, which counts: a sensor whose gain is zero tells
+//! nothing any more, and any constant explains its readings. What is known many times better than it needs to be is not looked at.
+
+use gravcal_estimation::{EvaluateError, Problem, Reference, Spectrum, Values, in_parallel};
+
+use crate::nearby::{BASELESS, MATTERS, MOST_COLUMNS};
+use crate::workbench::Workbench;
+
+/// Standard deviations at which the profile is looked at, and its growth there in a linear problem.
+const AWAY: f64 = 2.0;
+const GROWTH: f64 = 0.5 * AWAY * AWAY;
+/// A profile that grows by this share of it, or that share of this, is as wide as the linear model says.
+const LINEAR: f64 = 0.8;
+/// √ of the growth, in that at two standard deviations, up to which the profile is followed: four.
+const HIGHEST: f64 = 2.0;
+/// A step over which √ of the growth rises by so much more than in a linear problem, and by so much of what it is at two standard
+/// deviations, is too long for the others to follow. It is followed by one of a quarter, and each other by one longer by half.
+const STEEP: f64 = 1.25;
+const RISE: f64 = 0.25;
+const LONGER: f64 = 1.5;
+/// Standard deviations over which the others can follow where those of the linear model have a basis.
+const LEAST: f64 = 0.02;
+/// Iterations in which the others follow.
+const ITERATIONS: usize = 30;
+
+/// An estimate whose profiles are looked at.
+pub struct Profiled<'a> {
+    /// The problem as it is judged: along its active constraints.
+    pub problem: &'a Problem,
+    /// The estimate.
+    pub values: &'a Values,
+    /// What the linear model says there.
+    pub spectrum: &'a Spectrum,
+    /// Of the other parameters: what keeps them plausible while they follow.
+    pub reference: Option<&'a Reference>,
+}
+
+impl Profiled<'_> {
+    /// Columns and standard deviations that their profiles tell, where these are larger than those of the linear model. `told`: columns and
+    /// limits of use of parameters of one number each.
+    ///
+    /// # Errors
+    /// Where the problem cannot be evaluated.
+    pub fn wider(&self, told: &[(usize, f64)], workbench: &Workbench<'_>) -> Result<Vec<(usize, f64)>, EvaluateError> {
+        if self.problem.columns().len() > MOST_COLUMNS {
+            return Ok(Vec::new());
+        }
+        let freedom = self.problem.rows().saturating_sub(self.spectrum.rank()).max(1) as f64;
+        let noise = (2.0 * self.problem.without_reference().cost(self.values)? / freedom).max(1.0);
+        let wider = |(column, limit): &(usize, f64)| self.of_column(*column, *limit, noise, workbench);
+        let found: Vec<Vec<_>> = in_parallel(told, wider).into_iter().collect::<Result<_, _>>()?;
+        Ok(found.concat())
+    }
+
+    fn of_column(
+        &self,
+        column: usize,
+        limit: f64,
+        noise: f64,
+        workbench: &Workbench<'_>,
+    ) -> Result<Vec<(usize, f64)>, EvaluateError> {
+        let std = self.spectrum.covariance().std(column);
+        if std < MATTERS * limit || std > limit {
+            return Ok(Vec::new());
+        }
+        let profile = Profile { of: self, column, std, limit, noise };
+        let mut found = Vec::new();
+        for side in [1.0, -1.0] {
+            let std = profile.wider(side, workbench)?;
+            found.extend(std.map(|std| (column, std)));
+            if std.is_some_and(|std| std > limit) {
+                break;
+            }
+        }
+        Ok(found)
+    }
+}
+
+/// Of one parameter.
+struct Profile<'a> {
+    of: &'a Profiled<'a>,
+    column: usize,
+    /// By the linear model.
+    std: f64,
+    /// Beyond which it is of no use.
+    limit: f64,
+    /// Of the readings, as a square, where they are explained worse than their stated noise says.
+    noise: f64,
+}
+
+impl Profile<'_> {
+    /// The standard deviation that the profile tells to one side, where it is larger than that of the linear model.
+    fn wider(&self, side: f64, workbench: &Workbench<'_>) -> Result<Option<f64>, EvaluateError> {
+        let Some(mut before) = self.at(side, 0.0, &self.estimate(), workbench)? else { return Ok(None) };
+        let (whole, lowest) = (AWAY * self.std, before.cost);
+        let (mut step, mut height, mut std) = (whole, 0.0, self.std);
+        while height < HIGHEST && std <= self.limit && before.distance <= AWAY * self.limit {
+            let Some(point) = self.at(side, before.distance + step, &before, workbench)? else { break };
+            let risen = ((point.cost - lowest) / self.noise / GROWTH).max(0.0).sqrt();
+            let is_linear = (LINEAR..1.0 / LINEAR).contains(&(risen - height).powi(2)) && step == whole;
+            if !is_linear && risen - height > (STEEP * step / whole).max(RISE) {
+                step /= 4.0;
+                if step < LEAST * self.std {
+                    std = std.max(BASELESS * self.std);
+                    break;
+                }
+                continue;
+            }
+            if height < 1.0 && risen >= 1.0 {
+                // √ of the growth is nearly straight.
+                std = std.max((before.distance + (1.0 - height) / (risen - height) * step) / AWAY);
+            }
+            if risen >= 1.0 {
+                std = std.max(point.distance / risen / AWAY);
+            }
+            (before, height) = (point, risen);
+            step *= if is_linear { 1.0 } else { LONGER };
+        }
+        if height < 1.0 {
+            std = std.max(before.distance / AWAY);
+        }
+        Ok((std > self.std / LINEAR).then_some(std))
+    }
+
+    fn estimate(&self) -> Point {
+        Point { distance: 0.0, cost: 0.0, values: self.of.values.clone() }
+    }
+
+    /// Where the others are with the parameter held so far away. Nothing where they cannot be solved for.
+    fn at(
+        &self,
+        side: f64,
+        distance: f64,
+        before: &Point,
+        workbench: &Workbench<'_>,
+    ) -> Result<Option<Point>, EvaluateError> {
+        let Profiled { problem, values: estimate, reference, .. } = self.of;
+        let block = problem.columns()[self.column].block;
+        let mut start = self.led_by(side * (distance - before.distance), before)?;
+        start.set(block, &[estimate.scalar(block) + side * distance]);
+        let mut held = problem.holding(&[block], "looked at");
+        if let Some(reference) = reference {
+            held = held.with_reference((*reference).clone());
+        }
+        let Ok(there) = workbench.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
+        Ok(Some(Point { distance, cost: there.cost, values: there.values }))
+    }
+
+    /// Where the linear model at `from` has the others with the parameter so much farther.
+    fn led_by(&self, farther: f64, from: &Point) -> Result<Values, EvaluateError> {
+        let there;
+        let known = if from.distance == 0.0 {
+            self.of.spectrum.covariance()
+        } else {
+            there = Spectrum::new(self.of.problem, &from.values)?;
+            there.covariance()
+        };
+        let variance = known.at(self.column, self.column);
+        let columns = 0..self.of.problem.columns().len();
+        let step: Vec<f64> = columns.map(|column| known.at(column, self.column) * farther / variance).collect();
+        Ok(self.of.problem.retract(&from.values, &step))
+    }
+}
+
+/// Of a profile.
+struct Point {
+    /// From the estimate.
+    distance: f64,
+    /// What readings, knowledge and the others' reference cost there.
+    cost: f64,
+    /// Where the others explain the readings best.
+    values: Values,
+}

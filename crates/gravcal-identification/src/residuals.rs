@@ -1,0 +1,40 @@
+//! Residuals with the leverage of their rows.
+//!
+//! ```text
+//!     h_i = a_iᵀ (AᵀA)⁺ a_i      a_i: row i of the whitened Jacobian, Var r_i = 1 − h_i where the noise is as stated
+//! ```
+
+use gravcal_estimation::{EvaluateError, Problem, Spectrum, Values};
+
+/// Of one row of a problem.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RowResidual {
+    /// In standard deviations of the noise.
+    pub whitened: f64,
+    /// Share of the row that the parameters take up, 0 to 1.
+    pub leverage: f64,
+}
+
+impl RowResidual {
+    /// As large as it would be had the fit not followed it, in standard deviations.
+    pub fn freed(self) -> f64 {
+        self.whitened / (1.0 - self.leverage).max(f64::EPSILON).sqrt()
+    }
+}
+
+/// Those of the first `count` rows of a problem. `spectrum`: of the problem at these values.
+///
+/// # Errors
+/// Where a residual cannot be evaluated.
+pub fn row_residuals(
+    problem: &Problem,
+    values: &Values,
+    spectrum: &Spectrum,
+    count: usize,
+) -> Result<Vec<RowResidual>, EvaluateError> {
+    let rows = problem.augmented_jacobian(values)?;
+    let leverages = spectrum.leverages(&rows);
+    let width = problem.columns().len() + 1;
+    let residual = |(row, leverage): (&[f64], &f64)| RowResidual { whitened: row[width - 1], leverage: *leverage };
+    Ok(rows.chunks_exact(width).zip(&leverages).take(count).map(residual).collect())
+}
