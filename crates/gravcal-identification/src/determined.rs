@@ -164,3 +164,66 @@ fn unit_length(v: Vec<f64>) -> Vec<f64> {
     let length = v.iter().map(|c| c * c).sum::<f64>().sqrt();
     v.iter().map(|c| c / length).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_estimation::Loss;
+
+    use super::*;
+    use crate::testing::{line, sensor};
+
+    const READINGS: [(f64, f64, f64); 4] = [(0.0, 1.0, 0.1), (1.0, 3.0, 0.1), (2.0, 5.0, 0.1), (3.0, 7.0, 0.1)];
+
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    enum Of {
+        Gain,
+        Offset,
+        Bias,
+    }
+
+    /// Judged where the gain is 2, and offset and bias are somewhere; `held` as in [`sensor`].
+    fn judged(limits: [f64; 3], held: &[usize]) -> Judgement<Of> {
+        let (problem, values, blocks) = sensor(&READINGS, [2.0, 0.2, 0.6], held, Loss::None);
+        let spectrum = Spectrum::new(&problem, &values).unwrap();
+        let asked = [Of::Gain, Of::Offset, Of::Bias].into_iter().zip(blocks).zip(limits);
+        let asked = asked.map(|((id, block), limit)| Parameter { id, block, limit, unit: limit });
+        judge(&problem, &spectrum, &spectrum.covariance(), &asked.collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn what_cannot_be_told_apart_is_one_combination() {
+        let judgement = judged([1.0, 0.5, 0.25], &[]);
+        assert!(judgement.determines(Of::Gain) && !judgement.determines(Of::Offset) && !judgement.determines(Of::Bias));
+        let [Combination { parameters, std_over_limit: None }] = &judgement.combinations[..] else {
+            panic!("{judgement:?}");
+        };
+        // gain · δoffset + δbias = 0, in halves of an offset and quarters of a bias.
+        let coefficient = |wanted: Of| parameters.iter().find(|(id, _)| *id == wanted).unwrap().1;
+        let ratio = coefficient(Of::Bias) / coefficient(Of::Offset);
+        assert!(parameters.len() == 2 && (ratio + 2.0 * 0.5 / 0.25).abs() < 1e-9, "{parameters:?}");
+    }
+
+    #[test]
+    fn what_is_known_beyond_its_limit_is_told_by_itself() {
+        // The slope of a line has the standard deviation σ/√Σ(x − x̄)².
+        let std = 0.1 / line(&READINGS).2.sqrt();
+        assert!(judged([1.001 * std, 1.0, 1.0], &[1]).combinations.is_empty());
+        let judgement = judged([0.5 * std, 1.0, 1.0], &[1]);
+        let [Combination { parameters, std_over_limit: Some(ratio) }] = &judgement.combinations[..] else {
+            panic!("{judgement:?}");
+        };
+        assert!(!judgement.determines(Of::Gain) && judgement.determines(Of::Bias));
+        assert!(parameters[..] == [(Of::Gain, 1.0)] && (ratio - 2.0).abs() < 1e-9, "{judgement:?}");
+    }
+
+    #[test]
+    fn what_is_open_elsewhere_is_open_and_told_once() {
+        let mut judgement = judged([1.0; 3], &[1]);
+        let other = judged([1.0; 3], &[]);
+        judgement.leave_open_what_is_open_in(&other);
+        judgement.leave_open_what_is_open_in(&other);
+        judgement.leave_unsaid([Of::Gain]);
+        assert!([Of::Gain, Of::Offset, Of::Bias].iter().all(|id| !judgement.determines(*id)));
+        assert_eq!(judgement.combinations.len(), 2);
+    }
+}

@@ -106,3 +106,38 @@ fn behind(before: Estimate, after: Estimate) -> Estimate {
     let way = before.way.into_iter().chain(after.way.into_iter().skip(1)).collect();
     Estimate { iterations, way, ..after }
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_estimation::{Loss, Reference};
+
+    use super::*;
+    use crate::testing::{line, sensor, with_workbench};
+
+    #[test]
+    fn a_reference_leaves_what_is_determined_and_keeps_what_is_not() {
+        let readings = [(0.0, 1.2, 0.5), (1.0, 2.7, 0.5), (2.0, 5.3, 0.5), (3.0, 6.9, 0.5)];
+        let (problem, start, [gain, offset, bias]) = sensor(&readings, [1.0, 0.0, 0.0], &[], Loss::None);
+        let reference = Reference::new(start.clone()).with(gain, &[1.0]).with(offset, &[1.0]).with(bias, &[1.0]);
+        let problem = problem.with_reference(reference);
+        let Fit { problem, estimate } = with_workbench(|w| fit(&problem, &start, readings.len(), w)).unwrap();
+        let [k, o, b] = [gain, offset, bias].map(|id| estimate.values.scalar(id));
+        let (intercept, slope, _) = line(&readings);
+        // The pull leaves less than a hundredth of a standard deviation, and is not in the cost.
+        assert!((k - slope).abs() < 0.002 && (k * o + b - intercept).abs() < 0.005, "{k} {o} {b}");
+        let squares: f64 = readings.iter().map(|(x, y, std)| ((slope * x + intercept - y) / std).powi(2)).sum();
+        assert!((estimate.cost - 0.5 * squares).abs() < 1e-4, "{} {squares}", estimate.cost);
+        // Offset and bias, which only their sum is known of, share it as their widths say: nobody walks away along the rest.
+        assert!(o.abs() < 1.0 && b.abs() < 1.0, "{o} {b}");
+        let pull = problem.reference().unwrap().cost(&problem, &estimate.values);
+        assert_eq!(pull, 0.0, "the reference lies where the fit ended");
+    }
+
+    #[test]
+    fn a_problem_without_a_reference_is_solved_once() {
+        let readings = [(0.0, 1.0, 0.1), (1.0, 3.0, 0.1), (2.0, 5.0, 0.1)];
+        let (problem, start, [gain, ..]) = sensor(&readings, [1.0, 0.0, 0.0], &[1], Loss::None);
+        let Fit { estimate, .. } = with_workbench(|w| fit(&problem, &start, readings.len(), w)).unwrap();
+        assert!(estimate.termination.converged() && (estimate.values.scalar(gain) - 2.0).abs() < 1e-6);
+    }
+}

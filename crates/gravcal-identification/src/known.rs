@@ -41,3 +41,23 @@ impl Known {
         Ok(Known { spectrum, along_constraints: along, leans, uncertainty })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_estimation::Loss;
+
+    use super::*;
+    use crate::testing::{line, sensor, solved};
+
+    #[test]
+    fn a_line_is_known_as_the_textbook_says() {
+        let readings = [(0.0, 1.2, 0.5), (1.0, 2.7, 0.5), (2.0, 5.3, 0.5), (6.0, 12.9, 0.5)];
+        let (problem, start, [gain, _, bias]) = sensor(&readings, [1.0, 0.0, 0.0], &[1], Loss::None);
+        let known = Known::at::<StatisticsError>(&problem, &solved(&problem, &start)).unwrap();
+        let sxx = line(&readings).2;
+        let std = |id| known.uncertainty.covariance().std(problem.columns_of(id).start);
+        assert!((std(gain) - 0.5 / sxx.sqrt()).abs() < 1e-9);
+        assert!((std(bias) - 0.5 * (0.25 + 2.25_f64.powi(2) / sxx).sqrt()).abs() < 1e-9);
+        assert!(known.along_constraints.is_none() && known.leans.is_empty() && known.spectrum.rank() == 2);
+    }
+}

@@ -25,6 +25,8 @@
 //! | [`judge`] | what is determined: rank, limits of use, and combinations that are not |
 //! | [`Explained`] | how well the readings are explained as a whole |
 //! | [`Workbench`] | what all of them are handed: a method, who is told of its way, who may stop it |
+//!
+//! `examples/thermistor.rs` calibrates a thermometer from a few baths, and says what these leave open.
 
 mod determined;
 mod fit;
@@ -37,6 +39,8 @@ mod noise;
 mod profile;
 mod residuals;
 mod robust;
+#[cfg(test)]
+mod testing;
 mod workbench;
 
 pub use determined::{Combination, Judgement, Parameter, judge, limits_of_use};

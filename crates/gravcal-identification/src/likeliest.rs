@@ -76,3 +76,76 @@ impl<S: Send + Sync> Likeliest<S> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_estimation::{
+        Automatic, Block, BlockId, Estimate, EvaluateError, Factor, Formula, LocalNumbers, Noise, Number, Problem,
+        ProblemBuilder, SolveError,
+    };
+
+    use super::*;
+    use crate::testing::with_workbench;
+
+    /// Readings of `x²` and, roughly, of `x`.
+    #[derive(Debug)]
+    struct Squared([BlockId; 1]);
+
+    impl Formula for Squared {
+        fn blocks(&self) -> &[BlockId] {
+            &self.0
+        }
+
+        fn len(&self) -> usize {
+            2
+        }
+
+        fn evaluate<N: Number>(&self, p: LocalNumbers<'_, N>, residual: &mut [N]) -> Result<(), EvaluateError> {
+            let x = p.scalar(0);
+            (residual[0], residual[1]) = (x * x - 1.0, x - 1.0);
+            Ok(())
+        }
+    }
+
+    /// `x²` is 1 ± 0.01, `x` 1 ± `rough`: minima near 1 and −1.
+    fn problem(rough: f64) -> (Problem, Values, BlockId) {
+        let mut builder = ProblemBuilder::new();
+        let x = builder.add_block(Block::scalar("x", ""), &[0.0]);
+        builder.add_factor(Factor::new(Automatic(Squared([x])), Noise::independent(&[0.01, rough]).unwrap()));
+        let (problem, values) = builder.build().unwrap();
+        (problem, values, x)
+    }
+
+    /// First from −2, then from 3 and −3.
+    fn likeliest(rough: f64) -> (f64, Likeliest<Estimate>) {
+        let (problem, initial, x) = problem(rough);
+        let follow = |start: f64, workbench: &Workbench<'_>| -> Result<End<Estimate>, SolveError> {
+            let mut values = initial.clone();
+            values.set(x, &[start]);
+            let solution = workbench.solve(&problem, &values)?;
+            let (height, converged) = (solution.cost, solution.termination.converged());
+            Ok(End { height, converged, values: solution.values.clone(), solution })
+        };
+        with_workbench(|workbench| {
+            let mut likeliest = Likeliest::first(follow(-2.0, workbench).unwrap());
+            likeliest.or_from(vec![3.0, -3.0], follow, |there| there.values.scalar(x), workbench);
+            (likeliest.best.values.scalar(x), likeliest)
+        })
+    }
+
+    #[test]
+    fn an_end_that_is_likelier_beyond_doubt_takes_the_place_of_the_first() {
+        // At −1 the second reading costs 2/rough².
+        let (x, likeliest) = likeliest(0.2);
+        assert!(likeliest.is_another && (x - 1.0).abs() < 1e-6, "{x}");
+        let heights: Vec<f64> = likeliest.ends.iter().map(|(height, _)| *height).collect();
+        assert!(heights[0].abs() < 1e-9 && (heights[1] - 50.0).abs() < 1.0, "{heights:?}");
+    }
+
+    #[test]
+    fn an_end_that_is_little_likelier_is_kept_beside_the_first() {
+        let (x, likeliest) = likeliest(1.0);
+        assert!(!likeliest.is_another && (x + 1.0).abs() < 0.01, "{x}");
+        assert!(likeliest.ends.iter().any(|(_, values)| values.as_slice()[0] > 0.99));
+    }
+}

@@ -86,4 +86,14 @@ mod tests {
         let (p, ratio) = by_median(&twice);
         assert!(p.unwrap() < 1e-9 && (ratio.unwrap() - 2.0).abs() < 0.02);
     }
+
+    #[test]
+    fn squares_are_judged_by_their_distribution() {
+        // Of two degrees of freedom it is exponential: P(χ² ≥ x) = exp(−x/2).
+        let explained = Explained::by_chi_squared(5.0, 2);
+        assert!((explained.p_value.unwrap() - (-2.5_f64).exp()).abs() < 1e-12 && explained.misfit().is_none());
+        assert!((Explained::by_chi_squared(18.0, 2).misfit().unwrap() - 3.0).abs() < 1e-12);
+        assert!(Explained::by_own_noise(18.0, 2).misfit().is_none());
+        assert!(Explained::by_chi_squared(18.0, 0).misfit().is_none());
+    }
 }

@@ -194,4 +194,30 @@ mod tests {
         let found = moderated(&[(1.0, 6.0), (1.5, 6.0), (0.7, 6.0), (60.0, 6.0)]);
         assert!((10.0..60.0).contains(&found[3]) && found[..3].iter().all(|v| (0.7..10.0).contains(v)), "{found:?}");
     }
+
+    /// Readings of one channel that a fit of their mean explains so.
+    fn of_channel(channel: usize, std: f64, residuals: &[f64]) -> Vec<ReadingResidual> {
+        let row = |r: &f64| RowResidual { whitened: r / std, leverage: 1.0 / residuals.len() as f64 };
+        residuals.iter().map(|r| ReadingResidual { channel, std, row: row(r) }).collect()
+    }
+
+    #[test]
+    fn the_noise_about_a_mean_is_the_sample_standard_deviation() {
+        let (first, second) = ([0.3, -0.5, 0.1, 0.4, -0.3], [20.0, -30.0, 10.0]);
+        let readings = [of_channel(0, 2.0, &first), of_channel(2, 0.5, &second)].concat();
+        let sample = |r: &[f64]| (r.iter().map(|r| r * r).sum::<f64>() / (r.len() - 1) as f64).sqrt();
+        let noise = noise_by_squares(&readings, &[false; 3]);
+        assert!(
+            (noise[0].unwrap() - sample(&first)).abs() < 1e-12 && (noise[2].unwrap() - sample(&second)).abs() < 1e-9
+        );
+        assert_eq!(noise[1], None, "nobody read it");
+    }
+
+    #[test]
+    fn an_outlier_does_not_move_the_median() {
+        let residuals = [0.3, -0.5, 0.1, 0.4, -200.0];
+        let noise = noise_by_median(&of_channel(0, 2.0, &residuals), 2);
+        assert!((noise[0].unwrap() - 0.4 / 0.8_f64.sqrt() / 0.674_489_75).abs() < 1e-6, "{noise:?}");
+        assert_eq!(noise[1], None);
+    }
 }

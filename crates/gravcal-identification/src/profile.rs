@@ -183,3 +183,57 @@ struct Point {
     /// Where the others explain the readings best.
     values: Values,
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_estimation::{Automatic, Block, BlockId, Factor, Formula, LocalNumbers, Noise, Number, ProblemBuilder};
+
+    use super::*;
+    use crate::testing::with_workbench;
+
+    /// `asinh x` and the difference of `y` to `x`, which follows: the profile of `x` is `½ (asinh x / σ)²`.
+    #[derive(Debug)]
+    struct Flattened([BlockId; 2]);
+
+    impl Formula for Flattened {
+        fn blocks(&self) -> &[BlockId] {
+            &self.0
+        }
+
+        fn len(&self) -> usize {
+            2
+        }
+
+        fn evaluate<N: Number>(&self, p: LocalNumbers<'_, N>, residual: &mut [N]) -> Result<(), EvaluateError> {
+            (residual[0], residual[1]) = (p.scalar(0).asinh(), p.scalar(1) - p.scalar(0));
+            Ok(())
+        }
+    }
+
+    /// What is told of `x`, if it is more than σ.
+    fn told(sigma: f64, limit: f64) -> Option<f64> {
+        let mut builder = ProblemBuilder::new();
+        let blocks = ["x", "y"].map(|name| builder.add_block(Block::scalar(name, ""), &[0.0]));
+        let noise = Noise::independent(&[sigma, 1.0]).unwrap();
+        builder.add_factor(Factor::new(Automatic(Flattened(blocks)), noise));
+        let (problem, values) = builder.build().unwrap();
+        let spectrum = Spectrum::new(&problem, &values).unwrap();
+        let profiled = Profiled { problem: &problem, values: &values, spectrum: &spectrum, reference: None };
+        let found = with_workbench(|w| profiled.wider(&[(0, limit)], w)).unwrap();
+        found.into_iter().map(|(_, std)| std).reduce(f64::max)
+    }
+
+    #[test]
+    fn a_profile_that_flattens_tells_its_own_width() {
+        // ½ h² is reached at sinh(h σ): the standard deviation sinh(h σ)/h grows up to h = 4, beyond which nobody looks but for a step.
+        let width = |h: f64| (0.5 * h).sinh() / h;
+        let std = told(0.5, 5.0).unwrap();
+        assert!((0.99 * width(4.0)..width(6.0)).contains(&std), "{std} {}", width(4.0));
+    }
+
+    #[test]
+    fn what_is_nearly_linear_or_known_well_enough_stays() {
+        assert_eq!(told(0.05, 0.5), None, "sinh(0.2)/4 is 0.0503");
+        assert_eq!(told(0.5, 20.0), None, "a fortieth of its limit");
+    }
+}

@@ -38,3 +38,27 @@ pub fn row_residuals(
     let residual = |(row, leverage): (&[f64], &f64)| RowResidual { whitened: row[width - 1], leverage: *leverage };
     Ok(rows.chunks_exact(width).zip(&leverages).take(count).map(residual).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_estimation::Loss;
+
+    use super::*;
+    use crate::testing::{line, sensor, solved};
+
+    #[test]
+    fn the_leverages_of_a_line_are_those_of_the_textbook() {
+        let readings = [(0.0, 1.2, 0.5), (1.0, 2.7, 0.5), (2.0, 5.3, 0.5), (6.0, 12.9, 0.5)];
+        let (problem, start, _) = sensor(&readings, [1.0, 0.0, 0.0], &[1], Loss::None);
+        let estimate = solved(&problem, &start);
+        let spectrum = Spectrum::new(&problem, &estimate.values).unwrap();
+        let rows = row_residuals(&problem, &estimate.values, &spectrum, readings.len()).unwrap();
+        let (intercept, slope, sxx) = line(&readings);
+        for ((x, y, std), row) in readings.iter().zip(rows) {
+            let leverage = 0.25 + (x - 2.25).powi(2) / sxx;
+            let residual = (intercept + slope * x - y) / std;
+            assert!((row.leverage - leverage).abs() < 1e-9 && (row.whitened - residual).abs() < 1e-6, "{row:?}");
+            assert!((row.freed() - residual / (1.0 - leverage).sqrt()).abs() < 1e-5, "{row:?}");
+        }
+    }
+}

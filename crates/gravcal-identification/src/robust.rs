@@ -39,3 +39,43 @@ fn stages_before(loss: Loss) -> Vec<Loss> {
         LossName::Cauchy | LossName::Tukey | LossName::GemanMcClure => vec![Loss::None, LossName::Huber.efficient()],
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing::{sensor, with_workbench};
+
+    /// Readings of one number, of which some are far off.
+    const READINGS: [f64; 9] = [0.3, -0.5, 0.1, 0.8, -0.2, -0.7, 9.0, 9.3, 8.8];
+
+    /// Where a fit of the number under a loss ends, from beside the outliers.
+    fn found(loss: Loss) -> f64 {
+        let readings = READINGS.map(|y| (0.0, y, 1.0));
+        let problem = |loss| sensor(&readings, [1.0, 0.0, 9.0], &[0, 1], loss);
+        let (_, start, [.., bias]) = problem(Loss::None);
+        let under = |loss: Loss| -> Result<Problem, SolveError> { Ok(problem(loss).0) };
+        let (_, estimate) = with_workbench(|w| solve_in_stages(loss, &start, under, w)).unwrap();
+        estimate.values.scalar(bias)
+    }
+
+    #[test]
+    fn hubers_loss_ends_where_the_bounded_residuals_balance() {
+        let width = LossName::Huber.efficient().width().unwrap();
+        let balance = |at: f64| READINGS.iter().map(|y| (y - at).clamp(-width, width)).sum::<f64>();
+        let (mut low, mut high) = (-10.0, 10.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if balance(middle) > 0.0 { low = middle } else { high = middle }
+        }
+        assert!((found(LossName::Huber.efficient()) - low).abs() < 1e-4, "{low}");
+    }
+
+    #[test]
+    fn a_loss_that_forgets_outliers_is_led_to_the_lowest_of_its_minima() {
+        let loss = LossName::Cauchy.efficient();
+        let width = loss.width().unwrap();
+        let cost = |at: f64| READINGS.iter().map(|y| (1.0 + ((y - at) / width).powi(2)).ln()).sum::<f64>();
+        let lowest = (-200..1000).map(|k| 0.01 * f64::from(k)).min_by(|a, b| cost(*a).total_cmp(&cost(*b))).unwrap();
+        assert!((found(loss) - lowest).abs() < 0.02, "{} {lowest}", found(loss));
+    }
+}

@@ -28,6 +28,7 @@
 //! |---|---|
 //! | `calibration` | sensor models, the session, the sequential and joint estimators, simulation, verdicts |
 //! | [`estimation`] | nonlinear least squares: problem, covariance, identifiability; knows no robot |
+//! | [`identification`] | from a problem to a judged answer: fit, noise, starts, profiles, what is determined; knows no robot |
 //! | [`dynamics`] | robots from DH rows or URDF, gravity torque and inverse dynamics with their derivatives |
 //! | `recording` | tables of static poses with units, in and out |
 //! | `report` | summaries, tables, `calibration.json`, pages, exports to URDF, ROS 2, C and Python |
@@ -63,6 +64,7 @@ pub mod calibration {
 
 pub use gravcal_dynamics as dynamics;
 pub use gravcal_estimation as estimation;
+pub use gravcal_identification as identification;
 #[cfg(feature = "calibration")]
 pub use gravcal_recording as recording;
 #[cfg(feature = "report")]

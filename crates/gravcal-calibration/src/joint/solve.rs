@@ -79,10 +79,10 @@ fn lowest_elsewhere(
     let second = workbench.by(companion.as_deref().unwrap_or(workbench.solver()));
     let nominal = Unknowns::nominal(session);
     let follow = |start: Unknowns, workbench: &Workbench<'_>| -> Result<_, EstimateError> {
-        Ok(solve_from(session, readings, start, workbench)?.as_end(session))
+        Ok(solve_from(session, readings, start, workbench)?.into_end(session))
     };
     let on = |there: &Solved| there.unknowns(&nominal);
-    let mut likeliest = Likeliest::first(solved.as_end(session));
+    let mut likeliest = Likeliest::first(solved.into_end(session));
     likeliest.or_from(vec![best_start(session, sample, known, &second)?], follow, on, &second);
     likeliest.or_from(further_starts(session, sample, known, workbench)?, follow, on, workbench);
     if !likeliest.best.converged || likeliest.best.solution.misfit(session)?.is_some() {

@@ -52,7 +52,7 @@ pub(super) struct Nearby {
 
 impl Solved {
     /// As an end of a start among others.
-    pub(super) fn as_end(self, session: &Session) -> End<Solved> {
+    pub(super) fn into_end(self, session: &Session) -> End<Solved> {
         End {
             height: self.minus_log_likelihood(session),
             converged: self.estimate.termination.converged(),
