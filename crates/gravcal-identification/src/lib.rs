@@ -18,6 +18,7 @@
 //! | [`fit`](fn@fit) | a reference prior that follows the estimate, in rounds |
 //! | [`solve_in_stages`] | robust losses, each from where a rounder one ended |
 //! | [`noise_by_squares`], [`noise_by_median`] | noise that no reading states, by channel |
+//! | [`variance_beyond_noise`] | errors that the noise does not explain, by restricted likelihood |
 //! | [`Likeliest`] | ends of several starts, compared by their likelihood |
 //! | [`Known`] | spectrum and uncertainty at an estimate, along its active constraints |
 //! | [`least_informed_nearby`] | plausible values near the estimate at which the readings say less |
@@ -41,6 +42,7 @@ mod residuals;
 mod robust;
 #[cfg(test)]
 mod testing;
+mod unexplained;
 mod workbench;
 
 pub use determined::{Combination, Judgement, Parameter, judge, limits_of_use};
@@ -54,4 +56,5 @@ pub use noise::{ReadingResidual, noise_by_median, noise_by_squares};
 pub use profile::Profiled;
 pub use residuals::{RowResidual, row_residuals};
 pub use robust::solve_in_stages;
+pub use unexplained::{ErrorRow, variance_beyond_noise, variance_beyond_noise_by_median};
 pub use workbench::Workbench;
