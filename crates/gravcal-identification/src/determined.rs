@@ -10,6 +10,8 @@
 //! ```
 //!
 //! Numbers decide; combinations, `Σ c_j (x_j / unit_j)`, are what is told of it, with their small parts left out.
+//!
+//! Why it is so, and what was tried: `docs/decisions/rank-is-not-enough.md`.
 
 use std::collections::BTreeSet;
 

@@ -6,6 +6,8 @@
 //! of a bias a tenth a round where a standard deviation is as large as its limit, and less where it is smaller; along a direction
 //! without information there is nothing to gain, and nothing moves. Gains that start many times too small need more rounds than that; what
 //! the readings hardly say is left near its nominal value, as it would follow the noise to values at which they seem to say more.
+//!
+//! Why it is so, and what was tried: `docs/decisions/reference-prior.md`.
 
 use gravcal_estimation::{Estimate, IterationRecord, Problem, SolveError, Termination, Values};
 

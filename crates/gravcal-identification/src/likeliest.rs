@@ -7,6 +7,8 @@
 //! A minimum may be a local one, and noise that was found at a minimum excuses it; so ends are compared with the noise that each of them
 //! found. An end takes another's place only where it is likelier beyond doubt ([`DECISIVE`]), or where the other did not converge; what ends
 //! elsewhere and is as plausible is kept, as it may be the true one.
+//!
+//! Why it is so, and what was tried: `docs/decisions/starts-compared.md`.
 
 use gravcal_estimation::{Values, in_parallel};
 

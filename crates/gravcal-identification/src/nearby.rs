@@ -21,6 +21,8 @@
 //!
 //! Two kinds of directions are followed: singular ones that make up a share of a standard deviation that matters, and the error of each
 //! parameter, `v = C e`.
+//!
+//! Why it is so, and what was tried: `docs/decisions/truth-is-not-the-estimate.md`.
 
 use gravcal_estimation::{EvaluateError, Manifold, Problem, Reference, Values};
 use nalgebra::{DMatrix, DVector};

@@ -11,6 +11,8 @@
 //! Where channels differ by more than chance, or have been read often, that is `s²` as it was; where they do not differ it is that of all. Where
 //! at most one channel has a degree of freedom left, nothing tells whether they differ: each would be as quiet as the fit can make it.
 //!
+//! Why it is so, and what was tried: `docs/decisions/moderated-noise.md`.
+//!
 //! Where a loss is heeded it is the scaled median of the residuals, of which up to half may be outliers:
 //!
 //! ```text

@@ -12,6 +12,8 @@
 //! section 6.1). A valley that is steep at first and flat beyond is as wide as it is there. The others follow in steps, each from where the
 //! linear model of the last one leads. A reference keeps some of them plausible, which counts: a sensor whose gain is zero tells
 //! nothing any more, and any constant explains its readings. What is known many times better than it needs to be is not looked at.
+//!
+//! Why it is so, and what was tried: `docs/decisions/profiles.md`.
 
 use gravcal_estimation::{EvaluateError, Problem, Reference, Spectrum, Values, in_parallel};
 

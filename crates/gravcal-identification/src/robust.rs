@@ -7,6 +7,8 @@
 //! ```text
 //!     none → Huber → Cauchy, Tukey or Geman-McClure
 //! ```
+//!
+//! Why it is so, and what was tried: `docs/decisions/loss-in-stages.md`.
 
 use gravcal_estimation::{Estimate, Loss, LossName, Problem, SolveError, Values};
 

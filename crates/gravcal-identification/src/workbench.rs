@@ -153,3 +153,34 @@ fn at_rest(problem: &Problem, estimate: Estimate) -> Estimate {
         if rests { Termination::Cost { relative: promise / estimate.cost } } else { estimate.termination };
     Estimate { termination, ..estimate }
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_estimation::Loss;
+
+    use super::*;
+    use crate::testing::{line, sensor, with_workbench};
+
+    const READINGS: [(f64, f64, f64); 4] = [(0.0, 1.2, 0.5), (1.0, 2.7, 0.5), (2.0, 5.3, 0.5), (3.0, 6.9, 0.5)];
+
+    #[test]
+    fn a_solve_that_may_not_go_on_says_why() {
+        let (problem, start, _) = sensor(&READINGS, [100.0, 0.0, 0.0], &[1], Loss::None);
+        let within = |workbench: &Workbench<'_>| workbench.within(5).within(1).solve(&problem, &start).unwrap();
+        let estimate = with_workbench(within);
+        assert_eq!(estimate.termination, Termination::IterationLimit { limit: 1 });
+        let stop = AtomicBool::new(true);
+        let stopped = with_workbench(|w| w.within(100).stopped_by(&stop).solve(&problem, &start)).unwrap();
+        assert_eq!(stopped.termination, Termination::Stopped);
+    }
+
+    #[test]
+    fn a_brief_solve_ends_where_the_cost_is_low_enough() {
+        let (problem, start, [gain, ..]) = sensor(&READINGS, [100.0, 0.0, 0.0], &[1], Loss::None);
+        let brief =
+            |most: usize, enough: f64| with_workbench(|w| w.solve_briefly(&problem, &start, most, enough)).unwrap();
+        assert!(brief(50, f64::INFINITY).iterations.len() < brief(50, 0.0).iterations.len());
+        let (_, slope, _) = line(&READINGS);
+        assert!((brief(50, 0.0).values.scalar(gain) - slope).abs() < 0.01);
+    }
+}
