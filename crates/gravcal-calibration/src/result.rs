@@ -3,6 +3,7 @@
 //! The types serialize as they stand in `calibration.json`; what is undetermined has no value, never a number.
 
 mod detail;
+mod inertia;
 mod parameter;
 mod positions;
 mod residual_tests;
@@ -16,6 +17,7 @@ use gravcal_robot_model::parameter::Quantity;
 use serde::Serialize;
 
 pub use detail::Detail;
+pub use inertia::{ConsistentModel, LinkInertiaResult};
 pub use parameter::ParameterResult;
 pub use positions::{DeflectionResult, PositionErrorResult};
 pub use residual_tests::{ResidualTest, ResidualTestKind};
@@ -68,6 +70,9 @@ pub struct EstimatorResult {
     pub outliers: Vec<Outlier>,
     /// How well the model explains the readings; absent where nothing could be fitted.
     pub fit: Option<Fit>,
+    /// The links' inertias as a rigid body can have them; absent unless `[constraints]` asks for them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub consistent_model: Option<ConsistentModel>,
     /// Remarks a person should read.
     pub notes: Vec<String>,
     /// What pictures need besides; no part of any file.

@@ -59,7 +59,7 @@ pub use constraint::{ActiveConstraint, Affine, Constraint, ConstraintError, Cons
 pub use derivative_check::{DerivativeMismatch, check_derivatives};
 pub use estimate::{Estimate, IterationRecord, Termination};
 pub use factor::Factor;
-pub use identifiability::{Spectrum, WeakDirection};
+pub use identifiability::{Elimination, Spectrum, WeakDirection};
 pub use linearization::{Linearization, NormalEquations, StepInfo};
 pub use loss::{Loss, LossWidth};
 pub use loss_name::{LossName, UnknownLoss};

@@ -4,9 +4,10 @@
 //! Results are taken apart field by field, so that a new field cannot be forgotten here.
 
 use gravcal_calibration::result::{
-    ActiveConstraint, CovarianceResult, DeflectionResult, EstimatorResult, Fit, GravityResult, HeldBlock, HeldOut,
-    Iteration, JointFit, LossResult, MomentResult, NoiseSource, Outlier, ParameterResult, PositionErrorResult,
-    ResidualTest, SensorModelTest, TestAgainstZero, UncertaintyResult, UnexplainedResult, WeakCombination,
+    ActiveConstraint, ConsistentModel, CovarianceResult, DeflectionResult, EstimatorResult, Fit, GravityResult,
+    HeldBlock, HeldOut, Iteration, JointFit, LinkInertiaResult, LossResult, MomentResult, NoiseSource, Outlier,
+    ParameterResult, PositionErrorResult, ResidualTest, SensorModelTest, TestAgainstZero, UncertaintyResult,
+    UnexplainedResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -55,6 +56,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         loss,
         outliers,
         fit,
+        consistent_model,
         notes: _,
         detail: _,
     } = result;
@@ -73,6 +75,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(loss.iter().flat_map(of_loss));
     let inside = inside.chain(outliers.iter().flat_map(of_outlier));
     let inside = inside.chain(fit.iter().flat_map(of_fit));
+    let inside = inside.chain(consistent_model.iter().flat_map(of_consistent_model));
     let inside = inside.chain(trace.iter().flat_map(of_iteration));
     inside.map(|(place, value)| (format!("{name}: {place}"), value)).collect()
 }
@@ -219,6 +222,28 @@ fn of_fit(fit: &Fit) -> Vec<Number> {
     numbers.extend(joints.iter().flat_map(of_joint));
     numbers.extend(held_out.iter().flat_map(of_held_out));
     numbers
+}
+
+fn of_consistent_model(model: &ConsistentModel) -> Vec<Number> {
+    let ConsistentModel {
+        links,
+        relative_std,
+        tensors_from_readings: _,
+        variance_inflation,
+        chi_squared_growth,
+        held_out,
+    } = model;
+    let mut numbers: Vec<Number> = links.iter().flat_map(of_link).collect();
+    numbers.extend(each("standard deviation of the robot's inertias", relative_std));
+    numbers.extend(each("growth of χ² and of variances", [variance_inflation, chi_squared_growth]));
+    numbers.extend(held_out.iter().flat_map(of_held_out));
+    numbers
+}
+
+fn of_link(inertia: &LinkInertiaResult) -> Vec<Number> {
+    let LinkInertiaResult { link, mass_kg, center_of_mass_m, tensor_kg_m2 } = inertia;
+    let all = [mass_kg].into_iter().chain(center_of_mass_m).chain(tensor_kg_m2);
+    each(&format!("inertia of {link}"), all)
 }
 
 fn of_held_out(held_out: &HeldOut) -> Vec<Number> {

@@ -39,7 +39,10 @@ pub(crate) fn fit_with_held_out(
     let mut told = judgement::fit(session, solved, &whitened)?;
     workbench.tell("predicting held-out poses");
     match session.validation.is_empty() {
-        false => told.held_out = of_validation(session, solved)?,
+        false => {
+            let found = solved.unknowns(&Unknowns::nominal(session));
+            told.held_out = of_validation(session, &solved.readings, found)?;
+        }
         true => match seen_by_second_fit(session, solved, workbench)? {
             Second::Predicted(held_out) => told.held_out = held_out,
             Second::Missing(why) => told.held_out_missing = Some(why),
@@ -48,14 +51,18 @@ pub(crate) fn fit_with_held_out(
     Ok(told)
 }
 
-/// The tables that enter no fit.
-fn of_validation(session: &Session, solved: &Solved) -> Result<Option<HeldOut>, EstimateError> {
+/// How well what was found predicts the tables that enter no fit. `fitted`: the readings that it was found from.
+pub(super) fn of_validation(
+    session: &Session,
+    fitted: &Readings,
+    found: Unknowns,
+) -> Result<Option<HeldOut>, EstimateError> {
     let unseen =
         Session { poses: session.validation.clone(), validation: Vec::new(), repeated: Vec::new(), ..session.clone() };
-    let Readings { spreads, noise, unexplained, at_rest, .. } = solved.readings.clone();
+    let Readings { spreads, noise, unexplained, at_rest, .. } = fitted.clone();
     let readings = Readings { spreads, noise, unexplained, at_rest, ..Readings::select(&unseen, |_, _| true) };
     // Joints that stand in other sweeps deflect otherwise.
-    let prediction = Unknowns { deflections: Vec::new(), ..solved.unknowns(&Unknowns::nominal(session)) };
+    let prediction = Unknowns { deflections: Vec::new(), ..found };
     let predicted = predict(&unseen, &readings, &prediction)?;
     let tables: BTreeSet<usize> = unseen.poses.iter().map(|pose| pose.table).collect();
     let files = tables.into_iter().map(|table| file_name(&session.tables[table].path)).collect();

@@ -4,6 +4,7 @@ mod aligned;
 mod at_rest;
 mod blocks;
 mod conclusion;
+mod consistent;
 mod constraints;
 mod earlier;
 mod error;

@@ -7,6 +7,7 @@ use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{EarlierCalibration, KnowledgeKind, LAST_FRAME_CHOICE, Session};
 
 use super::conclusion::Conclusion;
+use super::consistent::consistent_model;
 use super::error::EstimateError;
 use super::mistakes::Mistake;
 use super::model_tests::ModelTests;
@@ -52,7 +53,12 @@ pub(super) fn tell(
     let sensor_models = tests.all(workbench)?;
     let outliers = outliers(session, solved)?;
     let weak = weak_combinations(solved);
+    let (consistent_model, of_model) = match verdict {
+        Verdict::Failed => (None, Vec::new()),
+        Verdict::Determined | Verdict::PartlyDetermined => consistent_model(session, solved)?,
+    };
     let mut notes = remarks;
+    notes.extend(of_model);
     notes.extend(fit.held_out_missing.iter().map(no_held_out_note));
     notes.extend(tell_session(session, solved, &parameters));
     notes.extend(modelled::notes(session, solved)?);
@@ -81,6 +87,7 @@ pub(super) fn tell(
         loss: loss(solved.posed.loss),
         outliers,
         fit: Some(fit),
+        consistent_model,
         notes,
         detail: Detail { singular_values: solved.spectrum.singular_values().to_vec(), way: tell_way(session, solved) },
     };

@@ -2,6 +2,7 @@
 
 mod branches;
 mod by_groups;
+mod consistent_inertias;
 mod deflections;
 mod descriptions;
 mod drafted_wrist;

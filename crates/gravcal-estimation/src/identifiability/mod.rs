@@ -11,6 +11,7 @@
 //! [`named_combinations`](crate::named_combinations) puts it into words.
 
 mod decomposition;
+mod elimination;
 
 use std::sync::Arc;
 
@@ -21,6 +22,7 @@ use crate::sparse_basis::sparse_basis;
 use crate::statistics::Covariance;
 use crate::{Estimate, EvaluateError, NormalEquations, Problem, Values};
 use decomposition::Decomposition;
+pub use elimination::Elimination;
 
 /// Singular values of the column-scaled Jacobian below this share of the largest are zero. The scaled matrix
 /// carries rounding errors of about (rows · 1e-16); a direction weaker than 1e-9 cannot be told from them.

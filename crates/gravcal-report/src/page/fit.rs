@@ -5,6 +5,7 @@ use maud::{Markup, html};
 
 use super::CalibrationPage;
 use crate::table::fit::{chi_squared, prediction, unexplained_error};
+use crate::table::inertias::predictions;
 use gravcal_robot_model::number::significant;
 
 /// Outliers that are named on the page; `calibration.json` names all.
@@ -29,10 +30,13 @@ fn numbers(result: &EstimatorResult) -> Vec<String> {
     let fit = result.fit.as_ref();
     let held_out = fit.and_then(|fit| fit.held_out.as_ref());
     let all = fit.map(|fit| format!("{}: {}.", result.name, chi_squared(fit)));
+    let consistent = result.consistent_model.as_ref().and_then(|model| model.held_out.as_ref()).zip(held_out);
+    let consistent =
+        consistent.map(|(model, without)| format!("Consistent inertias, {}.", predictions(model, without)));
     let held_out = held_out.map(|held_out| format!("{}.", prediction(held_out)));
     let joints = fit.into_iter().flat_map(|fit| &fit.joints);
     let unexplained = joints.filter_map(|joint| Some(format!("{}.", unexplained_error(joint, &joint.unexplained?))));
-    all.into_iter().chain(held_out).chain(unexplained).collect()
+    all.into_iter().chain(held_out).chain(consistent).chain(unexplained).collect()
 }
 
 fn constraints(active: &[ActiveConstraint]) -> Markup {

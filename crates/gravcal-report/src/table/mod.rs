@@ -2,6 +2,7 @@
 
 mod constraints;
 pub(crate) mod fit;
+pub(crate) mod inertias;
 mod positions;
 mod residual_tests;
 mod sensor_models;
@@ -46,6 +47,7 @@ impl fmt::Display for CalibrationTable<'_> {
             constraints::tell(self.results),
             positions::tell(self.results),
             fit::tell(self.results),
+            inertias::tell(self.results),
             residual_tests::tell(self.results),
             notes(self.results),
         ];

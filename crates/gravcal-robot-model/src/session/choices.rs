@@ -67,10 +67,12 @@ pub struct Constraints {
     pub center_of_mass_within: Vec<Option<f64>>,
     /// Largest difference of a torque gain from its nominal value, as a share of that.
     pub torque_gains_within: Option<f64>,
+    /// Whether the links' inertias are also told as rigid bodies can have them. It constrains that model alone, not the estimate.
+    pub physical_inertias: bool,
 }
 
 impl Constraints {
-    /// Whether nothing is demanded.
+    /// Whether nothing is demanded of the estimate.
     pub fn is_empty(&self) -> bool {
         let radii = self.center_of_mass_within.iter().any(Option::is_some);
         !(self.positive_masses || radii || self.torque_gains_within.is_some())

@@ -26,6 +26,18 @@ pub(super) struct ConstraintsTable {
     /// Default: no constraint.
     /// Example: `torque_gains_within = 0.2`
     torque_gains_within: Option<f64>,
+    /// `"physical"`: masses, centres of mass and inertia tensors are also told as rigid bodies can have them, for exports. The estimate
+    /// itself does not change. The robot's file must state the inertia of every link; `inertia.relative_std` says how well it does.
+    ///
+    /// Default: not told.
+    /// Example: `inertia = "physical"`
+    inertia: Option<Inertia>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Inertia {
+    Physical,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -46,9 +58,44 @@ pub(super) fn resolve(context: &Context<'_>, table: &ConstraintsTable) -> Result
     let radii = radii.map(|written| {
         context.document.positive_by_name(&field("center_of_mass_within_m"), written, links, ("a distance", "m"))
     });
+    let physical_inertias = matches!(table.inertia, Some(Inertia::Physical));
+    if physical_inertias {
+        check_assumed(context, &field("inertia"))?;
+    }
     Ok(Constraints {
         positive_masses: matches!(table.masses, Some(Masses::Positive)),
         center_of_mass_within: radii.transpose()?.unwrap_or_else(|| vec![None; context.link_names.len()]),
         torque_gains_within: gains.transpose()?,
+        physical_inertias,
     })
+}
+
+/// Of all bodies that explain the readings alike, the one nearest to the robot's file is taken: that must state one of every link.
+fn check_assumed(context: &Context<'_>, field: &Field) -> Result<(), FileError> {
+    let chain = &context.robot.chain;
+    let stated = chain
+        .inertial_parameters()
+        .map_err(|error| context.document.error(field, format!("{}: {error}", context.robot_path.display())))?;
+    let (bodies, _) = stated.as_chunks::<10>();
+    let without = |which: &dyn Fn(&[f64; 10]) -> bool| -> Vec<&str> {
+        let missing = chain.links().iter().zip(bodies).filter(|(_, body)| which(body));
+        missing.map(|(link, _)| link.name.as_str()).collect()
+    };
+    let massless = without(&|[mass, ..]| *mass <= 0.0);
+    let pointlike = without(&|[mass, _, _, _, tensor @ ..]| *mass > 0.0 && tensor.iter().all(|entry| *entry == 0.0));
+    let missing: Vec<String> = [("a mass", massless), ("an inertia tensor", pointlike)]
+        .into_iter()
+        .filter(|(_, links)| !links.is_empty())
+        .map(|(what, links)| format!("{what} for {}", links.join(", ")))
+        .collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let message = format!(
+        "readings tell combinations of inertias only, and the rest is taken from the robot's file; {} has not {}: describe the robot by \
+         a URDF with an <inertial> for each of these links (rough values serve: a cylinder of the link's size and mass), or leave this out",
+        context.robot_path.display(),
+        missing.join(", nor ")
+    );
+    Err(context.document.error(field, message))
 }

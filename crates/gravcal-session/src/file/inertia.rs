@@ -105,8 +105,11 @@ pub(super) fn check_sweeps(document: &Document, session: &Session) -> Result<(),
                        the others stand (`gravcal check` tells the rule)";
         return Err(document.error(&description, message));
     }
-    if session.constraints.positive_masses || session.constraints.center_of_mass_within.iter().any(Option::is_some) {
-        let message = "[constraints] on masses and centres of mass are on links: write \"link\", or drop them";
+    let constraints = &session.constraints;
+    let of_links = constraints.positive_masses || constraints.center_of_mass_within.iter().any(Option::is_some);
+    if of_links || constraints.physical_inertias {
+        let message =
+            "[constraints] on masses, centres of mass and inertias are on links: write \"link\", or drop them";
         return Err(document.error(&description, message));
     }
     if session.instruments.iter().any(|instrument| instrument.kind == InstrumentKind::ForceTorque) {
