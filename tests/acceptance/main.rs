@@ -35,6 +35,7 @@ mod schema;
 mod sensor_models;
 mod seven_joints;
 mod shell;
+mod simulators;
 mod small_session;
 mod solvers;
 mod spreadsheet;

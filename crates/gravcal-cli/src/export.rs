@@ -7,8 +7,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use gravcal_calibration::application::check_units;
 use gravcal_recording::{Digest, EarlierEstimate, LARGEST_DOCUMENT, read_earlier, read_earlier_inputs, read_whole};
 use gravcal_report::Input;
-use gravcal_report::export::{Export, ExportError, ExportFormat, RobotDescription};
-use gravcal_robot_model::{EstimatorName, Registry};
+use gravcal_report::export::{Export, ExportError, ExportFormat, RobotDescription, RobotModel};
+use gravcal_robot_model::{EstimatorName, Registry, Session};
 use gravcal_session::read_session_with;
 
 use crate::apply::session_path;
@@ -20,7 +20,7 @@ use crate::{targets, terminal};
 /// Write a calibration for a driver, a program, a robot description or a paper
 ///
 /// ros2: parameters of a ROS 2 node (YAML), forward and inverse. urdf: the session's URDF with joints' origins moved by their position
-/// offsets and an upright root link. c, python: functions from a reading to what it truly says. csv: every parameter with its
+/// offsets, an upright root link, and identified inertias. mujoco: the arm with identified inertias and gravity. c, python: functions from a reading to what it truly says. csv: every parameter with its
 /// interval. markdown, latex: tables, rounded. Each states its convention.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -58,6 +58,7 @@ const EXAMPLES: &str = "\
 Examples:
   gravcal export calibration/calibration.json --to ros2 -o calibration.yaml
   gravcal export calibration/calibration.json --to urdf -o arm-calibrated.urdf
+  gravcal export calibration/calibration.json --to mujoco -o arm.xml
   gravcal export calibration/calibration.json --to latex
 
 Exit codes:
@@ -74,15 +75,18 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let calibration = &arguments.calibration;
     let estimator = estimator_of(calibration, arguments.estimator)?;
     let estimate = read_earlier(calibration, estimator.as_str()).map_err(|error| Failure::bad_input(&error))?;
-    let robot = match arguments.to {
-        ExportFormat::Urdf => Some(read_urdf(arguments, registry, &estimate)?),
+    let session = arguments.to.is_robot().then(|| read_own_session(arguments, registry, &estimate)).transpose()?;
+    let urdf = match (&session, arguments.to) {
+        (Some(session), ExportFormat::Urdf) => Some(read_urdf(session)?),
         _ => None,
     };
-    let read = robot.iter().flat_map(|robot| &robot.read).chain([calibration]);
+    let read = session.iter().flat_map(|session| &session.inputs).chain([calibration]);
     targets::check(read, arguments.output.as_slice())?;
-    let robot = robot.as_ref().map(|Urdf { base, text, .. }| RobotDescription { urdf: text, base });
+    let robot = urdf.as_ref().zip(session.as_ref());
+    let robot = robot.map(|(urdf, session)| RobotDescription { urdf, base: session.robot.chain.base() });
+    let model = session.as_ref().map(|session| RobotModel { name: &session.robot.name, chain: &session.robot.chain });
     let source = source(calibration, estimator)?;
-    let export = Export { estimate: &estimate, source: &source, nominal: arguments.nominal, robot };
+    let export = Export { estimate: &estimate, source: &source, nominal: arguments.nominal, robot, model };
     let exported = export.to(arguments.to).map_err(|error| refused(&error).about(calibration.display()))?;
     match &arguments.output {
         None => terminal::print_exactly(&exported.text)?,
@@ -103,31 +107,31 @@ fn source(calibration: &Path, estimator: EstimatorName) -> Result<String, Failur
     Ok(format!("{name} ({estimator}, sha256 {})", input.sha256))
 }
 
-/// A session's URDF.
-struct Urdf {
-    /// Base link.
-    base: String,
-    text: String,
-    /// Every file that was read for it.
-    read: Vec<PathBuf>,
-}
-
-fn read_urdf(arguments: &Arguments, registry: &Registry, estimate: &EarlierEstimate) -> Result<Urdf, Failure> {
+/// The session whose robot is described.
+fn read_own_session(
+    arguments: &Arguments,
+    registry: &Registry,
+    estimate: &EarlierEstimate,
+) -> Result<Session, Failure> {
     let path = session_path(&arguments.calibration, arguments.session.as_deref())?;
     let session = read_session_with(&path, registry).map_err(|error| Failure::bad_input(&error))?;
     check_units(&session, estimate).map_err(|error| Failure::bad_input(&error).about(path.display()))?;
-    let no_urdf = || refused(&ExportError::NoUrdf).about(path.display());
     // A session reads itself, then its robot.
-    let robot = session.inputs.get(1).ok_or_else(no_urdf)?;
-    if arguments.session.is_none() {
+    if let (None, Some(robot)) = (&arguments.session, session.inputs.get(1)) {
         check_robot(&arguments.calibration, robot)?;
     }
-    let text =
-        read_whole(robot, LARGEST_DOCUMENT).map_err(|error| Failure::bad_input(&error).about(robot.display()))?;
-    let text = String::from_utf8(text).map_err(|error| Failure::bad_input(&error).about(robot.display()))?;
+    Ok(session)
+}
+
+/// The text of its URDF.
+fn read_urdf(session: &Session) -> Result<String, Failure> {
+    let robot = session.inputs.get(1).ok_or_else(|| refused(&ExportError::NoUrdf))?;
+    let failed = |error: &dyn std::error::Error| Failure::bad_input(error).about(robot.display());
+    let text = read_whole(robot, LARGEST_DOCUMENT).map_err(|error| failed(&error))?;
+    let text = String::from_utf8(text).map_err(|error| failed(&error))?;
     match text.trim_start().starts_with('<') {
-        true => Ok(Urdf { base: session.robot.chain.base().to_owned(), text, read: session.inputs }),
-        false => Err(no_urdf()),
+        true => Ok(text),
+        false => Err(refused(&ExportError::NoUrdf).about(robot.display())),
     }
 }
 
@@ -161,6 +165,9 @@ fn refused(error: &ExportError) -> Failure {
         }
         ExportError::NoUrdf => {
             failure.hint("describe the robot by robot = { urdf = \"…\", base = \"…\", tip = \"…\" }")
+        }
+        ExportError::NoInertias => {
+            failure.hint("add [constraints] inertia = \"physical\" to the session, and calibrate again")
         }
         _ => failure,
     }

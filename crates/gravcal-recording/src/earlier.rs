@@ -33,6 +33,21 @@ pub struct EarlierEstimate {
     pub blocks_left_out: Option<usize>,
     /// Why its intervals may not hold, in words.
     pub doubts: Vec<String>,
+    /// The links' inertias as rigid bodies can have them, where the session asked for them.
+    pub inertias: Option<Vec<EarlierInertia>>,
+}
+
+/// A rigid body on a link, in the link's frame.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct EarlierInertia {
+    /// Name of the link.
+    pub link: String,
+    /// kg.
+    pub mass_kg: f64,
+    /// m.
+    pub center_of_mass_m: [f64; 3],
+    /// `[I_xx, I_xy, I_yy, I_xz, I_yz, I_zz]` about the centre of mass, kg·m².
+    pub tensor_kg_m2: [f64; 6],
 }
 
 /// A sensor parameter of an earlier calibration.
@@ -169,6 +184,14 @@ struct Estimator {
     fit: Option<Fit>,
     #[serde(default)]
     residual_tests: Vec<ResidualTest>,
+    #[serde(default)]
+    consistent_model: Option<ConsistentModel>,
+}
+
+/// Inertias that rigid bodies can have.
+#[derive(Deserialize)]
+struct ConsistentModel {
+    links: Vec<EarlierInertia>,
 }
 
 /// A test on the residuals of a channel.
@@ -315,6 +338,7 @@ impl Estimator {
             blocks_left_out: self.uncertainty.as_ref().and_then(Uncertainty::left_out).and_then(|left| left.blocks),
             doubts: self.doubts(),
             parameters: self.parameters,
+            inertias: self.consistent_model.map(|model| model.links),
         })
     }
 

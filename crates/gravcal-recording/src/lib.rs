@@ -84,7 +84,7 @@ pub use conditions::{
 pub use csv_lines::CsvWriting;
 pub use digest::{Digest, DigestError};
 pub use earlier::{
-    EarlierError, EarlierEstimate, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier,
+    EarlierError, EarlierEstimate, EarlierInertia, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier,
     read_earlier_estimators, read_earlier_inputs, read_earlier_session,
 };
 pub use error::{Place, ReadError};

@@ -72,6 +72,7 @@ fn truth(simulation: &Simulation) -> (Session, EarlierEstimate) {
         covariance: Vec::new(),
         blocks_left_out: None,
         doubts: Vec::new(),
+        inertias: None,
     };
     (session, calibration)
 }

@@ -39,6 +39,7 @@ fn earlier(result: &EstimatorResult) -> EarlierEstimate {
         covariance: result.covariance.matrix.concat(),
         blocks_left_out: None,
         doubts: Vec::new(),
+        inertias: None,
     }
 }
 

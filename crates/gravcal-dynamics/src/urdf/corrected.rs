@@ -12,7 +12,7 @@
 //!
 //! so that it takes `c` for the joint's value: the same pose as that of the old file at `c + o`. Where gravity is given, a new
 //! root link with a vertical z axis carries the old root by a fixed joint. Gravity says nothing of the heading: the rotation is the
-//! smallest one.
+//! smallest one. Links' inertias, where such are given, stand in place of the old ones (`inertials.rs`).
 
 use std::collections::BTreeMap;
 
@@ -23,8 +23,10 @@ use quick_xml::{Reader, Writer};
 use urdf_rs::JointType;
 
 use super::essentials::located;
+use super::inertials::{inertials, with_inertials};
 use super::tree::Tree;
 use super::{UrdfError, joint, read};
+use crate::body_inertia::BodyInertia;
 use crate::transform::Transform;
 
 /// The link that hangs upright, where gravity is given.
@@ -39,6 +41,8 @@ pub struct UrdfCorrection<'a> {
     pub gravity: Option<(&'a str, [f64; 3])>,
     /// Joints with the offsets of their coordinates, rad or m.
     pub offsets: &'a [(String, f64)],
+    /// The rigid body on each named link, in the link's frame, links that fixed joints attach to it included; none leaves all as they are.
+    pub inertias: &'a [(String, BodyInertia)],
     /// Lines of a comment at the top of the file.
     pub comment: &'a [String],
 }
@@ -59,7 +63,8 @@ impl UrdfCorrection<'_> {
         let root = self.gravity.map(|(base, gravity)| upright(&tree, base, gravity)).transpose()?;
         let changes = robot.joints.iter().map(|joint| Ok((joint.name.as_str(), Change::of(joint, &offsets)?)));
         let changes: BTreeMap<&str, Change> = changes.collect::<Result<_, UrdfError>>()?;
-        Rewriting { changes, root, comment: self.comment }.write(text)
+        let text = Rewriting { changes, root, comment: self.comment }.write(text)?;
+        if self.inertias.is_empty() { Ok(text) } else { with_inertials(&text, &inertials(&tree, self.inertias)?) }
     }
 }
 
@@ -271,11 +276,11 @@ fn origin_attributes([xyz, rpy]: &[[f64; 3]; 2]) -> [(&'static str, String); 2] 
     [("xyz", told(xyz)), ("rpy", told(rpy))]
 }
 
-fn put(writer: &mut Writer<Vec<u8>>, event: Event<'_>) -> Result<(), UrdfError> {
+pub(super) fn put(writer: &mut Writer<Vec<u8>>, event: Event<'_>) -> Result<(), UrdfError> {
     writer.write_event(event).map_err(|error| UrdfError::Parse(error.to_string()))
 }
 
-fn name_of(start: &BytesStart<'_>) -> String {
+pub(super) fn name_of(start: &BytesStart<'_>) -> String {
     String::from_utf8_lossy(start.name().as_ref()).into_owned()
 }
 
@@ -283,7 +288,7 @@ fn attributes<'s>(start: &'s BytesStart<'_>) -> Result<Vec<Attribute<'s>>, UrdfE
     start.attributes().collect::<Result<_, _>>().map_err(|error| UrdfError::Parse(error.to_string()))
 }
 
-fn attribute(start: &BytesStart<'_>, name: &str) -> Result<Option<String>, UrdfError> {
+pub(super) fn attribute(start: &BytesStart<'_>, name: &str) -> Result<Option<String>, UrdfError> {
     let found = attributes(start)?.into_iter().find(|attribute| attribute.key.as_ref() == name.as_bytes());
     let value = found.map(|attribute| attribute.unescape_value().map(|value| value.into_owned()));
     value.transpose().map_err(|error| UrdfError::Parse(error.to_string()))
@@ -328,6 +333,7 @@ mod tests {
         UrdfCorrection {
             gravity: Some(("base", GRAVITY)),
             offsets: &offsets,
+            inertias: &[],
             comment: &["a -- b --- c----".to_owned()],
         }
         .apply(text)
@@ -373,7 +379,8 @@ mod tests {
 
     #[test]
     fn nothing_to_correct_changes_no_byte() {
-        let correction = UrdfCorrection { gravity: None, offsets: &[("pan".to_owned(), 0.0)], comment: &[] };
+        let offsets = [("pan".to_owned(), 0.0)];
+        let correction = UrdfCorrection { gravity: None, offsets: &offsets, inertias: &[], comment: &[] };
         assert_eq!(correction.apply(ARM).unwrap(), ARM);
     }
 
@@ -397,7 +404,7 @@ mod tests {
     #[test]
     fn what_cannot_be_corrected_is_refused() {
         assert!(matches!(corrected(ARM, &[("elbow", 0.1)]), Err(UrdfError::MissingJoint { .. })));
-        let correction = UrdfCorrection { gravity: Some(("arm", GRAVITY)), offsets: &[], comment: &[] };
+        let correction = UrdfCorrection { gravity: Some(("arm", GRAVITY)), offsets: &[], inertias: &[], comment: &[] };
         assert!(matches!(correction.apply(ARM), Err(UrdfError::MovingRoot { .. })));
         let twice = corrected(ARM, &[]).unwrap();
         assert!(matches!(corrected(&twice, &[]), Err(UrdfError::UprightLinkTaken { .. })));

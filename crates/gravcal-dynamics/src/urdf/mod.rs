@@ -18,6 +18,7 @@ mod corrected;
 mod ends;
 mod error;
 mod essentials;
+mod inertials;
 mod joint;
 mod tree;
 

@@ -52,12 +52,13 @@ pub(super) struct Position {
 
 impl Corrections {
     pub fn new(estimate: &EarlierEstimate, nominal: bool, format: ExportFormat) -> Result<Corrections, ExportError> {
-        let mut taken = Taken { estimate, nominal, undetermined: Vec::new(), missing: Vec::new(), remarks: Vec::new() };
+        let torques = !format.is_robot();
+        let mut taken =
+            Taken { estimate, nominal, torques, undetermined: Vec::new(), missing: Vec::new(), remarks: Vec::new() };
         let names = joint_names(estimate);
         refuse_more(estimate, &names, format)?;
         let joints: Vec<JointCorrection> = names.iter().filter_map(|name| taken.joint(name)).collect();
-        let instruments =
-            if format == ExportFormat::Urdf { Vec::new() } else { instruments(estimate, &mut taken, format)? };
+        let instruments = if format.is_robot() { Vec::new() } else { instruments(estimate, &mut taken, format)? };
         let Taken { undetermined, missing, mut remarks, .. } = taken;
         if !missing.is_empty() {
             return Err(ExportError::Missing { names: missing });
@@ -94,16 +95,22 @@ fn joint_names(estimate: &EarlierEstimate) -> Vec<String> {
     joints
 }
 
-/// Parameters of joints' sensors beyond the four that say something.
+/// Parameters of joints' sensors beyond the four that say something. A robot's description holds nothing of torque readings anyway.
 fn refuse_more(estimate: &EarlierEstimate, joints: &[String], format: ExportFormat) -> Result<(), ExportError> {
     let beyond = |parameter: &&EarlierParameter| {
         let (owner, quantity) = split_name(&parameter.name);
         let affine = Quantity::ALL.iter().any(|known| known.as_str() == quantity);
         let nothing = parameter.held.is_some() && parameter.value.unwrap_or(parameter.nominal) == 0.0;
-        !affine && !nothing && joints.iter().any(|joint| joint == owner)
+        let no_place = format.is_robot() && of_torque_reading(parameter);
+        !affine && !nothing && !no_place && joints.iter().any(|joint| joint == owner)
     };
     let names: Vec<String> = estimate.parameters.iter().filter(beyond).map(|found| found.name.clone()).collect();
     if names.is_empty() { Ok(()) } else { Err(ExportError::BeyondAffine { format, names }) }
+}
+
+/// Whether it adds to what a torque sensor reads, by the equation in which it stands.
+fn of_torque_reading(parameter: &EarlierParameter) -> bool {
+    parameter.convention.starts_with("reading =")
 }
 
 /// What of instruments the format does not hold: all of those that it has no place for, or what is no gain and no bias.
@@ -129,6 +136,8 @@ fn left_out(estimate: &EarlierEstimate, joints: &[String], instruments: &[Instru
 pub(super) struct Taken<'a> {
     estimate: &'a EarlierEstimate,
     nominal: bool,
+    /// Whether what torque sensors read has a place in the format.
+    torques: bool,
     undetermined: Vec<String>,
     pub missing: Vec<String>,
     remarks: Vec<String>,
@@ -145,13 +154,13 @@ impl<'a> Taken<'a> {
             return None;
         };
         let read = torque_gain.held.as_deref() != Some(NO_TORQUE_SENSOR);
-        let torque = read.then(|| Torque {
+        let torque = (read && self.torques).then(|| Torque {
             gain: self.value(torque_gain),
             bias: self.value(torque_bias),
             reading_unit: torque_bias.unit.clone(),
             unit: other_unit(&torque_gain.unit, &torque_bias.unit),
         });
-        if !read {
+        if !read && self.torques {
             self.remarks.push(format!("{name} has no torque sensor"));
         }
         let position = Position {

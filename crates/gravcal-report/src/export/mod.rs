@@ -3,7 +3,8 @@
 //! | format | what it holds |
 //! |---|---|
 //! | `ros2` | parameters of a ROS 2 node (YAML): each joint's gain and bias, forward and inverse |
-//! | `urdf` | the session's URDF with joints' origins moved by their position offsets and a root that hangs as gravity says |
+//! | `urdf` | the session's URDF with joints' origins moved by their position offsets, a root that hangs as gravity says, and identified inertias |
+//! | `mujoco` | the arm as a MuJoCo model (MJCF) with identified inertias and gravity |
 //! | `c`, `python` | functions from a reading to what it truly says |
 //! | `csv` | every parameter with its interval, for programs |
 //! | `markdown`, `latex` | every parameter with its standard deviation, rounded, for people |
@@ -22,6 +23,7 @@ mod instruments;
 mod latex;
 mod latex_text;
 mod markdown;
+mod mujoco;
 mod numbers;
 mod python;
 mod ros2;
@@ -38,6 +40,7 @@ use gravcal_recording::EarlierEstimate;
 use thiserror::Error;
 
 use corrections::Corrections;
+pub use mujoco::RobotModel;
 pub use urdf::RobotDescription;
 
 /// The formats that a user can choose by name.
@@ -47,6 +50,8 @@ pub enum ExportFormat {
     Ros2,
     /// The robot's description, corrected.
     Urdf,
+    /// The arm for MuJoCo.
+    Mujoco,
     /// Every parameter, for programs.
     Csv,
     /// A header with functions.
@@ -61,9 +66,10 @@ pub enum ExportFormat {
 
 impl ExportFormat {
     /// Every format.
-    pub const ALL: [ExportFormat; 7] = [
+    pub const ALL: [ExportFormat; 8] = [
         ExportFormat::Ros2,
         ExportFormat::Urdf,
+        ExportFormat::Mujoco,
         ExportFormat::Csv,
         ExportFormat::C,
         ExportFormat::Python,
@@ -76,12 +82,18 @@ impl ExportFormat {
         match self {
             ExportFormat::Ros2 => "ros2",
             ExportFormat::Urdf => "urdf",
+            ExportFormat::Mujoco => "mujoco",
             ExportFormat::Csv => "csv",
             ExportFormat::C => "c",
             ExportFormat::Python => "python",
             ExportFormat::Markdown => "markdown",
             ExportFormat::Latex => "latex",
         }
+    }
+
+    /// Whether it describes the robot itself, in which torque sensors and instruments have no place.
+    pub fn is_robot(self) -> bool {
+        matches!(self, ExportFormat::Urdf | ExportFormat::Mujoco)
     }
 }
 
@@ -118,6 +130,8 @@ pub struct Export<'a> {
     pub nominal: bool,
     /// The robot's URDF, which only [`ExportFormat::Urdf`] needs.
     pub robot: Option<RobotDescription<'a>>,
+    /// The robot as the session knows it, which only [`ExportFormat::Mujoco`] needs.
+    pub model: Option<RobotModel<'a>>,
 }
 
 /// A file's contents.
@@ -192,6 +206,15 @@ pub enum ExportError {
     /// There is no URDF to correct.
     #[error("a URDF is made from the robot's own, and the session's robot is no URDF")]
     NoUrdf,
+    /// There is no robot to describe.
+    #[error("a model is made from the session's robot, which was not given")]
+    NoModel,
+    /// The calibration has no inertias that a simulator takes.
+    #[error("the calibration has no inertias of rigid bodies, and a simulator takes no others")]
+    NoInertias,
+    /// Joints that follow others.
+    #[error("some joints mimic others, which this format does not hold: export to urdf")]
+    Mimics,
     /// The URDF cannot be corrected.
     #[error(transparent)]
     Urdf(#[from] UrdfError),
@@ -212,6 +235,7 @@ impl Export<'_> {
             ExportFormat::C => Ok(c_header::export(self, &corrections()?)),
             ExportFormat::Python => Ok(python::export(self, &corrections()?)),
             ExportFormat::Urdf => urdf::export(self, &corrections()?),
+            ExportFormat::Mujoco => mujoco::export(self, &corrections()?),
         }
     }
 }

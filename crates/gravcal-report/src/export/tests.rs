@@ -42,11 +42,12 @@ fn estimate() -> EarlierEstimate {
         covariance: vec![1e-4],
         blocks_left_out: None,
         doubts: Vec::new(),
+        inertias: None,
     }
 }
 
 fn export<'a>(estimate: &'a EarlierEstimate, nominal: bool) -> Export<'a> {
-    Export { estimate, source: "calibration.json (joint)", nominal, robot: None }
+    Export { estimate, source: "calibration.json (joint)", nominal, robot: None, model: None }
 }
 
 fn text(format: ExportFormat) -> String {
@@ -63,7 +64,7 @@ fn names_read_back() {
         assert_eq!(format.as_str().parse(), Ok(format));
     }
     let unknown = "yaml".parse::<ExportFormat>().unwrap_err().to_string();
-    assert_eq!(unknown, "unknown format `yaml`; there is: ros2, urdf, csv, c, python, markdown, latex");
+    assert_eq!(unknown, "unknown format `yaml`; there is: ros2, urdf, mujoco, csv, c, python, markdown, latex");
 }
 
 #[test]
@@ -265,4 +266,5 @@ fn names_that_mean_something_to_a_format_are_written_so_that_they_do_not() {
 fn a_urdf_needs_one() {
     let estimate = estimate();
     assert_eq!(export(&estimate, false).to(ExportFormat::Urdf), Err(ExportError::NoUrdf));
+    assert_eq!(export(&estimate, false).to(ExportFormat::Mujoco), Err(ExportError::NoModel));
 }

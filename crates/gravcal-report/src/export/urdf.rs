@@ -3,17 +3,19 @@
 //!
 //! The model takes `position_gain · reading` for a joint's value. A URDF has no place for gains nor for torque sensors.
 
-use gravcal_dynamics::UrdfCorrection;
+use gravcal_dynamics::{BodyInertia, UrdfCorrection};
 
 use super::corrections::{Corrections, JointCorrection};
 use super::numbers::float;
 use super::{Export, ExportError, Exported, head};
 
-const CONVENTION: [&str; 4] = [
+const CONVENTION: [&str; 6] = [
     "Convention: the joint's value in this model is position_gain * reading, in rad or m; origins are moved by the position",
     "offsets, limits are those of that value. A URDF holds neither gains nor torque sensors: export these to ros2, c or python.",
     "Link gravity_aligned_world has its z axis upward; gravity says nothing of the heading, so the base is turned by the",
     "smallest rotation. Without gravity the root is as it was.",
+    "Inertias are the file's own, unless the calibration has such of rigid bodies ([constraints] inertia = physical): then theirs,",
+    "without loads, each on the link that a joint carries, links fixed to that included.",
 ];
 
 /// The robot's own URDF.
@@ -34,9 +36,17 @@ pub(super) fn export(export: &Export<'_>, corrections: &Corrections) -> Result<E
     };
     let mut comment = head(export, &CONVENTION, &corrections.remarks);
     comment.extend(corrections.joints.iter().map(gain));
+    let inertias: Vec<(String, BodyInertia)> = export
+        .estimate
+        .inertias
+        .iter()
+        .flatten()
+        .map(|own| (own.link.clone(), BodyInertia::about_center(own.mass_kg, own.center_of_mass_m, own.tensor_kg_m2)))
+        .collect();
     let correction = UrdfCorrection {
         gravity: corrections.gravity.map(|gravity| (base, gravity)),
         offsets: &offsets.collect::<Vec<_>>(),
+        inertias: &inertias,
         comment: &comment,
     };
     Ok(Exported { text: correction.apply(urdf)?, remarks: corrections.remarks.clone() })
