@@ -33,26 +33,33 @@ fn words(line: &str) -> String {
     line.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// Pastes the files of a text into a folder and runs its commands there; what the last one prints.
-fn follow(text: &str) -> String {
-    let folder = tempfile::tempdir().unwrap();
+/// Pastes the files of a text into a folder and runs its commands there; what each of them prints.
+fn follow(text: &str, folder: &Path) -> Vec<String> {
     let files = blocks(text, "toml");
     let names: Vec<&str> = files.iter().map(|file| file_name(file)).collect();
     assert_eq!(names, ["robot.toml", "simulation.toml", "my-session.toml"]);
     for file in files {
-        fs::write(folder.path().join(file_name(file)), file).unwrap();
+        fs::write(folder.join(file_name(file)), file).unwrap();
     }
     let blocks = blocks(text, "sh");
     let lines: Vec<&str> = blocks.iter().flat_map(|block| block.lines()).collect();
     assert_eq!(lines.len(), 3, "{lines:?}");
-    let mut printed = String::new();
-    for line in lines {
-        let run = gravcal_in(folder.path(), line.strip_prefix("gravcal ").unwrap().split(' '));
-        assert_eq!(run.code, 0, "{line}: {run:?}");
-        printed = run.stdout;
-    }
-    assert!(folder.path().join("my-session-calibration/calibration.json").is_file());
+    let printed = lines.into_iter().map(|line| run(line, folder)).collect();
+    assert!(folder.join("my-session-calibration/calibration.json").is_file());
     printed
+}
+
+/// Runs a line of a text in a folder; what it prints.
+fn run(line: &str, folder: &Path) -> String {
+    let run = gravcal_in(folder, line.strip_prefix("gravcal ").unwrap().split(' '));
+    assert_eq!(run.code, 0, "{line}: {run:?}");
+    run.stdout
+}
+
+/// What stands under a heading of the second level.
+fn section<'t>(text: &'t str, heading: &str) -> &'t str {
+    let (_, below) = text.split_once(&format!("\n## {heading}\n")).unwrap();
+    below.split("\n## ").next().unwrap()
 }
 
 /// Every line of a block is printed, however it is set apart.
@@ -65,17 +72,54 @@ fn assert_prints(printed: &str, told: &str) {
 #[test]
 fn the_example_of_the_readme_runs_and_prints_what_it_says() {
     let readme = read("README.md");
-    let section = readme.split_once("\n## A fault to find\n").unwrap().1.split("\n## ").next().unwrap();
-    assert_prints(&follow(section), blocks(section, "text")[0]);
+    let section = section(&readme, "A fault to find");
+    let folder = tempfile::tempdir().unwrap();
+    assert_prints(&follow(section, folder.path())[2], blocks(section, "text")[0]);
 }
 
 #[test]
 fn the_tutorial_runs_and_prints_what_it_says() {
     let tutorial = read("docs/tutorial/index.md");
-    let calibrated = tutorial.split_once("\n## 4. Calibrate\n").unwrap().1.split("\n## ").next().unwrap();
-    let printed = follow(&tutorial);
-    assert_prints(&printed, blocks(calibrated, "text")[0]);
-    assert!(printed.contains("tilt 17.565 deg") && calibrated.contains("17.565°"), "{printed}");
+    let folder = tempfile::tempdir().unwrap();
+    let printed = follow(&tutorial, folder.path());
+    assert_prints(&printed[1], blocks(section(&tutorial, "3. Ask what the poses can tell"), "text")[0]);
+    let calibrated = section(&tutorial, "4. Calibrate");
+    assert_prints(&printed[2], blocks(calibrated, "text")[0]);
+    assert!(printed[2].contains("tilt 17.565 deg") && calibrated.contains("17.565°"), "{}", printed[2]);
+    columns_are_swapped(section(&tutorial, "5. Break something"), folder.path());
+    a_recording_is_calibrated(section(&tutorial, "6. A recording in motion"), folder.path());
+}
+
+fn columns_are_swapped(section: &str, folder: &Path) {
+    let [line, command, told] = blocks(section, "text")[..] else { panic!("{section}") };
+    let session = folder.join("my-session.toml");
+    let right = fs::read_to_string(&session).unwrap();
+    let wrong: Vec<&str> =
+        right.lines().map(|old| if old.starts_with("torque = { columns") { line.trim_end() } else { old }).collect();
+    assert_ne!(wrong.join("\n"), right.trim_end());
+    fs::write(&session, wrong.join("\n")).unwrap();
+    let run = gravcal_in(folder, command.trim_end().strip_prefix("gravcal ").unwrap().split(' '));
+    assert_eq!(run.code, 4, "{run:?}");
+    assert_prints(&run.stdout, told);
+}
+
+fn a_recording_is_calibrated(section: &str, folder: &Path) {
+    let [moves, record, hemisphere, load, calibrate, told] = blocks(section, "text")[..] else { panic!("{section}") };
+    let replaced = |file: &str, start: &str, lines: &str| {
+        let text = fs::read_to_string(folder.join(file)).unwrap();
+        assert_eq!(text.lines().filter(|line| line.starts_with(start)).count(), 1, "{text}");
+        text.lines()
+            .map(|line| if line.starts_with(start) { lines.trim_end() } else { line })
+            .collect::<Vec<_>>()
+            .join("\n")
+    };
+    fs::write(folder.join("simulation.toml"), replaced("simulation.toml", "random = ", moves)).unwrap();
+    let found: Vec<String> = record.lines().map(|line| run(line, folder)).collect();
+    assert!(found[1].contains("30 standstills found"), "{}", found[1]);
+    let session = replaced("recorded-session.toml", "# hemisphere", hemisphere);
+    fs::write(folder.join("recorded-session.toml"), format!("{session}\n{load}")).unwrap();
+    let printed: Vec<String> = calibrate.lines().map(|line| run(line, folder)).collect();
+    assert_prints(&printed[1], told);
 }
 
 #[test]

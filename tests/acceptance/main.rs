@@ -31,6 +31,7 @@ mod report_page;
 mod reproducible;
 #[cfg(feature = "rerun")]
 mod rerun;
+mod robot_guides;
 mod schema;
 mod sensor_models;
 mod seven_joints;
