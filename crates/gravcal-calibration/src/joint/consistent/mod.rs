@@ -9,12 +9,12 @@ mod programme;
 
 use gravcal_dynamics::BodyInertia;
 use gravcal_estimation::{BlockId, Factor, Problem, Spectrum, Values};
+use gravcal_identification::median;
 use gravcal_robot_model::session::{InertiaKnowledge, Session};
 use nalgebra::{DMatrix, DVector};
 
 use super::error::{EstimateError, PosingError};
 use super::held_out::of_validation;
-use super::median::median;
 use super::solved::Solved;
 use super::unknowns::Unknowns;
 use crate::result::{ConsistentModel, LinkInertiaResult};
