@@ -1,21 +1,22 @@
-//! What readings come to: the solution, what of it is determined, and the verdict, decided here for reports and batches alike.
+//! What readings come to: the solution, what of it is determined, and what a reader must know of it, for reports and batches alike.
 
-use gravcal_estimation::Termination;
 use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{MistakenUnit, Session};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::answer::{Answer, Conclusion};
 use super::error::EstimateError;
+use super::findings::Findings;
 use super::large_errors::WARNING;
 use super::mistakes::{Mistake, find_mistake};
 use super::readings::Readings;
-use super::solve::{solve, solve_from};
+use super::solve::solve_from;
 use super::solved::Solved;
-use super::tell::{mirrored_gains, tell_parameters, tell_termination};
+use super::tell::{mirrored_gains, tell_termination};
 use super::unknowns::Unknowns;
-use crate::judgement::{Asked, Judgement, far_off, in_words, residual_tests};
-use crate::result::{GravityResult, NoiseSource, ParameterResult, ResidualTest, UncertaintyResult, Verdict};
+use crate::judgement::{far_off, in_words};
+use crate::result::{NoiseSource, ParameterResult, UncertaintyResult, Verdict};
 
 /// Readings explained this many times worse than their stated noise contradict the model: no number can be relied on.
 const CONTRADICTION: f64 = 3.0;
@@ -31,23 +32,6 @@ const PASSED: f64 = 5.0;
 /// A position gain so many times larger or smaller than its nominal value is of another unit: 180/π is 57.3.
 const OTHER_UNIT: f64 = 3.0;
 
-/// The solution, judged.
-pub(super) struct Conclusion {
-    pub solved: Solved,
-    pub judgement: Judgement,
-    /// Where its standard deviations come from.
-    pub uncertainty: UncertaintyResult,
-    pub gravity: Option<GravityResult>,
-    pub parameters: Vec<ParameterResult>,
-    pub verdict: Verdict,
-    /// Why the solver ended, or why there is no answer to rely on.
-    pub termination: String,
-    /// Whether residuals have a shape that noise has not.
-    pub residual_tests: Vec<ResidualTest>,
-    /// What a reader must know before any number.
-    pub remarks: Vec<String>,
-}
-
 /// Solves and judges the joint problem of these readings.
 ///
 /// # Errors
@@ -58,65 +42,48 @@ pub(super) fn conclude(
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
 ) -> Result<Conclusion, EstimateError> {
-    let solved = solve(session, readings, known, workbench)?
-        .with_nearby(session, workbench)?
-        .with_profiles(session, workbench)?;
-    // What was stopped on its way explains the readings badly whatever the model.
-    let unexplained = solved.unexplained_sizes(session)?;
-    let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
-    let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
-    let solved = Solved { uncertainty, ..solved }.widened(session);
-    let mut judgement = solved.judge(session);
-    if solved.freedom_of_noise(session).is_some() {
-        judgement.leave_unsaid(session.parameters().into_iter().map(Asked::from).chain([Asked::Gravity]));
+    let mut answer = Answer::of(session, readings, known, workbench)?;
+    let findings = answer.looked_over(session, workbench)?;
+    let verdict = findings.verdict(answer.is_complete(session));
+    if verdict == Verdict::Failed {
+        answer.withdraw();
     }
-    let gravity = judgement.determines(Asked::Gravity).then(|| solved.gravity(session));
-    let parameters = tell_parameters(session, &solved, &judgement);
-    let complete =
-        parameters.iter().all(|p| p.determined || !p.asked) && (gravity.is_some() || !session.asks("gravity"));
-    let by_one_block = told.jackknife().is_some_and(|jackknife| !jackknife.told_by_one_block.is_empty());
-    let reliable = misfit.is_none_or(|misfit| misfit < DOUBT) && !by_one_block;
-    let mut conclusion = Conclusion {
-        verdict: if complete && reliable { Verdict::Determined } else { Verdict::PartlyDetermined },
-        termination: tell_termination(&solved),
-        remarks: Vec::new(),
-        residual_tests: residual_tests(session, &solved, &told)?,
-        uncertainty: told,
-        gravity,
-        parameters,
-        judgement,
-        solved,
-    };
-    if !far_off(session, &conclusion.parameters).is_empty() {
-        conclusion.verdict = conclusion.verdict.max(Verdict::PartlyDetermined);
-    }
-    conclusion.remark_on_noise(session, misfit);
-    conclusion.remark_on_blocks();
-    conclusion.remark_on_residuals(session);
-    conclusion.remarks.extend(conclusion.solved.biases_that_hold_friction(session));
-    conclusion.remark_on_contradictions(session, misfit);
-    conclusion.remark_on_unexplained(session, &unexplained);
-    let noisy = conclusion.remark_on_noise_found(session)?;
-    conclusion.remark_on_gravity_upwards(session);
-    conclusion.remark_on_earlier(session, workbench)?;
-    let excused = unexplained.iter().flatten().any(|size| size.std > WARNING * size.gravity_std);
-    let doubtful = session.noise_estimated().contains(&true) || excused || conclusion.verdict == Verdict::Failed;
-    if let Some(mistake) = find_mistake(session, &conclusion.solved, doubtful, workbench)? {
-        conclusion.forget_mirrored(session);
-        conclusion.fail_first(mistake);
-    } else if misfit.is_some_and(|misfit| misfit > CONTRADICTION) || noisy || excused {
-        conclusion.remarks.splice(0..0, session.stuck_positions_remark());
-    }
-    if conclusion.verdict == Verdict::Failed {
-        conclusion.withdraw();
-    }
-    Ok(conclusion)
+    let (failure, remarks) = findings.told();
+    let termination = failure.unwrap_or_else(|| tell_termination(&answer.solved));
+    Ok(Conclusion { answer, verdict, termination, remarks })
 }
 
-impl Conclusion {
+impl Answer {
+    /// What a reader must know of it before any number.
+    fn looked_over(&self, session: &Session, workbench: &Workbench<'_>) -> Result<Findings, EstimateError> {
+        let mut findings = Findings::none(self.solved.estimate.termination.converged());
+        let reliable = self.misfit.is_none_or(|misfit| misfit < DOUBT);
+        if !reliable || !far_off(session, &self.parameters).is_empty() {
+            findings.doubt();
+        }
+        self.remark_on_noise(session, &mut findings);
+        self.remark_on_blocks(&mut findings);
+        self.remark_on_residuals(session, &mut findings);
+        self.solved.biases_that_hold_friction(session).into_iter().for_each(|remark| findings.remark(remark));
+        self.remark_on_contradictions(session, &mut findings);
+        self.remark_on_unexplained(session, &mut findings);
+        let noisy = self.remark_on_noise_found(session, &mut findings)?;
+        self.remark_on_gravity_upwards(session, &mut findings);
+        self.remark_on_earlier(session, &mut findings, workbench)?;
+        let excused = self.unexplained.iter().flatten().any(|size| size.std > WARNING * size.gravity_std);
+        let doubtful = session.noise_estimated().contains(&true) || excused || findings.failed();
+        if let Some(mistake) = find_mistake(session, &self.solved, doubtful, workbench)? {
+            self.forget_mirrored(session, &mut findings);
+            findings.fail_first(mistake);
+        } else if self.misfit.is_some_and(|misfit| misfit > CONTRADICTION) || noisy || excused {
+            findings.remark_first(session.stuck_positions_remark());
+        }
+        Ok(findings)
+    }
+
     /// Says where residuals are larger or smaller than the stated noise makes them.
-    fn remark_on_noise(&mut self, session: &Session, misfit: Option<f64>) {
-        if let Some(misfit) = misfit {
+    fn remark_on_noise(&self, session: &Session, findings: &mut Findings) {
+        if let Some(misfit) = self.misfit {
             let consequence = match self.uncertainty {
                 UncertaintyResult::Noise { widened_by: Some(_), .. } => {
                     "All standard deviations are widened by that factor, which is honest only if the errors are noise."
@@ -126,14 +93,14 @@ impl Conclusion {
                 }
                 _ => "Standard deviations come from the residuals, and need no widening.",
             };
-            self.remarks.push(format!(
+            findings.remark(format!(
                 "The readings are explained {misfit:.1} times worse than their stated noise (p < 0.001). {consequence} \
                  Look at the residuals of each joint: wrong lengths or load masses, friction, motion or a few bad rows \
                  make such errors; or state the std that the sensors have."
             ));
         }
         if let Some(ratio) = self.too_well_explained(session) {
-            self.remarks.push(format!(
+            findings.remark(format!(
                 "The readings scatter only {ratio:.2} times as much as their stated noise: its std is stated about {:.1} \
                  times too large, and so is every standard deviation here. State the std of what is recorded (a mean of \
                  n samples has 1/√n of the noise), or leave it away.",
@@ -143,33 +110,32 @@ impl Conclusion {
     }
 
     /// Says what blocks of poses left out cannot tell.
-    fn remark_on_blocks(&mut self) {
+    fn remark_on_blocks(&self, findings: &mut Findings) {
         let Some(jackknife) = self.uncertainty.jackknife() else { return };
-        let mut remarks = Vec::new();
         if !jackknife.told_by_one_block.is_empty() {
-            remarks.push(format!(
+            findings.doubt();
+            findings.remark(format!(
                 "One block of poses alone tells a part of {}: without it that part is open, so that nothing but the noise tells how \
                  well it is known. Add poses like these, or state shorter blocks ([uncertainty] block_poses).",
                 jackknife.told_by_one_block.join(", ")
             ));
         }
         if let Some(wanted) = jackknife.too_short_for {
-            remarks.push(format!(
+            findings.remark(format!(
                 "Errors outlast blocks of so few poses: residuals of neighbouring poses are correlated by {:.2}, for which blocks \
                  should have {wanted} poses, and there are too few poses for that. Intervals may be too narrow. Look at the residuals \
                  over time: a drifting zero makes such errors, and a bias for each table or a drift ([[joint]] sensor_models) takes them up.",
                 jackknife.correlation.unwrap_or(0.0)
             ));
         }
-        self.remarks.extend(remarks);
     }
 
     /// Says what shape residuals have, and that intervals cannot hold where that is too large.
-    fn remark_on_residuals(&mut self, session: &Session) {
+    fn remark_on_residuals(&self, session: &Session, findings: &mut Findings) {
         let spoilt = self.residual_tests.iter().any(|test| test.named && test.spoils_intervals);
-        self.remarks.extend(in_words(session, &self.residual_tests));
+        in_words(session, &self.residual_tests).into_iter().for_each(|remark| findings.remark(remark));
         if spoilt {
-            self.verdict = self.verdict.max(Verdict::PartlyDetermined);
+            findings.doubt();
         }
     }
 
@@ -186,14 +152,11 @@ impl Conclusion {
     }
 
     /// Finds what the readings contradict: then there is no answer to rely on.
-    fn remark_on_contradictions(&mut self, session: &Session, misfit: Option<f64>) {
+    fn remark_on_contradictions(&self, session: &Session, findings: &mut Findings) {
         let solved = &self.solved;
         let termination = solved.estimate.termination;
-        if !termination.converged() {
-            self.verdict = Verdict::Failed;
-        }
-        if let Some(misfit) = misfit.filter(|misfit| *misfit > CONTRADICTION) {
-            self.fail(Mistake {
+        if let Some(misfit) = self.misfit.filter(|misfit| *misfit > CONTRADICTION) {
+            findings.fail(Mistake {
                 what: format!("the model contradicts the readings: residuals {misfit:.0} times the stated noise"),
                 advice: "What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped \
                          columns, the hemisphere of gravity, the loads' masses and distances, values given as fixed, \
@@ -206,7 +169,7 @@ impl Conclusion {
             return;
         }
         if self.solved.hemisphere_contradicted {
-            self.fail(Mistake {
+            findings.fail(Mistake {
                 what: "gravity came out in the other hemisphere than the declared one".into(),
                 advice:
                     "The readings decide against [gravity] hemisphere: correct it, or look for torque sensors that \
@@ -218,7 +181,7 @@ impl Conclusion {
         let passed: Vec<String> =
             passed.map(|(active, lean)| format!("\"{}\" by {lean:.0} standard deviations", active.name)).collect();
         if !passed.is_empty() {
-            self.fail(Mistake {
+            findings.fail(Mistake {
                 what: format!("the readings contradict {}", passed.join(", ")),
                 advice: "A constraint that the readings would like to pass so far spoils what is estimated under it: \
                          widen it, or drop it and look at what comes out."
@@ -226,33 +189,37 @@ impl Conclusion {
             });
         }
         for mirrored in mirrored_gains(session, &self.solved, &self.parameters) {
-            self.fail(mirrored);
+            findings.fail(mirrored);
         }
         if let Some(mistake) = other_unit(session, &self.solved, &self.parameters) {
-            self.fail(mistake);
+            findings.fail(mistake);
         }
     }
 
     /// Torques of the other sign are those of gravity the other way up: where it comes out upwards and no hemisphere says so, one of both
     /// is the case.
-    fn remark_on_gravity_upwards(&mut self, session: &Session) {
+    fn remark_on_gravity_upwards(&self, session: &Session, findings: &mut Findings) {
         let Some(gravity) = self.gravity.as_ref().filter(|_| session.gravity.hemisphere.is_none()) else { return };
         if gravity.vector_m_per_s2[2] <= 0.0 {
             return;
         }
-        self.verdict = self.verdict.max(Verdict::PartlyDetermined);
-        self.remarks.insert(
-            0,
+        findings.doubt();
+        findings.remark_first([
             "Gravity comes out upwards in base coordinates. Either the base hangs or leans over, or all torques are recorded with the \
              other sign: the readings are the same in both cases. Say which: [gravity] hemisphere = [0, 0, -1] for an upright base, \
              and torque_sign = \"reversed\" ([joints]; sign of a [[force_torque_sensor]]) if the signs are the other ones; hemisphere = \
              [0, 0, 1] for a base that hangs."
-                .into(),
-        );
+                .to_owned(),
+        ]);
     }
 
     /// Holds an earlier calibration against the readings: χ² must not grow by more than chance where it is heeded.
-    fn remark_on_earlier(&mut self, session: &Session, workbench: &Workbench<'_>) -> Result<(), EstimateError> {
+    fn remark_on_earlier(
+        &self,
+        session: &Session,
+        findings: &mut Findings,
+        workbench: &Workbench<'_>,
+    ) -> Result<(), EstimateError> {
         let solved = &self.solved;
         if session.earlier.is_none() || !solved.estimate.termination.converged() {
             return Ok(());
@@ -271,7 +238,7 @@ impl Conclusion {
         let Ok(distribution) = ChiSquared::new(gained) else { return Ok(()) };
         let p = distribution.sf(growth.max(0.0));
         if without.estimate.termination.converged() && p < CONTRADICTED_PRIOR {
-            self.fail(Mistake {
+            findings.fail(Mistake {
                 what: format!("the readings contradict the earlier calibration: χ² grows by {growth:.0} for {gained:.0} numbers"),
                 advice: "What [prior] knows is not what was read here: a base that was moved, links or loads that are not as \
                          they were (leave them out of prior.unchanged), or a sensor that has changed (compare the two \
@@ -282,35 +249,10 @@ impl Conclusion {
         Ok(())
     }
 
-    /// Nothing can be relied on, for this reason if there is none yet.
-    pub(super) fn fail(&mut self, mistake: Mistake) {
-        if self.verdict != Verdict::Failed || !self.solved.estimate.termination.converged() {
-            self.termination = mistake.what.clone();
-        }
-        self.verdict = Verdict::Failed;
-        self.remarks.push(mistake.advice);
-    }
-
     /// Takes back what signs of gains accuse sensors of, as they come from a fit of a model that is wrong for another reason.
-    fn forget_mirrored(&mut self, session: &Session) {
+    fn forget_mirrored(&self, session: &Session, findings: &mut Findings) {
         let mirrored = mirrored_gains(session, &self.solved, &self.parameters);
-        self.remarks.retain(|remark| mirrored.iter().all(|mistake| mistake.advice != *remark));
-    }
-
-    /// Nothing can be relied on, and this is why.
-    fn fail_first(&mut self, mistake: Mistake) {
-        self.verdict = Verdict::Failed;
-        self.termination = mistake.what;
-        self.remarks.insert(0, mistake.advice);
-    }
-
-    /// Takes the values of a failed estimate back: only what was held has one.
-    fn withdraw(&mut self) {
-        self.gravity = None;
-        for parameter in self.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
-            parameter.determined = false;
-            (parameter.value, parameter.std, parameter.ci95) = (None, None, None);
-        }
+        findings.forget(&mirrored.into_iter().map(|mistake| mistake.advice).collect::<Vec<_>>());
     }
 }
 
@@ -353,11 +295,16 @@ mod tests {
         let session = simulation.session(0);
         let solver = LevenbergMarquardt::default();
         let workbench = Workbench::new(&solver, &|_: &str| {});
-        let mut conclusion = conclude(&session, &select(&session, Signals::All), None, &workbench).unwrap();
-        let accused = |conclusion: &Conclusion| conclusion.remarks.iter().any(|r| r.contains("of the other sign than"));
-        assert!(accused(&conclusion), "{:?}", conclusion.remarks);
-        conclusion.parameters = tell_parameters(&session, &conclusion.solved, &conclusion.judgement);
-        conclusion.forget_mirrored(&session);
-        assert!(!accused(&conclusion), "{:?}", conclusion.remarks);
+        let answer = Answer::of(&session, &select(&session, Signals::All), None, &workbench).unwrap();
+        let accused = |remarks: &[String]| remarks.iter().any(|r| r.contains("of the other sign than"));
+        let mut findings = Findings::none(true);
+        answer.remark_on_contradictions(&session, &mut findings);
+        answer.forget_mirrored(&session, &mut findings);
+        let (_, remarks) = findings.told();
+        assert!(!accused(&remarks), "{remarks:?}");
+        let mut findings = Findings::none(true);
+        answer.remark_on_contradictions(&session, &mut findings);
+        let (_, remarks) = findings.told();
+        assert!(accused(&remarks), "{remarks:?}");
     }
 }

@@ -3,7 +3,8 @@
 use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 
-use super::conclusion::{Conclusion, conclude};
+use super::answer::{Answer, Conclusion};
+use super::conclusion::conclude;
 use super::error::EstimateError;
 use super::held_out::fit_with_held_out;
 use super::posing::pose_with_constraints;
@@ -44,7 +45,7 @@ pub fn estimate(
     workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let conclusion = conclude(session, readings, known, workbench)?;
-    let fit = fit_with_held_out(session, &conclusion.solved, workbench)?;
+    let fit = fit_with_held_out(session, &conclusion.answer.solved, workbench)?;
     tell(session, name, conclusion, fit, workbench)
 }
 
@@ -59,8 +60,8 @@ pub fn estimate_briefly(
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
 ) -> Result<Brief, EstimateError> {
-    let Conclusion { solved, gravity, parameters, verdict, termination, .. } =
-        conclude(session, readings, known, workbench)?;
+    let Conclusion { answer, verdict, termination, .. } = conclude(session, readings, known, workbench)?;
+    let Answer { solved, gravity, parameters, .. } = answer;
     let iterations = solved.estimate.iterations.len().saturating_sub(1);
     Ok(Brief { verdict, termination, iterations, gravity, parameters })
 }

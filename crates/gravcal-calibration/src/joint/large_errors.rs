@@ -4,9 +4,10 @@ use gravcal_estimation::EvaluateError;
 use gravcal_robot_model::number::significant;
 use gravcal_robot_model::session::Session;
 
-use super::conclusion::Conclusion;
+use super::answer::Answer;
+use super::findings::Findings;
 use super::mistakes::Mistake;
-use crate::result::{UnexplainedResult, Verdict};
+use crate::result::UnexplainedResult;
 
 /// Errors of so large a share of what gravity makes a sensor read contradict the model; from the smaller one on they are told.
 const LARGE: f64 = 0.1;
@@ -27,17 +28,17 @@ impl Errors {
     }
 }
 
-impl Conclusion {
+impl Answer {
     /// Says where unexplained errors are large beside what gravity makes a sensor read. A stated size is judged as the noise is.
-    pub(super) fn remark_on_unexplained(&mut self, session: &Session, sizes: &[Option<UnexplainedResult>]) {
-        let told = sizes.iter().enumerate().filter_map(|(channel, size)| {
+    pub(super) fn remark_on_unexplained(&self, session: &Session, findings: &mut Findings) {
+        let told = self.unexplained.iter().enumerate().filter_map(|(channel, size)| {
             let UnexplainedResult { std, estimated, share_of_gravity, .. } = (*size)?;
             let share = share_of_gravity.filter(|share| estimated && *share > WARNING)?;
             Some(Errors::of(session, channel, std, share))
         });
         let (failing, warned): (Vec<_>, Vec<_>) = told.partition(|errors| errors.share > LARGE);
         if !warned.is_empty() {
-            self.remarks.push(format!(
+            findings.remark(format!(
                 "Errors that the noise does not explain, beside what gravity makes the sensor read: {}. Intervals allow for them \
                  as far as they differ from pose to pose; what is the same in many poses (friction from one side, a drift, a \
                  wrong length or load mass) shifts values beyond their intervals.",
@@ -45,7 +46,7 @@ impl Conclusion {
             ));
         }
         if !failing.is_empty() {
-            self.fail(Mistake {
+            findings.fail(Mistake {
                 what: format!("the model contradicts the readings of {}", listed(failing)),
                 advice: "So large a share of what gravity makes these sensors read is explained neither by gravity nor by noise. \
                          What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped columns, the \
@@ -61,7 +62,11 @@ impl Conclusion {
     ///
     /// # Errors
     /// Where the model has no finite value at the solution.
-    pub(super) fn remark_on_noise_found(&mut self, session: &Session) -> Result<bool, EvaluateError> {
+    pub(super) fn remark_on_noise_found(
+        &self,
+        session: &Session,
+        findings: &mut Findings,
+    ) -> Result<bool, EvaluateError> {
         if !self.solved.estimate.termination.converged() {
             return Ok(false);
         }
@@ -74,8 +79,8 @@ impl Conclusion {
         if large.is_empty() {
             return Ok(false);
         }
-        self.verdict = self.verdict.max(Verdict::PartlyDetermined);
-        self.remarks.push(format!(
+        findings.doubt();
+        findings.remark(format!(
             "What the model leaves of the readings is large beside what gravity makes the sensors read: {}. It is taken for their noise, \
              as no std is stated. Noise so large is rare: look at units, signs, swapped columns, a rotation or an order of \
              quaternions that is another, load masses, poses that are not static, single bad rows ([loss] finds these). State \

@@ -1,6 +1,7 @@
 //! The joint estimator: every torque reading once, all unknowns together.
 
 mod aligned;
+mod answer;
 mod at_rest;
 mod blocks;
 mod conclusion;
@@ -11,6 +12,7 @@ mod error;
 mod estimate;
 mod exchanged_axes;
 mod factors;
+mod findings;
 mod fit;
 mod groups;
 mod held_out;

@@ -6,7 +6,7 @@ use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{EarlierCalibration, KnowledgeKind, LAST_FRAME_CHOICE, Session};
 
-use super::conclusion::Conclusion;
+use super::answer::{Answer, Conclusion};
 use super::consistent::consistent_model;
 use super::error::EstimateError;
 use super::mistakes::Mistake;
@@ -31,17 +31,8 @@ pub(super) fn tell(
     fit: Fit,
     workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
-    let Conclusion {
-        solved,
-        judgement,
-        uncertainty,
-        gravity,
-        parameters,
-        verdict,
-        termination,
-        residual_tests,
-        remarks,
-    } = conclusion;
+    let Conclusion { answer, verdict, termination, remarks } = conclusion;
+    let Answer { solved, judgement, uncertainty, gravity, parameters, residual_tests, .. } = answer;
     let solved = &solved;
     let situation = solved.situation(session);
     let moments = tell_moments(session, solved, &judgement);

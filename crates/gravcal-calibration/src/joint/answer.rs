@@ -1,0 +1,91 @@
+//! The joint estimator's answer: from readings to what they determine.
+
+use gravcal_estimation::Termination;
+use gravcal_identification::Workbench;
+use gravcal_robot_model::session::Session;
+
+use super::error::EstimateError;
+use super::readings::Readings;
+use super::solve::solve;
+use super::solved::Solved;
+use super::tell::tell_parameters;
+use super::unknowns::Unknowns;
+use crate::judgement::{Asked, Judgement, residual_tests};
+use crate::result::{GravityResult, ParameterResult, ResidualTest, UncertaintyResult, UnexplainedResult, Verdict};
+
+/// The solution, judged.
+pub(super) struct Answer {
+    pub solved: Solved,
+    pub judgement: Judgement,
+    /// Where its standard deviations come from.
+    pub uncertainty: UncertaintyResult,
+    pub gravity: Option<GravityResult>,
+    pub parameters: Vec<ParameterResult>,
+    /// Whether residuals have a shape that noise has not.
+    pub residual_tests: Vec<ResidualTest>,
+    /// How many times worse than their stated noise the readings are explained, where that is no accident.
+    pub misfit: Option<f64>,
+    /// Errors of each channel beyond its noise.
+    pub unexplained: Vec<Option<UnexplainedResult>>,
+}
+
+/// What it is worth.
+pub(super) struct Conclusion {
+    pub answer: Answer,
+    pub verdict: Verdict,
+    /// Why the solver ended, or why there is no answer to rely on.
+    pub termination: String,
+    /// What a reader must know before any number.
+    pub remarks: Vec<String>,
+}
+
+impl Answer {
+    /// Solves for everything, looks where else the truth may lie, and judges what is determined, and how well.
+    ///
+    /// # Errors
+    /// Where there is no answer at all.
+    pub fn of(
+        session: &Session,
+        readings: &Readings,
+        known: Option<&Unknowns>,
+        workbench: &Workbench<'_>,
+    ) -> Result<Answer, EstimateError> {
+        let solved = solve(session, readings, known, workbench)?
+            .with_nearby(session, workbench)?
+            .with_profiles(session, workbench)?;
+        // What was stopped on its way explains the readings badly whatever the model.
+        let unexplained = solved.unexplained_sizes(session)?;
+        let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
+        let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
+        let solved = Solved { uncertainty, ..solved }.widened(session);
+        let mut judgement = solved.judge(session);
+        if solved.freedom_of_noise(session).is_some() {
+            judgement.leave_unsaid(session.parameters().into_iter().map(Asked::from).chain([Asked::Gravity]));
+        }
+        Ok(Answer {
+            gravity: judgement.determines(Asked::Gravity).then(|| solved.gravity(session)),
+            parameters: tell_parameters(session, &solved, &judgement),
+            residual_tests: residual_tests(session, &solved, &told)?,
+            uncertainty: told,
+            judgement,
+            misfit,
+            unexplained,
+            solved,
+        })
+    }
+
+    /// Whether all that is asked for is determined.
+    pub fn is_complete(&self, session: &Session) -> bool {
+        let gravity = self.gravity.is_some() || !session.asks("gravity");
+        self.parameters.iter().all(|p| p.determined || !p.asked) && gravity
+    }
+
+    /// Takes the values of a failed estimate back: only what was held has one.
+    pub fn withdraw(&mut self) {
+        self.gravity = None;
+        for parameter in self.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {
+            parameter.determined = false;
+            (parameter.value, parameter.std, parameter.ci95) = (None, None, None);
+        }
+    }
+}
