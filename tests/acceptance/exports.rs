@@ -312,7 +312,7 @@ fn tables_for_people_say_what_the_calibration_says() {
 fn what_cannot_be_exported_is_refused_and_loses_nothing() {
     let calibrated = Calibrated::new(|_| ());
     let refused = |arguments: &[&str], told: &[&str]| assert_eq!(calibrated.export(arguments).refusal(told), None);
-    refused(&["yaml"], &["ros2, urdf, csv, c, python, markdown, latex"]);
+    refused(&["yaml"], &["ros2, urdf, mujoco, payload, csv, c, python, markdown, latex"]);
     refused(&["urdf"], &["the session's robot is no URDF", "describe the robot by robot = { urdf"]);
     refused(&["csv", "--estimator", "recursive"], &["it has no estimator `recursive`"]);
     refused(&["c", "-o", "no-such-folder/a.h"], &["no-such-folder"]);

@@ -71,6 +71,10 @@ fn by_hand(name: &str) -> Option<(&'static str, Value)> {
             ("number, or a table of numbers by name", json!({ "anyOf": [{ "type": "number" }, numbers()] }))
         }
         "Written" => ("text, or a table with `name` and options", json!({ "anyOf": [text(), named("name")] })),
+        "WrittenMass" => {
+            let mass = json!({ "type": "number", "minimum": 0 });
+            ("number, or `\"unknown\"`", json!({ "anyOf": [mass, { "enum": ["unknown"] }] }))
+        }
         "unexplained::Written" => {
             let words = json!({ "enum": ["estimated", "none"] });
             ("number or text", json!({ "anyOf": [{ "type": "number", "minimum": 0 }, words] }))

@@ -196,6 +196,7 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         loss: None,
         outliers: Vec::new(),
         fit: None,
+        payloads: Vec::new(),
         consistent_model: None,
         notes: Vec::new(),
         detail: Detail::default(),

@@ -5,6 +5,7 @@
 mod detail;
 mod inertia;
 mod parameter;
+mod payload;
 mod positions;
 mod residual_tests;
 mod residuals;
@@ -19,6 +20,7 @@ use serde::Serialize;
 pub use detail::Detail;
 pub use inertia::{ConsistentModel, LinkInertiaResult};
 pub use parameter::ParameterResult;
+pub use payload::{PayloadNumber, PayloadResult};
 pub use positions::{DeflectionResult, PositionErrorResult};
 pub use residual_tests::{ResidualTest, ResidualTestKind};
 pub use residuals::ReadingResidual;
@@ -70,6 +72,9 @@ pub struct EstimatorResult {
     pub outliers: Vec<Outlier>,
     /// How well the model explains the readings; absent where nothing could be fitted.
     pub fit: Option<Fit>,
+    /// Loads of unknown mass.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub payloads: Vec<PayloadResult>,
     /// The links' inertias as a rigid body can have them; absent unless `[constraints]` asks for them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub consistent_model: Option<ConsistentModel>,

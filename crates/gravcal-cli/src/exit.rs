@@ -72,6 +72,7 @@ mod tests {
             loss: None,
             outliers: Vec::new(),
             fit: None,
+            payloads: Vec::new(),
             consistent_model: None,
             notes: Vec::new(),
             detail: Detail::default(),

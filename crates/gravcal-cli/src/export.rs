@@ -20,7 +20,7 @@ use crate::{targets, terminal};
 /// Write a calibration for a driver, a program, a robot description or a paper
 ///
 /// ros2: parameters of a ROS 2 node (YAML), forward and inverse. urdf: the session's URDF with joints' origins moved by their position
-/// offsets, an upright root link, and identified inertias. mujoco: the arm with identified inertias and gravity. c, python: functions from a reading to what it truly says. csv: every parameter with its
+/// offsets, an upright root link, and identified inertias. mujoco: the arm with identified inertias and gravity. payload: loads of unknown mass and the mount's gravity for drivers' calls. c, python: functions from a reading to what it truly says. csv: every parameter with its
 /// interval. markdown, latex: tables, rounded. Each states its convention.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
@@ -165,6 +165,9 @@ fn refused(error: &ExportError) -> Failure {
         }
         ExportError::NoUrdf => {
             failure.hint("describe the robot by robot = { urdf = \"…\", base = \"…\", tip = \"…\" }")
+        }
+        ExportError::NoPayload => {
+            failure.hint("write [[load]] mass_kg = \"unknown\" in the session, and calibrate again")
         }
         ExportError::NoInertias => {
             failure.hint("add [constraints] inertia = \"physical\" to the session, and calibrate again")

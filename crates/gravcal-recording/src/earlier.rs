@@ -35,6 +35,32 @@ pub struct EarlierEstimate {
     pub doubts: Vec<String>,
     /// The links' inertias as rigid bodies can have them, where the session asked for them.
     pub inertias: Option<Vec<EarlierInertia>>,
+    /// Loads of unknown mass.
+    pub payloads: Vec<EarlierPayload>,
+}
+
+/// What was found of a load of unknown mass; what is undetermined is absent.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+pub struct EarlierPayload {
+    /// Name of the load.
+    pub load: String,
+    /// Name of the link that carries it, in whose frame all is told.
+    pub link: String,
+    /// kg.
+    pub mass_kg: Option<EarlierNumber>,
+    /// m.
+    pub center_of_mass_m: Option<[EarlierNumber; 3]>,
+    /// `[I_xx, I_xy, I_yy, I_xz, I_yz, I_zz]` about the centre of mass, kg·m².
+    pub tensor_kg_m2: Option<[EarlierNumber; 6]>,
+}
+
+/// A number with its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+pub struct EarlierNumber {
+    /// In the unit of the field.
+    pub value: f64,
+    /// Its standard deviation.
+    pub std: f64,
 }
 
 /// A rigid body on a link, in the link's frame.
@@ -184,6 +210,8 @@ struct Estimator {
     fit: Option<Fit>,
     #[serde(default)]
     residual_tests: Vec<ResidualTest>,
+    #[serde(default)]
+    payloads: Vec<EarlierPayload>,
     #[serde(default)]
     consistent_model: Option<ConsistentModel>,
 }
@@ -339,6 +367,7 @@ impl Estimator {
             doubts: self.doubts(),
             parameters: self.parameters,
             inertias: self.consistent_model.map(|model| model.links),
+            payloads: self.payloads,
         })
     }
 

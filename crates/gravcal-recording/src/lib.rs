@@ -84,8 +84,8 @@ pub use conditions::{
 pub use csv_lines::CsvWriting;
 pub use digest::{Digest, DigestError};
 pub use earlier::{
-    EarlierError, EarlierEstimate, EarlierInertia, EarlierInput, EarlierParameter, EarlierQuantity, read_earlier,
-    read_earlier_estimators, read_earlier_inputs, read_earlier_session,
+    EarlierError, EarlierEstimate, EarlierInertia, EarlierInput, EarlierNumber, EarlierParameter, EarlierPayload,
+    EarlierQuantity, read_earlier, read_earlier_estimators, read_earlier_inputs, read_earlier_session,
 };
 pub use error::{Place, ReadError};
 pub use file::{LARGEST_DOCUMENT, LARGEST_RESULTS, file_name, holds, read_whole};

@@ -6,8 +6,8 @@
 use gravcal_calibration::result::{
     ActiveConstraint, ConsistentModel, CovarianceResult, DeflectionResult, EstimatorResult, Fit, GravityResult,
     HeldBlock, HeldOut, Iteration, JointFit, LinkInertiaResult, LossResult, MomentResult, NoiseSource, Outlier,
-    ParameterResult, PositionErrorResult, ResidualTest, SensorModelTest, TestAgainstZero, UncertaintyResult,
-    UnexplainedResult, WeakCombination,
+    ParameterResult, PayloadNumber, PayloadResult, PositionErrorResult, ResidualTest, SensorModelTest, TestAgainstZero,
+    UncertaintyResult, UnexplainedResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -56,6 +56,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         loss,
         outliers,
         fit,
+        payloads,
         consistent_model,
         notes: _,
         detail: _,
@@ -75,6 +76,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
     let inside = inside.chain(loss.iter().flat_map(of_loss));
     let inside = inside.chain(outliers.iter().flat_map(of_outlier));
     let inside = inside.chain(fit.iter().flat_map(of_fit));
+    let inside = inside.chain(payloads.iter().flat_map(of_payload));
     let inside = inside.chain(consistent_model.iter().flat_map(of_consistent_model));
     let inside = inside.chain(trace.iter().flat_map(of_iteration));
     inside.map(|(place, value)| (format!("{name}: {place}"), value)).collect()
@@ -222,6 +224,15 @@ fn of_fit(fit: &Fit) -> Vec<Number> {
     numbers.extend(joints.iter().flat_map(of_joint));
     numbers.extend(held_out.iter().flat_map(of_held_out));
     numbers
+}
+
+fn of_payload(payload: &PayloadResult) -> Vec<Number> {
+    let PayloadResult { load, link: _, mass_kg, center_of_mass_m, tensor_kg_m2, undetermined: _ } = payload;
+    let numbers = mass_kg.iter().chain(center_of_mass_m.iter().flatten()).chain(tensor_kg_m2.iter().flatten());
+    let of_one = |PayloadNumber { value, std, ci95 }: &PayloadNumber| {
+        each(&format!("load {load}"), [value, std].into_iter().chain(ci95))
+    };
+    numbers.flat_map(of_one).collect()
 }
 
 fn of_consistent_model(model: &ConsistentModel) -> Vec<Number> {

@@ -33,6 +33,7 @@ mod joint_table;
 mod json;
 mod output;
 mod page;
+mod payload_text;
 mod provenance;
 mod sensor_row;
 mod spreadsheet;

@@ -10,13 +10,14 @@ use gravcal_robot_model::number::{measured, significant};
 
 use crate::advice::{Advice, capital};
 use crate::joint_table::{Entry, joint_table};
+use crate::payload_text;
 use crate::sensor_row::{shown_unit, tilt};
 use crate::text::{WIDTH, plain, width, wrapped};
 
 /// Lines at most, so that a screen of 25 has room for where the results are.
 const MOST: usize = 24;
-/// Of these at most: why, parameters beyond the four of each joint, what is undetermined. What to do has what is left, and some at least.
-const LINES: [usize; 3] = [2, 2, 2];
+/// Of these at most: why, parameters beyond the four of each joint, what is undetermined, loads of unknown mass. What to do has what is left, and some at least.
+const LINES: [usize; 4] = [2, 2, 2, 2];
 const STEPS: usize = 2;
 
 const LEGEND: &str = "1.23(4): 1.23 ± 0.04. fixed: not estimated. open: undetermined. --full: all.";
@@ -59,7 +60,7 @@ fn failed(robot: &str, result: &EstimatorResult) -> String {
 }
 
 fn found(robot: &str, result: &EstimatorResult) -> String {
-    let [why, further, open] = LINES;
+    let [why, further, open, loads] = LINES;
     let advice = Advice::of(result);
     let verdict = wrapped("", "  ", &format!("Calibration of {robot}. {}", advice.headline))
         + &first_lines(&wrapped("  ", "  ", &advice.why), why)
@@ -72,6 +73,7 @@ fn found(robot: &str, result: &EstimatorResult) -> String {
     let numbers = format!("\n{}", joint_table(&entries))
         + &first_lines(&beyond(&entries), further)
         + &gravity(result)
+        + &first_lines(&payloads(result), loads)
         + &first_lines(&undetermined(result), open)
         + LEGEND
         + "\n";
@@ -115,6 +117,10 @@ fn gravity(result: &EstimatorResult) -> String {
     let tilt = measured(tilt(gravity.vector_m_per_s2).to_degrees(), gravity.cone95_deg).0;
     let cone = significant(gravity.cone95_deg, 2);
     wrapped("", "  ", &format!("gravity  {x} {y} {z} m/s², tilt {tilt} deg, cone95 {cone} deg"))
+}
+
+fn payloads(result: &EstimatorResult) -> String {
+    result.payloads.iter().map(|payload| wrapped("", "  ", &payload_text::found(payload))).collect()
 }
 
 fn undetermined(result: &EstimatorResult) -> String {

@@ -36,6 +36,7 @@ pub fn result(name: &str) -> EstimatorResult {
         loss: None,
         outliers: Vec::new(),
         fit: None,
+        payloads: Vec::new(),
         consistent_model: None,
         notes: Vec::new(),
         detail: Detail::default(),

@@ -17,6 +17,9 @@ pub struct Unknowns {
     /// `[I_xx, I_xy, I_yy, I_xz, I_yz, I_zz]` of each link about its origin, then that of each load in the frame of the link that carries it,
     /// kg·m²; empty where the arm never moves.
     pub tensors: Vec<[f64; 6]>,
+    /// Of each unknown load ([`Load::is_unknown`]), in their order: ten numbers of the link with it, as a
+    /// [`BodyInertia`](gravcal_dynamics::BodyInertia) has them.
+    pub with_payloads: Vec<[f64; 10]>,
     /// The moments of the sweep description (kg·m, masses in kg), in the order of the joint problem's blocks; empty where
     /// they are those that `inertia` comes to.
     pub sweep_moments: Vec<Vec<f64>>,
@@ -42,6 +45,7 @@ impl Unknowns {
             further: session.further.iter().map(|parameter| parameter.knowledge.nominal).collect(),
             inertia: session.robot.chain.links().iter().map(nominal_inertia).collect(),
             tensors: nominal_tensors(session),
+            with_payloads: nominal_with_payloads(session),
             sweep_moments: Vec::new(),
             loads: nominal_placements(session),
             deflections: Vec::new(),
@@ -94,6 +98,7 @@ impl Unknowns {
             further,
             inertia: self.inertia.iter().map(|v| v.map(|component| -component)).collect(),
             tensors: self.tensors.iter().map(|v| v.map(|component| -component)).collect(),
+            with_payloads: self.with_payloads.iter().map(|v| v.map(|component| -component)).collect(),
             sweep_moments: self.sweep_moments.iter().map(|v| v.iter().map(|component| -component).collect()).collect(),
             loads: self.loads.iter().zip(&session.loads).map(placement).collect(),
             deflections: self.deflections.clone(),
@@ -129,6 +134,20 @@ fn nominal_tensors(session: &Session) -> Vec<[f64; 6]> {
     };
     let links = (0..session.robot.chain.link_count()).map(tensor);
     links.chain(session.loads.iter().map(|_| SOME_TENSOR)).collect()
+}
+
+/// A link with an unknown load starts as heavier than without, by some body in no special place.
+fn nominal_with_payloads(session: &Session) -> Vec<[f64; 10]> {
+    let links = session.robot.chain.links();
+    let with = |load: &Load| {
+        let [m, x, y, z] = nominal_inertia(&links[load.link]);
+        let [dm, dx, dy, dz] = SOME_INERTIA.map(|number| 0.7 * number);
+        let tensor = SOME_TENSOR.map(|entry| 2.2 * entry);
+        let mut body = [m + dm, x + dx, y - dy, z + dz, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+        body[4..].copy_from_slice(&tensor);
+        body
+    };
+    session.loads.iter().filter(|load| load.is_unknown()).map(with).collect()
 }
 
 /// Unknown placements of a known distance start that far apart.

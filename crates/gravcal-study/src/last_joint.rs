@@ -148,6 +148,7 @@ fn arm(joints: usize, seed: u64, draw: u64) -> Result<Simulation, ChainError> {
         loads: vec![a, b],
         further: Vec::new(),
         tensors: Vec::new(),
+        with_payloads: Vec::new(),
         sweep_moments: Vec::new(),
         deflections: Vec::new(),
         at_rest: Vec::new(),

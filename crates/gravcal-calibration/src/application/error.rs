@@ -79,6 +79,15 @@ pub enum ApplicationError {
         /// The joints.
         joints: Vec<String>,
     },
+    /// A load of unknown mass has no torque of its own here.
+    #[error(
+        "load `{name}` is of unknown mass, and what is left of torques without it cannot be told yet: state the mass that the calibration \
+         found (mass_kg), and calibrate again"
+    )]
+    UnknownLoad {
+        /// The name.
+        name: String,
+    },
     /// There is no such load.
     #[error("the session has no load `{name}`; it has {known}")]
     NoLoad {

@@ -53,6 +53,9 @@ impl<'a> GravityModel<'a> {
         let assumed = nominal.then(|| session.gravity.assumed());
         let gravity = calibration.gravity.or(assumed).ok_or(ApplicationError::NoGravity)?;
         let load = load.map(|name| find(session, name)).transpose()?;
+        if let Some(load) = load.filter(|load| load.is_unknown()) {
+            return Err(ApplicationError::UnknownLoad { name: load.name.clone() });
+        }
         let names = Names::new(session, calibration, load);
         let span = Span::new(calibration, &names);
         let model = Linear { session, gravity, load, names: &names };

@@ -73,6 +73,7 @@ fn truth(simulation: &Simulation) -> (Session, EarlierEstimate) {
         blocks_left_out: None,
         doubts: Vec::new(),
         inertias: None,
+        payloads: Vec::new(),
     };
     (session, calibration)
 }

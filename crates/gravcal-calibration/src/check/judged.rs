@@ -3,10 +3,10 @@
 use gravcal_estimation::BlockId;
 use gravcal_robot_model::session::Session;
 
-use super::report::CheckedParameter;
+use super::report::{CheckedParameter, CheckedPayload};
 use super::sign;
 use crate::joint::{
-    EstimateError, Readings, Solved, Unknowns, last_frame_choices, pose_with_constraints, unknown_sign,
+    EstimateError, Readings, Solved, Unknowns, last_frame_choices, payloads, pose_with_constraints, unknown_sign,
 };
 use crate::judgement::Asked;
 use crate::result::{ParameterResult, Undetermined};
@@ -19,6 +19,8 @@ const NOISE_SPREAD: f64 = 5.0;
 pub(super) struct NominalVerdict {
     /// Gravity first, then the session's parameters.
     pub parameters: Vec<CheckedParameter>,
+    /// Loads of unknown mass.
+    pub payloads: Vec<CheckedPayload>,
     /// What cannot.
     pub undetermined: Vec<Undetermined>,
 }
@@ -75,7 +77,12 @@ pub(super) fn judge_at(
         judgement.combinations.iter().map(|c| situation.tell(&c.into())).collect();
     undetermined.extend(unknown_sign(session, &judged, &spreads));
     undetermined.extend(last_frame_choices(session));
-    Ok(NominalVerdict { parameters, undetermined })
+    let payloads = payloads(session, &judged).into_iter().map(|payload| CheckedPayload {
+        predicted_mass_std_kg: payload.mass_kg.map(|mass| mass.std),
+        load: payload.load,
+        undetermined: payload.undetermined,
+    });
+    Ok(NominalVerdict { parameters, payloads: payloads.collect(), undetermined })
 }
 
 /// Largest less smallest reading that the nominal model predicts for each channel, unit of the reading; never less than

@@ -18,7 +18,8 @@ use crate::joint::{EstimateError, Readings, Signals, select};
 use crate::plan::Plan;
 
 pub use report::{
-    CheckReport, CheckedParameter, Curable, Cure, PredictedStd, StepReport, SweepReport, TiltReport, TiltedGain,
+    CheckReport, CheckedParameter, CheckedPayload, Curable, Cure, PredictedStd, StepReport, SweepReport, TiltReport,
+    TiltedGain,
 };
 
 use cures::cures;
@@ -35,12 +36,14 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
     let plan = Plan::new(session);
     let now = Supposed::now(session);
     let mut verdict = now.judge()?;
-    let complete = verdict.parameters.iter().all(|p| p.determined || !p.asked);
+    let loads = verdict.payloads.iter().all(|load| load.undetermined.is_none());
+    let complete = loads && verdict.parameters.iter().all(|p| p.determined || !p.asked);
     let mut tilts = tilts(&now)?;
     let mut undetermined = cures(&now.thinned(), &verdict.undetermined)?;
     if session.noise_estimated().contains(&true) {
         // What is determined was judged with a first guess of the noise: no figure to tell.
         verdict.parameters.iter_mut().for_each(|parameter| parameter.predicted_std = None);
+        verdict.payloads.iter_mut().for_each(|payload| payload.predicted_mass_std_kg = None);
         let predicted = undetermined.iter_mut().flat_map(|open| &mut open.cures).flat_map(|cure| &mut cure.predicted);
         predicted.for_each(|predicted| predicted.std = None);
         for tilt in &mut tilts {
@@ -59,6 +62,7 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
         sweeps: plan.sweeps.iter().enumerate().map(|(i, _)| tell_sweep(session, &plan, i)).collect(),
         steps: tell_steps(session, &plan),
         parameters: verdict.parameters,
+        payloads: verdict.payloads,
         undetermined,
         tilts,
         complete,

@@ -30,6 +30,9 @@ pub struct CheckReport {
     pub steps: Vec<StepReport>,
     /// Every sensor parameter and gravity, as the joint estimator can know them.
     pub parameters: Vec<CheckedParameter>,
+    /// Loads of unknown mass, as the joint estimator can know them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub payloads: Vec<CheckedPayload>,
     /// What the joint estimator cannot determine, and what would cure it.
     pub undetermined: Vec<Curable>,
     /// What tilting the base would bring to the first joint; empty unless gravity is nearly parallel to its axis.
@@ -86,6 +89,17 @@ pub struct CheckedParameter {
     /// Predicted standard deviation, where it can be determined and is not held; absent too where the noise of a
     /// torque reading is not stated.
     pub predicted_std: Option<f64>,
+}
+
+/// What can be known of a load of unknown mass.
+#[derive(Clone, Debug, Serialize)]
+pub struct CheckedPayload {
+    /// Name of the load.
+    pub load: String,
+    /// Predicted standard deviation of its mass, kg, where that can be determined; absent too where the noise of a reading is not stated.
+    pub predicted_mass_std_kg: Option<f64>,
+    /// What of it cannot be determined, why, and what to do.
+    pub undetermined: Option<String>,
 }
 
 /// Something undetermined, with the smallest additions to the session that were found to determine it.

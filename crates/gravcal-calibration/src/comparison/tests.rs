@@ -40,6 +40,7 @@ fn earlier(result: &EstimatorResult) -> EarlierEstimate {
         blocks_left_out: None,
         doubts: Vec::new(),
         inertias: None,
+        payloads: Vec::new(),
     }
 }
 

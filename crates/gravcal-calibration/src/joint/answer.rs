@@ -5,6 +5,7 @@ use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
+use super::payloads::payloads;
 use super::readings::Readings;
 use super::solve::solve;
 use super::solved::Solved;
@@ -77,7 +78,8 @@ impl Answer {
     /// Whether all that is asked for is determined.
     pub fn is_complete(&self, session: &Session) -> bool {
         let gravity = self.gravity.is_some() || !session.asks("gravity");
-        self.parameters.iter().all(|p| p.determined || !p.asked) && gravity
+        let loads = payloads(session, &self.solved).iter().all(|load| load.undetermined.is_none());
+        self.parameters.iter().all(|p| p.determined || !p.asked) && gravity && loads
     }
 
     /// Takes the values of a failed estimate back: only what was held has one.

@@ -2,7 +2,7 @@
 
 use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
 use gravcal_robot_model::parameter::{Parameter, ParameterId, Quantity};
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{InertiaKnowledge, Load, Session};
 
 use super::at_rest;
 use super::placements::add_placements;
@@ -10,10 +10,13 @@ use super::position_unknowns::add_unknowns;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::sweep_moments::{SweepMoments, by_sweep};
-use super::unknowns::{Layout, Unknowns};
+use super::unknowns::{Layout, Unknowns, WithPayload};
 
 /// Why links are held where only instruments read: these feel nothing of them.
 const NO_TORQUE: &str = "no torque of a joint is read";
+
+/// Why a link is held that no pose reads without an unknown load on it; so is the tensor of such a load, and of one that hangs nowhere.
+const NEVER_BARE: &str = "no reading tells it by itself";
 
 /// Why a parameter is held on which no reading that enters depends.
 const UNREAD: &str = "no reading depends on it";
@@ -54,11 +57,13 @@ pub(super) fn add_blocks(
             None => add(ParameterId::Further(index)),
         });
     }
-    let inertia = session.robot.chain.links().iter().zip(&start.inertia).map(|(link, value)| {
+    let links = session.robot.chain.links().iter().zip(&start.inertia).enumerate();
+    let inertia = links.map(|(index, (link, value))| {
         let mut block =
             Block::vector(link.name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);
         block.units[0] = "kg".into();
         let block = if readings.any_torque(session) { block } else { block.held(NO_TORQUE) };
+        let block = if never_bare(session, readings, index) { block.held(NEVER_BARE) } else { block };
         builder.add_block(if straight { block.linear() } else { block }, value)
     });
     let (inertia, sweep_moments) = if by_sweep(session) {
@@ -68,13 +73,17 @@ pub(super) fn add_blocks(
         (inertia.collect(), Vec::new())
     };
     let tensors = add_tensors(session, readings, start, straight, builder);
-    let loads = add_placements(session, &readings.carried(session), start, with_knowledge, builder);
+    let with_payloads = add_with_payloads(session, readings, start, straight, builder);
+    let known = |(load, carried): (&Load, bool)| carried && !load.is_unknown();
+    let carried: Vec<bool> = session.loads.iter().zip(readings.carried(session)).map(known).collect();
+    let loads = add_placements(session, &carried, start, with_knowledge, builder);
     Layout {
         gravity,
         sensors,
         further,
         inertia,
         tensors,
+        with_payloads,
         sweep_moments,
         loads,
         position_unknowns: Vec::new(),
@@ -96,16 +105,72 @@ fn add_tensors(
     let nominal = Unknowns::nominal(session).tensors;
     let values = if start.tensors.len() == nominal.len() { &start.tensors } else { &nominal };
     let carried = readings.carried(session);
-    let links = session.robot.chain.links().iter().map(|link| (link.name.as_str(), true));
-    let loads = session.loads.iter().zip(carried).map(|(load, carried)| (load.name.as_str(), carried));
+    let links = session.robot.chain.links().iter().enumerate();
+    let links = links.map(|(index, link)| (link.name.as_str(), !never_bare(session, readings, index)));
+    let loads = session.loads.iter().zip(carried);
+    let loads = loads.map(|(load, carried)| (load.name.as_str(), carried && !load.is_unknown()));
     let bodies: Vec<(String, bool)> =
         links.chain(loads).map(|(name, felt)| (format!("{name}.inertia"), felt)).collect();
     let block = |((name, felt), value): ((String, bool), &[f64; 6])| {
-        let block = Block::vector(name, "kg·m²", &["xx", "xy", "yy", "xz", "yz", "zz"]);
-        let block = if felt && readings.any_torque(session) { block } else { block.held(NO_TORQUE) };
+        let block = tensor_block(name);
+        let block = match (felt, readings.any_torque(session)) {
+            (true, true) => block,
+            (false, true) => block.held(NEVER_BARE),
+            (_, false) => block.held(NO_TORQUE),
+        };
         builder.add_block(if straight { block.linear() } else { block }, value)
     };
     bodies.into_iter().zip(values).map(block).collect()
+}
+
+fn tensor_block(name: String) -> Block {
+    Block::vector(name, "kg·m²", &["xx", "xy", "yy", "xz", "yz", "zz"])
+}
+
+/// Links with loads of unknown mass, by load: bodies of their own.
+fn add_with_payloads(
+    session: &Session,
+    readings: &Readings,
+    start: &Unknowns,
+    straight: bool,
+    builder: &mut ProblemBuilder,
+) -> Vec<Option<WithPayload>> {
+    let carried = readings.carried(session);
+    let unknown = (0..session.loads.len()).filter(|load| session.loads[*load].is_unknown());
+    let mut all = vec![None; session.loads.len()];
+    let nominal = Unknowns::nominal(session).with_payloads;
+    for (index, load) in unknown.enumerate().filter(|(_, load)| carried[*load]) {
+        let body = start.with_payloads.get(index).unwrap_or(&nominal[index]);
+        let link = &session.robot.chain.links()[session.loads[load].link].name;
+        let name = format!("{link}+{}", session.loads[load].name);
+        let mut add = |block: Block, value: &[f64]| {
+            let block = if readings.any_torque(session) { block } else { block.held(NO_TORQUE) };
+            builder.add_block(if straight { block.linear() } else { block }, value)
+        };
+        let mut block =
+            Block::vector(name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);
+        block.units[0] = "kg".into();
+        let moments = add(block, &body[..4]);
+        let moves = session.has_windows();
+        let tensor = moves.then(|| add(tensor_block(format!("{name}.inertia")), &body[4..]));
+        all[load] = Some(WithPayload { index, moments, tensor });
+    }
+    all
+}
+
+/// Whether every pose that enters carries an unknown load on this link, so that the link by itself is read in none.
+fn never_bare(session: &Session, readings: &Readings, link: usize) -> bool {
+    if !session.loads.iter().any(|load| load.is_unknown() && load.link == link) {
+        return false;
+    }
+    let known = matches!(&session.inertia, InertiaKnowledge::Model { relative_std } if relative_std[link].is_some());
+    let joints = session.joints.len();
+    let mut read = session.poses.iter().zip(&readings.used);
+    !known
+        && !read.any(|(pose, used)| {
+            let bare = |load: usize| !(session.loads[load].is_unknown() && session.loads[load].link == link);
+            pose.load.is_none_or(bare) && used.iter().any(|channel| *channel < joints)
+        })
 }
 
 fn parameter_block(parameter: &Parameter) -> Block {

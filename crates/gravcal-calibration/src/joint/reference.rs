@@ -64,7 +64,11 @@ pub(super) fn reference(
     for id in &layout.inertia {
         reference = reference.with(*id, &inertia);
     }
-    for id in &layout.tensors {
+    for with in layout.with_payloads.iter().flatten() {
+        reference = reference.with(with.moments, &inertia);
+    }
+    for id in layout.tensors.iter().chain(layout.with_payloads.iter().flatten().filter_map(|with| with.tensor.as_ref()))
+    {
         reference = reference.with(*id, &[WIDE * typical.moment * TYPICAL_LENGTH; 6]);
     }
     for id in &layout.sweep_moments {

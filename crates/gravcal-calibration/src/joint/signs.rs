@@ -14,7 +14,7 @@
 
 use std::f64::consts::PI;
 
-use gravcal_dynamics::{JointKind, Transform};
+use gravcal_dynamics::{BodyInertia, JointKind, Transform};
 use gravcal_identification::{DECISIVE, Workbench};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{Load, Session};
@@ -124,7 +124,12 @@ fn standing_alike(session: &Session, found: &Unknowns, image: Unknowns) -> Unkno
         (Some(_), None) => *position,
         _ => moved[load.link].transform_point(*position),
     };
+    let unknown = session.loads.iter().filter(|load| load.is_unknown()).map(|load| &moved[load.link]);
+    let with_payload = |(body, moved): (&[f64; 10], &Transform)| {
+        BodyInertia::from_parameters(*body).in_frame(&moved.inverse()).parameters()
+    };
     Unknowns {
+        with_payloads: found.with_payloads.iter().zip(unknown).map(with_payload).collect(),
         inertia: found.inertia.iter().zip(&moved).map(inertia).collect(),
         loads: found.loads.iter().zip(&session.loads).map(placement).collect(),
         ..image

@@ -12,6 +12,7 @@ use super::error::EstimateError;
 use super::mistakes::Mistake;
 use super::model_tests::ModelTests;
 use super::order::Order;
+use super::payloads::payloads;
 use super::solved::Solved;
 use super::uncertainty::LEAST_FREEDOM;
 use super::{constraints, modelled, sweep_moments};
@@ -78,6 +79,7 @@ pub(super) fn tell(
         loss: loss(solved.posed.loss),
         outliers,
         fit: Some(fit),
+        payloads: payloads(session, solved),
         consistent_model,
         notes,
         detail: Detail { singular_values: solved.spectrum.singular_values().to_vec(), way: tell_way(session, solved) },
@@ -123,6 +125,7 @@ fn tell_session(session: &Session, solved: &Solved, parameters: &[ParameterResul
 fn withdraw(result: &mut EstimatorResult) {
     result.covariance = CovarianceResult::default();
     result.moments.clear();
+    result.payloads.clear();
     result.deflections.clear();
     result.position_errors.clear();
     result.sensor_models.clear();
@@ -331,7 +334,8 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
 /// What the torque gains take over from the loads.
 fn load_mass_note(session: &Session) -> Option<String> {
     let open = session.joints.iter().any(|joint| joint.of(Quantity::TorqueGain).kind == KnowledgeKind::Start);
-    let carried = session.poses.iter().any(|pose| pose.load.is_some());
+    let known = |load: usize| !session.loads[load].is_unknown();
+    let carried = session.poses.iter().any(|pose| pose.load.is_some_and(known));
     (open && carried).then(|| {
         "Torque gains are measured against the loads' masses, taken as exact: a mass that is 1 % off puts every torque gain \
          1 % off, and no standard deviation here says so."

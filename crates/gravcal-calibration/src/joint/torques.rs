@@ -13,7 +13,7 @@ use gravcal_robot_model::session::{Pose, Session};
 use gravcal_robot_model::sweeps::sweeping;
 
 use super::sweep_moments::{SweepMoments, by_sweep};
-use super::unknowns::Layout;
+use super::unknowns::{Layout, WithPayload};
 
 /// What the poses of a session have in common.
 pub(super) struct Torques<'a> {
@@ -77,12 +77,15 @@ impl<'a> Torques<'a> {
         };
         let Some(moments) = &self.moments else {
             let own = &mut self.by_link[load.map_or(0, |load| load + 1)];
-            let own = own.get_or_insert_with(|| model(layout.inertia.clone()));
+            let with = load.and_then(|load| Some((session.loads[load].link, layout.with_payloads[load]?)));
+            let own = own.get_or_insert_with(|| model(with_payload(&layout.inertia, with, |with| Some(with.moments))));
             let Some(course) = course else { return Arc::new(of(own, readings)) };
             let (links, loads) = layout.tensors.split_at(chain.link_count());
             let held = &self.held;
             let moving = || {
-                let model = MotionTorqueModel::new(Arc::clone(own), links, load.map(|load| loads[load]));
+                let links = with_payload(links, with, |with| with.tensor);
+                let load = load.filter(|_| with.is_none()).map(|load| loads[load]);
+                let model = MotionTorqueModel::new(Arc::clone(own), &links, load);
                 Arc::new(model.at_positions(held.clone()))
             };
             let moving = self.in_motion[load.map_or(0, |load| load + 1)].get_or_insert_with(moving);
@@ -93,6 +96,19 @@ impl<'a> Torques<'a> {
         let model = self.by_sweep.entry((own, load)).or_insert_with(|| Arc::new(SweepTorqueModel::new(model(inertia))));
         Arc::new(SweepTorque::new(Arc::clone(model), of(model.pose(), readings)))
     }
+}
+
+/// The links' blocks, that of the link which carries an unknown load replaced by the one of both together.
+fn with_payload(
+    links: &[BlockId],
+    with: Option<(usize, WithPayload)>,
+    block: impl Fn(&WithPayload) -> Option<BlockId>,
+) -> Vec<BlockId> {
+    let mut links = links.to_vec();
+    if let Some((link, block)) = with.and_then(|(link, with)| Some((link, block(&with)?))) {
+        links[link] = block;
+    }
+    links
 }
 
 fn carried(session: &Session, layout: &Layout, load: usize) -> Option<CarriedLoad> {

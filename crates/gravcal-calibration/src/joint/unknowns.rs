@@ -19,6 +19,8 @@ pub struct Layout {
     pub inertia: Vec<BlockId>,
     /// The inertia tensor of each link, then of each load; empty where the arm never moves.
     pub tensors: Vec<BlockId>,
+    /// By load: the link with it, where it is unknown and read. Mass and first moment, then the tensor where the arm moves.
+    pub with_payloads: Vec<Option<WithPayload>>,
     /// The moments of the sweep description; empty without it.
     pub sweep_moments: Vec<BlockId>,
     /// For each load the blocks whose sum is its position; `None` where no pose that is used carries it.
@@ -61,6 +63,7 @@ impl Layout {
                 [] => fallback.tensors.clone(),
                 tensors => tensors.iter().map(|id| std::array::from_fn(|i| values.get(*id)[i])).collect(),
             },
+            with_payloads: self.bodies_with_payloads(values, fallback),
             sweep_moments: self.sweep_moments.iter().map(|id| values.get(*id).to_vec()).collect(),
             loads: self.loads.iter().zip(&fallback.loads).map(|(p, f)| p.as_ref().map_or(*f, position)).collect(),
             deflections: self.deflections_of_sweeps().map(|u| values.get(u.block).to_vec()).collect(),
@@ -71,6 +74,20 @@ impl Layout {
         }
     }
 
+    /// Ten numbers of each link with an unknown load; what is not read as the fallback has it.
+    fn bodies_with_payloads(&self, values: &Values, fallback: &Unknowns) -> Vec<[f64; 10]> {
+        let mut bodies = fallback.with_payloads.clone();
+        let unknown = self.with_payloads.iter().flatten();
+        for WithPayload { index, moments, tensor } in unknown {
+            let Some(body) = bodies.get_mut(*index) else { continue };
+            body[..4].copy_from_slice(values.get(*moments));
+            if let Some(tensor) = tensor {
+                body[4..].copy_from_slice(values.get(*tensor));
+            }
+        }
+        bodies
+    }
+
     /// The block of a parameter.
     pub fn block(&self, id: ParameterId) -> BlockId {
         match id {
@@ -78,6 +95,17 @@ impl Layout {
             ParameterId::Further(index) => self.further[index],
         }
     }
+}
+
+/// A link with an unknown load.
+#[derive(Clone, Copy, Debug)]
+pub struct WithPayload {
+    /// Among the unknown loads.
+    pub index: usize,
+    /// Mass and first moment.
+    pub moments: BlockId,
+    /// About the link's origin, where the arm moves.
+    pub tensor: Option<BlockId>,
 }
 
 /// The blocks whose sum is a load's position.

@@ -60,7 +60,7 @@ fn of_all(session: &Session, least: f64, most: f64) -> String {
         true => significant((least * most).sqrt(), 2),
         false => format!("{} to {}", significant(least, 2), significant(most, 2)),
     };
-    let carried = session.loads.iter().enumerate();
+    let carried = session.loads.iter().enumerate().filter(|(_, load)| !load.is_unknown());
     let carried = carried.filter(|(load, _)| session.poses.iter().any(|pose| pose.load == Some(*load)));
     let masses: Vec<String> = carried.map(|(_, load)| format!("{} {} kg", load.name, load.mass)).collect();
     let likely = match masses.as_slice() {

@@ -49,6 +49,7 @@ pub fn tell_steps(
         loss: None,
         outliers: Vec::new(),
         fit: None,
+        payloads: Vec::new(),
         consistent_model: None,
         notes: tell_notes(session, known),
         detail: Detail::default(),

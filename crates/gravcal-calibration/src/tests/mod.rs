@@ -10,6 +10,7 @@ mod instrumented;
 mod left_out;
 mod moving_arm;
 mod one_sided;
+mod payloads;
 mod reference;
 mod repeated;
 mod robustness;

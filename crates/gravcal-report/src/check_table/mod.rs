@@ -12,6 +12,7 @@ use gravcal_calibration::check::CheckReport;
 
 use crate::doubts::tell_doubts;
 use crate::json::{JsonError, json};
+use crate::payload_text::expected;
 use crate::text::wrapped;
 
 pub use summary::CheckSummary;
@@ -33,6 +34,7 @@ impl fmt::Display for CheckTable<'_> {
             tell_doubts(&self.report.doubts),
             verdict(self.robot, self.report),
             parameters::tell(self.report),
+            payloads(self.report),
             cures::tell(self.report),
             parameters::tell_tilts(self.report),
             data::tell(self.report),
@@ -42,6 +44,11 @@ impl fmt::Display for CheckTable<'_> {
         let told: Vec<String> = sections.into_iter().filter(|section| !section.is_empty()).collect();
         f.write_str(&told.join("\n"))
     }
+}
+
+/// Loads of unknown mass.
+fn payloads(report: &CheckReport) -> String {
+    report.payloads.iter().map(|payload| wrapped("", "  ", &expected(payload))).collect()
 }
 
 /// What a session can determine, for programs.
@@ -57,8 +64,9 @@ fn verdict(robot: &str, report: &CheckReport) -> String {
 }
 
 fn in_words(report: &CheckReport) -> String {
-    let missing: Vec<&str> =
-        report.parameters.iter().filter(|p| p.asked && !p.determined).map(|p| p.name.as_str()).collect();
+    let parameters = report.parameters.iter().filter(|p| p.asked && !p.determined).map(|p| p.name.clone());
+    let loads = report.payloads.iter().filter(|load| load.undetermined.is_some());
+    let missing: Vec<String> = parameters.chain(loads.map(|load| format!("load {}", load.load))).collect();
     if report.complete {
         "everything that is asked for can be determined".to_owned()
     } else {

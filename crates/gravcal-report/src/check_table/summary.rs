@@ -5,7 +5,7 @@ use std::fmt;
 use gravcal_calibration::check::{CheckReport, CheckedParameter, StepReport};
 use gravcal_robot_model::number::significant;
 
-use super::{cures, data, in_words};
+use super::{cures, data, in_words, payloads};
 use crate::doubts::tell_doubts;
 use crate::joint_table::{Entry, joint_table};
 use crate::sensor_row::shown_unit;
@@ -46,6 +46,7 @@ impl fmt::Display for CheckSummary<'_> {
         f.write_str("Standard deviations to expect\n")?;
         f.write_str(&joint_table(&entries))?;
         f.write_str(&first_lines(&beyond(&entries), further))?;
+        f.write_str(&payloads(report))?;
         f.write_str(&first_lines(&cures::tell(report), cures))?;
         f.write_str(&first_lines(&data::tell(report), data))?;
         if self.steps {

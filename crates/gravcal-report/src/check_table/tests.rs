@@ -49,6 +49,7 @@ fn report() -> CheckReport {
             parameter("joint2.torque_bias", "count", None),
             parameter("joint2.position_offset", "rad", Some(0.001)),
         ],
+        payloads: Vec::new(),
         undetermined: vec![
             Curable {
                 undetermined: Undetermined {

@@ -5,6 +5,7 @@
 //! | `ros2` | parameters of a ROS 2 node (YAML): each joint's gain and bias, forward and inverse |
 //! | `urdf` | the session's URDF with joints' origins moved by their position offsets, a root that hangs as gravity says, and identified inertias |
 //! | `mujoco` | the arm as a MuJoCo model (MJCF) with identified inertias and gravity |
+//! | `payload` | loads of unknown mass and the mount's gravity, as the drivers of some makers take them |
 //! | `c`, `python` | functions from a reading to what it truly says |
 //! | `csv` | every parameter with its interval, for programs |
 //! | `markdown`, `latex` | every parameter with its standard deviation, rounded, for people |
@@ -25,6 +26,7 @@ mod latex_text;
 mod markdown;
 mod mujoco;
 mod numbers;
+mod payload;
 mod python;
 mod ros2;
 mod rows;
@@ -52,6 +54,8 @@ pub enum ExportFormat {
     Urdf,
     /// The arm for MuJoCo.
     Mujoco,
+    /// Loads of unknown mass and the mount's gravity, as drivers take them.
+    Payload,
     /// Every parameter, for programs.
     Csv,
     /// A header with functions.
@@ -66,10 +70,11 @@ pub enum ExportFormat {
 
 impl ExportFormat {
     /// Every format.
-    pub const ALL: [ExportFormat; 8] = [
+    pub const ALL: [ExportFormat; 9] = [
         ExportFormat::Ros2,
         ExportFormat::Urdf,
         ExportFormat::Mujoco,
+        ExportFormat::Payload,
         ExportFormat::Csv,
         ExportFormat::C,
         ExportFormat::Python,
@@ -83,6 +88,7 @@ impl ExportFormat {
             ExportFormat::Ros2 => "ros2",
             ExportFormat::Urdf => "urdf",
             ExportFormat::Mujoco => "mujoco",
+            ExportFormat::Payload => "payload",
             ExportFormat::Csv => "csv",
             ExportFormat::C => "c",
             ExportFormat::Python => "python",
@@ -212,6 +218,9 @@ pub enum ExportError {
     /// The calibration has no inertias that a simulator takes.
     #[error("the calibration has no inertias of rigid bodies, and a simulator takes no others")]
     NoInertias,
+    /// No payload was asked for.
+    #[error("the calibration has neither a load of unknown mass nor gravity")]
+    NoPayload,
     /// Joints that follow others.
     #[error("some joints mimic others, which this format does not hold: export to urdf")]
     Mimics,
@@ -236,6 +245,7 @@ impl Export<'_> {
             ExportFormat::Python => Ok(python::export(self, &corrections()?)),
             ExportFormat::Urdf => urdf::export(self, &corrections()?),
             ExportFormat::Mujoco => mujoco::export(self, &corrections()?),
+            ExportFormat::Payload => payload::export(self),
         }
     }
 }

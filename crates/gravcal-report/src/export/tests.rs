@@ -1,6 +1,6 @@
 //! What a file says, read back. That it reproduces the residuals of a recording is tried from outside, in the acceptance tests.
 
-use gravcal_recording::{EarlierParameter, EarlierQuantity};
+use gravcal_recording::{EarlierNumber, EarlierParameter, EarlierPayload, EarlierQuantity};
 
 use super::*;
 
@@ -43,6 +43,7 @@ fn estimate() -> EarlierEstimate {
         blocks_left_out: None,
         doubts: Vec::new(),
         inertias: None,
+        payloads: Vec::new(),
     }
 }
 
@@ -64,7 +65,10 @@ fn names_read_back() {
         assert_eq!(format.as_str().parse(), Ok(format));
     }
     let unknown = "yaml".parse::<ExportFormat>().unwrap_err().to_string();
-    assert_eq!(unknown, "unknown format `yaml`; there is: ros2, urdf, mujoco, csv, c, python, markdown, latex");
+    assert_eq!(
+        unknown,
+        "unknown format `yaml`; there is: ros2, urdf, mujoco, payload, csv, c, python, markdown, latex"
+    );
 }
 
 #[test]
@@ -267,4 +271,72 @@ fn a_urdf_needs_one() {
     let estimate = estimate();
     assert_eq!(export(&estimate, false).to(ExportFormat::Urdf), Err(ExportError::NoUrdf));
     assert_eq!(export(&estimate, false).to(ExportFormat::Mujoco), Err(ExportError::NoModel));
+}
+
+fn tool() -> EarlierPayload {
+    let number = |value: f64| EarlierNumber { value, std: 0.01 };
+    EarlierPayload {
+        load: "tool".into(),
+        link: "link7".into(),
+        mass_kg: Some(number(1.5)),
+        center_of_mass_m: Some([0.01, -0.02, 0.1].map(number)),
+        tensor_kg_m2: Some([0.02, 0.001, 0.03, 0.0, 0.0, 0.015].map(number)),
+    }
+}
+
+#[test]
+fn payloads_are_in_the_forms_of_the_makers() {
+    let with = EarlierEstimate { payloads: vec![tool()], ..estimate() };
+    let text = export(&with, false).to(ExportFormat::Payload).unwrap().text;
+    for line in [
+        "# Load tool on link link7.\nmass_kg: 1.5  # ± 0.01\n",
+        "set_gravity([-0.1, 0.2, 9.8])\n",
+        "setLoad(1.5, [0.01, -0.02, 0.1], [0.02, 0.001, 0.0, 0.001, 0.03, 0.0, 0.0, 0.0, 0.015])\n",
+        "set_target_payload(1.5, [0.01, -0.02, 0.1], [0.02, 0.03, 0.015, 0.001, 0.0, 0.0])\n",
+        "tool_mass: 1.5\ntool_mass_center_x: 0.01\n",
+    ] {
+        assert!(text.contains(line), "{line} in {text}");
+    }
+}
+
+/// Load data of KUKA turn the principal moments back to the tensor: Rz(A) Ry(B) Rx(C) diag(J) of it.
+#[test]
+fn principal_moments_turn_back_to_the_tensor() {
+    let with = EarlierEstimate { payloads: vec![tool()], ..estimate() };
+    let text = export(&with, false).to(ExportFormat::Payload).unwrap().text;
+    let line = text.lines().find(|line| line.starts_with("M 1.5, X 10.0, Y -20.0, Z 100.0, A ")).unwrap();
+    let of = |name: &str| -> f64 {
+        let part = line.split(", ").find_map(|part| part.strip_prefix(&format!("{name} "))).unwrap();
+        part.parse().unwrap()
+    };
+    let turned = |angle: f64, axis: usize| {
+        let axis = nalgebra::Vector3::ith_axis(axis);
+        nalgebra::Rotation3::from_axis_angle(&axis, angle.to_radians())
+    };
+    let axes = turned(of("A"), 2) * turned(of("B"), 1) * turned(of("C"), 0);
+    let moments = nalgebra::Matrix3::from_diagonal(&nalgebra::Vector3::new(of("JX"), of("JY"), of("JZ")));
+    let tensor = axes.matrix() * moments * axes.matrix().transpose();
+    let expected = nalgebra::Matrix3::new(0.02, 0.001, 0.0, 0.001, 0.03, 0.0, 0.0, 0.0, 0.015);
+    assert!((tensor - expected).abs().max() < 1e-12, "{tensor}");
+}
+
+#[test]
+fn what_is_open_of_a_payload_is_refused_or_said() {
+    let export_of = |tool: EarlierPayload| {
+        let with = EarlierEstimate { payloads: vec![tool], ..estimate() };
+        export(&with, true).to(ExportFormat::Payload)
+    };
+    let error = export_of(EarlierPayload { mass_kg: None, ..tool() }).unwrap_err().to_string();
+    assert_eq!(error, "the calibration does not determine the mass of load tool");
+    let standing = export_of(EarlierPayload { tensor_kg_m2: None, ..tool() }).unwrap().text;
+    assert!(
+        standing.contains("Its tensor is not determined") && standing.contains("[0.0, 0.0, 0.0, 0.0, 0.0, 0.0])"),
+        "{standing}"
+    );
+    let mut broken = tool();
+    broken.tensor_kg_m2.as_mut().unwrap()[2].value = 0.3;
+    assert!(
+        export_of(broken).unwrap().text.contains("that of no body"),
+        "a tensor that breaks the triangle inequality"
+    );
 }

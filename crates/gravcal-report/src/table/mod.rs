@@ -3,6 +3,7 @@
 mod constraints;
 pub(crate) mod fit;
 pub(crate) mod inertias;
+mod payloads;
 mod positions;
 mod residual_tests;
 mod sensor_models;
@@ -47,6 +48,7 @@ impl fmt::Display for CalibrationTable<'_> {
             constraints::tell(self.results),
             positions::tell(self.results),
             fit::tell(self.results),
+            payloads::tell(self.results),
             inertias::tell(self.results),
             residual_tests::tell(self.results),
             notes(self.results),

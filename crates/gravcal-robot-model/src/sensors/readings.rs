@@ -94,6 +94,7 @@ mod tests {
             further,
             inertia: Vec::new(),
             tensors: Vec::new(),
+            with_payloads: Vec::new(),
             sweep_moments: Vec::new(),
             loads: Vec::new(),
             deflections: Vec::new(),

@@ -37,12 +37,12 @@ pub enum InertiaKnowledge {
     Sweep,
 }
 
-/// A load of known mass at one placement.
+/// A load at one placement.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Load {
     /// Name.
     pub name: String,
-    /// kg.
+    /// kg; no number (NaN) where it is to be found, see [`Load::is_unknown`].
     pub mass: f64,
     /// Index of the link that carries it.
     pub link: usize,
@@ -50,6 +50,14 @@ pub struct Load {
     pub position: Option<[f64; 3]>,
     /// Standard deviation of each component of `position`, m; `None` with a position: exact.
     pub position_std: Option<f64>,
+}
+
+impl Load {
+    /// Whether nothing is known of it but the link that carries it: a payload, whose mass, centre of mass and, in motion, tensor are answers.
+    /// The link with it is then another body than the link without, and the payload the difference.
+    pub fn is_unknown(&self) -> bool {
+        self.mass.is_nan()
+    }
 }
 
 /// A known distance between the centres of mass of two placements.

@@ -1,23 +1,26 @@
-//! `[[load]]` and `[[load_distance]]`: bodies of known mass, and how far apart their placements are.
+//! `[[load]]` and `[[load_distance]]`: bodies of known or unknown mass, and how far apart placements are.
 
-use gravcal_robot_model::session::{Load, LoadDistance};
-use serde::Deserialize;
+use std::fmt;
+
+use gravcal_robot_model::session::{InertiaKnowledge, Instrument, InstrumentKind, Load, LoadDistance, Session};
+use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
 
 use super::context::Context;
 use crate::document::{Document, Field, FileError};
 
 /// `[[load]]`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, serde::Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct LoadTable {
     /// Its name, by which tables refer to it.
     ///
     /// Example: `name = "plate-a"`
     name: String,
-    /// Its mass, taken as exact.
+    /// Its mass, taken as exact; or `"unknown"`: mass, centre of mass and, in motion, inertia tensor are found. That takes torque gains that are
+    /// known, or another load of known mass, and poses without it.
     ///
     /// Example: `mass_kg = 1.724`
-    mass_kg: f64,
+    mass_kg: WrittenMass,
     /// The link that carries it.
     ///
     /// Example: `link = "link3"`
@@ -34,8 +37,48 @@ pub(super) struct LoadTable {
     position_std_m: Option<f64>,
 }
 
+/// How heavy a load is: kg, or no number where that is unknown.
+///
+/// Read by hand and not by an untagged enum, whose errors neither say what was found nor where.
+#[derive(Clone, Copy, Debug)]
+struct WrittenMass(f64);
+
+impl<'de> Deserialize<'de> for WrittenMass {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(MassVisitor)
+    }
+}
+
+struct MassVisitor;
+
+impl Visitor<'_> for MassVisitor {
+    type Value = WrittenMass;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a mass in kg, such as 1.724, or \"unknown\"")
+    }
+
+    fn visit_f64<E: Error>(self, mass: f64) -> Result<WrittenMass, E> {
+        match mass.is_nan() {
+            true => Err(E::invalid_value(Unexpected::Float(mass), &self)),
+            false => Ok(WrittenMass(mass)),
+        }
+    }
+
+    fn visit_i64<E: Error>(self, mass: i64) -> Result<WrittenMass, E> {
+        Ok(WrittenMass(mass as f64))
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<WrittenMass, E> {
+        match text {
+            "unknown" => Ok(WrittenMass(f64::NAN)),
+            other => Err(E::invalid_value(Unexpected::Str(other), &self)),
+        }
+    }
+}
+
 /// `[[load_distance]]`.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, serde::Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct LoadDistanceTable {
     /// Names of two loads on one link.
@@ -62,11 +105,18 @@ pub(super) fn resolve(context: &Context<'_>, tables: &[LoadTable]) -> Result<Vec
 
 fn load(context: &Context<'_>, field: &Field, table: &LoadTable) -> Result<Load, FileError> {
     let document = context.document;
-    let mass = document.positive(&field.key("mass_kg"), table.mass_kg, "a mass", "kg")?;
+    let WrittenMass(mass) = table.mass_kg;
+    if !mass.is_nan() {
+        document.positive(&field.key("mass_kg"), mass, "a mass", "kg")?;
+    }
     let link = document.lookup(&field.key("link"), "link", &table.link, &context.link_names)?;
     let std_field = field.key("position_std_m");
     if table.position_std_m.is_some() && table.position_m.is_none() {
         return Err(document.error(&std_field, "a standard deviation of what? add position_m, or delete this"));
+    }
+    if mass.is_nan() && table.position_m.is_some() {
+        let message = "of a load of unknown mass the centre of mass is found, too: delete this, or state the mass";
+        return Err(document.error(&field.key("position_m"), message));
     }
     let std = table.position_std_m.map(|std| document.positive(&std_field, std, "a standard deviation", "m"));
     Ok(Load { name: table.name.clone(), mass, link, position: table.position_m, position_std: std.transpose()? })
@@ -113,10 +163,35 @@ fn distance(
                        one link";
         return Err(document.error(&between, message));
     }
+    if loads[first].is_unknown() || loads[second].is_unknown() {
+        let message = "a distance says nothing of a load of unknown mass: state mass_kg of both, or delete this";
+        return Err(document.error(&between, message));
+    }
     let positive = |std| document.positive(&field.key("distance_std_m"), std, "a standard deviation", "m");
     Ok(LoadDistance {
         between: [first, second],
         distance: document.positive(&field.key("distance_m"), table.distance_m, "a distance", "m")?,
         std: table.distance_std_m.map(positive).transpose()?,
     })
+}
+
+/// What a load of unknown mass goes together with.
+pub(super) fn check_unknown(document: &Document, session: &Session) -> Result<(), FileError> {
+    let Some(index) = session.loads.iter().position(Load::is_unknown) else { return Ok(()) };
+    let field = Field::new("load").at(index).key("mass_kg");
+    if session.inertia == InertiaKnowledge::Sweep {
+        let message = "a load of unknown mass is told from its link by the link's moments, and those of sweeps are of no single link: write \
+                       [inertia] description = \"link\"";
+        return Err(document.error(&field, message));
+    }
+    let feels = |instrument: &Instrument| instrument.kind == InstrumentKind::ForceTorque;
+    if let Some(wrist) = session.instruments.iter().find(|instrument| feels(instrument)) {
+        let message = format!(
+            "joint torques find a load of unknown mass, and the force-torque sensor `{}` feels it, too, which this version cannot put \
+             together: leave the sensor out, or state the mass",
+            wrist.name
+        );
+        return Err(document.error(&field, message));
+    }
+    Ok(())
 }

@@ -46,7 +46,9 @@ pub fn torque_gain(now: &Supposed) -> Vec<Addition> {
 /// Where a load hangs in its link.
 pub fn placement(now: &Supposed) -> Vec<Addition> {
     let hangs = |load: &usize| now.session.poses.iter().any(|pose| pose.load == Some(*load));
-    let open = |load: &usize| now.session.loads[*load].position.is_none() && hangs(load);
+    let open = |load: &usize| {
+        now.session.loads[*load].position.is_none() && !now.session.loads[*load].is_unknown() && hangs(load)
+    };
     let state = |load: usize| {
         let name = &now.session.loads[load].name;
         let words =

@@ -36,7 +36,9 @@ pub fn second_placement(now: &Supposed) -> Vec<Addition> {
         );
         Addition::new(words, move |supposed| put_beside(supposed, first))
     };
-    let hangs = |load: &usize| now.session.poses.iter().any(|pose| pose.load == Some(*load));
+    let hangs = |load: &usize| {
+        !now.session.loads[*load].is_unknown() && now.session.poses.iter().any(|pose| pose.load == Some(*load))
+    };
     (0..now.session.loads.len()).filter(hangs).map(place).collect()
 }
 
@@ -87,7 +89,8 @@ fn on_unloaded(
     let on_the_way = |last: usize, link: usize| {
         std::iter::successors(Some(last), |link| chain.parent(*link)).any(|before| before == link)
     };
-    let loads = || session.poses.iter().filter_map(|pose| pose.load);
+    let known = |load: &usize| !session.loads[*load].is_unknown();
+    let loads = || session.poses.iter().filter_map(|pose| pose.load).filter(known);
     let loaded = |last: usize| loads().any(|load| on_the_way(last, session.loads[load].link));
     let addition = |link: usize| Addition::new(words(&name(link)), move |supposed| make(supposed, link));
     chain.last_links().filter(|link| !loaded(*link)).map(addition).collect()

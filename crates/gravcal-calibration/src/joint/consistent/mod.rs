@@ -10,7 +10,8 @@ mod programme;
 use gravcal_dynamics::BodyInertia;
 use gravcal_estimation::{BlockId, Factor, Problem, Spectrum, Values};
 use gravcal_identification::median;
-use gravcal_robot_model::session::{InertiaKnowledge, Session};
+use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::session::{InertiaKnowledge, JointKnowledge, KnowledgeKind, Session};
 use nalgebra::{DMatrix, DVector};
 
 use super::error::{EstimateError, PosingError};
@@ -241,11 +242,11 @@ fn remarks_on(session: &Session, model: &ConsistentModel) -> Vec<String> {
                 .into(),
         );
     }
-    let known = session.loads.iter().any(|load| load.mass > 0.0);
-    if !known {
+    let gain = |joint: &JointKnowledge| joint.of(Quantity::TorqueGain).kind == KnowledgeKind::Start;
+    let weighed = session.loads.iter().any(|load| !load.is_unknown());
+    if !weighed && session.joints.iter().any(gain) {
         remarks.push(
-            "No load of known mass was attached: if torque gains are unknown too, the scale of consistent masses is that of the robot's \
-             file."
+            "Torque gains are unknown, and no load of known mass was attached: the scale of consistent masses is that of the robot's file."
                 .into(),
         );
     }
