@@ -78,7 +78,7 @@ const CIRCLE: usize = 3;
 const LARGER_CIRCLES: [(&str, usize); 6] = [
     ("gravcal-estimation", 6),
     ("gravcal-recording", 41),
-    ("gravcal-report", 11),
+    ("gravcal-report", 10),
     ("gravcal-rerun", 12),
     ("gravcal-solvers", 12),
     ("gravcal-study", 8),

@@ -169,6 +169,7 @@ fn refused(error: &ExportError) -> Failure {
         ExportError::NoPayload => {
             failure.hint("write [[load]] mass_kg = \"unknown\" in the session, and calibrate again")
         }
+        ExportError::OpenPayloads { .. } => failure.hint("`gravcal check` tells what would"),
         ExportError::NoInertias => {
             failure.hint("add [constraints] inertia = \"physical\" to the session, and calibrate again")
         }

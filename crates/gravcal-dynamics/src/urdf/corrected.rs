@@ -17,7 +17,6 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{Rotation3, Unit, Vector3};
-use quick_xml::events::attributes::Attribute;
 use quick_xml::events::{BytesStart, BytesText, Event};
 use quick_xml::{Reader, Writer};
 use urdf_rs::JointType;
@@ -25,6 +24,7 @@ use urdf_rs::JointType;
 use super::essentials::located;
 use super::inertials::{inertials, with_inertials};
 use super::tree::Tree;
+use super::xml::{attribute, name_of, number, put, with};
 use super::{UrdfError, joint, read};
 use crate::body_inertia::BodyInertia;
 use crate::transform::Transform;
@@ -274,50 +274,6 @@ fn without_double_hyphens(line: &str) -> String {
 fn origin_attributes([xyz, rpy]: &[[f64; 3]; 2]) -> [(&'static str, String); 2] {
     let told = |[a, b, c]: &[f64; 3]| format!("{a} {b} {c}");
     [("xyz", told(xyz)), ("rpy", told(rpy))]
-}
-
-pub(super) fn put(writer: &mut Writer<Vec<u8>>, event: Event<'_>) -> Result<(), UrdfError> {
-    writer.write_event(event).map_err(|error| UrdfError::Parse(error.to_string()))
-}
-
-pub(super) fn name_of(start: &BytesStart<'_>) -> String {
-    String::from_utf8_lossy(start.name().as_ref()).into_owned()
-}
-
-fn attributes<'s>(start: &'s BytesStart<'_>) -> Result<Vec<Attribute<'s>>, UrdfError> {
-    start.attributes().collect::<Result<_, _>>().map_err(|error| UrdfError::Parse(error.to_string()))
-}
-
-pub(super) fn attribute(start: &BytesStart<'_>, name: &str) -> Result<Option<String>, UrdfError> {
-    let found = attributes(start)?.into_iter().find(|attribute| attribute.key.as_ref() == name.as_bytes());
-    let value = found.map(|attribute| attribute.unescape_value().map(|value| value.into_owned()));
-    value.transpose().map_err(|error| UrdfError::Parse(error.to_string()))
-}
-
-fn number(start: &BytesStart<'_>, name: &str) -> Result<Option<f64>, UrdfError> {
-    let text = attribute(start, name)?;
-    let parsed = text.map(|text| {
-        let element = name_of(start);
-        text.trim()
-            .parse()
-            .map_err(|_| UrdfError::Parse(format!("<{element}> has {name}=\"{text}\", which is no number")))
-    });
-    parsed.transpose()
-}
-
-/// The element with some attributes replaced, or added.
-fn with<'e>(start: &BytesStart<'_>, changed: &[(&str, String)]) -> Result<BytesStart<'e>, UrdfError> {
-    let mut element = BytesStart::new(name_of(start));
-    let is_changed = |key: &[u8]| changed.iter().any(|(name, _)| name.as_bytes() == key);
-    for attribute in attributes(start)? {
-        if !is_changed(attribute.key.as_ref()) {
-            element.push_attribute(attribute);
-        }
-    }
-    for (name, value) in changed {
-        element.push_attribute((*name, value.as_str()));
-    }
-    Ok(element)
 }
 
 #[cfg(test)]

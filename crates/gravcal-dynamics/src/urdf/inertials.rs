@@ -10,10 +10,11 @@ use quick_xml::events::{BytesEnd, BytesStart, BytesText, Event};
 use quick_xml::{Reader, Writer};
 use urdf_rs::JointType;
 
-use super::corrected::{attribute, name_of, put};
+use super::error::UrdfError;
 use super::essentials::located;
+use super::joint;
 use super::tree::Tree;
-use super::{UrdfError, joint};
+use super::xml::{attribute, name_of, put};
 use crate::body_inertia::BodyInertia;
 use crate::transform::Transform;
 

@@ -21,6 +21,7 @@ mod essentials;
 mod inertials;
 mod joint;
 mod tree;
+mod xml;
 
 use body::RigidBody;
 pub use corrected::{UPRIGHT_LINK, UrdfCorrection};

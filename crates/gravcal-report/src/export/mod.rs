@@ -37,12 +37,12 @@ mod urdf;
 use std::fmt;
 use std::str::FromStr;
 
-use gravcal_dynamics::UrdfError;
+use gravcal_dynamics::{Chain, UrdfError};
 use gravcal_recording::EarlierEstimate;
 use thiserror::Error;
 
 use corrections::Corrections;
-pub use mujoco::RobotModel;
+use numbers::one_line;
 pub use urdf::RobotDescription;
 
 /// The formats that a user can choose by name.
@@ -221,6 +221,12 @@ pub enum ExportError {
     /// No payload was asked for.
     #[error("the calibration has neither a load of unknown mass nor gravity")]
     NoPayload,
+    /// Loads of which the mass is open: no nominal value stands for what is unknown.
+    #[error("the calibration does not determine the mass of load {}", loads.join(", "))]
+    OpenPayloads {
+        /// Their names.
+        loads: Vec<String>,
+    },
     /// Joints that follow others.
     #[error("some joints mimic others, which this format does not hold: export to urdf")]
     Mimics,
@@ -244,15 +250,50 @@ impl Export<'_> {
             ExportFormat::C => Ok(c_header::export(self, &corrections()?)),
             ExportFormat::Python => Ok(python::export(self, &corrections()?)),
             ExportFormat::Urdf => urdf::export(self, &corrections()?),
-            ExportFormat::Mujoco => mujoco::export(self, &corrections()?),
-            ExportFormat::Payload => payload::export(self),
+            ExportFormat::Mujoco => self.mujoco(&corrections()?),
+            ExportFormat::Payload => self.payload(),
         }
     }
 }
 
-/// One line, whatever the names in it hold.
-fn one_line(text: &str) -> String {
-    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+/// The robot as gravcal computes with it.
+#[derive(Clone, Copy, Debug)]
+pub struct RobotModel<'a> {
+    /// Name of the robot.
+    pub name: &'a str,
+    /// Its joints and links.
+    pub chain: &'a Chain,
+}
+
+impl Export<'_> {
+    fn mujoco(&self, corrections: &Corrections) -> Result<Exported, ExportError> {
+        let RobotModel { name, chain } = self.model.ok_or(ExportError::NoModel)?;
+        let inertias = self.estimate.inertias.as_deref().ok_or(ExportError::NoInertias)?;
+        let gravity =
+            corrections.gravity.ok_or_else(|| ExportError::Undetermined { names: vec!["gravity".to_owned()] })?;
+        if chain.joint_count() < chain.link_count() {
+            return Err(ExportError::Mimics);
+        }
+        let offsets = corrections.joints.iter().map(|joint| (joint.name.clone(), joint.position.offset));
+        let arm = mujoco::Arm { name, chain, inertias, offsets: &offsets.collect::<Vec<_>>(), gravity };
+        let text = arm.text(&head(self, &mujoco::CONVENTION, &corrections.remarks));
+        let text = text.map_err(|missing| ExportError::Missing { names: vec![format!("{}.inertia", missing.link)] })?;
+        Ok(Exported { text, remarks: corrections.remarks.clone() })
+    }
+
+    fn payload(&self) -> Result<Exported, ExportError> {
+        let (payloads, gravity) = (&self.estimate.payloads, self.estimate.gravity);
+        if payloads.is_empty() && gravity.is_none() {
+            return Err(ExportError::NoPayload);
+        }
+        let open = payloads.iter().filter(|load| load.mass_kg.is_none()).map(|load| load.load.clone());
+        let loads: Vec<String> = open.collect();
+        if !loads.is_empty() {
+            return Err(ExportError::OpenPayloads { loads });
+        }
+        let text = payload::text(payloads, gravity, &head(self, &payload::CONVENTION, &[]));
+        Ok(Exported { text, remarks: Vec::new() })
+    }
 }
 
 /// Lines for a file's head: where it comes from, the convention, remarks.

@@ -14,62 +14,55 @@ use gravcal_dynamics::{Chain, Joint, JointKind, Transform};
 use gravcal_recording::EarlierInertia;
 use nalgebra::{Rotation3, Unit, UnitQuaternion, Vector3};
 
-use super::corrections::Corrections;
-use super::{Export, ExportError, Exported, head, one_line};
+use super::numbers::one_line;
 
-const CONVENTION: [&str; 4] = [
+pub(super) const CONVENTION: [&str; 4] = [
     "Convention: the joint's value in this model is position_gain * reading, in rad or m; frames are moved by the position offsets.",
     "The world is the base's frame; gravity is as it was identified there. Inertias are those of rigid bodies nearest to the readings",
     "and to the robot's file, without loads. The model has no shapes, motors, friction nor rotor inertias: inverse dynamics gives the",
     "torque that a joint exerts on its links.",
 ];
 
-/// The robot as gravcal computes with it.
+/// The arm.
 #[derive(Clone, Copy, Debug)]
-pub struct RobotModel<'a> {
+pub(super) struct Arm<'a> {
     /// Name of the robot.
     pub name: &'a str,
-    /// Its joints and links.
     pub chain: &'a Chain,
+    pub inertias: &'a [EarlierInertia],
+    /// Of each joint's position sensor, by name.
+    pub offsets: &'a [(String, f64)],
+    /// In the frame of the base, m/s².
+    pub gravity: [f64; 3],
 }
 
-pub(super) fn export(export: &Export<'_>, corrections: &Corrections) -> Result<Exported, ExportError> {
-    let RobotModel { name, chain } = export.model.ok_or(ExportError::NoModel)?;
-    let inertias = export.estimate.inertias.as_deref().ok_or(ExportError::NoInertias)?;
-    let gravity = corrections.gravity.ok_or_else(|| ExportError::Undetermined { names: vec!["gravity".to_owned()] })?;
-    if chain.joint_count() < chain.link_count() {
-        return Err(ExportError::Mimics);
-    }
-    let mut text = String::from("<!--\n");
-    for line in head(export, &CONVENTION, &corrections.remarks) {
-        text += &format!("  {}\n", line.replace("--", "- -"));
-    }
-    text += "-->\n";
-    text += &format!("<mujoco model=\"{}\">\n", escaped(name));
-    text += "  <compiler angle=\"radian\" autolimits=\"true\"/>\n";
-    text += &format!("  <option gravity=\"{}\"/>\n  <worldbody>\n", numbers(&gravity));
-    let links = Links { chain, inertias, corrections };
-    for link in (0..chain.link_count()).filter(|link| chain.parent(*link).is_none()) {
-        links.write(&mut text, link, 2)?;
-    }
-    text += "  </worldbody>\n</mujoco>\n";
-    Ok(Exported { text, remarks: corrections.remarks.clone() })
+/// A link without an inertia.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct NoInertia {
+    pub link: String,
 }
 
-struct Links<'a> {
-    chain: &'a Chain,
-    inertias: &'a [EarlierInertia],
-    corrections: &'a Corrections,
-}
+impl Arm<'_> {
+    /// The file; `head`: lines of its comment.
+    pub fn text(&self, head: &[String]) -> Result<String, NoInertia> {
+        let mut text = String::from("<!--\n");
+        head.iter().for_each(|line| text += &format!("  {}\n", line.replace("--", "- -")));
+        text += "-->\n";
+        text += &format!("<mujoco model=\"{}\">\n", escaped(self.name));
+        text += "  <compiler angle=\"radian\" autolimits=\"true\"/>\n";
+        text += &format!("  <option gravity=\"{}\"/>\n  <worldbody>\n", numbers(&self.gravity));
+        for link in (0..self.chain.link_count()).filter(|link| self.chain.parent(*link).is_none()) {
+            self.write(&mut text, link, 2)?;
+        }
+        Ok(text + "  </worldbody>\n</mujoco>\n")
+    }
 
-impl Links<'_> {
     /// A link with everything that hangs on it.
-    fn write(&self, text: &mut String, link: usize, depth: usize) -> Result<(), ExportError> {
+    fn write(&self, text: &mut String, link: usize, depth: usize) -> Result<(), NoInertia> {
         let (joint, name) = (&self.chain.movers()[link], &self.chain.links()[link].name);
         let inertia = self.inertias.iter().find(|inertia| inertia.link == *name);
-        let inertia = inertia.ok_or_else(|| ExportError::Missing { names: vec![format!("{name}.inertia")] })?;
-        let own = self.corrections.joints.iter().find(|correction| correction.name == joint.name);
-        let offset = own.map_or(0.0, |correction| correction.position.offset);
+        let inertia = inertia.ok_or_else(|| NoInertia { link: name.clone() })?;
+        let offset = self.offsets.iter().find(|(own, _)| *own == joint.name).map_or(0.0, |(_, offset)| *offset);
         let pose = joint.before.compose(&motion(joint, offset)).compose(&joint.after);
         let space = "  ".repeat(depth);
         let [xx, xy, yy, xz, yz, zz] = inertia.tensor_kg_m2;

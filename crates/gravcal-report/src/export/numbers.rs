@@ -14,9 +14,14 @@ pub(super) fn float(value: f64) -> String {
     }
 }
 
+/// One line, whatever the names in it hold.
+pub(super) fn one_line(text: &str) -> String {
+    text.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
+}
+
 /// In double quotes: a string of YAML, Python and C alike.
 pub(super) fn quoted(text: &str) -> String {
-    let escaped: String = super::one_line(text)
+    let escaped: String = one_line(text)
         .chars()
         .flat_map(|c| ['\\'].into_iter().filter(move |_| matches!(c, '\\' | '"')).chain([c]))
         .collect();

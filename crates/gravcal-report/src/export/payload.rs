@@ -11,39 +11,23 @@ use gravcal_dynamics::BodyInertia;
 use gravcal_recording::EarlierPayload;
 use nalgebra::{Matrix3, Rotation3};
 
-use super::numbers::float;
-use super::{Export, ExportError, Exported, head};
+use super::numbers::{float, one_line};
 
-const CONVENTION: [&str; 4] = [
+pub(super) const CONVENTION: [&str; 4] = [
     "Convention: SI units; centre of mass and tensor in the frame of the link that carries the load, tensors about the centre of mass.",
     "Drivers take them in the frame of the flange: they are the same numbers where that is the link's frame, and must be moved there where",
     "it is not. Each number stands with its standard deviation in the lines of the load itself; the lines of the makers have values alone.",
     "Gravity is that in the frame of the base.",
 ];
 
-pub(super) fn export(export: &Export<'_>) -> Result<Exported, ExportError> {
-    let payloads = &export.estimate.payloads;
-    if payloads.is_empty() && export.estimate.gravity.is_none() {
-        return Err(ExportError::NoPayload);
-    }
-    let open: Vec<String> = payloads
-        .iter()
-        .filter(|load| load.mass_kg.is_none())
-        .map(|load| format!("the mass of load {}", load.load))
-        .collect();
-    if !open.is_empty() {
-        return Err(ExportError::Undetermined { names: open });
-    }
-    let mut text: String = head(export, &CONVENTION, &[]).iter().map(|line| format!("# {line}\n")).collect();
-    text += &gravity(export);
-    payloads.iter().for_each(|load| text += &of_load(load));
-    Ok(Exported { text, remarks: Vec::new() })
+/// The loads and the mount's gravity, where that is known; `head`: lines of the comment.
+pub(super) fn text(payloads: &[EarlierPayload], gravity: Option<[f64; 3]>, head: &[String]) -> String {
+    let head: String = head.iter().map(|line| format!("# {line}\n")).collect();
+    head + &mount(gravity) + &payloads.iter().map(of_load).collect::<String>()
 }
 
-fn gravity(export: &Export<'_>) -> String {
-    let Some(gravity) = export.estimate.gravity else {
-        return "\n# gravity is not determined, and left out\n".to_owned();
-    };
+fn mount(gravity: Option<[f64; 3]>) -> String {
+    let Some(gravity) = gravity else { return "\n# gravity is not determined, and left out\n".to_owned() };
     let upward = gravity.map(|component| -component);
     format!(
         "\n# The mount.\ngravity_m_per_s2: {}\n# Universal Robots, where the robot's base frame is that of the URDF: upward.\nset_gravity({})\n",
@@ -54,7 +38,7 @@ fn gravity(export: &Export<'_>) -> String {
 
 fn of_load(payload: &EarlierPayload) -> String {
     let Some(mass) = &payload.mass_kg else { return String::new() };
-    let mut text = format!("\n# Load {} on link {}.\n", super::one_line(&payload.load), super::one_line(&payload.link));
+    let mut text = format!("\n# Load {} on link {}.\n", one_line(&payload.load), one_line(&payload.link));
     text += &format!("mass_kg: {}  # ± {}\n", float(mass.value), float(mass.std));
     let Some(center) = &payload.center_of_mass_m else {
         return text + "# its centre of mass is not determined, and left out\n";

@@ -72,7 +72,7 @@ impl Visitor<'_> for MassVisitor {
     fn visit_str<E: Error>(self, text: &str) -> Result<WrittenMass, E> {
         match text {
             "unknown" => Ok(WrittenMass(f64::NAN)),
-            other => Err(E::invalid_value(Unexpected::Str(other), &self)),
+            other => Err(E::invalid_type(Unexpected::Str(other), &self)),
         }
     }
 }
