@@ -136,10 +136,10 @@ impl WithSlopes {
         let scale = |column: usize| solved.spectrum.column_scale(column);
         let along = |null: &Vec<f64>| {
             let terms = self.function.iter().zip(null);
-            let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), ((column, slope), step)| {
+            let (sum, size) = terms.fold((0.0_f64, 0.0_f64), |(sum, size), ((column, slope), step)| {
                 (sum + slope * step, size + slope.abs() * step.abs().max(1.0 / scale(*column)))
             });
-            (sum as f64).abs() > OPEN * size
+            sum.abs() > OPEN * size
         };
         if solved.spectrum.null_space_within(&columns).iter().any(along) {
             return None;

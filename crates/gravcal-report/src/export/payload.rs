@@ -45,14 +45,15 @@ fn of_load(payload: &EarlierPayload) -> String {
     };
     let place = center.map(|number| number.value);
     text += &format!("center_of_mass_m: {}  # ± {}\n", list(&place), list(&center.map(|number| number.std)));
-    let body = payload.tensor_kg_m2.map(|tensor| {
-        let about = tensor.map(|number| number.value);
-        text += &format!("tensor_xx_xy_yy_xz_yz_zz_kg_m2: {}  # ± {}\n", list(&about), list(&tensor.map(|n| n.std)));
-        BodyInertia::about_center(mass.value, place, about)
-    });
+    let stated = payload.tensor_kg_m2.map(|tensor| tensor.map(|number| number.value));
+    if let Some((about, tensor)) = stated.zip(payload.tensor_kg_m2) {
+        let std = tensor.map(|number| number.std);
+        text += &format!("tensor_xx_xy_yy_xz_yz_zz_kg_m2: {}  # ± {}\n", list(&about), list(&std));
+    }
     // A driver refuses what no body is, and so errors may have made it.
-    let tensor = body.filter(|body| body.least_spread() > 0.0).map(|body| body.tensor_about_center());
-    let left_out = match (payload.tensor_kg_m2.is_some(), tensor.is_some()) {
+    let is_body = |about: &[f64; 6]| BodyInertia::about_center(mass.value, place, *about).least_spread() > 0.0;
+    let tensor = stated.filter(is_body);
+    let left_out = match (stated.is_some(), tensor.is_some()) {
         (false, _) => "# Its tensor is not determined: that of a point stands for it.\n",
         (true, false) => "# Its tensor is that of no body, within its errors: that of a point stands for it.\n",
         (true, true) => "",

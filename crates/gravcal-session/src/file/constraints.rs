@@ -1,5 +1,6 @@
 //! `[constraints]`: what the joint estimate must obey.
 
+use gravcal_dynamics::BodyInertia;
 use gravcal_robot_model::session::Constraints;
 use serde::Deserialize;
 
@@ -70,6 +71,9 @@ pub(super) fn resolve(context: &Context<'_>, table: &ConstraintsTable) -> Result
     })
 }
 
+/// Tensor over mass, m², up to which a body is a point but for rounding.
+const POINT: f64 = 1e-12;
+
 /// Of all bodies that explain the readings alike, the one nearest to the robot's file is taken: that must state one of every link.
 fn check_assumed(context: &Context<'_>, field: &Field) -> Result<(), FileError> {
     let chain = &context.robot.chain;
@@ -82,7 +86,13 @@ fn check_assumed(context: &Context<'_>, field: &Field) -> Result<(), FileError> 
         missing.map(|(link, _)| link.name.as_str()).collect()
     };
     let massless = without(&|[mass, ..]| *mass <= 0.0);
-    let pointlike = without(&|[mass, _, _, _, tensor @ ..]| *mass > 0.0 && tensor.iter().all(|entry| *entry == 0.0));
+    // About the centre of mass: about the link's origin a point mass has one, too.
+    let is_point = |body: &[f64; 10]| {
+        let [mass, ..] = *body;
+        let tensor = BodyInertia::from_parameters(*body).tensor_about_center();
+        mass > 0.0 && tensor.iter().all(|entry| entry.abs() <= POINT * mass)
+    };
+    let pointlike = without(&is_point);
     let missing: Vec<String> = [("a mass", massless), ("an inertia tensor", pointlike)]
         .into_iter()
         .filter(|(_, links)| !links.is_empty())
