@@ -13,7 +13,7 @@ use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{ConsistentModel, EstimatorResult};
-use crate::workbench::Workbench;
+use gravcal_identification::Workbench;
 
 const JOINT: &str = r#"<joint name="NAME" type="revolute"><parent link="PARENT"/><child link="CHILD"/>
     <origin xyz="0.1 0.05 0.3" rpy="1.2 0.3 0"/><axis xyz="0 0 1"/><limit lower="-1.5" upper="1.5" effort="1" velocity="1"/></joint>"#;

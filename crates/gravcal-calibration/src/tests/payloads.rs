@@ -10,7 +10,7 @@ use gravcal_solvers::LevenbergMarquardt;
 use crate::check::check;
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, PayloadNumber};
-use crate::workbench::Workbench;
+use gravcal_identification::Workbench;
 
 const LINK: &str = r#"<link name="NAME"><inertial><origin xyz="0.1 0.05 0.12"/><mass value="2"/>
     <inertia ixx="0.03" iyy="0.025" izz="0.02" ixy="0.002" ixz="-0.001" iyz="0.003"/></inertial></link>"#;
