@@ -79,6 +79,15 @@ fn by_hand(name: &str) -> Option<(&'static str, Value)> {
             let words = json!({ "enum": ["estimated", "none"] });
             ("number or text", json!({ "anyOf": [{ "type": "number", "minimum": 0 }, words] }))
         }
+        "RotorInertia" => {
+            let number = || json!({ "type": "number" });
+            let properties = json!({ "nominal": number(), "std": number(), "fixed": number(), "unit": text() });
+            let table = json!({
+                "type": "object", "properties": properties, "required": ["unit"], "additionalProperties": false
+            });
+            let words = json!({ "enum": ["unknown"] });
+            ("`\"unknown\"`, or a table of `nominal`, `std`, `fixed` and `unit`", json!({ "anyOf": [words, table] }))
+        }
         "ModelTable" => ("table: see [Sensor models](sensor-models.md)", named("kind")),
         "Value" => ("any value", json!({})),
         "Table" => ("table", json!({ "type": "object" })),

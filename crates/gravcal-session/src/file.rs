@@ -68,6 +68,7 @@
 //!     { kind = "torque-bias-in-time", parameters = { torque_bias_drift = { nominal = 0, std = 1, unit = "count/s" } } },
 //!     { kind = "torque-bias-with-temperature", reference_degC = 25 },
 //! ]
+//! rotor_inertia = "unknown"                  # of an arm in motion whose torques are its motors'; or what is known of it, in kg·m²
 //!
 //! [joints]                                   # optional: the same of all joints, where their own tables do not say it, key by key
 //! sensor_models = [{ kind = "coulomb-friction" }]
@@ -186,6 +187,7 @@ mod reading_columns;
 mod readings;
 mod recordings;
 mod residuals;
+mod rotors;
 mod select;
 mod single_poses;
 mod solver;
@@ -490,6 +492,7 @@ struct Declared {
     terms: SensorTerms,
     residuals: Vec<ResidualInUse>,
     further: Vec<Parameter>,
+    rotors: Vec<Option<usize>>,
     mapping: PoseMapping,
     motion: InMotion,
     unexplained: Vec<Option<unexplained::Said>>,
@@ -525,6 +528,7 @@ impl Declared {
         Ok(Declared {
             load_distances: loads::resolve_distances(document, &loads, &written.load_distance)?,
             deflection: deflection::resolve(context, &written.deflection, &written.readings, &mut further)?,
+            rotors: rotors::resolve(context, &said, (&joints, motion.windows.is_some()), &mut further)?,
             loss: loss::resolve(context, written.loss.as_ref())?,
             constraints: constraints::resolve(context, &written.constraints)?,
             ask: ask::resolve(context, &joints, &further, &written.ask)?,
@@ -579,6 +583,7 @@ impl Declared {
             terms: self.terms,
             residuals: self.residuals,
             further: self.further,
+            rotors: self.rotors,
             readings: self.mapping,
             deflection: self.deflection,
             loss: self.loss,

@@ -38,9 +38,9 @@ impl DeclaredModels {
         DeclaredModels { by_joint }
     }
 
-    /// Joints that have any, with them.
-    pub(crate) fn joints(&self) -> impl Iterator<Item = (usize, &Vec<ModelTable<()>>)> {
-        self.by_joint.iter().enumerate().filter(|(_, models)| !models.is_empty())
+    /// Those of a joint.
+    pub(crate) fn of(&self, joint: usize) -> &[ModelTable<()>] {
+        self.by_joint.get(joint).map_or(&[], Vec::as_slice)
     }
 }
 

@@ -43,7 +43,11 @@ pub(super) fn add_blocks(
     let gravity = builder.add_block(gravity_block(session), &start.gravity);
     let unread = if with_knowledge { readings.unread_and_unknown(session) } else { readings.unread(session) };
     let mut add = |id| {
-        let block = parameter_block(&session.parameter(id));
+        let parameter = session.parameter(id);
+        // A rotor is a part of the torque, as links are.
+        let of_torque = matches!(id, ParameterId::Further(index) if session.rotor_of(index).is_some());
+        let linear = parameter.linear && (straight || !of_torque);
+        let block = parameter_block(&Parameter { linear, ..parameter });
         let block = if unread.contains(&id) { block.held(UNREAD) } else { block };
         builder.add_block(block, &[start.value(id)])
     };
@@ -77,6 +81,7 @@ pub(super) fn add_blocks(
     let known = |(load, carried): (&Load, bool)| carried && !load.is_unknown();
     let carried: Vec<bool> = session.loads.iter().zip(readings.carried(session)).map(known).collect();
     let loads = add_placements(session, &carried, start, with_knowledge, builder);
+    let rotors = session.rotors.iter().flatten().map(|place| further[*place]).collect();
     Layout {
         gravity,
         sensors,
@@ -84,6 +89,7 @@ pub(super) fn add_blocks(
         inertia,
         tensors,
         with_payloads,
+        rotors,
         sweep_moments,
         loads,
         position_unknowns: Vec::new(),

@@ -109,6 +109,9 @@ impl Readings {
         let of_torque = match id {
             // What gives way under the torque of one joint turns all beyond it, and with them what others carry.
             ParameterId::Sensor(joint, _) if session.compliances().is_empty() => self.any_torque_met(session, joint),
+            ParameterId::Further(index) if session.rotor_of(index).is_some() => {
+                session.rotor_of(index).is_some_and(|joint| self.reads_in_motion(session, joint))
+            }
             ParameterId::Further(index) if index >= session.terms.len() => false,
             _ => self.any_torque(session),
         };
@@ -117,6 +120,12 @@ impl Readings {
                 .used_axes(session)
                 .iter()
                 .any(|(number, axis, table)| reads(&session.instruments[*number], session, (*axis, *table), id))
+    }
+
+    /// Whether any sensor reads the torque of a joint in a window of an arm in motion: its own, or one that reads other joints' torques, too.
+    fn reads_in_motion(&self, session: &Session, joint: usize) -> bool {
+        let windows = || session.poses.iter().zip(&self.used).filter(|(pose, _)| pose.course.is_some());
+        windows().any(|(_, used)| used.contains(&joint))
     }
 
     /// Instrument, axis and table (one of those that share its biases) of the readings of instruments that enter, each once.

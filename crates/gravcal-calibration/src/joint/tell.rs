@@ -18,7 +18,7 @@ use super::uncertainty::LEAST_FREEDOM;
 use super::{constraints, modelled, sweep_moments};
 use crate::judgement::{
     Asked, DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss,
-    outlier_note, outliers, position_errors, tool_notes, weak_combinations, weak_note,
+    negative_rotor_notes, outlier_note, outliers, position_errors, tool_notes, weak_combinations, weak_note,
 };
 use crate::result::{
     CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, Undetermined, Verdict,
@@ -116,6 +116,7 @@ fn tell_session(session: &Session, solved: &Solved, parameters: &[ParameterResul
     notes.extend(session.earlier.iter().flat_map(EarlierCalibration::notes));
     notes.extend(sweep_moments::left_out_note(session));
     notes.extend(driving_friction_notes(session, parameters));
+    notes.extend(negative_rotor_notes(session, parameters));
     notes.extend(tool_notes(session, solved, parameters));
     notes.extend((!solved.estimate.active.is_empty()).then(|| ALONG_CONSTRAINTS.to_owned()));
     notes

@@ -85,7 +85,9 @@ impl<'a> Torques<'a> {
             let moving = || {
                 let links = with_payload(links, with, |with| with.tensor);
                 let load = load.filter(|_| with.is_none()).map(|load| loads[load]);
-                let model = MotionTorqueModel::new(Arc::clone(own), &links, load);
+                let rotors: Vec<Option<BlockId>> =
+                    session.rotors.iter().map(|place| place.map(|place| layout.further[place])).collect();
+                let model = MotionTorqueModel::new(Arc::clone(own), &links, load, &rotors);
                 Arc::new(model.at_positions(held.clone()))
             };
             let moving = self.in_motion[load.map_or(0, |load| load + 1)].get_or_insert_with(moving);

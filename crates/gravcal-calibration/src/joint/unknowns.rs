@@ -21,6 +21,8 @@ pub struct Layout {
     pub tensors: Vec<BlockId>,
     /// By load: the link with it, where it is unknown and read. Mass and first moment, then the tensor where the arm moves.
     pub with_payloads: Vec<Option<WithPayload>>,
+    /// The rotor inertias that there are; they are further parameters, too.
+    pub rotors: Vec<BlockId>,
     /// The moments of the sweep description; empty without it.
     pub sweep_moments: Vec<BlockId>,
     /// For each load the blocks whose sum is its position; `None` where no pose that is used carries it.

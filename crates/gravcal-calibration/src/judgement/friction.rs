@@ -10,7 +10,7 @@ use gravcal_robot_model::session::Session;
 use crate::result::ParameterResult;
 
 /// So many standard deviations beyond zero are told.
-const SIGNIFICANT: f64 = 2.0;
+pub(super) const SIGNIFICANT: f64 = 2.0;
 
 const CHECK: &str = "no friction does. See whether torques, positions and velocities (or directions) have one clock and the signs \
                      that the session says, whether the torque sensor has the friction in it at all (one behind the gear has \

@@ -11,6 +11,7 @@ mod outliers;
 mod positions;
 mod remarks;
 mod residual_tests;
+mod rotors;
 mod tools;
 
 pub(crate) use cure::Situation;
@@ -25,4 +26,5 @@ pub(crate) use outliers::{outlier_note, outliers};
 pub(crate) use positions::{deflections, position_errors};
 pub(crate) use remarks::{held, loss, weak_combinations, weak_note};
 pub(crate) use residual_tests::{in_words, residual_tests};
+pub(crate) use rotors::negative_rotor_notes;
 pub(crate) use tools::tool_notes;

@@ -1,6 +1,8 @@
 //! Masses, moments and placements in the combinations that the data determine (base parameters).
 //!
-//! Any masses and moments that reproduce these combinations predict the same gravity torques.
+//! Any masses and moments that reproduce these combinations predict the same gravity torques; of an arm in motion inertia tensors and rotor
+//! inertias take part in them, and the same holds of all torques. (Khalil and Dombre, chapter 9: minimal inertial parameters; found
+//! numerically, as by Gautier, Numerical calculation of the base inertial parameters of robots, 1991.)
 //!
 //! What moves with a parameter that is not determined is no number either: of combinations only those are told that stay where they are
 //! when such a parameter takes another value, and everything else follows (to first order `cov(·, p) / var(p)`). And where the scale of torque
@@ -16,6 +18,8 @@ use crate::result::MomentResult;
 
 /// Part in directions without information, in scaled coordinates, from which on one counts; all but as much is a direction of its own.
 const SHARED: f64 = 1e-5;
+/// Weight of what an arm feels that stands, beside what it feels in motion only, where both are combined.
+const OF_STANDING: f64 = 1e-3;
 
 /// A combination, and how it depends on the problem's columns.
 pub(crate) struct DeterminedMoment {
@@ -40,8 +44,13 @@ pub(crate) fn determined_moments(
     placements.dedup();
     let (on_sphere, euclidean): (Vec<BlockId>, Vec<BlockId>) =
         placements.into_iter().partition(|id| problem.block(*id).manifold != Manifold::Euclidean);
-    let blocks: Vec<BlockId> = layout.inertia.iter().chain(&layout.sweep_moments).copied().chain(euclidean).collect();
-    let mut results = combinations(problem, values, &blocks, spectrum, covariance, open);
+    // A rotor inertia that is determined is told by itself.
+    let rotors = layout.rotors.iter().filter(|id| problem.columns_of(**id).any(|column| open.contains(&column)));
+    let of_motion: Vec<BlockId> = layout.tensors.iter().chain(rotors).copied().collect();
+    let first = of_motion.iter().map(|id| problem.columns_of(*id).len()).sum();
+    let standing = layout.inertia.iter().chain(&layout.sweep_moments).copied().chain(euclidean);
+    let blocks: Vec<BlockId> = of_motion.into_iter().chain(standing).collect();
+    let mut results = combinations(problem, values, (&blocks, first), spectrum, covariance, open);
     for id in on_sphere {
         results.extend(determined_vector(problem, values, id, spectrum, covariance));
     }
@@ -54,11 +63,12 @@ fn scale_is_open(problem: &Problem, layout: &Layout, spectrum: &Spectrum) -> boo
     gains.map(|column| spectrum.null_share(column)).any(|share| (SHARED..1.0 - SHARED).contains(&share))
 }
 
-/// Combinations of blocks whose columns are their stored coordinates.
+/// Combinations of blocks whose columns are their stored coordinates; the `first` columns are felt in motion only, and whoever knows the others
+/// from an arm that stands finds combinations of these alone.
 fn combinations(
     problem: &Problem,
     values: &Values,
-    blocks: &[BlockId],
+    (blocks, first): (&[BlockId], usize),
     spectrum: &Spectrum,
     covariance: &Covariance,
     open: &[usize],
@@ -75,10 +85,24 @@ fn combinations(
             .then(|| columns.iter().map(|column| covariance.at(*column, *open) / variance).collect())
     };
     let moved: Vec<Vec<f64>> = open.iter().filter_map(moves_with).collect();
-    sparse_basis(&spectrum.determined_within(&columns, &moved), 1e-7)
-        .iter()
+    // What stands in few combinations comes first in a sparse basis: the rest is left with none of it.
+    let weigh = |mut vector: Vec<f64>, weight: f64| {
+        vector.iter_mut().skip(first).for_each(|entry| *entry *= weight);
+        vector
+    };
+    let weight = if first > 0 { OF_STANDING } else { 1.0 };
+    let determined = spectrum.determined_within(&columns, &moved).into_iter();
+    let determined: Vec<Vec<f64>> = determined.map(|vector| weigh(vector, weight)).collect();
+    let plain = |vector: Vec<f64>| match vector[..first].iter().any(|entry| *entry != 0.0) {
+        true => weigh(vector, 1.0 / weight),
+        // All of it is weighed alike.
+        false => vector,
+    };
+    sparse_basis(&determined, 1e-7)
+        .into_iter()
+        .map(plain)
         .map(|coefficients| {
-            let used = || coordinates.iter().zip(coefficients).filter(|(_, c)| **c != 0.0);
+            let used = || coordinates.iter().zip(&coefficients).filter(|(_, c)| **c != 0.0);
             let by_column: Vec<(usize, f64)> = used().map(|((column, _, _), c)| (*column, *c)).collect();
             let told = MomentResult {
                 terms: used().map(|((_, id, i), c)| (problem.block(*id).component_name(*i), *c)).collect(),

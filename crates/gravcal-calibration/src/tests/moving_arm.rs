@@ -16,7 +16,7 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly};
-use crate::result::{EstimatorResult, ParameterResult, ResidualTestKind};
+use crate::result::{EstimatorResult, ParameterResult, ResidualTest, ResidualTestKind};
 
 const GRAVITY: [f64; 3] = [0.6, -1.1, -9.73];
 const RATE: f64 = 200.0;
@@ -91,6 +91,9 @@ load = "plate"
 const TRUTH: [[f64; 6]; 3] =
     [[0.97, 0.4, 1.004, 0.0, 0.6, 0.3], [1.05, -0.7, 0.995, 0.03, 0.5, 0.4], [1.02, 0.2, 1.006, -0.02, 0.25, 0.1]];
 
+/// Rotor inertia of each joint where motors are felt, kg·m².
+const ROTORS: [f64; 3] = [0.5, 0.4, 0.15];
+
 /// Ten numbers of each link, the load's added.
 fn bodies(chain: &Chain, loaded: bool) -> Vec<f64> {
     let tensors = [
@@ -134,6 +137,8 @@ struct Recording {
     stops: bool,
     /// By how much torques are recorded late, s.
     lag: f64,
+    /// Rotor inertia of each joint, kg·m².
+    rotors: [f64; 3],
 }
 
 /// How far along its way an arm is that stops, the speed along it and the acceleration, s, 1, 1/s.
@@ -155,7 +160,7 @@ impl Recording {
 }
 
 fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
-    let Recording { seed, stops, lag } = recording;
+    let Recording { seed, stops, lag, rotors } = recording;
     let mut random = Pcg64::seed_from_u64(1000 * seed + u64::from(loaded));
     let mut text = "time_s,q1,q2,q3,tau1,tau2,tau3\n".to_owned();
     let (parameters, mut dynamics) = (bodies(chain, loaded), InverseDynamics::new(chain));
@@ -168,7 +173,7 @@ fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
         let part = |part: usize| states.map(|state| state[part]);
         let [coordinates, velocities, accelerations] = [part(0), part(1), part(2)];
         let arm = JointMotion { coordinates: &coordinates, velocities: &velocities, accelerations: &accelerations };
-        let inertia = DynamicParameters { links: &parameters, rotor_inertia: &[0.0; 3] };
+        let inertia = DynamicParameters { links: &parameters, rotor_inertia: &rotors };
         chain.inverse_dynamics(Single, arm, GRAVITY, inertia, &mut dynamics);
         let mut noise = |std: f64| -> f64 { std * random.sample::<f64, _>(StandardNormal) };
         let positions = [0, 1, 2].map(|j| (read[j] - TRUTH[j][3]) / TRUTH[j][2] + noise(POSITION_NOISE));
@@ -207,6 +212,9 @@ fn truth(name: &str) -> f64 {
     let joint = ["turn", "shoulder", "elbow"].iter().position(|own| *own == joint).unwrap();
     let quantities =
         ["torque_gain", "torque_bias", "position_gain", "position_offset", "coulomb_friction", "viscous_friction"];
+    if quantity == "rotor_inertia" {
+        return ROTORS[joint];
+    }
     TRUTH[joint][quantities.iter().position(|own| *own == quantity).unwrap()]
 }
 
@@ -215,6 +223,7 @@ fn truth(name: &str) -> f64 {
 fn errors(result: &EstimatorResult) -> Vec<f64> {
     let of_parameter = |parameter: &ParameterResult| match (parameter.name.as_str(), parameter.value, parameter.std) {
         ("turn.position_offset" | "elbow.position_offset", ..) => None,
+        _ if parameter.held.is_some() => None,
         (name, Some(value), Some(std)) => Some((value - truth(name)) / std),
         _ => panic!("{parameter:?}"),
     };
@@ -243,7 +252,7 @@ fn standstills_and_windows_of_one_recording_go_together() {
     let mut all = Vec::new();
     for seed in 1..=2 {
         let folder = tempfile::tempdir().unwrap();
-        let recording = Recording { seed, stops: true, lag: 0.0 };
+        let recording = Recording { seed, stops: true, ..Recording::default() };
         let session = recorded(folder.path(), recording, &SESSION.replace("motion = {}", "motion = {}\nstill = {}"));
         for searched in &session.searched {
             let (stood, windows) = (searched.standstills.as_ref().unwrap(), searched.windows.as_ref().unwrap());
@@ -289,7 +298,7 @@ fn slow_sweeps_beside_windows_are_refused_as_they_would_count_twice() {
 #[test]
 fn torques_that_come_late_are_told_and_allowed_for_where_that_is_said() {
     let folder = tempfile::tempdir().unwrap();
-    let late = Recording { seed: 1, stops: false, lag: 0.05 };
+    let late = Recording { seed: 1, lag: 0.05, ..Recording::default() };
     let result = estimated(&recorded(folder.path(), late, SESSION));
     let lags = result.residual_tests.iter().filter(|test| test.named && test.kind == ResidualTestKind::TorqueLag);
     let lags: Vec<f64> = lags.map(|test| test.size).collect();
@@ -304,6 +313,90 @@ fn torques_that_come_late_are_told_and_allowed_for_where_that_is_said() {
     assert!(result.residual_tests.iter().all(|test| !test.named || test.kind != ResidualTestKind::TorqueLag));
     let all = errors(&result);
     assert!(rms(&all) < 1.8, "{} {all:?}", rms(&all));
+}
+
+/// Torques of motors feel the rotors before their gears: unknown, these are found with all else, but for those of the first joints, which are one
+/// with their links' inertia; left out, they are named as what the model lacks, with what to say.
+#[test]
+fn rotor_inertias_are_found_or_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = Recording { seed: 4, rotors: ROTORS, ..Recording::default() };
+    let text = SESSION.replace("torque_sign = \"normal\"", "torque_sign = \"normal\"\nrotor_inertia = \"unknown\"");
+    let mut result = estimated(&recorded(folder.path(), recording, &text));
+    let open: Vec<&str> = result.parameters.iter().filter(|p| p.value.is_none()).map(|p| p.name.as_str()).collect();
+    assert_eq!(open, ["turn.rotor_inertia", "shoulder.rotor_inertia", "elbow.position_offset"]);
+    let rotor = result.parameters.iter().find(|parameter| parameter.name == "elbow.rotor_inertia").unwrap();
+    assert!(rotor.unit == "kg·m²" && rotor.std.unwrap() < 0.05, "{rotor:?}");
+    let together =
+        result.moments.iter().find(|moment| moment.terms.iter().any(|(name, _)| name == "turn.rotor_inertia"));
+    assert!(together.unwrap().terms.iter().any(|(name, _)| name.starts_with("trunk.inertia")), "{together:?}");
+    result.parameters.retain(|parameter| !parameter.name.ends_with("rotor_inertia") || parameter.value.is_some());
+    let all = errors(&result);
+    assert!(all.len() == 19 && rms(&all) < 1.6, "{} {all:?}", rms(&all));
+    let result = estimated(&recorded(folder.path(), recording, SESSION));
+    let named = |test: &&ResidualTest| test.named && test.kind == ResidualTestKind::Acceleration;
+    assert!(result.residual_tests.iter().any(|test| named(&test) && test.size > 0.0), "{:?}", result.residual_tests);
+    let told =
+        result.notes.iter().any(|note| note.contains("say rotor_inertia = \"unknown\" in the joint's [[joint]]"));
+    assert!(told, "{:?}", result.notes);
+}
+
+/// What passes for a rotor of negative inertia is told not to be one.
+#[test]
+fn rotors_of_negative_inertia_are_doubted() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = Recording { seed: 4, rotors: [0.0, 0.0, -0.1], ..Recording::default() };
+    let text = SESSION.replace("torque_sign = \"normal\"", "torque_sign = \"normal\"\nrotor_inertia = \"unknown\"");
+    let result = estimated(&recorded(folder.path(), recording, &text));
+    let told: Vec<&String> = result.notes.iter().filter(|note| note.contains("inertia below zero")).collect();
+    assert!(told.len() == 1 && told[0].contains("elbow.rotor_inertia (-0.09"), "{told:?}");
+}
+
+/// Rotors of known inertia are known torques: without any load they tell the gains, with their scale.
+#[test]
+fn known_rotor_inertias_tell_torque_gains() {
+    let folder = tempfile::tempdir().unwrap();
+    let own = |(name, inertia): (&str, f64)| {
+        format!("[[joint]]\nname = \"{name}\"\nrotor_inertia = {{ fixed = {inertia}, unit = \"kg*m^2\" }}\n")
+    };
+    let joints: String = ["turn", "shoulder", "elbow"].into_iter().zip(ROTORS).map(own).collect();
+    let text = SESSION.replace(LOADED, "").replace("[[load]]", &(joints + "[[load]]"));
+    let mut all = Vec::new();
+    for seed in [5, 6] {
+        let result =
+            estimated(&recorded(folder.path(), Recording { seed, rotors: ROTORS, ..Recording::default() }, &text));
+        let open: Vec<&str> = result.parameters.iter().filter(|p| p.value.is_none()).map(|p| p.name.as_str()).collect();
+        assert_eq!(open, ["elbow.position_offset"]);
+        all.extend(errors(&result));
+    }
+    assert!((0.5..1.6).contains(&rms(&all)), "{} {all:?}", rms(&all));
+}
+
+#[test]
+fn rotor_inertias_that_mean_nothing_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    session(folder.path(), 1, SESSION);
+    let refused = |text: &str| {
+        fs::write(folder.path().join("session.toml"), text).unwrap();
+        read_session(&folder.path().join("session.toml")).unwrap_err().to_string()
+    };
+    let with = |said: &str| {
+        SESSION.replace("torque_sign = \"normal\"", &format!("torque_sign = \"normal\"\nrotor_inertia = {said}"))
+    };
+    let standing =
+        with("\"unknown\"").replace("motion = {}", "still = {}").replace(", { kind = \"viscous-friction\" }", "");
+    for (text, expected) in [
+        (standing, "joints.rotor_inertia: an arm that stands does not feel the rotor of `turn`: record it in motion"),
+        (with("\"unknwon\""), "expected \"unknown\", or a table such as"),
+        (with("{ nominal = 0.3, std = 0.1, unit = \"kg\" }"), "joints.rotor_inertia.unit: "),
+        (
+            with("{ fixed = -0.3, unit = \"kg·m²\" }"),
+            "joints.rotor_inertia.fixed: -0.3 kg·m² is no inertia of a rotor: expected zero or more",
+        ),
+    ] {
+        let error = refused(&text);
+        assert!(error.contains(expected), "{error}");
+    }
 }
 
 /// Names of what is not determined.

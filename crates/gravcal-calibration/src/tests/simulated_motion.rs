@@ -78,6 +78,24 @@ fn a_simulated_arm_in_motion_is_identified() {
     is_identified(&simulation, &session);
 }
 
+/// Motors before gears: their inertia is in the torques, and the session asks for it.
+#[test]
+fn simulated_rotors_are_identified() {
+    let folder = tempfile::tempdir().unwrap();
+    let with_rotors = SIMULATION.replace(
+        "sensor_models = [{ kind",
+        "rotor_inertia = { value = 0.3, unit = \"kg·m²\" }\nsensor_models = [{ kind",
+    );
+    let simulation = simulation(folder.path(), &with_rotors);
+    let files = write_session(&simulation, 0, folder.path(), false).unwrap();
+    assert!(fs::read_to_string(&files[0]).unwrap().contains("rotor_inertia = \"unknown\""));
+    assert!(fs::read_to_string(folder.path().join("truth.toml")).unwrap().contains("j2.rotor_inertia"));
+    is_identified(&simulation, &read_session(&files[0]).unwrap());
+    fs::write(folder.path().join("simulation.toml"), with_rotors.replace("motion = {", "# motion = {")).unwrap();
+    let error = Simulation::read(&folder.path().join("simulation.toml")).unwrap_err().to_string();
+    assert!(error.contains("rotor_inertia: an arm that stands does not feel it"), "{error}");
+}
+
 /// Moves from pose to pose take the torques of inertia as well: read as motion they tell the same.
 #[test]
 fn moves_between_simulated_poses_are_motion() {

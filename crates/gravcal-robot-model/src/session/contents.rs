@@ -40,6 +40,9 @@ pub struct Session {
     pub residuals: Vec<ResidualInUse>,
     /// Parameters beyond the four of each joint, those of `terms` first.
     pub further: Vec<Parameter>,
+    /// By joint, the place of its rotor inertia in `further`, where it has one; empty where none has. See
+    /// [`Session::set_rotor_inertia`].
+    pub rotors: Vec<Option<usize>>,
     /// Which columns of tables and recordings are which readings.
     pub readings: PoseMapping,
     /// One for each `[[poses]]`, then one for each `[[validation]]`.
@@ -102,6 +105,7 @@ impl Session {
             terms: SensorTerms::default(),
             residuals: Vec::new(),
             further: Vec::new(),
+            rotors: Vec::new(),
             readings: PoseMapping::default(),
             tables: Vec::new(),
             poses: Vec::new(),

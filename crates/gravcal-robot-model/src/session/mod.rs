@@ -13,6 +13,7 @@ mod known;
 pub mod parameters;
 mod pose;
 mod repeated;
+pub mod rotors;
 mod searched;
 mod solver;
 mod stuck;

@@ -128,6 +128,9 @@ impl Session {
         match id {
             ParameterId::Sensor(..) => 1.0,
             ParameterId::Further(index) => {
+                if let Some(joint) = self.rotor_of(index) {
+                    return self.lever_of_rotor(joint);
+                }
                 match self.instruments.iter().find_map(|instrument| instrument.drift_of(index)) {
                     None => self.lever_of_term(index),
                     Some(drift) => {
@@ -186,8 +189,9 @@ impl Session {
     pub fn asks(&self, name: &str) -> bool {
         let listed = |list: &[String]| list.iter().any(|n| n == name);
         let unread = self.further.iter().any(|further| further.held == Some(UNREAD) && further.name() == name);
-        // How far joints give way is in the way of what is wanted, like the links' moments.
-        let nuisance = self.compliances().any(|index| self.further[index].name() == name);
+        // How far joints give way is in the way of what is wanted, like the links' moments; so are rotors.
+        let mut in_the_way = self.compliances().chain(self.rotors.iter().flatten().copied());
+        let nuisance = in_the_way.any(|index| self.further[index].name() == name);
         let by_default = !unread
             && !nuisance
             && !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {

@@ -21,6 +21,7 @@ use serde::Deserialize;
 
 use super::context::Context;
 use super::knowledge::{KnowledgeTable, scaled, start};
+use super::rotors::RotorInertia;
 use crate::document::{Field, FileError};
 use crate::sensor_models::ModelTable;
 
@@ -67,6 +68,13 @@ pub(super) struct JointTable {
     /// Default: nothing.
     /// Example: `sensor_models = [{ kind = "coulomb-friction" }]`
     sensor_models: Option<Vec<ModelTable<KnowledgeTable>>>,
+    /// In motion, what the joint's motor turns before its gear, felt at the joint: `reading = torque_gain * (torque + rotor_inertia *
+    /// acceleration) + ...`. For torques that a motor's current tells; a sensor behind the gear does not feel it. `"unknown"`, or a table
+    /// with what is known of it, in `kg·m²` (`kg` where the joint slides).
+    ///
+    /// Default: none.
+    /// Example: `rotor_inertia = "unknown"`
+    rotor_inertia: Option<RotorInertia>,
 }
 
 /// All that is said of one joint.
@@ -112,6 +120,11 @@ impl<'a> Said<'a> {
             Quantity::PositionGain => table.position_gain.as_ref(),
             Quantity::PositionOffset => table.position_offset.as_ref(),
         })
+    }
+
+    /// What is said of the rotor inertia.
+    pub fn rotor_inertia(&self) -> Option<Entry<'a, RotorInertia>> {
+        self.entry("rotor_inertia", |table| table.rotor_inertia.as_ref())
     }
 
     fn entry<T>(&self, key: &'static str, value: impl Fn(&'a JointTable) -> Option<&'a T>) -> Option<Entry<'a, T>> {

@@ -44,6 +44,11 @@ impl KnowledgeTable {
         self.nominal.or(self.fixed)
     }
 
+    /// Whether it is said to be exact.
+    pub fn is_fixed(&self) -> bool {
+        self.fixed.is_some()
+    }
+
     /// A bias or offset, in the written unit.
     pub fn knowledge(&self, document: &Document, field: &Field) -> Result<Knowledge, FileError> {
         match (self.nominal, self.std, self.fixed) {
@@ -68,7 +73,7 @@ impl KnowledgeTable {
         if written.nominal > 0.0 {
             return Ok(Knowledge { nominal: sign * written.nominal, ..written });
         }
-        let key = if self.fixed.is_some() { "fixed" } else { "nominal" };
+        let key = if self.is_fixed() { "fixed" } else { "nominal" };
         let message = format!(
             "{} is not a gain: expected a positive number; a sensor that is mounted the other way round is declared by \
              torque_sign, position_sign or (of an instrument) sign = \"reversed\"",

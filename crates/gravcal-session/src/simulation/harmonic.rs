@@ -67,6 +67,13 @@ pub(super) struct Dynamics<'s> {
     dynamics: InverseDynamics,
 }
 
+/// The true rotor inertia of each joint; zero where it has none.
+fn rotors(simulation: &Simulation) -> Vec<f64> {
+    let template = &simulation.template;
+    let of = |joint: usize| template.rotors.get(joint).copied().flatten();
+    (0..template.joints.len()).map(|joint| of(joint).map_or(0.0, |place| simulation.truth.further[place])).collect()
+}
+
 impl<'s> Dynamics<'s> {
     pub fn new(simulation: &'s Simulation, load: Option<usize>) -> Dynamics<'s> {
         let (chain, truth) = (&simulation.template.robot.chain, &simulation.truth);
@@ -83,7 +90,7 @@ impl<'s> Dynamics<'s> {
         Dynamics {
             simulation,
             parameters: bodies.iter().flat_map(BodyInertia::parameters).collect(),
-            rotors: vec![0.0; chain.joint_count()],
+            rotors: rotors(simulation),
             dynamics: InverseDynamics::new(chain),
         }
     }

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use gravcal_dynamics::Joint;
 use gravcal_recording::{Cell, NewFiles, TorqueUnit, WriteError, clear_abandoned, holds, is_saturated, table_contents};
 use gravcal_robot_model::session::Session;
 use gravcal_robot_model::session::compliance::compliance_parameters;
@@ -159,7 +160,10 @@ struct EmptyTable {}
 #[derive(Serialize)]
 struct JointTable {
     name: String,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
     sensor_models: Vec<ModelTable<()>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    rotor_inertia: Option<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -245,14 +249,7 @@ fn session_toml(simulation: &Simulation, session: &Session, folder: &Path) -> Re
             still,
             motion,
         },
-        joint: simulation
-            .models
-            .joints()
-            .map(|(joint, models)| JointTable {
-                name: session.robot.chain.joints()[joint].name.clone(),
-                sensor_models: models.clone(),
-            })
-            .collect(),
+        joint: joint_tables(simulation, session),
         force_torque_sensor: simulation.instruments.force_torque_sensor.clone(),
         accelerometer: simulation.instruments.accelerometer.clone(),
         load: session
@@ -284,6 +281,17 @@ fn session_toml(simulation: &Simulation, session: &Session, folder: &Path) -> Re
         "# Simulated: made by `gravcal simulate`. truth.toml holds the true values.\n{}",
         toml::to_string(&table)?
     ))
+}
+
+/// What is said of joints of which anything is.
+fn joint_tables(simulation: &Simulation, session: &Session) -> Vec<JointTable> {
+    let table = |(joint, described): (usize, &Joint)| JointTable {
+        name: described.name.clone(),
+        sensor_models: simulation.models.of(joint).to_vec(),
+        rotor_inertia: session.rotors.get(joint).copied().flatten().map(|_| "unknown"),
+    };
+    let all = session.robot.chain.joints().iter().enumerate().map(table);
+    all.filter(|table| !table.sensor_models.is_empty() || table.rotor_inertia.is_some()).collect()
 }
 
 /// The robot by its path relative to the session's folder.

@@ -1,6 +1,7 @@
 //! What a test says, and what to do about it.
 
 use gravcal_robot_model::number::significant;
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::Session;
 
 use super::delayed::cut_off;
@@ -179,7 +180,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ),
         ResidualTestKind::Acceleration => (
             format!("The residual of {channel} goes with its acceleration: {size} {unit}. This is inertia."),
-            "Leave accelerated rows out ([readings.select]), let joints stand ([readings.still]), or drive steadily.".into(),
+            of_inertia(session, test),
         ),
         ResidualTestKind::Tables { file } => (
             format!("The residual of {channel} is another in each table: in {file} by {size} {unit}."),
@@ -195,6 +196,24 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         "{what} ({p}, {} times the noise of a reading, all tests counted.) {consequence} {cure}",
         significant(*in_noise, 2)
     )
+}
+
+/// What to do about inertia that the model lacks.
+fn of_inertia(session: &Session, test: &ResidualTest) -> String {
+    let joint = session.robot.chain.joints().iter().position(|joint| joint.name == test.channel);
+    let Some(joint) = joint.filter(|_| session.has_windows()) else {
+        return "Leave accelerated rows out ([readings.select]), let joints stand ([readings.still]), or drive steadily.".into();
+    };
+    let gain = session.nominal(ParameterId::Sensor(joint, Quantity::TorqueGain));
+    // A rotor takes torque to speed up; what gives it is none.
+    if test.size * gain > 0.0 && session.rotors.get(joint).copied().flatten().is_none() {
+        return "If the torque is the motor's own, as its current tells, it feels the rotor before the gear: say rotor_inertia = \"unknown\" in \
+                the joint's [[joint]]."
+            .into();
+    }
+    "No rotor does so: look at what the recorder did to torques (torque_lag_s and recorded_filter_hz in readings.motion), at the clock, and \
+     at friction that changes its sign late."
+        .into()
 }
 
 /// A p-value; digits far out in a tail mean nothing.

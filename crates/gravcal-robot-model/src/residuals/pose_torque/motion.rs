@@ -1,12 +1,14 @@
 //! All torque readings of a window of an arm in motion.
 //!
 //! ```text
-//!     y_i = Σ_t h(t) k_i τ_i(θ(t), θ̇(t), θ̈(t); g, links, load) + b_i,     θ = s q + o,  θ̇ = s q̇,  θ̈ = s q̈
+//!     y_i = Σ_t h(t) k_i [τ_i(θ(t), θ̇(t), θ̈(t); g, links, load) + Ia_i θ̈_i(t)] + b_i,     θ = s q + o,  θ̇ = s q̇,  θ̈ = s q̈
 //! ```
 //!
 //! `τ` is the chain's inverse dynamics (see `gravcal-dynamics`), `h` the weights of the window (see [`Course`]): the model goes through the
 //! same window as the readings. Ten parameters a link: mass and first moment are those of the pose torque, the inertia tensor about the
-//! link's origin is a block of its own. A load adds its mass, its moment, and a tensor of its own. An arm that stands reads its pose torque.
+//! link's origin is a block of its own. A load adds its mass, its moment, and a tensor of its own. A joint whose torque is its motor's may have
+//! a rotor inertia `Ia`, a part of its torque (Khalil and Dombre, Modeling, Identification and Control of Robots, section 9.6). An arm that
+//! stands reads its pose torque.
 //!
 //! Terms of torque sensors see the window's mean torque and coordinates, and conditions that are means over the window: exact for what is
 //! linear in them (friction, drift, crosstalk), and for what is bent as far as they change little within a window. Terms of position sensors
@@ -18,7 +20,7 @@ use std::sync::{Arc, OnceLock};
 
 use gravcal_dynamics::{Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
-use gravcal_recording::{Conditions, Course};
+use gravcal_recording::{Conditions, Course, MotionSample};
 
 use super::model::{GRAVITY, INERTIA, PoseTorqueModel, inertia_column, joined, sensor_column};
 use super::regressors::Regressors;
@@ -32,13 +34,15 @@ pub(super) const BODY: usize = INERTIA + TENSOR;
 
 /// What all windows with the same load share.
 ///
-/// Stored columns: those of the pose torque, then the tensor of each link, then that of the load.
+/// Stored columns: those of the pose torque, then the tensor of each link, then that of the load, then the rotor inertias that there are.
 #[derive(Debug)]
 pub struct MotionTorqueModel {
     pose: Arc<PoseTorqueModel>,
     blocks: Vec<BlockId>,
     /// First stored column of the tensors.
     tensors: usize,
+    /// Stored column of each joint's rotor inertia, where it has one.
+    rotors: Vec<Option<usize>>,
     /// Stored columns that each joint's torque can touch.
     patterns: Vec<Vec<Range<usize>>>,
     /// Gain and offset of each joint's position sensor, where all are held.
@@ -47,17 +51,31 @@ pub struct MotionTorqueModel {
 
 impl MotionTorqueModel {
     /// `pose`: the model of static poses with the same load. `tensors`: `[I_xx, I_xy, I_yy, I_xz, I_yz, I_zz]` of each link about its
-    /// origin, kg·m². `load`: that of the load, in the frame of the link that carries it.
-    pub fn new(pose: Arc<PoseTorqueModel>, tensors: &[BlockId], load: Option<BlockId>) -> Self {
-        let blocks: Vec<BlockId> = pose.blocks.iter().chain(tensors).copied().chain(load).collect();
+    /// origin, kg·m². `load`: that of the load, in the frame of the link that carries it. `rotors`: the rotor inertia of each joint that has
+    /// one, kg·m² (kg where it slides); empty where none has.
+    pub fn new(
+        pose: Arc<PoseTorqueModel>,
+        tensors: &[BlockId],
+        load: Option<BlockId>,
+        rotors: &[Option<BlockId>],
+    ) -> Self {
+        let bodies = pose.blocks.iter().chain(tensors).copied().chain(load);
+        let blocks: Vec<BlockId> = bodies.chain(rotors.iter().flatten().copied()).collect();
         let first: usize = (0..pose.blocks.len()).map(|block| pose.stored_length(block)).sum();
         let chain = &pose.chain;
         let carrying = load.and(pose.load.as_ref()).map(|load| load.link);
+        let before = first + TENSOR * (tensors.len() + usize::from(load.is_some()));
+        let column = |joint: usize| {
+            let there = rotors.get(joint).is_some_and(Option::is_some);
+            there.then(|| before + rotors[..joint].iter().flatten().count())
+        };
+        let rotors: Vec<Option<usize>> = (0..chain.joint_count()).map(column).collect();
         let pattern = |joint: usize| {
             let links = (0..chain.link_count()).filter(|link| chain.moves(joint, *link));
             let load = carrying.filter(|link| chain.moves(joint, *link)).map(|_| chain.link_count());
             let columns = links.chain(load).map(|place| first + TENSOR * place..first + TENSOR * (place + 1));
-            joined(pose.patterns[joint].iter().cloned().chain(columns))
+            let rotor = rotors[joint].map(|column| column..column + 1);
+            joined(pose.patterns[joint].iter().cloned().chain(columns).chain(rotor))
         };
         // A sensor that reads another joint's torque, too, feels what that joint moves.
         let felt = |joint: usize| match &pose.terms {
@@ -65,7 +83,7 @@ impl MotionTorqueModel {
             Some(terms) => union(std::iter::once(joint).chain(terms.torques(joint).iter().copied()).map(pattern)),
         };
         let patterns = (0..chain.joint_count()).map(felt).collect();
-        MotionTorqueModel { blocks, tensors: first, patterns, pose, positions: None }
+        MotionTorqueModel { blocks, tensors: first, rotors, patterns, pose, positions: None }
     }
 
     /// The same where gain and offset of each joint's position sensor are held: derivatives by them are not asked for.
@@ -95,8 +113,9 @@ pub struct MotionTorque {
     /// Joint and torque reading of each row.
     readings: Vec<(usize, f64)>,
     conditions: Conditions,
-    /// Mean position reading of each joint.
+    /// Mean position reading of each joint, and mean acceleration of it.
     position: Vec<f64>,
+    acceleration: Vec<f64>,
     /// Its regressors, where positions are known.
     regressors: OnceLock<Arc<Regressors>>,
 }
@@ -173,9 +192,13 @@ impl MotionTorque {
         readings: Vec<(usize, f64)>,
         conditions: Conditions,
     ) -> Self {
-        let mut position = vec![0.0; model.pose.chain.joint_count()];
-        course.samples.iter().for_each(|sample| add(&mut position, sample.weight, &sample.position));
-        MotionTorque { model, course, readings, conditions, position, regressors: OnceLock::new() }
+        let mean = |of: fn(&MotionSample) -> &[f64]| {
+            let mut mean = vec![0.0; model.pose.chain.joint_count()];
+            course.samples.iter().for_each(|sample| add(&mut mean, sample.weight, of(sample)));
+            mean
+        };
+        let (position, acceleration) = (mean(|sample| &sample.position), mean(|sample| &sample.acceleration));
+        MotionTorque { model, course, readings, conditions, position, acceleration, regressors: OnceLock::new() }
     }
 
     fn joints(&self) -> usize {
@@ -207,6 +230,16 @@ impl MotionTorque {
         add(&mut carried[INERTIA..], 1.0, &x[self.model.tensors + TENSOR * links..]);
     }
 
+    /// `Ia θ̈`, a part of the torque; linear in the acceleration, so that its mean is that of the mean acceleration.
+    fn add_rotors(&self, x: &[f64], mean: &mut Means) {
+        let (n, gains) = (self.joints(), self.sensors(x, Quantity::PositionGain));
+        for (joint, column) in self.model.rotors.iter().enumerate() {
+            let Some(column) = column else { continue };
+            mean.torque[joint] += x[*column] * gains[joint] * self.acceleration[joint];
+            mean.by_position_gains[n * joint + joint] += x[*column] * self.acceleration[joint];
+        }
+    }
+
     fn evaluate_in(&self, workspace: &mut Workspace, x: &[f64], residual: &mut [f64], jacobian: Option<RowsMut<'_>>) {
         let Workspace { coordinates, velocities, accelerations, parameters, rotors, dynamics, mean, sensed, slopes } =
             workspace;
@@ -222,6 +255,7 @@ impl MotionTorque {
         }
         if let Some(regressors) = self.regressors(gains, offsets) {
             regressors.evaluate(gravity, parameters, &self.model.pose.links, mean);
+            self.add_rotors(x, mean);
             return self.finish(x, (mean, sensed), slopes, residual, jacobian);
         }
         for sample in &self.course.samples {
@@ -249,6 +283,7 @@ impl MotionTorque {
                 *by_gain += sample.weight * by_gain_of_sample;
             }
         }
+        self.add_rotors(x, mean);
         self.finish(x, (mean, sensed), slopes, residual, jacobian);
     }
 
@@ -294,13 +329,13 @@ impl MotionTorque {
         let n = self.joints();
         row.fill(0.0);
         let gain = x[sensor_column(n, Quantity::TorqueGain, joint)];
-        self.add_torque(gain, joint, mean, row);
+        self.add_torque(gain, joint, x, mean, row);
         row[sensor_column(n, Quantity::TorqueGain, joint)] = mean.torque[joint];
         row[sensor_column(n, Quantity::TorqueBias, joint)] = 1.0;
         let Some(terms) = &self.model.pose.terms else { return };
         terms.reading(joint, at, x, Some(slopes));
         for source in terms.torques(joint) {
-            self.add_torque(slopes.by_torque[*source], *source, mean, row);
+            self.add_torque(slopes.by_torque[*source], *source, x, mean, row);
         }
         for source in terms.coordinates(joint) {
             row[sensor_column(n, Quantity::PositionGain, *source)] +=
@@ -313,7 +348,7 @@ impl MotionTorque {
     }
 
     /// Adds a joint's torque, so many times, to a row.
-    fn add_torque(&self, times: f64, joint: usize, mean: &Means, row: &mut [f64]) {
+    fn add_torque(&self, times: f64, joint: usize, x: &[f64], mean: &Means, row: &mut [f64]) {
         let (n, links) = (self.joints(), self.model.links());
         add(&mut row[..GRAVITY], times, &mean.by_gravity[GRAVITY * joint..GRAVITY * (joint + 1)]);
         if self.model.positions.is_none() {
@@ -328,6 +363,10 @@ impl MotionTorque {
             let (own, tensors) = (moments + INERTIA * link, self.model.tensors + TENSOR * link);
             add(&mut row[own..own + INERTIA], times, &by_bodies[link][..INERTIA]);
             add(&mut row[tensors..tensors + TENSOR], times, &by_bodies[link][INERTIA..]);
+        }
+        if let Some(column) = self.model.rotors[joint] {
+            let gain = self.sensors(x, Quantity::PositionGain)[joint];
+            row[column] += times * gain * self.acceleration[joint];
         }
         let Some(load) = &self.model.pose.load else { return };
         let by_carrying = &by_bodies[load.link];

@@ -397,6 +397,11 @@ pub struct JointTable {
     /// Example: `unmodelled = []`
     #[serde(default)]
     pub unmodelled: Vec<ModelTable<ValueTable>>,
+    /// In motion, what its motor turns before its gear, felt at the joint and read by its torque sensor; the session estimates it.
+    ///
+    /// Default: none.
+    /// Example: `rotor_inertia = { value = 0.4, unit = "kg·m²" }`
+    pub rotor_inertia: Option<ValueTable>,
 }
 
 #[derive(Debug, Deserialize)]

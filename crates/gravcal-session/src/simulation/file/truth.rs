@@ -4,7 +4,8 @@ use gravcal_recording::TorqueUnit;
 use gravcal_robot_model::Unknowns;
 use gravcal_robot_model::parameter::{Parameter, Quantity, same_in};
 use gravcal_robot_model::sensors::{Need, Site, Term};
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::rotors::rotor_inertia_unit;
+use gravcal_robot_model::session::{Knowledge, KnowledgeKind, Session, units};
 
 use super::reader::Reader;
 use super::tables::{ConditionsTable, JointTable};
@@ -68,12 +69,40 @@ impl Reader<'_> {
                 true_values[Quantity::PositionOffset as usize] = position.offset;
             }
         }
+        self.rotors(template, &mut truth)?;
         let root = self.robot.chain.root_joint();
         if root.is_some_and(|root| truth.sensors[root][Quantity::PositionOffset as usize] != 0.0) {
             let message = "the first joint's offset is zero by definition of the base frame: turn gravity instead";
             return Err(self.document.error(&Field::new("joint"), message));
         }
         Ok(truth)
+    }
+
+    /// What motors turn before their gears, behind the parameters of all sensors: the session declares it, and does not know how much.
+    fn rotors(&self, template: &mut Session, truth: &mut Unknowns) -> Result<(), FileError> {
+        let moves = self.table.recording.as_ref().is_some_and(|recording| recording.motion.is_some());
+        for (index, table) in self.table.joint.iter().enumerate() {
+            let field = Field::new("joint").at(index).key("rotor_inertia");
+            let refused = |key: &str, message: String| self.document.error(&field.key(key), message);
+            let (Some(said), Some(joint)) =
+                (&table.rotor_inertia, self.names().iter().position(|name| *name == table.name))
+            else {
+                continue;
+            };
+            if !moves {
+                let message = "an arm that stands does not feel it: add motion to [recording], or delete this";
+                return Err(self.document.error(&field, message));
+            }
+            let unit = rotor_inertia_unit(self.kind(joint));
+            units::same(said.unit(), unit).map_err(|error| refused("unit", error.to_string()))?;
+            if !(0.0..f64::INFINITY).contains(&said.value) {
+                let message = format!("{} {unit} is no inertia of a rotor: expected zero or more", said.value);
+                return Err(refused("value", message));
+            }
+            template.set_rotor_inertia(joint, Knowledge { nominal: 0.0, kind: KnowledgeKind::Start });
+            truth.further.push(said.value);
+        }
+        Ok(())
     }
 
     /// What a joint's sensors do beyond gain and bias: the session declares it, and does not know how much.

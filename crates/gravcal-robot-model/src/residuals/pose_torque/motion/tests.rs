@@ -25,15 +25,20 @@ fn course(moving: f64) -> Arc<Course> {
 
 /// A chain of three joints with a load on the second link; lengths of its blocks and their ids.
 fn model(terms: &SensorTerms) -> (Arc<PoseTorqueModel>, Vec<usize>, Vec<BlockId>) {
-    let lengths = [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3], vec![1; terms.len()], vec![6; 4]].concat();
+    let lengths = [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3], vec![1; terms.len()], vec![6; 4], vec![1; 2]].concat();
     let ids = ids(&lengths);
     let first = 18 + terms.len();
     (Arc::new(model_of(some_chain(), terms, &ids[..first])), lengths, ids[first..].to_vec())
 }
 
+/// The first joint and the last have a rotor.
+fn rotors(blocks: &[BlockId]) -> [Option<BlockId>; 3] {
+    [Some(blocks[4]), None, Some(blocks[5])]
+}
+
 fn window(terms: &SensorTerms, moving: f64) -> (MotionTorque, Arc<PoseTorqueModel>, Vec<usize>) {
     let (pose, lengths, tensors) = model(terms);
-    let model = MotionTorqueModel::new(Arc::clone(&pose), &tensors[..3], Some(tensors[3]));
+    let model = MotionTorqueModel::new(Arc::clone(&pose), &tensors[..3], Some(tensors[3]), &rotors(&tensors));
     let conditions = Conditions {
         time: Some(1.3),
         temperature: vec![24.0, 26.0, 29.0],
@@ -71,9 +76,33 @@ fn a_window_that_stands_reads_its_static_pose() {
         residual.evaluate(LocalValues::new(x, &[]), &mut read, None).unwrap();
         read
     };
-    let (moving, standing) = (read(&residual, &x), read(&still, &x[..width - 24]));
+    let (moving, standing) = (read(&residual, &x), read(&still, &x[..width - 26]));
     for (a, b) in moving.iter().zip(&standing) {
         assert!((a - b).abs() < 1e-12, "{moving:?} {standing:?}");
+    }
+}
+
+/// A rotor adds its inertia times the mean acceleration, before the sensor's gain.
+#[test]
+fn a_rotor_is_a_part_of_its_joints_torque() {
+    let (residual, _, lengths) = window(&SensorTerms::default(), 1.0);
+    let width: usize = lengths.iter().sum();
+    let x: Vec<f64> = (0..width).map(|k| 0.5 + (k as f64).sin()).collect();
+    let read = |x: &[f64]| {
+        let mut read = vec![0.0; 3];
+        residual.evaluate(LocalValues::new(x, &[]), &mut read, None).unwrap();
+        read
+    };
+    let mut without = x.clone();
+    without[width - 2..].fill(0.0);
+    let (with, without) = (read(&x), read(&without));
+    let of = |joint, quantity| x[sensor_column(3, quantity, joint)];
+    // The samples' accelerations are even about those of the middle one.
+    for (joint, (rotor, acceleration)) in
+        [(x[width - 2], -2.0), (0.0, 1.1), (x[width - 1], 0.6)].into_iter().enumerate()
+    {
+        let expected = of(joint, Quantity::TorqueGain) * rotor * of(joint, Quantity::PositionGain) * acceleration;
+        assert!((with[joint] - without[joint] - expected).abs() < 1e-12, "{joint}: {with:?} {without:?} {expected}");
     }
 }
 
@@ -88,8 +117,8 @@ fn held_positions_change_nothing() {
     let column = |quantity, joint| sensor_column(3, quantity, joint);
     let of = |joint| [Quantity::PositionGain, Quantity::PositionOffset].map(|quantity| x[column(quantity, joint)]);
     let (pose, _, tensors) = model(&terms);
-    let known =
-        MotionTorqueModel::new(pose, &tensors[..3], Some(tensors[3])).at_positions(Some((0..3).map(of).collect()));
+    let known = MotionTorqueModel::new(pose, &tensors[..3], Some(tensors[3]), &rotors(&tensors))
+        .at_positions(Some((0..3).map(of).collect()));
     let held = MotionTorque::new(Arc::new(known), course(1.0), free.readings.clone(), free.conditions.clone());
     let read = |residual: &MotionTorque| {
         let (mut read, mut jacobian) = (vec![0.0; 3], vec![0.0; 3 * width]);
