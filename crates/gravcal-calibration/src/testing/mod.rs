@@ -19,12 +19,15 @@ pub fn with_workbench<T>(run: impl FnOnce(&Workbench<'_>) -> T) -> T {
     run(&Workbench::new(&solver, &|_: &str| {}))
 }
 
-/// A session of the inputs on which the program once fell short, in `GRAVCAL_SHARED_DATA` or `../shared/data` beside the project;
-/// nothing where they are not there.
-pub fn shared_session(name: &str) -> Option<Session> {
+/// `GRAVCAL_SHARED_DATA` or `../shared/data` beside the project; it may not be there.
+pub fn shared_data() -> PathBuf {
     let beside = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder = std::env::var_os("GRAVCAL_SHARED_DATA").map_or_else(beside, PathBuf::from);
-    let file = folder.join("damaged/sessions").join(name).join("session.toml");
+    std::env::var_os("GRAVCAL_SHARED_DATA").map_or_else(beside, PathBuf::from)
+}
+
+/// A session of the inputs on which the program once fell short, in the shared data; nothing where they are not there.
+pub fn shared_session(name: &str) -> Option<Session> {
+    let file = shared_data().join("damaged/sessions").join(name).join("session.toml");
     if !file.is_file() {
         return None;
     }

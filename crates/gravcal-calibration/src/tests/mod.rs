@@ -7,6 +7,7 @@ mod deflections;
 mod descriptions;
 mod drafted_wrist;
 mod instrumented;
+mod known_in_motion;
 mod left_out;
 mod moving_arm;
 mod one_sided;

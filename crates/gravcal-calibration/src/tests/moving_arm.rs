@@ -32,7 +32,7 @@ const LOAD: f64 = 1.5;
 const PLACE: [f64; 3] = [0.12, -0.05, 0.09];
 const LOAD_TENSOR: [f64; 6] = [0.004, 0.0, 0.005, 0.0, 0.0, 0.003];
 
-const ROBOT: &str = r#"
+pub(super) const ROBOT: &str = r#"
 name = "three-joints"
 convention = "standard-dh"
 [[joint]]
