@@ -55,7 +55,12 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
         judged_at: judged_at(session),
         poses: count_poses(session),
         torque_readings: count_readings(session, &select(session, Signals::All)),
-        standstills: session.searched.iter().flat_map(|searched| searched.notes(&session.readings)).collect(),
+        standstills: session
+            .searched
+            .iter()
+            .flat_map(|searched| searched.notes(&session.readings))
+            .chain(session.motion_notes())
+            .collect(),
         selection: session.selection_note(),
         unmoved: session.unmoved_note(),
         sweep_rule: sweep_rule(),

@@ -317,6 +317,7 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
         ));
     }
     notes.extend(session.searched.iter().flat_map(|searched| searched.notes(&session.readings)));
+    notes.extend(session.motion_notes());
     notes.extend(session.selection_note());
     let cut = session.robot.chain.cut_joints();
     if !cut.is_empty() {

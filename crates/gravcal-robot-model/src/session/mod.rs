@@ -10,6 +10,7 @@ mod earlier;
 mod instrument;
 mod knowledge;
 mod known;
+mod moving;
 pub mod parameters;
 mod pose;
 mod repeated;
