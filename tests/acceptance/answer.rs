@@ -59,6 +59,33 @@ pub struct Estimator {
     pub moments: Vec<Moment>,
     /// What it leans on.
     pub active_constraints: Vec<ActiveConstraint>,
+    /// How well it explains the readings.
+    pub fit: Option<Fit>,
+}
+
+/// How well an estimate explains the readings.
+#[derive(Debug, Deserialize)]
+pub struct Fit {
+    /// Of poses that it did not see.
+    pub held_out: Option<HeldOut>,
+}
+
+/// Prediction of poses that were not seen.
+#[derive(Debug, Deserialize)]
+pub struct HeldOut {
+    /// Joint by joint.
+    pub joints: Vec<HeldOutJoint>,
+}
+
+/// The same of one joint.
+#[derive(Debug, Deserialize)]
+pub struct HeldOutJoint {
+    /// Its name.
+    pub joint: String,
+    /// Root mean square of what is left, unit of the reading.
+    pub rms: f64,
+    /// Largest less smallest reading, in the same.
+    pub range: f64,
 }
 
 /// A combination of masses and moments.

@@ -81,6 +81,34 @@ fn speeds_may_be_slopes_of_positions() {
     assert!((left - 4459).abs() < 200, "{left}");
 }
 
+/// What a fit of the first part of a bag predicts of the rest: no joint's rms is more than this share of its torques' range. And gravity of an
+/// arm that stands upright lies along its base's axis within the interval.
+fn predicts_the_rest(name: &str, most: f64) {
+    let experiment = tree::experiment(name);
+    if !shared_data(&experiment).is_dir() {
+        say(&format!("SKIPPED: {name}: there is no folder {}", shared_data(&experiment).display()));
+        return;
+    }
+    let calibration = Calibration::of(&experiment.join("session.toml"));
+    let joint = calibration.estimator("joint");
+    let predicted = joint.fit.as_ref().and_then(|fit| fit.held_out.as_ref()).unwrap();
+    let gains = joint.parameters.iter().filter(|parameter| parameter.name.ends_with("torque_gain"));
+    assert_eq!(predicted.joints.len(), gains.count(), "{name}");
+    for own in &predicted.joints {
+        assert!(own.rms / own.range < most, "{name}: {} {} of {}", own.joint, own.rms, own.range);
+    }
+    let gravity = joint.gravity.as_ref().unwrap();
+    let [x, y, _] = gravity.vector_m_per_s2;
+    let [std_x, std_y, _] = gravity.std_m_per_s2;
+    assert!((x / std_x).abs() < 3.0 && (y / std_y).abs() < 3.0, "{name}: {gravity:?}");
+}
+
+#[test]
+fn bags_of_arms_in_motion_predict_what_was_not_fitted() {
+    predicts_the_rest("ur10-in-motion", 0.035);
+    predicts_the_rest("panda-in-motion", 0.11);
+}
+
 fn told_by_check(folder: &Path) -> String {
     gravcal_in(folder, ["check", "--full", "session.toml"]).stdout.split_whitespace().collect::<Vec<_>>().join(" ")
 }

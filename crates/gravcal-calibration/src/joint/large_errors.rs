@@ -80,13 +80,20 @@ impl Answer {
             return Ok(false);
         }
         findings.doubt();
-        findings.remark(format!(
-            "What the model leaves of the readings is large beside what gravity makes the sensors read: {}. It is taken for their noise, \
-             as no std is stated. Noise so large is rare: look at units, signs, swapped columns, a rotation or an order of \
-             quaternions that is another, load masses, poses that are not static, single bad rows ([loss] finds these). State \
-             the std that the sensors have: what it does not explain is then told.",
-            listed(large)
-        ));
+        let large = listed(large);
+        findings.remark(match session.has_windows() {
+            true => format!(
+                "What the model leaves of the readings is large beside what gravity and inertia make the sensors read: {large}. It is taken \
+                 for their noise. Noise of windows is seldom so large: look at friction that is more than a Coulomb and a viscous term, at the \
+                 clock, at what the recorder did to torques (torque_lag_s, recorded_filter_hz), at units, signs and swapped columns."
+            ),
+            false => format!(
+                "What the model leaves of the readings is large beside what gravity makes the sensors read: {large}. It is taken for their \
+                 noise, as no std is stated. Noise so large is rare: look at units, signs, swapped columns, a rotation or an order of \
+                 quaternions that is another, load masses, poses that are not static, single bad rows ([loss] finds these). State \
+                 the std that the sensors have: what it does not explain is then told."
+            ),
+        });
         Ok(true)
     }
 }
