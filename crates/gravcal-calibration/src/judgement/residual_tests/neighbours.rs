@@ -77,7 +77,13 @@ impl Neighbours {
 fn of_products(maker: &ResidualMaker, own: &[usize], pairs: &[(usize, usize)]) -> f64 {
     let count = own.len();
     let place = |row: usize| own.binary_search(&row).ok();
-    let m: Vec<f64> = own.iter().flat_map(|i| own.iter().map(|j| maker.entry(*i, *j))).collect();
+    let mut m = vec![0.0; count * count];
+    for (i, row) in own.iter().enumerate() {
+        for (j, other) in own[..=i].iter().enumerate() {
+            let entry = maker.entry(*row, *other);
+            (m[i * count + j], m[j * count + i]) = (entry, entry);
+        }
+    }
     let mut product = vec![0.0; count * count];
     for (i, j) in pairs.iter().filter_map(|(i, j)| Some((place(*i)?, place(*j)?))) {
         for k in 0..count {
