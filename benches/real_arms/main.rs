@@ -4,7 +4,8 @@
 //!
 //! A recording is 25 bare and 25 loaded poses, dwells of 1.5 s at 200 Hz, noise of 0.03 N·m a sample rounded to 0.005. A line prints how
 //! many sessions ended with which exit code, how often 95 % intervals hold the truth (all but biases, and biases), the root mean square
-//! of errors in standard deviations, the parameter whose interval holds the truth least often, and how wide intervals are.
+//! of errors in standard deviations, the same of sessions that ended with exit code 0, the parameter whose interval holds the truth least
+//! often, and how wide intervals are.
 
 mod arms;
 mod judge;

@@ -10,7 +10,7 @@ use crate::line::Line;
 /// What the columns of a row are.
 pub fn heading() -> String {
     format!(
-        "{:10} {:>8} {:>8}  {:>15}  {:>13}  {:>5}  {:>6}  {:>5}  {:>28}  {:>9}",
+        "{:10} {:>8} {:>8}  {:>15}  {:>13}  {:>5}  {:>6}  {:>5}  {:>15}  {:>28}  {:>9}",
         "line",
         "friction",
         "sessions",
@@ -19,6 +19,7 @@ pub fn heading() -> String {
         "± mc",
         "rms z",
         "max z",
+        "exit 0: held, z",
         "worst parameter, held",
         "median std"
     ) + "  named"
@@ -29,21 +30,25 @@ pub fn row(line: Line, friction: f64, sessions: &[Judged]) -> String {
     let exits = [0, 2, 3, 4].map(|exit| sessions.iter().filter(|session| session.exit == exit).count().to_string());
     let all = || sessions.iter().flat_map(|session| &session.told);
     let (biases, others): (Vec<&Told>, Vec<&Told>) = all().partition(|told| told.name.ends_with("_bias"));
+    let relied_on: Vec<&Told> = sessions.iter().filter(|session| session.exit == 0).flat_map(|s| &s.told).collect();
     let share = |told: &[&Told]| 100.0 * told.iter().filter(|told| told.held).count() as f64 / told.len() as f64;
     let squares = all().map(|told| told.error * told.error);
     let rms = (squares.sum::<f64>() / all().count() as f64).sqrt();
-    let largest = all().map(|told| told.error.abs()).fold(0.0, f64::max);
+    let largest = |told: &mut dyn Iterator<Item = &Told>| told.map(|told| told.error.abs()).fold(0.0, f64::max);
     let mut stds: Vec<f64> = others.iter().map(|told| told.std).collect();
     stds.sort_by(f64::total_cmp);
     // Parameters of one session are not independent: a session counts as a few of them.
     let noise = 100.0 * (0.05 * 0.95 / (sessions.len() as f64 * 5.0)).sqrt();
     format!(
-        "{:10} {friction:>8} {:>8}  {:>15}  {:>5.1} | {:>5.1}  {noise:>5.1}  {rms:>6.2}  {largest:>5.1}  {:>28}  {:>9.2e}  {:>5}",
+        "{:10} {friction:>8} {:>8}  {:>15}  {:>5.1} | {:>5.1}  {noise:>5.1}  {rms:>6.2}  {:>5.1}  {:>8.1}, {:>5.1}  {:>28}  {:>9.2e}  {:>5}",
         line.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned()),
         sessions.len(),
         exits.join("/"),
         share(&others),
         share(&biases),
+        largest(&mut all()),
+        share(&relied_on),
+        largest(&mut relied_on.iter().copied()),
         worst(all()),
         stds.get(stds.len() / 2).copied().unwrap_or(f64::NAN),
         sessions.iter().filter(|session| session.named).count(),
