@@ -50,6 +50,10 @@
 //! # What this crate does not do
 //!
 //! No closed loops, no friction, no sensors; no forward dynamics.
+//!
+//! # Features
+//!
+//! `urdf` (the default) reads URDFs. Without it a third fewer packages are compiled.
 
 mod arithmetic;
 mod axis_frame;
@@ -66,9 +70,11 @@ mod joint;
 mod link;
 mod link_frame;
 mod link_gravity;
+#[cfg(feature = "urdf")]
 mod nearest;
 mod pseudo_inertia;
 mod transform;
+#[cfg(feature = "urdf")]
 mod urdf;
 mod without_lengths;
 
@@ -87,4 +93,5 @@ pub use link_frame::LinkFrame;
 pub use link_gravity::LinkGravity;
 pub use pseudo_inertia::parameters_of_pseudo_inertia;
 pub use transform::{NotARotation, Transform};
+#[cfg(feature = "urdf")]
 pub use urdf::{UPRIGHT_LINK, UrdfCorrection, UrdfEnds, UrdfError, urdf_sliding_joints};

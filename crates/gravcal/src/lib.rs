@@ -36,7 +36,7 @@
 //! | `study` | simulated calibrations by the thousand, and what they come to |
 //!
 //! Those without a link need a feature: `calibration` brings `calibration` and `recording`, `report` (the default) all of them.
-//! With `default-features = false` the mathematics alone is left, which reads no file.
+//! With `default-features = false` the mathematics alone is left, which reads no file; `urdf` adds robots from URDFs to it.
 
 /// Robots and their sensors, sessions from files, arrays and simulation, and what the estimators answer.
 #[cfg(feature = "calibration")]
