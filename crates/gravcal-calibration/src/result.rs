@@ -4,6 +4,7 @@
 
 mod detail;
 mod inertia;
+mod joint_sensors;
 mod parameter;
 mod payload;
 mod positions;
@@ -19,6 +20,7 @@ use serde::Serialize;
 
 pub use detail::Detail;
 pub use inertia::LinkInertiaResult;
+pub use joint_sensors::JointSensors;
 pub use parameter::ParameterResult;
 pub use payload::{PayloadNumber, PayloadResult};
 pub use positions::{DeflectionResult, PositionErrorResult};
@@ -104,6 +106,21 @@ impl EstimatorResult {
     /// ```
     pub fn sensor(&self, joint: &str, quantity: Quantity) -> Option<&ParameterResult> {
         self.parameter(&quantity.name(joint))
+    }
+
+    /// The sensors of every joint that has a coordinate of its own, in the robot's order.
+    ///
+    /// ```no_run
+    /// # fn tell(result: &gravcal_calibration::result::EstimatorResult) {
+    /// for sensors in result.joints() {
+    ///     if let Some((gain, std)) = sensors.torque_gain.estimate() {
+    ///         println!("{}: {gain} ± {std} {}", sensors.joint, sensors.torque_gain.unit);
+    ///     }
+    /// }
+    /// # }
+    /// ```
+    pub fn joints(&self) -> impl Iterator<Item = JointSensors<'_>> {
+        joint_sensors::sensors_of_joints(&self.parameters)
     }
 }
 

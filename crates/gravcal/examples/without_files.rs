@@ -33,11 +33,15 @@ fn main() -> Result<(), Box<dyn Error>> {
             _ => println!("{:<24} undetermined", parameter.name),
         }
     }
-    for (quantity, truth) in [(Quantity::TorqueGain, 1.08), (Quantity::TorqueBias, 0.7)] {
-        let found = result.sensor("joint2", quantity).and_then(ParameterResult::estimate);
-        let (value, std) = found.ok_or("the fault is not determined")?;
-        assert!((value - truth).abs() < 4.0 * std, "{quantity} is {value}");
+    let faulty = result.joints().nth(1).ok_or("the arm has three joints")?;
+    for (parameter, truth) in [(faulty.torque_gain, 1.08), (faulty.torque_bias, 0.7)] {
+        let (value, std) = parameter.estimate().ok_or("the fault is not determined")?;
+        assert!((value - truth).abs() < 4.0 * std, "{} is {value}", parameter.name);
     }
+    // The same by the joint's name.
+    let gain = result.sensor("joint2", Quantity::TorqueGain).and_then(ParameterResult::estimate);
+    assert_eq!(gain, faulty.torque_gain.estimate());
+    assert_eq!(result.joints().map(|sensors| sensors.joint).collect::<Vec<_>>(), ["joint1", "joint2", "joint3"]);
     // What a terminal shows, and what calibration.json holds, is there for programs, too.
     print!("\n{}", CalibrationSummary { robot: &session.robot.name, results: &results });
     Ok(())
