@@ -42,12 +42,14 @@ impl Failure {
     }
 
     /// With what stands before the message: the file that it is about.
+    #[must_use]
     pub fn about(mut self, subject: impl fmt::Display) -> Failure {
         self.message = format!("{subject}: {}", self.message);
         self
     }
 
     /// With what the user can do.
+    #[must_use]
     pub fn hint(mut self, hint: impl Into<String>) -> Failure {
         self.hint = Some(hint.into());
         self

@@ -63,22 +63,26 @@ impl Block {
     }
 
     /// The same block on another manifold.
+    #[must_use]
     pub fn on(self, manifold: Manifold) -> Self {
         Block { manifold, ..self }
     }
 
     /// The same block held at its initial value, for the stated reason.
+    #[must_use]
     pub fn held(self, reason: impl Into<String>) -> Self {
         Block { held: Some(reason.into()), ..self }
     }
 
     /// The same block as one of a kind that grows with the data (the unknowns of one pose). Such blocks are eliminated
     /// before the rest, so that cost and memory grow linearly with their number; the result is the same.
+    #[must_use]
     pub fn local(self) -> Self {
         Block { local: true, ..self }
     }
 
     /// The same block as one of those in which, all taken together, every residual is affine.
+    #[must_use]
     pub fn linear(self) -> Self {
         Block { linear: true, ..self }
     }

@@ -37,12 +37,14 @@ impl Affine {
     }
 
     /// With one more term.
+    #[must_use]
     pub fn plus(mut self, block: BlockId, index: usize, coefficient: f64) -> Self {
         self.terms.push((block, index, coefficient));
         self
     }
 
     /// With a number added.
+    #[must_use]
     pub fn offset(self, value: f64) -> Self {
         Affine { constant: self.constant + value, ..self }
     }

@@ -40,6 +40,7 @@ impl Factor {
     }
 
     /// The same with a robust loss.
+    #[must_use]
     pub fn with_loss(self, loss: Loss) -> Self {
         Factor { loss, ..self }
     }

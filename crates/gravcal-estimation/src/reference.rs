@@ -30,6 +30,7 @@ impl Reference {
 
     /// The same that lets each number of a block vary by its `std`, in the number's unit. Numbers whose `std` is zero, infinite or no
     /// number are left alone, and so are blocks that are local or live on a sphere.
+    #[must_use]
     pub fn with(mut self, id: BlockId, std: &[f64]) -> Reference {
         let start = self.center.offsets[id.index()];
         let weight = |std: &f64| if std.is_finite() && *std > 0.0 { 1.0 / std } else { 0.0 };

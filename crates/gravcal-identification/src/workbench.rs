@@ -36,6 +36,7 @@ impl<'a> Workbench<'a> {
     }
 
     /// The same with someone who is told of every iteration of the solver.
+    #[must_use]
     pub fn observed_by(self, observer: &'a (dyn Fn(&IterationRecord) + Sync)) -> Self {
         Workbench { observer, ..self }
     }
@@ -50,6 +51,7 @@ impl<'a> Workbench<'a> {
 
     /// The same with a flag that, set from elsewhere, stops the solver after its current iteration. What was being solved
     /// then has failed: its termination says so.
+    #[must_use]
     pub fn stopped_by(self, stop: &'a AtomicBool) -> Self {
         Workbench { stop: Some(stop), ..self }
     }

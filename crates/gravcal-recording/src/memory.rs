@@ -63,6 +63,7 @@ pub struct Memory(BTreeMap<PathBuf, Numbers>);
 
 impl Memory {
     /// With one more, or another one of that name.
+    #[must_use]
     pub fn with(mut self, path: impl Into<PathBuf>, numbers: Numbers) -> Memory {
         self.0.insert(path.into(), numbers);
         self

@@ -48,6 +48,7 @@ impl PositionUnit {
     }
 
     /// The unit that a reading has after multiplication with [`to_si`](Self::to_si).
+    #[must_use]
     pub fn si(self) -> PositionUnit {
         match self {
             PositionUnit::Degree => PositionUnit::Radian,

@@ -125,6 +125,7 @@ pub enum WriteError {
 
 impl WriteError {
     /// The same of a file that was written under another name.
+    #[must_use]
     pub fn at(mut self, file: &Path) -> WriteError {
         use WriteError::*;
         match &mut self {

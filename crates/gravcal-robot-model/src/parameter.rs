@@ -101,6 +101,7 @@ pub struct Parameter {
 
 impl Parameter {
     /// The same, held where nothing reads it.
+    #[must_use]
     pub fn unread_unless(self, read: bool) -> Parameter {
         if read { self } else { Parameter { held: Some(UNREAD), ..self } }
     }

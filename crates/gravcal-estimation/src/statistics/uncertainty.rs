@@ -72,6 +72,7 @@ impl Uncertainty {
 
     /// The same with the standard deviation of each column multiplied by its factor. Replicates stay as they are: they solve again, and
     /// do not rest on what is linear at the estimate.
+    #[must_use]
     pub fn widened(self, factors: &[f64]) -> Uncertainty {
         match self.spread {
             Spread::Replicates(_) => self,

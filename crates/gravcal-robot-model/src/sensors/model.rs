@@ -154,6 +154,7 @@ impl<'a> Site<'a> {
     }
 
     /// The same where a session names further columns.
+    #[must_use]
     pub fn with_further_columns(self, further: &'a [FurtherColumn]) -> Site<'a> {
         Site { further, ..self }
     }

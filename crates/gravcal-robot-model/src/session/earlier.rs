@@ -52,6 +52,7 @@ impl EarlierCalibration {
     }
 
     /// The same, made from these recordings, of which the session takes parts.
+    #[must_use]
     pub fn sharing(self, shared: Vec<String>) -> Self {
         EarlierCalibration { shared, ..self }
     }

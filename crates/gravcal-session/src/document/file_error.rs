@@ -35,11 +35,13 @@ impl FileError {
     }
 
     /// The same, with lines to follow the message.
+    #[must_use]
     pub fn with_note(self, note: String) -> FileError {
         FileError { note: Some(note), ..self }
     }
 
     /// The same without a line: where the text is not that of the file.
+    #[must_use]
     pub fn without_line(self) -> FileError {
         FileError { line: None, ..self }
     }

@@ -64,6 +64,7 @@ impl Tally {
     }
 
     /// Sum of two.
+    #[must_use]
     pub fn plus(self, other: Tally) -> Tally {
         Tally {
             arms: self.arms + other.arms,

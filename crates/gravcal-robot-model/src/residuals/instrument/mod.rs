@@ -118,11 +118,13 @@ impl InstrumentReading {
     }
 
     /// The same with what position sensors do beyond gain and offset.
+    #[must_use]
     pub fn with_terms(self, terms: PositionTerms) -> Self {
         InstrumentReading { terms, ..self }
     }
 
     /// The same with `φ` of each drift of the model, in its order.
+    #[must_use]
     pub fn drifting(self, drifts: Vec<f64>) -> Self {
         InstrumentReading { drifts, ..self }
     }

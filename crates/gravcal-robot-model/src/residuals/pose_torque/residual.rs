@@ -69,11 +69,13 @@ impl PoseTorque {
     }
 
     /// The same, read under these conditions.
+    #[must_use]
     pub fn under(self, conditions: Conditions) -> Self {
         PoseTorque { conditions, ..self }
     }
 
     /// The same in a sweep of this joint: where joints give way, it does not.
+    #[must_use]
     pub fn sweeping(self, joint: Option<usize>) -> Self {
         PoseTorque { sweeping: joint, ..self }
     }
