@@ -9,7 +9,8 @@ use gravcal::calibration::{Session, Workbench, doubts_of_results};
 use gravcal::estimation::IterationRecord;
 use gravcal_cli::{Choice, Exit, Failure, Phase, Stopwatch, provenance};
 use gravcal_report::{
-    CalibrationFile, CalibrationPage, CalibrationTable, Contents, OutputFolder, Provenance, Timing, Written,
+    CalibrationFile, CalibrationPage, CalibrationSummary, CalibrationTable, Contents, OutputFolder, Provenance, Timing,
+    Written, tell_doubts,
 };
 use numpy::{IntoPyArray, PyArray1};
 use pyo3::prelude::*;
@@ -70,6 +71,15 @@ impl Calibration {
     #[getter]
     fn json(&self) -> &str {
         &self.json
+    }
+
+    /// What the program prints: one screen.
+    fn summary(&self) -> String {
+        let summary = CalibrationSummary { robot: &self.session.robot.name, results: &self.results };
+        match tell_doubts(&self.doubts) {
+            doubts if doubts.is_empty() => summary.to_string(),
+            doubts => format!("{doubts}\n{summary}"),
+        }
     }
 
     /// `table.txt`.

@@ -12,7 +12,7 @@ use gravcal::calibration::session::SessionError;
 use gravcal::calibration::{EstimatorName, robot};
 use gravcal::recording::{Memory, Numbers};
 use gravcal_cli::{Choice, Phase, Stopwatch};
-use gravcal_report::{CheckTable, check_json};
+use gravcal_report::{CheckSummary, CheckTable, check_json};
 use numpy::ndarray::Array2;
 use numpy::{IntoPyArray, PyArray2, PyReadonlyArray2};
 use pyo3::prelude::*;
@@ -194,16 +194,18 @@ impl Session {
         calibrated.map_err(|error| failure(py, &error))
     }
 
-    /// What it can determine: as JSON, as a table, and whether that is all that is asked for.
-    fn check(&self, py: Python<'_>) -> PyResult<(String, String, bool)> {
+    /// What it can determine: as JSON, on one screen, as a table, and whether that is all that is asked for.
+    fn check(&self, py: Python<'_>) -> PyResult<(String, String, String, bool)> {
         let told = self.work(py, None, |_, _| {
             let choice = self.choice(&[], None)?;
             let steps = choice.estimators.iter().any(|estimator| estimator.follows_steps());
             let bad = |error: &dyn std::error::Error| gravcal_cli::Failure::bad_input(error);
             let report = check(&self.session).map_err(|error| bad(&error))?;
             let json = check_json(&report).map_err(|error| bad(&error))?;
-            let table = CheckTable { robot: &self.session.robot.name, report: &report, steps }.to_string();
-            Ok((json, table, report.complete))
+            let robot = &self.session.robot.name;
+            let summary = CheckSummary { robot, report: &report, steps }.to_string();
+            let table = CheckTable { robot, report: &report, steps }.to_string();
+            Ok((json, summary, table, report.complete))
         })?;
         told.map_err(|error: gravcal_cli::Failure| failure(py, &error))
     }

@@ -12,7 +12,7 @@ from typing import Any
 import gravcal
 import numpy as np
 import pytest
-from conftest import ROOT, SEVEN
+from conftest import ROOT, SEVEN, program
 
 
 def test_parameters_have_values_or_reasons(calibrated: gravcal.Calibration) -> None:
@@ -64,6 +64,7 @@ def test_gravity_points_downwards(calibrated: gravcal.Calibration) -> None:
 def test_everything_can_be_copied(copied: Any, calibrated: gravcal.Calibration, seven: dict[str, Any]) -> None:
     again = copied(calibrated)
     assert (again.json, again.table, again.page) == (calibrated.json, calibrated.table, calibrated.page)
+    assert str(again) == str(calibrated) == calibrated.summary
     assert (again["joint"].residuals.residual == calibrated["joint"].residuals.residual).all()
     with pytest.raises(gravcal.InputError, match="save the original"):
         again.save("nowhere")
@@ -80,9 +81,14 @@ def test_errors_can_be_pickled() -> None:
     assert (str(again), again.file, again.line, again.field) == ("wrong", "session.toml", 3, "load[1].mass_kg")
 
 
-def test_notebooks_show_the_table(calibrated: gravcal.Calibration) -> None:
+def test_notebooks_show_one_screen(calibrated: gravcal.Calibration, tmp_path: Path) -> None:
     shown = calibrated._repr_html_()
-    assert "Calibration of" in shown and shown.count("<") == 2, "names are escaped"
+    assert "Calibration of" in shown and "What to do" in shown and shown.count("<") == 2, "names are escaped"
+    result = gravcal.Session.from_toml(SEVEN / "session.toml").calibrate()
+    printed = program("calibrate", SEVEN / "session.toml", "--output", tmp_path).stdout
+    screen = [line for line in printed.splitlines() if not line.startswith("Results in")]
+    assert str(result).replace(".table", "--full").splitlines() == screen and len(screen) <= 25
+    assert ".table: all." in str(result) and len(result.table) > 2 * len(str(result))
     assert repr(calibrated).startswith("<gravcal.Calibration sequential: ")
     assert calibrated.page.startswith("<!DOCTYPE html>")
 

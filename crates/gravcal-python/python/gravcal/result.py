@@ -14,7 +14,7 @@ from . import _native
 from .errors import InputError
 from .recording import Floats, Path
 from .shown import show_in_browser, show_in_rerun
-from .tabled import Tabled
+from .tabled import Summarised, for_python
 
 __all__ = ["Calibration", "Covariance", "EstimatorResult", "Gravity", "Parameter", "Residuals", "Undetermined"]
 
@@ -172,16 +172,26 @@ class _Shown:
     """What needs the session: kept as it is until somebody wants it, or it is pickled."""
 
     native: Optional[_native.Calibration]
-    texts: Optional[tuple[str, str]] = None
+    texts: Optional[tuple[str, str, str]] = None
 
-    def table_and_page(self) -> tuple[str, str]:
-        if self.texts is not None:
-            return self.texts
-        assert self.native is not None
-        return self.native.table(), self.native.page()
+    def summary(self) -> str:
+        return for_python(self.native.summary()) if self.native else self._kept()[0]
+
+    def table(self) -> str:
+        return self.native.table() if self.native else self._kept()[1]
+
+    def page(self) -> str:
+        return self.native.page() if self.native else self._kept()[2]
+
+    def without_session(self) -> _Shown:
+        return _Shown(None, (self.summary(), self.table(), self.page()))
+
+    def _kept(self) -> tuple[str, str, str]:
+        assert self.texts is not None
+        return self.texts
 
 
-class Calibration(Tabled, Mapping[str, EstimatorResult]):
+class Calibration(Summarised, Mapping[str, EstimatorResult]):
     """The answers of all estimators that ran, by name. It can be copied and pickled."""
 
     def __init__(self, text: str, results: dict[str, EstimatorResult], shown: _Shown, exit_code: int) -> None:
@@ -228,14 +238,19 @@ class Calibration(Tabled, Mapping[str, EstimatorResult]):
         return self._exit_code
 
     @property
+    def summary(self) -> str:
+        """One screen, as `gravcal calibrate` prints it: doubts, the verdict, what to do, a line each joint, gravity."""
+        return self._shown.summary()
+
+    @property
     def table(self) -> str:
-        """The table that `gravcal calibrate` prints."""
-        return self._shown.table_and_page()[0]
+        """All tables: `table.txt`, and what `gravcal calibrate --full` prints."""
+        return self._shown.table()
 
     @property
     def page(self) -> str:
         """`report.html`: one page without any request to a network."""
-        return self._shown.table_and_page()[1]
+        return self._shown.page()
 
     def save(self, folder: Path, *, overwrite: bool = False) -> bool:
         """Writes what `gravcal calibrate` writes into its folder, for `gravcal apply`, `export` and `compare`.
@@ -264,7 +279,7 @@ class Calibration(Tabled, Mapping[str, EstimatorResult]):
         return f"<gravcal.Calibration {told}>"
 
     def __reduce__(self) -> Any:
-        shown = _Shown(None, self._shown.table_and_page())
+        shown = self._shown.without_session()
         return (Calibration, (self._text, self._results, shown, self._exit_code))
 
 

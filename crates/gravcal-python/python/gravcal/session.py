@@ -19,7 +19,7 @@ from .models import SensorModel
 from .residuals import ResidualModel
 from .recording import Floats, Path, Progress
 from .result import Calibration
-from .tabled import Tabled
+from .tabled import Summarised, for_python
 
 __all__ = ["Check", "Robot", "Session"]
 
@@ -73,12 +73,15 @@ def _robot(said: Union[str, dict[str, Any]]) -> Robot:
 
 
 @dataclass(frozen=True)
-class Check(Tabled):
+class Check(Summarised):
     """What a session can determine, before any solve."""
 
     complete: bool
     """Whether that is all that is asked for."""
+    summary: str
+    """One screen."""
     table: str
+    """All of it."""
     fields: Mapping[str, Any]
     """What `gravcal check --json` prints."""
 
@@ -269,8 +272,8 @@ class Session:
 
     def check(self) -> Check:
         """What the session can determine, and what would cure what it cannot."""
-        text, table, complete = self._native.check()
-        return Check(complete, table, json.loads(text))
+        text, summary, table, complete = self._native.check()
+        return Check(complete, for_python(summary), table, json.loads(text))
 
     def calibrate(
         self,
