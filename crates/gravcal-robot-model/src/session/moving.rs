@@ -151,8 +151,7 @@ impl Even {
                 now.iter().zip(later).map(|(now, later)| (now - later).powi(2)).sum::<f64>() / now.len().max(1) as f64;
             count += 1;
         }
-        (count >= FEWEST && count as f64 >= OVERLAP * self.at.len() as f64)
-            .then(|| (sum / count as f64).sqrt())
+        (count >= FEWEST && count as f64 >= OVERLAP * self.at.len() as f64).then(|| (sum / count as f64).sqrt())
     }
 }
 

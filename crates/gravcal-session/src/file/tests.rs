@@ -874,6 +874,7 @@ fn constraints_are_for_all_links_or_for_those_named() {
         positive_masses: true,
         center_of_mass_within: vec![Some(1.0); 2],
         torque_gains_within: Some(0.2),
+        physical_inertias: false,
     };
     assert_eq!(all, expected);
     let named = demanded("center_of_mass_within_m = { forearm = 0.25 }");
