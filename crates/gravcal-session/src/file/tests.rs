@@ -371,7 +371,11 @@ fn keys_are_known_and_values_of_their_type() {
     assert_refused("mass_kg = 1.724", "mas_kg = 1.724", "18: load[0].mas_kg: unknown field `mas_kg`, expected one of");
     assert_refused("solver =", "solvers =", "4: solvers: unknown field `solvers`, expected one of");
     assert!(refused("solver =", "solvers =").contains("(did you mean `solver`?)"));
-    assert_refused("= 1.724", "= \"heavy\"", "18: load[0].mass_kg: invalid type: string \"heavy\", expected a number");
+    assert_refused(
+        "= 1.724",
+        "= \"heavy\"",
+        "18: load[0].mass_kg: invalid type: string \"heavy\", expected a mass in kg",
+    );
     assert_refused("= 1.724", "= nan", "18: load[0].mass_kg: expected a finite number, found nan");
     assert_refused("9.81", "inf", "6: gravity.magnitude_m_per_s2: expected a finite number, found inf");
     assert_refused("\"reversed\"", "\"negative\"", "14: joint[0].torque_sign: unknown variant `negative`");
