@@ -30,6 +30,8 @@ pub struct Unknowns {
     pub deflections: Vec<Vec<f64>>,
     /// What friction leaves at rest, by joint, unit of the torque reading; empty where it is zero.
     pub at_rest: Vec<f64>,
+    /// By how much joints bend that are not declared to, by joint, rad/(N·m); empty where none does.
+    pub bending: Vec<f64>,
 }
 
 impl Unknowns {
@@ -50,6 +52,7 @@ impl Unknowns {
             loads: nominal_placements(session),
             deflections: Vec::new(),
             at_rest: Vec::new(),
+            bending: Vec::new(),
         }
     }
 
@@ -103,6 +106,7 @@ impl Unknowns {
             loads: self.loads.iter().zip(&session.loads).map(placement).collect(),
             deflections: self.deflections.clone(),
             at_rest: self.at_rest.clone(),
+            bending: self.bending.clone(),
         }
     }
 }

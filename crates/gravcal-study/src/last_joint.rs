@@ -152,6 +152,7 @@ fn arm(joints: usize, seed: u64, draw: u64) -> Result<Simulation, ChainError> {
         sweep_moments: Vec::new(),
         deflections: Vec::new(),
         at_rest: Vec::new(),
+        bending: Vec::new(),
     };
     Ok(Simulation::new(template, truth, runs, Disturbance::noise(vec![NOISE; joints]), random.random()))
 }

@@ -17,15 +17,15 @@
 
 use std::sync::Arc;
 
-use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuilder, Residual, Values};
+use gravcal_estimation::{Block, BlockId, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
-use gravcal_robot_model::residuals::{Prior, Shifted};
+use gravcal_robot_model::residuals::Shifted;
 use gravcal_robot_model::session::Session;
 
 use super::order::Order;
 use super::readings::Readings;
 use super::solved::Solved;
-use super::unknowns::{AtRest, Layout, Unknowns};
+use super::unknowns::{Layout, OfJoints, Unknowns};
 
 /// Fewest standstills of known direction that say so.
 const LEAST: usize = 5;
@@ -35,13 +35,13 @@ const LEAN: f64 = 2.0;
 const CHANCE: f64 = 3.0;
 /// By what share a standard deviation grows that is worth a remark.
 const REMARKABLE: f64 = 0.5;
-/// Share of its prior's information that readings give of friction whose size they tell.
+/// Share of its prior's information that readings give of a number whose size they tell.
 const TOLD: f64 = 0.1;
 
-/// Friction of one joint as the readings alone tell it.
+/// A number of one joint as the readings alone tell it.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct FoundAtRest {
-    /// Unit of the torque reading, positive against the motion.
+pub(crate) struct OfReadings {
+    /// Friction in the unit of the torque reading, positive against the motion; rad/(N·m) by which the joint bends.
     pub size: f64,
     /// Its standard deviation.
     pub std: f64,
@@ -64,7 +64,7 @@ impl Readings {
     }
 
     /// Whether a channel's errors are larger than chance would make them of noise alone.
-    fn errs_beyond_chance(&self, session: &Session, channel: usize) -> bool {
+    pub(super) fn errs_beyond_chance(&self, session: &Session, channel: usize) -> bool {
         let poses = (0..session.poses.len()).filter(|pose| self.used[*pose].contains(&channel));
         let own: Vec<f64> = poses.map(|pose| self.own_std(session, pose, channel).powi(2)).collect();
         let (count, sum) = (own.len().max(1) as f64, own.iter().sum::<f64>());
@@ -84,55 +84,37 @@ pub(super) fn add_unknown(
     readings: &Readings,
     start: &Unknowns,
     builder: &mut ProblemBuilder,
-) -> Option<AtRest> {
-    let all = readings.at_rest.iter().copied().enumerate();
-    let (joints, std): (Vec<usize>, Vec<f64>) = all.filter(|(_, std)| *std > 0.0).unzip();
-    if joints.is_empty() {
-        return None;
-    }
-    let chain = session.robot.chain.joints();
-    let names: Vec<&str> = joints.iter().map(|joint| chain[*joint].name.as_str()).collect();
-    let mut block = Block::vector("friction_at_rest", "", &names).linear();
-    block.units = joints.iter().map(|joint| session.channel_unit(*joint)).collect();
-    let start: Vec<f64> = joints.iter().map(|joint| start.at_rest.get(*joint).copied().unwrap_or(0.0)).collect();
-    let block = builder.add_block(block, &start);
-    Some(AtRest { block, joints, std })
+) -> Option<OfJoints> {
+    let block = |joints: &[usize]| {
+        let chain = session.robot.chain.joints();
+        let names: Vec<&str> = joints.iter().map(|joint| chain[*joint].name.as_str()).collect();
+        let mut block = Block::vector("friction_at_rest", "", &names).linear();
+        block.units = joints.iter().map(|joint| session.channel_unit(*joint)).collect();
+        block
+    };
+    OfJoints::add(block, &readings.at_rest, &start.at_rest, builder)
 }
 
-impl AtRest {
-    /// Puts the unknown around the residual of a pose.
-    pub(super) fn residual(
-        &self,
-        (session, layout, stored): (&Session, &Layout, &Values),
-        pose: usize,
-        inner: Arc<dyn Residual>,
-    ) -> Arc<dyn Residual> {
-        let bias = |joint: usize| layout.sensors[joint][Quantity::TorqueBias as usize];
-        let shifted: Vec<(BlockId, f64)> =
-            self.joints.iter().map(|joint| (bias(*joint), side(session, pose, *joint).unwrap_or(0.0))).collect();
-        if shifted.iter().all(|(_, side)| *side == 0.0) {
-            return inner;
-        }
-        Arc::new(Shifted::new(inner, |id| stored.get(id).len(), &shifted, self.block))
+/// The residual of a pose with the unknown around it.
+pub(super) fn around(
+    (session, layout, stored): (&Session, &Layout, &Values),
+    unknown: &OfJoints,
+    pose: usize,
+    inner: Arc<dyn Residual>,
+) -> Arc<dyn Residual> {
+    let bias = |joint: usize| layout.sensors[joint][Quantity::TorqueBias as usize];
+    let shifted: Vec<(BlockId, f64)> =
+        unknown.joints.iter().map(|joint| (bias(*joint), side(session, pose, *joint).unwrap_or(0.0))).collect();
+    if shifted.iter().all(|(_, side)| *side == 0.0) {
+        return inner;
     }
-
-    /// Adds what is known of it beforehand.
-    pub(super) fn add_prior(&self, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
-        let prior = Prior::new(self.block, vec![0.0; self.std.len()]);
-        builder.add_factor(Factor::new(prior, Noise::independent(&self.std)?));
-        Ok(())
-    }
+    Arc::new(Shifted::new(inner, |id| stored.get(id).len(), &shifted, unknown.block))
 }
 
 impl Solved {
     /// What is left of a joint's friction, without its prior; nothing where it is no unknown, or the readings do not tell it.
-    pub(crate) fn friction_at_rest(&self, joint: usize) -> Option<FoundAtRest> {
-        let (at_rest, place, column) = self.at_rest(joint)?;
-        let prior = at_rest.std[place].powi(-2);
-        let all = self.covariance().std(column).powi(-2);
-        let own = all - prior;
-        let size = self.estimate.values.get(at_rest.block)[place] * all / own;
-        (own > TOLD * prior && size.is_finite()).then(|| FoundAtRest { size, std: own.sqrt().recip() })
+    pub(crate) fn friction_at_rest(&self, joint: usize) -> Option<OfReadings> {
+        self.without_prior(self.posed.layout.at_rest.as_ref()?, joint)
     }
 
     /// Whether it is an unknown of this joint.
@@ -140,10 +122,21 @@ impl Solved {
         self.at_rest(joint).is_some()
     }
 
+    /// A number of a joint as the readings alone tell it; nothing where it is no unknown, or they do not.
+    pub(super) fn without_prior(&self, unknown: &OfJoints, joint: usize) -> Option<OfReadings> {
+        let place = unknown.place(joint)?;
+        let column = self.posed.problem.columns_of(unknown.block).nth(place)?;
+        let prior = unknown.std[place].powi(-2);
+        let all = self.covariance().std(column).powi(-2);
+        let own = all - prior;
+        let size = self.estimate.values.get(unknown.block)[place] * all / own;
+        (own > TOLD * prior && size.is_finite()).then(|| OfReadings { size, std: own.sqrt().recip() })
+    }
+
     /// The unknown of a joint: place in its block, and column.
-    fn at_rest(&self, joint: usize) -> Option<(&AtRest, usize, usize)> {
+    fn at_rest(&self, joint: usize) -> Option<(&OfJoints, usize, usize)> {
         let at_rest = self.posed.layout.at_rest.as_ref()?;
-        let place = at_rest.joints.iter().position(|other| *other == joint)?;
+        let place = at_rest.place(joint)?;
         let column = self.posed.problem.columns_of(at_rest.block).nth(place)?;
         Some((at_rest, place, column))
     }

@@ -5,6 +5,7 @@ use gravcal_robot_model::parameter::{Parameter, ParameterId, Quantity};
 use gravcal_robot_model::session::{InertiaKnowledge, Load, Session};
 
 use super::at_rest;
+use super::bending;
 use super::placements::add_placements;
 use super::position_unknowns::add_unknowns;
 use super::problem::JointProblem;
@@ -29,7 +30,9 @@ pub(super) fn add_unknown_blocks(
 ) -> Layout {
     let layout = add_blocks(session, readings, start, true, builder);
     let position_unknowns = add_unknowns(session, readings, start, builder);
-    Layout { position_unknowns, at_rest: at_rest::add_unknown(session, readings, start, builder), ..layout }
+    let at_rest = at_rest::add_unknown(session, readings, start, builder);
+    let bending = bending::add_unknown(session, readings, start, builder);
+    Layout { position_unknowns, at_rest, bending, ..layout }
 }
 
 pub(super) fn add_blocks(
@@ -94,6 +97,7 @@ pub(super) fn add_blocks(
         loads,
         position_unknowns: Vec::new(),
         at_rest: None,
+        bending: None,
     }
 }
 

@@ -10,6 +10,7 @@ use gravcal_robot_model::residuals::{
 };
 use gravcal_robot_model::session::{Instrument, InstrumentKind, Pose, Session};
 
+use super::at_rest;
 use super::position_unknowns::Around;
 use super::readings::{Readings, position_terms};
 use super::torques::Torques;
@@ -38,8 +39,12 @@ pub(super) fn add_readings(
         let residual = once(models.residual(pose, used, |id| builder.block(id).len()), builder);
         let residual = around.residual(pose, residual);
         let residual = match &layout.at_rest {
-            Some(at_rest) => at_rest.residual((session, layout, &stored), pose, residual),
+            Some(at_rest) => at_rest::around((session, layout, &stored), at_rest, pose, residual),
             None => residual,
+        };
+        let residual = match (&layout.bending, &readings.bending) {
+            (Some(unknown), Some(bending)) => bending.around((layout, &stored), unknown, pose, residual),
+            _ => residual,
         };
         let factor = Factor { residual, noise, loss: Loss::None };
         builder.add_factor(factor);

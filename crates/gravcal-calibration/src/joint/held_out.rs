@@ -5,6 +5,7 @@
 //! sweep, and of what else is in a table; or the session names tables that enter no fit at all.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use gravcal_identification::Workbench;
 use gravcal_recording::file_name;
@@ -15,7 +16,7 @@ use super::error::EstimateError;
 use super::fit::fit;
 use super::posing::{pose, pose_with_constraints};
 use super::problem::JointProblem;
-use super::readings::Readings;
+use super::readings::{Bending, Readings};
 use super::solved::Solved;
 use super::unknowns::Unknowns;
 use crate::judgement::{self, held_out};
@@ -63,10 +64,24 @@ pub(super) fn of_validation(
     let readings = Readings { spreads, noise, unexplained, at_rest, ..Readings::select(&unseen, |_, _| true) };
     // Joints that stand in other sweeps deflect otherwise.
     let prediction = Unknowns { deflections: Vec::new(), ..found };
+    let readings = bending_as(fitted, readings, &unseen, &prediction)?;
     let predicted = predict(&unseen, &readings, &prediction)?;
     let tables: BTreeSet<usize> = unseen.poses.iter().map(|pose| pose.table).collect();
     let files = tables.into_iter().map(|table| file_name(&session.tables[table].path)).collect();
     Ok(predicted.map(|held_out| HeldOut { files, ..held_out }))
+}
+
+/// Readings of other poses of the arm, in which its joints bend under what these numbers predict.
+fn bending_as(
+    fitted: &Readings,
+    readings: Readings,
+    unseen: &Session,
+    found: &Unknowns,
+) -> Result<Readings, EstimateError> {
+    let Some(bending) = &fitted.bending else { return Ok(readings) };
+    let Ok(posed) = pose(unseen, &readings, found) else { return Ok(readings) };
+    let torques = Solved::at_start(readings.clone(), posed)?.standing_torques(unseen)?;
+    Ok(Readings { bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })), ..readings })
 }
 
 /// What came of the second fit.

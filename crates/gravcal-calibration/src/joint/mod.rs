@@ -3,6 +3,7 @@
 mod aligned;
 mod answer;
 mod at_rest;
+mod bending;
 mod blocks;
 mod conclusion;
 mod consistent;
@@ -54,6 +55,7 @@ mod unexplained;
 mod unexplained_size;
 mod unknowns;
 
+pub(crate) use at_rest::OfReadings;
 pub use error::{EstimateError, PosingError};
 pub(crate) use estimate::pose_at_nominal;
 pub use estimate::{estimate, estimate_briefly, estimate_jointly};
@@ -73,4 +75,4 @@ pub use solved::Solved;
 pub(crate) use start::start_around;
 pub(crate) use tell::{last_frame_choices, session_notes, unknown_sign};
 pub(crate) use twins::with_gains_known;
-pub use unknowns::{AtRest, Layout, PositionUnknown, Unknowns, WithPayload};
+pub use unknowns::{Layout, OfJoints, PositionUnknown, Unknowns, WithPayload};

@@ -114,7 +114,9 @@ fn add_knowledge(
         }
     }
     add_priors(layout, builder)?;
-    layout.at_rest.as_ref().map_or(Ok(()), |at_rest| at_rest.add_prior(builder))?;
+    for unknown in layout.at_rest.iter().chain(&layout.bending) {
+        unknown.add_prior(builder)?;
+    }
     for index in distances_left(session, &readings.carried(session)) {
         let known = &session.load_distances[index];
         if let [Some(a), Some(b)] = known.between.map(|load| layout.loads[load].clone()) {

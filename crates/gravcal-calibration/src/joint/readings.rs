@@ -23,6 +23,8 @@ pub struct Readings {
     pub unexplained: Vec<f64>,
     /// One standard deviation, by joint, of what friction leaves at rest; zero where that is no unknown, empty as long as it is not looked for.
     pub at_rest: Vec<f64>,
+    /// How far joints may bend, and under which torques; nothing as long as that is not looked for.
+    pub(super) bending: Option<Arc<Bending>>,
     /// No reading counts as less uncertain than this, by channel; unit of the reading. Zero but where a start is looked for.
     pub floor: Arc<[f64]>,
     /// How readings far beyond that are to be counted. [`super::pose`] leaves it to `JointProblem::with_loss`: at a start
@@ -30,6 +32,15 @@ pub struct Readings {
     pub loss: Loss,
     /// In which order they enter.
     pub order: Order,
+}
+
+/// What may bend joints that stand: `bending.rs` finds it.
+#[derive(Clone, Debug)]
+pub(super) struct Bending {
+    /// By joint, rad/(N·m); zero of those that do not bend, or whose torque is not read.
+    pub std: Vec<f64>,
+    /// By pose and joint, N·m; zero where it moves.
+    pub torques: Vec<Vec<f64>>,
 }
 
 impl Readings {
@@ -41,7 +52,8 @@ impl Readings {
         let noise = first_noise(session, &spreads);
         let floor = vec![0.0; noise.len()].into();
         let (unexplained, loss, order) = (stated(session), session.loss, Order::Together);
-        let readings = Readings { used, spreads, noise, unexplained, at_rest: Vec::new(), floor, loss, order };
+        let (at_rest, bending) = (Vec::new(), None);
+        let readings = Readings { used, spreads, noise, unexplained, at_rest, bending, floor, loss, order };
         let repeated = |pose: usize| session.repeated.get(pose).is_some_and(|repeated| *repeated);
         readings
             .only(|pose, channel| !repeated(pose) && session.reading(pose, channel).is_some() && keep(pose, channel))

@@ -1,5 +1,7 @@
 //! Solving the joint problem: start, unstated noise.
 
+use std::sync::Arc;
+
 use gravcal_estimation::{EvaluateError, Loss, Termination, Values};
 use gravcal_identification::{IMPLAUSIBLE, Likeliest, Workbench};
 use gravcal_robot_model::session::{Session, UnexplainedError};
@@ -9,7 +11,7 @@ use super::fit::{fit, fit_in_rounds};
 use super::order::Order;
 use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
-use super::readings::Readings;
+use super::readings::{Bending, Readings};
 use super::sample::Sample;
 use super::signs::turned_gains;
 use super::solved::Solved;
@@ -23,6 +25,8 @@ const NOISE_ROUNDS: usize = 8;
 const NOISE_TOLERANCE: f64 = 1e-3;
 /// The same where errors of single joints are told from their noise, which shift from one to the other.
 const UNEXPLAINED_ROUNDS: usize = 30;
+/// How often, at most, the torques that bend joints are taken anew from a solution in which these bend.
+const BENDING_ROUNDS: usize = 3;
 /// − ln of the likelihoods of a solution and of its image differ by less, both found by iteration.
 const AS_LIKELY: f64 = 0.1;
 /// Iterations of each: the next goes on from there.
@@ -110,13 +114,31 @@ pub(super) fn solve_from(
 ) -> Result<Solved, EstimateError> {
     let solved = solve_with_noise(session, readings, start, workbench)?;
     let converged = solved.estimate.termination.converged();
-    match solved.readings.with_friction_at_rest(session).filter(|_| converged) {
-        Some(readings) => {
-            let start = solved.unknowns(&Unknowns::nominal(session));
-            solve_with_noise(session, &readings, start, workbench)
-        }
-        None => Ok(solved),
+    if !converged {
+        return Ok(solved);
     }
+    let (at_rest, bending) = (solved.readings.with_friction_at_rest(session), Bending::of(session, &solved)?);
+    if at_rest.is_none() && bending.is_none() {
+        return Ok(solved);
+    }
+    let mut readings = at_rest.unwrap_or_else(|| solved.readings.clone());
+    readings.bending = bending.map(Arc::new).or(readings.bending);
+    let mut solved = solve_again(session, &solved, &readings, workbench)?;
+    for _ in 0..BENDING_ROUNDS {
+        let Some(readings) = solved.bent_anew(session)? else { break };
+        solved = solve_again(session, &solved, &readings, workbench)?;
+    }
+    Ok(solved)
+}
+
+/// Goes on from a solution with other unknowns.
+fn solve_again(
+    session: &Session,
+    solved: &Solved,
+    readings: &Readings,
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
+    solve_with_noise(session, readings, solved.unknowns(&Unknowns::nominal(session)), workbench)
 }
 
 /// The same with the unknowns that the readings are said to have, and the noise that they show.

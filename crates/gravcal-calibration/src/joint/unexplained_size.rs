@@ -108,7 +108,7 @@ fn most_alike(session: &Session, gravity: &[f64], channel: usize) -> f64 {
 }
 
 /// Standard deviation; 0 of none.
-fn spread(values: &[f64]) -> f64 {
+pub(super) fn spread(values: &[f64]) -> f64 {
     let count = values.len().max(1) as f64;
     let mean = values.iter().sum::<f64>() / count;
     (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / count).sqrt()

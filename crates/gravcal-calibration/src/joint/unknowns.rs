@@ -1,7 +1,8 @@
 //! Which block of a joint problem is which unknown.
 
-use gravcal_estimation::{BlockId, Values};
+use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuilder, Values};
 use gravcal_robot_model::parameter::ParameterId;
+use gravcal_robot_model::residuals::Prior;
 
 pub use gravcal_robot_model::Unknowns;
 
@@ -29,8 +30,10 @@ pub struct Layout {
     pub loads: Vec<Option<Vec<BlockId>>>,
     /// Errors of positions: deflections of sweeps first, then those of single poses.
     pub position_unknowns: Vec<PositionUnknown>,
-    /// What friction leaves at rest, where it is an unknown.
-    pub at_rest: Option<AtRest>,
+    /// What friction leaves at rest, where it is an unknown; unit of the torque reading.
+    pub at_rest: Option<OfJoints>,
+    /// How far joints bend under their torque, where that is an unknown; rad/(N·m).
+    pub bending: Option<OfJoints>,
 }
 
 impl Layout {
@@ -69,10 +72,8 @@ impl Layout {
             sweep_moments: self.sweep_moments.iter().map(|id| values.get(*id).to_vec()).collect(),
             loads: self.loads.iter().zip(&fallback.loads).map(|(p, f)| p.as_ref().map_or(*f, position)).collect(),
             deflections: self.deflections_of_sweeps().map(|u| values.get(u.block).to_vec()).collect(),
-            at_rest: self
-                .at_rest
-                .as_ref()
-                .map_or_else(Vec::new, |at_rest| at_rest.by_joint(values, self.sensors.len())),
+            at_rest: self.by_joint(self.at_rest.as_ref(), values),
+            bending: self.by_joint(self.bending.as_ref(), values),
         }
     }
 
@@ -88,6 +89,11 @@ impl Layout {
             }
         }
         bodies
+    }
+
+    /// The numbers of all joints, zero of those that have none; empty where none has.
+    fn by_joint(&self, unknown: Option<&OfJoints>, values: &Values) -> Vec<f64> {
+        unknown.map_or_else(Vec::new, |unknown| unknown.by_joint(values, self.sensors.len()))
     }
 
     /// The block of a parameter.
@@ -128,10 +134,10 @@ pub struct PositionUnknown {
     pub is_hold: bool,
 }
 
-/// What is left of the joints' friction at rest, as one unknown.
+/// A number of some joints that no one declares and that errors of the model call for: friction that is left at rest, how far joints bend.
 #[derive(Clone, Debug)]
-pub struct AtRest {
-    /// One number for each of `joints`, unit of the torque reading.
+pub struct OfJoints {
+    /// One number for each of `joints`.
     pub block: BlockId,
     /// The joints that have it.
     pub joints: Vec<usize>,
@@ -139,7 +145,36 @@ pub struct AtRest {
     pub std: Vec<f64>,
 }
 
-impl AtRest {
+impl OfJoints {
+    /// Adds the unknown of all joints whose standard deviation is positive, from where `start` has it, by joint; nothing where there are none.
+    pub(super) fn add(
+        block: impl FnOnce(&[usize]) -> Block,
+        std: &[f64],
+        start: &[f64],
+        builder: &mut ProblemBuilder,
+    ) -> Option<OfJoints> {
+        let all = std.iter().copied().enumerate();
+        let (joints, std): (Vec<usize>, Vec<f64>) = all.filter(|(_, std)| *std > 0.0).unzip();
+        if joints.is_empty() {
+            return None;
+        }
+        let start: Vec<f64> = joints.iter().map(|joint| start.get(*joint).copied().unwrap_or(0.0)).collect();
+        let block = builder.add_block(block(&joints), &start);
+        Some(OfJoints { block, joints, std })
+    }
+
+    /// Adds what is known of it beforehand: zero, give or take its standard deviations.
+    pub(super) fn add_prior(&self, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
+        let prior = Prior::new(self.block, vec![0.0; self.std.len()]);
+        builder.add_factor(Factor::new(prior, Noise::independent(&self.std)?));
+        Ok(())
+    }
+
+    /// Place of a joint's number in the block.
+    pub(super) fn place(&self, joint: usize) -> Option<usize> {
+        self.joints.iter().position(|other| *other == joint)
+    }
+
     fn by_joint(&self, values: &Values, joints: usize) -> Vec<f64> {
         let mut of_joints = vec![0.0; joints];
         self.joints.iter().zip(values.get(self.block)).for_each(|(joint, value)| of_joints[*joint] = *value);

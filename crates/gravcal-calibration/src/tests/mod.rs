@@ -1,5 +1,6 @@
 //! What several layers come to together: from sessions, simulated or recorded, to results.
 
+mod bending;
 mod branches;
 mod by_groups;
 mod consistent_inertias;

@@ -99,6 +99,7 @@ mod tests {
             loads: Vec::new(),
             deflections: Vec::new(),
             at_rest: Vec::new(),
+            bending: Vec::new(),
         }
     }
 

@@ -12,6 +12,8 @@ pub struct Deflection {
     /// Place of the first joint's compliance in [`Session::further`](crate::Session::further), where joints give way; see
     /// [`Session::let_joints_give_way`](crate::Session::let_joints_give_way).
     pub compliance: Option<usize>,
+    /// Whether joints are said not to bend under their torque.
+    pub stiff: bool,
 }
 
 /// Where the joint estimator's standard deviations come from.

@@ -934,6 +934,9 @@ fn joints_may_be_elsewhere_than_their_sensors_say() {
     let session = changed("unit = \"deg\" }\ntorque", "unit = \"deg\", std = [0.1, 0] }\ntorque");
     assert!((session.deflection.reading_std[0] - 0.1 * PI / 180.0).abs() < 1e-15);
     assert_eq!((session.deflection.reading_std[1], session.deflection.hold_std), (0.0, None));
+    assert!(!session.deflection.stiff);
+    let stiff = changed("[readings]", "[deflection]\ncompliance_std_rad_per_newton_metre = 0\n[readings]");
+    assert!(stiff.deflection.stiff && stiff.compliances().is_empty());
 }
 
 #[test]
@@ -947,7 +950,6 @@ fn deflections_that_say_nothing_are_refused() {
     starts("pose_std_deg = -1", "pose_std_deg: -1 is not");
     let compliance = "compliance_std_rad_per_newton_metre";
     starts(&format!("{compliance} = -1e-4"), &format!("{compliance}: -0.0001 is no standard deviation"));
-    starts(&format!("{compliance} = 0"), &format!("{compliance}: no joint gives way"));
     starts(&format!("{compliance} = [1e-4]"), &format!("{compliance}: expected 2 entries, one for each joint"));
     let noise = |more: &str| {
         let position = "unit = \"deg\", std = 0.1 }\ntorque";

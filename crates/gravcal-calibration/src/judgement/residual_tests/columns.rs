@@ -6,7 +6,6 @@ use gravcal_dynamics::JointKind;
 use gravcal_estimation::EvaluateError;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{Pose, Session};
-use gravcal_robot_model::sweeps::sweeping;
 
 use super::delayed;
 use crate::joint::Solved;
@@ -66,7 +65,7 @@ impl<'a> Columns<'a> {
         let times = times.filter(|times| times.iter().any(|time| *time != times[0]));
         let slopes = joints.map(slope).collect::<Result<_, _>>()?;
         let predictions = delayed::predictions(session, solved)?;
-        Ok(Columns { session, solved, rows, slopes, torques: torques(session, solved)?, times, predictions })
+        Ok(Columns { session, solved, rows, slopes, torques: solved.standing_torques(session)?, times, predictions })
     }
 
     /// Every term that can be looked for in a channel.
@@ -230,17 +229,4 @@ fn slope(solved: &Solved, joint: usize, rows: usize) -> Result<Vec<f64>, Evaluat
     let mut slope: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).take(readings).collect();
     slope.resize(rows, 0.0);
     Ok(slope)
-}
-
-/// The torque that the model gives a joint that stands, by pose and joint; zero where it moves, or is not read.
-fn torques(session: &Session, solved: &Solved) -> Result<Vec<Vec<f64>>, EvaluateError> {
-    let sweeping = sweeping(session);
-    let mut torques = vec![vec![0.0; session.joints.len()]; session.poses.len()];
-    for ((pose, channel), reading) in solved.posed.rows.iter().zip(solved.gravity_readings(session)?) {
-        if *channel < session.joints.len() && sweeping[*pose] != Some(*channel) {
-            let gain = solved.posed.layout.sensors[*channel][Quantity::TorqueGain as usize];
-            torques[*pose][*channel] = reading / solved.estimate.values.scalar(gain);
-        }
-    }
-    Ok(torques)
 }

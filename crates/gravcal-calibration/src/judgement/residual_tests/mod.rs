@@ -24,10 +24,10 @@
 
 mod columns;
 mod delayed;
+mod in_fit;
 mod neighbours;
 mod rows;
 mod score;
-mod side;
 #[cfg(test)]
 mod tests;
 mod words;
@@ -40,15 +40,14 @@ use gravcal_robot_model::session::{Session, UnexplainedError};
 use crate::joint::{Order, Solved};
 use crate::result::{ResidualTest, ResidualTestKind, UncertaintyResult};
 use columns::{Columns, Term};
+use in_fit::of_estimate;
 use neighbours::Neighbours;
 use rows::Rows;
-use score::{Score, lacking, score};
+use score::{MATTERS, Score, lacking, score};
 pub(crate) use words::in_words;
 
 /// Probability, corrected for the number of tests, below which something is named.
 pub(crate) const SIGNIFICANCE: f64 = 0.01;
-/// What is seen of a term, in standard deviations of a reading, from which intervals cannot hold.
-const MATTERS: f64 = 0.25;
 /// Correlation of neighbours from which intervals from noise cannot hold: they are too narrow by up to a fifth.
 const ALIKE: f64 = 0.2;
 /// More is not named: then the model as a whole is wrong.
@@ -156,7 +155,10 @@ impl Tests<'_> {
         let positions = if scattered.is_empty() { 0 } else { self.session.joints.len() };
         let mut candidates: Vec<Candidate> =
             scattered.iter().flat_map(own).chain((0..positions).flat_map(of_position)).collect();
-        let bends = |candidate: &&Candidate| matches!(candidate, Candidate::Term(_, Term::Compliance));
+        let bends = |candidate: &&Candidate| {
+            // Where it is in the fit already, nothing needs to be looked for in what the fit leaves.
+            matches!(candidate, Candidate::Term(joint, Term::Compliance) if !self.solved.has_bending(*joint))
+        };
         if candidates.iter().filter(bends).count() > 1 {
             candidates.push(Candidate::AllBend);
         }
@@ -218,7 +220,10 @@ impl Tests<'_> {
                 let columns = self.columns.of(*channel, term);
                 let scored = match term {
                     Term::Direction if self.solved.has_friction_at_rest(*channel) => {
-                        side::of_estimate(self.solved, rows, *channel, &columns[0])?
+                        of_estimate(self.solved.friction_at_rest(*channel)?, rows, *channel, &columns[0])?
+                    }
+                    Term::Compliance if self.solved.has_bending(*channel) => {
+                        of_estimate(self.solved.bending(*channel)?, rows, *channel, &columns[0])?
                     }
                     _ => score(maker, rows, neighbours, &columns)?,
                 };
@@ -292,6 +297,7 @@ impl Tests<'_> {
         let spoils = match candidate {
             Candidate::Neighbours(_) => test.size >= ALIKE && !self.robust,
             Candidate::Term(channel, Term::Direction) => test.in_noise >= MATTERS && !self.errs_at_rest(*channel),
+            Candidate::Term(joint, Term::Compliance) => test.in_noise >= MATTERS && !self.solved.has_bending(*joint),
             Candidate::Term(..) | Candidate::AllBend => test.in_noise >= MATTERS,
         };
         ResidualTest { named: true, spoils_intervals: spoils, ..test }

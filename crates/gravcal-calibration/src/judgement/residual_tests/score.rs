@@ -23,6 +23,8 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use super::neighbours::Neighbours;
 use super::rows::Rows;
 
+/// What is seen of a term, in standard deviations of a reading, from which intervals cannot hold.
+pub const MATTERS: f64 = 0.25;
 /// A column of which the fit leaves a smaller share is in the model already, or all but.
 const EXPLAINED: f64 = 1e-4;
 /// Fewer degrees of freedom tell no noise.

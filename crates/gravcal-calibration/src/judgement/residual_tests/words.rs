@@ -5,6 +5,7 @@ use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::Session;
 
 use super::delayed::cut_off;
+use super::score::MATTERS;
 use crate::result::{ResidualTest, ResidualTestKind};
 
 /// What is named, in sentences; neighbours that are alike, friction at rest and joints that give way once for all channels.
@@ -134,12 +135,16 @@ fn of_recorder(tests: &[&ResidualTest]) -> Option<String> {
 fn of_compliance(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
     let (channels, [least, most], p) = together(tests)?;
     let size = from_to(least, most, tests);
-    let consequence = match tests.iter().any(|test| test.spoils_intervals) {
-        true => "Intervals cannot hold.",
+    let spoilt = tests.iter().any(|test| test.spoils_intervals);
+    let in_fit = !spoilt && tests.iter().any(|test| test.in_noise >= MATTERS);
+    let consequence = match in_fit {
+        _ if spoilt => "Intervals cannot hold.",
+        true => "It is an unknown of the estimate, and intervals allow for it.",
         false => "It is real but small beside the noise, and changes no verdict.",
     };
     // What gives way moves instruments, which only deflections of unknown cause can say.
     let cure = match session.instruments.is_empty() {
+        true if in_fit => "Heavier loads tell it from position gains.".into(),
         true => format!("Estimate it: [deflection] compliance_std_rad_per_newton_metre = {most:.0e}."),
         false => "Allow for it: [deflection] hold_std_deg, by how much a standing joint bends.".into(),
     };

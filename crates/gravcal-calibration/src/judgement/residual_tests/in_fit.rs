@@ -1,31 +1,35 @@
-//! The test of friction at rest where the fit has it as an unknown: its estimate `c` without its prior over its own deviation.
+//! The test of a term that the fit has as an unknown with a prior: friction at rest, joints that bend. Its estimate `c` without its prior over
+//! its own deviation.
 //!
 //! `F = c²/σ_c²` has one degree of freedom and those of the channel (Wald's test, which is the score test of a fit without it as long as
-//! the unknown is linear, as this one is).
+//! the unknown is linear, as these nearly are).
 
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::rows::Rows;
 use super::score::Score;
-use crate::joint::Solved;
+use crate::joint::OfReadings;
 
 /// Fewer degrees of freedom tell no noise.
 const LEAST_FREEDOM: f64 = 4.0;
 
-/// `column`: what a unit of friction does to the whitened residuals. Nothing where the readings do not tell it.
-pub fn of_estimate(solved: &Solved, rows: &Rows, channel: usize, column: &[f64]) -> Option<Score> {
-    let found = solved.friction_at_rest(channel)?;
+/// `column`: what a unit of it does to the whitened residuals. Nothing where the channel has too few readings.
+pub fn of_estimate(found: OfReadings, rows: &Rows, channel: usize, column: &[f64]) -> Option<Score> {
     let freedom = rows.freedom()[channel];
     let statistic = (found.size / found.std).powi(2);
     let p_value = FisherSnedecor::new(1.0, freedom).ok().filter(|_| freedom >= LEAST_FREEDOM)?.sf(statistic);
-    let mean_square = column.iter().map(|z| z * z).sum::<f64>() / rows.of_channel(channel).len().max(1) as f64;
+    let mean_square = |channel: usize| {
+        let own = rows.of_channel(channel);
+        own.iter().map(|row| column[*row].powi(2)).sum::<f64>() / own.len().max(1) as f64
+    };
+    let largest = (0..rows.channels()).map(mean_square).fold(0.0, f64::max);
     Some(Score {
         statistic,
         degrees_of_freedom: [1.0, freedom],
         blocks: None,
         p_value,
         coefficients: vec![found.size],
-        in_noise: found.size.abs() * mean_square.sqrt(),
+        in_noise: found.size.abs() * largest.sqrt(),
         gain: statistic,
         // The fit has it already.
         terms: Vec::new(),
