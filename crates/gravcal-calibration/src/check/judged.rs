@@ -6,7 +6,8 @@ use gravcal_robot_model::session::Session;
 use super::report::{CheckedParameter, CheckedPayload};
 use super::sign;
 use crate::joint::{
-    EstimateError, Readings, Solved, Unknowns, last_frame_choices, payloads, pose_with_constraints, unknown_sign,
+    EstimateError, JointProblem, Readings, Solved, Unknowns, last_frame_choices, payloads, pose_with_constraints,
+    unknown_sign,
 };
 use crate::judgement::Asked;
 use crate::result::{ParameterResult, Undetermined};
@@ -88,11 +89,24 @@ pub(super) fn judge_at(
 /// Largest less smallest reading that the nominal model predicts for each channel, unit of the reading; never less than
 /// noise alone spreads them, so that a joint that carries nothing still tells its bias.
 fn predicted_spreads(session: &Session, readings: &Readings, judged: &Solved) -> Result<Vec<f64>, EstimateError> {
-    let mut range = vec![(f64::INFINITY, f64::NEG_INFINITY, 1.0); session.channel_count()];
-    for (pose, channel, predicted) in judged.posed.predicted(session, readings)? {
-        let std = readings.std(session, pose, channel);
-        let (low, high, _) = range[channel];
-        range[channel] = (low.min(predicted), high.max(predicted), std);
+    let mut noise = vec![1.0; session.channel_count()];
+    for (pose, channel) in &judged.posed.rows {
+        noise[*channel] = readings.std(session, *pose, *channel);
     }
-    Ok(range.iter().map(|(low, high, std)| (high - low).max(NOISE_SPREAD * std)).collect())
+    let ranges = predicted_ranges(session, readings, &judged.posed)?;
+    Ok(ranges.iter().zip(noise).map(|([low, high], std)| (high - low).max(NOISE_SPREAD * std)).collect())
+}
+
+/// Smallest and largest reading that the nominal model predicts for each channel, unit of the reading.
+pub(super) fn predicted_ranges(
+    session: &Session,
+    readings: &Readings,
+    posed: &JointProblem,
+) -> Result<Vec<[f64; 2]>, EstimateError> {
+    let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; session.channel_count()];
+    for (_, channel, predicted) in posed.predicted(session, readings)? {
+        let [low, high] = ranges[channel];
+        ranges[channel] = [low.min(predicted), high.max(predicted)];
+    }
+    Ok(ranges)
 }

@@ -7,6 +7,7 @@ mod additions;
 mod cures;
 mod judged;
 mod report;
+mod rough;
 mod sign;
 mod supposed;
 mod sweeps;
@@ -34,7 +35,7 @@ use tilts::tilts;
 /// Where the joint problem cannot be posed: no readings, nothing unknown.
 pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
     let plan = Plan::new(session);
-    let now = Supposed::now(session);
+    let now = Supposed::now(session)?;
     let mut verdict = now.judge()?;
     let loads = verdict.payloads.iter().all(|load| load.undetermined.is_none());
     let complete = loads && verdict.parameters.iter().all(|p| p.determined || !p.asked);
@@ -60,6 +61,7 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
             .iter()
             .flat_map(|searched| searched.notes(&session.readings))
             .chain(session.motion_notes())
+            .chain(rough::notes(session))
             .collect(),
         selection: session.selection_note(),
         unmoved: session.unmoved_note(),

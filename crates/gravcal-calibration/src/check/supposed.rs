@@ -2,14 +2,34 @@
 
 use gravcal_recording::{Orientation, Reading};
 use gravcal_robot_model::parameter::Quantity;
-use gravcal_robot_model::session::{InertiaKnowledge, Pose, PoseTable, Session};
+use gravcal_robot_model::session::{InertiaKnowledge, Pose, PoseTable, Session, UnexplainedError};
 use nalgebra::{Quaternion, UnitQuaternion};
 
-use super::judged::{NominalVerdict, judge_at};
-use crate::joint::{EstimateError, Signals, Unknowns, select};
+use super::judged::{NominalVerdict, judge_at, predicted_ranges};
+use crate::joint::{EstimateError, Readings, Signals, Unknowns, pose_with_constraints, select};
 
 /// An addition is judged beside about so many poses of the session, which stand for all of them.
 const POSES: usize = 300;
+
+/// Errors that the noise does not explain, where a fit will tell how large they are: so large a share of the torque that a joint carries
+/// at most. Friction that is left at rest makes errors of most arms at least so large.
+pub(super) const ROUGH: f64 = 1e-3;
+
+/// The same of each channel, unit of its reading; zero where such errors are stated, or there are none.
+fn rough_errors(session: &Session, readings: &Readings, values: &Unknowns) -> Result<Vec<f64>, EstimateError> {
+    let errors = session.unexplained_errors();
+    let mut rough = vec![0.0; errors.len()];
+    if !errors.contains(&UnexplainedError::Estimated) {
+        return Ok(rough);
+    }
+    let ranges = predicted_ranges(session, readings, &pose_with_constraints(session, readings, values)?)?;
+    for (channel, [low, high]) in ranges.into_iter().enumerate() {
+        if errors[channel] == UnexplainedError::Estimated && high > low {
+            rough[channel] = ROUGH * 0.5 * (high - low);
+        }
+    }
+    Ok(rough)
+}
 
 /// One of a sequence of orientations that fill all turns evenly: Shoemake's map of the unit cube to unit quaternions (*Uniform
 /// random rotations*, 1992), at the multiples, modulo one, of the powers of the root of `x⁴ = x + 1`.
@@ -36,11 +56,16 @@ pub(crate) struct Supposed {
 
 impl Supposed {
     /// The session as it is.
-    pub fn now(session: &Session) -> Supposed {
+    ///
+    /// # Errors
+    /// Where the joint problem cannot be posed.
+    pub fn now(session: &Session) -> Result<Supposed, EstimateError> {
         let readings = select(session, Signals::All);
+        let values = Unknowns::nominal(session);
+        let rough = rough_errors(session, &readings, &values)?;
         let noise = |channel: usize| {
             let read = (0..session.poses.len()).filter(|pose| session.reading(*pose, channel).is_some());
-            let stds: Vec<f64> = read.map(|pose| readings.std(session, pose, channel)).collect();
+            let stds: Vec<f64> = read.map(|pose| readings.std(session, pose, channel).hypot(rough[channel])).collect();
             (!stds.is_empty()).then(|| stds.iter().sum::<f64>() / stds.len() as f64)
         };
         let noise: Vec<Option<f64>> = (0..session.channel_count()).map(noise).collect();
@@ -48,11 +73,11 @@ impl Supposed {
         for pose in 0..session.poses.len() {
             for (channel, noise) in noise.iter().enumerate() {
                 if let Some(reading) = session.reading_mut(pose, channel) {
-                    reading.std = reading.std.or(*noise);
+                    reading.std = reading.std.map(|std| std.hypot(rough[channel])).or(*noise);
                 }
             }
         }
-        Supposed { values: Unknowns::nominal(&session), session, noise }
+        Ok(Supposed { values, session, noise })
     }
 
     /// The same with fewer poses, each of so many times the weight that they say about as much: every so many of each load. All are

@@ -119,7 +119,7 @@ fn assert_cures(session: &Session, parameters: &[String], cure: &Cure) {
 
 /// The session with the additions of a cure.
 fn with_cure(session: &Session, cure: &Cure) -> Supposed {
-    let now = Supposed::now(session);
+    let now = Supposed::now(session).unwrap();
     let parts: Vec<&str> = cure.addition.split("; and ").collect();
     let additions: Vec<_> = additions(&now).into_iter().flatten().collect();
     let made: Vec<_> = additions.iter().filter(|addition| parts.contains(&addition.words.as_str())).collect();
@@ -340,7 +340,7 @@ fn thinning_keeps_what_the_poses_say() {
         with_loads(arm(&FOUR, TILTED), true),
         [None, Some(0), Some(1)].map(|load| (load, Run::Random { poses: 400 })).to_vec(),
     );
-    let now = Supposed::now(&session);
+    let now = Supposed::now(&session).unwrap();
     let (all, part) = (now.judge().unwrap(), now.clone().thinned().judge().unwrap());
     assert_eq!(now.thinned().session.poses.len(), 300);
     for (all, part) in all.parameters.iter().zip(&part.parameters) {

@@ -64,6 +64,7 @@ pub use groups::{pose_by_pose, step_by_step};
 pub(crate) use held_out::fit_with_held_out;
 pub use order::Order;
 pub(crate) use payloads::payloads;
+pub(crate) use pose_blocks::stands_alike;
 pub use posing::pose;
 pub(crate) use posing::pose_with_constraints;
 pub use problem::JointProblem;

@@ -118,7 +118,7 @@ fn runs(session: &Session, poses: &[usize], continues: impl Fn(usize, usize) -> 
 }
 
 /// Whether every joint stands where it stood in another pose.
-fn stands_alike(session: &Session, a: usize, b: usize) -> bool {
+pub(crate) fn stands_alike(session: &Session, a: usize, b: usize) -> bool {
     session.joints.iter().enumerate().all(|(joint, known)| {
         let gain = known.of(Quantity::PositionGain).nominal;
         let [a, b] = [a, b].map(|pose| session.poses[pose].position[joint]);

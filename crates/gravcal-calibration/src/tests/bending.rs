@@ -11,7 +11,7 @@ use gravcal_solvers::LevenbergMarquardt;
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind};
 use crate::testing::TWO_JOINTS;
-use crate::workbench::Workbench;
+use gravcal_identification::Workbench;
 
 /// Joints bend by COMPLIANCE: by 3 mrad where they carry 6 N·m.
 const SIMULATION: &str = r#"
