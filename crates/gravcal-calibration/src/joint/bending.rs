@@ -4,10 +4,9 @@
 //!     θ_j = s_j q_j + o_j + c_j τ_j        τ_j: the torque that the model gives the joint
 //! ```
 //!
-//! What bends a joint most goes with its angle, and passes for a position gain: of a shoulder that lifts an arm, three quarters. Only the rest
-//! shows in residuals, and what friction leaves at rest hides it. A compliance of two of its own standard deviations, which no test names,
-//! shifts that gain by three or four of its. So where errors beyond the noise show that friction may hide it, it is an unknown; the
-//! gain's interval widens to what is known of it then.
+//! What bends a joint most goes with its angle, and passes for a position gain. Only the rest shows in residuals, and what friction leaves at
+//! rest hides it. A compliance of two of its own standard deviations, which no test names, shifts that gain by three or four of its. So where
+//! errors beyond the noise show that friction may hide it, it is an unknown; the gain's interval widens to what is known of it then.
 //!
 //! Its prior is zero give or take what bends the joint by [`DEFLECTION`] under the spread of its torque, as gears are built for what
 //! they carry. A session that declares compliances, or that there are none, has none of these unknowns, nor has one whose instruments
