@@ -78,7 +78,7 @@ impl<'a> Workbench<'a> {
     }
 
     /// A few iterations from `initial`, of which nobody is told: so many at most, and no more where the cost is no higher than
-    /// `enough`, or where one lowers it by next to nothing ([`SETTLED`]).
+    /// `enough`, or where one lowers it by next to nothing (`SETTLED`).
     pub fn solve_briefly(
         &self,
         problem: &Problem,
@@ -101,8 +101,8 @@ impl<'a> Workbench<'a> {
 
     /// Solves to the end.
     ///
-    /// Along a curved valley of hardly any slope a method may creep for thousands of iterations. It has converged where [`STILL`] of them
-    /// lowered the cost by next to nothing; and where the model contradicts the readings, one that has had [`PATIENCE`] of them at a cost
+    /// Along a curved valley of hardly any slope a method may creep for thousands of iterations. It has converged where `STILL` of them
+    /// lowered the cost by next to nothing; and where the model contradicts the readings, one that has had `PATIENCE` of them at a cost
     /// beyond all noise, and has lowered it by little since half as many, ends without convergence.
     pub fn solve(&self, problem: &Problem, initial: &Values) -> Result<Estimate, SolveError> {
         self.solver.check(problem)?;
