@@ -190,7 +190,7 @@ fn likeliest_fit(
     let follow = |start: Values, workbench: &Workbench<'_>| -> Result<End<Fit>, SolveError> {
         let fit = fit(problem, &start, BATHS.len(), workbench)?;
         let Estimate { cost, termination, values, .. } = &fit.estimate;
-        Ok(End { height: *cost, converged: termination.converged(), values: values.clone(), solution: fit })
+        Ok(End { height: *cost, termination: *termination, values: values.clone(), solution: fit })
     };
     let other = |value: f64| {
         let mut start = nominal.clone();

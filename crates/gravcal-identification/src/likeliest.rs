@@ -10,7 +10,7 @@
 //!
 //! Why it is so, and what was tried: `docs/decisions/starts-compared.md`.
 
-use gravcal_estimation::{Values, in_parallel};
+use gravcal_estimation::{Termination, Values, in_parallel};
 
 use crate::fit::FIRST_ITERATIONS;
 use crate::nearby::IMPLAUSIBLE;
@@ -26,8 +26,8 @@ pub struct End<S> {
     pub solution: S,
     /// − ln of its likelihood.
     pub height: f64,
-    /// Whether it is a minimum.
-    pub converged: bool,
+    /// Why the solver ended: whether it is a minimum.
+    pub termination: Termination,
     /// The unknowns there.
     pub values: Values,
 }
@@ -50,7 +50,7 @@ impl<S: Send + Sync> Likeliest<S> {
     }
 
     /// Or a likelier one from one of these starts. `follow` leads from a start to its end, `on` starts where an end is. What still creeps
-    /// after some iterations is followed on only where that may matter.
+    /// after some iterations is followed on only where that may matter, and not beyond a limit of the method's own.
     pub fn or_from<Start: Send, E: Send>(
         &mut self,
         starts: Vec<Start>,
@@ -60,19 +60,23 @@ impl<S: Send + Sync> Likeliest<S> {
     ) {
         let followed = |start: Start| {
             let there = follow(start, &workbench.within(FIRST_ITERATIONS))?;
-            if there.converged || there.height - self.best.height > IMPLAUSIBLE {
-                return Ok(there);
+            let implausible = there.height - self.best.height > IMPLAUSIBLE;
+            let by_own_limit =
+                matches!(there.termination, Termination::IterationLimit { limit } if limit < FIRST_ITERATIONS);
+            match there.termination.converged() || implausible || by_own_limit {
+                true => Ok(there),
+                false => follow(on(&there.solution), workbench),
             }
-            follow(on(&there.solution), workbench)
         };
         let ends: Vec<Result<End<S>, E>> = in_parallel(starts, followed);
         // A start that leads nowhere says nothing of the others.
         for other in ends.into_iter().flatten() {
             let gain = self.best.height - other.height;
-            if other.converged {
+            let converged = [&other, &self.best].map(|end| end.termination.converged());
+            if converged[0] {
                 self.ends.push((other.height, other.values.clone()));
             }
-            if gain > DECISIVE || gain > 0.0 && other.converged && !self.best.converged {
+            if gain > DECISIVE || gain > 0.0 && converged == [true, false] {
                 (self.best, self.is_another) = (other, true);
             }
         }
@@ -85,6 +89,10 @@ mod tests {
         Automatic, Block, BlockId, Estimate, EvaluateError, Factor, Formula, LocalNumbers, Noise, Number, Problem,
         ProblemBuilder, SolveError,
     };
+
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 
     use super::*;
     use crate::testing::with_workbench;
@@ -125,8 +133,8 @@ mod tests {
             let mut values = initial.clone();
             values.set(x, &[start]);
             let solution = workbench.solve(&problem, &values)?;
-            let (height, converged) = (solution.cost, solution.termination.converged());
-            Ok(End { height, converged, values: solution.values.clone(), solution })
+            let (height, termination) = (solution.cost, solution.termination);
+            Ok(End { height, termination, values: solution.values.clone(), solution })
         };
         with_workbench(|workbench| {
             let mut likeliest = Likeliest::first(follow(-2.0, workbench).unwrap());
@@ -149,5 +157,24 @@ mod tests {
         let (x, likeliest) = likeliest(1.0);
         assert!(!likeliest.is_another && (x + 1.0).abs() < 0.01, "{x}");
         assert!(likeliest.ends.iter().any(|(_, values)| values.as_slice()[0] > 0.99));
+    }
+
+    #[test]
+    fn a_limit_of_the_method_s_own_is_not_passed() {
+        let (problem, initial, x) = problem(0.2);
+        let stopping = StoppingRules { max_iterations: 2, ..StoppingRules::default() };
+        let solver = LevenbergMarquardt { stopping };
+        let workbench = Workbench::new(&solver, &|_: &str| {});
+        let solves = AtomicUsize::new(0);
+        let follow = |start: f64, workbench: &Workbench<'_>| -> Result<End<Estimate>, SolveError> {
+            solves.fetch_add(1, Ordering::Relaxed);
+            let mut values = initial.clone();
+            values.set(x, &[start]);
+            let solution = workbench.solve(&problem, &values)?;
+            Ok(End { height: 0.0, termination: solution.termination, values: solution.values.clone(), solution })
+        };
+        let mut likeliest = Likeliest::first(follow(-2.0, &workbench).unwrap());
+        likeliest.or_from(vec![300.0], follow, |there| there.values.scalar(x), &workbench);
+        assert_eq!((solves.into_inner(), likeliest.ends.len()), (2, 0));
     }
 }

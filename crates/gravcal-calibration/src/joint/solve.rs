@@ -89,7 +89,7 @@ fn lowest_elsewhere(
     let mut likeliest = Likeliest::first(solved.into_end(session));
     likeliest.or_from(vec![best_start(session, sample, known, &second)?], follow, on, &second);
     likeliest.or_from(further_starts(session, sample, known, workbench)?, follow, on, workbench);
-    if !likeliest.best.converged || likeliest.best.solution.misfit(session)?.is_some() {
+    if !likeliest.best.termination.converged() || likeliest.best.solution.misfit(session)?.is_some() {
         likeliest.or_from(further_starts(session, sample, known, &second)?, follow, on, &second);
     }
     let Likeliest { best, is_another, mut ends } = likeliest;

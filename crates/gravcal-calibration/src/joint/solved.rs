@@ -55,7 +55,7 @@ impl Solved {
     pub(super) fn into_end(self, session: &Session) -> End<Solved> {
         End {
             height: self.minus_log_likelihood(session),
-            converged: self.estimate.termination.converged(),
+            termination: self.estimate.termination,
             values: self.estimate.values.clone(),
             solution: self,
         }
