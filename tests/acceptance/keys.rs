@@ -72,8 +72,13 @@ fn by_hand(name: &str) -> Option<(&'static str, Value)> {
         }
         "Written" => ("text, or a table with `name` and options", json!({ "anyOf": [text(), named("name")] })),
         "WrittenMass" => {
-            let mass = json!({ "type": "number", "minimum": 0 });
-            ("number, or `\"unknown\"`", json!({ "anyOf": [mass, { "enum": ["unknown"] }] }))
+            let mass = || json!({ "type": "number", "minimum": 0 });
+            let weighed = json!({
+                "type": "object", "properties": { "nominal": mass(), "std": mass() }, "required": ["nominal", "std"],
+                "additionalProperties": false
+            });
+            let schema = json!({ "anyOf": [mass(), weighed, { "enum": ["unknown"] }] });
+            ("number, a table of `nominal` and `std`, or `\"unknown\"`", schema)
         }
         "unexplained::Written" => {
             let words = json!({ "enum": ["estimated", "none"] });

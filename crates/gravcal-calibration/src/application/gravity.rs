@@ -53,6 +53,8 @@ impl<'a> GravityModel<'a> {
         let assumed = nominal.then(|| session.gravity.assumed());
         let gravity = calibration.gravity.or(assumed).ok_or(ApplicationError::NoGravity)?;
         let load = load.map(|name| find(session, name)).transpose()?;
+        let weighed = load.map(|load| as_found(session, calibration, load));
+        let load = weighed.as_ref();
         if let Some(load) = load.filter(|load| load.is_unknown()) {
             return Err(ApplicationError::UnknownLoad { name: load.name.clone() });
         }
@@ -85,6 +87,14 @@ fn find<'s>(session: &'s Session, name: &str) -> Result<&'s Load, ApplicationErr
         let known = if known.is_empty() { "none".to_owned() } else { known.join(", ") };
         ApplicationError::NoLoad { name: name.to_owned(), known }
     })
+}
+
+/// A load with the mass that was found, where it was weighed with an error.
+fn as_found(session: &Session, calibration: &EarlierEstimate, load: &Load) -> Load {
+    let place = session.loads.iter().position(|other| other.name == load.name);
+    let name = place.and_then(|place| session.load_mass(place)).map(|id| session.parameter_name(id));
+    let found = calibration.parameters.iter().find(|found| Some(&found.name) == name.as_ref());
+    Load { mass: found.and_then(|found| found.value).unwrap_or(load.mass), ..load.clone() }
 }
 
 /// The components of `x` by their names in a calibration.

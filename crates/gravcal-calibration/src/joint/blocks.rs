@@ -47,7 +47,7 @@ pub(super) fn add_blocks(
     let unread = if with_knowledge { readings.unread_and_unknown(session) } else { readings.unread(session) };
     let mut add = |id| {
         let parameter = session.parameter(id);
-        // A rotor is a part of the torque, as links are.
+        // A rotor is a part of the torque, as links are; a load's mass is multiplied with its placement.
         let of_torque = matches!(id, ParameterId::Further(index) if session.rotor_of(index).is_some());
         let linear = parameter.linear && (straight || !of_torque);
         let block = parameter_block(&Parameter { linear, ..parameter });

@@ -13,7 +13,7 @@ use gravcal_robot_model::session::{Instrument, InstrumentKind, Pose, Session};
 use super::at_rest;
 use super::position_unknowns::Around;
 use super::readings::{Readings, position_terms};
-use super::torques::Torques;
+use super::torques::{Torques, carried};
 use super::unknowns::Layout;
 
 /// Adds the readings; gives pose and channel of each row.
@@ -79,9 +79,7 @@ struct Models<'s> {
 impl<'s> Models<'s> {
     fn new(session: &'s Session, layout: &'s Layout, held: Option<Vec<[f64; 2]>>) -> Models<'s> {
         let chain = Arc::new(session.robot.chain.clone());
-        let loads = session.loads.iter().zip(&layout.loads).map(|(load, position)| {
-            position.clone().map(|position| CarriedLoad { position, mass: load.mass, link: load.link })
-        });
+        let loads = (0..session.loads.len()).map(|load| carried(session, layout, load));
         let loads: Vec<Option<CarriedLoad>> = std::iter::once(None).chain(loads).collect();
         let instrument = |instrument: &Instrument| {
             let model = |table: usize, load: &Option<CarriedLoad>| {

@@ -124,6 +124,9 @@ impl Readings {
             ParameterId::Further(index) if session.rotor_of(index).is_some() => {
                 session.rotor_of(index).is_some_and(|joint| self.reads_in_motion(session, joint))
             }
+            ParameterId::Further(_) if session.loads_of_mass(id).any(|load| self.carried(session)[load]) => {
+                return true;
+            }
             ParameterId::Further(index) if index >= session.terms.len() => false,
             _ => self.any_torque(session),
         };

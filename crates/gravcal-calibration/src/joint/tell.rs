@@ -336,11 +336,11 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
 /// What the torque gains take over from the loads.
 fn load_mass_note(session: &Session) -> Option<String> {
     let open = session.joints.iter().any(|joint| joint.of(Quantity::TorqueGain).kind == KnowledgeKind::Start);
-    let known = |load: usize| !session.loads[load].is_unknown();
-    let carried = session.poses.iter().any(|pose| pose.load.is_some_and(known));
+    let exact = |load: usize| !session.loads[load].is_unknown() && session.load_mass(load).is_none();
+    let carried = session.poses.iter().any(|pose| pose.load.is_some_and(exact));
     (open && carried).then(|| {
         "Torque gains are measured against the loads' masses, taken as exact: a mass that is 1 % off puts every torque gain \
-         1 % off, and no standard deviation here says so."
+         1 % off, and no standard deviation here says so. If it was weighed with an error, say so: mass_kg = { nominal = …, std = … }."
             .to_owned()
     })
 }

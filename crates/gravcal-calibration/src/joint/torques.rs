@@ -6,7 +6,7 @@ use std::sync::Arc;
 use gravcal_dynamics::Chain;
 use gravcal_estimation::{BlockId, Residual};
 use gravcal_robot_model::residuals::{
-    CarriedLoad, MotionTorque, MotionTorqueModel, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, SweepTorque,
+    CarriedLoad, LoadMass, MotionTorque, MotionTorqueModel, PoseTorque, PoseTorqueBlocks, PoseTorqueModel, SweepTorque,
     SweepTorqueModel,
 };
 use gravcal_robot_model::session::{Pose, Session};
@@ -113,8 +113,12 @@ fn with_payload(
     links
 }
 
-fn carried(session: &Session, layout: &Layout, load: usize) -> Option<CarriedLoad> {
+/// A load that was placed, as poses carry it.
+pub(super) fn carried(session: &Session, layout: &Layout, load: usize) -> Option<CarriedLoad> {
     let position = layout.loads[load].clone()?;
-    let load = &session.loads[load];
-    Some(CarriedLoad { position, mass: load.mass, link: load.link })
+    let mass = match session.load_mass(load) {
+        Some(id) => LoadMass::Unknown(layout.block(id)),
+        None => LoadMass::Known(session.loads[load].mass),
+    };
+    Some(CarriedLoad { position, mass, link: session.loads[load].link })
 }

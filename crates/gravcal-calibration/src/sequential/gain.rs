@@ -72,6 +72,8 @@ struct Given<'a> {
     /// kg, m.
     mass: f64,
     distance: f64,
+    /// Of the mass.
+    relative_mass_std: f64,
 }
 
 /// Where the fit starts.
@@ -154,6 +156,7 @@ impl Step<'_> {
             swept_gain,
             differences,
             mass: self.session.loads[known.between[0]].mass,
+            relative_mass_std: self.session.relative_mass_std(known.between[0]),
             distance: known.distance,
         })
     }
@@ -280,8 +283,10 @@ impl Step<'_> {
                 (position_offset, place(self.joint, Quantity::PositionOffset)),
             ],
         );
+        // The gain is as uncertain as the mass that it is measured against.
+        let weighed = |gain: Frozen| Frozen { std: gain.std.hypot(given.relative_mass_std * gain.value), ..gain };
         Ok(Gain {
-            torque_gain: fitted.frozen(torque_gain, 0.1 * start.torque_gain.abs(), &cure),
+            torque_gain: fitted.frozen(torque_gain, 0.1 * start.torque_gain.abs(), &cure).map(weighed),
             position_offset: match self.known_offset() {
                 Some(value) => Ok(Frozen { value, std: 0.0 }),
                 None => fitted.frozen(position_offset, 0.1, &cure),

@@ -22,4 +22,5 @@ mod slow_sweeps;
 mod stuck;
 mod unexplained_errors;
 mod unstated_noise;
+mod weighed_loads;
 mod wrist_by_hand;

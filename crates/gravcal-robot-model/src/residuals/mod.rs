@@ -26,7 +26,9 @@ pub use linear_knowledge::{KnownQuantity, LinearKnowledge};
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks, MeasuredDifference};
 pub use load_distance::LoadDistance;
 pub use modelled::{ModelledResidual, ModelledScene};
-pub use pose_torque::{CarriedLoad, MotionTorque, MotionTorqueModel, PoseTorque, PoseTorqueBlocks, PoseTorqueModel};
+pub use pose_torque::{
+    CarriedLoad, LoadMass, MotionTorque, MotionTorqueModel, PoseTorque, PoseTorqueBlocks, PoseTorqueModel,
+};
 pub use prior::Prior;
 pub use shifted::Shifted;
 pub use sinusoid::{Sinusoid, SinusoidBlocks};

@@ -158,7 +158,7 @@ mod tests {
     fn loaded() -> (SweepTorque, Vec<usize>) {
         let mut lengths = vec![3];
         lengths.extend([1; 12]);
-        lengths.extend([2, 1, 2, 3, 3]);
+        lengths.extend([2, 1, 2, 3, 3, 1]);
         let model = Arc::new(model_of(some_chain().without_lengths(), &SensorTerms::default(), &ids(&lengths)));
         let model = Arc::new(SweepTorqueModel::new(model));
         let readings = vec![(0, 2.0), (1, 1.0), (2, -1.0)];
@@ -176,10 +176,10 @@ mod tests {
     fn rows_touch_only_the_columns_of_their_pattern() {
         let (residual, lengths) = loaded();
         let width: usize = lengths.iter().sum();
-        assert_eq!(width, 26);
-        assert_eq!(residual.row_pattern(0).unwrap(), [0..4, 6..7, 9..26]);
-        assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 4..5, 7..8, 9..15, 17..26]);
-        assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..6, 8..15, 18..26]);
+        assert_eq!(width, 27);
+        assert_eq!(residual.row_pattern(0).unwrap(), [0..4, 6..7, 9..27]);
+        assert_eq!(residual.row_pattern(1).unwrap(), [0..3, 4..5, 7..8, 9..15, 17..27]);
+        assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..6, 8..15, 18..27]);
         let offsets: Vec<usize> = (0..=lengths.len()).map(|blocks| lengths[..blocks].iter().sum()).collect();
         let x: Vec<f64> = (0..width).map(|k| 1.0 + (k as f64).sin()).collect();
         let (mut values, mut jacobian) = ([0.0; 3], vec![0.0; 3 * width]);

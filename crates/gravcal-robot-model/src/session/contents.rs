@@ -43,6 +43,8 @@ pub struct Session {
     /// By joint, the place of its rotor inertia in `further`, where it has one; empty where none has. See
     /// [`Session::set_rotor_inertia`].
     pub rotors: Vec<Option<usize>>,
+    /// By load, the place of its mass in `further`, where it was weighed with an error; shorter than the loads where the rest are exact.
+    pub load_masses: Vec<Option<usize>>,
     /// Which columns of tables and recordings are which readings.
     pub readings: PoseMapping,
     /// One for each `[[poses]]`, then one for each `[[validation]]`.
@@ -106,6 +108,7 @@ impl Session {
             residuals: Vec::new(),
             further: Vec::new(),
             rotors: Vec::new(),
+            load_masses: Vec::new(),
             readings: PoseMapping::default(),
             tables: Vec::new(),
             poses: Vec::new(),

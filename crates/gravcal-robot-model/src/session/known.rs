@@ -42,7 +42,8 @@ pub enum InertiaKnowledge {
 pub struct Load {
     /// Name.
     pub name: String,
-    /// kg; no number (NaN) where it is to be found, see [`Load::is_unknown`].
+    /// Nominal, kg; no number (NaN) where it is to be found, see [`Load::is_unknown`]. See [`Session::load_mass`](super::Session::load_mass) for
+    /// one that was weighed with an error.
     pub mass: f64,
     /// Index of the link that carries it.
     pub link: usize,

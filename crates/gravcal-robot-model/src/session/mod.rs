@@ -10,6 +10,7 @@ mod earlier;
 mod instrument;
 mod knowledge;
 mod known;
+pub mod load_masses;
 mod moving;
 pub mod parameters;
 mod pose;

@@ -189,8 +189,9 @@ impl Session {
     pub fn asks(&self, name: &str) -> bool {
         let listed = |list: &[String]| list.iter().any(|n| n == name);
         let unread = self.further.iter().any(|further| further.held == Some(UNREAD) && further.name() == name);
-        // How far joints give way is in the way of what is wanted, like the links' moments; so are rotors.
-        let mut in_the_way = self.compliances().chain(self.rotors.iter().flatten().copied());
+        // How far joints give way is in the way of what is wanted, like the links' moments; so are rotors, and loads.
+        let listed_places = self.rotors.iter().chain(&self.load_masses).flatten().copied();
+        let mut in_the_way = self.compliances().chain(listed_places);
         let nuisance = in_the_way.any(|index| self.further[index].name() == name);
         let by_default = !unread
             && !nuisance

@@ -2,22 +2,28 @@
 
 use std::fmt;
 
+use gravcal_robot_model::parameter::Parameter;
+use gravcal_robot_model::session::load_masses::add_load_masses;
 use gravcal_robot_model::session::{InertiaKnowledge, Instrument, InstrumentKind, Load, LoadDistance, Session};
-use serde::de::{Deserialize, Deserializer, Error, Unexpected, Visitor};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{Error, MapAccess, Unexpected, Visitor};
+use serde::{Deserialize, Deserializer};
 
 use super::context::Context;
 use crate::document::{Document, Field, FileError};
 
 /// `[[load]]`.
-#[derive(Debug, serde::Deserialize)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct LoadTable {
     /// Its name, by which tables refer to it.
     ///
     /// Example: `name = "plate-a"`
     name: String,
-    /// Its mass, taken as exact; or `"unknown"`: mass, centre of mass and, in motion, inertia tensor are found. That takes torque gains that are
-    /// known, or another load of known mass, and poses without it.
+    /// Its mass: a number, taken as exact; or what was weighed and how well, `{ nominal = 1.724, std = 0.005 }` in kg, which the torque gains'
+    /// standard deviations then include (loads of the same nominal mass and std are one body, weighed once); or `"unknown"`: mass, centre of
+    /// mass and, in motion, inertia tensor are found. That takes torque gains that are known, or another load of known mass, and poses without
+    /// it.
     ///
     /// Example: `mass_kg = 1.724`
     mass_kg: WrittenMass,
@@ -37,11 +43,33 @@ pub(super) struct LoadTable {
     position_std_m: Option<f64>,
 }
 
-/// How heavy a load is: kg, or no number where that is unknown.
+/// How heavy a load is.
 ///
 /// Read by hand and not by an untagged enum, whose errors neither say what was found nor where.
 #[derive(Clone, Copy, Debug)]
-struct WrittenMass(f64);
+enum WrittenMass {
+    Unknown,
+    Exact(f64),
+    Weighed(WeighedMass),
+}
+
+/// A mass and how well it is known.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields, expecting = "a table such as { nominal = 1.724, std = 0.005 }, in kg")]
+struct WeighedMass {
+    nominal: f64,
+    std: f64,
+}
+
+impl WrittenMass {
+    /// kg; no number where it is unknown.
+    fn nominal(self) -> f64 {
+        match self {
+            WrittenMass::Unknown => f64::NAN,
+            WrittenMass::Exact(mass) | WrittenMass::Weighed(WeighedMass { nominal: mass, .. }) => mass,
+        }
+    }
+}
 
 impl<'de> Deserialize<'de> for WrittenMass {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
@@ -51,34 +79,38 @@ impl<'de> Deserialize<'de> for WrittenMass {
 
 struct MassVisitor;
 
-impl Visitor<'_> for MassVisitor {
+impl<'de> Visitor<'de> for MassVisitor {
     type Value = WrittenMass;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a mass in kg, such as 1.724, or \"unknown\"")
+        f.write_str("a mass in kg, such as 1.724 or { nominal = 1.724, std = 0.005 }, or \"unknown\"")
     }
 
     fn visit_f64<E: Error>(self, mass: f64) -> Result<WrittenMass, E> {
         match mass.is_nan() {
             true => Err(E::invalid_value(Unexpected::Float(mass), &self)),
-            false => Ok(WrittenMass(mass)),
+            false => Ok(WrittenMass::Exact(mass)),
         }
     }
 
     fn visit_i64<E: Error>(self, mass: i64) -> Result<WrittenMass, E> {
-        Ok(WrittenMass(mass as f64))
+        Ok(WrittenMass::Exact(mass as f64))
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<WrittenMass, E> {
         match text {
-            "unknown" => Ok(WrittenMass(f64::NAN)),
+            "unknown" => Ok(WrittenMass::Unknown),
             other => Err(E::invalid_type(Unexpected::Str(other), &self)),
         }
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<WrittenMass, A::Error> {
+        WeighedMass::deserialize(MapAccessDeserializer::new(table)).map(WrittenMass::Weighed)
     }
 }
 
 /// `[[load_distance]]`.
-#[derive(Debug, serde::Deserialize)]
+#[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
 pub(super) struct LoadDistanceTable {
     /// Names of two loads on one link.
@@ -105,9 +137,16 @@ pub(super) fn resolve(context: &Context<'_>, tables: &[LoadTable]) -> Result<Vec
 
 fn load(context: &Context<'_>, field: &Field, table: &LoadTable) -> Result<Load, FileError> {
     let document = context.document;
-    let WrittenMass(mass) = table.mass_kg;
-    if !mass.is_nan() {
-        document.positive(&field.key("mass_kg"), mass, "a mass", "kg")?;
+    let mass = table.mass_kg.nominal();
+    match table.mass_kg {
+        WrittenMass::Unknown => {}
+        WrittenMass::Exact(mass) => {
+            document.positive(&field.key("mass_kg"), mass, "a mass", "kg")?;
+        }
+        WrittenMass::Weighed(WeighedMass { nominal, std }) => {
+            document.positive(&field.key("mass_kg").key("nominal"), nominal, "a mass", "kg")?;
+            document.positive(&field.key("mass_kg").key("std"), std, "a standard deviation", "kg")?;
+        }
     }
     let link = document.lookup(&field.key("link"), "link", &table.link, &context.link_names)?;
     let std_field = field.key("position_std_m");
@@ -120,6 +159,27 @@ fn load(context: &Context<'_>, field: &Field, table: &LoadTable) -> Result<Load,
     }
     let std = table.position_std_m.map(|std| document.positive(&std_field, std, "a standard deviation", "m"));
     Ok(Load { name: table.name.clone(), mass, link, position: table.position_m, position_std: std.transpose()? })
+}
+
+/// By load, the place of its mass among the further parameters, to which they are added.
+pub(super) fn masses(
+    context: &Context<'_>,
+    tables: &[LoadTable],
+    loads: &[Load],
+    further: &mut Vec<Parameter>,
+) -> Result<Vec<Option<usize>>, FileError> {
+    let std = |table: &LoadTable| match table.mass_kg {
+        WrittenMass::Weighed(WeighedMass { std, .. }) => Some(std),
+        WrittenMass::Unknown | WrittenMass::Exact(_) => None,
+    };
+    let std: Vec<Option<f64>> = tables.iter().map(std).collect();
+    for (index, (load, std)) in loads.iter().zip(&std).enumerate() {
+        if std.is_some_and(|std| std >= load.mass) {
+            let message = "a mass that may as well be none: write \"unknown\", or weigh the load";
+            return Err(context.document.error(&Field::new("load").at(index).key("mass_kg").key("std"), message));
+        }
+    }
+    Ok(add_load_masses(loads, &std, further))
 }
 
 /// What the `[[load_distance]]` come to.

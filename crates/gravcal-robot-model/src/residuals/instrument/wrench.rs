@@ -7,7 +7,7 @@
 //!
 //! It is what the link exerts on the tool through the sensor, in the sensor's frame and about its origin: the sign of the
 //! joints' holding torques, `τ = z · (g × M)`. `v` is gravity in that frame; `m_tool`, `h_tool` are mass and first moment
-//! of what always hangs beyond the sensor; a load of known mass `m_L` at `r_L` in the link's frame hangs there, too (`p_m`,
+//! of what always hangs beyond the sensor; a load of mass `m_L` at `r_L` in the link's frame hangs there, too (`p_m`,
 //! `R_m`: the sensor's mounting in that frame).
 //!
 //! The tool is part of the last link, whose whole mass and moment the joint torques see: the tool's own are unknowns that
@@ -19,6 +19,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::sensed::{Sensed, SensedQuantity};
 use crate::residuals::CarriedLoad;
+use crate::residuals::pose_torque::LoadState;
 
 /// What a six-axis force and torque sensor senses; N and N·m.
 #[derive(Clone, Debug)]
@@ -51,14 +52,14 @@ impl SensedQuantity for Wrench {
     }
 
     fn blocks(&self) -> Vec<BlockId> {
-        self.tool.into_iter().chain(self.load.iter().flat_map(|load| load.position.iter().copied())).collect()
+        self.tool.into_iter().chain(self.load.iter().flat_map(CarriedLoad::blocks)).collect()
     }
 
     fn sense(&self, gravity: &Vector3<f64>, own: &[f64]) -> Sensed {
-        let (tool, position) = own.split_at(4);
-        let load_mass = self.load.as_ref().map_or(0.0, |load| load.mass);
-        let parts = position.chunks_exact(3).map(Vector3::from_column_slice);
-        let load_position = self.origin + self.rotation * parts.sum::<Vector3<f64>>();
+        let (tool, stored) = own.split_at(4);
+        let nothing = LoadState { mass: 0.0, position: [0.0; 3] };
+        let LoadState { mass: load_mass, position } = self.load.as_ref().map_or(nothing, |load| load.at(stored));
+        let load_position = self.origin + self.rotation * Vector3::from(position);
         let mass = tool[0] + load_mass;
         let moment = Vector3::from_column_slice(&tool[1..]) + load_mass * load_position;
         let (force, torque) = (-mass * gravity, gravity.cross(&moment));
@@ -66,6 +67,8 @@ impl SensedQuantity for Wrench {
         let (force_by_gravity, torque_by_gravity) = (-mass * Matrix3::identity(), -moment.cross_matrix());
         let by_moment = gravity.cross_matrix();
         let by_position = load_mass * by_moment * self.rotation;
+        let mass_column = self.load.as_ref().map(|load| 4 + load.position_columns()).filter(|place| *place < own.len());
+        let by_load_mass = by_moment * load_position;
         let mut by_own = vec![vec![0.0; own.len()]; 6];
         for axis in 0..3 {
             by_own[axis][0] = -gravity[axis];
@@ -73,6 +76,9 @@ impl SensedQuantity for Wrench {
                 by_own[3 + axis][1 + other] = by_moment[(axis, other)];
                 let parts = by_own[3 + axis][4..].chunks_exact_mut(3);
                 parts.for_each(|part| part[other] = by_position[(axis, other)]);
+            }
+            if let Some(column) = mass_column {
+                (by_own[axis][column], by_own[3 + axis][column]) = (-gravity[axis], by_load_mass[axis]);
             }
         }
         let rows = |matrix: Matrix3<f64>| (0..3).map(move |axis| matrix.row(axis).transpose());
@@ -90,6 +96,7 @@ mod tests {
 
     use super::super::tests::check;
     use super::*;
+    use crate::residuals::LoadMass;
     use crate::residuals::testing::ids;
 
     fn mounting() -> Transform {
@@ -102,7 +109,11 @@ mod tests {
         for full in [false, true] {
             check(6, full, &[1; 4], |own| Arc::new(Wrench::new(&mounting(), tool(own), None)));
             check(6, full, &[1, 1, 1, 1, 3, 3], |own| {
-                let load = CarriedLoad { position: own[4..].to_vec(), mass: 1.7, link: 2 };
+                let load = CarriedLoad { position: own[4..].to_vec(), mass: LoadMass::Known(1.7), link: 2 };
+                Arc::new(Wrench::new(&mounting(), tool(own), Some(load)))
+            });
+            check(6, full, &[1, 1, 1, 1, 3, 3, 1], |own| {
+                let load = CarriedLoad { position: own[4..6].to_vec(), mass: LoadMass::Unknown(own[6]), link: 2 };
                 Arc::new(Wrench::new(&mounting(), tool(own), Some(load)))
             });
         }
@@ -111,7 +122,7 @@ mod tests {
     #[test]
     fn the_link_holds_what_hangs_beyond_the_sensor() {
         let ids = ids(&[1, 1, 1, 1, 3]);
-        let load = CarriedLoad { position: vec![ids[4]], mass: 2.0, link: 0 };
+        let load = CarriedLoad { position: vec![ids[4]], mass: LoadMass::Known(2.0), link: 0 };
         let sensor = Wrench::new(&Transform::along([0.0, 0.0, 0.1]), [ids[0], ids[1], ids[2], ids[3]], Some(load));
         // A tool of 1 kg at the sensor's origin, the load 0.3 m along x of it; gravity points along −z.
         let sensed = sensor.sense(&Vector3::new(0.0, 0.0, -9.8), &[1.0, 0.0, 0.0, 0.0, 0.3, 0.0, 0.1]);

@@ -131,6 +131,7 @@ impl WithSimd for Evaluation<'_> {
         let Evaluation { poses, abreast, inertia, all, residual, jacobian } = self;
         let x = all[0];
         let (pose, gravity) = (poses[0], [x[0], x[1], x[2]]);
+        let load = pose.load(x);
         let Workspace { position, coordinates, bodies, lanes, .. } = abreast;
         let (chain, terms) = (&pose.model.chain, pose.model.terms.as_ref());
         let Some(torques) = chain.gravity_torque_rows(on, coordinates, gravity, inertia, bodies) else { return false };
@@ -149,7 +150,7 @@ impl WithSimd for Evaluation<'_> {
                     Some(further) => on.load(further.by_torque.map(|by_torque| gain + by_torque)),
                     None => on.constant(gain),
                 };
-                pose.write_affine(on, &torque, gain, position, affine);
+                pose.write_affine(on, &torque, gain, (position, load), affine);
                 if let Some(terms) = terms {
                     abreast_terms::write(terms, poses, joint, lanes, (affine, by_terms));
                 }

@@ -2,6 +2,7 @@
 
 use gravcal_dynamics::{Arithmetic, GravityTorqueRow, Stored};
 
+use super::model::{CarriedLoad, LoadState};
 use super::residual::PoseTorque;
 
 impl PoseTorque {
@@ -18,14 +19,14 @@ impl PoseTorque {
 
     /// Writes the row of its reading, straight from where the arm stands.
     ///
-    /// `gain`: of the reading by the torque; `position`: reading of each joint. What lies outside of the row's pattern stays as it is.
+    /// `gain`: of the reading by the torque; `position`: reading of each joint; `load`: what all carry. What lies outside of the row's pattern stays as it is.
     #[inline(always)]
     pub(super) fn write_affine<A: Arithmetic>(
         &self,
         on: A,
         torque: &GravityTorqueRow<'_, A>,
         gain: A::Number,
-        position: &[A::Stored],
+        (position, load): (&[A::Stored], Option<LoadState>),
         row: &mut [A::Stored],
     ) {
         let (n, joint) = (self.position.len(), torque.joint());
@@ -38,18 +39,22 @@ impl PoseTorque {
             let by = gain * by;
             (*by_offset, *by_gain) = (on.store(by), on.store(on.load(*q) * by));
         }
-        let mut by_position = [A::Stored::ZERO; 3];
+        let (mut by_position, mut by_load_mass) = ([A::Stored::ZERO; 3], A::Stored::ZERO);
         let links = &mut by_links.as_chunks_mut().0[torque.moved()];
         for (link, (entries, by)) in torque.moved().zip(links.iter_mut().zip(torque.by_inertia())) {
             let [m, x, y, z] = by;
             let [m, x, y, z] = [gain * m, gain * x, gain * y, gain * z];
             *entries = [on.store(m), on.store(x), on.store(y), on.store(z)];
-            if let Some(load) = self.model.load.as_ref().filter(|load| load.link == link) {
-                let mass = on.constant(load.mass);
+            if let Some((_, load)) = self.model.load.as_ref().zip(load).filter(|(carried, _)| carried.link == link) {
+                let (mass, [px, py, pz]) = (on.constant(load.mass), load.position.map(|r| on.constant(r)));
                 by_position = [on.store(mass * x), on.store(mass * y), on.store(mass * z)];
+                by_load_mass = on.store(m + px * x + py * y + pz * z);
             }
         }
-        by_load.as_chunks_mut().0.fill(by_position);
+        let positions = self.model.load.as_ref().map_or(0, CarriedLoad::position_columns);
+        let (parts, by_mass) = by_load.split_at_mut(positions);
+        parts.as_chunks_mut().0.fill(by_position);
+        by_mass.fill(by_load_mass);
         by_torque_sensors[joint] = on.store(torque.torque());
         by_torque_sensors[n + joint] = on.store(on.constant(1.0));
     }

@@ -2,7 +2,7 @@
 
 use gravcal_dynamics::GravityTorque;
 
-use super::model::sensor_column;
+use super::model::{LoadState, sensor_column};
 use super::residual::PoseTorque;
 use super::terms::{Slopes, Terms};
 use crate::parameter::Quantity;
@@ -15,7 +15,7 @@ impl PoseTorque {
         (terms, slopes): (&Terms, &Slopes),
         gain: f64,
         joint: usize,
-        torque: &GravityTorque,
+        (torque, load): (&GravityTorque, Option<LoadState>),
         row: &mut [f64],
         scratch: &mut Vec<f64>,
     ) {
@@ -23,11 +23,11 @@ impl PoseTorque {
         let own = terms.torques(joint).contains(&joint).then(|| slopes.by_torque[joint]);
         row.fill(0.0);
         let (base, by_terms) = row.split_at_mut(terms.column);
-        self.fill_row(gain + own.unwrap_or(0.0), joint, torque, base);
+        self.fill_row(gain + own.unwrap_or(0.0), joint, torque, load, base);
         for source in terms.torques(joint).iter().copied().filter(|source| *source != joint) {
             scratch.clear();
             scratch.resize(base.len(), 0.0);
-            self.fill_row(slopes.by_torque[source], source, torque, scratch);
+            self.fill_row(slopes.by_torque[source], source, torque, load, scratch);
             // The gain and bias of the other sensor have no part in this reading.
             scratch[sensor(Quantity::TorqueGain, source)] = 0.0;
             scratch[sensor(Quantity::TorqueBias, source)] = 0.0;

@@ -22,7 +22,8 @@ mod terms;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub(crate) use model::LoadState;
 pub(crate) use model::joined;
-pub use model::{CarriedLoad, PoseTorqueBlocks, PoseTorqueModel};
+pub use model::{CarriedLoad, LoadMass, PoseTorqueBlocks, PoseTorqueModel};
 pub use motion::{MotionTorque, MotionTorqueModel};
 pub use residual::PoseTorque;

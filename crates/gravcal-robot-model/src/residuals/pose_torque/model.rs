@@ -1,7 +1,7 @@
 //! What all poses with the same load share: chain, unknowns, and which of them each torque depends on.
 //!
 //! Stored columns, for n joints with a coordinate of their own: gravity 3, all n of `k`, of `b`, of `s`, of `o`, then `(m, h)` of each
-//! link, 3 for each part of the load's position, one for each term of sensors that are not affine, and `c` of each joint where
+//! link, 3 for each part of the load's position, its mass where that is unknown, one for each term of sensors that are not affine, and `c` of each joint where
 //! joints give way. A torque depends on its own gain and bias, but on many position sensors: by quantity, what it touches lies
 //! together.
 
@@ -41,10 +41,62 @@ pub struct PoseTorqueBlocks {
 pub struct CarriedLoad {
     /// Blocks whose sum is its centre of mass in the link's frame, m.
     pub position: Vec<BlockId>,
-    /// kg.
-    pub mass: f64,
+    /// How heavy it is.
+    pub mass: LoadMass,
     /// Index of the link.
     pub link: usize,
+}
+
+/// How heavy a load is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LoadMass {
+    /// Exactly so many kg.
+    Known(f64),
+    /// A block of one number, kg.
+    Unknown(BlockId),
+}
+
+/// A load at the values of one evaluation.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LoadState {
+    /// kg.
+    pub mass: f64,
+    /// Centre of mass in the link's frame, m.
+    pub position: [f64; 3],
+}
+
+impl CarriedLoad {
+    /// Its blocks, in the order in which they are stored.
+    pub(crate) fn blocks(&self) -> impl Iterator<Item = BlockId> {
+        let mass = match self.mass {
+            LoadMass::Known(_) => None,
+            LoadMass::Unknown(block) => Some(block),
+        };
+        self.position.iter().copied().chain(mass)
+    }
+
+    /// How many numbers store its position.
+    pub(crate) fn position_columns(&self) -> usize {
+        3 * self.position.len()
+    }
+
+    /// How many numbers store it.
+    pub(crate) fn columns(&self) -> usize {
+        self.position_columns() + usize::from(matches!(self.mass, LoadMass::Unknown(_)))
+    }
+
+    /// It at these numbers, which begin with those that store it.
+    pub(crate) fn at(&self, stored: &[f64]) -> LoadState {
+        let (parts, rest) = stored.split_at(self.position_columns());
+        let mass = match self.mass {
+            LoadMass::Known(mass) => mass,
+            LoadMass::Unknown(_) => rest[0],
+        };
+        let (parts, _) = parts.as_chunks::<3>();
+        let mut position = [0.0; 3];
+        parts.iter().for_each(|part| position.iter_mut().zip(part).for_each(|(sum, r)| *sum += r));
+        LoadState { mass, position }
+    }
 }
 
 /// What all poses with the same load share.
@@ -78,11 +130,11 @@ impl PoseTorqueModel {
         let mut order = vec![blocks.gravity];
         (0..SENSORS).for_each(|quantity| order.extend(blocks.sensors.iter().map(|own| own[quantity])));
         order.extend(&blocks.inertia);
-        order.extend(load.iter().flat_map(|l| &l.position));
+        order.extend(load.iter().flat_map(CarriedLoad::blocks));
         order.extend(&blocks.terms);
         order.extend(&blocks.compliance);
         let joints = chain.joint_count();
-        let end = inertia_column(joints, chain.link_count()) + 3 * load.as_ref().map_or(0, |l| l.position.len());
+        let end = inertia_column(joints, chain.link_count()) + load.as_ref().map_or(0, CarriedLoad::columns);
         let gives_way = !blocks.compliance.is_empty();
         let terms = (!functions.is_empty()).then(|| Terms::new(functions.clone(), joints, end, gives_way));
         let compliance = gives_way.then_some(end + functions.len());

@@ -22,7 +22,7 @@ use gravcal_dynamics::{Chain, DynamicParameters, InverseDynamics, JointMotion, S
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 use gravcal_recording::{Conditions, Course, MotionSample};
 
-use super::model::{GRAVITY, INERTIA, PoseTorqueModel, inertia_column, joined, sensor_column};
+use super::model::{GRAVITY, INERTIA, LoadState, PoseTorqueModel, inertia_column, joined, sensor_column};
 use super::regressors::Regressors;
 use super::terms::Slopes;
 use crate::parameter::Quantity;
@@ -222,11 +222,9 @@ impl MotionTorque {
         }
         let Some(load) = &self.model.pose.load else { return };
         let carried = &mut bodies[load.link];
-        carried[0] += load.mass;
-        let place = moments + INERTIA * links;
-        for part in x[place..place + 3 * load.position.len()].chunks_exact(3) {
-            add(&mut carried[1..INERTIA], load.mass, part);
-        }
+        let LoadState { mass, position } = load.at(&x[moments + INERTIA * links..]);
+        carried[0] += mass;
+        add(&mut carried[1..INERTIA], mass, &position);
         add(&mut carried[INERTIA..], 1.0, &x[self.model.tensors + TENSOR * links..]);
     }
 
@@ -369,10 +367,15 @@ impl MotionTorque {
             row[column] += times * gain * self.acceleration[joint];
         }
         let Some(load) = &self.model.pose.load else { return };
-        let by_carrying = &by_bodies[load.link];
-        for part in 0..load.position.len() {
-            let column = moments + INERTIA * links + 3 * part;
-            add(&mut row[column..column + 3], times * load.mass, &by_carrying[1..INERTIA]);
+        let (by_carrying, column) = (&by_bodies[load.link], moments + INERTIA * links);
+        let LoadState { mass, position } = load.at(&x[column..]);
+        let (parts, by_mass) = row[column..column + load.columns()].split_at_mut(load.position_columns());
+        for part in parts.as_chunks_mut::<3>().0 {
+            add(part, times * mass, &by_carrying[1..INERTIA]);
+        }
+        for entry in by_mass {
+            let by_moment = position.iter().zip(&by_carrying[1..INERTIA]).map(|(r, by)| r * by).sum::<f64>();
+            *entry += times * (by_carrying[0] + by_moment);
         }
         let tensor = self.model.tensors + TENSOR * links;
         add(&mut row[tensor..tensor + TENSOR], times, &by_carrying[INERTIA..]);

@@ -8,7 +8,7 @@ use gravcal_dynamics::{Bodies, Chain, GravityTorque, Single};
 use gravcal_estimation::{ABREAST, BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 use gravcal_recording::Conditions;
 
-use super::model::{CarriedLoad, GRAVITY, INERTIA, PoseTorqueModel, inertia_column, sensor_column};
+use super::model::{GRAVITY, INERTIA, LoadState, PoseTorqueModel, inertia_column, sensor_column};
 use super::terms::Slopes;
 use super::{abreast, compliance};
 use crate::parameter::Quantity;
@@ -114,19 +114,30 @@ impl PoseTorque {
     pub(super) fn set_inertia(&self, x: &[f64], inertia: &mut [f64]) {
         let (links, beyond) = x[inertia_column(self.position.len(), 0)..].split_at(inertia.len());
         inertia.copy_from_slice(links);
-        if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
-            let load = &beyond[..3 * position.len()];
-            let carried = &mut inertia[INERTIA * link..INERTIA * (link + 1)];
+        if let Some(load) = &self.model.load {
+            let LoadState { mass, position } = load.at(beyond);
+            let carried = &mut inertia[INERTIA * load.link..INERTIA * (load.link + 1)];
             carried[0] += mass;
-            for part in load.chunks_exact(3) {
-                carried[1..].iter_mut().zip(part).for_each(|(h, r)| *h += mass * r);
-            }
+            carried[1..].iter_mut().zip(position).for_each(|(h, r)| *h += mass * r);
         }
+    }
+
+    /// What it carries, at these values.
+    pub(super) fn load(&self, x: &[f64]) -> Option<LoadState> {
+        let first = inertia_column(self.position.len(), self.model.chain.link_count());
+        self.model.load.as_ref().map(|load| load.at(&x[first..]))
     }
 
     /// The row of a joint's reading, times `gain`, from derivatives of all torques: where sensors have terms, joints give way or mimic
     /// others.
-    pub(super) fn fill_row(&self, gain: f64, joint: usize, torque: &GravityTorque, row: &mut [f64]) {
+    pub(super) fn fill_row(
+        &self,
+        gain: f64,
+        joint: usize,
+        torque: &GravityTorque,
+        load: Option<LoadState>,
+        row: &mut [f64],
+    ) {
         let (n, links) = (self.position.len(), self.model.chain.link_count());
         let [by_gravity, by_torque_sensors, by_position_gains, by_offsets, by_links, by_load] = self.parts(row);
         for (entry, by) in by_gravity.iter_mut().zip(&torque.by_gravity[3 * joint..]) {
@@ -141,7 +152,7 @@ impl PoseTorque {
         let felt = INERTIA * felt.start..INERTIA * felt.end;
         let by_inertia = &torque.by_inertia[INERTIA * links * joint..];
         by_links[felt.clone()].iter_mut().zip(&by_inertia[felt]).for_each(|(entry, by)| *entry = gain * by);
-        self.finish_row(by_position_gains, by_offsets, by_links, by_load);
+        self.finish_row(by_position_gains, by_offsets, by_links, (load, by_load));
     }
 
     /// The columns of gravity, torque gains and biases, position gains, offsets, links and load.
@@ -163,16 +174,17 @@ impl PoseTorque {
         by_position_gains: &mut [f64],
         by_offsets: &[f64],
         by_links: &[f64],
-        by_load: &mut [f64],
+        (load, by_load): (Option<LoadState>, &mut [f64]),
     ) {
         for ((by_gain, q), by_offset) in by_position_gains.iter_mut().zip(&self.position).zip(by_offsets) {
             *by_gain = q * by_offset;
         }
-        if let Some(CarriedLoad { mass, link, ref position }) = self.model.load {
-            let [_, by_moment @ ..] = by_links.as_chunks::<INERTIA>().0[link];
-            for part in by_load[..3 * position.len()].as_chunks_mut().0 {
-                *part = by_moment.map(|by| mass * by);
-            }
+        if let Some((carried, LoadState { mass, position })) = self.model.load.as_ref().zip(load) {
+            let [by_mass, by_moment @ ..] = by_links.as_chunks::<INERTIA>().0[carried.link];
+            let (parts, rest) = by_load[..carried.columns()].split_at_mut(carried.position_columns());
+            parts.as_chunks_mut().0.fill(by_moment.map(|by| mass * by));
+            let [x, y, z] = [0, 1, 2].map(|axis| by_moment[axis] * position[axis]);
+            rest.fill(by_mass + x + y + z);
         }
     }
 
@@ -191,14 +203,14 @@ impl PoseTorque {
             terms.add_to_coordinates((&self.position, &self.conditions), x, coordinates, slopes);
         }
         self.set_inertia(&x[..self.model.affine_columns], inertia);
-        let gravity = [x[0], x[1], x[2]];
+        let (gravity, load) = ([x[0], x[1], x[2]], self.load(x));
         let (gain, bias) = (self.sensors(x, Quantity::TorqueGain), self.sensors(x, Quantity::TorqueBias));
         if let Some(rows) = jacobian.as_mut().filter(|_| self.model.is_affine())
             && let Some(torques) = self.model.chain.gravity_torque_rows(Single, coordinates, gravity, inertia, bodies)
         {
             for (row, (residual, (joint, reading))) in residual.iter_mut().zip(&self.readings).enumerate() {
                 let torque = torques.of_joint(*joint);
-                self.write_affine(Single, &torque, gain[*joint], &self.position, rows.row(row));
+                self.write_affine(Single, &torque, gain[*joint], (&self.position, load), rows.row(row));
                 *residual = self.predict_affine(Single, &torque, [gain[*joint], bias[*joint]]) - reading;
             }
             return Ok(());
@@ -222,12 +234,12 @@ impl PoseTorque {
             let Some(rows) = &mut jacobian else { continue };
             let row = rows.row(row);
             match terms {
-                None => self.fill_row(gain, *joint, torque, row),
+                None => self.fill_row(gain, *joint, torque, load, row),
                 Some(terms) => {
                     if let Some(compliance) = &compliance {
                         slopes.with_compliance(terms.coordinates(*joint), compliance);
                     }
-                    self.fill_row_with_terms((terms, slopes), gain, *joint, torque, row, scratch);
+                    self.fill_row_with_terms((terms, slopes), gain, *joint, (torque, load), row, scratch);
                 }
             }
             if let Some(column) = self.model.compliance {

@@ -60,18 +60,18 @@ fn branched_chain() -> Chain {
     Chain::branched("base", joints, links, &attachments).unwrap()
 }
 
-/// Readings of three of its four joints with a load on the last link, and so many compliances; lengths of the blocks.
+/// Readings of three of its four joints with a load of unknown mass on the last link, and so many compliances; lengths of the blocks.
 fn on_branches(compliances: usize) -> (PoseTorque, Vec<usize>) {
-    let lengths = [vec![3], vec![1; 16], vec![4; 5], vec![3], vec![1; compliances]].concat();
+    let lengths = [vec![3], vec![1; 16], vec![4; 5], vec![3, 1], vec![1; compliances]].concat();
     let ids = ids(&lengths);
     let blocks = PoseTorqueBlocks {
         gravity: ids[0],
         sensors: (0..4).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
         inertia: ids[17..22].to_vec(),
         terms: Vec::new(),
-        compliance: ids[23..].to_vec(),
+        compliance: ids[24..].to_vec(),
     };
-    let load = CarriedLoad { position: vec![ids[22]], mass: 1.7, link: 4 };
+    let load = CarriedLoad { position: vec![ids[22]], mass: LoadMass::Unknown(ids[23]), link: 4 };
     let model = PoseTorqueModel::new(Arc::new(branched_chain()), &blocks, &SensorTerms::default(), Some(load));
     let readings = vec![(0, 2.0), (1, 1.0), (2, -1.0)];
     (PoseTorque::new(Arc::new(model), vec![0.3, 0.2, -0.8, 0.5], readings), lengths)
@@ -83,7 +83,7 @@ fn derivatives_on_branches() {
     check_at_random_points(&residual, &lengths, &vec![0.5; lengths.iter().sum()]);
     assert_rows_within_their_patterns(&residual, &lengths);
     // The sliding joint of one branch: its own sensors, positions of trunk and branch, its link, the load's columns.
-    assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..6, 9..10, 11..14, 15..18, 27..31, 39..42]);
+    assert_eq!(residual.row_pattern(2).unwrap(), [0..3, 5..6, 9..10, 11..14, 15..18, 27..31, 39..43]);
 
     let (compliant, lengths) = on_branches(4);
     assert_rows_within_their_patterns(&compliant, &lengths);
@@ -95,19 +95,19 @@ fn derivatives_on_branches() {
 
 /// Lengths of the blocks of a chain of three joints with a load, and so many of one number beyond.
 pub fn lengths(beyond: usize) -> Vec<usize> {
-    [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3], vec![1; beyond]].concat()
+    [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3, 1], vec![1; beyond]].concat()
 }
 
-/// A chain of three joints with a load on the second link; blocks after it are those of the terms, then compliances.
+/// A chain of three joints with a load of unknown mass on the second link; blocks after it are those of the terms, then compliances.
 pub fn model_of(chain: Chain, terms: &SensorTerms, ids: &[BlockId]) -> PoseTorqueModel {
     let blocks = PoseTorqueBlocks {
         gravity: ids[0],
         sensors: (0..3).map(|j| std::array::from_fn(|k| ids[1 + 4 * j + k])).collect(),
         inertia: ids[13..16].to_vec(),
-        terms: ids[18..18 + terms.len()].to_vec(),
-        compliance: ids[18 + terms.len()..].to_vec(),
+        terms: ids[19..19 + terms.len()].to_vec(),
+        compliance: ids[19 + terms.len()..].to_vec(),
     };
-    let load = CarriedLoad { position: ids[16..18].to_vec(), mass: 1.7, link: 1 };
+    let load = CarriedLoad { position: ids[16..18].to_vec(), mass: LoadMass::Unknown(ids[18]), link: 1 };
     PoseTorqueModel::new(Arc::new(chain), &blocks, terms, Some(load))
 }
 
@@ -232,10 +232,10 @@ pub fn assert_rows_within_their_patterns(residual: &dyn Residual, lengths: &[usi
     }
 }
 
-/// Four poses of the branches, a load on one of them: no joint mimics another.
+/// Four poses of the branches, a load of unknown mass on one of them: no joint mimics another.
 fn on_plain_branches() -> Vec<PoseTorque> {
     let joints = 4;
-    let lengths = [vec![3], vec![1; 16], vec![4; 4], vec![3]].concat();
+    let lengths = [vec![3], vec![1; 16], vec![4; 4], vec![3, 1]].concat();
     let ids = ids(&lengths);
     let blocks = PoseTorqueBlocks {
         gravity: ids[0],
@@ -248,7 +248,7 @@ fn on_plain_branches() -> Vec<PoseTorque> {
     let attachments = [None, Some(0), Some(1), Some(0)].map(|parent| Attachment { parent, mimic: None });
     let movers = branched.movers()[..joints].to_vec();
     let chain = Chain::branched("base", movers, branched.links()[..joints].to_vec(), &attachments).unwrap();
-    let load = CarriedLoad { position: vec![ids[21]], mass: 1.7, link: 2 };
+    let load = CarriedLoad { position: vec![ids[21]], mass: LoadMass::Unknown(ids[22]), link: 2 };
     let model = Arc::new(PoseTorqueModel::new(Arc::new(chain), &blocks, &SensorTerms::default(), Some(load)));
     let pose = |shift: f64| {
         let position = READ_POSITIONS.iter().chain(&[0.5]).map(|q| q + shift).collect();

@@ -25,9 +25,9 @@ fn course(moving: f64) -> Arc<Course> {
 
 /// A chain of three joints with a load on the second link; lengths of its blocks and their ids.
 fn model(terms: &SensorTerms) -> (Arc<PoseTorqueModel>, Vec<usize>, Vec<BlockId>) {
-    let lengths = [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3], vec![1; terms.len()], vec![6; 4], vec![1; 2]].concat();
+    let lengths = [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3, 1], vec![1; terms.len()], vec![6; 4], vec![1; 2]].concat();
     let ids = ids(&lengths);
-    let first = 18 + terms.len();
+    let first = 19 + terms.len();
     (Arc::new(model_of(some_chain(), terms, &ids[..first])), lengths, ids[first..].to_vec())
 }
 
