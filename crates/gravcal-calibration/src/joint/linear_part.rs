@@ -1,9 +1,12 @@
 //! What is linear in the joint problem, solved for given gravity and sensors.
 
-use gravcal_estimation::{BlockId, Problem};
+use gravcal_estimation::{BlockId, Linearization, Problem, Values};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{JointKnowledge, KnowledgeKind, LoadDistance, Session};
 
+use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
+
+use super::at_distances::{KnownLength, Quadratic};
 use super::error::PosingError;
 use super::posing::pose_readings_alone;
 use super::problem::JointProblem;
@@ -41,8 +44,36 @@ impl<'s> LinearPart<'s> {
         self.session
     }
 
-    /// The least-squares solution for the gravity and the sensors of a candidate; and the cost left.
+    /// The least-squares solution for the gravity and the sensors of a candidate, with known distances of placements kept; and the cost left.
     pub fn solve(&self, candidate: &Unknowns) -> (f64, Unknowns) {
+        let values = self.values(candidate);
+        if self.session.load_distances.is_empty() {
+            return self.solve_from(&values, candidate);
+        }
+        let Ok(linearization) = self.linear.linearize(&values) else { return (f64::INFINITY, candidate.clone()) };
+        let Some(quadratic) = quadratic(&*linearization) else { return self.solve_from(&values, candidate) };
+        let lengths = self.session.load_distances.iter().filter_map(|known| self.known_length(known, &values));
+        let quadratic = lengths.fold(quadratic, |quadratic, known| quadratic.keeping(&known));
+        let solved = self.linear.retract(&values, quadratic.step.as_slice());
+        (linearization.cost() - quadratic.reduction, self.posed.layout.unknowns(&solved, candidate))
+    }
+
+    /// The same without known distances.
+    fn solve_anywhere(&self, candidate: &Unknowns) -> (f64, Unknowns) {
+        self.solve_from(&self.values(candidate), candidate)
+    }
+
+    fn solve_from(&self, values: &Values, candidate: &Unknowns) -> (f64, Unknowns) {
+        let Ok(mut linearization) = self.linear.linearize(values) else { return (f64::INFINITY, candidate.clone()) };
+        let scaling = linearization.column_scales();
+        let mut step = vec![0.0; scaling.len()];
+        let gain = linearization.damped_step(FAINT_DAMPING, &scaling, &mut step).predicted_reduction;
+        let solved = self.linear.retract(values, &step);
+        (linearization.cost() - gain, self.posed.layout.unknowns(&solved, candidate))
+    }
+
+    /// Gravity and sensors of a candidate; the rest from where what is linear starts.
+    fn values(&self, candidate: &Unknowns) -> Values {
         let layout = &self.posed.layout;
         let mut values = self.posed.initial.clone();
         values.set(layout.gravity, &candidate.gravity);
@@ -50,21 +81,33 @@ impl<'s> LinearPart<'s> {
             ids.iter().zip(sensor).for_each(|(id, value)| values.set(*id, &[*value]));
         }
         layout.further.iter().zip(&candidate.further).for_each(|(id, value)| values.set(*id, &[*value]));
-        let Ok(mut linearization) = self.linear.linearize(&values) else { return (f64::INFINITY, candidate.clone()) };
-        let scaling = linearization.column_scales();
-        let mut step = vec![0.0; scaling.len()];
-        let gain = linearization.damped_step(FAINT_DAMPING, &scaling, &mut step).predicted_reduction;
-        let solved = self.linear.retract(&values, &step);
-        (linearization.cost() - gain, layout.unknowns(&solved, candidate))
+        values
+    }
+
+    /// How the difference of two placements depends on the columns of the linear problem; nothing where one of them is not carried.
+    fn known_length(&self, known: &LoadDistance, values: &Values) -> Option<KnownLength> {
+        let [from, to] = known.between.map(|load| self.posed.layout.loads[load].as_deref());
+        let (mut difference, mut by_step) = (Vector3::zeros(), Matrix3xX::zeros(self.linear.columns().len()));
+        for (placement, sign) in [(from?, -1.0), (to?, 1.0)] {
+            for block in placement {
+                difference += sign * Vector3::from_column_slice(values.get(*block));
+                self.linear.columns_of(*block).zip(0..3).for_each(|(column, axis)| by_step[(axis, column)] += sign);
+            }
+        }
+        Some(KnownLength { difference, by_step, length: known.distance })
     }
 
     /// The same with torque gains of the size that the loads tell, where the candidate's are far from it.
     pub fn solve_to_scale(&self, candidate: &Unknowns) -> (f64, Unknowns) {
-        let (cost, solved) = self.solve(candidate);
-        match self.gain_scale(cost, &solved) {
-            scale if (1.0 / FAR_SCALE..FAR_SCALE).contains(&scale) => (cost, solved),
-            scale => self.solve(&with_gains_times(scale, candidate)),
+        let (cost, anywhere) = self.solve_anywhere(candidate);
+        let scale = self.gain_scale(cost, &anywhere);
+        let as_it_is = self.solve(candidate);
+        if (1.0 / FAR_SCALE..FAR_SCALE).contains(&scale) {
+            return as_it_is;
         }
+        let scaled = self.solve(&with_gains_times(scale, candidate));
+        // Placements that the readings hardly tell may lie anywhere, and tell a scale that nothing else bears out.
+        if scaled.0 < as_it_is.0 - WORTHWHILE { scaled } else { as_it_is }
     }
 
     /// By what all torque gains are to be multiplied, where none is known beforehand. `one`: the cost left without that.
@@ -79,7 +122,7 @@ impl<'s> LinearPart<'s> {
         if session.loads.is_empty() || !session.joints.iter().all(free) {
             return 1.0;
         }
-        let [(half, _), (two, _)] = [0.5, 2.0].map(|scale| self.solve(&with_gains_times(scale, start)));
+        let [(half, _), (two, _)] = [0.5, 2.0].map(|scale| self.solve_anywhere(&with_gains_times(scale, start)));
         let slopes = [2.0 * (one - half), two - one];
         let curvature = (slopes[1] - slopes[0]) / 1.5;
         let scale = 1.5 / 2.0 - slopes[0] / (2.0 * curvature);
@@ -99,4 +142,46 @@ fn with_gains_times(scale: f64, values: &Unknowns) -> Unknowns {
     let mut scaled = values.clone();
     scaled.sensors.iter_mut().for_each(|sensor| sensor[Quantity::TorqueGain as usize] *= scale);
     scaled
+}
+
+/// The cost of a linear problem, minimised in the unit of its columns; nothing where that needs more digits than there are.
+fn quadratic(linearization: &dyn Linearization) -> Option<Quadratic> {
+    let (size, hessian) = (linearization.gradient().len(), linearization.hessian());
+    let scales = linearization.column_scales();
+    let damping = |i: usize| FAINT_DAMPING * scales[i] * scales[i];
+    let hessian = DMatrix::from_fn(size, size, |i, j| hessian[i * size + j] + if i == j { damping(i) } else { 0.0 });
+    Quadratic::minimised(hessian, &DVector::from_column_slice(linearization.gradient()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::joint::{Signals, select};
+    use crate::testing::sarcos_shoulder;
+
+    #[test]
+    fn placements_start_at_their_known_distance_and_explain_the_readings() {
+        let simulation = sarcos_shoulder();
+        let session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let part = LinearPart::new(&session, &readings, &Unknowns::nominal(&session)).unwrap();
+        let (cost, found) = part.solve(&simulation.truth);
+        let [a, b] = [0, 1].map(|load| Vector3::from(found.loads[load]));
+        assert!(((b - a).norm() - session.load_distances[0].distance).abs() < 1e-9);
+        // Gravity and sensors are true: noise alone is left, ½ a reading.
+        let per_reading = cost / readings.count() as f64;
+        assert!((0.4..0.6).contains(&per_reading), "{per_reading}");
+        let (anywhere, free) = part.solve_anywhere(&simulation.truth);
+        assert!(anywhere <= cost && free.loads != found.loads);
+    }
+
+    #[test]
+    fn gains_that_start_half_as_large_are_brought_to_scale() {
+        let simulation = sarcos_shoulder();
+        let session = simulation.session(0);
+        let part = LinearPart::new(&session, &select(&session, Signals::All), &Unknowns::nominal(&session)).unwrap();
+        let (_, found) = part.solve_to_scale(&with_gains_times(0.5, &simulation.truth));
+        let ratio = found.sensors[0][0] / simulation.truth.sensors[0][0];
+        assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    }
 }

@@ -2,6 +2,7 @@
 
 mod aligned;
 mod answer;
+mod at_distances;
 mod at_rest;
 mod bending;
 mod blocks;

@@ -101,8 +101,7 @@ fn rough_ends(
 
 /// What suits `known` best, or one step or a few iterations on, if that explains the readings of the sample.
 fn near_known(part: &LinearPart<'_>, sample: &Sample, known: &Unknowns, workbench: &Workbench<'_>) -> Option<Unknowns> {
-    let (cost, mut start) = part.solve(known);
-    respect_distances(part.session(), &mut start);
+    let (cost, start) = part.solve(known);
     if cost < sample.explained() {
         return Some(start);
     }
@@ -131,11 +130,7 @@ fn candidates(part: &LinearPart<'_>, known: Option<&Unknowns>) -> impl Iterator<
     let magnitude = session.gravity.magnitude;
     let directed = move |direction: [f64; 3]| Unknowns { gravity: direction.map(|c| magnitude * c), ..nominal.clone() };
     let places = known.cloned().into_iter().chain(directions(session.gravity.hemisphere).map(directed));
-    places.map(move |place| {
-        let (cost, mut start) = part.solve_to_scale(&place);
-        respect_distances(session, &mut start);
-        (cost, start)
-    })
+    places.map(move |place| part.solve_to_scale(&place))
 }
 
 /// The best few candidates that are apart from each other.
@@ -187,29 +182,7 @@ fn turned(direction: [f64; 3], angle: f64) -> [[f64; 3]; 4] {
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.
 pub(crate) fn start_around(session: &Session, readings: &Readings, known: &Unknowns) -> Result<Unknowns, PosingError> {
     let (_, solved) = LinearPart::new(session, &thinned(session, readings), known)?.solve(known);
-    let mut start =
-        Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved };
-    respect_distances(session, &mut start);
-    Ok(start)
-}
-
-/// Puts placements of a known distance that far apart: the linear problem does not know of distances, and a solver
-/// that starts off a nearly exact distance must creep along its sphere.
-fn respect_distances(session: &Session, start: &mut Unknowns) {
-    for known in &session.load_distances {
-        let [a, b] = known.between;
-        let [p, q] = known.between.map(|load| nalgebra::Vector3::from(start.loads[load]));
-        let Some(direction) = (q - p).try_normalize(f64::MIN_POSITIVE) else { continue };
-        let excess = known.distance - (q - p).norm();
-        let free = known.between.map(|load| session.loads[load].position.is_none());
-        let shares = match free {
-            [true, true] => [0.5, 0.5],
-            [true, false] => [1.0, 0.0],
-            [false, _] => [0.0, 1.0],
-        };
-        start.loads[a] = (p - shares[0] * excess * direction).into();
-        start.loads[b] = (q + shares[1] * excess * direction).into();
-    }
+    Ok(Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved })
 }
 
 /// A direction [`OFF_AXIS`] away from the given one, towards no special side.
