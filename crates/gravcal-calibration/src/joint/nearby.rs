@@ -32,8 +32,11 @@ impl Solved {
     /// Where the problem cannot be evaluated nearby.
     pub(super) fn with_nearby(self, session: &Session, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
         let mut solved = self;
-        for _ in 0..ROUNDS {
+        for round in 0..=ROUNDS {
             solved.nearby = solved.look_around(session, workbench)?;
+            if round == ROUNDS {
+                break;
+            }
             let problem = solved.judged_problem().without_reference();
             let costs = solved.nearby.iter().map(|near| Ok((problem.cost(&near.values)?, &near.values)));
             let costs = costs.collect::<Result<Vec<_>, EstimateError>>()?;
