@@ -15,11 +15,13 @@ use super::solve::solve_from;
 use super::solved::Solved;
 use super::tell::{mirrored_gains, tell_termination};
 use super::unknowns::Unknowns;
-use crate::judgement::{far_off, in_words};
+use crate::judgement::{explained, far_off, in_words};
 use crate::result::{NoiseSource, ParameterResult, UncertaintyResult, Verdict};
 
 /// Readings explained this many times worse than their stated noise contradict the model: no number can be relied on.
 const CONTRADICTION: f64 = 3.0;
+/// And where that is less probable than this: a single degree of freedom exceeds its noise three times in one session of four hundred.
+const BEYOND_CHANCE: f64 = 1e-6;
 /// From here on intervals cannot be relied on though the values may.
 const DOUBT: f64 = 1.5;
 /// Readings scatter so many times less than stated, where that is no accident: the stated noise is another.
@@ -66,7 +68,7 @@ impl Answer {
         self.remark_on_residuals(session, &mut findings);
         self.solved.biases_that_hold_friction(session).into_iter().for_each(|remark| findings.remark(remark));
         self.solved.gains_that_hold_bending(session).into_iter().for_each(|remark| findings.remark(remark));
-        self.remark_on_contradictions(session, &mut findings);
+        self.remark_on_contradictions(session, &mut findings)?;
         self.remark_on_unexplained(session, &mut findings);
         let noisy = self.remark_on_noise_found(session, &mut findings)?;
         self.remark_on_gravity_upwards(session, &mut findings);
@@ -76,7 +78,7 @@ impl Answer {
         if let Some(mistake) = find_mistake(session, &self.solved, doubtful, workbench)? {
             self.forget_mirrored(session, &mut findings);
             findings.fail_first(mistake);
-        } else if self.misfit.is_some_and(|misfit| misfit > CONTRADICTION) || noisy || excused {
+        } else if self.contradiction(session)?.is_some() || noisy || excused {
             findings.remark_first(session.stuck_positions_remark());
         }
         Ok(findings)
@@ -152,11 +154,18 @@ impl Answer {
         (stated && by_noise && ratio < TOO_WELL && accident < SIGNIFICANCE).then_some(ratio)
     }
 
+    /// How many times worse than their stated noise the readings are explained, where that is far beyond any chance.
+    fn contradiction(&self, session: &Session) -> Result<Option<f64>, EstimateError> {
+        let Some(misfit) = self.misfit.filter(|misfit| *misfit > CONTRADICTION) else { return Ok(None) };
+        let p_value = explained(session, &self.solved, 2.0 * self.solved.estimate.cost)?.p_value;
+        Ok(p_value.is_some_and(|p| p < BEYOND_CHANCE).then_some(misfit))
+    }
+
     /// Finds what the readings contradict: then there is no answer to rely on.
-    fn remark_on_contradictions(&self, session: &Session, findings: &mut Findings) {
+    fn remark_on_contradictions(&self, session: &Session, findings: &mut Findings) -> Result<(), EstimateError> {
         let solved = &self.solved;
         let termination = solved.estimate.termination;
-        if let Some(misfit) = self.misfit.filter(|misfit| *misfit > CONTRADICTION) {
+        if let Some(misfit) = self.contradiction(session)? {
             findings.fail(Mistake {
                 what: format!("the model contradicts the readings: residuals {misfit:.0} times the stated noise"),
                 advice: "What to look at: the sign of a torque sensor (torque_sign = \"reversed\"), units, swapped \
@@ -167,7 +176,7 @@ impl Answer {
             });
         }
         if !termination.converged() {
-            return;
+            return Ok(());
         }
         if self.solved.hemisphere_contradicted {
             findings.fail(Mistake {
@@ -195,6 +204,7 @@ impl Answer {
         if let Some(mistake) = other_unit(session, &self.solved, &self.parameters) {
             findings.fail(mistake);
         }
+        Ok(())
     }
 
     /// Torques of the other sign are those of gravity the other way up: where it comes out upwards and no hemisphere says so, one of both
@@ -299,12 +309,12 @@ mod tests {
         let answer = Answer::of(&session, &select(&session, Signals::All), None, &workbench).unwrap();
         let accused = |remarks: &[String]| remarks.iter().any(|r| r.contains("of the other sign than"));
         let mut findings = Findings::none(true);
-        answer.remark_on_contradictions(&session, &mut findings);
+        answer.remark_on_contradictions(&session, &mut findings).unwrap();
         answer.forget_mirrored(&session, &mut findings);
         let (_, remarks) = findings.told();
         assert!(!accused(&remarks), "{remarks:?}");
         let mut findings = Findings::none(true);
-        answer.remark_on_contradictions(&session, &mut findings);
+        answer.remark_on_contradictions(&session, &mut findings).unwrap();
         let (_, remarks) = findings.told();
         assert!(accused(&remarks), "{remarks:?}");
     }
