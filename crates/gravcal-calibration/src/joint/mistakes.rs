@@ -28,6 +28,9 @@ use super::unknowns::Unknowns;
 /// A mistake must lower the cost of a start to this share of it; the cost of a solution likewise.
 const BETTER_START: f64 = 0.7;
 const BETTER: f64 = 0.2;
+/// Noise that is found from fewer degrees of freedom than this part of the numbers that are fitted may by chance be anything, and with it the
+/// likelihood.
+const TELLING: usize = 2;
 /// How many of the most promising are solved for.
 const SOLVED: usize = 3;
 
@@ -109,13 +112,18 @@ fn mistaken_columns(
     Ok(likelier.then(|| hypothesis.tell(session, 100.0 * (after / before).sqrt())))
 }
 
-/// Whether a session, started there, explains the readings so much better than the solution that it is no accident of having tried so many.
+/// Whether a session, started there, explains the readings so much better than the solution that it is no accident of having tried so many,
+/// nor of few readings without stated noise.
 pub(super) fn decisively_likelier(
     (made, start): (&Session, Unknowns),
     (session, solved): (&Session, &Solved),
     tried: usize,
     workbench: &Workbench<'_>,
 ) -> Result<bool, EstimateError> {
+    let (rank, rows) = (solved.spectrum.rank(), solved.judged_problem().rows());
+    if solved.readings.noise_found(session) && rows < rank + rank / TELLING {
+        return Ok(false);
+    }
     let noise = first_noise(session, &solved.readings.spreads);
     let readings = Readings { noise, ..solved.readings.clone() }.with_rough_unexplained(session);
     let other = solve_from(made, &readings, start, workbench)?;

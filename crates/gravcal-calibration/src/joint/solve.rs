@@ -16,7 +16,7 @@ use super::sample::Sample;
 use super::signs::turned_gains;
 use super::solved::Solved;
 use super::start::{best_start, further_starts, start_around};
-use super::twins::settled;
+use super::twins::{gains_disagree, otherwise_displaced, settled};
 use super::unknowns::Unknowns;
 use crate::judgement::explained;
 
@@ -58,7 +58,11 @@ pub fn solve(
     let solved = settled(session, solved, &sample, workbench)?;
     let stopped = solved.estimate.termination == Termination::Stopped;
     let noise_is_found = solved.readings.noise_found(session) && readings.order == Order::Together;
-    let doubtful = noise_is_found || !solved.estimate.termination.converged() || solved.misfit(session)?.is_some();
+    let of_displacement = readings.order == Order::Together && gains_disagree(session, &solved);
+    let doubtful = noise_is_found
+        || of_displacement
+        || !solved.estimate.termination.converged()
+        || solved.misfit(session)?.is_some();
     if doubtful && !stopped {
         let readings = &readings.with_rough_unexplained(session);
         return lowest_elsewhere(session, readings, &sample, solved, known, workbench);
@@ -88,6 +92,7 @@ fn lowest_elsewhere(
     let on = |there: &Solved| there.unknowns(&nominal);
     let mut likeliest = Likeliest::first(solved.into_end(session));
     likeliest.or_from(vec![best_start(session, sample, known, &second)?], follow, on, &second);
+    likeliest.or_from(otherwise_displaced(session, &on(&likeliest.best.solution)), follow, on, workbench);
     likeliest.or_from(further_starts(session, sample, known, workbench)?, follow, on, workbench);
     if !likeliest.best.termination.converged() || likeliest.best.solution.misfit(session)?.is_some() {
         likeliest.or_from(further_starts(session, sample, known, &second)?, follow, on, &second);
