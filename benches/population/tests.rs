@@ -149,8 +149,20 @@ fn a_session_depends_on_its_number_alone() {
 
 /// Seed and number of poor sessions of which something wrong was told once: a joint half a turn on, noise that too few readings tell,
 /// no answer where they are as many as the unknowns.
-const ONCE_WRONG: [(u64, u64); 9] =
-    [(21, 156), (21, 111), (21, 503), (21, 516), (21, 1161), (21, 1312), (21, 1453), (21, 2148), (21, 2345)];
+const ONCE_WRONG: [(u64, u64); 12] = [
+    (21, 156),
+    (21, 111),
+    (21, 503),
+    (21, 516),
+    (21, 1161),
+    (21, 1312),
+    (21, 1453),
+    (21, 2148),
+    (21, 2345),
+    (21, 2027),
+    (100, 280),
+    (100, 390),
+];
 
 #[test]
 fn of_sessions_that_were_once_wrong_nothing_wrong_is_told() {

@@ -25,7 +25,7 @@ pub use parameter::ParameterResult;
 pub use payload::{PayloadNumber, PayloadResult};
 pub use positions::{DeflectionResult, PositionErrorResult};
 pub use residual_tests::{ResidualTest, ResidualTestKind};
-pub use residuals::ReadingResidual;
+pub use residuals::{ReadingResidual, TorqueParts};
 
 /// One estimator's answer.
 #[derive(Clone, Debug, Serialize)]

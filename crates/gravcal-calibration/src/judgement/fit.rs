@@ -5,6 +5,7 @@ use gravcal_identification::Explained;
 use gravcal_robot_model::session::Session;
 use std::sync::Arc;
 
+use super::torque_parts::torque_parts;
 use crate::joint::{Readings, Solved};
 use crate::result::{Fit, HeldOut, JointFit, ReadingResidual, UnexplainedResult};
 
@@ -92,8 +93,9 @@ fn by_reading(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Ve
     }
     let nominal = problem.residuals(&before).unwrap_or_else(|_| vec![f64::NAN; whitened.len()]);
     let weights = problem.weights(values)?;
-    let rows = solved.posed.rows.iter().zip(whitened).zip(nominal.iter().zip(weights));
-    let told = rows.map(|(((pose, channel), whitened), (nominal, weight))| {
+    let parts = torque_parts(session, solved)?;
+    let rows = solved.posed.rows.iter().zip(whitened).zip(nominal.iter().zip(weights).zip(parts));
+    let told = rows.map(|(((pose, channel), whitened), ((nominal, weight), torque))| {
         let std = solved.readings.std(session, *pose, *channel);
         ReadingResidual {
             pose: *pose,
@@ -102,6 +104,7 @@ fn by_reading(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Ve
             nominal_residual: std * nominal,
             std,
             weight,
+            torque,
         }
     });
     Ok(told.collect())

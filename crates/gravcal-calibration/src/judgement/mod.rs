@@ -13,6 +13,7 @@ mod remarks;
 mod residual_tests;
 mod rotors;
 mod tools;
+mod torque_parts;
 
 pub(crate) use cure::Situation;
 pub(crate) use determined::{Asked, Judgement, asked, limits_of_use};

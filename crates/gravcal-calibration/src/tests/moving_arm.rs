@@ -246,6 +246,36 @@ fn all_parameters_are_found_within_their_intervals() {
     assert!((0.6..1.5).contains(&rms(&all)), "{} {all:?}", rms(&all));
 }
 
+/// What gravity, inertia and friction make the sensors read is told apart.
+#[test]
+fn predictions_are_made_of_gravity_inertia_and_friction() {
+    let folder = tempfile::tempdir().unwrap();
+    let session = session(folder.path(), 1, SESSION);
+    let (result, chain) = (estimated(&session), &session.robot.chain);
+    let mut largest = [[0.0_f64; 2]; 3];
+    for told in &result.fit.as_ref().unwrap().residuals {
+        let (pose, joint) = (&session.poses[told.pose], told.channel);
+        let [gain, bias, position_gain, _, coulomb, viscous] = TRUTH[joint];
+        let parts = told.torque.unwrap();
+        // Gravity by the true arm where the window stands in the mean: half a per cent is the curvature within it.
+        let coordinates: Vec<f64> = (0..3).map(|j| TRUTH[j][2] * pose.position[j] + TRUTH[j][3]).collect();
+        let moments: Vec<f64> =
+            bodies(chain, pose.load.is_some()).chunks(10).flat_map(|body| body[..4].to_vec()).collect();
+        let mut torque = vec![0.0; 3];
+        chain.gravity_torque(&coordinates, GRAVITY, &moments, &mut torque);
+        let reading = session.reading(told.pose, joint).unwrap().value;
+        let friction = reading + told.residual - parts.gravity - parts.inertia - parts.bias;
+        let (speed, direction) = (pose.conditions.velocity[joint], pose.conditions.direction[joint]);
+        let expected = coulomb * direction + viscous * speed;
+        assert!((parts.bias - bias).abs() < 0.05, "{} {bias} {position_gain}", parts.bias);
+        largest[joint][0] = largest[joint][0].max((parts.gravity - gain * torque[joint]).abs());
+        largest[joint][1] = largest[joint][1].max((friction - expected).abs());
+    }
+    for (joint, [of_gravity, of_friction]) in largest.into_iter().enumerate() {
+        assert!(of_gravity < 0.5 && of_friction < 0.05, "{joint}: {of_gravity} {of_friction}");
+    }
+}
+
 /// An arm that stops on its way, by its standstills and by windows of what is between them: no row is in both, and the truth is found.
 #[test]
 fn standstills_and_windows_of_one_recording_go_together() {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use gravcal_calibration::result::{EstimatorResult, ReadingResidual};
+use gravcal_calibration::result::{EstimatorResult, ReadingResidual, TorqueParts};
 use gravcal_recording::{PositionUnit, file_name};
 use gravcal_robot_model::Session;
 use gravcal_robot_model::sweeps::{Sweep, find_sweeps};
@@ -78,6 +78,16 @@ struct Residuals {
     stds: Option<String>,
     /// Only where a loss counts some less.
     weights: Option<String>,
+    /// Of the estimator that decides, where an arm in motion was read.
+    parts: Option<Parts>,
+}
+
+/// By pose, of what the prediction is made.
+#[derive(Serialize)]
+struct Parts {
+    gravity: String,
+    inertia: String,
+    bias: String,
 }
 
 pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
@@ -96,6 +106,20 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
             canvas #fit data-height="340" {}
             p #fit-legend .small {}
             p #fit-hover .hover {}
+            @if residuals(main).any(|residual| residual.torque.is_some()) {
+                h2 { "Torque over time" }
+                p.small {
+                    "Of what the model makes the readings of an arm in motion: gravity, inertia (accelerations and velocities of links, loads and "
+                    "rotors), and friction with whatever else the sensor does, each without the bias."
+                }
+                div.controls {
+                    label { "reading " select #parts-channel {} }
+                    label { "recording " select #parts-table {} }
+                }
+                canvas #parts data-height="340" {}
+                p #parts-legend .small {}
+                p #parts-hover .hover {}
+            }
             h2 { "Residuals" }
             p.small {
                 "Prediction less reading in standard deviations. Rings: beyond 3.5, or counted less than half by a loss, unless a fifth of all are. A shape over the angle "
@@ -223,5 +247,14 @@ fn of_channel(session: &Session, result: &EstimatorResult, channel: usize, decid
         std,
         stds: std.is_none().then(|| by_pose(&|residual| residual.std)),
         weights: weighted.then(|| by_pose(&|residual| residual.weight)),
+        parts: (decides && own.values().any(|residual| residual.torque.is_some())).then(|| {
+            let part =
+                |of: &dyn Fn(&TorqueParts) -> f64| by_pose(&|residual| residual.torque.as_ref().map_or(f64::NAN, of));
+            Parts {
+                gravity: part(&|torque| torque.gravity),
+                inertia: part(&|torque| torque.inertia),
+                bias: part(&|torque| torque.bias),
+            }
+        }),
     }
 }

@@ -16,6 +16,7 @@
     channels: estimator.channels.map((one) => ({
       after: floats(one.after), before: one.before && floats(one.before),
       stds: one.stds && floats(one.stds), std: one.std, weights: one.weights && floats(one.weights),
+      parts: one.parts && { gravity: floats(one.parts.gravity), inertia: floats(one.parts.inertia), bias: floats(one.parts.bias) },
     })),
   }));
   const std = (one, pose) => (one.stds ? one.stds[pose] : one.std);
@@ -96,6 +97,41 @@
   element("fit-sweep").value = firstSweep;
   element("fit-channel").addEventListener("change", drawFit);
   element("fit-sweep").addEventListener("change", drawFit);
+
+  // Of what predictions are made, where an arm moved.
+  function torqueOverTime() {
+    const moving = channels.map((_, place) => place).filter((place) => estimators[0].channels[place].parts);
+    const tables = data.tables.map((_, table) => table).filter((table) => moving.some((place) =>
+      estimators[0].channels[place].parts.gravity.some((value, pose) => Number.isFinite(value) && poses.table[pose] === table)));
+    moving.forEach((place) => element("parts-channel").add(new Option(channels[place].name, place)));
+    tables.forEach((table) => element("parts-table").add(new Option(data.tables[table], table)));
+    const figure = new Figure(element("parts"), (near) => {
+      const place = picked("parts-channel");
+      tellPose(element("parts-hover"), channels[place], estimators[0].channels[place], near.pose);
+    });
+    const draw = () => {
+      const channel = channels[picked("parts-channel")], one = estimators[0].channels[picked("parts-channel")], { parts } = one;
+      const used = Array.from(channel.readings, (_, pose) => pose)
+        .filter((pose) => Number.isFinite(parts.gravity[pose]) && poses.table[pose] === picked("parts-table"));
+      const x = used.map((pose) => (poses.time ? poses.time[pose] : pose + 1));
+      const predicted = (pose) => channel.readings[pose] + one.after[pose] - parts.bias[pose];
+      const line = (of, name, more) => ({ kind: "line", x, y: used.map(of), colour: name, ...more });
+      figure.show({
+        xLabel: poses.time ? "time, s" : "window", yLabel: `${channel.name}, ${channel.unit}`,
+        series: [
+          line((pose) => parts.gravity[pose], "good", { width: 1.4 }),
+          line((pose) => parts.inertia[pose], "before", { width: 1.4 }),
+          line((pose) => predicted(pose) - parts.gravity[pose] - parts.inertia[pose], "other", { width: 1.4 }),
+          line(predicted, "after"),
+          { kind: "points", x, y: used.map((pose) => channel.readings[pose] - parts.bias[pose]), colour: "text", poses: used, size: 3 },
+        ],
+      });
+      element("parts-legend").textContent = "Points: readings less the bias. Blue: all of the model. Green: gravity. Orange: inertia. Violet: friction and the rest.";
+    };
+    element("parts-channel").addEventListener("change", draw);
+    element("parts-table").addEventListener("change", draw);
+    draw();
+  }
 
   // Residuals, and whether they are noise: a panel for each reading.
   function panels(place, count, hover) {
@@ -221,6 +257,7 @@
   }
 
   drawFit();
+  if (element("parts")) torqueOverTime();
   drawResiduals();
   if (element("correlation")) drawCorrelation();
 })();

@@ -37,6 +37,7 @@ fn residuals(session: &Session) -> Vec<ReadingResidual> {
         nominal_residual: 100.0,
         std: 0.8,
         weight: 1.0,
+        torque: None,
     };
     pairs.map(one).collect()
 }
