@@ -24,6 +24,7 @@
 //! | `/gravity/E/cone95` | cone that holds the true direction with 95 % probability, true to scale | – | static |
 //! | `/readings/C/measured` | readings | of the reading | `pose`, `time` |
 //! | `/readings/C/nominal`, `/readings/C/E` | what they were predicted to be | of the reading | `pose`, `time` |
+//! | `/readings/C/gravity`, `/readings/C/inertia`, `/readings/C/friction` | of what the deciding estimate makes them, where the arm moved; `friction` is what is left of the prediction without the bias | of the reading | `pose`, `time` |
 //! | `/residuals/in_unit/nominal/C`, `/residuals/in_unit/E/C` | prediction less reading | of the reading | `pose`, `time` |
 //! | `/residuals/in_std/nominal/C`, `/residuals/in_std/E/C` | the same over the standard deviation that the fit assumed | 1 | `pose`, `time` |
 //! | `/sweeps/frame`, `/sweeps/captions`, `/sweeps/measured`, `/sweeps/nominal`, `/sweeps/E`, `/sweeps/now` | each channel over the angle of the joint that sweeps, of the sweep that the pose is part of; `now` marks the pose | of the picture | `pose` |

@@ -1,5 +1,6 @@
 //! Readings and what they were predicted to be, channel by channel.
 
+use gravcal_calibration::result::{ReadingResidual, TorqueParts};
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 
 use crate::explanation::Explained;
@@ -37,6 +38,39 @@ pub fn log(
             let mark = (explanation.name, style::of(explanation.name), Mark::Line(1.5));
             series(stream, path(&name, explanation.name), mark, poses.columns(numbers), values)?;
         }
+        log_parts(stream, calibration, channel, poses)?;
     }
     Ok(())
+}
+
+/// A part of a predicted reading, by its name.
+type Part = (&'static str, fn(&TorqueParts) -> f64);
+const PARTS: [Part; 2] = [("gravity", |torque| torque.gravity), ("inertia", |torque| torque.inertia)];
+
+/// Logs of what the deciding estimate makes the readings of an arm in motion.
+fn log_parts(
+    stream: &RecordingStream,
+    calibration: &CalibrationRecording<'_>,
+    channel: usize,
+    poses: &PoseTimes,
+) -> Result<(), RecordingStreamError> {
+    let (session, deciding) = (calibration.session, calibration.deciding());
+    let rows = deciding.iter().filter_map(|result| result.fit.as_ref()).flat_map(|fit| &fit.residuals);
+    let moving: Vec<(&ReadingResidual, TorqueParts)> =
+        rows.filter(|row| row.channel == channel).filter_map(|row| Some((row, row.torque?))).collect();
+    if moving.is_empty() {
+        return Ok(());
+    }
+    let name = session.channel_name(channel);
+    let times = poses.columns(moving.iter().map(|(row, _)| row.pose));
+    for (place, (part, value)) in PARTS.into_iter().enumerate() {
+        let values = moving.iter().map(|(_, torque)| value(torque)).collect();
+        series(stream, path(&name, part), (part, style::numbered(2 + place), Mark::Line(1.0)), times.clone(), values)?;
+    }
+    let rest = |(row, torque): &(&ReadingResidual, TorqueParts)| {
+        let reading = session.reading(row.pose, channel).map_or(f64::NAN, |reading| reading.value);
+        reading + row.residual - torque.gravity - torque.inertia - torque.bias
+    };
+    let mark = ("friction", style::numbered(2 + PARTS.len()), Mark::Line(1.0));
+    series(stream, path(&name, "friction"), mark, times, moving.iter().map(rest).collect())
 }

@@ -146,7 +146,7 @@ mod tests {
                 let across = (1.0 - z * z).sqrt();
                 let other = 0.7 * Vector3::new(across * turn.cos(), across * turn.sin(), z);
                 let off = other - known.difference - &known.by_step * &free;
-                let x = &free + &inverse * known.by_step.transpose() * (&spread * off);
+                let x = &free + &inverse * known.by_step.transpose() * (spread * off);
                 assert!((length(&x) - 0.7).abs() < 1e-9 && cost(&x) >= cost(&found.step) - 1e-9);
             }
         }
