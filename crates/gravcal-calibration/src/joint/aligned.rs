@@ -11,12 +11,14 @@ use gravcal_estimation::{BlockId, Reference, Values};
 use gravcal_identification::{IMPLAUSIBLE, Workbench};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::Session;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::error::EstimateError;
 use super::solved::Solved;
 use super::unknowns::Unknowns;
 
+/// A variance times this is the square of five standard deviations.
+const WITHIN_FIVE: f64 = 2.0 * IMPLAUSIBLE;
 /// A joint stands whose angle varies by less over all poses, rad.
 const STANDS: f64 = 0.01;
 /// Farther from a quarter turn than this, rad, none is tried: zero positions are known better. Gravity farther from the first axis is not
@@ -74,7 +76,7 @@ impl Solved {
         Ok((growth < IMPLAUSIBLE).then_some((there.values, growth)))
     }
 
-    /// Gravity along the axis of the first joint, if it is near. Whether that is plausible the readings say there: at an estimate that is a
+    /// Gravity along the axis of the first joint, if it is near, or may be for all that is known of it. Whether that is plausible the readings say there: at an estimate that is a
     /// little off, standard deviations of gravity are those of its errors.
     fn gravity_along_first_axis(&self, session: &Session) -> Option<Alignment> {
         let (chain, block) = (&session.robot.chain, self.posed.layout.gravity);
@@ -83,7 +85,10 @@ impl Solved {
         let axis = Vector3::from(chain.axes(&vec![0.0; chain.joints().len()])[0]);
         let g = Vector3::from_column_slice(self.estimate.values.get(block));
         let along = axis * axis.dot(&g);
-        let is_near = (g - along).norm() < NEAR * g.norm();
+        let across = (g - along).normalize();
+        let variance = across.dot(&(Matrix3::from_row_slice(&self.gravity_covariance()) * across));
+        let off = (g - along).norm_squared();
+        let is_near = off < (NEAR * g.norm()).powi(2) || off < WITHIN_FIVE * variance;
         is_near.then(|| vec![(block, (along.normalize() * g.norm()).as_slice().to_vec())])
     }
 

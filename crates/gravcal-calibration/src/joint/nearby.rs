@@ -1,13 +1,14 @@
 //! What the readings say at values near the estimate that may be the true ones.
 
 use gravcal_estimation::{Reference, Spectrum, Values};
-use gravcal_identification::{AT_LEAST, BASELESS, MATTERS, Workbench, least_informed_nearby};
+use gravcal_identification::{AT_LEAST, BASELESS, DECISIVE, MATTERS, Workbench, least_informed_nearby};
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
 use super::problem::JointProblem;
 use super::reference::WITHIN_USE;
+use super::signs::not_as_declared;
 use super::solve::solve_from;
 use super::solved::{Nearby, Solved};
 use super::twins::in_hemisphere;
@@ -47,7 +48,11 @@ impl Solved {
             let other = solve_from(session, &solved.readings, start, workbench);
             let Ok(other) = other.and_then(|other| in_hemisphere(session, other, workbench)) else { break };
             let contradicts = other.hemisphere_contradicted && !solved.hemisphere_contradicted;
-            if contradicts || other.minus_log_likelihood(session) >= solved.minus_log_likelihood(session) {
+            let nominal = Unknowns::nominal(session);
+            let [own, of_other] =
+                [&solved, &other].map(|solution| not_as_declared(session, &solution.unknowns(&nominal)));
+            let least = if of_other > own { DECISIVE } else { 0.0 };
+            if contradicts || other.minus_log_likelihood(session) >= solved.minus_log_likelihood(session) - least {
                 break;
             }
             solved = Solved {
@@ -131,6 +136,11 @@ impl Solved {
                 factors[column] = factors[column].max(at_least / known.std(column).max(f64::MIN_POSITIVE));
             }
         }
+        for values in &self.elsewhere {
+            for (column, apart) in self.gravity_apart(values) {
+                factors[column] = factors[column].max(WITHIN * apart / known.std(column).max(f64::MIN_POSITIVE));
+            }
+        }
         for (id, values) in session.parameters().iter().flat_map(|id| self.elsewhere.iter().map(move |v| (id, v))) {
             let block = self.posed.layout.block(*id);
             let apart = (values.scalar(block) - self.estimate.values.scalar(block)).abs();
@@ -145,6 +155,18 @@ impl Solved {
             return self;
         }
         Solved { uncertainty: self.uncertainty.widened(&factors), ..self }
+    }
+
+    /// Gravity's columns, and how far gravity lies along each from the estimate at other values.
+    fn gravity_apart(&self, values: &Values) -> Vec<(usize, f64)> {
+        let (problem, id) = (self.judged_problem(), self.posed.layout.gravity);
+        let columns = problem.columns_of(id);
+        let basis = problem.tangent_basis(&self.estimate.values, id);
+        let off: Vec<f64> = values.get(id).iter().zip(self.estimate.values.get(id)).map(|(a, b)| a - b).collect();
+        let width = columns.len();
+        let along =
+            |place: usize| off.iter().enumerate().map(|(row, off)| basis[row * width + place] * off).sum::<f64>();
+        columns.enumerate().map(|(place, column)| (column, along(place).abs())).collect()
     }
 
     /// Column and limit of use of gravity and every parameter.

@@ -47,6 +47,11 @@ fn far_offsets(session: &Session, values: &Unknowns) -> Vec<ParameterId> {
     free_offsets(session).map(|(_, offset)| offset).filter(is_far).collect()
 }
 
+/// How many free gains and offsets are as they are not declared.
+pub(super) fn not_as_declared(session: &Session, values: &Unknowns) -> usize {
+    turned_gains(session, values).len() + far_offsets(session, values).len()
+}
+
 /// Joint and free offset of each joint that turns.
 fn free_offsets(session: &Session) -> impl Iterator<Item = (usize, ParameterId)> {
     let joints = session.robot.chain.joints().iter().enumerate();
@@ -77,8 +82,7 @@ pub(super) fn axes_as_declared(
     let posed = pose_with_constraints(session, &solved.readings, &image)?.with_loss(solved.posed.loss)?;
     // An image that leads nowhere is none.
     let Ok(other) = solve_posed(solved.readings.clone(), posed, workbench) else { return Ok(solved) };
-    let turned = |values: &Unknowns| turned_gains(session, values).len() + far_offsets(session, values).len();
-    let fewer = turned(&other.unknowns(&nominal)) < turned(&found);
+    let fewer = not_as_declared(session, &other.unknowns(&nominal)) < not_as_declared(session, &found);
     let as_likely = other.minus_log_likelihood(session) < solved.minus_log_likelihood(session) + DECISIVE;
     Ok(match fewer && as_likely && other.estimate.termination.converged() {
         true => Solved { sign_known: solved.sign_known, ..other },

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use gravcal_estimation::{EvaluateError, Loss, Termination, Values};
-use gravcal_identification::{IMPLAUSIBLE, Likeliest, Workbench};
+use gravcal_identification::{DECISIVE, IMPLAUSIBLE, Likeliest, Workbench};
 use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use super::error::EstimateError;
@@ -13,7 +13,7 @@ use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
 use super::readings::{Bending, Readings};
 use super::sample::Sample;
-use super::signs::turned_gains;
+use super::signs::{not_as_declared, turned_gains};
 use super::solved::Solved;
 use super::start::{best_start, further_starts, start_around};
 use super::twins::{gains_disagree, otherwise_displaced, settled};
@@ -27,8 +27,6 @@ const NOISE_TOLERANCE: f64 = 1e-3;
 const UNEXPLAINED_ROUNDS: usize = 30;
 /// How often, at most, the torques that bend joints are taken anew from a solution in which these bend.
 const BENDING_ROUNDS: usize = 3;
-/// − ln of the likelihoods of a solution and of its image differ by less, both found by iteration.
-const AS_LIKELY: f64 = 0.1;
 /// Iterations of each: the next goes on from there.
 const NOISE_ITERATIONS: usize = 100;
 /// Iterations of a fit at most: what has not converged by then creeps.
@@ -99,15 +97,42 @@ fn lowest_elsewhere(
     }
     let Likeliest { best, is_another, mut ends } = likeliest;
     let solved = if is_another { settled(session, best.solution, sample, &second)? } else { best.solution };
+    let solved = as_declared(session, readings, solved, &ends, workbench)?;
     let lowest = solved.minus_log_likelihood(session);
     let turned = |values: &Values| turned_gains(session, &solved.posed.layout.unknowns(values, &nominal));
-    // A sign is declared: an end of another sign that explains exactly as much is an image, no value that the parameters may have.
+    // A sign is declared: an end of another sign that is not likelier beyond doubt is an image, no value that the parameters may have.
     let here = turned(&solved.estimate.values);
-    let is_image = |height: f64, values: &Values| {
-        (height - lowest).abs() < AS_LIKELY && turned(values).iter().any(|gain| !here.contains(gain))
-    };
-    ends.retain(|(height, values)| *height < lowest + IMPLAUSIBLE && !is_image(*height, values));
+    let is_image = |values: &Values| turned(values).iter().any(|gain| !here.contains(gain));
+    ends.retain(|(height, values)| *height < lowest + IMPLAUSIBLE && !is_image(values));
     Ok(Solved { elsewhere: ends.into_iter().map(|(_, values)| values).collect(), ..solved })
+}
+
+/// The solution, or, of other ends that are not less likely beyond doubt, the one with the fewest gains and offsets that are not as declared.
+fn as_declared(
+    session: &Session,
+    readings: &Readings,
+    solved: Solved,
+    ends: &[(f64, Values)],
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
+    let nominal = Unknowns::nominal(session);
+    let wrong = |values: &Values| not_as_declared(session, &solved.posed.layout.unknowns(values, &nominal));
+    let (own, lowest) = (wrong(&solved.estimate.values), solved.minus_log_likelihood(session));
+    let plausible = ends.iter().filter(|(height, _)| *height < lowest + DECISIVE);
+    let Some((_, best)) = plausible.min_by(|(a, of_a), (b, of_b)| wrong(of_a).cmp(&wrong(of_b)).then(a.total_cmp(b)))
+    else {
+        return Ok(solved);
+    };
+    if own == 0 || wrong(best) >= own {
+        return Ok(solved);
+    }
+    let other = solve_from(session, readings, solved.posed.layout.unknowns(best, &nominal), workbench)?;
+    let fewer = not_as_declared(session, &other.unknowns(&nominal)) < own;
+    let plausible = other.minus_log_likelihood(session) < lowest + DECISIVE;
+    Ok(match fewer && plausible && other.estimate.termination.converged() {
+        true => Solved { sign_known: solved.sign_known, ..other },
+        false => solved,
+    })
 }
 
 /// The same from where it is said to start.
