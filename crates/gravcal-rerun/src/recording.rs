@@ -173,6 +173,8 @@ fn reach(url: &str) -> Result<(), Box<dyn std::error::Error + Send + Sync>> {
 mod tests {
     use std::collections::BTreeSet;
 
+    use gravcal_calibration::result::TorqueParts;
+
     use crate::testing::Calibrated;
 
     /// Paths of the table in the crate's documentation, in their parts; `None` stands for any name.
@@ -191,6 +193,21 @@ mod tests {
     }
 
     #[test]
+    fn what_torque_in_motion_is_made_of_is_logged() {
+        let mut calibrated = Calibrated::sarcos_shoulder().clone();
+        let fit = calibrated.results[1].fit.as_mut().unwrap();
+        for row in fit.residuals.iter_mut().filter(|row| row.channel == 1) {
+            row.torque = Some(TorqueParts { gravity: 3.0, inertia: 2.0, bias: 1.0 });
+        }
+        let rows = calibrated.read_back().rows();
+        let logged = |path: &str| rows.get(path).and_then(|timelines| timelines.get("pose")).copied();
+        for part in ["gravity", "inertia", "friction"] {
+            let [of_first, of_second] = ["joint1", "joint2"].map(|joint| logged(&format!("/readings/{joint}/{part}")));
+            assert!(of_first.is_none() && of_second.is_some_and(|count| count > 100), "{part} {of_second:?}");
+        }
+    }
+
+    #[test]
     fn entities_and_their_counts_are_as_documented() {
         let calibrated = Calibrated::sarcos_shoulder();
         let rows = calibrated.read_back().rows();
@@ -200,8 +217,8 @@ mod tests {
         }
         let absent = |pattern: &&Vec<Option<&str>>| !rows.keys().any(|path| is_like(path, pattern));
         let absent: BTreeSet<_> = documented.iter().filter(absent).map(|pattern| pattern[0]).collect();
-        // Its tables are no recordings in motion.
-        assert_eq!(absent, BTreeSet::from([Some("slow_sweeps"), Some("standstills")]));
+        // Its tables are no recordings in motion, and its readings have no parts.
+        assert_eq!(absent, BTreeSet::from([Some("readings"), Some("slow_sweeps"), Some("standstills")]));
 
         let count = |path: &str, timeline: &str| rows[path].get(timeline).copied();
         for path in

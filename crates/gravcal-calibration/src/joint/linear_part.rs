@@ -19,6 +19,8 @@ pub(super) const FAINT_DAMPING: f64 = 1e-9;
 /// lowers the cost by so much.
 const FAR_SCALE: f64 = 1.5;
 const WORTHWHILE: f64 = 10.0;
+/// How often their scale is sought anew.
+const SCALINGS: usize = 3;
 
 /// Biases, masses, moments and placements as the unknowns of a linear problem.
 pub(super) struct LinearPart<'s> {
@@ -98,43 +100,52 @@ impl<'s> LinearPart<'s> {
     }
 
     /// The same with torque gains of the size that the loads tell, where the candidate's are far from it.
+    ///
+    /// Placements that the readings hardly tell may lie anywhere, and tell a scale that nothing else bears out: the cost at known distances
+    /// decides.
     pub fn solve_to_scale(&self, candidate: &Unknowns) -> (f64, Unknowns) {
-        let (cost, anywhere) = self.solve_anywhere(candidate);
-        let scale = self.gain_scale(cost, &anywhere);
-        let as_it_is = self.solve(candidate);
-        if (1.0 / FAR_SCALE..FAR_SCALE).contains(&scale) {
-            return as_it_is;
+        let (mut gains, mut best) = (candidate.clone(), self.solve(candidate));
+        for _ in 0..SCALINGS {
+            let before = best.0;
+            for scale in self.gain_scales(&gains) {
+                let scaled = with_gains_times(scale, &gains);
+                let other = self.solve(&scaled);
+                if other.0 < best.0 {
+                    (gains, best) = (scaled, other);
+                }
+            }
+            if best.0 == before {
+                break;
+            }
         }
-        let scaled = self.solve(&with_gains_times(scale, candidate));
-        // Placements that the readings hardly tell may lie anywhere, and tell a scale that nothing else bears out.
-        if scaled.0 < as_it_is.0 - WORTHWHILE { scaled } else { as_it_is }
+        best
     }
 
-    /// By what all torque gains are to be multiplied, where none is known beforehand. `one`: the cost left without that.
+    /// By what all torque gains may have to be multiplied, where none is known beforehand and they are far off.
     ///
     /// With the gains times κ, and masses, moments and placements divided by κ, only what the loads' known masses do on known
     /// lengths changes, linearly in κ. So the cost that the linear problem leaves is a parabola in κ, and three points give its
     /// minimum. Where it is flat (no lengths), the known distance of two placements is the measure: the linear problem, which
     /// does not know it, puts them κ times as far apart.
-    fn gain_scale(&self, one: f64, start: &Unknowns) -> f64 {
+    fn gain_scales(&self, start: &Unknowns) -> Vec<f64> {
         let session = self.session;
         let free = |joint: &JointKnowledge| joint.of(Quantity::TorqueGain).kind == KnowledgeKind::Start;
         if session.loads.is_empty() || !session.joints.iter().all(free) {
-            return 1.0;
+            return Vec::new();
         }
+        let (one, found) = self.solve_anywhere(start);
         let [(half, _), (two, _)] = [0.5, 2.0].map(|scale| self.solve_anywhere(&with_gains_times(scale, start)));
         let slopes = [2.0 * (one - half), two - one];
         let curvature = (slopes[1] - slopes[0]) / 1.5;
         let scale = 1.5 / 2.0 - slopes[0] / (2.0 * curvature);
-        let drop = curvature * (scale - 1.0).powi(2);
-        if scale > 0.0 && drop > WORTHWHILE {
-            return scale;
-        }
+        let of_lengths = (curvature * (scale - 1.0).powi(2) > WORTHWHILE).then_some(scale);
         let apart = |known: &LoadDistance| {
-            let [p, q] = known.between.map(|load| nalgebra::Vector3::from(start.loads[load]));
+            let [p, q] = known.between.map(|load| Vector3::from(found.loads[load]));
             (q - p).norm() / known.distance
         };
-        session.pair_of_free_placements().map(apart).filter(|scale| *scale > 0.0).unwrap_or(1.0)
+        let of_distance = session.pair_of_free_placements().map(apart);
+        let is_far = |scale: &f64| *scale > 0.0 && scale.is_finite() && !(1.0 / FAR_SCALE..FAR_SCALE).contains(scale);
+        of_lengths.into_iter().chain(of_distance).filter(is_far).collect()
     }
 }
 

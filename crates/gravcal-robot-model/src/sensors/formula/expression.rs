@@ -148,6 +148,9 @@ impl Variable {
     }
 }
 
+/// From here on a hyperbolic tangent is ±1 to the last digit, and its slope below any.
+const SATURATED: f64 = 40.0;
+
 impl Function {
     fn of<N: Number>(self, x: N) -> N {
         match self {
@@ -159,6 +162,8 @@ impl Function {
             Function::Atan => x.atan(),
             Function::Sinh => x.sinh(),
             Function::Cosh => x.cosh(),
+            // As the ratio of two numbers that overflow it would have no slope.
+            Function::Tanh if x.re().abs() > SATURATED => N::from(x.re().signum()),
             Function::Tanh => x.tanh(),
             Function::Exp => x.exp(),
             Function::Ln => x.ln(),
