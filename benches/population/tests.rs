@@ -149,7 +149,7 @@ fn a_session_depends_on_its_number_alone() {
 
 /// Seed and number of poor sessions of which something wrong was told once: a joint half a turn on, noise that too few readings tell,
 /// no answer where they are as many as the unknowns.
-const ONCE_WRONG: [(u64, u64); 12] = [
+const ONCE_WRONG: [(u64, u64); 14] = [
     (21, 156),
     (21, 111),
     (21, 503),
@@ -162,6 +162,8 @@ const ONCE_WRONG: [(u64, u64); 12] = [
     (21, 2027),
     (100, 280),
     (100, 390),
+    (100, 1105),
+    (100, 2313),
 ];
 
 #[test]

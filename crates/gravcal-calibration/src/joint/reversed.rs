@@ -8,7 +8,8 @@
 //! - *All together.* Turning all sensors and all moments changes no reading of a bare arm. Then the robot's assumed masses
 //!   decide: where the torques of the estimated moments oppose those of the assumed ones, all sensors are reversed (or gravity is
 //!   declared upside down, which no reading tells from that). Only torques that change count, as a bias takes up the rest, and only
-//!   those of joints that themselves turn far: within a narrow range a centre of mass that lies a little elsewhere does the same.
+//!   those of joints that themselves turn far: within a narrow range a centre of mass that lies a little elsewhere does the same. Where gravity's
+//!   direction is open nothing opposes anything.
 //!
 //! A force-torque sensor is reversed where the mass of its tool comes out negative: the same readings are those of a positive mass
 //! with gains of the other sign.
@@ -19,6 +20,8 @@ use gravcal_estimation::Termination;
 use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{InstrumentKind, Pose, Session};
+
+use nalgebra::{Matrix3, Vector3};
 
 use super::error::EstimateError;
 use super::mistakes::{Mistake, decisively_likelier};
@@ -34,6 +37,9 @@ const BETTER_START: f64 = 0.8;
 const BETTER: f64 = 0.5;
 /// Turning everything must not raise the cost beyond this share of it.
 const AS_GOOD: f64 = 1.05;
+/// Gravity is known where no direction without information has so large a share of it, and so many standard deviations are no right angle.
+const OPEN: f64 = 1e-5;
+const WITHIN: f64 = 5.0;
 /// A mass is negative where it is so by so many of its standard deviations.
 const NEGATIVE: f64 = 5.0;
 /// Below this correlation the estimated torques oppose the assumed ones.
@@ -178,12 +184,24 @@ fn beside_the_others(
     Ok(Some(Reversed { joints, why }))
 }
 
+/// Whether gravity's direction is known so well that the truth is not a right angle away: there all torques may be the opposite ones.
+fn gravity_is_known(solved: &Solved) -> bool {
+    let (covariance, g) = (Matrix3::from_row_slice(&solved.gravity_covariance()), solved.posed.layout.gravity);
+    let largest = covariance.symmetric_eigenvalues().max().max(0.0).sqrt();
+    let size = Vector3::from_column_slice(solved.estimate.values.get(g)).norm();
+    solved.judged_problem().columns_of(g).all(|column| solved.spectrum.null_share(column) < OPEN)
+        && WITHIN * largest < size
+}
+
 fn all_together(
     session: &Session,
     solved: &Solved,
     open: &[usize],
     workbench: &Workbench<'_>,
 ) -> Result<Option<Reversed>, EstimateError> {
+    if !gravity_is_known(solved) {
+        return Ok(None);
+    }
     let now = agreement(session, solved, &solved.unknowns(&Unknowns::nominal(session)));
     let Some(now) = now.filter(|correlation| *correlation < OPPOSED) else { return Ok(None) };
     let (cost, unknowns) = solve_with(&turned(session, open), &solved.readings, solved, workbench)?;
