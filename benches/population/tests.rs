@@ -148,7 +148,7 @@ fn a_session_depends_on_its_number_alone() {
 }
 
 /// Seed and number of poor sessions of which something wrong was told once: a joint half a turn on, noise that too few readings tell,
-/// no answer where they are as many as the unknowns.
+/// no answer where they are as many as the unknowns, starts that led elsewhere, images, another displacement of a load.
 const ONCE_WRONG: [(u64, u64); 14] = [
     (21, 156),
     (21, 111),

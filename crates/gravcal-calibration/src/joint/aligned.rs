@@ -76,8 +76,8 @@ impl Solved {
         Ok((growth < IMPLAUSIBLE).then_some((there.values, growth)))
     }
 
-    /// Gravity along the axis of the first joint, if it is near, or may be for all that is known of it. Whether that is plausible the readings say there: at an estimate that is a
-    /// little off, standard deviations of gravity are those of its errors.
+    /// Gravity along the axis of the first joint, if it is near, or may be for all that is known of it. Whether that is plausible the readings
+    /// say there: at an estimate that is a little off, standard deviations of gravity are too small to.
     fn gravity_along_first_axis(&self, session: &Session) -> Option<Alignment> {
         let (chain, block) = (&session.robot.chain, self.posed.layout.gravity);
         chain.movers().first().filter(|mover| mover.kind == JointKind::Revolute)?;
@@ -85,10 +85,9 @@ impl Solved {
         let axis = Vector3::from(chain.axes(&vec![0.0; chain.joints().len()])[0]);
         let g = Vector3::from_column_slice(self.estimate.values.get(block));
         let along = axis * axis.dot(&g);
-        let across = (g - along).normalize();
-        let variance = across.dot(&(Matrix3::from_row_slice(&self.gravity_covariance()) * across));
-        let off = (g - along).norm_squared();
-        let is_near = off < (NEAR * g.norm()).powi(2) || off < WITHIN_FIVE * variance;
+        let (off, covariance) = (g - along, Matrix3::from_row_slice(&self.gravity_covariance()));
+        let is_near =
+            off.norm() < NEAR * g.norm() || off.norm_squared().powi(2) < WITHIN_FIVE * off.dot(&(covariance * off));
         is_near.then(|| vec![(block, (along.normalize() * g.norm()).as_slice().to_vec())])
     }
 

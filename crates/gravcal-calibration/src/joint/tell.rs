@@ -3,7 +3,7 @@
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
 use gravcal_identification::Workbench;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{EarlierCalibration, KnowledgeKind, LAST_FRAME_CHOICE, Session};
 
 use super::answer::{Answer, Conclusion};
@@ -17,8 +17,8 @@ use super::solved::Solved;
 use super::uncertainty::LEAST_FREEDOM;
 use super::{constraints, modelled, sweep_moments};
 use crate::judgement::{
-    Asked, DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, loss,
-    negative_rotor_notes, outlier_note, outliers, position_errors, tool_notes, weak_combinations, weak_note,
+    Asked, DeterminedMoment, Judgement, deflections, determined_moments, driving_friction_notes, held, keep_determined,
+    loss, negative_rotor_notes, outlier_note, outliers, position_errors, tool_notes, weak_combinations, weak_note,
 };
 use crate::result::{
     CovarianceResult, Detail, EstimatorResult, Fit, Iteration, ParameterResult, Undetermined, Verdict,
@@ -29,12 +29,14 @@ pub(super) fn tell(
     session: &Session,
     name: &str,
     conclusion: Conclusion,
-    fit: Fit,
+    mut fit: Fit,
     workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let Conclusion { answer, verdict, termination, remarks } = conclusion;
     let Answer { solved, judgement, uncertainty, gravity, parameters, residual_tests, .. } = answer;
     let solved = &solved;
+    let bias = |joint: usize| judgement.determines(ParameterId::Sensor(joint, Quantity::TorqueBias));
+    keep_determined(&mut fit.residuals, gravity.is_some(), bias);
     let situation = solved.situation(session);
     let moments = tell_moments(session, solved, &judgement);
     let mut undetermined: Vec<Undetermined> = unknown_noise(session, solved, &parameters).into_iter().collect();

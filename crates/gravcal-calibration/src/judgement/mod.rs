@@ -29,3 +29,4 @@ pub(crate) use remarks::{held, loss, weak_combinations, weak_note};
 pub(crate) use residual_tests::{in_words, residual_tests};
 pub(crate) use rotors::negative_rotor_notes;
 pub(crate) use tools::tool_notes;
+pub(crate) use torque_parts::keep_determined;

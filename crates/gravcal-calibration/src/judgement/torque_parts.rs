@@ -11,7 +11,7 @@ use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::Session;
 
 use crate::joint::Solved;
-use crate::result::TorqueParts;
+use crate::result::{ReadingResidual, TorqueParts};
 
 /// By row of the readings; nothing of those of standing poses.
 pub(crate) fn torque_parts(session: &Session, solved: &Solved) -> Result<Vec<Option<TorqueParts>>, EvaluateError> {
@@ -28,6 +28,14 @@ pub(crate) fn torque_parts(session: &Session, solved: &Solved) -> Result<Vec<Opt
         }
     }
     Ok(parts)
+}
+
+/// Keeps the parts that the readings determine: how gravity and inertia share a torque is open where gravity is, and where gravity's part
+/// lies where the joint's bias is. `bias`: whether that of a joint is determined.
+pub(crate) fn keep_determined(residuals: &mut [ReadingResidual], gravity: bool, bias: impl Fn(usize) -> bool) {
+    for row in residuals {
+        row.torque = row.torque.filter(|_| gravity && bias(row.channel));
+    }
 }
 
 fn of_joint(solved: &Solved, derivatives: &Derivatives<'_>, row: usize, joint: usize) -> TorqueParts {
@@ -71,5 +79,30 @@ impl<'a> Derivatives<'a> {
         let width = self.starts[self.blocks.len()];
         let Some(place) = self.blocks.iter().position(|other| *other == block) else { return &[] };
         &self.entries[row * width..][self.starts[place]..self.starts[place + 1]]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_part_is_told_that_rests_on_what_is_open() {
+        let parts = TorqueParts { gravity: 3.0, inertia: 2.0, bias: 1.0 };
+        let row = |channel: usize| ReadingResidual {
+            pose: 0,
+            channel,
+            residual: 0.0,
+            nominal_residual: 0.0,
+            std: 1.0,
+            weight: 1.0,
+            torque: Some(parts),
+        };
+        let told = |gravity: bool| {
+            let mut rows = [row(0), row(1)];
+            keep_determined(&mut rows, gravity, |joint| joint == 1);
+            rows.map(|row| row.torque.is_some())
+        };
+        assert_eq!((told(true), told(false)), ([false, true], [false, false]));
     }
 }
