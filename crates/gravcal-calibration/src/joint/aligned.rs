@@ -76,8 +76,8 @@ impl Solved {
         Ok((growth < IMPLAUSIBLE).then_some((there.values, growth)))
     }
 
-    /// Gravity along the axis of the first joint, if it is near, or may be for all that is known of it. Whether that is plausible the readings
-    /// say there: at an estimate that is a little off, standard deviations of gravity are too small to.
+    /// Gravity along the axis of the first joint, if it is near, or may be for all that is known of it. The readings there say
+    /// whether that is plausible: at an estimate that is a little off, gravity's standard deviations are too small to tell.
     fn gravity_along_first_axis(&self, session: &Session) -> Option<Alignment> {
         let (chain, block) = (&session.robot.chain, self.posed.layout.gravity);
         chain.movers().first().filter(|mover| mover.kind == JointKind::Revolute)?;
