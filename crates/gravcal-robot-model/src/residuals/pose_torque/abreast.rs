@@ -10,6 +10,7 @@ use gravcal_estimation::{ABREAST, Residual};
 use pulp::{Arch, Simd, WithSimd};
 
 use super::abreast_terms::{self, Lane};
+use super::instructions::instructions_abreast;
 use super::model::sensor_column;
 use super::residual::{self, PoseTorque};
 use crate::parameter::Quantity;
@@ -30,9 +31,8 @@ pub(super) struct Workspace {
 
 impl Workspace {
     pub fn new(joints: usize, links: usize) -> Self {
-        let instructions = Arch::new();
         Workspace {
-            instructions: instructions.dispatch(HaveLanes).then_some(instructions),
+            instructions: instructions_abreast(),
             position: vec![[0.0; LANES]; joints],
             coordinates: vec![[0.0; LANES]; joints],
             bodies: Bodies::new(links),
@@ -96,18 +96,6 @@ impl<'a> Poses<'a> {
             same(0..bias.start) && same(bias.end..offset.start) && same(offset.end..self.0[0].model.columns)
         };
         all[1..].iter().all(|x| std::ptr::eq(*x, all[0]) || same(x))
-    }
-}
-
-/// Whether the instructions have as many lanes as there are poses: AVX2 has. (With its feature `x86-v4`, pulp would choose AVX-512, which has
-/// twice as many.)
-struct HaveLanes;
-
-impl WithSimd for HaveLanes {
-    type Output = bool;
-
-    fn with_simd<S: Simd>(self, simd: S) -> bool {
-        Abreast::new(simd).is_some()
     }
 }
 

@@ -20,6 +20,9 @@ pub(super) const GRAVITY: usize = 3;
 /// Stored columns of one joint's sensors, and of one link's mass and first moment.
 const SENSORS: usize = 4;
 pub(super) const INERTIA: usize = 4;
+/// Numbers of an inertia tensor, and of a link in motion.
+pub(super) const TENSOR: usize = 6;
+pub(super) const BODY: usize = INERTIA + TENSOR;
 
 /// Blocks of a [`PoseTorque`](super::PoseTorque), shared by all poses.
 #[derive(Clone, Debug)]
@@ -255,4 +258,9 @@ fn pattern_with_terms(
     }
     affine(joint).into_iter().flatten().chain(terms.columns(joint)).for_each(|column| touched[column] = true);
     joined((0..width).filter(|column| touched[*column]).map(|column| column..column + 1))
+}
+
+/// `sum += weight · terms`, entry by entry.
+pub(super) fn add(sum: &mut [f64], weight: f64, terms: &[f64]) {
+    sum.iter_mut().zip(terms).for_each(|(sum, term)| *sum += weight * term);
 }

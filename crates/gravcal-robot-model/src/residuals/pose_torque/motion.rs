@@ -18,19 +18,18 @@ use std::cell::RefCell;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use gravcal_dynamics::{Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
+use gravcal_dynamics::{Chain, DynamicParameters};
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 use gravcal_recording::{Conditions, Course, MotionSample};
 
-use super::model::{GRAVITY, INERTIA, LoadState, PoseTorqueModel, inertia_column, joined, sensor_column};
+use super::means::{self, At, Means};
+use super::model::{
+    BODY, GRAVITY, INERTIA, LoadState, PoseTorqueModel, TENSOR, add, inertia_column, joined, sensor_column,
+};
 use super::regressors::Regressors;
 use super::terms::Slopes;
 use crate::parameter::Quantity;
 use crate::sensors::Moment;
-
-/// Numbers of an inertia tensor, and of a link.
-const TENSOR: usize = 6;
-pub(super) const BODY: usize = INERTIA + TENSOR;
 
 /// What all windows with the same load share.
 ///
@@ -120,56 +119,27 @@ pub struct MotionTorque {
     regressors: OnceLock<Arc<Regressors>>,
 }
 
-/// Means over a window, kept by each thread from one window to the next.
+/// What an evaluation computes on the way, kept by each thread from one window to the next.
 struct Workspace {
-    coordinates: Vec<f64>,
-    velocities: Vec<f64>,
-    accelerations: Vec<f64>,
     parameters: Vec<f64>,
     rotors: Vec<f64>,
-    dynamics: InverseDynamics,
+    moments: means::Workspace,
     mean: Means,
     sensed: Vec<f64>,
     slopes: Slopes,
 }
 
-/// Torques and their derivatives, row-major.
-pub(super) struct Means {
-    pub torque: Vec<f64>,
-    pub by_gravity: Vec<f64>,
-    pub by_position_gains: Vec<f64>,
-    pub by_offsets: Vec<f64>,
-    pub by_parameters: Vec<f64>,
-}
-
 impl Workspace {
     fn new(chain: &Chain) -> Workspace {
         let (n, links) = (chain.joint_count(), chain.link_count());
-        let zeros = |count: usize| vec![0.0; count];
         Workspace {
-            coordinates: zeros(n),
-            velocities: zeros(n),
-            accelerations: zeros(n),
-            parameters: zeros(BODY * links),
-            rotors: zeros(n),
-            dynamics: InverseDynamics::new(chain),
-            mean: Means {
-                torque: zeros(n),
-                by_gravity: zeros(GRAVITY * n),
-                by_position_gains: zeros(n * n),
-                by_offsets: zeros(n * n),
-                by_parameters: zeros(BODY * links * n),
-            },
-            sensed: zeros(n),
+            parameters: vec![0.0; BODY * links],
+            rotors: vec![0.0; n],
+            moments: means::Workspace::new(chain),
+            mean: Means::new(chain),
+            sensed: vec![0.0; n],
             slopes: Slopes::default(),
         }
-    }
-}
-
-impl Means {
-    fn clear(&mut self) {
-        let Means { torque, by_gravity, by_position_gains, by_offsets, by_parameters } = self;
-        [torque, by_gravity, by_position_gains, by_offsets, by_parameters].into_iter().for_each(|list| list.fill(0.0));
     }
 }
 
@@ -178,10 +148,6 @@ type Kept = Option<(Arc<Chain>, Workspace)>;
 
 thread_local! {
     static WORKSPACE: RefCell<Kept> = const { RefCell::new(None) };
-}
-
-pub(super) fn add(sum: &mut [f64], weight: f64, terms: &[f64]) {
-    sum.iter_mut().zip(terms).for_each(|(sum, term)| *sum += weight * term);
 }
 
 impl MotionTorque {
@@ -239,13 +205,11 @@ impl MotionTorque {
     }
 
     fn evaluate_in(&self, workspace: &mut Workspace, x: &[f64], residual: &mut [f64], jacobian: Option<RowsMut<'_>>) {
-        let Workspace { coordinates, velocities, accelerations, parameters, rotors, dynamics, mean, sensed, slopes } =
-            workspace;
-        let (chain, n) = (&self.model.pose.chain, self.joints());
+        let Workspace { parameters, rotors, moments, mean, sensed, slopes } = workspace;
+        let chain = &self.model.pose.chain;
         let gravity = [x[0], x[1], x[2]];
         let (gains, offsets) = (self.sensors(x, Quantity::PositionGain), self.sensors(x, Quantity::PositionOffset));
         self.set_parameters(x, parameters);
-        let inertia = DynamicParameters { links: parameters, rotor_inertia: rotors };
         mean.clear();
         // What terms take for the coordinates.
         for (joint, sensed) in sensed.iter_mut().enumerate() {
@@ -256,31 +220,17 @@ impl MotionTorque {
             self.add_rotors(x, mean);
             return self.finish(x, (mean, sensed), slopes, residual, jacobian);
         }
-        for sample in &self.course.samples {
-            for joint in 0..n {
-                coordinates[joint] = gains[joint] * sample.position[joint] + offsets[joint];
-                velocities[joint] = gains[joint] * sample.velocity[joint];
-                accelerations[joint] = gains[joint] * sample.acceleration[joint];
-            }
-            let motion = JointMotion { coordinates, velocities, accelerations };
-            if jacobian.is_none() {
-                chain.inverse_dynamics(Single, motion, gravity, inertia, dynamics);
-                add(&mut mean.torque, sample.weight, &dynamics.torque);
-                continue;
-            }
-            chain.linearize_inverse_dynamics(Single, motion, gravity, inertia, dynamics);
-            add(&mut mean.torque, sample.weight, &dynamics.torque);
-            add(&mut mean.by_gravity, sample.weight, &dynamics.by_gravity);
-            add(&mut mean.by_offsets, sample.weight, &dynamics.by_coordinate);
-            add(&mut mean.by_parameters, sample.weight, &dynamics.by_parameters);
-            for (entry, by_gain) in mean.by_position_gains.iter_mut().enumerate() {
-                let joint = entry % n;
-                let by_gain_of_sample = sample.position[joint] * dynamics.by_coordinate[entry]
-                    + sample.velocity[joint] * dynamics.by_velocity[entry]
-                    + sample.acceleration[joint] * dynamics.by_acceleration[entry];
-                *by_gain += sample.weight * by_gain_of_sample;
-            }
-        }
+        let at = At {
+            chain,
+            course: &self.course,
+            gains,
+            offsets,
+            gravity,
+            inertia: DynamicParameters { links: parameters, rotor_inertia: rotors },
+            felt: &self.model.pose.links,
+            derivatives: jacobian.is_some(),
+        };
+        moments.add(&at, mean);
         self.add_rotors(x, mean);
         self.finish(x, (mean, sensed), slopes, residual, jacobian);
     }

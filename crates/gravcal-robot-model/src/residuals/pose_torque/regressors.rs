@@ -9,12 +9,13 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use gravcal_dynamics::{Abreast, Arithmetic, Chain, InverseDynamics, JointMotion, LANES, Single, Stored};
-use gravcal_recording::{Course, MotionSample};
+use gravcal_dynamics::{Abreast, Arithmetic, Chain, InverseDynamics, Single, Stored};
+use gravcal_recording::Course;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::model::{GRAVITY, INERTIA};
-use super::motion::{BODY, Means, add};
+use super::means::Means;
+use super::model::{BODY, GRAVITY, INERTIA, add};
+use super::moments::{Moments, Moving, add_abreast, weights};
 
 /// Mean regressors of a window.
 #[derive(Clone, Debug)]
@@ -30,38 +31,6 @@ struct Of {
     chain: Arc<Chain>,
     positions: Vec<[f64; 2]>,
     regressors: Arc<Regressors>,
-}
-
-/// A number of each of several moments.
-trait Moments: Stored {
-    const COUNT: usize;
-    /// Of a moment each.
-    fn of(number: impl Fn(usize) -> f64) -> Self;
-    fn sum(self) -> f64;
-}
-
-impl Moments for f64 {
-    const COUNT: usize = 1;
-
-    fn of(number: impl Fn(usize) -> f64) -> Self {
-        number(0)
-    }
-
-    fn sum(self) -> f64 {
-        self
-    }
-}
-
-impl Moments for [f64; LANES] {
-    const COUNT: usize = LANES;
-
-    fn of(number: impl Fn(usize) -> f64) -> Self {
-        std::array::from_fn(number)
-    }
-
-    fn sum(self) -> f64 {
-        self.iter().sum()
-    }
 }
 
 /// The mean regressors by vector instructions; nothing where these have other lanes.
@@ -87,25 +56,14 @@ where
     let mut dynamics: InverseDynamics<A::Stored> = InverseDynamics::new(chain);
     let mut without_gravity = zeros(n * BODY * links);
     let mut by_gravity = [(); GRAVITY].map(|()| zeros(n * INERTIA * links));
-    let (mut coordinates, mut velocities, mut accelerations) = (zeros(n), zeros(n), zeros(n));
+    let mut moving = Moving::new(n);
     let mut alone = zeros(n * BODY * links);
     for moments in course.samples.chunks(A::Stored::COUNT) {
-        // Lanes without a moment repeat the first one, and weigh nothing.
-        let of = |number: &dyn Fn(&MotionSample) -> f64| {
-            A::Stored::of(|lane| number(moments.get(lane).unwrap_or(&moments[0])))
-        };
-        for (joint, [gain, offset]) in positions.iter().enumerate() {
-            coordinates[joint] = of(&|moment| gain * moment.position[joint] + offset);
-            velocities[joint] = of(&|moment| gain * moment.velocity[joint]);
-            accelerations[joint] = of(&|moment| gain * moment.acceleration[joint]);
-        }
-        let weight = on.load(A::Stored::of(|lane| moments.get(lane).map_or(0.0, |moment| moment.weight)));
-        let motion = JointMotion { coordinates: &coordinates, velocities: &velocities, accelerations: &accelerations };
+        moving.set(moments, positions.iter().copied());
+        let (motion, weight) = (moving.of_joints(), on.load(weights(moments)));
         chain.inverse_dynamics_regressor(on, motion, [0.0; 3], &mut dynamics);
         alone.copy_from_slice(&dynamics.by_parameters);
-        for (sum, entry) in without_gravity.iter_mut().zip(&alone) {
-            *sum = on.store(on.load(*sum) + weight * on.load(*entry));
-        }
+        add_abreast(on, &mut without_gravity, weight, &alone);
         for (axis, by_axis) in by_gravity.iter_mut().enumerate() {
             let mut unit = [0.0; GRAVITY];
             unit[axis] = 1.0;

@@ -1,0 +1,22 @@
+//! The processor's vector instructions, where they are as wide as poses go abreast.
+
+use gravcal_dynamics::Abreast;
+use pulp::{Arch, Simd, WithSimd};
+
+/// The processor's instructions, where their registers have [`LANES`](gravcal_dynamics::LANES) lanes: AVX2's have. (With its feature `x86-v4`, pulp would choose AVX-512,
+/// whose have twice as many.)
+pub(super) fn instructions_abreast() -> Option<Arch> {
+    let instructions = Arch::new();
+    instructions.dispatch(HaveLanes).then_some(instructions)
+}
+
+struct HaveLanes;
+
+impl WithSimd for HaveLanes {
+    type Output = bool;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> bool {
+        Abreast::new(simd).is_some()
+    }
+}

@@ -1,0 +1,168 @@
+//! Means over a window of an arm's torques and of their derivatives, of as many moments abreast as the processor has lanes.
+//!
+//! ```text
+//!     τ̄ = Σ_t h(t) τ(θ, θ̇, θ̈; g, π),     ∂τ̄/∂o = Σ_t h ∂τ/∂θ,     ∂τ̄/∂s = Σ_t h (q ∂τ/∂θ + q̇ ∂τ/∂θ̇ + q̈ ∂τ/∂θ̈)
+//! ```
+
+use std::ops::Range;
+
+use gravcal_dynamics::{Abreast, Arithmetic, Chain, DynamicParameters, InverseDynamics, LANES, Single};
+use gravcal_recording::Course;
+use pulp::{Arch, Simd, WithSimd};
+
+use super::instructions::instructions_abreast;
+use super::model::{BODY, GRAVITY};
+use super::moments::{Moments, Moving, add_abreast, weights};
+
+/// Torques and their derivatives, row-major: by gravity (n × 3), by gains and offsets of positions (n × n each), by the links' parameters
+/// (n × 10 l).
+pub(super) struct Means<L = f64> {
+    pub torque: Vec<L>,
+    pub by_gravity: Vec<L>,
+    pub by_position_gains: Vec<L>,
+    pub by_offsets: Vec<L>,
+    pub by_parameters: Vec<L>,
+}
+
+impl<L: Moments> Means<L> {
+    pub fn new(chain: &Chain) -> Self {
+        let (n, links) = (chain.joint_count(), chain.link_count());
+        let zeros = |count: usize| vec![L::ZERO; count];
+        Means {
+            torque: zeros(n),
+            by_gravity: zeros(GRAVITY * n),
+            by_position_gains: zeros(n * n),
+            by_offsets: zeros(n * n),
+            by_parameters: zeros(BODY * links * n),
+        }
+    }
+
+    pub fn clear(&mut self) {
+        self.lists().into_iter().for_each(|list| list.fill(L::ZERO));
+    }
+
+    fn lists(&mut self) -> [&mut [L]; 5] {
+        let Means { torque, by_gravity, by_position_gains, by_offsets, by_parameters } = self;
+        [torque, by_gravity, by_position_gains, by_offsets, by_parameters]
+    }
+
+    fn add_to(&mut self, total: &mut Means) {
+        for (total, lanes) in total.lists().into_iter().zip(self.lists()) {
+            total.iter_mut().zip(lanes).for_each(|(total, lanes)| *total += lanes.sum());
+        }
+    }
+}
+
+/// A window, and where its torques are asked for.
+pub(super) struct At<'a> {
+    pub chain: &'a Chain,
+    pub course: &'a Course,
+    /// Of each joint's position sensor.
+    pub gains: &'a [f64],
+    pub offsets: &'a [f64],
+    /// m/s², in base coordinates.
+    pub gravity: [f64; 3],
+    pub inertia: DynamicParameters<'a>,
+    /// The links that each joint's torque can feel, beyond which all is zero.
+    pub felt: &'a [Range<usize>],
+    pub derivatives: bool,
+}
+
+/// What the moments of a window are computed in.
+pub(super) enum Workspace {
+    Abreast(Arch, Box<Lanes<[f64; LANES]>>),
+    /// Where no instructions have so many lanes.
+    Single(Box<Lanes<f64>>),
+}
+
+impl Workspace {
+    pub fn new(chain: &Chain) -> Self {
+        match instructions_abreast() {
+            Some(instructions) => Workspace::Abreast(instructions, Box::new(Lanes::new(chain))),
+            None => Workspace::Single(Box::new(Lanes::new(chain))),
+        }
+    }
+
+    /// Adds the means to `total`.
+    pub fn add(&mut self, at: &At<'_>, total: &mut Means) {
+        match self {
+            Workspace::Abreast(instructions, lanes) => instructions.dispatch(Summed { lanes, at, total }),
+            Workspace::Single(lanes) => lanes.add(Single, at, total),
+        }
+    }
+}
+
+/// As many moments as go abreast.
+pub(super) struct Lanes<L> {
+    moving: Moving<L>,
+    dynamics: InverseDynamics<L>,
+    sums: Means<L>,
+}
+
+impl<L: Moments> Lanes<L> {
+    fn new(chain: &Chain) -> Self {
+        Lanes {
+            moving: Moving::new(chain.joint_count()),
+            dynamics: InverseDynamics::new(chain),
+            sums: Means::new(chain),
+        }
+    }
+
+    #[inline(always)]
+    fn add<A: Arithmetic<Stored = L>>(&mut self, on: A, at: &At<'_>, total: &mut Means) {
+        self.sums.clear();
+        for moments in at.course.samples.chunks(L::COUNT) {
+            self.moving.set(moments, at.gains.iter().zip(at.offsets).map(|(gain, offset)| [*gain, *offset]));
+            let (motion, weight) = (self.moving.of_joints(), on.load(weights(moments)));
+            if at.derivatives {
+                at.chain.linearize_inverse_dynamics(on, motion, at.gravity, at.inertia, &mut self.dynamics);
+                self.add_derivatives(on, at, weight);
+            } else {
+                at.chain.inverse_dynamics(on, motion, at.gravity, at.inertia, &mut self.dynamics);
+            }
+            add_abreast(on, &mut self.sums.torque, weight, &self.dynamics.torque);
+        }
+        self.sums.add_to(total);
+    }
+
+    #[inline(always)]
+    fn add_derivatives<A: Arithmetic<Stored = L>>(&mut self, on: A, at: &At<'_>, weight: A::Number) {
+        let Lanes { moving, dynamics, sums } = self;
+        add_abreast(on, &mut sums.by_gravity, weight, &dynamics.by_gravity);
+        add_abreast(on, &mut sums.by_offsets, weight, &dynamics.by_coordinate);
+        let width = BODY * at.chain.link_count();
+        for (joint, felt) in at.felt.iter().enumerate() {
+            let of_felt = width * joint + BODY * felt.start..width * joint + BODY * felt.end;
+            add_abreast(on, &mut sums.by_parameters[of_felt.clone()], weight, &dynamics.by_parameters[of_felt]);
+        }
+        let [position, velocity, acceleration] = moving.readings();
+        let n = position.len();
+        for (row, by_gains) in sums.by_position_gains.chunks_exact_mut(n).enumerate() {
+            for (joint, by_gain) in by_gains.iter_mut().enumerate() {
+                let entry = n * row + joint;
+                let by_position = on.load(position[joint]) * on.load(dynamics.by_coordinate[entry]);
+                let by_velocity = on.load(velocity[joint]) * on.load(dynamics.by_velocity[entry]);
+                let by_acceleration = on.load(acceleration[joint]) * on.load(dynamics.by_acceleration[entry]);
+                *by_gain = on.store(on.load(*by_gain) + weight * (by_position + by_velocity + by_acceleration));
+            }
+        }
+    }
+}
+
+struct Summed<'a> {
+    lanes: &'a mut Lanes<[f64; LANES]>,
+    at: &'a At<'a>,
+    total: &'a mut Means,
+}
+
+impl WithSimd for Summed<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Summed { lanes, at, total } = self;
+        if let Some(on) = Abreast::new(simd) {
+            lanes.add(on, at, total);
+        }
+    }
+}
