@@ -50,7 +50,8 @@ impl<S: Send + Sync> Likeliest<S> {
     }
 
     /// Or a likelier one from one of these starts. `follow` leads from a start to its end, `on` starts where an end is. What still creeps
-    /// after some iterations is followed on only where that may matter, and not beyond a limit of the method's own.
+    /// after some iterations is followed on only where that may matter, and not beyond a limit of the method's own. Once someone asks to stop,
+    /// no further start is followed.
     pub fn or_from<Start: Send, E: Send>(
         &mut self,
         starts: Vec<Start>,
@@ -58,7 +59,7 @@ impl<S: Send + Sync> Likeliest<S> {
         on: impl Fn(&S) -> Start + Sync,
         workbench: &Workbench<'_>,
     ) {
-        let followed = |start: Start| {
+        let to_its_end = |start: Start| {
             let there = follow(start, &workbench.within(FIRST_ITERATIONS))?;
             let implausible = there.height - self.best.height > IMPLAUSIBLE;
             let by_own_limit =
@@ -68,9 +69,10 @@ impl<S: Send + Sync> Likeliest<S> {
                 false => follow(on(&there.solution), workbench),
             }
         };
-        let ends: Vec<Result<End<S>, E>> = in_parallel(starts, followed);
+        let followed = |start: Start| (!workbench.stopped()).then(|| to_its_end(start));
+        let ends: Vec<Option<Result<End<S>, E>>> = in_parallel(starts, followed);
         // A start that leads nowhere says nothing of the others.
-        for other in ends.into_iter().flatten() {
+        for other in ends.into_iter().flatten().flatten() {
             let gain = self.best.height - other.height;
             let converged = [&other, &self.best].map(|end| end.termination.converged());
             if converged[0] {

@@ -38,6 +38,10 @@ pub(crate) fn fit_with_held_out(
 ) -> Result<Fit, EstimateError> {
     let whitened = solved.posed.problem.residuals(&solved.estimate.values)?;
     let mut told = judgement::fit(session, solved, &whitened)?;
+    if workbench.stopped() {
+        told.held_out_missing = Some("stopped".to_owned());
+        return Ok(told);
+    }
     workbench.tell("predicting held-out poses");
     match session.validation.is_empty() {
         false => {

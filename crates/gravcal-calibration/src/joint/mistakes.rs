@@ -49,7 +49,7 @@ pub(super) fn find_mistake(
     doubtful: bool,
     workbench: &Workbench<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
-    if solved.estimate.termination == Termination::Stopped {
+    if solved.estimate.termination == Termination::Stopped || workbench.stopped() {
         return Ok(None);
     }
     if let Some(reversed) = reversed_sensors(session, solved, doubtful, workbench)? {

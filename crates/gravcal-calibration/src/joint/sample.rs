@@ -13,7 +13,7 @@ use super::readings::Readings;
 use super::unknowns::Unknowns;
 
 /// Poses that suffice to compare candidates.
-const POSES: usize = 120;
+pub(super) const POSES: usize = 120;
 /// The multiples of this, less their whole parts, spread evenly and without a period (Weyl, *Mathematische Annalen* 77, 1916).
 const GOLDEN_SECTION: f64 = 0.618_033_988_749_894_9;
 /// Iterations from a start that tell how low it leads.
@@ -59,7 +59,7 @@ impl Sample {
     /// # Errors
     /// Where no problem can be posed.
     pub fn new(session: &Session, readings: &Readings) -> Result<Sample, PosingError> {
-        let readings = thinned(session, readings);
+        let readings = thinned(session, readings, POSES);
         let posed = pose(session, &readings, &Unknowns::nominal(session))?;
         Ok(Sample { readings, posed })
     }
@@ -114,10 +114,10 @@ impl Sample {
     }
 }
 
-/// About [`POSES`] poses of the readings, spread evenly over each table and load. Which they are has no period: every so many of
+/// About so many `poses` of the readings, spread evenly over each table and load. Which they are has no period: every so many of
 /// them could be those that were approached from one side.
-pub(super) fn thinned(session: &Session, readings: &Readings) -> Readings {
-    let share = POSES as f64 / readings.poses() as f64;
+pub(super) fn thinned(session: &Session, readings: &Readings, poses: usize) -> Readings {
+    let share = poses as f64 / readings.poses() as f64;
     if share >= 1.0 {
         return readings.clone();
     }

@@ -12,7 +12,7 @@ use super::order::Order;
 use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
 use super::readings::{Bending, Readings};
-use super::sample::Sample;
+use super::sample::{Sample, thinned};
 use super::signs::{not_as_declared, turned_gains};
 use super::solved::Solved;
 use super::start::{best_start, further_starts, start_around};
@@ -29,6 +29,10 @@ const UNEXPLAINED_ROUNDS: usize = 30;
 const BENDING_ROUNDS: usize = 3;
 /// Iterations of each: the next goes on from there.
 const NOISE_ITERATIONS: usize = 100;
+/// Poses that suffice to tell ends of starts apart; of more than twice as many, each start is followed with so many.
+const TELLING: usize = 1000;
+/// Unknowns of one end are the same to this share, of 1 or of their size.
+const SAME: f64 = 1e-5;
 /// Iterations of a fit at most: what has not converged by then creeps.
 const ITERATIONS: usize = 2000;
 
@@ -84,17 +88,24 @@ fn lowest_elsewhere(
     let companion = workbench.solver().companion().filter(|other| other.check(&solved.posed.problem).is_ok());
     let second = workbench.by(companion.as_deref().unwrap_or(workbench.solver()));
     let nominal = Unknowns::nominal(session);
-    let follow = |start: Unknowns, workbench: &Workbench<'_>| -> Result<_, EstimateError> {
-        Ok(solve_from(session, readings, start, workbench)?.into_end(session))
+    let likeliest = match readings.poses() > 2 * TELLING {
+        false => from_other_starts(session, (readings, sample), solved, known, [workbench, &second])?,
+        true => {
+            let part = thinned(session, readings, TELLING);
+            let first = solve_from(session, &part, solved.unknowns(&nominal), workbench)?;
+            let of_part = from_other_starts(session, (&part, sample), first, known, [workbench, &second])?;
+            let mut likeliest = Likeliest::first(solved.into_end(session));
+            likeliest.or_from(
+                plausible_ends(&of_part, |values| of_part.best.solution.posed.layout.unknowns(values, &nominal)),
+                |start, workbench| {
+                    Ok::<_, EstimateError>(solve_from(session, readings, start, workbench)?.into_end(session))
+                },
+                |there| there.unknowns(&nominal),
+                workbench,
+            );
+            likeliest
+        }
     };
-    let on = |there: &Solved| there.unknowns(&nominal);
-    let mut likeliest = Likeliest::first(solved.into_end(session));
-    likeliest.or_from(vec![best_start(session, sample, known, &second)?], follow, on, &second);
-    likeliest.or_from(otherwise_displaced(session, &on(&likeliest.best.solution)), follow, on, workbench);
-    likeliest.or_from(further_starts(session, sample, known, workbench)?, follow, on, workbench);
-    if !likeliest.best.termination.converged() || likeliest.best.solution.misfit(session)?.is_some() {
-        likeliest.or_from(further_starts(session, sample, known, &second)?, follow, on, &second);
-    }
     let Likeliest { best, is_another, mut ends } = likeliest;
     let solved = if is_another { settled(session, best.solution, sample, &second)? } else { best.solution };
     let solved = as_declared(session, readings, solved, &ends, workbench)?;
@@ -105,6 +116,46 @@ fn lowest_elsewhere(
     let is_image = |values: &Values| turned(values).iter().any(|gain| !here.contains(gain));
     ends.retain(|(height, values)| *height < lowest + IMPLAUSIBLE && !is_image(values));
     Ok(Solved { elsewhere: ends.into_iter().map(|(_, values)| values).collect(), ..solved })
+}
+
+/// Where other starts lead, beside the first end.
+fn from_other_starts(
+    session: &Session,
+    (readings, sample): (&Readings, &Sample),
+    first: Solved,
+    known: Option<&Unknowns>,
+    [workbench, second]: [&Workbench<'_>; 2],
+) -> Result<Likeliest<Solved>, EstimateError> {
+    let nominal = Unknowns::nominal(session);
+    let follow = |start: Unknowns, workbench: &Workbench<'_>| -> Result<_, EstimateError> {
+        Ok(solve_from(session, readings, start, workbench)?.into_end(session))
+    };
+    let on = |there: &Solved| there.unknowns(&nominal);
+    let mut likeliest = Likeliest::first(first.into_end(session));
+    likeliest.or_from(vec![best_start(session, sample, known, second)?], follow, on, second);
+    likeliest.or_from(otherwise_displaced(session, &on(&likeliest.best.solution)), follow, on, workbench);
+    likeliest.or_from(further_starts(session, sample, known, workbench)?, follow, on, workbench);
+    if !likeliest.best.termination.converged() || likeliest.best.solution.misfit(session)?.is_some() {
+        likeliest.or_from(further_starts(session, sample, known, second)?, follow, on, second);
+    }
+    Ok(likeliest)
+}
+
+/// The likeliest end and all others that are not implausible, each once.
+fn plausible_ends(likeliest: &Likeliest<Solved>, unknowns: impl Fn(&Values) -> Unknowns) -> Vec<Unknowns> {
+    let Likeliest { best, ends, .. } = likeliest;
+    let plausible = ends.iter().filter(|(height, _)| *height < best.height + IMPLAUSIBLE).map(|(_, values)| values);
+    let mut apart: Vec<&Values> = Vec::new();
+    for values in std::iter::once(&best.values).chain(plausible) {
+        if !apart.iter().any(|other| is_same(other, values)) {
+            apart.push(values);
+        }
+    }
+    apart.into_iter().map(unknowns).collect()
+}
+
+fn is_same(a: &Values, b: &Values) -> bool {
+    a.as_slice().iter().zip(b.as_slice()).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(1.0))
 }
 
 /// The solution, or, of other ends that are not less likely beyond doubt, the one with the fewest gains and offsets that are not as declared.

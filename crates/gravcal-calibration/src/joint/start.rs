@@ -11,7 +11,7 @@ use gravcal_robot_model::session::Session;
 use super::error::PosingError;
 use super::linear_part::LinearPart;
 use super::readings::Readings;
-use super::sample::{Nearby, Sample, thinned};
+use super::sample::{Nearby, POSES, Sample, thinned};
 use super::unknowns::Unknowns;
 
 /// Directions tried in a hemisphere, besides the declared one.
@@ -153,7 +153,7 @@ fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 /// best of some directions is turned step by step, as a wrong direction may cost more than a wrong sign.
 pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, PosingError> {
     let nominal = Unknowns::nominal(session);
-    let part = LinearPart::new(session, &thinned(session, readings), &nominal)?;
+    let part = LinearPart::new(session, &thinned(session, readings, POSES), &nominal)?;
     let cost = |direction: [f64; 3]| {
         let gravity = direction.map(|c| session.gravity.magnitude * c);
         part.solve(&Unknowns { gravity, ..nominal.clone() }).0
@@ -181,7 +181,7 @@ fn turned(direction: [f64; 3], angle: f64) -> [[f64; 3]; 4] {
 
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.
 pub(crate) fn start_around(session: &Session, readings: &Readings, known: &Unknowns) -> Result<Unknowns, PosingError> {
-    let (_, solved) = LinearPart::new(session, &thinned(session, readings), known)?.solve(known);
+    let (_, solved) = LinearPart::new(session, &thinned(session, readings, POSES), known)?.solve(known);
     Ok(Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved })
 }
 

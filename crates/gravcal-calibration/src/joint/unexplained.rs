@@ -66,8 +66,11 @@ impl Readings {
 impl Solved {
     /// Variance of the unexplained errors of each channel: by these residuals where it is estimated, else as it is.
     pub(super) fn unexplained(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
-        let rows = self.unexplained_rows(session)?;
         let errors = session.unexplained_errors();
+        if !errors.contains(&UnexplainedError::Estimated) {
+            return Ok(self.readings.unexplained.clone());
+        }
+        let rows = self.unexplained_rows(session)?;
         let variance =
             |((rows, error), old): ((&Vec<ErrorRow>, UnexplainedError), &f64)| match (error, self.readings.loss) {
                 (UnexplainedError::Estimated, Loss::None) => variance_beyond_noise(rows),

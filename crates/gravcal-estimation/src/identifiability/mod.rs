@@ -16,6 +16,7 @@ mod elimination;
 use std::sync::Arc;
 
 use faer::Mat;
+use rayon::prelude::*;
 
 use crate::local_columns::{LocalColumns, Reduced};
 use crate::sparse_basis::sparse_basis;
@@ -285,37 +286,64 @@ impl Spectrum {
     /// Sum of squares of each row of the scaled Jacobian's projector: how many of the fitted parameters each
     /// row of `augmented` (as [`Problem::augmented_jacobian`] gives it) takes up. They sum to the rank.
     pub fn leverages(&self, augmented: &[f64]) -> Vec<f64> {
-        let directions = self.determined_directions();
-        let leverage = |row: &[f64]| {
-            let row = row[..row.len() - 1].iter().copied().enumerate().filter(|(_, entry)| *entry != 0.0);
-            let reduced = self.local.reduce(row);
-            let along =
-                |direction: &Vec<f64>| reduced.shared.iter().map(|(i, entry)| entry * direction[*i]).sum::<f64>();
-            directions.iter().map(|direction| along(direction).powi(2)).sum::<f64>() + reduced.own_covariance(&reduced)
+        let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
+        let leverage = |along: &mut Vec<f64>, row: &[f64]| {
+            let reduced = self.local.reduce(entries(row));
+            directions.along(&reduced.shared, along);
+            along.iter().map(|along| along.powi(2)).sum::<f64>() + reduced.own_covariance(&reduced)
         };
-        augmented.chunks_exact(self.column_scales.len() + 1).map(leverage).collect()
+        let rows = augmented.par_chunks_exact(self.column_scales.len() + 1);
+        rows.map_init(|| vec![0.0; directions.count], leverage).collect()
     }
 
     /// The rows of `augmented` in an orthonormal basis of what its columns span.
     pub(crate) fn basis_rows(&self, augmented: &[f64]) -> BasisRows {
-        let directions = self.determined_directions();
-        let mut rows =
-            BasisRows { rank: directions.len(), shared: Vec::new(), local: Vec::new(), own: self.local.count() };
-        for row in augmented.chunks_exact(self.column_scales.len() + 1) {
-            let entries = row[..row.len() - 1].iter().copied().enumerate().filter(|(_, entry)| *entry != 0.0);
-            let reduced = self.local.reduce(entries);
-            let along =
-                |direction: &Vec<f64>| reduced.shared.iter().map(|(i, entry)| entry * direction[*i]).sum::<f64>();
-            rows.shared.extend(directions.iter().map(along));
-            if self.has_local() {
-                rows.local.push(self.local.own_entries(&reduced));
-            }
+        let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
+        let rows = augmented.par_chunks_exact(self.column_scales.len() + 1);
+        let in_basis = rows.map(|row| {
+            let reduced = self.local.reduce(entries(row));
+            let mut along = vec![0.0; directions.count];
+            directions.along(&reduced.shared, &mut along);
+            (along, self.local.own_entries(&reduced))
+        });
+        let (shared, local): (Vec<Vec<f64>>, Vec<_>) = in_basis.unzip();
+        BasisRows {
+            rank: directions.count,
+            shared: shared.concat(),
+            local: if self.has_local() { local } else { Vec::new() },
+            own: self.local.count(),
         }
-        rows
     }
 
     fn unscale(&self, direction: &[f64]) -> Vec<f64> {
         direction.iter().zip(&self.scales).map(|(v, scale)| v / scale).collect()
+    }
+}
+
+/// What is not zero of a row without its residual, by column.
+fn entries(row: &[f64]) -> impl Iterator<Item = (usize, f64)> {
+    row[..row.len() - 1].iter().copied().enumerate().filter(|(_, entry)| *entry != 0.0)
+}
+
+/// Directions, the entries of all of them at one column side by side.
+struct ByColumn {
+    count: usize,
+    entries: Vec<f64>,
+}
+
+impl ByColumn {
+    fn of(directions: &[Vec<f64>], columns: usize) -> ByColumn {
+        let at = |column: usize| directions.iter().map(move |direction| direction[column]);
+        ByColumn { count: directions.len(), entries: (0..columns).flat_map(at).collect() }
+    }
+
+    /// The product of a row with each of them.
+    fn along(&self, row: &[(usize, f64)], out: &mut [f64]) {
+        out.fill(0.0);
+        for (column, entry) in row {
+            let directions = &self.entries[self.count * column..self.count * (column + 1)];
+            out.iter_mut().zip(directions).for_each(|(sum, direction)| *sum += entry * direction);
+        }
     }
 }
 

@@ -10,8 +10,15 @@
 //! if the term were estimated too (Rao's score test; Frisch and Waugh, 1933), without solving again. Local blocks enter by what follows
 //! the shared columns and what is their own, so that no matrix of all columns is made. **Assumptions.** No loss.
 
+use rayon::prelude::*;
+
 use super::Solution;
 use crate::EvaluateError;
+
+/// Sums of a product.
+const SUMS: usize = 8;
+/// Fewer rows are not worth a thread.
+const LEAST_ROWS: usize = 1024;
 
 /// `M`, with the residuals that it is judged by.
 #[derive(Clone, Debug)]
@@ -67,10 +74,10 @@ impl ResidualMaker {
             along.iter_mut().zip(self.shared_of(row)).for_each(|(sum, u)| *sum += z * u);
             self.local_of(row).iter().for_each(|(place, u)| own[*place] += z * u);
         }
-        for (row, z) in z.iter_mut().enumerate() {
+        z.par_iter_mut().with_min_len(LEAST_ROWS).enumerate().for_each(|(row, z)| {
             *z -= dot(&along, self.shared_of(row));
             *z -= self.local_of(row).iter().map(|(place, u)| own[*place] * u).sum::<f64>();
-        }
+        });
         for unit in &self.added {
             let share = dot(unit, z);
             z.iter_mut().zip(unit).for_each(|(z, u)| *z -= share * u);
@@ -109,8 +116,15 @@ impl ResidualMaker {
     }
 }
 
+/// In several sums, which a processor adds to at once.
 fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
+    let ((first, rest_a), (second, rest_b)) = (a.as_chunks::<SUMS>(), b.as_chunks::<SUMS>());
+    let mut sums = [0.0; SUMS];
+    for (a, b) in first.iter().zip(second) {
+        sums.iter_mut().zip(a).zip(b).for_each(|((sum, a), b)| *sum += a * b);
+    }
+    let rest: f64 = rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum();
+    sums.iter().sum::<f64>() + rest
 }
 
 #[cfg(test)]
