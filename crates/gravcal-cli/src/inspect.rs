@@ -27,7 +27,7 @@ use crate::{targets, terminal};
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
-    /// The recording: one, to whose session others of the same columns are added as further [[poses]]
+    /// The recording; name others of the same columns in its session, as further [[poses]]
     #[arg(value_name = "FILE", required = true)]
     files: Vec<PathBuf>,
 
@@ -39,7 +39,7 @@ pub struct Arguments {
     #[arg(long, value_name = "ROBOT")]
     robot: Option<PathBuf>,
 
-    /// First link of a URDF's chain [default: the one on which all else hangs]
+    /// First link of a URDF's chain [default: the root, on which all else hangs]
     #[arg(long, value_name = "LINK", requires = "robot")]
     base: Option<String>,
 

@@ -16,8 +16,8 @@ pub struct UrdfEnds {
 }
 
 impl UrdfEnds {
-    /// The ends of a chain whose joints are `recorded`, guessed: the base is the last link that no joint moves on the way to all of them,
-    /// and a tip each link that one of them carries and beyond which none of them moves. Names that the URDF does not know are of
+    /// The ends of a chain whose joints are `recorded`, guessed: the base is the root of the tree, and a tip each
+    /// link that one of them carries and beyond which none of them moves. Names that the URDF does not know are of
     /// something else, such as a gripper.
     ///
     /// Where it knows none of them, only how many there are, `count`, matters: the tip is the one link that so many joints move, one
@@ -48,12 +48,9 @@ impl UrdfEnds {
 }
 
 fn ending_at(tree: &Tree<'_>, tips: &[usize]) -> Option<UrdfEnds> {
-    let first = tips.first()?;
-    let standing = |tip: &usize| tree.links_to_root(*tip).find(|link| !is_carried(tree, *link));
-    let root = tree.links_to_root(*first).last().unwrap_or(*first);
-    let base = standing(first).filter(|base| tips.iter().all(|tip| standing(tip) == Some(*base))).unwrap_or(root);
+    let root = tree.links_to_root(*tips.first()?).last()?;
     let tips = tips.iter().map(|link| tree.link_name(*link)).collect();
-    Some(UrdfEnds { base: tree.link_name(base), tips })
+    Some(UrdfEnds { base: tree.link_name(root), tips })
 }
 
 /// Links that one of the joints carries and beyond which none of them moves.
@@ -78,11 +75,6 @@ fn is_moved(tree: &Tree<'_>, link: usize) -> bool {
     tree.parent_joint(link).is_some_and(|joint| tree.robot.joints[joint].joint_type != JointType::Fixed)
 }
 
-/// Whether any joint on the way to a link does.
-fn is_carried(tree: &Tree<'_>, link: usize) -> bool {
-    tree.links_to_root(link).any(|link| is_moved(tree, link))
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::tests::ARM;
@@ -103,7 +95,8 @@ mod tests {
         assert_eq!(guessed(&["another_finger", "pan", "lift"]), ends("arm"));
         let standing =
             ARM.replacen("<joint name=\"pan\" type=\"continuous\">", "<joint name=\"pan\" type=\"fixed\">", 1);
-        assert_eq!(UrdfEnds::guess(&standing, &["lift"], 1).unwrap().map(|ends| ends.base).as_deref(), Some("bracket"));
+        let base = UrdfEnds::guess(&standing, &["lift"], 1).unwrap().map(|ends| ends.base);
+        assert_eq!(base.as_deref(), Some("base"), "what is fixed to the root is no base of its own");
     }
 
     #[test]
