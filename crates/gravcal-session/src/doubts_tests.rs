@@ -32,18 +32,29 @@ fn session(units: [&str; 2], readings: &str, rows: impl Iterator<Item = [f64; 4]
 }
 
 /// A session of rows of two angles and two torques, in these units, with more in `[readings]` and at its end.
-fn read(units: [&str; 2], [readings, end]: [&str; 2], rows: impl Iterator<Item = [f64; 4]>) -> Session {
+fn read(units: [&str; 2], more: [&str; 2], rows: impl Iterator<Item = [f64; 4]>) -> Session {
+    read_with(["", ""], units, more, rows)
+}
+
+/// The same with one text in place of another, in the robot's file or in the session.
+fn read_with(
+    [text, other]: [&str; 2],
+    units: [&str; 2],
+    [readings, end]: [&str; 2],
+    rows: impl Iterator<Item = [f64; 4]>,
+) -> Session {
     let folder = tempfile::tempdir().unwrap();
-    let text: String = rows.map(|[a, b, c, d]| format!("{a},{b},{c},{d}\n")).collect();
-    fs::write(folder.path().join("robot.toml"), ROBOT).unwrap();
-    fs::write(folder.path().join("day.csv"), format!("q1,q2,y1,y2\n{text}")).unwrap();
+    let table: String = rows.map(|[a, b, c, d]| format!("{a},{b},{c},{d}\n")).collect();
+    let changed = |all: &str| if text.is_empty() { all.to_owned() } else { all.replace(text, other) };
+    fs::write(folder.path().join("robot.toml"), changed(ROBOT)).unwrap();
+    fs::write(folder.path().join("day.csv"), format!("q1,q2,y1,y2\n{table}")).unwrap();
     let [position, torque] = units;
     let written = format!(
         "robot = 'robot.toml'\n[gravity]\nmagnitude_m_per_s2 = 9.81\nhemisphere = [0, -1, 0]\n[readings]\n{readings}\n\
          position = {{ columns = ['q1', 'q2'], unit = '{position}' }}\ntorque = {{ columns = ['y1', 'y2'], unit = '{torque}' }}\n\
          [[poses]]\nfile = 'day.csv'\n{end}\n"
     );
-    fs::write(folder.path().join("session.toml"), written).unwrap();
+    fs::write(folder.path().join("session.toml"), changed(&written)).unwrap();
     read_session(&folder.path().join("session.toml")).unwrap()
 }
 
@@ -199,7 +210,9 @@ fn of_the_experiments_a_trajectory_alone_is_doubted() {
 fn columns_whose_numbers_do_not_go_together_are_told() {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("robot.toml"), ROBOT).unwrap();
-    fs::write(folder.path().join("day.csv"), "q1,q2,tau1,tau2,tau3\n0,1,2,3,4\n0.2,1.1,2,3.3,4\n").unwrap();
+    let rows: String =
+        (0..6).map(|row| format!("{},{},2,3,4\n", 0.2 * f64::from(row), 1.0 + 0.1 * f64::from(row))).collect();
+    fs::write(folder.path().join("day.csv"), format!("q1,q2,tau1,tau2,tau3\n{rows}")).unwrap();
     let doubts = |positions: &str, torques: &str| {
         let written = format!(
             "robot = 'robot.toml'\n[gravity]\nmagnitude_m_per_s2 = 9.81\n[readings]\nposition = {{ columns = {positions}, unit = 'rad' \
@@ -217,4 +230,45 @@ fn columns_whose_numbers_do_not_go_together_are_told() {
         assert_eq!(doubts("['q1', 'q2']", torques), [""; 0], "{torques}");
     }
     assert_eq!(doubts("['q2', 'q1']", "['tau2', 'tau1']"), [""; 0]);
+}
+
+/// The first doubt of right poses of which one text is another.
+fn of_change(text: &str, other: &str) -> String {
+    read_with([text, other], ["rad", "N·m"], ["", ""], poses(1.0, 1.0)).doubts.swap_remove(0)
+}
+
+#[test]
+fn lengths_in_millimetres_and_angles_in_radians_are_told() {
+    assert!(of_change("a_m = 0.4", "a_m = 400").contains("places links 400 m apart"));
+    let turned = of_change("a_m = 0.4\nalpha_deg = 0", "a_m = 0.4\nalpha_deg = 1.5708");
+    assert!(turned.starts_with("The axis of elbow is π/2 or π degrees off the one before it"), "{turned}");
+}
+
+#[test]
+fn gravity_of_no_place_on_earth_is_told() {
+    assert!(of_change("= 9.81\n", "= 981\n").starts_with("[gravity] magnitude_m_per_s2 is 981: on Earth"));
+    let roughly = read_with(
+        ["m_per_s2 = 9.81\n", "m_per_s2 = 9.7\nmagnitude_std_m_per_s2 = 0.1\n"],
+        ["rad", "N·m"],
+        ["", ""],
+        poses(1.0, 1.0),
+    );
+    assert!(roughly.doubts.is_empty(), "{:?}", roughly.doubts);
+}
+
+#[test]
+fn a_load_that_nothing_carries_is_told() {
+    let load = "[[load]]\nname = 'plate'\nmass_kg = 1\nlink = 'link2'";
+    let session = read(["rad", "N·m"], ["", load], poses(1.0, 1.0));
+    assert_eq!(session.doubts, ["No pose carries load `plate`: is a `load =` missing from a [[poses]]?"]);
+}
+
+#[test]
+fn hardly_any_pose_is_told() {
+    let session = session(["rad", "N·m"], "", poses(1.0, 1.0).take(2));
+    assert!(
+        session.doubts.iter().any(|doubt| doubt.starts_with("There are only 2 static poses")),
+        "{:?}",
+        session.doubts
+    );
 }

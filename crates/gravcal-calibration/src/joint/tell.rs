@@ -32,7 +32,7 @@ pub(super) fn tell(
     mut fit: Fit,
     workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
-    let Conclusion { answer, verdict, termination, remarks } = conclusion;
+    let Conclusion { answer, verdict, termination, reasons, remarks } = conclusion;
     let Answer { solved, judgement, uncertainty, gravity, parameters, residual_tests, .. } = answer;
     let solved = &solved;
     let bias = |joint: usize| judgement.determines(ParameterId::Sensor(joint, Quantity::TorqueBias));
@@ -51,10 +51,13 @@ pub(super) fn tell(
         Verdict::Failed => (None, Vec::new()),
         Verdict::Determined | Verdict::PartlyDetermined => consistent_model(session, solved)?,
     };
-    let mut notes = remarks;
+    let (reason_count, mut notes) = (reasons.len(), reasons);
+    notes.extend(remarks);
     notes.extend(of_model);
     notes.extend(fit.held_out_missing.iter().map(no_held_out_note));
-    notes.extend(tell_session(session, solved, &parameters));
+    // A failure's cause should not stand beside what defines a frame of no numbers.
+    let of_frame = base_frame_note(session).filter(|_| verdict == Verdict::Failed);
+    notes.extend(tell_session(session, solved, &parameters).into_iter().filter(|note| of_frame.as_ref() != Some(note)));
     notes.extend(modelled::notes(session, solved)?);
     notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
     // Where the solver stopped anywhere, so did these.
@@ -83,6 +86,7 @@ pub(super) fn tell(
         fit: Some(fit),
         payloads: payloads(session, solved),
         consistent_model,
+        reasons: reason_count,
         notes,
         detail: Detail { singular_values: solved.spectrum.singular_values().to_vec(), way: tell_way(session, solved) },
     };
@@ -326,11 +330,6 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
         let end =
             if session.robot.chain.is_serial() { "The chain ends at its tip" } else { "Branches end at their tips" };
         notes.push(format!("{end}: what hangs there by {} is left out.", cut.join(", ")));
-    }
-    for (index, load) in session.loads.iter().enumerate() {
-        if session.poses.iter().all(|pose| pose.load != Some(index)) {
-            notes.push(format!("No pose carries load `{}`: is a `load =` missing from a [[poses]]?", load.name));
-        }
     }
     notes
 }

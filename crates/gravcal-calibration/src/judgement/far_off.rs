@@ -17,8 +17,12 @@ use crate::result::{EstimatorResult, ParameterResult, deciding};
 const FAR: f64 = 3.0;
 /// No position sensor is mounted so far from where it should be, rad.
 const FAR_TURNED: f64 = FRAC_PI_4;
+/// So far turned, rad, is what gravity upside down or a load on the wrong poses makes of an offset.
+const HALF_TURN: f64 = 0.9 * std::f64::consts::PI;
 /// Gains that differ by less than this share are off by one factor.
 const ONE_FACTOR: f64 = 0.2;
+/// Sensors that read the torque itself, all off by one factor beyond this: rather the load's mass is, than all of them alike.
+const FAR_TOGETHER: f64 = 1.3;
 
 /// What the values of the estimator that decides make doubtful of the session, in sentences; see [`Session::doubts`] for what is doubtful
 /// before anything is solved.
@@ -36,6 +40,8 @@ struct Gain {
     joint: usize,
     ratio: f64,
     far: bool,
+    /// Far enough, if all others are off by the same factor.
+    together: bool,
 }
 
 fn gains(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
@@ -44,15 +50,29 @@ fn gains(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
             let told = Told::of(session, parameters, joint, Quantity::TorqueGain)?;
             let [one, other] = [0, 1].map(|end| told.interval[end] / told.nominal);
             let far = one.min(other) > FAR || one.max(other) < 1.0 / FAR;
-            Some(Gain { joint, ratio: told.value / told.nominal, far: far && told.value * told.nominal > 0.0 })
+            let together =
+                reads_torque(session, joint) && (one.min(other) > FAR_TOGETHER || one.max(other) < 1.0 / FAR_TOGETHER);
+            let alike = told.value * told.nominal > 0.0;
+            Some(Gain {
+                joint,
+                ratio: told.value / told.nominal,
+                far: far && alike,
+                together: (far || together) && alike,
+            })
         })
         .collect();
     let (most, least) =
         all.iter().fold((0.0_f64, f64::MAX), |(most, least), gain| (most.max(gain.ratio), least.min(gain.ratio)));
-    if all.len() > 1 && all.iter().all(|gain| gain.far) && most < FAR * least {
+    let one_factor = all.iter().all(|gain| gain.together) && most < (1.0 + ONE_FACTOR) * least;
+    if all.len() > 1 && (one_factor || all.iter().all(|gain| gain.far) && most < FAR * least) {
         return vec![of_all(session, least, most)];
     }
     all.iter().filter(|gain| gain.far).map(|gain| of_one(session, gain)).collect()
+}
+
+/// Whether the sensor's nominal gain is what its unit says, and no rough guess.
+fn reads_torque(session: &Session, joint: usize) -> bool {
+    session.joints[joint].torque_unit.is_some_and(|unit| !unit.is_sensors_own())
 }
 
 fn of_all(session: &Session, least: f64, most: f64) -> String {
@@ -110,8 +130,12 @@ fn of_offset(session: &Session, joint: usize, off: f64) -> String {
         [] => String::new(),
         names => format!("the place of {} (position_m), or ", names.join(", ")),
     };
+    let turned = match off.abs() > HALF_TURN {
+        true => "[gravity] hemisphere, the load of each [[poses]], ",
+        false => "",
+    };
     format!(
-        "{name} is {:.0}° from its nominal value: is {place}the sensor's sign or zero as stated? If the sensor is mounted so, say \
+        "{name} is {:.0}° from its nominal value: is {place}{turned}the sensor's sign or zero as stated? If the sensor is mounted so, say \
          position_offset = {{ nominal = …, unit = \"deg\" }} in its [[joint]].",
         off.to_degrees()
     )

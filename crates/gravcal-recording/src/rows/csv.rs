@@ -20,6 +20,9 @@ use crate::file::opened;
 use crate::iso8601;
 use crate::table::{column_names, columns_without_header};
 
+/// Why a row is left out.
+const RAGGED: &str = "more or fewer cells than columns";
+
 /// Rows of a CSV file.
 pub(crate) struct CsvRows {
     path: PathBuf,
@@ -141,7 +144,7 @@ impl CsvRows {
         if !format.header {
             rows.take_cells(&mut row);
         } else if !rows.next(&mut row)? {
-            return Err(ReadError::NoRows { path: rows.path });
+            return Err(rows.without_rows());
         }
         rows.first = Some(row);
         Ok(rows)
@@ -175,6 +178,19 @@ impl CsvRows {
     }
 
     /// The next row, which is not one that was kept.
+    /// Why there is no row: none stands there, or none has as many cells as the header.
+    fn without_rows(self) -> ReadError {
+        match self.left_out.get(RAGGED) {
+            None => ReadError::NoRows { path: self.path },
+            Some((_, line)) => ReadError::Ragged {
+                path: self.path,
+                line: *line,
+                expected: self.columns.len(),
+                found: self.cells.len(),
+            },
+        }
+    }
+
     fn next(&mut self, row: &mut Row) -> Result<bool, ReadError> {
         self.skipped.clear();
         loop {
@@ -184,7 +200,7 @@ impl CsvRows {
             let why = match text {
                 None => "no UTF-8 text",
                 Some(text) if !cells(text, self.format.delimiter, &mut self.cells) => "a quote is not closed",
-                Some(_) if self.cells.len() != self.columns.len() => "more or fewer cells than columns",
+                Some(_) if self.cells.len() != self.columns.len() => RAGGED,
                 Some(_) => {
                     row.number = number;
                     self.take_cells(row);
@@ -237,7 +253,11 @@ impl Rows for CsvRows {
 
     fn remarks(&self) -> Vec<String> {
         let left_out = self.left_out.iter().map(|(why, (count, first))| {
-            format!("{}: {count} lines are left out ({why}), the first is line {first}", self.path.display())
+            let path = self.path.display();
+            match count {
+                1 => format!("{path}: line {first} is left out ({why})"),
+                _ => format!("{path}: {count} lines are left out ({why}), the first is line {first}"),
+            }
         });
         let others = MISSING.iter().filter_map(|(dates, which)| {
             let columns = self.columns.iter().zip(&self.held).filter(|(_, held)| held.dates == *dates);

@@ -564,9 +564,9 @@ fn lines_that_are_no_rows_are_left_out_and_said() {
     assert_eq!(said.rows.iter().map(|row| row.number).collect::<Vec<_>>(), [2, 6, 8]);
     let path = bag.path("a.csv");
     let expected = [
-        "1 lines are left out (a quote is not closed), the first is line 5",
+        "line 5 is left out (a quote is not closed)",
         "2 lines are left out (more or fewer cells than columns), the first is line 3",
-        "1 lines are left out (no UTF-8 text), the first is line 4",
+        "line 4 is left out (no UTF-8 text)",
     ];
     assert_eq!(said.remarks, expected.map(|remark| format!("{}: {remark}", path.display())));
 }
@@ -583,6 +583,7 @@ fn what_is_no_recording_is_told_apart() {
         (b"PAR1....", "this Parquet file cannot be read, it seems to be damaged"),
         (b"", "the file is empty"),
         (b"q,tau\n", "the file has a header but no rows"),
+        (b"q,tau,load\n1,2\n3,4\n", "2: expected 3 cells, as in the header, found 2"),
     ] {
         let error = read(&bag.text("a", bytes)).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");

@@ -13,6 +13,9 @@ use super::field::{self, Field};
 use super::file_error::FileError;
 use super::text::read_text;
 
+/// How names of recordings end.
+const RECORDINGS: [&str; 5] = ["csv", "tsv", "mcap", "db3", "parquet"];
+
 /// A TOML file: syntactically right, every number finite.
 #[derive(Clone, Debug)]
 pub struct Document {
@@ -24,8 +27,14 @@ impl Document {
     /// Reads a file.
     ///
     /// # Errors
-    /// The file cannot be read, is not TOML, or holds a number that is infinite or NaN.
+    /// The file is a recording by its name, cannot be read, is not TOML, or holds a number that is infinite or NaN.
     pub fn read(path: &Path) -> Result<Document, FileError> {
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+        if RECORDINGS.iter().any(|recording| extension.eq_ignore_ascii_case(recording)) {
+            let inspect =
+                format!("`gravcal inspect {} --session session.toml` writes a session for it", path.display());
+            return Err(FileError::new(path, format!("this is a recording, where a TOML file is expected; {inspect}")));
+        }
         Document::of(path, read_text(path)?)
     }
 

@@ -1,10 +1,13 @@
-//! What a session says that can hardly be so, seen before anything is solved: positions and torques in another unit than declared or
-//! of two joints that are read as one's, sensors that are stuck, and rows of an arm in motion that are taken as static poses.
+//! What a session says that can hardly be so, seen before anything is solved: lengths in millimetres, gravity of another planet, positions
+//! and torques in another unit than declared or of two joints that are read as one's, sensors that are stuck, and rows of an arm in motion
+//! that are taken as static poses.
 
 mod columns;
 mod motion;
 mod names;
 mod positions;
+mod robot;
+mod stated;
 mod stuck;
 mod torques;
 mod unit;
@@ -17,7 +20,8 @@ use super::contents::Session;
 impl Session {
     /// The same in sentences, each with what to do about it.
     pub fn find_doubts(&self) -> Vec<String> {
-        let columns = columns::doubt(self).into_iter();
+        let stated = robot::doubts(self).into_iter().chain(stated::doubts(self));
+        let columns = stated.chain(columns::doubt(self));
         let units = positions::doubts(self).into_iter().chain(torques::doubt(self));
         columns.chain(units).chain(stuck::doubts(self)).chain(motion::doubts(self)).collect()
     }
