@@ -110,7 +110,7 @@ fn a_failed_calibration_has_a_page_that_says_so() {
     assert_eq!(run.code, 4, "{run:?}");
     let page = folder.path().join("results/report.html");
     let text = fs::read_to_string(&page).unwrap();
-    assert!(text.contains("Failed: there is no answer to rely on") && text.contains("Use none of these numbers."));
+    assert!(text.contains("Failed: there is no answer to rely on") && text.contains("Use no number of this result."));
     let Some(browser) = chromium() else { return };
     // No correlations of what has no value.
     assert_drawn(browser, &page, 1 + 3 + 6);
@@ -161,7 +161,7 @@ fn what_is_printed_follows_quiet_json_verbose_and_no_colour() {
     let table = run(&[]);
     assert!(table.stdout.starts_with("Calibration of") && !table.stdout.contains('\u{1b}'), "{table:?}");
     let quiet = run(&["--quiet"]);
-    assert!(quiet.stdout.starts_with("Results in results (calibration.json, table.txt, report.html"), "{quiet:?}");
+    assert!(quiet.stdout.starts_with("Results in results (report.html, table.txt, calibration.json"), "{quiet:?}");
     assert_eq!(quiet.code, table.code);
     let json = run(&["--json"]).stdout;
     assert_eq!(json.as_bytes(), fs::read(folder.path().join("results/calibration.json")).unwrap());

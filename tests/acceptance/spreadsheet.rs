@@ -139,7 +139,7 @@ fn a_load_ten_times_too_heavy_is_asked_about_before_all_else() {
     let doubts = json["doubts"].as_array().unwrap();
     assert!(doubts.len() == 1 && doubts[0].as_str().unwrap().contains("plate-a 17.24 kg"), "{doubts:?}");
     let page = written("report.html");
-    assert!(page.contains("Look at this first") && page.contains("Determined, but far from what is nominal"));
+    assert!(page.contains("Look at this first") && page.contains("Determined, with a warning"));
 }
 
 /// What the session makes doubtful is told before the solve, what came out after it: under one heading each.

@@ -199,6 +199,7 @@ fn failed(session: &Session, estimator: EstimatorName, error: &EstimateError) ->
         payloads: Vec::new(),
         consistent_model: None,
         notes: Vec::new(),
+        reasons: 0,
         detail: Detail::default(),
     }
 }

@@ -82,6 +82,9 @@ pub struct EstimatorResult {
     pub consistent_model: Option<ConsistentModel>,
     /// Remarks a person should read.
     pub notes: Vec<String>,
+    /// How many of the notes, the first ones, say why the verdict is no better.
+    #[serde(skip)]
+    pub reasons: usize,
     /// What pictures need besides; no part of any file.
     #[serde(skip)]
     pub detail: Detail,

@@ -88,7 +88,7 @@ Exit codes, of the joint estimator if it ran:
   0  everything that is asked for is determined
   1  what was found could not be printed or shown in full; files are complete
   2  bad input or usage; nothing is written
-  3  solved, but something that is asked for is undetermined
+  3  solved, but something that is asked for is undetermined, or not to be believed as it is
   4  no answer to rely on: no convergence, stopped by Ctrl-C, or readings that contradict the model
 
 Ctrl-C stops after the current iteration, and what is known is told and written; a second one ends the program at once.";
@@ -120,9 +120,10 @@ pub fn run(arguments: &Arguments, registry: &Registry) -> Result<Exit, Failure> 
     let further = if session.doubts.is_empty() { tell_doubts(&found) } else { tell_further_doubts(&found) };
     let (robot, results) = (session.robot.name.as_str(), results.as_slice());
     let table = CalibrationTable { robot, doubts: &doubts, results }.to_string();
+    let file = folder.path().join("calibration.json");
     let shown = match arguments.full {
         true => format!("{}\n", CalibrationTable { robot, doubts: &[], results }),
-        false => CalibrationSummary { robot, results }.to_string(),
+        false => CalibrationSummary { robot, results, file: &file.to_string_lossy() }.to_string(),
     };
     let page = CalibrationPage { session: &session, results, provenance: &provenance };
     let calibration = CalibrationFile { doubts: &doubts, estimators: results, provenance: &provenance }.to_json();
@@ -239,7 +240,7 @@ fn refused(error: &OutputError) -> Failure {
 
 fn where_to(folder: &OutputFolder, written: Written) -> String {
     let files = match written {
-        Written::New => "calibration.json, table.txt, report.html, timing.json",
+        Written::New => "report.html, table.txt, calibration.json",
         Written::Unchanged => "already there, unchanged",
     };
     format!("Results in {} ({files})", folder.path().display())

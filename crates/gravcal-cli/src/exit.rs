@@ -75,6 +75,7 @@ mod tests {
             payloads: Vec::new(),
             consistent_model: None,
             notes: Vec::new(),
+            reasons: 0,
             detail: Detail::default(),
         }
     }

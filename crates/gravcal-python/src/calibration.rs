@@ -75,7 +75,8 @@ impl Calibration {
 
     /// What the program prints: one screen.
     fn summary(&self) -> String {
-        let summary = CalibrationSummary { robot: &self.session.robot.name, results: &self.results };
+        let robot = &self.session.robot.name;
+        let summary = CalibrationSummary { robot, results: &self.results, file: "calibration.json" };
         match tell_doubts(&self.doubts) {
             doubts if doubts.is_empty() => summary.to_string(),
             doubts => format!("{doubts}\n{summary}"),

@@ -1,6 +1,7 @@
 //! What a result comes to, and what a person should do next: the same words wherever it is shown.
 
 use gravcal_calibration::result::{EstimatorResult, Fit, Verdict};
+use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::MistakenUnit;
 
 use crate::sensor_row::split_name;
@@ -9,6 +10,8 @@ use gravcal_robot_model::number::significant;
 
 /// A position gain this far from its nominal value, as a share of it, is no matter of calibration.
 const FAR: f64 = 0.3;
+/// Reasons that are told with a verdict.
+const CAUSES: usize = 2;
 
 /// What a result comes to.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -35,12 +38,12 @@ pub enum Level {
 }
 
 impl Advice {
-    /// Of an estimator that ran.
-    pub fn of(result: &EstimatorResult) -> Advice {
+    /// Of an estimator that ran. `file`: calibration.json, as the reader would name it in a command.
+    pub fn of(result: &EstimatorResult, file: &str) -> Advice {
         match result.verdict {
             Verdict::Failed => failed(result),
             Verdict::PartlyDetermined => partly(result),
-            Verdict::Determined => determined(result),
+            Verdict::Determined => determined(result, file),
         }
     }
 }
@@ -51,7 +54,7 @@ struct Concern {
     steps: Vec<String>,
 }
 
-fn determined(result: &EstimatorResult) -> Advice {
+fn determined(result: &EstimatorResult, file: &str) -> Advice {
     let concerns = concerns(result);
     if !concerns.is_empty() {
         let told: Vec<&str> = concerns.iter().map(|concern| concern.what.as_str()).collect();
@@ -64,30 +67,31 @@ fn determined(result: &EstimatorResult) -> Advice {
     }
     let explained = match result.fit.as_ref().and_then(|fit| fit.p_value) {
         Some(p) => format!("the readings are explained as well as their noise allows (p = {})", significant(p, 2)),
-        None => "the size of the noise was taken from the residuals, so no test says whether the model is right: look at the \
-                 residuals"
-            .to_owned(),
+        None => "the noise was taken from the residuals, so that no test can doubt the model".to_owned(),
     };
     Advice {
         level: Level::Good,
         headline: "Determined: these numbers can be used",
         why: format!("Everything asked for is determined, and {explained}.{}", counted_less(result)),
         steps: vec![
-            "Look once at the residuals: they should be a band without a shape, and neighbours should not be alike."
-                .into(),
-            format!("Give the numbers to the driver: gravcal export calibration.json --to {}.", formats(result)),
+            "Look once at the residuals (report.html): they should be a band without a shape.".into(),
+            format!("gravcal export {file} --to {} gives the numbers to the driver.", formats(result)),
             "Keep calibration.json: gravcal compare tells next week which sensor has moved.".into(),
         ],
     }
 }
 
-/// What can be exported: sensors beyond gain and bias have tables only.
+/// What can be exported: joints' sensors beyond gain and bias have tables only.
 fn formats(result: &EstimatorResult) -> &'static str {
-    let affine = ["torque_gain", "torque_bias", "position_gain", "position_offset"];
-    if result.parameters.iter().all(|parameter| affine.contains(&split_name(&parameter.name).1)) {
-        "ros2 (or c, python; urdf where the robot came as URDF)"
-    } else {
+    let affine = |quantity: &str| Quantity::ALL.iter().any(|known| known.as_str() == quantity);
+    let names: Vec<(&str, &str)> = result.parameters.iter().map(|parameter| split_name(&parameter.name)).collect();
+    let joints: Vec<&str> = names.iter().filter(|(_, quantity)| affine(quantity)).map(|(joint, _)| *joint).collect();
+    if names.iter().any(|(owner, quantity)| joints.contains(owner) && !affine(quantity)) {
         "csv"
+    } else if joints.is_empty() {
+        "ros2 (or c, python)"
+    } else {
+        "ros2 (or c, python; urdf where the robot came as URDF)"
     }
 }
 
@@ -102,7 +106,7 @@ fn partly(result: &EstimatorResult) -> Advice {
     if open.is_empty() {
         return intervals_in_doubt(result);
     }
-    let mut steps: Vec<String> = Vec::new();
+    let mut steps = likely_causes(result);
     for undetermined in &result.undetermined {
         let asked = undetermined.parameters.iter().any(|name| open.contains(&name.as_str()));
         if asked && !undetermined.cure.is_empty() && !steps.contains(&undetermined.cure) {
@@ -115,7 +119,7 @@ fn partly(result: &EstimatorResult) -> Advice {
     let concerns = concerns(result);
     let told: String = concerns.iter().map(|concern| format!(" Besides, {}.", concern.what)).collect();
     steps.extend(match concerns.is_empty() {
-        true => vec!["Use the numbers that are there; what has none, has none.".into()],
+        true => vec!["Use only what has a number.".into()],
         false => concerns.into_iter().flat_map(|concern| concern.steps).collect(),
     });
     Advice {
@@ -132,14 +136,15 @@ fn intervals_in_doubt(result: &EstimatorResult) -> Advice {
     if concerns.is_empty() {
         return Advice {
             level: Level::Care,
-            headline: "Determined, but far from what is nominal",
+            headline: "Determined, with a warning",
             why: format!(
-                "Everything asked for has a value, and what is doubted of it stands at the top.{}",
+                "Everything asked for has a value, but not all of it can be believed.{}",
                 counted_less(result)
             ),
-            steps: vec![
-                "Look at what is doubted; mend the session, or state the nominal values that the sensors have.".into(),
-            ],
+            steps: match result.reasons {
+                0 => vec!["Look at the warnings at the top; mend the session.".into()],
+                _ => likely_causes(result),
+            },
         };
     }
     let told: Vec<&str> = concerns.iter().map(|concern| concern.what.as_str()).collect();
@@ -147,19 +152,15 @@ fn intervals_in_doubt(result: &EstimatorResult) -> Advice {
         level: Level::Care,
         headline: "Determined, but intervals cannot hold",
         why: format!("Everything asked for has a value, but {}.{}", told.join("; and "), counted_less(result)),
-        steps: concerns.into_iter().flat_map(|concern| concern.steps).collect(),
+        steps: likely_causes(result)
+            .into_iter()
+            .chain(concerns.into_iter().flat_map(|concern| concern.steps))
+            .collect(),
     }
 }
 
 fn failed(result: &EstimatorResult) -> Advice {
-    let mut steps: Vec<String> = vec!["Use none of these numbers.".into()];
-    steps.extend(
-        result
-            .notes
-            .iter()
-            .filter(|note| note.starts_with("What to look at") || note.starts_with("The torque sensor"))
-            .cloned(),
-    );
+    let mut steps = likely_causes(result);
     if result.termination.starts_with("not converged") {
         steps.push(
             "See with --verbose whether the cost still fell: then allow more iterations; else start nearer, by nominal sensor values \
@@ -169,16 +170,22 @@ fn failed(result: &EstimatorResult) -> Advice {
     }
     if result.fit.is_some() {
         steps.push(
-            "Look at the residuals: the joint that is far off, and the poses where it is, tell what is wrong.".into(),
+            "Look at the residuals (report.html): which joint is far off, and in which poses, tells what is wrong."
+                .into(),
         );
     }
-    steps.push("Mend the session and calibrate again; gravcal check tells whether its poses suffice.".into());
+    steps.push("Use no number of this result. Mend the session and calibrate again.".into());
     Advice {
         level: Level::Bad,
         headline: "Failed: there is no answer to rely on",
         why: format!("{}.", capital(&result.termination)),
         steps,
     }
+}
+
+/// The first of the reasons for the verdict.
+fn likely_causes(result: &EstimatorResult) -> Vec<String> {
+    result.notes.iter().take(result.reasons.min(CAUSES)).cloned().collect()
 }
 
 fn concerns(result: &EstimatorResult) -> Vec<Concern> {
@@ -209,7 +216,7 @@ fn shape_of_residuals(result: &EstimatorResult) -> Option<Concern> {
     let told: Vec<String> = spoilt.map(|test| format!("{} ({})", test.channel, test.kind)).collect();
     (!told.is_empty()).then(|| Concern {
         what: format!("residuals are no noise: {}", told.join(", ")),
-        steps: vec!["Read the notes on these residuals: each says what the model lacks and how to mend it.".into()],
+        steps: vec!["Read the notes on these residuals (report.html, or --full): each says what the model lacks and how to mend it.".into()],
     })
 }
 
@@ -266,6 +273,8 @@ mod tests {
     use super::*;
     use crate::testing::{determined, fit, result};
 
+    const FILE: &str = "arm/calibration.json";
+
     fn with(p_value: f64, gain: f64) -> EstimatorResult {
         let mut joint = result("joint");
         joint.parameters = vec![determined("joint1.position_gain", "rad/rad", gain, 0.001)];
@@ -276,43 +285,43 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_is_told_whatever_else_is() {
-        let advice = Advice::of(&with(0.5, 1.01));
+        let advice = Advice::of(&with(0.5, 1.01), FILE);
         assert_eq!((advice.level, advice.headline), (Level::Good, "Determined: these numbers can be used"));
-        assert!(advice.steps[1].contains("--to ros2"));
-        let too_good = Advice::of(&with(0.99999, 1.01));
+        assert!(advice.steps[1].contains("gravcal export arm/calibration.json --to ros2"));
+        let too_good = Advice::of(&with(0.99999, 1.01), FILE);
         assert!(
             too_good.level == Level::Care && too_good.why.contains("smaller than the stated noise"),
             "{too_good:?}"
         );
         let mut partly = with(1e-9, 1.01);
         partly.verdict = Verdict::PartlyDetermined;
-        let doubted = Advice::of(&partly);
+        let doubted = Advice::of(&partly, FILE);
         assert_eq!((doubted.level, doubted.headline), (Level::Care, "Determined, but intervals cannot hold"));
         partly.parameters[0].determined = false;
-        let partly = Advice::of(&partly);
+        let partly = Advice::of(&partly, FILE);
         assert!(partly.why.contains("Besides, the readings are explained"), "{partly:?}");
     }
 
     #[test]
     fn a_wrong_unit_of_positions_is_told() {
-        let advice = Advice::of(&with(0.5, 57.2));
+        let advice = Advice::of(&with(0.5, 57.2), FILE);
         assert_eq!(advice.level, Level::Care);
         assert!(advice.why.contains("joint1.position_gain is 57.2 times its nominal value"), "{}", advice.why);
         assert!(advice.why.contains("the readings look like rad, and are declared as deg"), "{}", advice.why);
-        assert!(Advice::of(&with(0.5, -1.02)).level == Level::Good);
+        assert!(Advice::of(&with(0.5, -1.02), FILE).level == Level::Good);
     }
 
     #[test]
     fn no_convergence_has_its_own_advice() {
         let mut stopped = with(0.5, 1.0);
         (stopped.verdict, stopped.termination) = (Verdict::Failed, "not converged after 2 iterations".into());
-        assert!(Advice::of(&stopped).steps[1].contains("allow more iterations"));
+        assert!(Advice::of(&stopped, FILE).steps[0].contains("allow more iterations"));
     }
 
     #[test]
     fn sensors_beyond_gain_and_bias_are_exported_as_a_table() {
         let mut beyond = with(0.5, 1.0);
         beyond.parameters.push(determined("joint1.torque_gain_2", "count/(N·m)^2", 0.1, 0.001));
-        assert!(Advice::of(&beyond).steps[1].contains("--to csv"));
+        assert!(Advice::of(&beyond, FILE).steps[1].contains("--to csv"));
     }
 }

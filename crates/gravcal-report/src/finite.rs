@@ -59,6 +59,7 @@ fn numbers(result: &EstimatorResult) -> Vec<Number> {
         payloads,
         consistent_model,
         notes: _,
+        reasons: _,
         detail: _,
     } = result;
     let inside = gravity.iter().flat_map(of_gravity);

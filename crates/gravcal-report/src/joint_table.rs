@@ -17,6 +17,9 @@ pub(crate) struct Entry<'a> {
 }
 
 impl Entry<'_> {
+    /// In place of a number that is not estimated.
+    pub const FIXED: &'static str = "fixed";
+
     /// Whether it has a place in the table.
     pub fn is_in_table(&self) -> bool {
         COLUMNS.contains(&split_name(self.name).1)

@@ -28,6 +28,7 @@ mod doubts;
 pub mod export;
 mod finite;
 mod footnotes;
+mod further_parameters;
 mod grid;
 mod joint_table;
 mod json;

@@ -8,7 +8,8 @@ use std::fmt;
 use gravcal_calibration::result::{EstimatorResult, ParameterResult, Verdict, deciding};
 use gravcal_robot_model::number::{measured, significant};
 
-use crate::advice::{Advice, capital};
+use crate::advice::Advice;
+use crate::further_parameters::further_parameters;
 use crate::joint_table::{Entry, joint_table};
 use crate::payload_text;
 use crate::sensor_row::{shown_unit, tilt};
@@ -16,16 +17,15 @@ use crate::text::{WIDTH, plain, width, wrapped};
 
 /// Lines at most, so that a screen of 25 has room for where the results are.
 const MOST: usize = 24;
-/// Of these at most: why, parameters beyond the four of each joint, what is undetermined, loads of unknown mass. What to do has what is left, and some at least.
-const LINES: [usize; 4] = [2, 2, 2, 2];
-const STEPS: usize = 2;
+/// Of these, each part that may be cut has so many at least.
+const LEAST: usize = 2;
 
 const LEGEND: &str = "1.23(4): 1.23 ± 0.04. fixed: not estimated. open: undetermined. --full: all.";
 
 /// What the deciding estimator answers, in at most 25 lines of 80 columns for seven joints.
 ///
 /// ```
-/// let summary = gravcal_report::CalibrationSummary { robot: "my-arm", results: &[] };
+/// let summary = gravcal_report::CalibrationSummary { robot: "my-arm", results: &[], file: "calibration.json" };
 /// assert_eq!(summary.to_string(), "Calibration of my-arm: no estimator ran\n");
 /// ```
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +34,8 @@ pub struct CalibrationSummary<'a> {
     pub robot: &'a str,
     /// What the estimators answered.
     pub results: &'a [EstimatorResult],
+    /// `calibration.json`, as the reader would name it in a command.
+    pub file: &'a str,
 }
 
 impl fmt::Display for CalibrationSummary<'_> {
@@ -42,49 +44,64 @@ impl fmt::Display for CalibrationSummary<'_> {
             return writeln!(f, "Calibration of {}: no estimator ran", plain(self.robot));
         };
         let told = match result.verdict {
-            Verdict::Failed => failed(self.robot, result),
-            Verdict::Determined | Verdict::PartlyDetermined => found(self.robot, result),
+            Verdict::Failed => failed(self.robot, result, self.file),
+            Verdict::Determined | Verdict::PartlyDetermined => found(self.robot, result, self.file),
         };
         f.write_str(&plain(&told))
     }
 }
 
 /// The likely cause stands first; numbers that nobody may use are not shown.
-fn failed(robot: &str, result: &EstimatorResult) -> String {
-    let mut text = wrapped("", "  ", &format!("Calibration of {robot}. Failed: there is no answer to rely on"));
-    text += &wrapped("  ", "  ", &format!("{}.", capital(&result.termination)));
-    text += "What to do\n";
-    let notes = result.notes.iter().take(2);
-    text += &notes.map(|note| wrapped("  - ", "    ", note)).collect::<String>();
-    text + "--full shows what the fit came to.\n"
+fn failed(robot: &str, result: &EstimatorResult, file: &str) -> String {
+    let Advice { headline, why, steps, .. } = Advice::of(result, file);
+    let steps: String = steps.iter().map(|step| wrapped("  - ", "    ", step)).collect();
+    wrapped("", "  ", &format!("Calibration of {robot}. {headline}"))
+        + &wrapped("  ", "  ", &why)
+        + "What to do\n"
+        + &steps
+        + "--full shows what the fit came to.\n"
 }
 
-fn found(robot: &str, result: &EstimatorResult) -> String {
-    let [why, further, open, loads] = LINES;
-    let advice = Advice::of(result);
-    let verdict = wrapped("", "  ", &format!("Calibration of {robot}. {}", advice.headline))
-        + &first_lines(&wrapped("  ", "  ", &advice.why), why)
-        + "What to do\n";
+fn found(robot: &str, result: &EstimatorResult, file: &str) -> String {
+    let advice = Advice::of(result, file);
     let entries: Vec<Entry<'_>> = result
         .parameters
         .iter()
         .map(|parameter| Entry { name: &parameter.name, unit: &parameter.unit, cell: value(parameter) })
         .collect();
-    let numbers = format!("\n{}", joint_table(&entries))
-        + &first_lines(&beyond(&entries), further)
-        + &gravity(result)
-        + &first_lines(&payloads(result), loads)
-        + &first_lines(&undetermined(result), open)
-        + LEGEND
-        + "\n";
-    let steps: String = advice.steps.iter().map(|step| wrapped("  - ", "    ", step)).collect();
-    let left = MOST.saturating_sub(verdict.lines().count() + numbers.lines().count());
-    verdict + &first_lines(&steps, left.max(STEPS)) + &numbers
+    let verdict = wrapped("", "  ", &format!("Calibration of {robot}. {}", advice.headline));
+    let (table, gravity) = (joint_table(&entries), gravity(result));
+    let rest = [&verdict, "What to do\n\n", &table, &gravity, LEGEND];
+    let taken: usize = rest.iter().map(|text| text.lines().count()).sum();
+    // In the order in which what is left of the screen goes to them.
+    let [why, further, open, payloads, steps] = cut_to(
+        [
+            wrapped("  ", "  ", &advice.why),
+            further_parameters(&entries),
+            undetermined(result),
+            payloads(result),
+            advice.steps.iter().map(|step| wrapped("  - ", "    ", step)).collect(),
+        ],
+        MOST.saturating_sub(taken),
+    );
+    format!("{verdict}{why}What to do\n{steps}\n{table}{further}{gravity}{payloads}{open}{LEGEND}\n")
+}
+
+/// Texts cut to so many lines in all, where each has [`LEAST`] of its own; the first has what it needs before the others have more.
+fn cut_to<const N: usize>(texts: [String; N], lines: usize) -> [String; N] {
+    let needed = texts.each_ref().map(|text| text.lines().count());
+    let mut left = lines.saturating_sub(needed.iter().map(|needed| LEAST.min(*needed)).sum());
+    let mut place = 0;
+    texts.map(|text| {
+        let more = needed[place].saturating_sub(LEAST).min(left);
+        (left, place) = (left - more, place + 1);
+        first_lines(&text, LEAST + more)
+    })
 }
 
 fn value(parameter: &ParameterResult) -> String {
     match (&parameter.held, parameter.value, parameter.std) {
-        (Some(_), ..) => "fixed".to_owned(),
+        (Some(_), ..) => Entry::FIXED.to_owned(),
         (None, Some(value), Some(std)) => {
             let factor = shown_unit(&parameter.unit).1;
             short(value * factor, std * factor)
@@ -103,14 +120,6 @@ fn short(value: f64, std: f64) -> String {
     format!("{value}({})", digits.trim_start_matches('0'))
 }
 
-/// Parameters of sensors beyond gain and bias, and of instruments, one line each.
-pub(crate) fn beyond(entries: &[Entry<'_>]) -> String {
-    let others = entries.iter().filter(|entry| !entry.is_in_table());
-    others
-        .map(|entry| wrapped("", "  ", &format!("{}  {} {}", entry.name, entry.cell, shown_unit(entry.unit).0)))
-        .collect()
-}
-
 fn gravity(result: &EstimatorResult) -> String {
     let Some(gravity) = &result.gravity else { return "gravity: undetermined\n".to_owned() };
     let [x, y, z] = [0, 1, 2].map(|axis| short(gravity.vector_m_per_s2[axis], gravity.std_m_per_s2[axis]));
@@ -123,23 +132,26 @@ fn payloads(result: &EstimatorResult) -> String {
     result.payloads.iter().map(|payload| wrapped("", "  ", &payload_text::found(payload))).collect()
 }
 
+/// What is not estimated stands as `fixed` in the table.
 fn undetermined(result: &EstimatorResult) -> String {
-    let told: Vec<&str> = result.undetermined.iter().map(|open| open.combination.as_str()).collect();
+    let fixed = |name: &String| result.parameters.iter().any(|other| other.name == *name && other.held.is_some());
+    let open = result.undetermined.iter().filter(|open| !open.parameters.iter().all(fixed));
+    let told: Vec<&str> = open.map(|open| open.combination.as_str()).collect();
     if told.is_empty() { String::new() } else { wrapped("", "  ", &format!("undetermined: {}", told.join("; "))) }
 }
 
-/// The first lines of a text, with a mark where there are more.
+/// The first lines of a text, with a mark where there are more; cut between words.
 pub(crate) fn first_lines(text: &str, most: usize) -> String {
     let lines: Vec<&str> = text.lines().collect();
     if lines.len() <= most {
         return text.to_owned();
     }
-    let (shown, last) = (&lines[..most - 1], lines[most - 1]);
-    let last: String = last.chars().take(WIDTH - 2).collect();
-    let mut told: String = shown.iter().map(|line| format!("{line}\n")).collect();
-    told += last.trim_end();
-    told += if width(&last) < WIDTH - 1 { " …\n" } else { "…\n" };
-    told
+    let mut last = lines[most - 1].trim_end();
+    while width(last) > WIDTH - 2 {
+        last = last.trim_end().rsplit_once(char::is_whitespace).map_or("", |(words, _)| words.trim_end());
+    }
+    let shown: String = lines[..most - 1].iter().map(|line| format!("{line}\n")).collect();
+    format!("{shown}{last} …\n")
 }
 
 #[cfg(test)]
@@ -149,7 +161,7 @@ mod tests {
     use gravcal_calibration::result::Undetermined;
 
     fn told(results: &[EstimatorResult]) -> String {
-        CalibrationSummary { robot: "arm", results }.to_string()
+        CalibrationSummary { robot: "arm", results, file: "calibration.json" }.to_string()
     }
 
     fn seven_joints() -> EstimatorResult {
@@ -220,6 +232,7 @@ mod tests {
         let mut failed = seven_joints();
         failed.verdict = Verdict::Failed;
         failed.termination = "swapped torque columns: joint2 and joint3".into();
+        failed.reasons = 1;
         failed.notes = vec!["The likely cause is swapped torque columns. Exchange them.".into()];
         assert_eq!(
             told(&[failed]),
@@ -227,6 +240,9 @@ mod tests {
              \x20 Swapped torque columns: joint2 and joint3.\n\
              What to do\n\
              \x20 - The likely cause is swapped torque columns. Exchange them.\n\
+             \x20 - Look at the residuals (report.html): which joint is far off, and in which\n\
+             \x20   poses, tells what is wrong.\n\
+             \x20 - Use no number of this result. Mend the session and calibrate again.\n\
              --full shows what the fit came to.\n"
         );
     }

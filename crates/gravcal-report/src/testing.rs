@@ -39,6 +39,7 @@ pub fn result(name: &str) -> EstimatorResult {
         payloads: Vec::new(),
         consistent_model: None,
         notes: Vec::new(),
+        reasons: 0,
         detail: Detail::default(),
     }
 }

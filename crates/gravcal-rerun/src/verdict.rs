@@ -20,7 +20,7 @@ fn text(calibration: &CalibrationRecording<'_>) -> String {
 
 /// The deciding result.
 fn told(result: &EstimatorResult) -> String {
-    let Advice { level: _, headline, why, steps } = Advice::of(result);
+    let Advice { level: _, headline, why, steps } = Advice::of(result, "calibration.json");
     let mut text = format!("# {headline}\n\n{why}\n\n");
     for step in steps {
         text += &format!("- {step}\n");

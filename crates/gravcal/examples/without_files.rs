@@ -43,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     assert_eq!(gain, faulty.torque_gain.estimate());
     assert_eq!(result.joints().map(|sensors| sensors.joint).collect::<Vec<_>>(), ["joint1", "joint2", "joint3"]);
     // What a terminal shows, and what calibration.json holds, is there for programs, too.
-    print!("\n{}", CalibrationSummary { robot: &session.robot.name, results: &results });
+    print!("\n{}", CalibrationSummary { robot: &session.robot.name, results: &results, file: "calibration.json" });
     Ok(())
 }
 

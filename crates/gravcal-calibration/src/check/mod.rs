@@ -67,6 +67,7 @@ pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
         unmoved: session.unmoved_note(),
         sweep_rule: sweep_rule(),
         sweeps: plan.sweeps.iter().enumerate().map(|(i, _)| tell_sweep(session, &plan, i)).collect(),
+        assumes_upright: session.gravity.hemisphere.is_none(),
         steps: tell_steps(session, &plan),
         parameters: verdict.parameters,
         payloads: verdict.payloads,

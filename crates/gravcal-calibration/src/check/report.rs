@@ -11,6 +11,8 @@ pub struct CheckReport {
     pub doubts: Vec<String>,
     /// Where it was judged, in words.
     pub judged_at: String,
+    /// Whether gravity was taken to be that of an upright base, as nothing says where it points.
+    pub assumes_upright: bool,
     /// Poses by load (`none` first), as `(load, poses)`.
     pub poses: Vec<(String, usize)>,
     /// By joint: name and usable torque readings.

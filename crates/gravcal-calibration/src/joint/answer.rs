@@ -36,7 +36,9 @@ pub(super) struct Conclusion {
     pub verdict: Verdict,
     /// Why the solver ended, or why there is no answer to rely on.
     pub termination: String,
-    /// What a reader must know before any number.
+    /// Why the verdict is no better.
+    pub reasons: Vec<String>,
+    /// What else a reader must know before any number.
     pub remarks: Vec<String>,
 }
 

@@ -50,9 +50,9 @@ pub(super) fn conclude(
     if verdict == Verdict::Failed {
         answer.withdraw();
     }
-    let (failure, remarks) = findings.told();
+    let (failure, [reasons, remarks]) = findings.told();
     let termination = failure.unwrap_or_else(|| tell_termination(&answer.solved));
-    Ok(Conclusion { answer, verdict, termination, remarks })
+    Ok(Conclusion { answer, verdict, termination, reasons, remarks })
 }
 
 impl Answer {
@@ -79,7 +79,7 @@ impl Answer {
             self.forget_mirrored(session, &mut findings);
             findings.fail_first(mistake);
         } else if self.contradiction(session)?.is_some() || noisy || excused {
-            findings.remark_first(session.stuck_positions_remark());
+            findings.reason_first(session.stuck_positions_remark());
         }
         Ok(findings)
     }
@@ -116,8 +116,7 @@ impl Answer {
     fn remark_on_blocks(&self, findings: &mut Findings) {
         let Some(jackknife) = self.uncertainty.jackknife() else { return };
         if !jackknife.told_by_one_block.is_empty() {
-            findings.doubt();
-            findings.remark(format!(
+            findings.doubt_for(format!(
                 "One block of poses alone tells a part of {}: without it that part is open, so that nothing but the noise tells how \
                  well it is known. Add poses like these, or state shorter blocks ([uncertainty] block_poses).",
                 jackknife.told_by_one_block.join(", ")
@@ -215,7 +214,7 @@ impl Answer {
             return;
         }
         findings.doubt();
-        findings.remark_first([
+        findings.reason_first([
             "Gravity comes out upwards in base coordinates. Either the base hangs or leans over, or all torques are recorded with the \
              other sign: the readings are the same in both cases. Say which: [gravity] hemisphere = [0, 0, -1] for an upright base, \
              and torque_sign = \"reversed\" ([joints]; sign of a [[force_torque_sensor]]) if the signs are the other ones; hemisphere = \
@@ -249,7 +248,9 @@ impl Answer {
         let Ok(distribution) = ChiSquared::new(gained) else { return Ok(()) };
         let p = distribution.sf(growth.max(0.0));
         if without.estimate.termination.converged() && p < CONTRADICTED_PRIOR {
-            findings.fail(Mistake {
+            // Readings that are explained without it are not to blame.
+            let fail = if without.misfit(session)?.is_none() { Findings::fail_first } else { Findings::fail };
+            fail(findings, Mistake {
                 what: format!("the readings contradict the earlier calibration: χ² grows by {growth:.0} for {gained:.0} numbers"),
                 advice: "What [prior] knows is not what was read here: a base that was moved, links or loads that are not as \
                          they were (leave them out of prior.unchanged), or a sensor that has changed (compare the two \
@@ -311,11 +312,11 @@ mod tests {
         let mut findings = Findings::none(true);
         answer.remark_on_contradictions(&session, &mut findings).unwrap();
         answer.forget_mirrored(&session, &mut findings);
-        let (_, remarks) = findings.told();
+        let remarks = findings.told().1.concat();
         assert!(!accused(&remarks), "{remarks:?}");
         let mut findings = Findings::none(true);
         answer.remark_on_contradictions(&session, &mut findings).unwrap();
-        let (_, remarks) = findings.told();
+        let remarks = findings.told().1.concat();
         assert!(accused(&remarks), "{remarks:?}");
     }
 }

@@ -17,14 +17,16 @@ pub(super) struct Findings {
     failure: Option<String>,
     /// Whether intervals are in doubt.
     doubt: bool,
-    /// In the order in which they are told.
+    /// Remarks that say why it failed, or why intervals are in doubt, in the order in which they are told.
+    reasons: Vec<String>,
+    /// All others, told after these.
     remarks: Vec<String>,
 }
 
 impl Findings {
     /// Nothing yet of a solution; `converged`: whether it is one.
     pub fn none(converged: bool) -> Findings {
-        Findings { converged, failure: None, doubt: false, remarks: Vec::new() }
+        Findings { converged, failure: None, doubt: false, reasons: Vec::new(), remarks: Vec::new() }
     }
 
     /// Whether nothing can be relied on.
@@ -36,14 +38,14 @@ impl Findings {
         self.remarks.push(remark);
     }
 
-    /// Before all others.
-    pub fn remark_first(&mut self, remarks: impl IntoIterator<Item = String>) {
-        self.remarks.splice(0..0, remarks);
+    /// A likely cause, before all other reasons.
+    pub fn reason_first(&mut self, reasons: impl IntoIterator<Item = String>) {
+        self.reasons.splice(0..0, reasons);
     }
 
     /// Takes remarks back.
     pub fn forget(&mut self, remarks: &[String]) {
-        self.remarks.retain(|remark| !remarks.contains(remark));
+        [&mut self.reasons, &mut self.remarks].into_iter().for_each(|told| told.retain(|told| !remarks.contains(told)));
     }
 
     /// Intervals are in doubt.
@@ -51,18 +53,24 @@ impl Findings {
         self.doubt = true;
     }
 
+    /// The same, for this reason.
+    pub fn doubt_for(&mut self, reason: String) {
+        self.doubt = true;
+        self.reasons.push(reason);
+    }
+
     /// Nothing can be relied on, for this reason if there is none yet.
     pub fn fail(&mut self, mistake: Mistake) {
         if self.failure.is_none() || !self.converged {
             self.failure = Some(mistake.what);
         }
-        self.remarks.push(mistake.advice);
+        self.reasons.push(mistake.advice);
     }
 
     /// Nothing can be relied on, and this is why.
     pub fn fail_first(&mut self, mistake: Mistake) {
         self.failure = Some(mistake.what);
-        self.remark_first([mistake.advice]);
+        self.reason_first([mistake.advice]);
     }
 
     /// The verdict; `complete`: whether all that is asked for is determined.
@@ -74,9 +82,9 @@ impl Findings {
         }
     }
 
-    /// Why there is no answer to rely on, if something else than the solver says so, and the remarks.
-    pub fn told(self) -> (Option<String>, Vec<String>) {
-        (self.failure, self.remarks)
+    /// Why there is no answer to rely on, if something else than the solver says so; reasons for the verdict, and remarks.
+    pub fn told(self) -> (Option<String>, [Vec<String>; 2]) {
+        (self.failure, [self.reasons, self.remarks])
     }
 }
 
@@ -107,8 +115,11 @@ mod tests {
         findings.fail(mistake("b"));
         findings.forget(&["a remark".into()]);
         findings.fail_first(mistake("c"));
-        let (failure, remarks) = findings.told();
+        findings.remark("another".into());
+        findings.doubt_for("d".into());
+        let (failure, [reasons, remarks]) = findings.told();
         assert_eq!(failure.as_deref(), Some("c"));
-        assert_eq!(remarks, ["mend c", "mend a", "mend b"]);
+        assert_eq!(reasons, ["mend c", "mend a", "mend b", "d"]);
+        assert_eq!(remarks, ["another"]);
     }
 }

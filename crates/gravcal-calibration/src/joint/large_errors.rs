@@ -79,9 +79,8 @@ impl Answer {
         if large.is_empty() {
             return Ok(false);
         }
-        findings.doubt();
         let large = listed(large);
-        findings.remark(match session.has_windows() {
+        findings.doubt_for(match session.has_windows() {
             true => format!(
                 "What the model leaves of the readings is large beside what gravity and inertia make the sensors read: {large}. It is taken \
                  for their noise. Noise of windows is seldom so large: look at friction that is more than a Coulomb and a viscous term, at the \

@@ -52,6 +52,7 @@ pub fn tell_steps(
         payloads: Vec::new(),
         consistent_model: None,
         notes: tell_notes(session, known),
+        reasons: 0,
         detail: Detail::default(),
         parameters,
     };

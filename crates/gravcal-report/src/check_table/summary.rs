@@ -7,9 +7,10 @@ use gravcal_robot_model::number::significant;
 
 use super::{cures, data, in_words, payloads};
 use crate::doubts::tell_doubts;
+use crate::further_parameters::further_parameters;
 use crate::joint_table::{Entry, joint_table};
 use crate::sensor_row::shown_unit;
-use crate::summary::{beyond, first_lines};
+use crate::summary::first_lines;
 use crate::text::wrapped;
 
 /// Lines at most of the verdict, of parameters beyond the four of each joint, of cures, of the data, and of the paper's steps.
@@ -43,9 +44,12 @@ impl fmt::Display for CheckSummary<'_> {
             &wrapped("", "  ", &format!("Check of {}: {}", self.robot, in_words(report))),
             verdict,
         ))?;
+        if report.assumes_upright {
+            f.write_str("Assumed: an upright base, as no [gravity] hemisphere is stated.\n")?;
+        }
         f.write_str("Standard deviations to expect\n")?;
         f.write_str(&joint_table(&entries))?;
-        f.write_str(&first_lines(&beyond(&entries), further))?;
+        f.write_str(&first_lines(&further_parameters(&entries), further))?;
         f.write_str(&payloads(report))?;
         f.write_str(&first_lines(&cures::tell(report), cures))?;
         f.write_str(&first_lines(&data::tell(report), data))?;
@@ -59,7 +63,7 @@ impl fmt::Display for CheckSummary<'_> {
 fn std(parameter: &CheckedParameter) -> String {
     let factor = shown_unit(&parameter.unit).1;
     match (&parameter.held, parameter.predicted_std) {
-        (Some(_), _) => "fixed".to_owned(),
+        (Some(_), _) => Entry::FIXED.to_owned(),
         (None, _) if !parameter.determined => "open".to_owned(),
         (None, Some(std)) => significant(std * factor, 2),
         (None, None) => "determined".to_owned(),

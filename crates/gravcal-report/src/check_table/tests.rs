@@ -20,6 +20,7 @@ fn cure(addition: &str, stds: &[Option<f64>]) -> Cure {
 fn report() -> CheckReport {
     let held = Some("zero by definition of the base frame".to_owned());
     CheckReport {
+        assumes_upright: false,
         doubts: Vec::new(),
         judged_at: "Judged at nominal values, gravity along the declared hemisphere.".into(),
         poses: vec![("none".into(), 111), ("plate-a".into(), 37)],

@@ -75,7 +75,9 @@ fn a_perfect_a_partly_determined_and_a_failed_calibration_say_first_what_to_do()
     wrong.termination = "the model contradicts the readings: residuals 40 times the stated noise".into();
     wrong.notes = vec!["What to look at: the sign of a torque sensor".into()];
     let failed = page(&session, &[wrong]);
-    assert!(failed.contains("Failed: there is no answer to rely on") && failed.contains("Use none of these numbers."));
+    assert!(
+        failed.contains("Failed: there is no answer to rely on") && failed.contains("Use no number of this result.")
+    );
     assert!(failed.contains("The model contradicts the readings") && failed.contains("<li>What to look at: the sign"));
     for text in [perfect, partly, failed] {
         let verdict = text.find("class=\"verdict").unwrap();

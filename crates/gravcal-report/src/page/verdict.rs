@@ -9,7 +9,7 @@ use gravcal_robot_model::number::measured;
 
 pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
     let Some(main) = page.main() else { return html! { section.verdict { h2 { "No estimator ran" } } } };
-    let Advice { level, headline, why, steps } = Advice::of(main);
+    let Advice { level, headline, why, steps } = Advice::of(main, "calibration.json");
     let class = match level {
         Level::Good => "determined",
         Level::Care => "partly",

@@ -2,6 +2,7 @@
 
 use gravcal_calibration::result::{EstimatorResult, Verdict};
 
+use crate::advice::Advice;
 use crate::text::{width, wrapped};
 
 pub(super) fn tell(robot: &str, results: &[EstimatorResult]) -> String {
@@ -22,7 +23,10 @@ pub(super) fn tell(robot: &str, results: &[EstimatorResult]) -> String {
 fn in_words(result: &EstimatorResult) -> String {
     match result.verdict {
         Verdict::Determined => "determined: everything that is asked for".to_owned(),
-        Verdict::PartlyDetermined if missing(result).is_empty() => "partly determined".to_owned(),
+        Verdict::PartlyDetermined if missing(result).is_empty() => {
+            let headline = Advice::of(result, "").headline;
+            headline.replacen("Determined", "determined", 1)
+        }
         Verdict::PartlyDetermined => format!("partly determined: not {}", missing(result).join(", ")),
         Verdict::Failed => "failed: no answer to rely on".to_owned(),
     }
