@@ -276,13 +276,28 @@ WRONG: list[tuple[str, Callable[[Problem], Any], str]] = [
     ("a block read twice", lambda p: p.add_residual(lambda a, b: a, ["a", "a"]), "reads a block twice"),
     ("empty", lambda p: p.add_residual(lambda a: np.zeros(0), "a"), "`residual 0` is empty"),
     ("no number", lambda p: p.add_residual(lambda a: np.array([1.0, np.nan]) * a, "a"), r"is nan at \[1\]"),
-    ("no array", lambda p: p.add_residual(lambda a: object(), "a"), "`residual 0`: expected numbers"),
+    ("no array", lambda p: p.add_residual(lambda a: object(), "a"), r"the function of `residual 0` returned is <object.*; expected numbers"),
     ("std of another shape", lambda p: p.add_residual(lambda a: np.ones(3) * a, "a", std=[1.0, 2.0]), "std of `residual 0` has shape"),
     ("both", lambda p: p.add_residual(lambda a: a, "a", std=1.0, covariance=[[1.0]]), "say one of them"),
     ("prior of nothing", lambda p: p.add_prior("a"), "how well is `a` known"),
     ("no such parameter", lambda p: p.add_range({"a.x": 1.0}, lower=0.0, name="r"), "no parameter `a.x`; there is a"),
-    ("a negative std", lambda p: (p.add_residual(lambda a: a, "a", std=-1.0), p.solve()), "must be positive"),
-    ("an unknown loss", lambda p: (p.add_residual(lambda a: a, "a", loss="welsch"), p.solve()), "unknown loss `welsch`"),
+    ("a negative std", lambda p: p.add_residual(lambda a: a, "a", std=-1.0), "must be positive"),
+    ("no std", lambda p: p.add_residual(lambda a: np.ones(2) * a, "a", std=[1.0, 0.0]), "the std of `residual 0` is 0.0; it must be positive"),
+    ("a prior without std", lambda p: p.add_prior("a", std=0.0), "the std of `prior of a` is 0.0"),
+    ("a masked std", lambda p: p.add_residual(lambda a: np.ones(2) * a, "a", std=np.ma.masked_less([1.0, 2.0], 1.5)), "has masked entries"),
+    ("an unknown loss", lambda p: p.add_residual(lambda a: a, "a", loss="welsch"), "unknown loss `welsch`; there is none, huber"),
+    ("a width of nothing", lambda p: p.add_residual(lambda a: a, "a", width=2.0), "has a width and no loss"),
+    ("no width", lambda p: p.add_residual(lambda a: a, "a", loss="huber", width=0), "the width of the loss of `residual 0` is 0"),
+    ("a width as text", lambda p: p.add_residual(lambda a: a, "a", loss="huber", width="x"), "is 'x'; expected a positive number"),
+    ("held without a reason", lambda p: p.add_block("b", 1.0, held=True), "held of `b` is True; expected text that says why"),
+    ("no return", lambda p: p.add_residual(lambda a: None, "a"), "the function of `residual 0` returned None: is there no `return` in it"),
+    ("no return of a jacobian", lambda p: (p.add_residual(lambda a: a, "a", jacobian=lambda a: None), p.solve()), "the jacobian of `residual 0` returned None"),
+    ("single precision", lambda p: p.add_residual(lambda a: np.ones(3, np.float32) * np.float32(a), "a"), "float32, which is too coarse"),
+    ("numbers as text", lambda p: p.add_residual(lambda a: np.array(["1.5"]), "a"), "holds <U3; expected numbers"),
+    ("complex", lambda p: p.add_residual(lambda a: np.ones(3) * a + 0j, "a"), "holds complex128; expected numbers"),
+    ("masked", lambda p: p.add_residual(lambda a: np.ma.masked_array([a, a], [False, True]), "a"), "has masked entries"),
+    ("a complex start", lambda p: p.add_block("b", np.array([1j])), "expected numbers"),
+    ("a start that is a list", lambda p: (p.add_residual(lambda a: a, "a"), p.solve(start=[1])), r"start is \[1\]; expected a mapping"),
     ("an unknown solver", lambda p: (p.add_residual(lambda a: a, "a"), p.solve(solver="simplex")), "unknown solver `simplex`"),
     ("an unknown option", lambda p: (p.add_residual(lambda a: a, "a"), p.solve(maxiter=4)), "unknown field `maxiter`, expected one of `max_iterations`"),
     ("an unread block", lambda p: (p.add_block("b", 1.0), p.add_residual(lambda a: a, "a"), p.solve()), "nothing reads the unknown `b`"),
@@ -310,3 +325,58 @@ def test_a_residual_keeps_its_shape() -> None:
     problem.add_residual(lambda a: a * np.ones(next(lengths)), "a")
     with pytest.raises(gravcal.InputError, match=r"has shape \(4,\), and had \(3,\)"):
         problem.solve()
+
+
+def test_mistakes_name_the_residual() -> None:
+    wrong: list[dict[str, Any]] = [{"std": 0.0}, {"loss": "welsch"}, {"width": 2.0}, {"loss": "huber", "width": -1.0}]
+    for how in wrong:
+        problem = Problem()
+        problem.add_block("a", 1.0)
+        with pytest.raises(gravcal.InputError) as raised:
+            problem.add_residual(lambda a: a - 1.0, "a", name="mine", **how)
+        assert raised.value.field == "mine"
+
+
+def test_a_function_cannot_change_the_blocks() -> None:
+    def changing(a: Any) -> Any:
+        a *= 2.0
+        return a - 3.0
+
+    problem = Problem()
+    problem.add_block("a", [1.0, 2.0])
+    with pytest.raises(ValueError, match="read-only"):
+        problem.add_residual(changing, "a")
+    problem.add_residual(lambda a: a - 3.0, "a", jacobian=changing)
+    with pytest.raises(ValueError, match="read-only"):
+        problem.solve()
+
+
+def test_a_function_may_return_the_same_array_each_time() -> None:
+    x, y, values = np.array(MISRA_X), np.array(MISRA_Y), np.empty(len(MISRA_X))
+
+    def kept(b1: float, b2: float) -> Any:
+        return np.subtract(b1 * (1.0 - np.exp(-b2 * x)), y, out=values)
+
+    problem = Problem()
+    problem.add_block("b1", 500.0)
+    problem.add_block("b2", 1e-4)
+    problem.add_residual(kept, ["b1", "b2"])
+    solution = problem.solve()
+    assert solution == misra().solve() and solution["b1"].value == pytest.approx(MISRA["b1"][0], rel=1e-6)
+    kept(1.0, 1.0)
+    assert (solution.residuals["residual 0"] ** 2).sum() == pytest.approx(MISRA_SQUARES, rel=1e-8)
+
+
+def test_what_is_given_is_copied() -> None:
+    mean, std = np.array([1.0, 2.0]), np.array([0.1, 0.1])
+    problem = Problem()
+    problem.add_block("a", [0.0, 0.0])
+    problem.add_prior("a", mean=mean, std=std)
+    mean[:], std[:] = 7.0, 7.0
+    solution = problem.solve()
+    assert solution.value("a") == pytest.approx([1.0, 2.0]) and solution["a.0"].std == pytest.approx(0.1)
+
+
+def test_options_may_be_numbers_of_numpy() -> None:
+    assert not misra().solve(max_iterations=np.int64(1)).converged
+    assert misra().solve(max_iterations=np.int64(30), cost_tolerance=np.float32(1e-9)).converged

@@ -103,8 +103,72 @@ def test_what_a_function_raises_is_raised(observed: dict[str, Any]) -> None:
         raise LookupError("no such thing")
 
     gauge = ResidualModel("gauge", wrong, 2e-5, GAUGE.parameters, ["reading"], links=["link7"])
-    with pytest.raises(LookupError, match="no such thing"):
+    with pytest.raises(gravcal.InputError, match="the function of residual `gauge` raised LookupError: no such thing") as raised:
         gravcal.Session(**observed, models=[gauge], residual=NAMED[:1]).calibrate("joint")
+    assert raised.value.field == "gauge" and isinstance(raised.value.__cause__, LookupError)
+
+
+def writing(x: Any, rows: Observed) -> Any:
+    origin = rows.origin("link7")
+    origin += 1.0
+    return origin[:, 2] - rows.column("reading")
+
+
+def turning(x: Any, rows: Observed) -> Any:
+    rows.rotation("link7")[:, 2, 2] = 1.0
+    return height(x, rows)
+
+
+def reading(x: Any, rows: Observed) -> Any:
+    rows.column("reading")[:] = 0.0
+    return height(x, rows)
+
+
+def changing(x: Any, rows: Observed) -> Any:
+    x += 0.1
+    return height(x, rows)
+
+
+def falling(x: Any, rows: Observed) -> Any:
+    rows.gravity[2] = 0.0
+    return height(x, rows)
+
+
+def moving(x: Any, rows: Observed) -> Any:
+    rows.coordinates[:, 0] = 0.0
+    return height(x, rows)
+
+
+def nothing(x: Any, rows: Observed) -> Any:
+    """A function whose `return` is forgotten."""
+    height(x, rows)
+
+
+def dividing(x: Any, rows: Observed) -> Any:
+    raise ZeroDivisionError("by nothing")
+
+
+def test_a_function_may_return_the_same_array_each_time(observed: dict[str, Any]) -> None:
+    values: dict[int, Any] = {}
+
+    def kept(x: Any, rows: Observed) -> Any:
+        return np.add(height(x, rows), 0.0, out=values.setdefault(len(rows), np.empty(len(rows))))
+
+    found = []
+    for function in (kept, height):
+        gauge = ResidualModel("gauge", function, 2e-5, GAUGE.parameters, ["reading"], links=["link7"])
+        found.append(gravcal.Session(**observed, models=[gauge], residual=NAMED[:1]).calibrate("joint").json)
+    assert found[0] == found[1]
+
+
+def test_rows_are_where_columns_have_numbers(observed: dict[str, Any]) -> None:
+    dial = observed["columns"]["dial"]
+    masked = np.ma.masked_array(np.where(np.isnan(dial), 9.9, dial), np.isnan(dial))
+    found = [
+        gravcal.Session(**{**observed, "columns": {"dial": column}}, models=[GAUGE], residual=NAMED[:1]).calibrate("joint").json
+        for column in (masked, dial)
+    ]
+    assert found[0] == found[1]
 
 
 @pytest.mark.parametrize(
@@ -113,8 +177,22 @@ def test_what_a_function_raises_is_raised(observed: dict[str, Any]) -> None:
         ({"std": 0.0}, "expected a positive number"),
         ({"links": ["link9"]}, "link9"),
         ({"function": lambda x, rows: np.zeros(3)}, "expected"),
+        ({"std": np.full(300, 2e-5)}, "divide each row by its own and say std=1"),
+        ({"function": lambda x, rows: np.zeros(300)}, r"gives shape \(300,\); expected \(1,\).*with any number of poses"),
+        ({"function": lambda x, rows: height(x, rows) * np.nan}, "of residual `gauge` gives nan where the search starts"),
+        ({"function": dividing}, "of residual `gauge` raised ZeroDivisionError where the search starts"),
+        ({"function": nothing}, "returned None: is there no `return` in it"),
+        ({"function": lambda x, rows: height(x, rows) + 0j}, "holds complex128; expected numbers"),
+        ({"function": lambda x, rows: height(x, rows).astype(str)}, "holds <U32; expected numbers"),
+        ({"function": lambda x, rows: np.ma.masked_array(height(x, rows), True)}, "has masked entries"),
+        ({"function": lambda x, rows: height(x, rows).astype(np.float32)}, "float32, which is too coarse"),
+        ({"function": lambda x, rows: rows.point("link2", POINT)[:, 0]}, r"`link2` is read, but `links` of the model names link7: say links=\["),
+        ({"function": lambda x, rows: rows.column("dial")}, "`dial` is read, but `columns` of the model names reading"),
+        ({"function": lambda x, rows: rows.gravity_on("link7")[:, 0]}, "gravity is read, but the model does not say so: say gravity=True"),
+        *(({"function": function, "gravity": True}, "raised ValueError: .*read-only") for function in (writing, turning, reading, changing, falling, moving)),
+        ({"columns": "reading"}, r'expected a list: columns=\["reading"\]'),
+        ({"parameters": ["zero"]}, r"parameters\[0\] of model `gauge` is 'zero'; expected a SensorParameter"),
     ],
-    ids=["std", "link", "shape"],
 )
 def test_what_is_wrong_is_said(change: dict[str, Any], told: str, observed: dict[str, Any]) -> None:
     said: dict[str, Any] = {
@@ -131,4 +209,4 @@ def test_columns_have_an_entry_each_pose(observed: dict[str, Any]) -> None:
 
 def test_a_model_is_copied() -> None:
     again = pickle.loads(pickle.dumps(GAUGE))
-    assert again.name == "gauge" and again.links == ("link7",)
+    assert again == GAUGE and again.links == ("link7",) and hash(again) == hash(GAUGE)

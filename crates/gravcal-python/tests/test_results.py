@@ -60,14 +60,42 @@ def test_gravity_points_downwards(calibrated: gravcal.Calibration) -> None:
     assert np.allclose(gravity.vector, [0, 0, -9.80665], atol=0.05)
 
 
+def test_copies_keep_the_session_and_pickles_do_not(calibrated: gravcal.Calibration, tmp_path: Path) -> None:
+    for place, again in enumerate((copy.copy(calibrated), copy.deepcopy(calibrated))):
+        assert again.save(tmp_path / str(place)) is True
+    with pytest.raises(gravcal.InputError, match="pickled without its session: save the original"):
+        pickle.loads(pickle.dumps(calibrated)).save("nowhere")
+
+
+def test_results_are_compared_by_what_they_hold(calibrated: gravcal.Calibration) -> None:
+    joint, sequential = calibrated["joint"], calibrated["sequential"]
+    again = copy.deepcopy(joint)
+    assert again == joint and again.covariance == joint.covariance and again.residuals == joint.residuals
+    assert joint != sequential and joint.covariance != sequential.covariance and joint.residuals != 3
+    again.residuals.residual[0] += 1.0
+    assert again != joint
+    bare = gravcal.read(SEVEN / "bare.csv")
+    assert bare == gravcal.read(SEVEN / "bare.csv") != gravcal.read(SEVEN / "weight-a.csv")
+
+
+def test_an_estimators_result_is_told_in_a_line(calibrated: gravcal.Calibration) -> None:
+    told = str(calibrated["joint"])
+    known = sum(parameter.determined for parameter in calibrated["joint"].parameters.values())
+    assert told == repr(calibrated["joint"]) and len(told) < 140
+    assert told.startswith(f"<gravcal.EstimatorResult joint: partly-determined, {known} of ")
+
+
+def test_the_package_tells_its_version() -> None:
+    assert program("--version").stdout.split() == ["gravcal", gravcal.__version__]
+
+
 @pytest.mark.parametrize("copied", [copy.copy, copy.deepcopy, lambda it: pickle.loads(pickle.dumps(it))])
 def test_everything_can_be_copied(copied: Any, calibrated: gravcal.Calibration, seven: dict[str, Any]) -> None:
     again = copied(calibrated)
     assert (again.json, again.table, again.page) == (calibrated.json, calibrated.table, calibrated.page)
     assert str(again) == str(calibrated) == calibrated.summary
     assert (again["joint"].residuals.residual == calibrated["joint"].residuals.residual).all()
-    with pytest.raises(gravcal.InputError, match="save the original"):
-        again.save("nowhere")
+    assert again == calibrated and again["joint"] == calibrated["joint"]
     assert copied(seven["robot"]).joints == seven["robot"].joints
     session = gravcal.Session(**seven)
     for one in (session, gravcal.Session.from_toml(SEVEN / "session.toml")):
@@ -101,10 +129,13 @@ def test_the_report_opens_in_a_browser(calibrated: gravcal.Calibration, monkeypa
         return len(opened) == 1
 
     monkeypatch.setattr("webbrowser.open", browse)
-    calibrated.show()
+    shown = calibrated.show()
+    assert opened[0] == f"file://{shown}"
     assert opened[0].startswith("file:///") and Path(opened[0][len("file://") :]).read_text() == calibrated.page
-    with pytest.raises(gravcal.GravcalError, match="there is no browser"):
-        calibrated.show()
+    # A script goes on without a browser.
+    with pytest.warns(UserWarning, match="there is no browser to show .*report.html; open it elsewhere"):
+        shown = calibrated.show()
+    assert shown is not None and Path(shown).read_text() == calibrated.page
     with pytest.raises(gravcal.InputError, match="not in `paper`"):
         calibrated.show("paper")  # type: ignore[arg-type]
 

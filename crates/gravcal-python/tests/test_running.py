@@ -77,6 +77,48 @@ def test_other_threads_run_meanwhile(seven: dict[str, Any]) -> None:
     assert first == [True, True]
 
 
+FORKING = """
+import os, signal, sys, gravcal, gravcal.estimation, pytest
+sys.path.insert(0, sys.argv[1])
+from conftest import arrays_of_seven
+
+def solve():
+    problem = gravcal.estimation.Problem()
+    problem.add_block("a", 1.0)
+    problem.add_residual(lambda a: a - 2.0, "a", std=0.1)
+    return problem.solve()
+
+def in_child(work):
+    child = os.fork()
+    if child == 0:
+        signal.alarm(60)
+        try:
+            work()
+            os._exit(0)
+        except gravcal.GravcalError as error:
+            told = str(error)
+            os._exit(7 if 'multiprocessing.get_context("spawn") or ("forkserver")' in told else 1)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+session = gravcal.Session(**arrays_of_seven())
+works = [session.check, lambda: session.calibrate("joint"), solve]
+# A process that is forked before has its own threads.
+assert [in_child(work) for work in works] == [0, 0, 0]
+works[int(sys.argv[2])]()
+assert [in_child(work) for work in works] == [7, 7, 7]
+assert in_child(lambda: len(gravcal.Session(**arrays_of_seven()))) == 0
+session.calibrate("joint")
+"""
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="there is no fork")
+@pytest.mark.parametrize("first", [0, 1, 2], ids=["check", "calibrate", "solve"])
+def test_a_forked_process_says_that_it_lost_the_threads(first: int) -> None:
+    command = [sys.executable, "-c", FORKING, str(ROOT / "crates/gravcal-python/tests"), str(first)]
+    run = subprocess.run(command, capture_output=True, text=True, check=False, timeout=240)
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="memory is read from /proc")
 def test_ten_thousand_calls_leak_nothing() -> None:
     # Those that take no time: benches/leaks.py has them all, and says how much is lost.

@@ -11,6 +11,8 @@ Inside and in results: SI units and radians, ``reading = torque_gain * torque + 
 ``coordinate = position_gain * reading + position_offset``. What the readings do not determine has no value, says why, and what to do.
 """
 
+from importlib.metadata import PackageNotFoundError, version
+
 from .commands import Comparison, Inspection, Study, apply, compare, export, inspect, simulate, study
 from .errors import GravcalError, InputError
 from .models import Poses, SensorModel, SensorParameter
@@ -26,6 +28,12 @@ from .result import (
     Undetermined,
 )
 from .session import Check, Robot, Session
+
+try:
+    __version__ = version("gravcal")
+except PackageNotFoundError:
+    # Packed into a program, or on a path by itself.
+    __version__ = "unknown"
 
 __all__ = [
     "Calibration",

@@ -14,7 +14,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any, Optional, Union
 
-from .errors import told_by_program
+from .errors import InputError, told_by_program, without_file
 from .log import LOG
 from .recording import Path
 from .result import Calibration
@@ -66,7 +66,7 @@ class Study(Tabled):
 
 def study(path: Path, output: Path, *, threads: Optional[int] = None) -> Study:
     """Runs the trials of a study that are missing in its folder for results, and tells what they come to."""
-    words: list[Path] = ["study", "run", path, "--output", output, "--quiet"]
+    words = ["study", "run", _path(path), "--output", _path(output), "--quiet"]
     _run(words + (["--threads", str(threads)] if threads is not None else []))
     with open(os.path.join(output, "measures.csv"), encoding="utf-8", newline="") as file:
         measures = tuple({name: _cell(text) for name, text in row.items()} for row in csv.DictReader(file))
@@ -83,14 +83,14 @@ def _cell(text: str) -> Union[str, float, None]:
 
 def inspect(path: Path) -> Inspection:
     """What is in a recording: columns, rates, gaps, what they perhaps mean, and which poses it holds."""
-    fields = json.loads(_run(["inspect", path, "--json", "--quiet"])[1])
-    return Inspection(_run(["inspect", path, "--quiet"])[1], fields)
+    fields = json.loads(_run(["inspect", _path(path), "--json", "--quiet"])[1])
+    return Inspection(_run(["inspect", _path(path), "--quiet"])[1], fields)
 
 
 def compare(*calibrations: Union[Path, Calibration], estimator: str = "joint") -> Comparison:
     """Which sensor moved between calibrations of one robot, in the order of their time."""
     with ExitStack() as stack:
-        paths = [stack.enter_context(_file(calibration)) for calibration in calibrations]
+        paths = [stack.enter_context(file_of(calibration)) for calibration in calibrations]
         words = ["compare", *paths, "--estimator", estimator]
         code, text = _run([*words, "--json"], good=(0, _MOVED))
         return Comparison(code == _MOVED, _run(words, good=(0, _MOVED))[1], json.loads(text))
@@ -104,12 +104,12 @@ def export(
     nominal: bool = False,
     session: Optional[Path] = None,
 ) -> str:
-    """A calibration for a driver, a program, a robot description or a paper: `ros2`, `urdf` (needs `session`, where the calibration is not
-    in its folder), `c`, `python`, `csv`, `markdown`, `latex`."""
-    with _file(calibration) as path:
-        words: list[Path] = ["export", path, "--to", to]
+    """A calibration for a driver, a program, a robot description or a paper: `ros2`, `urdf` and `mujoco` (they need `session`, where the
+    calibration is not in its folder), `payload`, `c`, `python`, `csv`, `markdown`, `latex`."""
+    with file_of(calibration) as path:
+        words = ["export", path, "--to", to]
         words += ["--estimator", estimator] if estimator else []
-        words += ["--session", session] if session else []
+        words += ["--session", _path(session)] if session else []
         words += ["--nominal"] if nominal else []
         return _run(words)[1]
 
@@ -129,37 +129,47 @@ def apply(
 
     Of arrays: `Session.apply`.
     """
-    with _file(calibration) as path:
-        words: list[Path] = ["apply", path, recording, output, "--quiet"]
-        words += ["--session", session] if session else []
-        words += ["--load", load] if load else []
+    if load is not None and not residual:
+        raise InputError(f"load is {load!r}, which counts only with residual=True: say both, or leave it away", field="load")
+    with file_of(calibration) as path:
+        words = ["apply", path, _path(recording), _path(output), "--quiet"]
+        words += ["--session", _path(session)] if session else []
+        words += ["--load", load] if load is not None else []
         flags = {"--residual": residual, "--nominal": nominal, "--overwrite": overwrite}
         _run(words + [flag for flag, given in flags.items() if given])
 
 
 def simulate(path: Path, output: Path, *, trial: int = 0, overwrite: bool = False) -> str:
     """Writes a session with known truth into a folder; gives the path of its `session.toml`."""
-    words: list[Path] = ["simulate", path, "--output", output, "--trial", str(trial)]
+    words = ["simulate", _path(path), "--output", _path(output), "--trial", str(trial)]
     _run(words + (["--overwrite"] if overwrite else []))
     return os.path.join(os.fspath(output), "session.toml")
 
 
 @contextmanager
-def _file(calibration: Union[Path, Calibration]) -> Iterator[Path]:
+def file_of(calibration: Union[Path, Calibration]) -> Iterator[str]:
     """The file of a calibration."""
     if not isinstance(calibration, Calibration):
-        yield calibration
+        yield _path(calibration)
         return
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "calibration.json")
         with open(path, "w", encoding="utf-8") as file:
             file.write(calibration.json)
-        yield path
+        try:
+            yield path
+        except InputError as error:
+            raise without_file(error, path, "the calibration") from error.__cause__
 
 
-def _run(words: list[Path], good: tuple[int, ...] = (0,)) -> tuple[int, str]:
+def _path(path: Path) -> str:
+    """So that the program takes it for no option."""
+    given = os.fspath(path)
+    return os.path.join(os.curdir, given) if given.startswith("-") else given
+
+
+def _run(arguments: list[str], good: tuple[int, ...] = (0,)) -> tuple[int, str]:
     """Exit code and output of the program; what it remarks is logged."""
-    arguments = [os.fspath(word) for word in words]
     LOG.debug("gravcal %s", shlex.join(arguments))
     # Notebooks ask for colours, by these.
     plain = {name: value for name, value in os.environ.items() if name not in ("CLICOLOR_FORCE", "FORCE_COLOR")}

@@ -43,7 +43,7 @@ _PLACE = re.compile(r"(?P<file>[^\n]+?)(?::(?P<line>\d+))?: (?:(?P<field>[A-Za-z
 
 
 def told_by_program(told: str, given: Collection[str]) -> InputError:
-    """What the program says on its standard error, as an exception; `given` are the paths that it was called with."""
+    """What the program says on its standard error, as an exception with its place; `given` are the paths that it was called with."""
     message = told.strip()
     message = message[len("error: ") :] if message.startswith("error: ") else message
     place = _PLACE.match(message)
@@ -52,3 +52,9 @@ def told_by_program(told: str, given: Collection[str]) -> InputError:
         return InputError(message)
     line = int(place["line"]) if place["line"] else None
     return InputError(message, file=place["file"], line=line, field=place["field"] if line else None)
+
+
+def without_file(error: InputError, path: str, instead: str) -> InputError:
+    """The same of a file that nobody knows, as it is gone: called otherwise."""
+    told = str(error).replace(path, instead)
+    return error if told == str(error) else InputError(told, line=error.line, field=error.field)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from os import PathLike
 from typing import Any, Callable, Optional, Union
@@ -10,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
+from .compared import Compared
+from .errors import InputError, told_by_program
 
 __all__ = ["Recording", "read"]
 
@@ -18,8 +21,8 @@ Progress = Optional[Callable[[str], object]]
 Floats = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Recording:
+@dataclass(frozen=True, eq=False)
+class Recording(Compared):
     """Named columns of numbers, in the units of the file."""
 
     columns: tuple[str, ...]
@@ -51,5 +54,8 @@ def read(path: Path, *, progress: Progress = None) -> Recording:
 
     Dates with times are seconds since 1970-01-01 in UTC. Raises `InputError`.
     """
-    columns, cells, remarks = _native.read_recording(path, progress)
+    try:
+        columns, cells, remarks = _native.read_recording(path, progress)
+    except InputError as error:
+        raise told_by_program(str(error), [os.fspath(path)]) from None
     return Recording(tuple(columns), cells, tuple(remarks))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
+from .compared import Compared
 from .errors import InputError
 from .recording import Floats, Path
 from .shown import show_in_browser, show_in_rerun
@@ -59,8 +61,8 @@ class Gravity:
     """Half the angle of the cone around it in which its direction lies with 95 %."""
 
 
-@dataclass(frozen=True)
-class Covariance:
+@dataclass(frozen=True, eq=False)
+class Covariance(Compared):
     """Of all parameters that have one, gravity's components among them; SI units and radians."""
 
     names: tuple[str, ...]
@@ -86,8 +88,8 @@ class Undetermined:
     cure: str
 
 
-@dataclass(frozen=True)
-class Residuals:
+@dataclass(frozen=True, eq=False)
+class Residuals(Compared):
     """One entry a reading, in its unit: prediction less reading."""
 
     channels: tuple[str, ...]
@@ -122,8 +124,8 @@ class Residuals:
         return pandas.DataFrame({**columns, **floats})
 
 
-@dataclass(frozen=True)
-class EstimatorResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class EstimatorResult(Compared):
     """The answer of one estimator."""
 
     name: str
@@ -146,6 +148,11 @@ class EstimatorResult:
             return self.parameters[name]
         except KeyError:
             raise KeyError(f"there is no parameter `{name}`; there is {', '.join(self.parameters)}") from None
+
+    def __repr__(self) -> str:
+        known = sum(parameter.determined for parameter in self.parameters.values())
+        told = f"{known} of {len(self.parameters)} parameters determined, {len(self.residuals)} residuals"
+        return f"<gravcal.EstimatorResult {self.name}: {self.verdict}, {told}>"
 
     def to_pandas(self) -> Any:
         """A DataFrame with a row each parameter (needs pandas)."""
@@ -192,7 +199,7 @@ class _Shown:
 
 
 class Calibration(Summarised, Mapping[str, EstimatorResult]):
-    """The answers of all estimators that ran, by name. It can be copied and pickled."""
+    """The answers of all estimators that ran, by name. It can be copied, and pickled without its session."""
 
     def __init__(self, text: str, results: dict[str, EstimatorResult], shown: _Shown, exit_code: int) -> None:
         self._text = text
@@ -258,25 +265,32 @@ class Calibration(Summarised, Mapping[str, EstimatorResult]):
         False where the same is there already. Raises `InputError` where other results are, unless `overwrite`.
         """
         if self._shown.native is None:
-            raise InputError("this calibration was copied or pickled without its session: save the original, or write `json`")
+            raise InputError("this calibration was pickled without its session: save the original, or write `json`")
         return self._shown.native.save(folder, overwrite)
 
-    def show(self, where: Literal["browser", "rerun"] = "browser", *, estimator: str = "joint") -> None:
-        """Shows the report in a browser; or in Rerun (needs `rerun-sdk`) the table, and an estimator's residuals pose by pose, before and
-        after. What is shown in Rerun goes to its recording of the moment (`rerun.init`, `rerun.save`), else to a new viewer.
+    def show(self, where: Literal["browser", "rerun"] = "browser", *, estimator: str = "joint") -> Optional[str]:
+        """Shows the report in a browser, and gives the path of its page; without a browser it warns. Or in Rerun (needs `rerun-sdk`) the
+        table, and an estimator's residuals pose by pose, before and after. What is shown in Rerun goes to its recording of the moment
+        (`rerun.init`, `rerun.save`), else to a new viewer.
 
         `gravcal calibrate --rerun`, of a program that is built with it, also shows the arm.
         """
         if where == "browser":
-            show_in_browser(self.page)
-        elif where == "rerun":
-            show_in_rerun(self.table, self[estimator].residuals)
-        else:
+            return str(show_in_browser(self.page))
+        if where != "rerun":
             raise InputError(f"results are shown in `browser` or `rerun`, not in `{where}`", field="where")
+        show_in_rerun(self.table, self[estimator].residuals)
+        return None
 
     def __repr__(self) -> str:
         told = ", ".join(f"{name}: {result.verdict}" for name, result in self._results.items())
         return f"<gravcal.Calibration {told}>"
+
+    def __copy__(self) -> Calibration:
+        return Calibration(self._text, self._results, self._shown, self._exit_code)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Calibration:
+        return Calibration(self._text, copy.deepcopy(self._results, memo), self._shown, self._exit_code)
 
     def __reduce__(self) -> Any:
         shown = self._shown.without_session()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
@@ -13,12 +12,16 @@ from typing import Any, Optional, Union
 import numpy as np
 
 from . import _native
-from .errors import InputError
+from .arrays import floats, is_pandas, matrix, of_joints, refuse_cells, refuse_unaligned, shape_of
+from .commands import file_of
+from .errors import InputError, told_by_program
+from .forked import use_threads
 from .log import LOG, logged
 from .models import SensorModel
 from .residuals import ResidualModel
 from .recording import Floats, Path, Progress
 from .result import Calibration
+from .said import as_arguments, merged_readings, plain, refuse_unsayable
 from .tabled import Summarised, for_python
 
 __all__ = ["Check", "Robot", "Session"]
@@ -92,16 +95,20 @@ class Session:
     From arrays: `position` and `torque` hold a row each static pose and a column each joint of the robot, in the units that are stated.
     A DataFrame's columns are named after the joints, in any order.
 
-    `load` names what is attached: one of `loads` for all poses, or a name or `None` for each. `torque_std` is the standard deviation of
-    each reading: one for all, one each joint, or one each reading; without it the noise is estimated. `gravity` is its magnitude in m/s²,
-    or what `[gravity]` of a `session.toml` may say. Where `missing` is ``"nan"``, a torque that is NaN is a reading that is missing;
-    otherwise NaN is refused, as it always is among positions.
+    Where several arguments are DataFrames or Series, their indices must be the same.
 
-    All else that a `session.toml` may say is said by the same names: ``joint=[{"name": "joint1", "torque_sign": "reversed"}]``,
-    ``loss={"kind": "huber"}``, ``ask={"drop": ["gravity"]}``; what belongs to its ``[readings]`` in ``readings={...}``.
+    `load` names what is attached: one of `loads` for all poses, or a name or `None` for each (NaN of pandas is `None`). `torque_std` is the
+    standard deviation of each reading: one for all, one each joint, or one each reading, NaN where it is not known; without it the noise is
+    estimated. `gravity` is what `[gravity]` of a `session.toml` may say, or only its magnitude in m/s², which leaves its sign open. Where
+    `missing` is ``"nan"``, a torque that is NaN is a reading that is missing; otherwise NaN is refused, as it always is among positions.
+
+    Other sections of a `session.toml` are arguments of their names: ``joint=[{"name": "joint1", "torque_sign": "reversed"}]``,
+    ``loss={"kind": "huber"}``, ``ask={"drop": ["gravity"]}``. What else its ``[readings]`` may say stands in `readings`, such as the range
+    of the sensors: ``readings={"torque": {"lowest": -15, "highest": 15}}``.
 
     `models` are sensor models of one's own, which `joint` may name, and residuals, which `residual` may: see `SensorModel` and
-    `ResidualModel`. `columns` are further columns of the tables by their names, which these read, an entry each pose; NaN is an empty cell.
+    `ResidualModel`. `columns` are further columns of the tables, which these read: a DataFrame, or a mapping from names to arrays, an entry
+    each pose; NaN is an empty cell.
 
     Raises `InputError`.
     """
@@ -116,78 +123,69 @@ class Session:
         torque_unit: Union[str, Sequence[str]],
         gravity: Union[float, Mapping[str, Any]],
         torque_std: Any = None,
-        position_std: Union[None, float, Sequence[float]] = None,
-        load: Union[None, str, Sequence[Optional[str]]] = None,
-        loads: Sequence[Mapping[str, Any]] = (),
+        position_std: Any = None,
+        load: Any = None,
+        loads: Optional[Sequence[Mapping[str, Any]]] = None,
         missing: str = "refuse",
         readings: Optional[Mapping[str, Any]] = None,
         models: Sequence[Union[SensorModel, ResidualModel]] = (),
-        columns: Optional[Mapping[str, Any]] = None,
+        columns: Optional[Table] = None,
         progress: Progress = None,
         **sections: Any,
     ) -> None:
-        if missing not in ("refuse", "nan"):
-            raise InputError(f"missing is `{missing}`; expected `refuse` or `nan`", field="missing")
-        joints = robot.joints
-        positions = _matrix("position", position, joints)
-        torques = _matrix("torque", torque, joints)
-        if len(torques) != len(positions):
-            raise InputError(
-                f"torque has {len(torques)} rows and position {len(positions)}: expected one each static pose",
-                field="torque",
-            )
-        _refuse("position", positions, joints, np.isfinite(positions), "")
-        finite = np.isfinite(torques) | (np.isnan(torques) if missing == "nan" else False)
-        _refuse("torque", torques, joints, finite, '; missing="nan" says that a reading that is NaN is missing')
-
-        further, columns = columns or {}, {f"position[{joint}]": positions[:, place] for place, joint in enumerate(joints)}
-        for name, cells in further.items():
-            column = np.asarray(cells, dtype=np.float64)
-            if column.shape != (len(positions),):
-                raise InputError(f"column `{name}` is {_shape(column)}: expected {len(positions)} entries, one each pose", field="columns")
-            columns[name] = column
-        read = [bool(np.isfinite(torques[:, place]).any()) for place in range(len(joints))]
-        columns.update({f"torque[{joint}]": torques[:, place] for place, joint in enumerate(joints) if read[place]})
-        of_torque: dict[str, Any] = {
-            "columns": [f"torque[{joint}]" if here else "" for joint, here in zip(joints, read)],
-            "unit": _plain(torque_unit),
-        }
-        if torque_std is not None and np.ndim(torque_std) == 2:
-            stds = _matrix("torque_std", torque_std, joints)
-            if stds.shape != torques.shape:
-                raise InputError(f"torque_std is {_shape(stds)}, torque {_shape(torques)}", field="torque_std")
-            columns.update({f"std[{joint}]": stds[:, place] for place, joint in enumerate(joints) if read[place]})
-            of_torque["std_columns"] = [f"std[{joint}]" if here else "" for joint, here in zip(joints, read)]
-        elif torque_std is not None:
-            of_torque["std"] = _plain(torque_std)
-        of_position: dict[str, Any] = {"columns": [f"position[{joint}]" for joint in joints], "unit": _plain(position_unit)}
+        joints = _joints(robot)
+        refuse_unaligned(_indexed(position, torque, torque_std, load, columns))
+        positions, torques = _readings(position, torque, joints, missing)
+        read = [joint for place, joint in enumerate(joints) if np.isfinite(torques[:, place]).any()]
+        if not read:
+            raise InputError("torque holds no reading: expected a number in some pose", field="torque")
+        of_position: dict[str, Any] = {"columns": [f"position[{joint}]" for joint in joints], "unit": plain(position_unit)}
         if position_std is not None:
-            of_position["std"] = _plain(position_std)
+            of_position["std"] = of_joints("position_std", position_std, joints)
+        of_torque: dict[str, Any] = {"columns": _named("torque", joints, read), "unit": plain(torque_unit)}
+        # A joint without a torque reading has no columns of them.
+        tables = {"position": (positions, joints), "torque": (torques, read)}
+        if _is_table(torque_std):
+            of_torque["std_columns"] = _named("std", joints, read)
+            tables["std"] = (_stds(torque_std, torques, joints), read)
+        elif torque_std is not None:
+            of_torque["std"] = of_joints("torque_std", torque_std, joints)
+        cells = _further(columns, joints, len(positions))
+        for what, (table, own) in tables.items():
+            cells.update({f"{what}[{joint}]": table[:, joints.index(joint)] for joint in own})
 
         poses, recordings = [], {}
-        for name, rows, attached in _parts(load, len(positions)):
-            recordings[name] = {column: cells[rows] for column, cells in columns.items()}
-            poses.append({"file": name} if attached is None else {"file": name, "load": attached})
+        for part, rows, attached in _parts(load, len(positions)):
+            recordings[part] = {name: column[rows] for name, column in cells.items()}
+            poses.append({"file": part} if attached is None else {"file": part, "load": attached})
         said = {
             "robot": robot._said,
-            "gravity": dict(gravity) if isinstance(gravity, Mapping) else {"magnitude_m_per_s2": gravity},
-            "readings": {**(readings or {}), "position": of_position, "torque": of_torque},
-            "load": list(loads),
+            "gravity": _gravity(gravity),
+            "readings": merged_readings(readings, {"position": of_position, "torque": of_torque}),
+            "load": _loads(loads),
             "poses": poses,
         }
         twice = sorted(set(said) & set(sections))
         if twice:
             raise InputError(f"`{twice[0]}` is said by other arguments already", field=twice[0])
-        self._build({**said, **sections}, recordings, models, progress)
+        try:
+            self._build({**said, **sections}, recordings, models, progress)
+        except InputError as error:
+            raise as_arguments(error) from error.__cause__
 
     @classmethod
     def from_toml(
         cls, path: Path, *, models: Sequence[Union[SensorModel, ResidualModel]] = (), progress: Progress = None
     ) -> Session:
         """Reads a `session.toml` and all that it names. Raises `InputError`, which tells file, line and field."""
-        session = cls.__new__(cls)
-        session._native = _native.Session.read(path, list(models), logged(progress))
-        session._source, session._models = os.path.abspath(path), tuple(models)
+        session, own = cls.__new__(cls), _models(models)
+        try:
+            session._native = _native.Session.read(path, own, logged(progress))
+        except InputError as error:
+            if error.file is None and error.field is None:
+                raise told_by_program(str(error), [os.fspath(path)]) from error.__cause__
+            raise
+        session._source, session._models = os.path.abspath(path), tuple(own)
         session._log()
         return session
 
@@ -203,8 +201,14 @@ class Session:
         """What a `session.toml` would say, as a dictionary, with recordings in memory under the names that it says for files.
 
         A recording is a DataFrame, or a mapping from names of columns to arrays of one length; NaN is an empty cell. So instruments,
-        clocks, temperatures and recordings in motion can come from arrays, too.
+        clocks, temperatures and recordings in motion can come from arrays, too:
+
+            Session.from_dict({..., "poses": [{"file": "a"}]}, recordings={"a": {"q1": ..., "y1": ...}})
         """
+        if not isinstance(said, Mapping):
+            raise InputError(f"said is {said!r}; expected a dictionary. Of a file: Session.from_toml", field="said")
+        if not isinstance(recordings, Mapping):
+            raise InputError("recordings are no dictionary; expected tables by the names that `said` says for files", field="recordings")
         session = cls.__new__(cls)
         session._build(said, recordings, models, progress)
         return session
@@ -216,13 +220,12 @@ class Session:
         models: Sequence[Union[SensorModel, ResidualModel]],
         progress: Progress,
     ) -> None:
-        try:
-            text = json.dumps(_plain(said), allow_nan=False)
-        except (TypeError, ValueError) as error:
-            raise InputError(f"the session says what no session.toml can: {error}") from None
+        own, document = _models(models), plain(said)
+        refuse_unsayable(document)
+        text = json.dumps(document, allow_nan=False)
         tables = [(name, *_table(name, table)) for name, table in recordings.items()]
-        self._native = _native.Session.in_memory(text, tables, list(models), logged(progress))
-        self._models = tuple(models)
+        self._native = _native.Session.in_memory(text, tables, own, logged(progress))
+        self._models = tuple(own)
         self._source: Union[str, tuple[str, list[tuple[str, list[str], Floats]]]] = (text, tables)
         self._log()
 
@@ -272,6 +275,7 @@ class Session:
 
     def check(self) -> Check:
         """What the session can determine, and what would cure what it cannot."""
+        use_threads()
         text, summary, table, complete = self._native.check()
         return Check(complete, for_python(summary), table, json.loads(text))
 
@@ -287,6 +291,7 @@ class Session:
         `estimators` and `solver` are chosen by name; without them the session's, else the sequential and the joint estimator with
         Levenberg-Marquardt. `progress` is called with what is being done, in a few words. Ctrl-C stops after the current iteration.
         """
+        use_threads()
         names = [estimators] if isinstance(estimators, str) else list(estimators or [])
         result = Calibration._of(self._native.calibrate(names, solver, logged(progress)), self._native.channels)
         LOG.info("%r", result)
@@ -311,14 +316,14 @@ class Session:
         With `residual`, torques without that which carries gravity, with `load` attached. With `nominal`, nominal values are taken for
         what the calibration does not determine. NaN where a reading is missing or at an end of the sensor's range.
         """
-        positions, torques = _matrix("position", position, self.joints), _matrix("torque", torque, self.joints)
+        if load is not None and not residual:
+            raise InputError(f"load is {load!r}, which counts only with residual=True: say both, or leave it away", field="load")
+        refuse_unaligned([("position", "position", position), ("torque", "torque", torque)])
+        positions, torques = matrix("position", position, self.joints), matrix("torque", torque, self.joints)
         if positions.shape != torques.shape:
-            raise InputError(f"position is {_shape(positions)}, torque {_shape(torques)}", field="torque")
-        with tempfile.TemporaryDirectory() as folder:
-            path = os.path.join(folder, "calibration.json")
-            with open(path, "w", encoding="utf-8") as file:
-                file.write(calibration.json)
-            return self._native.apply(path, estimator, positions, torques, load if residual else None, residual, nominal)
+            raise InputError(f"position is {shape_of(positions)}, torque {shape_of(torques)}", field="torque")
+        with file_of(calibration) as path:
+            return self._native.apply(path, estimator, positions, torques, load, residual, nominal)
 
     def __repr__(self) -> str:
         return f"<gravcal.Session {self.robot}: {len(self)} poses of {', '.join(self.joints)}>"
@@ -337,11 +342,123 @@ def _session(
     return Session.from_dict(json.loads(text), recordings, models=models)
 
 
+def _joints(robot: Any) -> Sequence[str]:
+    """Of the robot, which is no path."""
+    if isinstance(robot, Robot):
+        return robot.joints
+    if isinstance(robot, (str, os.PathLike)):
+        path = os.fspath(robot)
+        cure = f'Robot.from_toml("{path}")' if str(path).endswith(".toml") else f'Robot.from_urdf("{path}", base=..., tip=...)'
+        raise InputError(f'robot is "{path}"; expected a Robot: {cure}', field="robot")
+    raise InputError(f"robot is of type {type(robot).__name__}; expected a Robot, as by Robot.from_toml", field="robot")
+
+
+def _models(models: Any) -> list[Any]:
+    if isinstance(models, (SensorModel, ResidualModel)):
+        raise InputError(f"models is one model; expected a list: models=[{models.name}]", field="models")
+    if isinstance(models, (str, Mapping)) or not hasattr(models, "__iter__"):
+        raise InputError(f"models is {models!r}; expected a list of SensorModel and ResidualModel", field="models")
+    own = list(models)
+    for place, model in enumerate(own):
+        if not isinstance(model, (SensorModel, ResidualModel)):
+            raise InputError(f"models[{place}] is {model!r}; expected a SensorModel or a ResidualModel", field="models")
+    return own
+
+
+def _indexed(position: Any, torque: Any, torque_std: Any, load: Any, columns: Any) -> list[tuple[str, str, Any]]:
+    """What has a row each pose, with name and field."""
+    given = [("position", "position", position), ("torque", "torque", torque), ("load", "load", load)]
+    if _is_table(torque_std):
+        given.append(("torque_std", "torque_std", torque_std))
+    if is_pandas(columns):
+        return [*given, ("columns", "columns", columns)]
+    further = columns.items() if isinstance(columns, Mapping) else ()
+    return [*given, *((f'columns["{name}"]', "columns", column) for name, column in further)]
+
+
+def _is_table(given: Any) -> bool:
+    """Whether it has rows and columns, if they are of one length."""
+    try:
+        return np.ndim(given) == 2
+    except ValueError:
+        return False
+
+
+def _readings(position: Any, torque: Any, joints: Sequence[str], missing: str) -> tuple[Floats, Floats]:
+    """Positions and torques, a row each pose, judged."""
+    if missing not in ("refuse", "nan"):
+        raise InputError(f"missing is `{missing}`; expected `refuse` or `nan`", field="missing")
+    positions, torques = matrix("position", position, joints), matrix("torque", torque, joints)
+    if len(positions) == 0:
+        raise InputError("position has no rows: there are no poses", field="position")
+    if len(torques) != len(positions):
+        told = f"torque has {len(torques)} rows and position {len(positions)}: expected one each static pose"
+        raise InputError(told, field="torque")
+    refuse_cells("position", positions, joints, np.isfinite(positions), "a finite number")
+    good = np.isfinite(torques) | (np.isnan(torques) if missing == "nan" else False)
+    refuse_cells("torque", torques, joints, good, 'a finite number; missing="nan" says that a reading that is NaN is missing')
+    return positions, torques
+
+
+def _named(what: str, joints: Sequence[str], read: Sequence[str]) -> list[str]:
+    """The column of each joint, none where it has no torque reading."""
+    return [f"{what}[{joint}]" if joint in read else "" for joint in joints]
+
+
+def _stds(given: Any, torques: Floats, joints: Sequence[str]) -> Floats:
+    """Standard deviations of all readings; NaN is one that is not known."""
+    stds = matrix("torque_std", given, joints)
+    if stds.shape != torques.shape:
+        raise InputError(f"torque_std is {shape_of(stds)}, torque {shape_of(torques)}", field="torque_std")
+    good = np.isnan(stds) | (np.isfinite(stds) & (stds > 0.0))
+    refuse_cells("torque_std", stds, joints, good, "a positive number, or NaN where it is not known")
+    return stds
+
+
+def _further(columns: Any, joints: Sequence[str], poses: int) -> dict[str, Floats]:
+    """Columns of the user's own; NaN is an empty cell."""
+    if columns is None:
+        return {}
+    if not (isinstance(columns, Mapping) or hasattr(columns, "columns")):
+        told = f"columns is of type {type(columns).__name__}; expected a DataFrame, or a mapping from names to arrays"
+        raise InputError(told, field="columns")
+    taken = {f"{what}[{joint}]" for what in ("position", "torque", "std") for joint in joints}
+    found = {}
+    for name in columns.columns if hasattr(columns, "columns") else columns:
+        if str(name) in taken:
+            raise InputError(f"column `{name}` has a name of gravcal's own: give it another, or say it by its argument", field="columns")
+        column = floats(f"column `{name}`", columns[name], field="columns", masked_is_nan=True)
+        if column.shape != (poses,):
+            raise InputError(f"column `{name}` is {shape_of(column)}: expected {poses} entries, one each pose", field="columns")
+        if np.isinf(column).any():
+            place = int(np.argmax(np.isinf(column)))
+            told = f"column `{name}`[{place}] is {column[place]}; expected a finite number, or NaN for an empty cell"
+            raise InputError(told, field="columns")
+        found[str(name)] = column
+    return found
+
+
+def _gravity(given: Any) -> dict[str, Any]:
+    if isinstance(given, Mapping):
+        return dict(given)
+    strength = plain(given)
+    if not isinstance(strength, (int, float)) or not np.isfinite(strength):
+        told = f"gravity is {given!r}; expected its strength in m/s², or " + '{"magnitude_m_per_s2": 9.81, "hemisphere": [0, 0, -1]}'
+        raise InputError(told, field="gravity")
+    return {"magnitude_m_per_s2": strength}
+
+
+def _loads(loads: Any) -> list[Any]:
+    if isinstance(loads, (str, Mapping)) or not (loads is None or hasattr(loads, "__iter__")):
+        raise InputError(f"loads is {loads!r}; expected a list with a dictionary for each load", field="loads")
+    return [] if loads is None else list(loads)
+
+
 def _parts(load: Any, poses: int) -> list[tuple[str, slice, Optional[str]]]:
     """Rows with one load, in order: their name, where they are, and the load."""
     if load is None or isinstance(load, str):
-        return [("poses", slice(0, poses), load)]
-    names = [None if name is None else str(name) for name in load]
+        return [("poses", slice(0, poses), None if load is None else _load("load", load))]
+    names = _attached(load)
     if len(names) != poses:
         raise InputError(f"load has {len(names)} entries for {poses} poses: expected a name, or one each pose", field="load")
     parts, begin = [], 0
@@ -352,63 +469,39 @@ def _parts(load: Any, poses: int) -> list[tuple[str, slice, Optional[str]]]:
     return parts
 
 
-def _matrix(what: str, given: Any, joints: Sequence[str]) -> Floats:
-    """A row each pose, a column each joint; a copy only where the numbers are no 64-bit floats."""
-    if hasattr(given, "columns") and hasattr(given, "to_numpy"):
-        names = [str(name) for name in given.columns]
-        if sorted(names) != sorted(joints):
-            told = f"the columns of {what} are {', '.join(names)}; expected the joints {', '.join(joints)}"
-            raise InputError(told, field=what)
-        given = given[list(joints)].to_numpy()
-    matrix = _numbers(what, given)
-    if matrix.ndim == 1 and len(joints) == 1:
-        matrix = matrix[:, np.newaxis]
-    if matrix.ndim != 2 or matrix.shape[1] != len(joints):
-        told = f"{what} is {_shape(matrix)}; expected a row each pose and a column each joint ({', '.join(joints)})"
-        raise InputError(told, field=what)
-    return matrix
+def _attached(load: Any) -> list[Optional[str]]:
+    """What is attached in each pose; what is missing in pandas is nothing."""
+    if isinstance(load, Mapping) or not hasattr(load, "__iter__") or np.ndim(load) == 0:
+        raise InputError(f"load is {load!r}; expected the name of a load, or a name or None for each pose", field="load")
+    given = [None if absent else name for name, absent in zip(load, load.isna())] if is_pandas(load) else list(load)
+    return [None if _is_nothing(name) else _load(f"load[{place}]", name) for place, name in enumerate(given)]
 
 
-def _numbers(what: str, given: Any) -> Floats:
-    masked = isinstance(given, np.ma.MaskedArray)
-    numbers = np.ma.filled(given.astype(np.float64), np.nan) if masked else np.asarray(given)
-    if numbers.dtype.kind not in "fiu":
-        raise InputError(f"{what} holds {numbers.dtype}; expected numbers", field=what)
-    return np.asarray(numbers, dtype=np.float64)
+def _is_nothing(name: Any) -> bool:
+    # NaN is what a list from pandas has where nothing is attached.
+    return name is None or (isinstance(name, float) and name != name)
 
 
-def _refuse(what: str, matrix: Floats, joints: Sequence[str], good: Any, hint: str) -> None:
-    if not good.all():
-        row, column = np.argwhere(~good)[0]
-        told = f"{what}[{row}, {column}] ({joints[column]}) is {matrix[row, column]}; expected a finite number{hint}"
-        raise InputError(told, field=what)
-
-
-def _shape(array: Floats) -> str:
-    return " × ".join(str(length) for length in array.shape) or "a single number"
+def _load(what: str, name: Any) -> str:
+    if not isinstance(name, str) or not name:
+        told = f"{what} is {name!r}; expected the name of a load, or None where nothing is attached"
+        raise InputError(told, field="load")
+    return str(name)
 
 
 def _table(name: str, table: Table) -> tuple[list[str], Floats]:
-    names = [str(column) for column in (table.columns if hasattr(table, "columns") else table)]
-    cells = [_numbers(f"column `{column}` of `{name}`", table[column]) for column in (table.columns if hasattr(table, "columns") else table)]
+    if not (isinstance(table, Mapping) or hasattr(table, "columns")):
+        told = f"recording `{name}` is of type {type(table).__name__}; expected a DataFrame, or a mapping from names of columns to arrays"
+        raise InputError(told, field=name)
+    columns = list(table.columns if hasattr(table, "columns") else table)
+    refuse_unaligned((f"column `{column}` of `{name}`", name, table[column]) for column in columns)
+    names = [str(column) for column in columns]
+    cells = [floats(f"column `{column}` of `{name}`", table[column], field=name, masked_is_nan=True) for column in columns]
     lengths = {cell.shape for cell in cells}
     if len(lengths) != 1 or len(next(iter(lengths))) != 1:
-        told = ", ".join(f"{column} {_shape(cell)}" for column, cell in zip(names, cells))
+        told = ", ".join(f"{column} {shape_of(cell)}" for column, cell in zip(names, cells)) or "it has none"
         raise InputError(f"the columns of `{name}` are not of one length: {told}", field=name)
     for column, cell in zip(names, cells):
         if np.isinf(cell).any():
             raise InputError(f"column `{column}` of `{name}` holds an infinite number", field=name)
     return names, np.column_stack(cells)
-
-
-def _plain(said: Any) -> Any:
-    """The same of what JSON knows: arrays as lists, paths as text, without what is `None`."""
-    if isinstance(said, Mapping):
-        return {str(key): _plain(value) for key, value in said.items() if value is not None}
-    if isinstance(said, (np.ndarray, np.generic)):
-        return said.tolist()
-    if isinstance(said, os.PathLike):
-        return os.fspath(said)
-    if isinstance(said, (list, tuple)):
-        return [_plain(value) for value in said]
-    return said

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tempfile
+import warnings
 import webbrowser
 from importlib import import_module
 from pathlib import Path
@@ -31,13 +32,21 @@ class _Residuals(Protocol):
     def before(self) -> NDArray[np.float64]: ...
 
 
-def show_in_browser(page: str) -> None:
-    """The page stays in the folder for temporary files: a browser reads it when it likes."""
+def show_in_browser(page: str) -> Path:
+    """The page stays in the folder for temporary files: a browser reads it when it likes. Where it is."""
     folder = Path(tempfile.mkdtemp(prefix="gravcal-"))
     path = folder / "report.html"
     path.write_text(page, encoding="utf-8")
-    if not webbrowser.open(path.as_uri()):
-        raise GravcalError(f"there is no browser to show {path}; open it elsewhere, or save `page`")
+    if not _opened(path.as_uri()):
+        warnings.warn(f"there is no browser to show {path}; open it elsewhere, or save `page`", stacklevel=3)
+    return path
+
+
+def _opened(address: str) -> bool:
+    try:
+        return webbrowser.open(address)
+    except webbrowser.Error:
+        return False
 
 
 def show_in_rerun(table: str, residuals: _Residuals) -> None:

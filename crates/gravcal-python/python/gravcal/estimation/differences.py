@@ -6,6 +6,7 @@ from typing import Callable, Optional
 
 import numpy as np
 
+from ..arrays import read_only
 from ..recording import Floats
 
 __all__ = ["STEP", "by_differences", "mismatch"]
@@ -17,7 +18,10 @@ _TOLERANCE = 1e-5
 
 
 def by_differences(function: Callable[[Floats], Floats], x: Floats, scale: Floats) -> Floats:
-    """Derivatives of `function` by each entry of `x`, rows by x: two calls a column, at steps of about 6e-6 of `|x|` or its scale."""
+    """Derivatives of `function` by each entry of `x`, rows by x: two calls a column, at steps of about 6e-6 of `|x|` or its scale.
+
+    Each call must return an array of its own.
+    """
     columns = []
     for place in range(len(x)):
         step = STEP * max(abs(x[place]), scale[place])
@@ -25,7 +29,8 @@ def by_differences(function: Callable[[Floats], Floats], x: Floats, scale: Float
         ahead[place] += step
         behind[place] -= step
         # What was added, to the last bit.
-        columns.append((function(ahead) - function(behind)) / (ahead[place] - behind[place]))
+        width = ahead[place] - behind[place]
+        columns.append((function(read_only(ahead)) - function(read_only(behind))) / width)
     return np.column_stack(columns)
 
 

@@ -11,9 +11,12 @@ from typing import Any, Callable, Literal, Optional, Union
 import numpy as np
 
 from .. import _native
+from ..arrays import floats
 from ..errors import InputError
+from ..forked import use_threads
 from ..recording import Floats, Progress
 from ..result import Covariance
+from ..said import plain
 from .constraints import Affine, Cone, Length, PlacedAffine, Range
 from .residual import BlockLayout, Residual
 from .solution import Combination, Iteration, Parameter, Solution, WeakCombination
@@ -86,6 +89,8 @@ class Problem:
         if len(names) != values.size or len(set(names)) != len(names):
             told = f"`{name}` has {values.size} numbers and the components {', '.join(names)}; expected one name each"
             raise InputError(told, field=name)
+        if not (held is None or (isinstance(held, str) and held)):
+            raise InputError(f"held of `{name}` is {held!r}; expected text that says why it keeps its initial value", field=name)
         values = np.atleast_1d(values).copy()
         typical = np.abs(values) if scale is None else np.abs(_floats(f"scale of `{name}`", scale))
         try:
@@ -115,9 +120,9 @@ class Problem:
     ) -> None:
         """Adds residuals: a model less its readings, in the unit of the readings.
 
-        `function` is called with the values of `blocks`, in that order, and returns an array of any shape, the same shape always. It may
-        be called from several threads, one at a time. Where it raises an `ArithmeticError` or gives what is not finite, the solver shortens
-        its step; all else that it raises ends the solve.
+        `function` is called with the values of `blocks`, in that order, and returns an array of any shape, the same shape always. Arrays
+        that it is given cannot be written into. It may be called from several threads, one at a time. Where it raises an `ArithmeticError`
+        or gives what is not finite, the solver shortens its step; all else that it raises ends the solve.
 
         `jacobian` is called alike and returns one array for each block, with the shape of the residual and behind it a column for each
         number of the block (no such axis for a block that is a number). It is compared with differences before each solve. Without it,
@@ -150,7 +155,7 @@ class Problem:
         own = self._block(block)
         if std is None and covariance is None:
             raise InputError(f"how well is `{block}` known? Say std or covariance", field=block)
-        centre = own.initial if mean is None else np.atleast_1d(_floats(f"mean of `{block}`", mean))
+        centre = own.initial if mean is None else np.atleast_1d(_floats(f"mean of `{block}`", mean)).copy()
         if centre.shape != own.initial.shape:
             told = f"the mean of `{block}` has shape {centre.shape}; expected {own.initial.shape}"
             raise InputError(told, field=block)
@@ -236,12 +241,13 @@ class Problem:
         `progress` is called with each iteration in a few words. Ctrl-C stops after the current one. Raises `InputError`, and what a residual
         function raises.
         """
-        blocks = self._started(start or {})
+        use_threads()
+        blocks = self._started({} if start is None else start)
         relative = self._relative(noise)
         if check_jacobians:
             self._check_jacobians(blocks)
         try:
-            said = json.dumps(options, allow_nan=False)
+            said = json.dumps(plain(options), allow_nan=False)
         except (TypeError, ValueError) as error:
             raise InputError(f"an option of the solver is no number, truth or text: {error}") from None
         name = solver if solver is not None else ("clarabel" if self._constraints else "levenberg-marquardt")
@@ -277,6 +283,8 @@ class Problem:
         return PlacedAffine([(*places[name], float(c)) for name, c in affine.terms.items()], float(affine.constant))
 
     def _started(self, start: Mapping[str, Any]) -> dict[str, Block]:
+        if not isinstance(start, Mapping):
+            raise InputError(f"start is {start!r}; expected a mapping from names of blocks to values", field="start")
         blocks = dict(self._blocks)
         for name, values in start.items():
             block, given = self._block(name), np.atleast_1d(_floats(f"start of `{name}`", values))
@@ -370,8 +378,8 @@ def _why(parameter: str, undetermined: Optional[Sequence[Combination]]) -> str:
 
 def _floats(what: str, given: Any) -> Floats:
     try:
-        values = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
+        values = floats(f"the {what}", given, field=None)
+    except InputError:
         raise InputError(f"the {what} is {given!r}; expected numbers") from None
     if not np.isfinite(values).all():
         raise InputError(f"the {what} is {given!r}; expected finite numbers")

@@ -8,6 +8,7 @@ from typing import Any, Optional, Union
 
 import numpy as np
 
+from ..compared import Compared
 from ..recording import Floats
 from ..result import Covariance
 from ..tabled import Tabled
@@ -64,8 +65,8 @@ class Iteration:
     """Relative length of the step."""
 
 
-@dataclass(frozen=True)
-class Solution(Tabled):
+@dataclass(frozen=True, eq=False)
+class Solution(Compared, Tabled):
     """The answer: parameters with what is known of them, and how it was found."""
 
     verdict: str
