@@ -28,8 +28,8 @@ const CALIBRATED: &str = "calibrated";
 /// Write a recording again with calibrated torques and angles
 ///
 /// Everything else in it is kept: other columns, topics, schemas, metadata, attachments. An MCAP file becomes an MCAP file, a CSV file
-/// a CSV file. Which column is which joint says the session that the calibration was made from. Angles stay in the unit of their
-/// column (rad, where that is the sensor's own), torques are N·m (N where a joint slides).
+/// a CSV file. The session that the calibration was made from says which column belongs to which joint. Angles stay in the unit of their
+/// column (rad, where that is the sensor's own), torques are in N·m (N for prismatic joints).
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {
@@ -53,7 +53,7 @@ pub struct Arguments {
     #[arg(long, value_name = "NAME", value_parser = estimator_parser())]
     estimator: Option<EstimatorName>,
 
-    /// Make efforts what is left of the torques without that which carries gravity
+    /// Subtract the gravity torque from the torques
     #[arg(long)]
     residual: bool,
 

@@ -15,11 +15,12 @@ use crate::terminal;
 
 /// Tell what a session can and cannot determine, before any solve
 ///
-/// Reads the session and its poses, judges them at nominal values, and tells for each parameter how well it can be
-/// known, for what cannot be known why and which smallest additions (something stated, poses, a load, a tilted base) would
-/// cure it, and which sweeps the sequential procedure finds.
-/// Torque readings need not mean anything yet: only which there are is looked at, their noise, and whether they can be in the unit that is
-/// declared. What can hardly be so (units, rows of an arm in motion taken as static poses) is told first.
+/// Reads the session and its poses, and predicts at nominal values how well each parameter can be known. For a parameter that cannot be
+/// known it says why, and which smallest additions (something stated, poses, a load, a tilted base) would help. It also lists the sweeps that
+/// the sequential procedure would use.
+///
+/// Of the torques, `check` uses only which readings there are, their noise and their unit. Likely mistakes (units, rows of an arm in motion
+/// taken as static poses) are printed first.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

@@ -17,8 +17,8 @@ use crate::terminal;
 
 /// Tell which sensor moved between calibrations of one robot
 ///
-/// Each sensor's parameters (and gravity's direction) are held against one value for all calibrations, by their covariances. Give the
-/// files in the order of their time.
+/// Tests for each sensor, and for gravity's direction, whether one value fits all calibrations (χ², with their covariances). Give the files
+/// in the order of their time.
 #[derive(Debug, Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Arguments {

@@ -150,7 +150,7 @@ fn intervals_in_doubt(result: &EstimatorResult) -> Advice {
     let told: Vec<&str> = concerns.iter().map(|concern| concern.what.as_str()).collect();
     Advice {
         level: Level::Care,
-        headline: "Determined, but intervals cannot hold",
+        headline: "Determined, but intervals are too narrow",
         why: format!("Everything asked for has a value, but {}.{}", told.join("; and "), counted_less(result)),
         steps: likely_causes(result)
             .into_iter()
@@ -215,7 +215,7 @@ fn shape_of_residuals(result: &EstimatorResult) -> Option<Concern> {
     let spoilt = result.residual_tests.iter().filter(|test| test.named && test.spoils_intervals);
     let told: Vec<String> = spoilt.map(|test| format!("{} ({})", test.channel, test.kind)).collect();
     (!told.is_empty()).then(|| Concern {
-        what: format!("residuals are no noise: {}", told.join(", ")),
+        what: format!("the residuals show what the model lacks: {}", told.join(", ")),
         steps: vec!["Read the notes on these residuals (report.html, or --full): each says what the model lacks and how to mend it.".into()],
     })
 }
@@ -296,7 +296,7 @@ mod tests {
         let mut partly = with(1e-9, 1.01);
         partly.verdict = Verdict::PartlyDetermined;
         let doubted = Advice::of(&partly, FILE);
-        assert_eq!((doubted.level, doubted.headline), (Level::Care, "Determined, but intervals cannot hold"));
+        assert_eq!((doubted.level, doubted.headline), (Level::Care, "Determined, but intervals are too narrow"));
         partly.parameters[0].determined = false;
         let partly = Advice::of(&partly, FILE);
         assert!(partly.why.contains("Besides, the readings are explained"), "{partly:?}");

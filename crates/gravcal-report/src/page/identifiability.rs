@@ -12,7 +12,7 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
         section {
             h2 { "What the data determine" }
             @if !main.undetermined.iter().any(|open| is_asked(main, open)) {
-                p { "Nothing that was asked of " (main.name) " is left open." }
+                p { "Nothing that was asked for is left open." }
             }
             @for result in std::iter::once(main).chain(page.results.iter().filter(|other| other.name != main.name)) {
                 (undetermined(result))
@@ -22,7 +22,7 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
                 ul { @for weak in &main.weak { li { (weak.combination) ": " (significant(weak.times_worse, 2)) " times worse" } } }
             }
             @if !main.held.is_empty() {
-                h3 { "Held while the rest was solved for" }
+                h3 { "Fixed: not estimated" }
                 ul { @for held in &main.held { li { (held.name) ": " (held.why) } } }
             }
             @if !main.sensor_models.is_empty() {
@@ -53,7 +53,7 @@ fn undetermined(result: &EstimatorResult) -> Markup {
         result.undetermined.iter().partition(|open| is_asked(result, open));
     html! {
         (listed(&format!("Not determined by {}", result.name), &asked))
-        (listed(&format!("Not asked of {}, and not determined", result.name), &other))
+        (listed(&format!("Not asked for, and not determined by {}", result.name), &other))
     }
 }
 

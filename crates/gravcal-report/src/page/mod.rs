@@ -88,7 +88,7 @@ fn doubts(doubts: &[String]) -> Markup {
 fn notes(page: &CalibrationPage<'_>) -> Markup {
     html! {
         @for result in page.results.iter().filter(|result| !result.notes.is_empty()) {
-            section { h2 { "Notes of " (result.name) } ul { @for note in &result.notes { li { (note) } } } }
+            section { h2 { "Notes of the estimator " (result.name) } ul { @for note in &result.notes { li { (note) } } } }
         }
     }
 }

@@ -14,7 +14,7 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
         section {
             h2 { "Parameters" }
             p.small {
-                "reading = torque_gain · torque + torque_bias; coordinate = position_gain · reading + position_offset. Bars: 95 % interval of "
+                "reading = torque_gain · torque + torque_bias; coordinate = position_gain · reading + position_offset. Bars: 95 % interval by the estimator "
                 (main.name) ", each on its own scale; the tick is the nominal value."
                 @if let Some(uncertainty) = &main.uncertainty { " Standard deviations are " (uncertainty.to_string()) "." }
             }
@@ -58,7 +58,7 @@ fn value(result: &EstimatorResult, parameter: Option<&ParameterResult>, factor: 
     match (&parameter.held, parameter.value, parameter.std) {
         (Some(why), value, _) => {
             let value = shortest(factor * value.unwrap_or(parameter.nominal));
-            html! { td.number.held title=(why) { (value) " held" } }
+            html! { td.number.held title=(why) { (value) " fixed" } }
         }
         (None, Some(value), Some(std)) => {
             let (value, std) = measured(factor * value, factor * std);
