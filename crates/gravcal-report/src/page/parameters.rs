@@ -14,14 +14,14 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
         section {
             h2 { "Parameters" }
             p.small {
-                "reading = torque_gain · torque + torque_bias; coordinate = position_gain · reading + position_offset. Bars: 95 % interval by the estimator "
-                (main.name) ", each on its own scale; the tick is the nominal value."
+                "reading = torque_gain · torque + torque_bias; coordinate = position_gain · reading + position_offset. Bars: 95 % interval by the "
+                (main.name) " estimator, each on its own scale; the tick is the nominal value."
                 @if let Some(uncertainty) = &main.uncertainty { " Standard deviations are " (uncertainty.to_string()) "." }
             }
             div.wide { table {
                 thead { tr {
-                    th { "parameter" } th { "unit" } th.number { "nominal" } th.number { (main.name) } th { "95 % interval" }
-                    @for other in &others { th.number { (other.name) } }
+                    th { "parameter" } th { "unit" } th.number { "nominal" } th.number { (main.name) " estimator" } th { "95 % interval" }
+                    @for other in &others { th.number { (other.name) " estimator" } }
                 } }
                 @for rows in by_owner(&main.parameters) {
                     tbody {

@@ -56,18 +56,18 @@ Calibration of arm
               converged: steps too small to matter (1.0e-12); 6 iterations
 
 Gravity and sensor parameters, value ± standard deviation
-                   unit         nominal        sequential              joint
+                   unit         nominal  sequential estimator    joint estimator
 gravity in base coordinates
-  x                m/s²                  -3.4312 ± 0.0031  -3.4312 ± 0.0031
-  y                m/s²                  -5.9411 ± 0.0029  -5.9411 ± 0.0029
-  z                m/s²                  -7.0009 ± 0.0027  -7.0009 ± 0.0027
-  cone95           deg                     0.053             0.053
-  tilt             deg                    44.421            44.421
+  x                m/s²                      -3.4312 ± 0.0031  -3.4312 ± 0.0031
+  y                m/s²                      -5.9411 ± 0.0029  -5.9411 ± 0.0029
+  z                m/s²                      -7.0009 ± 0.0027  -7.0009 ± 0.0027
+  cone95           deg                         0.053             0.053
+  tilt             deg                        44.421            44.421
 joint1
-  torque_gain      count/(N·m)     6.69      undetermined    7.118 ± 0.020
-  torque_bias      count           2048  2075.02 ± 0.28    2075.12 ± 0.12
-  position_gain    rad/rad            1   0.9912 ± 0.0034  0.98812 ± 0.00045
-  position_offset  deg                0          held [1]           held [1]
+  torque_gain      count/(N·m)     6.69          undetermined    7.118 ± 0.020
+  torque_bias      count           2048      2075.02 ± 0.28    2075.12 ± 0.12
+  position_gain    rad/rad            1       0.9912 ± 0.0034  0.98812 ± 0.00045
+  position_offset  deg                0              held [1]           held [1]
 
 [1] held: zero by definition of the base frame
 Standard deviations: from the stated noise

@@ -86,8 +86,8 @@ fn grid(results: &[&EstimatorResult], footnotes: &mut Footnotes) -> Grid {
 /// Numbers of an estimator that failed stand there for whoever looks for the reason, and must not pass for an answer.
 fn heading(result: &EstimatorResult) -> String {
     match result.verdict {
-        Verdict::Failed => format!("{} (failed)", result.name),
-        Verdict::Determined | Verdict::PartlyDetermined => result.name.clone(),
+        Verdict::Failed => format!("{} estimator (failed)", result.name),
+        Verdict::Determined | Verdict::PartlyDetermined => format!("{} estimator", result.name),
     }
 }
 
@@ -264,8 +264,8 @@ mod tests {
         empty.gravity = None;
         empty.parameters = vec![held("joint1.position_offset", "zero by definition of the base frame")];
         let text = tell(&[empty.clone(), result("joint")]);
-        assert!(text.contains("\nsequential: no value\n") && text.contains("nominal             joint\n"), "{text}");
-        assert!(tell(&[empty]).contains("nominal    sequential\n"));
+        assert!(text.contains("\nsequential: no value\n") && text.contains(" joint estimator\n"), "{text}");
+        assert!(tell(&[empty]).contains(" sequential estimator\n"));
     }
 
     #[test]
@@ -279,6 +279,6 @@ mod tests {
     fn numbers_of_a_failed_estimator_are_marked() {
         let mut joint = result("joint");
         joint.verdict = Verdict::Failed;
-        assert!(tell(&[joint]).contains("joint (failed)"));
+        assert!(tell(&[joint]).contains("joint estimator (failed)"));
     }
 }
