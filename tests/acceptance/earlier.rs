@@ -151,3 +151,26 @@ fn what_cannot_be_knowledge_is_refused() {
         assert_eq!(calibration.run.refusal(expected), None);
     }
 }
+
+/// A sensor that has changed since is no fault of the readings: what was known of it is the reason.
+#[test]
+fn a_sensor_that_has_changed_contradicts_what_was_known_of_it() {
+    let second = second_with(PRIOR, &first());
+    for table in TABLES {
+        let path = second.path().join(table);
+        let text = fs::read_to_string(&path).unwrap();
+        let changed = text.lines().skip(1).map(|row| {
+            let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
+            cells[4] = (1.03 * cells[4].parse::<f64>().unwrap()).to_string();
+            cells.join(",") + "\n"
+        });
+        fs::write(&path, HEADER.to_owned() + &changed.collect::<String>()).unwrap();
+    }
+    let calibration = calibrate(second.path());
+    assert_eq!(calibration.run.code, 4, "{:?}", calibration.run);
+    let joint = calibration.estimator("joint");
+    assert!(joint.termination.starts_with("the readings contradict the earlier calibration"), "{}", joint.termination);
+    let file: serde_json::Value = serde_json::from_slice(&calibration.bytes("calibration.json")).unwrap();
+    let first = file["estimators"][0]["notes"][0].as_str().unwrap();
+    assert!(first.starts_with("What [prior] knows is not what was read here"), "{first}");
+}

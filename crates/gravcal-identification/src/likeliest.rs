@@ -19,6 +19,9 @@ use crate::workbench::Workbench;
 /// − ln of the likelihood by which one of two must exceed the other to be ruled out: it is then less likely by e¹⁰.
 pub const DECISIVE: f64 = 10.0;
 
+/// Unknowns of one end are the same to this share, of 1 or of their size.
+const SAME: f64 = 1e-5;
+
 /// Where a start led.
 #[derive(Clone, Debug)]
 pub struct End<S> {
@@ -47,6 +50,18 @@ impl<S: Send + Sync> Likeliest<S> {
     /// The first.
     pub fn first(end: End<S>) -> Likeliest<S> {
         Likeliest { best: end, is_another: false, ends: Vec::new() }
+    }
+
+    /// It, and all others that are not implausible beside it, each once.
+    pub fn plausible(&self) -> Vec<&Values> {
+        let others = self.ends.iter().filter(|(height, _)| *height < self.best.height + IMPLAUSIBLE);
+        let mut apart: Vec<&Values> = Vec::new();
+        for values in std::iter::once(&self.best.values).chain(others.map(|(_, values)| values)) {
+            if !apart.iter().any(|other| are_same(other, values)) {
+                apart.push(values);
+            }
+        }
+        apart
     }
 
     /// Or a likelier one from one of these starts. `follow` leads from a start to its end, `on` starts where an end is. What still creeps
@@ -85,6 +100,10 @@ impl<S: Send + Sync> Likeliest<S> {
     }
 }
 
+fn are_same(a: &Values, b: &Values) -> bool {
+    a.as_slice().iter().zip(b.as_slice()).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(1.0))
+}
+
 #[cfg(test)]
 mod tests {
     use gravcal_estimation::{
@@ -92,7 +111,7 @@ mod tests {
         ProblemBuilder, SolveError,
     };
 
-    use std::sync::atomic::{AtomicUsize, Ordering};
+    use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
     use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 
@@ -159,6 +178,38 @@ mod tests {
         let (x, likeliest) = likeliest(1.0);
         assert!(!likeliest.is_another && (x + 1.0).abs() < 0.01, "{x}");
         assert!(likeliest.ends.iter().any(|(_, values)| values.as_slice()[0] > 0.99));
+    }
+
+    #[test]
+    fn an_end_is_plausible_once_and_unless_it_is_ruled_out() {
+        let ends =
+            |rough: f64| likeliest(rough).1.plausible().iter().map(|values| values.as_slice()[0]).collect::<Vec<_>>();
+        let [first, other] = ends(1.0)[..] else { panic!("{:?}", ends(1.0)) };
+        assert!((first + 1.0).abs() < 0.01 && (other - 1.0).abs() < 0.01, "{first} {other}");
+        assert_eq!(ends(0.2).len(), 1, "the end near −1 costs 50 more");
+    }
+
+    #[test]
+    fn no_start_is_followed_once_someone_asks_to_stop() {
+        let stop = AtomicBool::new(false);
+        let (problem, initial, x) = problem(0.2);
+        let solves = AtomicUsize::new(0);
+        let follow = |start: f64, workbench: &Workbench<'_>| -> Result<End<Estimate>, SolveError> {
+            solves.fetch_add(1, Ordering::Relaxed);
+            let mut values = initial.clone();
+            values.set(x, &[start]);
+            let solution = workbench.solve(&problem, &values)?;
+            let (height, termination) = (solution.cost, solution.termination);
+            Ok(End { height, termination, values: solution.values.clone(), solution })
+        };
+        with_workbench(|workbench| {
+            let workbench = workbench.within(100).stopped_by(&stop);
+            let mut likeliest = Likeliest::first(follow(-2.0, &workbench).unwrap());
+            stop.store(true, Ordering::Relaxed);
+            likeliest.or_from(vec![3.0, -3.0], follow, |there| there.values.scalar(x), &workbench);
+            assert!(!likeliest.is_another && likeliest.ends.is_empty());
+        });
+        assert_eq!(solves.into_inner(), 1);
     }
 
     #[test]

@@ -67,7 +67,7 @@ fn determined(result: &EstimatorResult, file: &str) -> Advice {
     }
     let explained = match result.fit.as_ref().and_then(|fit| fit.p_value) {
         Some(p) => format!("the readings are explained as well as their noise allows (p = {})", significant(p, 2)),
-        None => "the noise was taken from the residuals, so that no test can doubt the model".to_owned(),
+        None => "the size of the noise was estimated from the residuals, so χ² cannot test the model".to_owned(),
     };
     Advice {
         level: Level::Good,
@@ -150,7 +150,7 @@ fn intervals_in_doubt(result: &EstimatorResult) -> Advice {
     let told: Vec<&str> = concerns.iter().map(|concern| concern.what.as_str()).collect();
     Advice {
         level: Level::Care,
-        headline: "Determined, but intervals are too narrow",
+        headline: "Determined, but intervals cannot be relied on",
         why: format!("Everything asked for has a value, but {}.{}", told.join("; and "), counted_less(result)),
         steps: likely_causes(result)
             .into_iter()
@@ -296,7 +296,7 @@ mod tests {
         let mut partly = with(1e-9, 1.01);
         partly.verdict = Verdict::PartlyDetermined;
         let doubted = Advice::of(&partly, FILE);
-        assert_eq!((doubted.level, doubted.headline), (Level::Care, "Determined, but intervals are too narrow"));
+        assert_eq!((doubted.level, doubted.headline), (Level::Care, "Determined, but intervals cannot be relied on"));
         partly.parameters[0].determined = false;
         let partly = Advice::of(&partly, FILE);
         assert!(partly.why.contains("Besides, the readings are explained"), "{partly:?}");

@@ -1,38 +1,33 @@
 //! Parameters beyond the four of each joint's affine sensors: a line for each quantity that several joints have, a line for each instrument.
 
-use crate::joint_table::Entry;
+use crate::joint_table::{Entry, each_once};
 use crate::sensor_row::{shown_unit, split_name};
 use crate::text::wrapped;
 
 /// What is not estimated is not shown: a line has room for few numbers, and the full table has all.
 pub(crate) fn further_parameters(entries: &[Entry<'_>]) -> String {
-    let joints = owners(entries.iter().filter(|entry| entry.is_in_table()));
-    let further: Vec<&Entry<'_>> =
-        entries.iter().filter(|entry| !entry.is_in_table() && entry.cell != Entry::FIXED).collect();
-    let of_joint = |entry: &&Entry<'_>| joints.contains(&split_name(entry.name).0);
-    let (of_joints, others): (Vec<_>, Vec<_>) = further.into_iter().partition(of_joint);
-    let mut quantities: Vec<&str> = of_joints.iter().map(|entry| split_name(entry.name).1).collect();
-    let mut seen = Vec::new();
-    quantities.retain(|quantity| {
-        !seen.contains(quantity) && {
-            seen.push(*quantity);
-            true
-        }
+    let joints = each_once(entries.iter().filter(|entry| entry.is_in_table()).map(owner));
+    let further = entries.iter().filter(|entry| !entry.is_in_table() && entry.cell != Entry::FIXED);
+    let (of_joints, others): (Vec<&Entry<'_>>, Vec<_>) = further.partition(|entry| joints.contains(&owner(entry)));
+    let by_quantity = each_once(of_joints.iter().copied().map(quantity)).into_iter().map(|name| {
+        let own: Vec<&Entry<'_>> = of_joints.iter().filter(|entry| quantity(entry) == name).copied().collect();
+        of_quantity(name, &own, own.len() == joints.len())
     });
-    let by_quantity = quantities.into_iter().map(|quantity| {
-        let own: Vec<&Entry<'_>> =
-            of_joints.iter().filter(|entry| split_name(entry.name).1 == quantity).copied().collect();
-        of_quantity(quantity, &own, own.len() == joints.len())
-    });
-    let by_owner = owners(others.iter().copied()).into_iter().map(|owner| {
-        let own = others.iter().filter(|entry| split_name(entry.name).0 == owner);
-        let told: Vec<String> = own.map(|entry| told(split_name(entry.name).1, entry)).collect();
-        match owner {
-            "" => wrapped("", "  ", &told.join(", ")),
-            owner => wrapped("", "  ", &format!("{owner}: {}", told.join(", "))),
-        }
+    let by_owner = each_once(others.iter().copied().map(owner)).into_iter().map(|name| {
+        let own = others.iter().filter(|entry| owner(entry) == name);
+        let told: Vec<String> = own.map(|entry| told(quantity(entry), entry)).collect();
+        let of = if name.is_empty() { String::new() } else { format!("{name}: ") };
+        wrapped("", "  ", &format!("{of}{}", told.join(", ")))
     });
     by_quantity.chain(by_owner).collect()
+}
+
+fn owner<'a>(entry: &'a Entry<'_>) -> &'a str {
+    split_name(entry.name).0
+}
+
+fn quantity<'a>(entry: &'a Entry<'_>) -> &'a str {
+    split_name(entry.name).1
 }
 
 /// `coulomb_friction of each joint, N·m: 0.94(6), 0.52(7)`, or with the joints' names where not all have it.
@@ -43,8 +38,8 @@ fn of_quantity(quantity: &str, own: &[&Entry<'_>], all: bool) -> String {
         .iter()
         .map(|entry| match (all, alike) {
             (true, true) => entry.cell.clone(),
-            (false, true) => format!("{} {}", split_name(entry.name).0, entry.cell),
-            _ => told(split_name(entry.name).0, entry),
+            (false, true) => format!("{} {}", owner(entry), entry.cell),
+            _ => told(owner(entry), entry),
         })
         .collect();
     let of = if all { " of each joint" } else { "" };
@@ -59,25 +54,10 @@ fn told(name: &str, entry: &Entry<'_>) -> String {
     }
 }
 
-/// Whose parameters these are, each once.
-fn owners<'e, 'n: 'e>(entries: impl Iterator<Item = &'e Entry<'n>>) -> Vec<&'e str> {
-    let mut owners = Vec::new();
-    for entry in entries {
-        let owner = split_name(entry.name).0;
-        if !owners.contains(&owner) {
-            owners.push(owner);
-        }
-    }
-    owners
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn entry<'a>(name: &'a str, unit: &'a str, cell: &str) -> Entry<'a> {
-        Entry { name, unit, cell: cell.into() }
-    }
+    use crate::joint_table::tests::entry;
 
     #[test]
     fn a_quantity_of_several_joints_has_one_line_and_so_has_an_instrument() {

@@ -28,13 +28,7 @@ impl Entry<'_> {
 
 /// The table of those that have a place in it, under the units of all; nothing where none has.
 pub(crate) fn joint_table(entries: &[Entry<'_>]) -> String {
-    let mut joints: Vec<&str> = Vec::new();
-    for entry in entries.iter().filter(|entry| entry.is_in_table()) {
-        let joint = split_name(entry.name).0;
-        if !joints.contains(&joint) {
-            joints.push(joint);
-        }
-    }
+    let joints = each_once(entries.iter().filter(|entry| entry.is_in_table()).map(|entry| split_name(entry.name).0));
     if joints.is_empty() {
         return String::new();
     }
@@ -50,6 +44,17 @@ pub(crate) fn joint_table(entries: &[Entry<'_>]) -> String {
     grid.lines("")
 }
 
+/// Names in their order, without those that stand before.
+pub(crate) fn each_once<'n>(names: impl Iterator<Item = &'n str>) -> Vec<&'n str> {
+    let mut seen = Vec::new();
+    for name in names {
+        if !seen.contains(&name) {
+            seen.push(name);
+        }
+    }
+    seen
+}
+
 fn common_unit<'a>(entries: &[Entry<'a>], name: &str) -> &'a str {
     let mut units =
         entries.iter().filter(|entry| split_name(entry.name).1 == name).map(|entry| shown_unit(entry.unit).0);
@@ -58,10 +63,10 @@ fn common_unit<'a>(entries: &[Entry<'a>], name: &str) -> &'a str {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    fn entry<'a>(name: &'a str, unit: &'a str, cell: &str) -> Entry<'a> {
+    pub(crate) fn entry<'a>(name: &'a str, unit: &'a str, cell: &str) -> Entry<'a> {
         Entry { name, unit, cell: cell.into() }
     }
 

@@ -5,7 +5,7 @@
 
 use std::fmt;
 
-use gravcal_calibration::result::{EstimatorResult, ParameterResult, Verdict, deciding};
+use gravcal_calibration::result::{EstimatorResult, ParameterResult, Undetermined, Verdict, deciding};
 use gravcal_robot_model::number::{measured, significant};
 
 use crate::advice::Advice;
@@ -135,7 +135,8 @@ fn payloads(result: &EstimatorResult) -> String {
 /// What is not estimated stands as `fixed` in the table.
 fn undetermined(result: &EstimatorResult) -> String {
     let fixed = |name: &String| result.parameters.iter().any(|other| other.name == *name && other.held.is_some());
-    let open = result.undetermined.iter().filter(|open| !open.parameters.iter().all(fixed));
+    let of_fixed = |open: &&Undetermined| !open.parameters.is_empty() && open.parameters.iter().all(fixed);
+    let open = result.undetermined.iter().filter(|open| !of_fixed(open));
     let told: Vec<&str> = open.map(|open| open.combination.as_str()).collect();
     if told.is_empty() { String::new() } else { wrapped("", "  ", &format!("undetermined: {}", told.join("; "))) }
 }
@@ -158,7 +159,6 @@ pub(crate) fn first_lines(text: &str, most: usize) -> String {
 mod tests {
     use super::*;
     use crate::testing::{determined, fit, held, result, undetermined as open};
-    use gravcal_calibration::result::Undetermined;
 
     fn told(results: &[EstimatorResult]) -> String {
         CalibrationSummary { robot: "arm", results, file: "calibration.json" }.to_string()
@@ -225,6 +225,25 @@ mod tests {
         assert!(!text.contains("sequential"), "{text}");
         assert!(!text.contains("joint1 ") && text.lines().any(|line| line.ends_with("fixed")), "{text}");
         assert!(text.contains("7.118(20)") && text.contains("-134.645(24)"), "{text}");
+    }
+
+    #[test]
+    fn what_is_undetermined_is_told_unless_it_is_fixed() {
+        let mut joint = seven_joints();
+        joint.parameters[3] = held("lbr_iiwa_joint_1.position_offset", "it defines the base frame");
+        let open = |combination: &str, parameters: &[&str]| Undetermined {
+            combination: combination.into(),
+            parameters: parameters.iter().map(ToString::to_string).collect(),
+            why: "w".into(),
+            cure: "c".into(),
+        };
+        let offset = "lbr_iiwa_joint_1.position_offset";
+        joint.undetermined = vec![
+            open(offset, &[offset]),
+            open("the size of the noise", &[]),
+            open("a scale", &[offset, "lbr_iiwa_joint_1.torque_gain"]),
+        ];
+        assert!(told(&[joint]).contains("\nundetermined: the size of the noise; a scale\n"));
     }
 
     #[test]

@@ -320,7 +320,7 @@ fn the_sign_of_gravity_is_open_until_stated_or_told_by_a_load() {
     bare.gravity.hemisphere = None;
     let session = recorded(bare.clone(), vec![random(None)]);
     let report = check(&session).unwrap();
-    assert!(!report.parameters[0].determined && !report.complete);
+    assert!(!report.parameters[0].determined && !report.complete && report.assumes_upright);
     let sign = open(&report, "sign of gravity");
     assert!(sign.cures[0].addition.starts_with("state gravity's rough direction"), "{:?}", sign.cures);
     assert!(sign.cures.iter().any(|cure| cure.addition.contains("with a load of known mass")), "{:?}", sign.cures);

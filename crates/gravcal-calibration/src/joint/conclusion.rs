@@ -45,7 +45,15 @@ pub(super) fn conclude(
     workbench: &Workbench<'_>,
 ) -> Result<Conclusion, EstimateError> {
     let mut answer = Answer::of(session, readings, known, workbench)?;
-    let findings = answer.looked_over(session, workbench)?;
+    let mut findings = answer.looked_over(session, workbench)?;
+    if workbench.stopped() {
+        findings.doubt();
+        findings.reason_first([
+            "Stopped before all was looked over: other starting values and likely mistakes may not have been tried, \
+                                so that the numbers may be those of a local minimum. Calibrate again, and let it end."
+                .to_owned(),
+        ]);
+    }
     let verdict = findings.verdict(answer.is_complete(session));
     if verdict == Verdict::Failed {
         answer.withdraw();

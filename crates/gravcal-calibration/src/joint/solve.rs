@@ -31,8 +31,6 @@ const BENDING_ROUNDS: usize = 3;
 const NOISE_ITERATIONS: usize = 100;
 /// Poses that suffice to tell ends of starts apart; of more than twice as many, each start is followed with so many.
 const TELLING: usize = 1000;
-/// Unknowns of one end are the same to this share, of 1 or of their size.
-const SAME: f64 = 1e-5;
 /// Iterations of a fit at most: what has not converged by then creeps.
 const ITERATIONS: usize = 2000;
 
@@ -88,21 +86,19 @@ fn lowest_elsewhere(
     let companion = workbench.solver().companion().filter(|other| other.check(&solved.posed.problem).is_ok());
     let second = workbench.by(companion.as_deref().unwrap_or(workbench.solver()));
     let nominal = Unknowns::nominal(session);
+    let follow = |start: Unknowns, workbench: &Workbench<'_>| -> Result<_, EstimateError> {
+        Ok(solve_from(session, readings, start, workbench)?.into_end(session))
+    };
     let likeliest = match readings.poses() > 2 * TELLING {
         false => from_other_starts(session, (readings, sample), solved, known, [workbench, &second])?,
         true => {
             let part = thinned(session, readings, TELLING);
             let first = solve_from(session, &part, solved.unknowns(&nominal), workbench)?;
             let of_part = from_other_starts(session, (&part, sample), first, known, [workbench, &second])?;
+            let layout = &of_part.best.solution.posed.layout;
+            let starts = of_part.plausible().into_iter().map(|values| layout.unknowns(values, &nominal)).collect();
             let mut likeliest = Likeliest::first(solved.into_end(session));
-            likeliest.or_from(
-                plausible_ends(&of_part, |values| of_part.best.solution.posed.layout.unknowns(values, &nominal)),
-                |start, workbench| {
-                    Ok::<_, EstimateError>(solve_from(session, readings, start, workbench)?.into_end(session))
-                },
-                |there| there.unknowns(&nominal),
-                workbench,
-            );
+            likeliest.or_from(starts, follow, |there| there.unknowns(&nominal), workbench);
             likeliest
         }
     };
@@ -139,23 +135,6 @@ fn from_other_starts(
         likeliest.or_from(further_starts(session, sample, known, second)?, follow, on, second);
     }
     Ok(likeliest)
-}
-
-/// The likeliest end and all others that are not implausible, each once.
-fn plausible_ends(likeliest: &Likeliest<Solved>, unknowns: impl Fn(&Values) -> Unknowns) -> Vec<Unknowns> {
-    let Likeliest { best, ends, .. } = likeliest;
-    let plausible = ends.iter().filter(|(height, _)| *height < best.height + IMPLAUSIBLE).map(|(_, values)| values);
-    let mut apart: Vec<&Values> = Vec::new();
-    for values in std::iter::once(&best.values).chain(plausible) {
-        if !apart.iter().any(|other| is_same(other, values)) {
-            apart.push(values);
-        }
-    }
-    apart.into_iter().map(unknowns).collect()
-}
-
-fn is_same(a: &Values, b: &Values) -> bool {
-    a.as_slice().iter().zip(b.as_slice()).all(|(a, b)| (a - b).abs() <= SAME * a.abs().max(1.0))
 }
 
 /// The solution, or, of other ends that are not less likely beyond doubt, the one with the fewest gains and offsets that are not as declared.

@@ -55,9 +55,7 @@ pub(super) fn tell(
     notes.extend(remarks);
     notes.extend(of_model);
     notes.extend(fit.held_out_missing.iter().map(no_held_out_note));
-    // A failure's cause should not stand beside what defines a frame of no numbers.
-    let of_frame = base_frame_note(session).filter(|_| verdict == Verdict::Failed);
-    notes.extend(tell_session(session, solved, &parameters).into_iter().filter(|note| of_frame.as_ref() != Some(note)));
+    notes.extend(tell_session(session, solved, &parameters));
     notes.extend(modelled::notes(session, solved)?);
     notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
     // Where the solver stopped anywhere, so did these.

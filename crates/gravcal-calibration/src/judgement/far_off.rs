@@ -160,6 +160,7 @@ impl Told {
 
 #[cfg(test)]
 mod tests {
+    use gravcal_recording::TorqueUnit;
     use gravcal_robot_model::session::Session;
 
     use super::doubts_of_results;
@@ -194,6 +195,20 @@ mod tests {
                 && doubts[0].contains("are the loads' masses in kg (mass_kg: plate-a 17.24 kg, plate-b 17.24 kg)?"),
             "{doubts:?}"
         );
+    }
+
+    /// 2.2 pounds are a kilogram. Of sensors with a rough nominal gain that may as well be their gain.
+    #[test]
+    fn a_load_in_pounds_is_asked_for_where_sensors_read_torques() {
+        let mut session = right();
+        session.loads.iter_mut().for_each(|load| load.mass *= 2.2);
+        assert_eq!(doubts(&session), (Verdict::Determined, vec![]));
+        session.joints.iter_mut().for_each(|joint| joint.torque_unit = Some(TorqueUnit::NewtonMeter));
+        let (verdict, doubts) = doubts(&session);
+        assert_eq!(verdict, Verdict::PartlyDetermined);
+        assert!(doubts.len() == 1 && doubts[0].starts_with("All torque gains are 0.44 times"), "{doubts:?}");
+        session.loads.iter_mut().for_each(|load| load.mass /= 2.2 / 1.1);
+        assert_eq!(self::doubts(&session), (Verdict::Determined, vec![]), "a tenth is calibration");
     }
 
     #[test]

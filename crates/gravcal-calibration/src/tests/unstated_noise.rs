@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
@@ -39,10 +40,19 @@ load = "plate"
 
 /// The arm's readings, without any std.
 fn readings() -> Session {
+    readings_of(30)
+}
+
+/// The same, so many poses in each table.
+fn readings_of(poses: usize) -> Session {
     let folder = tempfile::tempdir().unwrap();
     let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models/kuka-lbr-iiwa14/robot.toml");
     let path = folder.path().join("simulation.toml");
-    fs::write(&path, SIMULATION.replace("ROBOT", &robot.to_string_lossy())).unwrap();
+    fs::write(
+        &path,
+        SIMULATION.replace("ROBOT", &robot.to_string_lossy()).replace("poses = 30", &format!("poses = {poses}")),
+    )
+    .unwrap();
     let mut session = Simulation::read(&path).unwrap().session(0);
     let readings = session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten());
     readings.for_each(|reading| reading.std = None);
@@ -141,4 +151,30 @@ fn what_nothing_explains_is_no_noise_without_a_remark() {
     let result = estimate(&session);
     assert_eq!(result.verdict, Verdict::PartlyDetermined, "{}", result.termination);
     assert!(says(&result, LARGE), "{:?}", result.notes);
+}
+
+/// Of so many poses other starts are followed with a part.
+#[test]
+fn many_poses_tell_what_few_do() {
+    let result = estimate(&readings_of(1100));
+    assert_eq!(result.verdict, Verdict::Determined, "{} {:?}", result.termination, result.notes);
+    let gravity = result.gravity.unwrap();
+    let length = f64::hypot(0.208, 0.978);
+    for (found, (std, truth)) in
+        gravity.vector_m_per_s2.iter().zip(gravity.std_m_per_s2.iter().zip([0.0, 0.208, -0.978]))
+    {
+        assert!((found - 9.80665 * truth / length).abs() < 5.0 * std, "{gravity:?}");
+    }
+}
+
+/// What was not tried may be likelier.
+#[test]
+fn stopped_while_other_starts_are_tried_nothing_is_called_determined() {
+    let (solver, stop) = (LevenbergMarquardt::default(), AtomicBool::new(false));
+    let tell = |stage: &str| stop.fetch_or(stage == "other starting values", Ordering::Relaxed);
+    let tell = |stage: &str| _ = tell(stage);
+    let workbench = Workbench::new(&solver, &tell).stopped_by(&stop);
+    let result = estimate_jointly(&readings(), Signals::All, None, &workbench).unwrap();
+    assert_eq!(result.verdict, Verdict::PartlyDetermined, "{} {:?}", result.termination, result.notes);
+    assert!(result.notes[0].starts_with("Stopped before all was looked over") && result.reasons > 0);
 }

@@ -20,9 +20,6 @@ use crate::file::opened;
 use crate::iso8601;
 use crate::table::{column_names, columns_without_header};
 
-/// Why a row is left out.
-const RAGGED: &str = "more or fewer cells than columns";
-
 /// Rows of a CSV file.
 pub(crate) struct CsvRows {
     path: PathBuf,
@@ -42,6 +39,8 @@ pub(crate) struct CsvRows {
     held: Vec<Held>,
     /// Lines that are left out by reason, and the first of each.
     left_out: BTreeMap<&'static str, (u64, u64)>,
+    /// Line and number of cells of the first row with more or fewer cells than the header.
+    first_ragged: Option<(u64, usize)>,
 }
 
 /// What a column holds.
@@ -139,6 +138,7 @@ impl CsvRows {
             first: None,
             held,
             left_out,
+            first_ragged: None,
         };
         let mut row = Row { number: line, cells: Vec::new() };
         if !format.header {
@@ -180,14 +180,9 @@ impl CsvRows {
     /// The next row, which is not one that was kept.
     /// Why there is no row: none stands there, or none has as many cells as the header.
     fn without_rows(self) -> ReadError {
-        match self.left_out.get(RAGGED) {
+        match self.first_ragged {
             None => ReadError::NoRows { path: self.path },
-            Some((_, line)) => ReadError::Ragged {
-                path: self.path,
-                line: *line,
-                expected: self.columns.len(),
-                found: self.cells.len(),
-            },
+            Some((line, found)) => ReadError::Ragged { path: self.path, line, expected: self.columns.len(), found },
         }
     }
 
@@ -200,7 +195,10 @@ impl CsvRows {
             let why = match text {
                 None => "no UTF-8 text",
                 Some(text) if !cells(text, self.format.delimiter, &mut self.cells) => "a quote is not closed",
-                Some(_) if self.cells.len() != self.columns.len() => RAGGED,
+                Some(_) if self.cells.len() != self.columns.len() => {
+                    self.first_ragged.get_or_insert((number, self.cells.len()));
+                    "more or fewer cells than columns"
+                }
                 Some(_) => {
                     row.number = number;
                     self.take_cells(row);

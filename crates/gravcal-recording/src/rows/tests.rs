@@ -583,7 +583,7 @@ fn what_is_no_recording_is_told_apart() {
         (b"PAR1....", "this Parquet file cannot be read, it seems to be damaged"),
         (b"", "the file is empty"),
         (b"q,tau\n", "the file has a header but no rows"),
-        (b"q,tau,load\n1,2\n3,4\n", "2: expected 3 cells, as in the header, found 2"),
+        (b"q,tau,load\n1,2\n3,4,5,6\n7,\"8\n", "2: expected 3 cells, as in the header, found 2"),
     ] {
         let error = read(&bag.text("a", bytes)).unwrap_err().to_string();
         assert!(error.contains(expected), "{error}");

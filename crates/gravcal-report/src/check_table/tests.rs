@@ -142,6 +142,16 @@ fn a_complete_session_says_so_first() {
 }
 
 #[test]
+fn an_upright_base_is_said_to_be_assumed() {
+    let told = |assumes_upright| {
+        let report = CheckReport { assumes_upright, ..report() };
+        CheckSummary { robot: "arm", report: &report, steps: false }.to_string()
+    };
+    let said = "Assumed: an upright base, as no [gravity] hemisphere is stated.\n";
+    assert!(told(true).contains(said) && !told(false).contains(said));
+}
+
+#[test]
 fn a_tilt_without_stated_noise_tells_what_can_be_determined() {
     let gain = |determined| TiltedGain { determined, relative_std: None };
     let tilt = TiltReport { tilt_deg: 5.0, torque_gain: gain(false), position_gain: gain(true) };

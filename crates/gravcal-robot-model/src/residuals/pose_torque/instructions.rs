@@ -3,8 +3,8 @@
 use gravcal_dynamics::Abreast;
 use pulp::{Arch, Simd, WithSimd};
 
-/// The processor's instructions, where their registers have [`LANES`](gravcal_dynamics::LANES) lanes: AVX2's have. (With its feature `x86-v4`, pulp would choose AVX-512,
-/// whose have twice as many.)
+/// The processor's instructions, where their registers have [`LANES`](gravcal_dynamics::LANES) lanes: AVX2's have. (With its feature
+/// `x86-v4`, pulp would choose AVX-512, whose have twice as many.)
 pub(super) fn instructions_abreast() -> Option<Arch> {
     let instructions = Arch::new();
     instructions.dispatch(HaveLanes).then_some(instructions)

@@ -166,3 +166,55 @@ impl WithSimd for Summed<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use gravcal_recording::MotionSample;
+
+    use super::*;
+    use crate::residuals::pose_torque::tests::{model_of, some_chain};
+    use crate::residuals::testing::ids;
+    use crate::sensors::SensorTerms;
+
+    /// Nine moments: two registers of four, and one alone.
+    fn course() -> Course {
+        let at = |t: usize, joint: usize, phase: f64| (0.7 * t as f64 + joint as f64 + phase).sin();
+        let sample = |t: usize| MotionSample {
+            weight: 0.1 + 0.01 * t as f64,
+            position: (0..3).map(|joint| at(t, joint, 0.0)).collect(),
+            velocity: (0..3).map(|joint| 2.0 * at(t, joint, 1.0)).collect(),
+            acceleration: (0..3).map(|joint| 5.0 * at(t, joint, 2.0)).collect(),
+        };
+        Course { samples: (0..9).map(sample).collect(), kept: Default::default() }
+    }
+
+    #[test]
+    fn moments_abreast_sum_to_what_they_do_one_by_one() {
+        let lengths = [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3, 1]].concat();
+        let (model, course) = (model_of(some_chain(), &SensorTerms::default(), &ids(&lengths)), course());
+        let chain = &model.chain;
+        let links: Vec<f64> = (0..BODY * chain.link_count()).map(|k| (1.3 * k as f64).cos()).collect();
+        for derivatives in [false, true] {
+            let at = At {
+                chain,
+                course: &course,
+                gains: &[1.1, 0.9, 1.2],
+                offsets: &[0.1, -0.2, 0.3],
+                gravity: [1.0, -2.0, -9.0],
+                inertia: DynamicParameters { links: &links, rotor_inertia: &[0.0; 3] },
+                felt: &model.links,
+                derivatives,
+            };
+            let [mut abreast, mut single] = [(); 2].map(|()| Means::new(chain));
+            Workspace::new(chain).add(&at, &mut abreast);
+            Lanes::new(chain).add(Single, &at, &mut single);
+            assert!(single.torque.iter().all(|torque| *torque != 0.0));
+            assert_eq!(single.by_offsets.iter().any(|entry| *entry != 0.0), derivatives);
+            for (abreast, single) in abreast.lists().into_iter().zip(single.lists()) {
+                for (a, b) in abreast.iter().zip(single) {
+                    assert!((a - *b).abs() <= 1e-12 * b.abs().max(1.0), "{a} {b}");
+                }
+            }
+        }
+    }
+}
