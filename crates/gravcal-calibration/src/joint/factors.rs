@@ -16,16 +16,18 @@ use super::readings::{Readings, position_terms};
 use super::torques::{Torques, carried};
 use super::unknowns::Layout;
 
-/// Adds the readings; gives pose and channel of each row.
+/// Adds the readings; gives pose and channel of each row. `positions`: gain and offset of each joint's position sensor, where derivatives by
+/// them are not asked for.
 pub(super) fn add_readings(
     session: &Session,
     readings: &Readings,
     layout: &Layout,
+    positions: Option<Vec<[f64; 2]>>,
     builder: &mut ProblemBuilder,
 ) -> Result<Vec<(usize, usize)>, NoiseError> {
     let stored = builder.initial();
     let around = Around::new(layout, stored.clone());
-    let mut models = Models::new(session, layout, held_positions(layout, builder));
+    let mut models = Models::new(session, layout, positions);
     let mut rows = Vec::with_capacity(readings.count());
     let (mut std, mut last): (Vec<f64>, Option<(Vec<f64>, Noise)>) = (Vec::new(), None);
     for (pose, used) in readings.used.iter().enumerate().filter(|(_, used)| !used.is_empty()) {
@@ -61,11 +63,17 @@ pub(super) fn once(residual: Arc<dyn Residual>, builder: &ProblemBuilder) -> Arc
     }
 }
 
-/// Gain and offset of each joint's position sensor, where all are held.
-fn held_positions(layout: &Layout, builder: &ProblemBuilder) -> Option<Vec<[f64; 2]>> {
+/// Gain and offset of each joint's position sensor, as the problem starts.
+pub(super) fn positions(layout: &Layout, builder: &ProblemBuilder) -> Vec<[f64; 2]> {
     let values = builder.initial();
-    let held = |id: BlockId| builder.block(id).held.is_some().then(|| values.scalar(id));
-    layout.sensors.iter().map(|[_, _, gain, offset]| Some([held(*gain)?, held(*offset)?])).collect()
+    layout.sensors.iter().map(|[_, _, gain, offset]| [values.scalar(*gain), values.scalar(*offset)]).collect()
+}
+
+/// The same where all are held.
+pub(super) fn held_positions(layout: &Layout, builder: &ProblemBuilder) -> Option<Vec<[f64; 2]>> {
+    let held = |id: &BlockId| builder.block(*id).held.is_some();
+    let all = layout.sensors.iter().all(|[_, _, gain, offset]| held(gain) && held(offset));
+    all.then(|| positions(layout, builder))
 }
 
 /// What poses share: by load, first of poses with nothing attached.
@@ -77,7 +85,7 @@ struct Models<'s> {
 }
 
 impl<'s> Models<'s> {
-    fn new(session: &'s Session, layout: &'s Layout, held: Option<Vec<[f64; 2]>>) -> Models<'s> {
+    fn new(session: &'s Session, layout: &'s Layout, positions: Option<Vec<[f64; 2]>>) -> Models<'s> {
         let chain = Arc::new(session.robot.chain.clone());
         let loads = (0..session.loads.len()).map(|load| carried(session, layout, load));
         let loads: Vec<Option<CarriedLoad>> = std::iter::once(None).chain(loads).collect();
@@ -89,7 +97,7 @@ impl<'s> Models<'s> {
         };
         Models {
             session,
-            torques: Torques::new(session, layout, held),
+            torques: Torques::new(session, layout, positions),
             instruments: session.instruments.iter().map(instrument).collect(),
         }
     }

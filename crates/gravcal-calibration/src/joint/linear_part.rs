@@ -6,6 +6,7 @@ use gravcal_robot_model::session::{JointKnowledge, KnowledgeKind, LoadDistance, 
 
 use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
 
+use super::any_direction::{AnyDirection, FAINT_DAMPING};
 use super::at_distances::{KnownLength, Quadratic};
 use super::error::PosingError;
 use super::posing::pose_readings_alone;
@@ -13,8 +14,6 @@ use super::problem::JointProblem;
 use super::readings::Readings;
 use super::unknowns::Unknowns;
 
-/// Damping that leaves combinations without information where they are, and little else, column-relative.
-pub(super) const FAINT_DAMPING: f64 = 1e-9;
 /// Nominal torque gains are taken for wrong where they are off by more than this factor, and by lengths only where that
 /// lowers the cost by so much.
 const FAR_SCALE: f64 = 1.5;
@@ -58,6 +57,20 @@ impl<'s> LinearPart<'s> {
         let quadratic = lengths.fold(quadratic, |quadratic, known| quadratic.keeping(&known));
         let solved = self.linear.retract(&values, quadratic.step.as_slice());
         (linearization.cost() - quadratic.reduction, self.posed.layout.unknowns(&solved, candidate))
+    }
+
+    /// The cost left for the sensors of a candidate, by gravity's direction.
+    pub fn costs(&self, candidate: &Unknowns) -> impl Fn([f64; 3]) -> f64 {
+        let magnitude = self.session.gravity.magnitude;
+        let under =
+            move |direction: [f64; 3]| Unknowns { gravity: direction.map(|c| magnitude * c), ..candidate.clone() };
+        let no_lengths = self.session.load_distances.is_empty();
+        let any =
+            no_lengths.then(|| AnyDirection::new(&self.linear, |direction| self.values(&under(direction)))).flatten();
+        move |direction| {
+            let cost = any.as_ref().and_then(|any| any.least_cost(direction));
+            cost.unwrap_or_else(|| self.solve(&under(direction)).0)
+        }
     }
 
     /// The same without known distances.

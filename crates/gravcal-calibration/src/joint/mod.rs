@@ -2,6 +2,7 @@
 
 mod aligned;
 mod answer;
+mod any_direction;
 mod at_distances;
 mod at_rest;
 mod bending;
@@ -9,6 +10,7 @@ mod blocks;
 mod conclusion;
 mod consistent;
 mod constraints;
+mod directions;
 mod earlier;
 mod error;
 mod estimate;

@@ -11,7 +11,7 @@ use super::blocks::{add_blocks, add_unknown_blocks};
 use super::constraints::{self, constrained};
 use super::earlier::with_earlier;
 use super::error::PosingError;
-use super::factors::add_readings;
+use super::factors::{add_readings, held_positions, positions};
 use super::modelled::add_residuals;
 use super::placements::distances_left;
 use super::position_unknowns::add_priors;
@@ -33,7 +33,8 @@ const EXACT_DISTANCE_STD: f64 = 1e-6;
 pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, PosingError> {
     let mut builder = ProblemBuilder::new();
     let layout = add_unknown_blocks(session, readings, start, &mut builder);
-    let rows = add_readings(session, readings, &layout, &mut builder)?;
+    let held = held_positions(&layout, &builder);
+    let rows = add_readings(session, readings, &layout, held, &mut builder)?;
     let modelled = add_residuals(session, readings, &layout, &mut builder)?;
     add_knowledge(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
@@ -60,7 +61,7 @@ pub(crate) fn pose_with_constraints(
 }
 
 /// The same with the readings alone: no prior and nothing that needs one, no known norm, no known distance. A characteristic
-/// that is bent is taken for straight, as it is where a start begins.
+/// that is bent is taken for straight, as it is where a start begins. What is linear is asked for: derivatives by position sensors may be missing.
 ///
 /// # Errors
 /// As [`pose`].
@@ -71,7 +72,8 @@ pub(crate) fn pose_readings_alone(
 ) -> Result<JointProblem, PosingError> {
     let mut builder = ProblemBuilder::new();
     let layout = add_blocks(session, readings, start, false, &mut builder);
-    let rows = add_readings(session, readings, &layout, &mut builder)?;
+    let given = Some(positions(&layout, &builder));
+    let rows = add_readings(session, readings, &layout, given, &mut builder)?;
     let (problem, initial) = builder.build()?;
     let mut nominal = ProblemBuilder::new();
     add_blocks(session, readings, &Unknowns::nominal(session), false, &mut nominal);

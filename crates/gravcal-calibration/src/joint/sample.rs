@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 
+use super::any_direction::FAINT_DAMPING;
 use super::error::PosingError;
-use super::linear_part::FAINT_DAMPING;
 use super::posing::pose;
 use super::problem::JointProblem;
 use super::readings::Readings;

@@ -8,14 +8,13 @@
 use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 
+use super::directions::{directions, turned};
 use super::error::PosingError;
 use super::linear_part::LinearPart;
 use super::readings::Readings;
 use super::sample::{Nearby, POSES, Sample, thinned};
 use super::unknowns::Unknowns;
 
-/// Directions tried in a hemisphere, besides the declared one.
-const DIRECTIONS: usize = 48;
 /// One direction of so many suffices to compare signs.
 const FEW: usize = 6;
 /// Angles by which the best of them is turned, rad: about half of what lies between them, and down to what other errors hide.
@@ -30,9 +29,6 @@ const FURTHER: usize = 12;
 const WORTH_FOLLOWING: f64 = 3.0;
 /// Ends are the same where their gravities are so near, rad.
 const SAME_END: f64 = 0.02;
-/// Angle by which the declared direction is left, rad: exactly along an axis, the moments that the axis would carry
-/// have no effect, and nothing could be said of them.
-const OFF_AXIS: f64 = 0.02;
 
 /// The best of `known` (if any) and the nominal values under directions spread over the declared hemisphere, or over the
 /// sphere where none is declared.
@@ -154,10 +150,7 @@ fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, PosingError> {
     let nominal = Unknowns::nominal(session);
     let part = LinearPart::new(session, &thinned(session, readings, POSES), &nominal)?;
-    let cost = |direction: [f64; 3]| {
-        let gravity = direction.map(|c| session.gravity.magnitude * c);
-        part.solve(&Unknowns { gravity, ..nominal.clone() }).0
-    };
+    let cost = part.costs(&nominal);
     let some = directions(session.gravity.hemisphere).step_by(FEW).map(|direction| (cost(direction), direction));
     let Some(mut best) = some.min_by(|(a, _), (b, _)| a.total_cmp(b)) else { return Ok(f64::INFINITY) };
     let mut turn = FIRST_TURN;
@@ -171,43 +164,8 @@ pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, 
     Ok(best.0)
 }
 
-/// A direction turned four ways.
-fn turned(direction: [f64; 3], angle: f64) -> [[f64; 3]; 4] {
-    let direction = nalgebra::Vector3::from(direction);
-    let first = direction.cross(&nalgebra::Vector3::ith(direction.iamin(), 1.0)).normalize();
-    let second = direction.cross(&first);
-    [first, -first, second, -second].map(|side| (angle.cos() * direction + angle.sin() * side).into())
-}
-
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.
 pub(crate) fn start_around(session: &Session, readings: &Readings, known: &Unknowns) -> Result<Unknowns, PosingError> {
     let (_, solved) = LinearPart::new(session, &thinned(session, readings, POSES), known)?.solve(known);
     Ok(Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved })
-}
-
-/// A direction [`OFF_AXIS`] away from the given one, towards no special side.
-fn off_axis(direction: [f64; 3]) -> [f64; 3] {
-    let direction = nalgebra::Vector3::from(direction);
-    let side = direction.cross(&nalgebra::Vector3::new(0.36, 0.48, 0.8)).normalize();
-    (OFF_AXIS.cos() * direction + OFF_AXIS.sin() * side).into()
-}
-
-/// The declared direction, and directions spread over the half of the sphere about it; over all of it where none is
-/// declared.
-fn directions(declared: Option<[f64; 3]>) -> impl Iterator<Item = [f64; 3]> {
-    let in_hemisphere = move |direction: &[f64; 3]| {
-        declared.is_none_or(|pole| direction.iter().zip(pole).map(|(a, b)| a * b).sum::<f64>() > 0.0)
-    };
-    declared.map(off_axis).into_iter().chain(lattice().filter(in_hemisphere))
-}
-
-/// Directions spread evenly (Fibonacci lattice) over the sphere.
-fn lattice() -> impl Iterator<Item = [f64; 3]> {
-    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-    (0..2 * DIRECTIONS).map(move |k| {
-        let z = 1.0 - (k as f64 + 0.5) / DIRECTIONS as f64;
-        let (sin, cos) = (golden * k as f64).sin_cos();
-        let r = (1.0 - z * z).sqrt();
-        [r * cos, r * sin, z]
-    })
 }

@@ -29,13 +29,13 @@ pub(super) struct Torques<'a> {
     by_link: Vec<Option<Arc<PoseTorqueModel>>>,
     /// The same in motion.
     in_motion: Vec<Option<Arc<MotionTorqueModel>>>,
-    /// Gain and offset of each joint's position sensor, where all are held.
-    held: Option<Vec<[f64; 2]>>,
+    /// Gain and offset of each joint's position sensor, where derivatives by them are not asked for.
+    positions: Option<Vec<[f64; 2]>>,
 }
 
 impl<'a> Torques<'a> {
-    /// `held`: gain and offset of each joint's position sensor, where all are held.
-    pub fn new(session: &Session, layout: &'a Layout, held: Option<Vec<[f64; 2]>>) -> Self {
+    /// `positions`: gain and offset of each joint's position sensor, where derivatives by them are not asked for.
+    pub fn new(session: &Session, layout: &'a Layout, positions: Option<Vec<[f64; 2]>>) -> Self {
         let moments = by_sweep(session).then(|| SweepMoments::of(session));
         let chain = &session.robot.chain;
         let chain = Arc::new(if moments.is_some() { chain.without_lengths() } else { chain.clone() });
@@ -48,7 +48,7 @@ impl<'a> Torques<'a> {
             by_sweep: HashMap::new(),
             by_link: vec![None; 1 + session.loads.len()],
             in_motion: vec![None; 1 + session.loads.len()],
-            held,
+            positions,
         }
     }
 
@@ -81,14 +81,14 @@ impl<'a> Torques<'a> {
             let own = own.get_or_insert_with(|| model(with_payload(&layout.inertia, with, |with| Some(with.moments))));
             let Some(course) = course else { return Arc::new(of(own, readings)) };
             let (links, loads) = layout.tensors.split_at(chain.link_count());
-            let held = &self.held;
+            let positions = &self.positions;
             let moving = || {
                 let links = with_payload(links, with, |with| with.tensor);
                 let load = load.filter(|_| with.is_none()).map(|load| loads[load]);
                 let rotors: Vec<Option<BlockId>> =
                     session.rotors.iter().map(|place| place.map(|place| layout.further[place])).collect();
                 let model = MotionTorqueModel::new(Arc::clone(own), &links, load, &rotors);
-                Arc::new(model.at_positions(held.clone()))
+                Arc::new(model.at_positions(positions.clone()))
             };
             let moving = self.in_motion[load.map_or(0, |load| load + 1)].get_or_insert_with(moving);
             return Arc::new(MotionTorque::new(Arc::clone(moving), Arc::clone(course), readings, conditions.clone()));

@@ -44,7 +44,7 @@ pub struct MotionTorqueModel {
     rotors: Vec<Option<usize>>,
     /// Stored columns that each joint's torque can touch.
     patterns: Vec<Vec<Range<usize>>>,
-    /// Gain and offset of each joint's position sensor, where all are held.
+    /// Gain and offset of each joint's position sensor, where derivatives by them are not asked for.
     positions: Option<Vec<[f64; 2]>>,
 }
 
@@ -85,7 +85,8 @@ impl MotionTorqueModel {
         MotionTorqueModel { blocks, tensors: first, rotors, patterns, pose, positions: None }
     }
 
-    /// The same where gain and offset of each joint's position sensor are held: derivatives by them are not asked for.
+    /// The same where derivatives by gain and offset of each joint's position sensor are not asked for; at these values of them a window's
+    /// regressors are computed once.
     #[must_use]
     pub fn at_positions(self, positions: Option<Vec<[f64; 2]>>) -> Self {
         MotionTorqueModel { positions, ..self }
@@ -235,7 +236,7 @@ impl MotionTorque {
         self.finish(x, (mean, sensed), slopes, residual, jacobian);
     }
 
-    /// Those for these gains and offsets of positions, where they are what is held.
+    /// Those for these gains and offsets of positions, where they are the ones at which regressors are kept.
     fn regressors(&self, gains: &[f64], offsets: &[f64]) -> Option<&Regressors> {
         let held = self.model.positions.as_ref()?;
         let same = held.iter().zip(gains).zip(offsets).all(|(([s, o], gain), offset)| s == gain && o == offset);
