@@ -105,7 +105,9 @@ pub use suggest::nearest_name;
 pub use sweep::{RejectedStroke, StrokeReason, Sweep, SweepRule, Sweeps, SweptBin, Travel, slow_sweeps};
 pub use table::Table;
 pub use unit::{PositionUnit, TorqueUnit, UnknownUnit};
-pub use windows::{Clock, Course, Kept, MotionSample, MotionWindow, MotionWindows, WindowRule, motion_windows};
+pub use windows::{
+    Clock, Course, FILTER_LENGTH, Kept, MotionSample, MotionWindow, MotionWindows, WindowRule, motion_windows,
+};
 pub use write::{NewFile, WriteError, write_atomically};
 pub use write_files::NewFiles;
 pub use write_table::{Cell, table_contents, write_table};

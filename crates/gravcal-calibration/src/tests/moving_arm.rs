@@ -137,6 +137,8 @@ struct Recording {
     stops: bool,
     /// By how much torques are recorded late, s.
     lag: f64,
+    /// Cut-off of a filter that torques pass, Hz.
+    filter: Option<f64>,
     /// Rotor inertia of each joint, kg·m².
     rotors: [f64; 3],
 }
@@ -160,9 +162,9 @@ impl Recording {
 }
 
 fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
-    let Recording { seed, stops, lag, rotors } = recording;
+    let Recording { seed, stops, lag, filter, rotors } = recording;
     let mut random = Pcg64::seed_from_u64(1000 * seed + u64::from(loaded));
-    let mut text = "time_s,q1,q2,q3,tau1,tau2,tau3\n".to_owned();
+    let mut rows: Vec<[f64; 7]> = Vec::new();
     let (parameters, mut dynamics) = (bodies(chain, loaded), InverseDynamics::new(chain));
     let duration = if stops { 2.5 * DURATION } else { DURATION };
     for sample in 0..(RATE * duration) as usize {
@@ -182,11 +184,29 @@ fn record(path: &Path, chain: &Chain, loaded: bool, recording: Recording) {
             let speed = velocities[j] / position_gain;
             gain * dynamics.torque[j] + bias + coulomb * states[j][3] + viscous * speed + noise(NOISE)
         });
-        let cells: Vec<String> =
-            [t].into_iter().chain(positions).chain(torques).map(|cell| format!("{cell:.9}")).collect();
-        text += &(cells.join(",") + "\n");
+        let ([q1, q2, q3], [tau1, tau2, tau3]) = (positions, torques);
+        rows.push([t, q1, q2, q3, tau1, tau2, tau3]);
     }
-    fs::write(path, text).unwrap();
+    if let Some(cut_off) = filter {
+        (4..7).for_each(|column| smooth(&mut rows, column, cut_off));
+    }
+    let line = |row: &[f64; 7]| row.map(|cell| format!("{cell:.9}")).join(",") + "\n";
+    fs::write(path, "time_s,q1,q2,q3,tau1,tau2,tau3\n".to_owned() + &rows.iter().map(line).collect::<String>())
+        .unwrap();
+}
+
+/// A filter of first order twice forward and twice backward, which passes half of the power at its cut-off: `(1 + (f/f₀)²)⁴ = 2`.
+fn smooth(rows: &mut [[f64; 7]], column: usize, cut_off: f64) {
+    let corner = cut_off / (2f64.powf(0.25) - 1.0).sqrt();
+    let keeps = (-TAU * corner / RATE).exp();
+    for _ in 0..4 {
+        let mut last = rows[0][column];
+        for row in rows.iter_mut() {
+            last = keeps * last + (1.0 - keeps) * row[column];
+            row[column] = last;
+        }
+        rows.reverse();
+    }
 }
 
 fn session(folder: &Path, seed: u64, text: &str) -> Session {
@@ -343,6 +363,30 @@ fn torques_that_come_late_are_told_and_allowed_for_where_that_is_said() {
     assert!(result.residual_tests.iter().all(|test| !test.named || test.kind != ResidualTestKind::TorqueLag));
     let all = errors(&result);
     assert!(rms(&all) < 1.8, "{} {all:?}", rms(&all));
+}
+
+/// A recorder that filters all torques alike is found by what all joints show together, by its cut-off; said, nothing of it is left.
+#[test]
+fn a_filter_of_all_torques_is_found_by_its_cut_off() {
+    let folder = tempfile::tempdir().unwrap();
+    let filtered = Recording { seed: 1, filter: Some(2.0), ..Recording::default() };
+    let result = estimated(&recorded(folder.path(), filtered, SESSION));
+    let of_filter = |test: &&ResidualTest| test.named && test.kind == ResidualTestKind::TorqueFilter;
+    let first = result.residual_tests.iter().find(of_filter).unwrap();
+    assert!(first.channel == "all joints" && first.spoils_intervals, "{:?}", result.residual_tests);
+    let note = result.notes.iter().find(|note| note.contains("The torques of all joints are smoother")).unwrap();
+    let said = note.split("say recorded_filter_hz = ").nth(1).unwrap().split(' ').next().unwrap();
+    assert!((1.7..2.3).contains(&said.parse::<f64>().unwrap()), "{note}");
+    // A filter that keeps less is told with that which is said already.
+    let saying = |cut_off: &str| {
+        let text = SESSION.replace("motion = {}", &format!("motion = {{ recorded_filter_hz = {cut_off} }}"));
+        estimated(&recorded(folder.path(), filtered, &text))
+    };
+    let again = saying("3.0").notes.into_iter().find(|note| note.contains("all joints are smoother still")).unwrap();
+    let said = again.split("say recorded_filter_hz = ").nth(1).unwrap().split(' ').next().unwrap();
+    assert!((1.7..2.1).contains(&said.parse::<f64>().unwrap()), "{again}");
+    let result = saying("2.0");
+    assert!(!result.residual_tests.iter().any(|test| of_filter(&test)), "{:?}", result.notes);
 }
 
 /// Torques of motors feel the rotors before their gears: unknown, these are found with all else, but for those of the first joints, which are one

@@ -18,7 +18,8 @@
 //! 4. Windows ([`hann`]).
 //!
 //! **What a recorder did to torques.** Where it passed them through a filter and not the positions, the model's side passes one of the same
-//! cut-off, too: its window is a Hann window of `L` seen through one of `1.6/f`. Where torques come late, their window is as much later.
+//! cut-off `f`, too: its window is a Hann window of `L` seen through one of `0.72/f`, which passes half of the power at `f`. Where torques come
+//! late, their window is as much later.
 //!
 //! What a joint reads besides goes through the same window: the mean of the sign of its motion (`direction`; while it stands, that of its nearest
 //! motion), of its velocity, of its acceleration.
@@ -47,6 +48,7 @@ use clock::Recorded;
 
 pub use clock::Clock;
 pub use kept::Kept;
+pub use weight::FILTER_LENGTH;
 
 /// How a recording becomes windows.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,7 +61,7 @@ pub struct WindowRule {
     pub turn: Vec<Option<f64>>,
     /// By how much torques come later than positions, s; negative where positions come later.
     pub torque_lag: f64,
-    /// Cut-off of a filter that the recorder passed torques through and not positions, Hz.
+    /// Cut-off of a filter that the recorder passed torques through and not positions: where half of the power passes (−3 dB), Hz.
     pub recorded_filter: Option<f64>,
     /// The part of the recording that counts.
     pub part: Part,
@@ -80,7 +82,7 @@ impl WindowRule {
 
     /// Length of a Hann window of the recorder's cut-off, s.
     fn filter_length(&self) -> f64 {
-        self.recorded_filter.map_or(0.0, |cut_off| weight::CUT_OFF / cut_off)
+        self.recorded_filter.map_or(0.0, |cut_off| FILTER_LENGTH / cut_off)
     }
 }
 
@@ -103,6 +105,10 @@ pub struct MotionWindows {
     pub without_time: u64,
     /// How often nothing was recorded for long.
     pub interruptions: u64,
+    /// By how much torques were taken to come later than positions, s; see [`WindowRule`].
+    pub torque_lag: f64,
+    /// Cut-off of the filter that torques were taken to have passed, Hz.
+    pub recorded_filter: Option<f64>,
 }
 
 /// One window.
@@ -203,6 +209,8 @@ pub fn motion_windows(
         repeated: recorded.repeated,
         without_time: reader.without_time,
         interruptions: splines.runs.len().saturating_sub(1) as u64,
+        torque_lag: rule.torque_lag,
+        recorded_filter: rule.recorded_filter,
         found: Vec::new(),
     };
     for run in &splines.runs {

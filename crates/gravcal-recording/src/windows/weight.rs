@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-/// Cut-off of a Hann window times its length.
-pub(super) const CUT_OFF: f64 = 1.6;
+/// Length of the Hann window that passes half of the power at 1 Hz, s: `u` with `sin πu / (πu (1 − u²)) = 1/√2`.
+pub const FILTER_LENGTH: f64 = 0.720_291;
 /// Steps in which a filter is seen.
 const STEPS: usize = 16;
 

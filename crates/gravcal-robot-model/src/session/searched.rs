@@ -117,7 +117,7 @@ fn sweep_note(name: &str, sweep: &Sweep, mapping: &PoseMapping) -> String {
 
 /// How many windows there are, whose times were believed, and how noisy positions are.
 fn window_notes(name: &str, windows: &MotionWindows, mapping: &PoseMapping) -> Vec<String> {
-    let MotionWindows { found, clock, interval, position_noise, wraps, repeated, without_time, interruptions } =
+    let MotionWindows { found, clock, interval, position_noise, wraps, repeated, without_time, interruptions, .. } =
         windows;
     let length = found.first().map_or(0.0, |window| window.interval[1] - window.interval[0]);
     let clock = match clock {

@@ -124,14 +124,10 @@ impl<'a> Columns<'a> {
         }
     }
 
-    /// All joints bend, by the same for each unit of torque.
-    pub fn all_bend(&self) -> Vec<f64> {
-        let mut all = vec![0.0; self.rows];
-        for joint in (0..self.slopes.len()).filter(|joint| !self.slopes[*joint].is_empty()) {
-            let own = self.coordinate(joint, |pose| self.torques[pose][joint]);
-            all.iter_mut().zip(own).for_each(|(all, own)| *all += own);
-        }
-        all
+    /// The columns of a term in each joint that it may be in.
+    pub fn of_each_joint(&self, term: &Term) -> Vec<Vec<f64>> {
+        let may_be = |joint: &usize| self.terms(*joint).contains(term) || self.terms_of_position(*joint).contains(term);
+        (0..self.slopes.len()).filter(may_be).flat_map(|joint| self.of(joint, term)).collect()
     }
 
     /// Tables in which a channel is read.

@@ -2,24 +2,30 @@
 //!
 //! ```text
 //!     y(t) = ŷ(t − l) ≈ ŷ − l dŷ/dt           torques come l later
-//!     y = f ∗ ŷ      ≈ ŷ + ½ σ² d²ŷ/dt²       torques pass a filter of the width σ; a Hann window of the cut-off 1.6/L has σ = 0.181 L
+//!     y = f ∗ ŷ      ≈ ŷ + ½ σ² d²ŷ/dt²       torques pass a filter of the width σ: that of a Hann window of length L is 0.181 L
 //! ```
 //!
 //! Slopes are taken from window to window.
 
 use gravcal_estimation::EvaluateError;
+use gravcal_recording::FILTER_LENGTH;
 use gravcal_robot_model::session::Session;
 
 use crate::joint::Solved;
 
-/// Width of a Hann window in its length, `√(1/12 − 1/(2π²))`, times its cut-off and length.
-const WIDTH: f64 = 0.180_756 * 1.6;
+/// Width of a Hann window in its length, `√(1/12 − 1/(2π²))`, times that of a filter of 1 Hz.
+const WIDTH: f64 = 0.180_756 * FILTER_LENGTH;
 /// Windows that follow each other by more than so many of the least times from one to the next have others between them that are left out.
 const FOLLOWS: f64 = 1.5;
 
 /// Cut-off, Hz, of a filter that adds so much of the second slope, s².
 pub fn cut_off(half_square: f64) -> f64 {
     WIDTH / (2.0 * half_square.abs()).sqrt()
+}
+
+/// The other way round.
+pub fn half_square(cut_off: f64) -> f64 {
+    0.5 * (WIDTH / cut_off).powi(2)
 }
 
 /// Readings of windows as they are predicted, by row; empty where the arm stands.

@@ -9,9 +9,9 @@
 //! **An arm in motion.** That a torque is recorded late, or filtered, shows in the slope and the bend of the predicted readings over time
 //! ([`delayed`]).
 //!
-//! **Every joint bends.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. One
-//! compliance of all joints is therefore looked for, too, and has half of the probability of naming anything, as all other tests
-//! together have.
+//! **What all joints do.** What bends most passes for a position gain, so that a joint's own test has little power, and needs it most. And a
+//! recorder does the same to all torques. One compliance of all joints, one lag and one filter of all torques are therefore looked for, too;
+//! these have half of the probability of naming anything, as all other tests together have.
 //!
 //! **What it comes to.** A term that is there spoils intervals where what is seen of it is a quarter of one reading's noise; neighbours
 //! that are alike where their correlation is 0.2, unless standard deviations come from blocks. Less is told, and changes no verdict. The side
@@ -50,7 +50,7 @@ pub(crate) use words::in_words;
 pub(crate) const SIGNIFICANCE: f64 = 0.01;
 /// Correlation of neighbours from which intervals from noise cannot hold: they are too narrow by up to a fifth.
 const ALIKE: f64 = 0.2;
-/// More is not named: then the model as a whole is wrong.
+/// More terms are not named: then the model as a whole is wrong. That neighbours are alike names no term, and may be so in every channel.
 const MOST_NAMED: usize = 8;
 /// Residuals below this share of the readings' range are those of arithmetic.
 const ROUNDING: f64 = 1e-7;
@@ -97,8 +97,8 @@ struct Tested {
 enum Candidate {
     Term(usize, Term),
     Neighbours(usize),
-    /// That all joints bend by the same for each unit of torque.
-    AllBend,
+    /// With one coefficient for all joints.
+    Together(Term),
 }
 
 /// The channel of what all joints do.
@@ -114,28 +114,37 @@ struct Tests<'a> {
 
 impl Tests<'_> {
     fn all(&self, mut maker: ResidualMaker, mut rows: Rows) -> Vec<ResidualTest> {
-        let mut candidates = self.candidates(&maker, &rows);
         let mut named: Vec<ResidualTest> = Vec::new();
+        let mut found = self.tested(&maker, &rows, &self.candidates(&maker, &rows));
         loop {
-            let neighbours: Vec<Option<Neighbours>> =
-                (0..rows.channels()).map(|channel| Neighbours::of(&maker, &rows, channel)).collect();
-            let mut found: Vec<Tested> =
-                candidates.iter().filter_map(|candidate| self.test(&maker, &rows, &neighbours, candidate)).collect();
-            let count = found.len();
-            let weighted = |tested: &Tested| tested.test.p_value / tested.candidate.weight(count);
+            let weight = weights(&found);
+            let weighted = |tested: &Tested| tested.test.p_value / weight(tested);
             found.sort_by(|a, b| weighted(a).total_cmp(&weighted(b)).then(b.gain.total_cmp(&a.gain)));
-            let least = named.last().map_or(0.0, |last| last.corrected_p_value);
-            correct(&mut found, least);
-            let first = found.first().filter(|first| first.test.corrected_p_value < SIGNIFICANCE);
-            let Some(first) = first.filter(|_| named.len() < MOST_NAMED) else {
+            correct(&mut found, named.last().map_or(0.0, |last| last.corrected_p_value));
+            let terms = named.iter().filter(|test| test.kind != ResidualTestKind::Neighbours).count();
+            let tells = found.first().is_some_and(|first| first.test.corrected_p_value < SIGNIFICANCE);
+            if !tells || terms == MOST_NAMED {
                 named.extend(found.into_iter().map(|tested| tested.test));
                 return named;
-            };
-            candidates.retain(|candidate| !first.candidate.covers(candidate));
-            named.push(self.judged(&first.candidate, first.test.clone()));
-            maker = maker.with(&first.terms);
-            rows.count_freedom(&maker);
+            }
+            let first = found.remove(0);
+            found.retain(|other| !first.candidate.covers(&other.candidate));
+            named.push(self.judged(&first.candidate, first.test));
+            // With a term in the model, what it leaves is another.
+            if !first.terms.is_empty() {
+                maker = maker.with(&first.terms);
+                rows.count_freedom(&maker);
+                let candidates: Vec<Candidate> = found.into_iter().map(|tested| tested.candidate).collect();
+                found = self.tested(&maker, &rows, &candidates);
+            }
         }
+    }
+
+    /// Those that can be tested.
+    fn tested(&self, maker: &ResidualMaker, rows: &Rows, candidates: &[Candidate]) -> Vec<Tested> {
+        let neighbours: Vec<Option<Neighbours>> =
+            (0..rows.channels()).map(|channel| Neighbours::of(maker, rows, channel)).collect();
+        candidates.iter().filter_map(|candidate| self.test(maker, rows, &neighbours, candidate)).collect()
     }
 
     fn candidates(&self, maker: &ResidualMaker, rows: &Rows) -> Vec<Candidate> {
@@ -155,12 +164,16 @@ impl Tests<'_> {
         let positions = if scattered.is_empty() { 0 } else { self.session.joints.len() };
         let mut candidates: Vec<Candidate> =
             scattered.iter().flat_map(own).chain((0..positions).flat_map(of_position)).collect();
-        let bends = |candidate: &&Candidate| {
-            // Where it is in the fit already, nothing needs to be looked for in what the fit leaves.
-            matches!(candidate, Candidate::Term(joint, Term::Compliance) if !self.solved.has_bending(*joint))
-        };
-        if candidates.iter().filter(bends).count() > 1 {
-            candidates.push(Candidate::AllBend);
+        for term in [Term::Compliance, Term::TorqueLag, Term::TorqueFilter] {
+            let own = |candidate: &&Candidate| match candidate {
+                // Where it is in the fit already, nothing needs to be looked for in what the fit leaves.
+                Candidate::Term(joint, Term::Compliance) if self.solved.has_bending(*joint) => false,
+                Candidate::Term(_, own) => *own == term,
+                _ => false,
+            };
+            if candidates.iter().filter(own).count() > 1 {
+                candidates.push(Candidate::Together(term));
+            }
         }
         candidates
     }
@@ -204,17 +217,14 @@ impl Tests<'_> {
                 };
                 Some(Tested { test, candidate: candidate.clone(), gain: 0.0, terms: Vec::new() })
             }
-            Candidate::AllBend => {
-                let scored = score(maker, rows, neighbours, &[self.columns.all_bend()])?;
-                let each: Vec<Vec<f64>> = (0..self.session.joints.len())
-                    .filter(|joint| self.columns.terms_of_position(*joint).contains(&Term::Compliance))
-                    .flat_map(|joint| self.columns.of(joint, &Term::Compliance))
-                    .collect();
+            Candidate::Together(term) => {
+                let each = self.columns.of_each_joint(term);
+                let scored = score(maker, rows, neighbours, &[sum(&each)])?;
                 // Joints do not bend alike: the model takes up what each does.
                 let terms = lacking(maker, &each);
-                let tested = self.tell(0, &Term::Compliance, Score { terms, ..scored });
+                let tested = self.tell(0, term, Score { terms, ..scored });
                 let test = ResidualTest { channel: ALL_JOINTS.into(), ..tested.test };
-                Some(Tested { test, candidate: Candidate::AllBend, ..tested })
+                Some(Tested { test, candidate: candidate.clone(), ..tested })
             }
             Candidate::Term(channel, term) => {
                 let columns = self.columns.of(*channel, term);
@@ -298,7 +308,7 @@ impl Tests<'_> {
             Candidate::Neighbours(_) => test.size >= ALIKE && !self.robust,
             Candidate::Term(channel, Term::Direction) => test.in_noise >= MATTERS && !self.errs_at_rest(*channel),
             Candidate::Term(joint, Term::Compliance) => test.in_noise >= MATTERS && !self.solved.has_bending(*joint),
-            Candidate::Term(..) | Candidate::AllBend => test.in_noise >= MATTERS,
+            Candidate::Term(..) | Candidate::Together(_) => test.in_noise >= MATTERS,
         };
         ResidualTest { named: true, spoils_intervals: spoils, ..test }
     }
@@ -307,22 +317,29 @@ impl Tests<'_> {
 impl Candidate {
     /// Whether another need not be looked for where this is in the model.
     fn covers(&self, other: &Candidate) -> bool {
-        self == other || (*self == Candidate::AllBend && matches!(other, Candidate::Term(_, Term::Compliance)))
+        let own = |term: &Term| matches!(other, Candidate::Term(_, other) if other == term);
+        self == other || matches!(self, Candidate::Together(term) if own(term))
     }
+}
 
-    /// Its share of the probability of naming anything, among so many tests: that all joints bend counts as much as all others together.
-    fn weight(&self, tests: usize) -> f64 {
-        match self {
-            Candidate::AllBend => tests.saturating_sub(1).max(1) as f64,
-            Candidate::Term(..) | Candidate::Neighbours(_) => 1.0,
-        }
-    }
+/// The share of each in the probability of naming anything: those of all joints count as much as all others together.
+fn weights(found: &[Tested]) -> impl Fn(&Tested) -> f64 + use<> {
+    let of_all_joints = |tested: &Tested| matches!(tested.candidate, Candidate::Together(_));
+    let together = found.iter().filter(|tested| of_all_joints(tested)).count();
+    let share = (found.len() - together).max(1) as f64 / together.max(1) as f64;
+    move |tested| if of_all_joints(tested) { share } else { 1.0 }
+}
+
+fn sum(columns: &[Vec<f64>]) -> Vec<f64> {
+    let mut sum = vec![0.0; columns.first().map_or(0, Vec::len)];
+    columns.iter().for_each(|column| sum.iter_mut().zip(column).for_each(|(sum, own)| *sum += own));
+    sum
 }
 
 /// Holm's method with weights: a p-value counts as often as its weight is contained in those of all that are no smaller, and no less than a
 /// smaller one. (Holm 1979, section 4.) With equal weights the k-th smallest of m counts m − k + 1 times.
 fn correct(found: &mut [Tested], least: f64) {
-    let weights: Vec<f64> = found.iter().map(|tested| tested.candidate.weight(found.len())).collect();
+    let weights: Vec<f64> = found.iter().map(weights(found)).collect();
     let (mut rest, mut least) = (weights.iter().sum::<f64>(), least);
     for (tested, weight) in found.iter_mut().zip(weights) {
         least = least.max((rest / weight * tested.test.p_value).min(1.0));

@@ -120,8 +120,12 @@ fn a_weighted_test_has_its_share_of_the_probability() {
     };
     // Half of the weight in the first: its p-value counts twice, those that follow as Holm has them.
     let own = Candidate::Neighbours(0);
-    let mut found =
-        [tested(0.004, Candidate::AllBend), tested(0.002, own.clone()), tested(0.003, own.clone()), tested(0.5, own)];
+    let mut found = [
+        tested(0.004, Candidate::Together(Term::Compliance)),
+        tested(0.002, own.clone()),
+        tested(0.003, own.clone()),
+        tested(0.5, own),
+    ];
     correct(&mut found, 0.0);
     let corrected: Vec<f64> = found.iter().map(|tested| tested.test.corrected_p_value).collect();
     let expected = [0.008, 0.008, 0.008, 0.5];

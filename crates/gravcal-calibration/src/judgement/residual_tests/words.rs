@@ -4,7 +4,8 @@ use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::Session;
 
-use super::delayed::cut_off;
+use super::ALL_JOINTS;
+use super::delayed::{cut_off, half_square};
 use super::score::MATTERS;
 use crate::result::{ResidualTest, ResidualTestKind};
 
@@ -18,8 +19,8 @@ pub(crate) fn in_words(session: &Session, tests: &[ResidualTest]) -> Vec<String>
         .map(|test| of_one(session, test))
         .chain(by_unit(of_kind(&ResidualTestKind::Direction)).iter().filter_map(|tests| of_direction(tests)))
         .chain(of_compliance(session, &of_kind(&ResidualTestKind::Compliance)))
-        .chain(of_recorder(&of_kind(&ResidualTestKind::TorqueLag)))
-        .chain(of_recorder(&of_kind(&ResidualTestKind::TorqueFilter)))
+        .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueLag)))
+        .chain(of_recorder(session, &of_kind(&ResidualTestKind::TorqueFilter)))
         .chain(of_neighbours(&of_kind(&ResidualTestKind::Neighbours)))
         .collect()
 }
@@ -39,6 +40,12 @@ fn by_unit(tests: Vec<&ResidualTest>) -> Vec<Vec<&ResidualTest>> {
         }
     }
     groups
+}
+
+/// Only that of all joints, where there is one: it says what others say of some.
+fn of_all_or_each<'t>(tests: &'t [&'t ResidualTest]) -> &'t [&'t ResidualTest] {
+    let all = tests.iter().position(|test| test.channel == ALL_JOINTS);
+    all.map_or(tests, |place| &tests[place..=place])
 }
 
 /// The channels of some tests, their sizes from least to most, and the largest of their p-values.
@@ -91,7 +98,8 @@ fn of_neighbours(tests: &[&ResidualTest]) -> Option<String> {
 }
 
 /// What a recorder did to torques: tests of one kind.
-fn of_recorder(tests: &[&ResidualTest]) -> Option<String> {
+fn of_recorder(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
+    let tests = of_all_or_each(tests);
     let (channels, _, p) = together(tests)?;
     let mut sizes: Vec<f64> = tests.iter().map(|test| test.size).collect();
     sizes.sort_by(f64::total_cmp);
@@ -100,29 +108,27 @@ fn of_recorder(tests: &[&ResidualTest]) -> Option<String> {
         (low, high) if low == high => low,
         (low, high) => format!("{low} to {high}"),
     };
+    let allowed = session.searched.iter().find_map(|searched| searched.windows.as_ref());
     let (what, cure) = match tests.first()?.kind {
-        ResidualTestKind::TorqueLag => (
-            format!("The torques of {channels} come {} s later than the positions.", range(&|lag| lag)),
-            format!(
-                "Look at how the recorder stamps them. If all joints show about as much, say torque_lag_s = {} in readings.motion; \
-                 if only some do, it is friction that changes its sign late, or a gear that gives way.",
-                significant(middle, 2)
-            ),
-        ),
-        _ if middle > 0.0 => (
-            format!("The torques of {channels} are smoother than their motion: as if by a filter of {} Hz.", range(&cut_off)),
-            format!(
-                "If the recorder filtered torques and not positions, say recorded_filter_hz = {} in readings.motion, and look at what \
-                 is left.",
-                significant(cut_off(middle), 2)
-            ),
-        ),
-        _ => (
-            format!("The motion of {channels} is smoother than the torques: as if by a filter of {} Hz.", range(&cut_off)),
-            "Positions were filtered before they were recorded, or their clock is wrong: record both raw, or take longer windows (window_s in \
-             readings.motion)."
-                .to_owned(),
-        ),
+        ResidualTestKind::TorqueLag => {
+            let lag = significant(allowed.map_or(0.0, |windows| windows.torque_lag) + middle, 2);
+            (
+                format!("The torques of {channels} come {} s later than the positions.", range(&|lag| lag)),
+                format!(
+                    "Look at how the recorder stamps them. If all joints show about as much, say torque_lag_s = {lag} in readings.motion; \
+                     if only some do, it is friction that changes its sign late, or a gear that gives way."
+                ),
+            )
+        }
+        _ => {
+            let allowed = allowed.and_then(|windows| windows.recorded_filter).map(half_square);
+            let what = match (middle > 0.0, allowed) {
+                (true, None) => format!("The torques of {channels} are smoother than their motion: as if by a filter"),
+                (true, Some(_)) => format!("The torques of {channels} are smoother still: as if by another filter"),
+                (false, _) => format!("The motion of {channels} is smoother than the torques: as if by a filter"),
+            };
+            (format!("{what} of {} Hz.", range(&cut_off)), of_filter(allowed.unwrap_or(0.0) + middle))
+        }
     };
     let consequence = match tests.iter().any(|test| test.spoils_intervals) {
         true => "Intervals cannot hold.",
@@ -131,8 +137,22 @@ fn of_recorder(tests: &[&ResidualTest]) -> Option<String> {
     Some(format!("{what} ({}, all tests counted.) {consequence} {cure}", chance(p)))
 }
 
+/// What to do about a filter of which so much is seen in all, s².
+fn of_filter(in_all: f64) -> String {
+    if in_all > 0.0 {
+        return format!(
+            "If the recorder filtered torques and not positions, say recorded_filter_hz = {} in readings.motion, and look at what is left.",
+            significant(cut_off(in_all), 2)
+        );
+    }
+    "Positions were filtered before they were recorded, or their clock is wrong: record both raw, or take longer windows (window_s in \
+     readings.motion)."
+        .into()
+}
+
 /// Joints that bend.
 fn of_compliance(session: &Session, tests: &[&ResidualTest]) -> Option<String> {
+    let tests = of_all_or_each(tests);
     let (channels, [least, most], p) = together(tests)?;
     let size = from_to(least, most, tests);
     let spoilt = tests.iter().any(|test| test.spoils_intervals);
@@ -170,7 +190,7 @@ fn of_one(session: &Session, test: &ResidualTest) -> String {
         ResidualTestKind::Neighbours => return of_neighbours(&[test]).unwrap_or_default(),
         ResidualTestKind::Direction => return of_direction(&[test]).unwrap_or_default(),
         ResidualTestKind::Compliance => return of_compliance(session, &[test]).unwrap_or_default(),
-        ResidualTestKind::TorqueLag | ResidualTestKind::TorqueFilter => return of_recorder(&[test]).unwrap_or_default(),
+        ResidualTestKind::TorqueLag | ResidualTestKind::TorqueFilter => return of_recorder(session, &[test]).unwrap_or_default(),
         ResidualTestKind::TorqueHarmonic { order } => (
             format!("The residual of {channel} goes with its own angle, {}, by {size} {unit}.", periods(*order)),
             "A cable, a gear or a sensor that is loaded from the side does so: look at what pulls at the joint; spread the poses over its whole range.".into(),
