@@ -490,9 +490,31 @@ pub struct Fit {
     /// Why no poses were predicted, if that failed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub held_out_missing: Option<String>,
+    /// How well smaller models predict these poses, the smallest first; where the arm was read in motion.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub smaller_models: Vec<SmallerModel>,
     /// Every reading beside what the model makes of it, in the order of the poses; not in `calibration.json`.
     #[serde(skip)]
     pub residuals: Vec<ReadingResidual>,
+}
+
+/// A smaller model than the session's, fitted to the same readings.
+#[derive(Clone, Debug, Serialize)]
+pub struct SmallerModel {
+    /// What it has.
+    pub kind: SmallerModelKind,
+    /// How well it predicts readings that it has not seen.
+    pub held_out: HeldOut,
+}
+
+/// What a model of an arm in motion may be without.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SmallerModelKind {
+    /// Gravity and biases; neither friction nor inertia.
+    Gravity,
+    /// The same with friction, but without inertia.
+    GravityAndFriction,
 }
 
 /// Errors of a joint's readings beyond their noise: see [`UnexplainedError`](gravcal_robot_model::session::UnexplainedError).

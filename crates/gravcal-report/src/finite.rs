@@ -6,8 +6,8 @@
 use gravcal_calibration::result::{
     ActiveConstraint, ConsistentModel, CovarianceResult, DeflectionResult, EstimatorResult, Fit, GravityResult,
     HeldBlock, HeldOut, Iteration, JointFit, LinkInertiaResult, LossResult, MomentResult, NoiseSource, Outlier,
-    ParameterResult, PayloadNumber, PayloadResult, PositionErrorResult, ResidualTest, SensorModelTest, TestAgainstZero,
-    UncertaintyResult, UnexplainedResult, WeakCombination,
+    ParameterResult, PayloadNumber, PayloadResult, PositionErrorResult, ResidualTest, SensorModelTest, SmallerModel,
+    TestAgainstZero, UncertaintyResult, UnexplainedResult, WeakCombination,
 };
 use thiserror::Error;
 
@@ -217,13 +217,15 @@ fn of_fit(fit: &Fit) -> Vec<Number> {
         joints,
         held_out,
         held_out_missing: _,
+        smaller_models,
         residuals: _,
     } = fit;
     let mut numbers = each("χ²", [chi_squared]);
     numbers.extend(each("p-value", p_value));
     numbers.extend(each("median of the residuals", median_ratio));
     numbers.extend(joints.iter().flat_map(of_joint));
-    numbers.extend(held_out.iter().flat_map(of_held_out));
+    let smaller = smaller_models.iter().map(|SmallerModel { kind: _, held_out }| held_out);
+    numbers.extend(held_out.iter().chain(smaller).flat_map(of_held_out));
     numbers
 }
 

@@ -103,6 +103,7 @@ pub fn fit() -> Fit {
             readings: 8,
             joints: vec![JointFit { rms: 0.912, largest: 1.43, readings: 4, ..joint_fit("joint1") }],
         }),
+        smaller_models: Vec::new(),
         residuals: Vec::new(),
     }
 }

@@ -17,6 +17,7 @@ use super::fit::fit;
 use super::posing::{pose, pose_with_constraints};
 use super::problem::JointProblem;
 use super::readings::{Bending, Readings};
+use super::smaller_models::smaller_models;
 use super::solved::Solved;
 use super::unknowns::Unknowns;
 use crate::judgement::{self, held_out};
@@ -52,6 +53,9 @@ pub(crate) fn fit_with_held_out(
             Second::Predicted(held_out) => told.held_out = held_out,
             Second::Missing(why) => told.held_out_missing = Some(why),
         },
+    }
+    if session.has_windows() && told.held_out.is_some() {
+        told.smaller_models = smaller_models(session, solved, workbench)?;
     }
     Ok(told)
 }
@@ -110,7 +114,7 @@ fn seen_by_second_fit(session: &Session, solved: &Solved, workbench: &Workbench<
 }
 
 /// What the first fit held, by the sequential steps say, the second holds too.
-fn held_alike(solved: &Solved, seen: JointProblem) -> Result<JointProblem, EstimateError> {
+pub(super) fn held_alike(solved: &Solved, seen: JointProblem) -> Result<JointProblem, EstimateError> {
     let first = &solved.posed.problem;
     let is_held = |name: &str| first.find(name).is_some_and(|same| first.block(same).held.is_some());
     let also: Vec<_> = seen.problem.block_ids().filter(|id| is_held(&seen.problem.block(*id).name)).collect();
@@ -119,7 +123,11 @@ fn held_alike(solved: &Solved, seen: JointProblem) -> Result<JointProblem, Estim
     Ok(seen)
 }
 
-fn predict(session: &Session, readings: &Readings, found: &Unknowns) -> Result<Option<HeldOut>, EstimateError> {
+pub(super) fn predict(
+    session: &Session,
+    readings: &Readings,
+    found: &Unknowns,
+) -> Result<Option<HeldOut>, EstimateError> {
     let Ok(posed) = pose(session, readings, found) else { return Ok(None) };
     let whitened = posed.problem.residuals(&posed.initial)?;
     Ok(Some(held_out(session, readings, &posed.rows, &whitened)))
@@ -127,7 +135,7 @@ fn predict(session: &Session, readings: &Readings, found: &Unknowns) -> Result<O
 
 /// The poses that are held out: a tenth in the middle of each sweep, and of the other poses of each table; where tables are too small for
 /// that, of consecutive poses with the same load.
-fn stretches(session: &Session, readings: &Readings) -> BTreeSet<usize> {
+pub(super) fn stretches(session: &Session, readings: &Readings) -> BTreeSet<usize> {
     let entering: Vec<usize> = (0..readings.used.len()).filter(|pose| !readings.used[*pose].is_empty()).collect();
     let mut sweep = vec![None; session.poses.len()];
     for (index, found) in find_sweeps(session).iter().enumerate() {

@@ -46,6 +46,7 @@ mod robust;
 mod sample;
 mod select;
 mod signs;
+mod smaller_models;
 mod solve;
 mod solved;
 mod start;

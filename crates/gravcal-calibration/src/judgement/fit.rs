@@ -79,6 +79,7 @@ pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Resul
             .tell(session, &unexplained),
         held_out: None,
         held_out_missing: None,
+        smaller_models: Vec::new(),
         residuals: by_reading(session, solved, whitened)?,
     })
 }

@@ -16,7 +16,7 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly};
-use crate::result::{EstimatorResult, ParameterResult, ResidualTest, ResidualTestKind};
+use crate::result::{EstimatorResult, HeldOut, ParameterResult, ResidualTest, ResidualTestKind, SmallerModelKind};
 
 const GRAVITY: [f64; 3] = [0.6, -1.1, -9.73];
 const RATE: f64 = 200.0;
@@ -387,6 +387,20 @@ fn a_filter_of_all_torques_is_found_by_its_cut_off() {
     assert!((1.7..2.1).contains(&said.parse::<f64>().unwrap()), "{again}");
     let result = saying("2.0");
     assert!(!result.residual_tests.iter().any(|test| of_filter(&test)), "{:?}", result.notes);
+}
+
+/// Of an arm in motion neither gravity alone nor gravity with friction predicts what the whole dynamics predict.
+#[test]
+fn smaller_models_predict_worse_what_no_fit_saw() {
+    let folder = tempfile::tempdir().unwrap();
+    let fit = estimated(&session(folder.path(), 1, SESSION)).fit.unwrap();
+    let [gravity, with_friction] = &fit.smaller_models[..] else { panic!("{:?}", fit.smaller_models) };
+    assert_eq!([gravity.kind, with_friction.kind], [SmallerModelKind::Gravity, SmallerModelKind::GravityAndFriction]);
+    let whole = fit.held_out.as_ref().unwrap();
+    assert_eq!((gravity.held_out.poses, with_friction.held_out.readings), (whole.poses, whole.readings));
+    let mean = |held_out: &HeldOut| held_out.joints.iter().map(|joint| joint.rms).sum::<f64>() / 3.0;
+    let [first, second, last] = [&gravity.held_out, &with_friction.held_out, whole].map(mean);
+    assert!(first > 1.5 * second && second > 5.0 * last, "{first} {second} {last}");
 }
 
 /// Torques of motors feel the rotors before their gears: unknown, these are found with all else, but for those of the first joints, which are one

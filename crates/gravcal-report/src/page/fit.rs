@@ -4,7 +4,7 @@ use gravcal_calibration::result::{ActiveConstraint, EstimatorResult, Outlier};
 use maud::{Markup, html};
 
 use super::CalibrationPage;
-use crate::table::fit::{chi_squared, prediction, unexplained_error};
+use crate::table::fit::{SMALLER_MODELS, chi_squared, prediction, smaller_models, unexplained_error};
 use crate::table::inertias::predictions;
 use gravcal_robot_model::number::significant;
 
@@ -19,6 +19,7 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
             section {
                 h2 { "How well the readings are explained" }
                 @for line in told { p { (line) } }
+                (smaller(main))
                 (constraints(&main.active_constraints))
                 (outliers(&main.outliers))
             }
@@ -37,6 +38,22 @@ fn numbers(result: &EstimatorResult) -> Vec<String> {
     let joints = fit.into_iter().flat_map(|fit| &fit.joints);
     let unexplained = joints.filter_map(|joint| Some(format!("{}.", unexplained_error(joint, &joint.unexplained?))));
     all.into_iter().chain(held_out).chain(consistent).chain(unexplained).collect()
+}
+
+/// What the model gains over smaller ones.
+fn smaller(result: &EstimatorResult) -> Markup {
+    let rows = result.fit.as_ref().map(smaller_models).unwrap_or_default();
+    html! {
+        @if let Some((headings, joints)) = rows.split_first() {
+            p.small { "The " (SMALLER_MODELS) }
+            div.wide { table {
+                thead { tr { @for heading in headings { th { (heading) } } } }
+                tbody { @for joint in joints { tr {
+                    @for (place, cell) in joint.iter().enumerate() { td.number[place > 1] { (cell) } }
+                } } }
+            } }
+        }
+    }
 }
 
 fn constraints(active: &[ActiveConstraint]) -> Markup {

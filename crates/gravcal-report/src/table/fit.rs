@@ -1,6 +1,6 @@
 //! How well the model explains the readings.
 
-use gravcal_calibration::result::{EstimatorResult, Fit, HeldOut, JointFit, UnexplainedResult};
+use gravcal_calibration::result::{EstimatorResult, Fit, HeldOut, JointFit, SmallerModelKind, UnexplainedResult};
 
 use crate::grid::{Cell, Grid, Side};
 use crate::text::wrapped;
@@ -24,10 +24,45 @@ fn tell_one(name: &str, fit: &Fit) -> String {
     if fit.joints.iter().any(|joint| joint.noise_estimated) {
         text += &wrapped("    ", "    ", "~ estimated from the residuals");
     }
+    let smaller = smaller_models(fit);
+    if let Some(headings) = smaller.first() {
+        text += &wrapped("    ", "    ", SMALLER_MODELS);
+        let mut grid = Grid::new([vec![Side::Left; 2], vec![Side::Right; headings.len() - 2]].concat());
+        smaller.into_iter().for_each(|row| grid.row(row.into_iter().map(Cell::text).collect()));
+        text += &grid.lines("    ");
+    }
     for (joint, unexplained) in fit.joints.iter().filter_map(|joint| Some((joint, joint.unexplained?))) {
         text += &wrapped("    ", "      ", &unexplained_error(joint, &unexplained));
     }
     text
+}
+
+/// What the table of smaller models shows.
+pub(crate) const SMALLER_MODELS: &str =
+    "rms of what was held out, by smaller models that were fitted to the same readings and by this one:";
+
+/// How well smaller models predict what was held out, and this one: headings, then a joint a row. Empty where there are none.
+pub(crate) fn smaller_models(fit: &Fit) -> Vec<Vec<String>> {
+    let Some(held_out) = fit.held_out.as_ref().filter(|_| !fit.smaller_models.is_empty()) else { return Vec::new() };
+    let mut models: Vec<(&str, &HeldOut)> =
+        fit.smaller_models.iter().map(|model| (name(model.kind), &model.held_out)).collect();
+    models.push(("this model", held_out));
+    let headings = ["", "unit"].into_iter().chain(models.iter().map(|(name, _)| *name)).map(str::to_owned).collect();
+    let row = |joint: &JointFit| {
+        let rms = |(_, model): &(&str, &HeldOut)| {
+            let own = model.joints.iter().find(|other| other.joint == joint.joint);
+            own.map_or("-".to_owned(), |own| significant(own.rms, 3))
+        };
+        [joint.joint.clone(), joint.unit.clone()].into_iter().chain(models.iter().map(rms)).collect()
+    };
+    std::iter::once(headings).chain(held_out.joints.iter().map(row)).collect()
+}
+
+fn name(kind: SmallerModelKind) -> &'static str {
+    match kind {
+        SmallerModelKind::Gravity => "gravity",
+        SmallerModelKind::GravityAndFriction => "with friction",
+    }
 }
 
 /// How large errors are that the noise does not explain.
@@ -134,6 +169,8 @@ fn share_of_range(fit: &JointFit) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gravcal_calibration::result::SmallerModel;
+
     use crate::testing::{fit, joint_fit, result};
 
     #[test]
@@ -152,6 +189,18 @@ Fit: residuals of the torque readings, in their unit
     joint1  count        37   0.80   0.791     2.12     0.912     1.43    0.20 %
 "
         );
+    }
+
+    #[test]
+    fn smaller_models_stand_before_this_one() {
+        let mut told = fit();
+        assert!(smaller_models(&told).is_empty());
+        let mut held_out = told.held_out.clone().unwrap();
+        held_out.joints[0].rms = 3.25;
+        told.smaller_models.push(SmallerModel { kind: SmallerModelKind::GravityAndFriction, held_out });
+        let rows = smaller_models(&told);
+        assert_eq!(rows, [["", "unit", "with friction", "this model"], ["joint1", "count", "3.25", "0.912"]]);
+        assert!(tell_one("joint", &told).contains("    joint1  count           3.25       0.912\n"));
     }
 
     #[test]

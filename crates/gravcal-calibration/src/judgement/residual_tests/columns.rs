@@ -10,6 +10,8 @@ use gravcal_robot_model::session::{Pose, Session};
 use super::delayed;
 use crate::joint::Solved;
 
+/// The channel of what all joints do.
+pub const ALL_JOINTS: &str = "all joints";
 /// Harmonics that are looked for.
 const ORDERS: std::ops::RangeInclusive<u32> = 1..=4;
 /// Step by which the slope over a coordinate is taken, rad.

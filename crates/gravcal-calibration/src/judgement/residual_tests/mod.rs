@@ -39,7 +39,7 @@ use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use crate::joint::{Order, Solved};
 use crate::result::{ResidualTest, ResidualTestKind, UncertaintyResult};
-use columns::{Columns, Term};
+use columns::{ALL_JOINTS, Columns, Term};
 use in_fit::of_estimate;
 use neighbours::Neighbours;
 use rows::Rows;
@@ -100,9 +100,6 @@ enum Candidate {
     /// With one coefficient for all joints.
     Together(Term),
 }
-
-/// The channel of what all joints do.
-const ALL_JOINTS: &str = "all joints";
 
 struct Tests<'a> {
     session: &'a Session,

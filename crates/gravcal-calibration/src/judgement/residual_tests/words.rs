@@ -4,7 +4,7 @@ use gravcal_robot_model::number::significant;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::Session;
 
-use super::ALL_JOINTS;
+use super::columns::ALL_JOINTS;
 use super::delayed::{cut_off, half_square};
 use super::score::MATTERS;
 use crate::result::{ResidualTest, ResidualTestKind};

@@ -1,0 +1,81 @@
+//! What a model of an arm in motion gains over smaller ones, on readings that neither has seen: gravity and biases alone, then with friction.
+//!
+//! A smaller model is fitted to the same readings with the same noise, from the solution of the whole. Windows count as poses that stand where the
+//! arm is on the mean; coefficients of friction are zero where it has none. What explains readings that were fitted may be chance: only what
+//! predicts others is gained.
+
+use std::collections::BTreeSet;
+
+use gravcal_estimation::BlockId;
+use gravcal_identification::Workbench;
+use gravcal_robot_model::sensors::friction::{COULOMB, VISCOUS};
+use gravcal_robot_model::session::Session;
+
+use super::error::EstimateError;
+use super::fit::fit;
+use super::held_out::{held_alike, of_validation, predict, stretches};
+use super::posing::pose_with_constraints;
+use super::solved::Solved;
+use super::unknowns::Unknowns;
+use crate::result::{HeldOut, SmallerModel, SmallerModelKind};
+
+/// The smaller models of a session with windows that converge, the smallest first.
+///
+/// # Errors
+/// Where a residual cannot be evaluated.
+pub(super) fn smaller_models(
+    session: &Session,
+    solved: &Solved,
+    workbench: &Workbench<'_>,
+) -> Result<Vec<SmallerModel>, EstimateError> {
+    let (standing, friction, unseen) = (standing(session), friction(session), stretches(session, &solved.readings));
+    let kinds = [SmallerModelKind::Gravity, SmallerModelKind::GravityAndFriction];
+    let mut found = Vec::new();
+    // Where sensors have no friction, both are one.
+    for kind in kinds.into_iter().take(if friction.is_empty() { 1 } else { 2 }) {
+        let none: &[usize] = if kind == SmallerModelKind::Gravity { &friction } else { &[] };
+        let held_out = prediction(&standing, solved, (&unseen, none), workbench)?;
+        found.extend(held_out.map(|held_out| SmallerModel { kind, held_out }));
+    }
+    Ok(found)
+}
+
+/// The session with an arm that stands in each window.
+fn standing(session: &Session) -> Session {
+    let mut standing = session.clone();
+    standing.poses.iter_mut().chain(&mut standing.validation).for_each(|pose| pose.course = None);
+    standing
+}
+
+/// Places of the coefficients of friction among the further parameters.
+fn friction(session: &Session) -> Vec<usize> {
+    let models = session.terms.models().filter(|model| [COULOMB, VISCOUS].contains(&model.name));
+    models.flat_map(|model| model.places().collect::<Vec<_>>()).collect()
+}
+
+/// How well a session without some terms predicts what was held out; nothing where it does not converge. `unseen`: the poses that are, where
+/// no table is; `none`: places of what is zero.
+fn prediction(
+    session: &Session,
+    solved: &Solved,
+    (unseen, none): (&BTreeSet<usize>, &[usize]),
+    workbench: &Workbench<'_>,
+) -> Result<Option<HeldOut>, EstimateError> {
+    let part = |held_out: bool| solved.readings.only(|pose, _| unseen.contains(&pose) == held_out);
+    let readings = if session.validation.is_empty() { part(false) } else { solved.readings.clone() };
+    let mut start = solved.unknowns(&Unknowns::nominal(session));
+    none.iter().for_each(|place| start.further[*place] = 0.0);
+    let Ok(posed) = pose_with_constraints(session, &readings, &start) else { return Ok(None) };
+    let mut posed = held_alike(solved, posed)?;
+    let zeros: Vec<BlockId> = none.iter().map(|place| posed.layout.further[*place]).collect();
+    posed.problem = posed.problem.holding(&zeros, "no part of the smaller model");
+    let (posed, estimate) = fit(&posed, &readings, workbench)?;
+    if !estimate.termination.converged() {
+        return Ok(None);
+    }
+    let found = posed.layout.unknowns(&estimate.values, &start);
+    match session.validation.is_empty() {
+        true => predict(session, &part(true), &found),
+        false => of_validation(session, &solved.readings, found),
+    }
+}
