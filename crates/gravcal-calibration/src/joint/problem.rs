@@ -57,8 +57,6 @@ impl JointProblem {
         if loss == self.loss {
             return Ok(self.clone());
         }
-        let mut factors = self.problem.factors().to_vec();
-        factors[..self.poses].iter_mut().for_each(|factor| factor.loss = loss);
-        Ok(JointProblem { problem: self.problem.with_factors(factors)?, loss, ..self.clone() })
+        Ok(JointProblem { problem: self.problem.with_loss(0..self.poses, loss)?, loss, ..self.clone() })
     }
 }
