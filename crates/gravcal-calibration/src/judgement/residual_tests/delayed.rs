@@ -8,7 +8,7 @@
 //! Slopes are taken from window to window.
 
 use gravcal_estimation::EvaluateError;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::Solved;
 
@@ -28,7 +28,7 @@ pub fn predictions(session: &Session, solved: &Solved) -> Result<Vec<f64>, Evalu
         return Ok(Vec::new());
     }
     let residuals = solved.posed.problem.residuals(&solved.estimate.values)?;
-    let prediction = |((pose, channel), residual): (&(usize, usize), f64)| {
+    let prediction = |(ReadingId { pose, channel }, residual): (&ReadingId, f64)| {
         let reading = session.reading(*pose, *channel).map_or(0.0, |reading| reading.value);
         reading + residual * solved.readings.std(session, *pose, *channel)
     };
