@@ -42,7 +42,8 @@ pub trait Residual: Debug + Send + Sync {
         jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError>;
 
-    /// Itself as a sample of a batch, if its type is [`Batched`](crate::Batched): for speed alone, the results are the same.
+    /// Itself as a sample of a batch, if its type is [`Batched`](crate::Batched): for speed alone, the results are the same. What is
+    /// around another residual is no sample of the other's batch: it has one of its own, or none.
     fn as_sample(&self) -> Option<Sample<'_>> {
         None
     }

@@ -177,6 +177,9 @@ impl Problem {
     ///
     /// # Errors
     /// Where the loss has no width.
+    ///
+    /// # Panics
+    /// If there are no such factors.
     pub fn with_loss(&self, factors: Range<usize>, loss: Loss) -> Result<Problem, ProblemError> {
         loss.checked().map_err(|source| ProblemError::Loss { factor: factors.start, source })?;
         let mut all = self.factors.to_vec();
