@@ -13,6 +13,7 @@ use gravcal_calibration::joint::{Readings, Signals, Unknowns, pose, select};
 use gravcal_calibration::result::Fit;
 use gravcal_estimation::{SolveContext, Solver, Values};
 use gravcal_robot_model::Session;
+use gravcal_robot_model::session::ReadingId;
 use gravcal_session::read_session;
 use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 use nalgebra::Vector3;
@@ -102,7 +103,7 @@ fn solved(
     let estimate = solver.solve(&posed.problem, from, &mut SolveContext::default()).ok()?;
     let residuals = posed.problem.residuals(&estimate.values).ok()?;
     let mut sums = vec![(0.0, 0.0); session.joints.len()];
-    for ((pose, joint), residual) in posed.rows.iter().zip(residuals) {
+    for (ReadingId { pose, channel: joint }, residual) in posed.rows.iter().zip(residuals) {
         let std = session.poses[*pose].torque[*joint].and_then(|reading| reading.std).unwrap_or(readings.noise[*joint]);
         sums[*joint].0 += 1.0;
         sums[*joint].1 += (residual * std).powi(2);

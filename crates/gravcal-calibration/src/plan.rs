@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 use gravcal_robot_model::sweeps::{Sweep, find_sweeps};
 
 /// The sweeps of a session, sorted by the step that reads them.
@@ -44,17 +44,19 @@ impl Plan {
         Plan { sweeps, bias, gravity, gain }
     }
 
-    /// Pose and joint of every torque reading that the steps read.
-    pub fn readings(&self) -> BTreeSet<(usize, usize)> {
+    /// Every torque reading that the steps read.
+    pub fn readings(&self) -> BTreeSet<ReadingId> {
         self.readings_by_step().into_iter().flatten().collect()
     }
 
     /// The same in the order of the steps, each reading in the first that reads it: step 1 joint by joint, step 2, step 3
     /// joint by joint. A step without a reading of its own is left out.
-    pub fn readings_by_step(&self) -> Vec<BTreeSet<(usize, usize)>> {
+    pub fn readings_by_step(&self) -> Vec<BTreeSet<ReadingId>> {
         let poses = |sweep: &usize| self.sweeps[*sweep].poses.iter().copied();
-        let of = |sweeps: &mut dyn Iterator<Item = usize>, joint: usize| -> BTreeSet<(usize, usize)> {
-            sweeps.flat_map(|sweep| poses(&sweep).map(move |pose| (pose, joint)).collect::<Vec<_>>()).collect()
+        let of = |sweeps: &mut dyn Iterator<Item = usize>, channel: usize| -> BTreeSet<ReadingId> {
+            sweeps
+                .flat_map(|sweep| poses(&sweep).map(move |pose| ReadingId { pose, channel }).collect::<Vec<_>>())
+                .collect()
         };
         let bias = self.bias.iter().enumerate().map(|(joint, sweeps)| of(&mut sweeps.iter().copied(), joint));
         let gravity = of(&mut self.gravity.iter().copied(), 1);

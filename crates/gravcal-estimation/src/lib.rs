@@ -24,6 +24,7 @@
 //! derivatives are [`Automatic`].
 
 mod automatic;
+mod batch;
 mod block;
 mod combination;
 mod constraint;
@@ -53,6 +54,7 @@ mod testing;
 pub mod adding_a_residual {}
 
 pub use automatic::{Automatic, DIRECTIONS, Formula, LocalNumbers, Number};
+pub use batch::{ABREAST, Batched, Sample, evaluate_abreast};
 pub use block::{Block, BlockId, Values};
 pub use combination::{NamedCombination, NamedTerm, held_blocks, named_combinations};
 pub use constraint::{ActiveConstraint, Affine, Constraint, ConstraintError, ConstraintKind};
@@ -68,7 +70,7 @@ pub use noise::{Noise, NoiseError, Weights, Whitener};
 pub use parallel::in_parallel;
 pub use problem::{Column, Problem, ProblemBuilder, ProblemError};
 pub use reference::Reference;
-pub use residual::{ABREAST, EvaluateError, LocalValues, Residual, RowsMut};
+pub use residual::{EvaluateError, LocalValues, Residual, RowsMut};
 pub use solver::{Observer, SolveContext, SolveError, Solver, Unsupported};
 pub use sparse_basis::sparse_basis;
 pub use statistics::{Covariance, Uncertainty};

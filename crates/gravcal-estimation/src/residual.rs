@@ -1,20 +1,17 @@
 //! What an author of a measurement model writes.
 
-use std::any::Any;
 use std::fmt::Debug;
 use std::ops::Range;
 
 use thiserror::Error;
 
 use crate::BlockId;
-
-/// Residuals that may be evaluated at once.
-pub const ABREAST: usize = 4;
+use crate::batch::Sample;
 
 /// `r(x)` in the unit of the reading: prediction minus measurement.
 ///
 /// Whitening is the [`Noise`](crate::Noise)'s, steps on manifolds are the linearization's: an author meets neither.
-pub trait Residual: Any + Debug + Send + Sync {
+pub trait Residual: Debug + Send + Sync {
     /// The blocks it reads, in column order.
     fn blocks(&self) -> &[BlockId];
 
@@ -45,23 +42,10 @@ pub trait Residual: Any + Debug + Send + Sync {
         jacobian: Option<RowsMut<'_>>,
     ) -> Result<(), EvaluateError>;
 
-    /// The same of some residuals at once, this one the first of `all`, where vector instructions evaluate them abreast.
-    ///
-    /// They read the same blocks, but for those marked as local, have as many rows with the same [patterns](Residual::row_pattern), and
-    /// independent noise; but they may be of any type (`dyn Residual` is [`Any`]). `x`: what each of them reads. `residual`: one entry a
-    /// row; `jacobian`, where asked: rows as long as `x`, which has the local columns first, row-major, in which every entry of the patterns
-    /// must be written, and all others are zero; each entry has a number for each of them.
-    ///
-    /// `true` promises the bits of [`Residual::evaluate`]. With `false`, what was written counts nothing, and they are evaluated one by
-    /// one: so it is where that may fail.
-    fn evaluate_abreast(
-        &self,
-        _all: [&dyn Residual; ABREAST],
-        _x: [LocalValues<'_>; ABREAST],
-        _residual: &mut [[f64; ABREAST]],
-        _jacobian: Option<&mut [[f64; ABREAST]]>,
-    ) -> bool {
-        false
+    /// Itself as a sample of a batch, if its type is [`Batched`](crate::Batched): for speed alone, the results are the same. What is
+    /// around another residual is no sample of the other's batch: it has one of its own, or none.
+    fn as_sample(&self) -> Option<Sample<'_>> {
+        None
     }
 }
 

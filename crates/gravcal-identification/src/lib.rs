@@ -9,6 +9,7 @@
 //! let known = Known::at(&fit.problem, &fit.estimate)?;                           // spectrum, covariance, active constraints
 //! let noise = noise_by_squares(&residuals, &alike);                              // by channel, by leverage; the problem is built again
 //! likeliest.or_from(starts, follow, on, &workbench);                             // other starts, compared by their likelihood
+//! let settled = settle(fit, &[&mirrored, &reversed], &workbench)?;               // discrete symmetries: images of the solution
 //! let profiles = Profiled { .. }.wider(&told, &workbench)?;                      // where the linear model is too sure
 //! let judgement = judge(&fit.problem, &known.spectrum, covariance, &parameters); // rank and limits of use, in combinations
 //! ```
@@ -20,6 +21,7 @@
 //! | [`noise_by_squares`], [`noise_by_median`] | noise that no reading states, by channel |
 //! | [`variance_beyond_noise`] | errors that the noise does not explain, by restricted likelihood |
 //! | [`Likeliest`] | ends of several starts, compared by their likelihood |
+//! | [`settle`], [`Symmetry`] | images of a solution, one list and one loop: the better one is taken, what is as good is reported |
 //! | [`Known`] | spectrum and uncertainty at an estimate, along its active constraints |
 //! | [`least_informed_nearby`] | plausible values near the estimate at which the readings say less |
 //! | [`Profiled`] | what is told of a parameter where the problem is not linear over its error |
@@ -40,6 +42,7 @@ mod noise;
 mod profile;
 mod residuals;
 mod robust;
+mod symmetries;
 #[cfg(test)]
 mod testing;
 mod unexplained;
@@ -56,5 +59,6 @@ pub use noise::{ReadingResidual, noise_by_median, noise_by_squares};
 pub use profile::Profiled;
 pub use residuals::{RowResidual, row_residuals};
 pub use robust::solve_in_stages;
+pub use symmetries::{Settled, Symmetry, settle};
 pub use unexplained::{ErrorRow, variance_beyond_noise, variance_beyond_noise_by_median};
 pub use workbench::Workbench;

@@ -119,8 +119,8 @@ impl Calibration {
         let all = fit.map_or(&[][..], |fit| &fit.residuals);
         let floats =
             |number: &dyn Fn(&ReadingResidual) -> f64| all.iter().map(number).collect::<Vec<f64>>().into_pyarray(py);
-        let pose: Vec<i64> = all.iter().map(|residual| residual.pose as i64).collect();
-        let channel: Vec<i64> = all.iter().map(|residual| residual.channel as i64).collect();
+        let pose: Vec<i64> = all.iter().map(|residual| residual.id.pose as i64).collect();
+        let channel: Vec<i64> = all.iter().map(|residual| residual.id.channel as i64).collect();
         (
             pose.into_pyarray(py),
             channel.into_pyarray(py),

@@ -49,8 +49,8 @@ impl<'a> Explanation<'a> {
 
     /// The same of the poses from the first to the last.
     pub fn between(&self, [first, last]: [usize; 2], channel: usize) -> impl Iterator<Item = Explained> + use<'a> {
-        let from = self.rows.partition_point(|row| row.pose < first);
-        let until = self.rows.partition_point(|row| row.pose <= last);
+        let from = self.rows.partition_point(|row| row.id.pose < first);
+        let until = self.rows.partition_point(|row| row.id.pose <= last);
         explained(&self.rows[from..until], channel, self.residual)
     }
 
@@ -65,7 +65,7 @@ fn explained(
     channel: usize,
     residual: fn(&ReadingResidual) -> f64,
 ) -> impl Iterator<Item = Explained> {
-    let own = rows.iter().filter(move |row| row.channel == channel);
-    own.map(move |row| Explained { pose: row.pose, residual: residual(row), std: row.std })
+    let own = rows.iter().filter(move |row| row.id.channel == channel);
+    own.map(move |row| Explained { pose: row.id.pose, residual: residual(row), std: row.std })
         .filter(|one| one.residual.is_finite())
 }

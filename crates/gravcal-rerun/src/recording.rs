@@ -196,7 +196,7 @@ mod tests {
     fn what_torque_in_motion_is_made_of_is_logged() {
         let mut calibrated = Calibrated::sarcos_shoulder().clone();
         let fit = calibrated.results[1].fit.as_mut().unwrap();
-        for row in fit.residuals.iter_mut().filter(|row| row.channel == 1) {
+        for row in fit.residuals.iter_mut().filter(|row| row.id.channel == 1) {
             row.torque = Some(TorqueParts { gravity: 3.0, inertia: 2.0, bias: 1.0 });
         }
         let rows = calibrated.read_back().rows();

@@ -57,18 +57,18 @@ fn log_parts(
     let (session, deciding) = (calibration.session, calibration.deciding());
     let rows = deciding.iter().filter_map(|result| result.fit.as_ref()).flat_map(|fit| &fit.residuals);
     let moving: Vec<(&ReadingResidual, TorqueParts)> =
-        rows.filter(|row| row.channel == channel).filter_map(|row| Some((row, row.torque?))).collect();
+        rows.filter(|row| row.id.channel == channel).filter_map(|row| Some((row, row.torque?))).collect();
     if moving.is_empty() {
         return Ok(());
     }
     let name = session.channel_name(channel);
-    let times = poses.columns(moving.iter().map(|(row, _)| row.pose));
+    let times = poses.columns(moving.iter().map(|(row, _)| row.id.pose));
     for (place, (part, value)) in PARTS.into_iter().enumerate() {
         let values = moving.iter().map(|(_, torque)| value(torque)).collect();
         series(stream, path(&name, part), (part, style::numbered(2 + place), Mark::Line(1.0)), times.clone(), values)?;
     }
     let rest = |(row, torque): &(&ReadingResidual, TorqueParts)| {
-        let reading = session.reading(row.pose, channel).map_or(f64::NAN, |reading| reading.value);
+        let reading = session.reading(row.id.pose, channel).map_or(f64::NAN, |reading| reading.value);
         reading + row.residual - torque.gravity - torque.inertia - torque.bias
     };
     let mark = ("friction", style::numbered(2 + PARTS.len()), Mark::Line(1.0));

@@ -1,7 +1,7 @@
 //! The judgement of the joint problem at given values, as `check` tells it.
 
 use gravcal_estimation::BlockId;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use super::report::{CheckedParameter, CheckedPayload};
 use super::sign;
@@ -90,7 +90,7 @@ pub(super) fn judge_at(
 /// noise alone spreads them, so that a joint that carries nothing still tells its bias.
 fn predicted_spreads(session: &Session, readings: &Readings, judged: &Solved) -> Result<Vec<f64>, EstimateError> {
     let mut noise = vec![1.0; session.channel_count()];
-    for (pose, channel) in &judged.posed.rows {
+    for ReadingId { pose, channel } in &judged.posed.rows {
         noise[*channel] = readings.std(session, *pose, *channel);
     }
     let ranges = predicted_ranges(session, readings, &judged.posed)?;
@@ -104,7 +104,7 @@ pub(super) fn predicted_ranges(
     posed: &JointProblem,
 ) -> Result<Vec<[f64; 2]>, EstimateError> {
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; session.channel_count()];
-    for (_, channel, predicted) in posed.predicted(session, readings)? {
+    for (ReadingId { channel, .. }, predicted) in posed.predicted(session, readings)? {
         let [low, high] = ranges[channel];
         ranges[channel] = [low.min(predicted), high.max(predicted)];
     }

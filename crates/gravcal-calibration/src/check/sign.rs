@@ -12,7 +12,7 @@
 //! weight of a load on known lengths tells.
 
 use gravcal_identification::DECISIVE;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::{EstimateError, Readings, Solved, Unknowns, pose, with_gains_known};
 
@@ -23,7 +23,7 @@ pub(super) fn is_decided(session: &Session, readings: &Readings, values: &Unknow
     }
     let mut session = with_gains_known(session);
     let predicted = pose(&session, readings, values)?.predicted(&session, readings)?;
-    for (pose, channel, value) in predicted {
+    for (ReadingId { pose, channel }, value) in predicted {
         if let Some(reading) = session.reading_mut(pose, channel) {
             reading.value = value;
         }

@@ -9,7 +9,7 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{
-    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable, Session,
+    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable, ReadingId, Session,
 };
 use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
@@ -167,7 +167,7 @@ fn simulated(supposed: &Supposed) -> (Session, Unknowns) {
     }
     let readings = select(&session, Signals::All);
     let predicted = pose(&session, &readings, &truth).unwrap().predicted(&session, &readings).unwrap();
-    for (pose, channel, value) in predicted {
+    for (ReadingId { pose, channel }, value) in predicted {
         let reading = session.reading_mut(pose, channel).unwrap();
         let noise: f64 = random.sample(StandardNormal);
         reading.value = value + reading.std.unwrap() * noise;

@@ -20,7 +20,7 @@ use gravcal_dynamics::JointKind;
 use gravcal_estimation::{Block, BlockId, EvaluateError, ProblemBuilder, Residual, Values};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::residuals::Shifted;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 use gravcal_robot_model::sweeps::sweeping;
 
 use super::at_rest::OfReadings;
@@ -109,7 +109,7 @@ impl Solved {
     pub(crate) fn standing_torques(&self, session: &Session) -> Result<Vec<Vec<f64>>, EvaluateError> {
         let sweeping = sweeping(session);
         let mut torques = vec![vec![0.0; session.joints.len()]; session.poses.len()];
-        for ((pose, channel), reading) in self.posed.rows.iter().zip(self.gravity_readings(session)?) {
+        for (ReadingId { pose, channel }, reading) in self.posed.rows.iter().zip(self.gravity_readings(session)?) {
             if *channel < session.joints.len() && sweeping[*pose] != Some(*channel) {
                 let gain = self.posed.layout.sensors[*channel][Quantity::TorqueGain as usize];
                 torques[*pose][*channel] = reading / self.estimate.values.scalar(gain);

@@ -11,7 +11,7 @@ use super::findings::Findings;
 use super::large_errors::WARNING;
 use super::mistakes::{Mistake, find_mistake};
 use super::readings::Readings;
-use super::solve::solve_from;
+use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::tell::{mirrored_gains, tell_termination};
 use super::unknowns::Unknowns;

@@ -8,7 +8,7 @@ use gravcal_robot_model::residuals::{
     CarriedLoad, GainEntry, InstrumentModel, InstrumentReading, PositionTerms, SensedQuantity, SpecificForce, Stacked,
     Wrench, names_a_block_twice,
 };
-use gravcal_robot_model::session::{Instrument, InstrumentKind, Pose, Session};
+use gravcal_robot_model::session::{Instrument, InstrumentKind, Pose, ReadingId, Session};
 
 use super::at_rest;
 use super::position_unknowns::Around;
@@ -16,15 +16,15 @@ use super::readings::{Readings, position_terms};
 use super::torques::{Torques, carried};
 use super::unknowns::Layout;
 
-/// Adds the readings; gives pose and channel of each row. `positions`: gain and offset of each joint's position sensor, where derivatives by
-/// them are not asked for.
+/// Adds the readings; gives that of each row. `positions`: gain and offset of each joint's position sensor, where derivatives by them are not
+/// asked for.
 pub(super) fn add_readings(
     session: &Session,
     readings: &Readings,
     layout: &Layout,
     positions: Option<Vec<[f64; 2]>>,
     builder: &mut ProblemBuilder,
-) -> Result<Vec<(usize, usize)>, NoiseError> {
+) -> Result<Vec<ReadingId>, NoiseError> {
     let stored = builder.initial();
     let around = Around::new(layout, stored.clone());
     let mut models = Models::new(session, layout, positions);
@@ -50,7 +50,7 @@ pub(super) fn add_readings(
         };
         let factor = Factor { residual, noise, loss: Loss::None };
         builder.add_factor(factor);
-        rows.extend(used.iter().map(|channel| (pose, *channel)));
+        rows.extend(used.iter().map(|channel| ReadingId { pose, channel: *channel }));
     }
     Ok(rows)
 }

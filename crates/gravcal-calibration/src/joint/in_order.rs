@@ -7,6 +7,7 @@ use gravcal_estimation::{
     BlockId, Covariance, Estimate, Factor, IterationRecord, Problem, Spectrum, Termination, Values,
 };
 use gravcal_identification::Workbench;
+use gravcal_robot_model::session::ReadingId;
 
 use super::error::{EstimateError, PosingError};
 use super::groups::{NOT_YET, first_of};
@@ -45,7 +46,7 @@ pub(super) fn estimate_in_order(
 /// the readings of all steps: a start is where readings are condensed, and no knowledge.
 fn step_by_step(
     posed: &JointProblem,
-    steps: &[BTreeSet<(usize, usize)>],
+    steps: &[BTreeSet<ReadingId>],
     workbench: &Workbench<'_>,
 ) -> Result<Updated, EstimateError> {
     let whole = &posed.problem;
@@ -116,7 +117,7 @@ impl Open {
 /// The poses before `from` together, then each with all before it as an information matrix.
 fn pose_by_pose(posed: &JointProblem, from: usize, workbench: &Workbench<'_>) -> Result<Updated, EstimateError> {
     let whole = &posed.problem;
-    let poses: BTreeSet<usize> = posed.rows.iter().map(|(pose, _)| *pose).collect();
+    let poses: BTreeSet<usize> = posed.rows.iter().map(|id| id.pose).collect();
     let together = poses.range(..from).count();
     let mut problem = whole.with_only(first_of(posed, together), NOT_YET).map_err(PosingError::from)?;
     let mut updated = Updated::from(&posed.initial);

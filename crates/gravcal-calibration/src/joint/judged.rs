@@ -53,7 +53,8 @@ impl Solved {
 
     pub(crate) fn situation<'s>(&self, session: &'s Session) -> Situation<'s> {
         let g = self.estimate.values.get(self.posed.layout.gravity);
-        let read = (0..session.joints.len()).map(|joint| self.posed.rows.iter().any(|(_, j)| *j == joint)).collect();
+        let read =
+            (0..session.joints.len()).map(|joint| self.posed.rows.iter().any(|id| id.channel == joint)).collect();
         let unread = self.readings.unread_and_unknown(session);
         let idle = idle_joints(session, &self.unknowns(&Unknowns::nominal(session)));
         Situation { session, gravity: [g[0], g[1], g[2]], read, unread, on_bound: self.on_bound(session), idle }

@@ -6,7 +6,8 @@
 //! with and without the load exchanged, axes of a force-torque sensor that are (`exchanged_axes.rs`), and a load that is lost in the middle
 //! of a table (`lost_load.rs`).
 //!
-//! Of few readings some mistake always explains more, by chance. One is named only where the likelihood is decisively higher, the noise
+//! A mistake is no image of the solution (`symmetries/`): its session states another problem, and the estimate stays that of the session as it
+//! stands. Of few readings some mistake always explains more, by chance. One is named only where the likelihood is decisively higher, the noise
 //! found anew with it, and allowing for how many were tried.
 
 use gravcal_estimation::Termination;
@@ -20,7 +21,7 @@ use super::exchanged_axes::ExchangedAxes;
 use super::lost_load::{LostLoad, lost_loads};
 use super::readings::{Readings, first_noise};
 use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
-use super::solve::solve_from;
+use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::start::start_cost;
 use super::unknowns::Unknowns;

@@ -8,10 +8,9 @@ use gravcal_robot_model::session::Session;
 use super::error::EstimateError;
 use super::problem::JointProblem;
 use super::reference::WITHIN_USE;
-use super::signs::not_as_declared;
-use super::solve::solve_from;
+use super::solve_from::solve_from;
 use super::solved::{Nearby, Solved};
-use super::twins::in_hemisphere;
+use super::symmetries::{in_hemisphere, not_as_declared};
 use super::unknowns::Unknowns;
 use crate::judgement::limits_of_use;
 

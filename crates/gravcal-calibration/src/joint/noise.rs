@@ -2,7 +2,7 @@
 
 use gravcal_estimation::EvaluateError;
 use gravcal_identification::{ReadingResidual, RowResidual, noise_by_median, noise_by_squares, row_residuals};
-use gravcal_robot_model::session::{Session, UnexplainedError};
+use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
 use super::readings::first_noise;
 use super::solved::Solved;
@@ -33,7 +33,7 @@ impl Solved {
 
     fn reading_residuals(&self, session: &Session) -> Result<Vec<ReadingResidual>, EvaluateError> {
         let rows = self.posed.rows.iter().zip(self.row_residuals()?);
-        let of = |((pose, channel), row): (&(usize, usize), RowResidual)| {
+        let of = |(ReadingId { pose, channel }, row): (&ReadingId, RowResidual)| {
             let std = self.readings.std(session, *pose, *channel);
             ReadingResidual { channel: *channel, std, row }
         };

@@ -6,7 +6,7 @@ use gravcal_estimation::statistics::{
     MIN_BLOCKS_LEFT_OUT, SampleBlocks, StatisticsError, TooFewBlocks, block_length, neighbour_correlation,
 };
 use gravcal_robot_model::parameter::Quantity;
-use gravcal_robot_model::session::{PoseBlocks, Session};
+use gravcal_robot_model::session::{PoseBlocks, ReadingId, Session};
 use gravcal_robot_model::sweeps::{HOLD_TOLERANCE, find_sweeps};
 
 use super::solved::Solved;
@@ -68,7 +68,7 @@ impl Solved {
     /// Of each channel, the rows of its readings in the poses of each table.
     fn neighbours(&self, session: &Session) -> Vec<Vec<Vec<usize>>> {
         let mut channels = vec![vec![Vec::new(); session.tables.len()]; session.channel_count()];
-        for (row, (pose, channel)) in self.posed.rows.iter().enumerate() {
+        for (row, ReadingId { pose, channel }) in self.posed.rows.iter().enumerate() {
             channels[*channel][session.poses[*pose].table].push(row);
         }
         channels.retain(|tables| tables.iter().any(|rows| rows.len() > 1));

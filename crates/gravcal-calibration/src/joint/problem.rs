@@ -1,7 +1,7 @@
 //! The joint problem as it is posed: `posing.rs` poses it.
 
 use gravcal_estimation::{EvaluateError, Loss, Problem, Values};
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use super::error::PosingError;
 use super::readings::Readings;
@@ -16,8 +16,8 @@ pub struct JointProblem {
     pub initial: Values,
     /// Its blocks.
     pub layout: Layout,
-    /// Pose and channel of each row of a reading; these rows come first.
-    pub rows: Vec<(usize, usize)>,
+    /// The reading of each row of one; these rows come first.
+    pub rows: Vec<ReadingId>,
     /// The residual of the session of each row of one's own; these come next.
     pub modelled: Vec<usize>,
     /// Poses whose readings enter: so many factors come first, one each, in the order of the session.
@@ -27,16 +27,16 @@ pub struct JointProblem {
 }
 
 impl JointProblem {
-    /// What the initial values predict of each reading: pose, channel, value in the unit of the reading.
+    /// What the initial values predict of each reading, in its unit.
     pub(crate) fn predicted(
         &self,
         session: &Session,
         readings: &Readings,
-    ) -> Result<Vec<(usize, usize, f64)>, EvaluateError> {
+    ) -> Result<Vec<(ReadingId, f64)>, EvaluateError> {
         let residuals = self.problem.residuals(&self.initial)?;
-        let predicted = self.rows.iter().zip(residuals).filter_map(|((pose, channel), residual)| {
-            let value = session.reading(*pose, *channel)?.value;
-            Some((*pose, *channel, value + readings.std(session, *pose, *channel) * residual))
+        let predicted = self.rows.iter().zip(residuals).filter_map(|(id, residual)| {
+            let value = session.reading(id.pose, id.channel)?.value;
+            Some((*id, value + readings.std(session, id.pose, id.channel) * residual))
         });
         Ok(predicted.collect())
     }
@@ -57,8 +57,6 @@ impl JointProblem {
         if loss == self.loss {
             return Ok(self.clone());
         }
-        let mut factors = self.problem.factors().to_vec();
-        factors[..self.poses].iter_mut().for_each(|factor| factor.loss = loss);
-        Ok(JointProblem { problem: self.problem.with_factors(factors)?, loss, ..self.clone() })
+        Ok(JointProblem { problem: self.problem.with_loss(0..self.poses, loss)?, loss, ..self.clone() })
     }
 }

@@ -19,7 +19,7 @@
 use gravcal_estimation::Termination;
 use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
-use gravcal_robot_model::session::{InstrumentKind, Pose, Session};
+use gravcal_robot_model::session::{InstrumentKind, Pose, ReadingId, Session};
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -116,7 +116,7 @@ fn search(
     doubtful: bool,
     workbench: &Workbench<'_>,
 ) -> Result<Option<Reversed>, EstimateError> {
-    let read = |joint: usize| solved.posed.rows.iter().any(|(_, other)| *other == joint);
+    let read = |joint: usize| solved.posed.rows.iter().any(|id| id.channel == joint);
     let joints: Vec<usize> = (0..session.joints.len()).filter(|joint| read(*joint)).collect();
     let open: Vec<usize> =
         joints.iter().copied().filter(|joint| !session.joints[*joint].torque_sign_declared).collect();
@@ -251,8 +251,8 @@ fn agreement(session: &Session, solved: &Solved, unknowns: &Unknowns) -> Option<
     let estimated = bare_torques(session, unknowns, unknowns);
     // Looked at once a joint: once a reading would take time with the square of their number.
     let turn_far: Vec<bool> = (0..session.joints.len()).map(|joint| turns_far(session, joint)).collect();
-    let of_one_that_turns = |(_, channel): &(usize, usize)| turn_far.get(*channel) == Some(&true);
-    let telling: Vec<(usize, usize)> = solved.posed.rows.iter().copied().filter(of_one_that_turns).collect();
+    let of_one_that_turns = |id: &ReadingId| turn_far.get(id.channel) == Some(&true);
+    let telling: Vec<ReadingId> = solved.posed.rows.iter().copied().filter(of_one_that_turns).collect();
     let with = |values: &Unknowns| correlation(&telling, &estimated, &bare_torques(session, values, &nominal));
     let (here, there) = (with(unknowns)?, with(&nominal)?);
     (here * there > 0.0).then(|| if here.abs() < there.abs() { here } else { there })
@@ -283,11 +283,11 @@ fn turns_far(session: &Session, joint: usize) -> bool {
 }
 
 /// Correlation of two sets of torques over these readings, by pose and joint, each joint's mean taken away.
-fn correlation(telling: &[(usize, usize)], first: &[Vec<f64>], second: &[Vec<f64>]) -> Option<f64> {
+fn correlation(telling: &[ReadingId], first: &[Vec<f64>], second: &[Vec<f64>]) -> Option<f64> {
     let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
     for joint in 0..second.first()?.len() {
-        let rows = telling.iter().filter(|(_, channel)| *channel == joint);
-        let rows: Vec<(f64, f64)> = rows.map(|(pose, _)| (first[*pose][joint], second[*pose][joint])).collect();
+        let rows = telling.iter().filter(|id| id.channel == joint);
+        let rows: Vec<(f64, f64)> = rows.map(|id| (first[id.pose][joint], second[id.pose][joint])).collect();
         let count = rows.len().max(1) as f64;
         let mean = rows.iter().fold((0.0, 0.0), |sum, (a, b)| (sum.0 + a / count, sum.1 + b / count));
         let sum = |of: fn(f64, f64) -> f64| rows.iter().map(|(a, b)| of(a - mean.0, b - mean.1)).sum::<f64>();

@@ -1,6 +1,6 @@
 //! Which readings an estimator may use.
 
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use super::readings::Readings;
 use super::sweep_moments::{SweepMoments, by_sweep};
@@ -25,7 +25,9 @@ pub fn select(session: &Session, signals: Signals) -> Readings {
         Signals::All => Readings::select(session, entering),
         Signals::PaperSteps => {
             let read = Plan::new(session).readings();
-            Readings::select(session, |pose, joint| read.contains(&(pose, joint)) && entering(pose, joint))
+            Readings::select(session, |pose, channel| {
+                read.contains(&ReadingId { pose, channel }) && entering(pose, channel)
+            })
         }
     }
 }

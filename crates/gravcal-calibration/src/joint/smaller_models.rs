@@ -1,8 +1,9 @@
 //! What a model of an arm in motion gains over smaller ones, on readings that neither has seen: gravity and biases alone, then with friction.
 //!
 //! A smaller model is fitted to the same readings with the same noise, from the solution of the whole. Windows count as poses that stand where the
-//! arm is on the mean; coefficients of friction are zero where it has none. What explains readings that were fitted may be chance: only what
-//! predicts others is gained.
+//! arm is on the mean; coefficients of friction are zero where it has none. Gains of sensors and zeros of position sensors are those of the
+//! solution: they would make up for what is missing, and no fit would end. What explains readings that were fitted may be chance: only what predicts
+//! others is gained.
 
 use std::collections::BTreeSet;
 
@@ -67,8 +68,11 @@ fn prediction(
     none.iter().for_each(|place| start.further[*place] = 0.0);
     let Ok(posed) = pose_with_constraints(session, &readings, &start) else { return Ok(None) };
     let mut posed = held_alike(solved, posed)?;
-    let zeros: Vec<BlockId> = none.iter().map(|place| posed.layout.further[*place]).collect();
-    posed.problem = posed.problem.holding(&zeros, "no part of the smaller model");
+    let zeros = none.iter().map(|place| posed.layout.further[*place]);
+    let scales =
+        posed.layout.sensors.iter().flat_map(|[gain, _, position_gain, offset]| [*gain, *position_gain, *offset]);
+    let given: Vec<BlockId> = zeros.chain(scales).collect();
+    posed.problem = posed.problem.holding(&given, "as the whole model has it");
     let (posed, estimate) = fit(&posed, &readings, workbench)?;
     if !estimate.termination.converged() {
         return Ok(None);

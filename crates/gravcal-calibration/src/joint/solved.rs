@@ -3,7 +3,7 @@
 use gravcal_estimation::{Covariance, Estimate, Problem, Spectrum, Termination, Uncertainty, Values};
 use gravcal_identification::{End, Known};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use super::error::EstimateError;
 use super::problem::JointProblem;
@@ -63,7 +63,7 @@ impl Solved {
 
     /// − ln of the likelihood with the noise as stated or found here, but for what all solutions share.
     pub(super) fn minus_log_likelihood(&self, session: &Session) -> f64 {
-        let size = |(pose, channel): &(usize, usize)| self.readings.std(session, *pose, *channel).ln();
+        let size = |id: &ReadingId| self.readings.std(session, id.pose, id.channel).ln();
         self.estimate.cost + self.posed.rows.iter().map(size).sum::<f64>()
     }
 

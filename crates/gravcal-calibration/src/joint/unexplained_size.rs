@@ -6,7 +6,7 @@
 
 use gravcal_estimation::EvaluateError;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
-use gravcal_robot_model::session::{Session, UnexplainedError};
+use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
 use super::solved::Solved;
 use crate::result::UnexplainedResult;
@@ -53,7 +53,7 @@ impl Solved {
     /// Standard deviation over its readings of what gravity makes each channel read, unit of the reading.
     fn gravity_std(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
         let mut read = vec![Vec::new(); session.channel_count()];
-        for ((_, channel), reading) in self.posed.rows.iter().zip(self.gravity_readings(session)?) {
+        for (ReadingId { channel, .. }, reading) in self.posed.rows.iter().zip(self.gravity_readings(session)?) {
             read[*channel].push(reading);
         }
         Ok(read.iter().map(|read| spread(read)).collect())
@@ -70,7 +70,7 @@ impl Solved {
             without.set(self.posed.layout.block(id), &[0.0]);
         }
         let (with, without) = (problem.residuals(values)?, problem.residuals(&without)?);
-        let reading = |((pose, channel), (with, without)): (&(usize, usize), (&f64, &f64))| {
+        let reading = |(ReadingId { pose, channel }, (with, without)): (&ReadingId, (&f64, &f64))| {
             (with - without) * self.readings.std(session, *pose, *channel)
         };
         Ok(self.posed.rows.iter().zip(with.iter().zip(&without)).map(reading).collect())
@@ -79,7 +79,7 @@ impl Solved {
     /// Root mean square of the readings' own noise, by channel; nothing where nothing is read.
     fn noise_by_channel(&self, session: &Session) -> Vec<Option<f64>> {
         let mut squares = vec![Vec::new(); session.channel_count()];
-        for (pose, channel) in &self.posed.rows {
+        for ReadingId { pose, channel } in &self.posed.rows {
             squares[*channel].push(self.readings.own_std(session, *pose, *channel).powi(2));
         }
         let mean = |squares: &Vec<f64>| squares.iter().sum::<f64>() / squares.len() as f64;

@@ -2,7 +2,7 @@
 
 use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_identification::Explained;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 use std::sync::Arc;
 
 use super::torque_parts::torque_parts;
@@ -20,9 +20,9 @@ pub(crate) struct JointResiduals {
 
 impl JointResiduals {
     /// From whitened residuals whose first rows are the given readings.
-    pub fn new(session: &Session, readings: &Readings, rows: &[(usize, usize)], whitened: &[f64]) -> Self {
+    pub fn new(session: &Session, readings: &Readings, rows: &[ReadingId], whitened: &[f64]) -> Self {
         let mut by_channel = vec![Vec::new(); session.channel_count()];
-        for ((pose, channel), r) in rows.iter().zip(whitened) {
+        for (ReadingId { pose, channel }, r) in rows.iter().zip(whitened) {
             let own = readings.own_std(session, *pose, *channel);
             by_channel[*channel].push((r * readings.std(session, *pose, *channel), own));
         }
@@ -96,24 +96,16 @@ fn by_reading(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Ve
     let weights = problem.weights(values)?;
     let parts = torque_parts(session, solved)?;
     let rows = solved.posed.rows.iter().zip(whitened).zip(nominal.iter().zip(weights).zip(parts));
-    let told = rows.map(|(((pose, channel), whitened), ((nominal, weight), torque))| {
-        let std = solved.readings.std(session, *pose, *channel);
-        ReadingResidual {
-            pose: *pose,
-            channel: *channel,
-            residual: std * whitened,
-            nominal_residual: std * nominal,
-            std,
-            weight,
-            torque,
-        }
+    let told = rows.map(|((id, whitened), ((nominal, weight), torque))| {
+        let std = solved.readings.std(session, id.pose, id.channel);
+        ReadingResidual { id: *id, residual: std * whitened, nominal_residual: std * nominal, std, weight, torque }
     });
     Ok(told.collect())
 }
 
 /// Tells how well poses were predicted that a fit did not see; `whitened` are the residuals of exactly `rows`.
-pub(crate) fn held_out(session: &Session, readings: &Readings, rows: &[(usize, usize)], whitened: &[f64]) -> HeldOut {
-    let mut poses: Vec<usize> = rows.iter().map(|(pose, _)| *pose).collect();
+pub(crate) fn held_out(session: &Session, readings: &Readings, rows: &[ReadingId], whitened: &[f64]) -> HeldOut {
+    let mut poses: Vec<usize> = rows.iter().map(|id| id.pose).collect();
     poses.dedup();
     HeldOut {
         poses: poses.len(),

@@ -2,7 +2,7 @@
 
 use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_recording::file_name;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::Solved;
 use crate::result::Outlier;
@@ -20,7 +20,7 @@ pub(crate) fn outliers(session: &Session, solved: &Solved) -> Result<Vec<Outlier
     let rows = solved.posed.rows.iter().zip(residuals).zip(weights);
     let mut outliers: Vec<Outlier> = rows
         .filter(|(_, weight)| *weight < HALF)
-        .map(|(((pose, channel), residual), weight)| {
+        .map(|((ReadingId { pose, channel }, residual), weight)| {
             let pose = &session.poses[*pose];
             Outlier {
                 table: file_name(&session.tables[pose.table].path),

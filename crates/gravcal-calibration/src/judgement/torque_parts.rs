@@ -8,7 +8,7 @@
 
 use gravcal_estimation::{BlockId, EvaluateError, Factor, LocalValues, RowsMut, Values};
 use gravcal_robot_model::parameter::Quantity;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::Solved;
 use crate::result::{ReadingResidual, TorqueParts};
@@ -20,9 +20,9 @@ pub(crate) fn torque_parts(session: &Session, solved: &Solved) -> Result<Vec<Opt
     for (index, factor) in problem.factors().iter().enumerate() {
         let own = problem.rows_of(index);
         let Some(read) = rows.get(own.clone()) else { break };
-        if read.iter().any(|(pose, _)| session.poses[*pose].course.is_some()) {
+        if read.iter().any(|id| session.poses[id.pose].course.is_some()) {
             let derivatives = Derivatives::of(factor, &solved.estimate.values)?;
-            for (row, ((_, channel), told)) in read.iter().zip(&mut parts[own]).enumerate() {
+            for (row, (ReadingId { channel, .. }, told)) in read.iter().zip(&mut parts[own]).enumerate() {
                 *told = (*channel < session.joints.len()).then(|| of_joint(solved, &derivatives, row, *channel));
             }
         }
@@ -34,7 +34,7 @@ pub(crate) fn torque_parts(session: &Session, solved: &Solved) -> Result<Vec<Opt
 /// lies where the joint's bias is. `bias`: whether that of a joint is determined.
 pub(crate) fn keep_determined(residuals: &mut [ReadingResidual], gravity: bool, bias: impl Fn(usize) -> bool) {
     for row in residuals {
-        row.torque = row.torque.filter(|_| gravity && bias(row.channel));
+        row.torque = row.torque.filter(|_| gravity && bias(row.id.channel));
     }
 }
 
@@ -90,8 +90,7 @@ mod tests {
     fn no_part_is_told_that_rests_on_what_is_open() {
         let parts = TorqueParts { gravity: 3.0, inertia: 2.0, bias: 1.0 };
         let row = |channel: usize| ReadingResidual {
-            pose: 0,
-            channel,
+            id: ReadingId { pose: 0, channel },
             residual: 0.0,
             nominal_residual: 0.0,
             std: 1.0,

@@ -1,12 +1,12 @@
 //! Every reading beside what a fitted model makes of it.
 
+use gravcal_robot_model::session::ReadingId;
+
 /// One reading and its residuals, in the unit of the reading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReadingResidual {
-    /// Index into [`Session::poses`](gravcal_robot_model::Session).
-    pub pose: usize,
-    /// Which reading of it: see [`Session::reading`](gravcal_robot_model::Session::reading).
-    pub channel: usize,
+    /// Which one.
+    pub id: ReadingId,
     /// Prediction less reading.
     pub residual: f64,
     /// The same before the calibration: sensors at their nominal values, gravity, moments and placements as found.

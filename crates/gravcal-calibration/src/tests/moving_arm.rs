@@ -274,7 +274,7 @@ fn predictions_are_made_of_gravity_inertia_and_friction() {
     let (result, chain) = (estimated(&session), &session.robot.chain);
     let mut largest = [[0.0_f64; 2]; 3];
     for told in &result.fit.as_ref().unwrap().residuals {
-        let (pose, joint) = (&session.poses[told.pose], told.channel);
+        let (pose, joint) = (&session.poses[told.id.pose], told.id.channel);
         let [gain, bias, position_gain, _, coulomb, viscous] = TRUTH[joint];
         let parts = told.torque.unwrap();
         // Gravity by the true arm where the window stands in the mean: half a per cent is the curvature within it.
@@ -283,7 +283,7 @@ fn predictions_are_made_of_gravity_inertia_and_friction() {
             bodies(chain, pose.load.is_some()).chunks(10).flat_map(|body| body[..4].to_vec()).collect();
         let mut torque = vec![0.0; 3];
         chain.gravity_torque(&coordinates, GRAVITY, &moments, &mut torque);
-        let reading = session.reading(told.pose, joint).unwrap().value;
+        let reading = session.reading(told.id.pose, joint).unwrap().value;
         let friction = reading + told.residual - parts.gravity - parts.inertia - parts.bias;
         let (speed, direction) = (pose.conditions.velocity[joint], pose.conditions.direction[joint]);
         let expected = coulomb * direction + viscous * speed;

@@ -208,6 +208,20 @@ mod tests {
     }
 
     #[test]
+    fn another_loss_counts_for_the_factors_that_it_is_of_and_keeps_the_structure() {
+        let mut builder = ProblemBuilder::new();
+        let x = builder.add_block(Block::scalar("x", "m"), &[5.0]);
+        (0..2).for_each(|_| builder.add_factor(Factor::new(Mistaken { reads: vec![x], column: 0 }, unit())));
+        let (problem, values) = builder.build().unwrap();
+        let robust = problem.with_loss(1..2, Loss::Huber(1.0)).unwrap();
+        // ½ 4², and beyond the width 1 · (4 − ½).
+        assert_eq!((problem.cost(&values), robust.cost(&values)), (Ok(16.0), Ok(11.5)));
+        assert!(Arc::ptr_eq(&problem.structure, &robust.structure));
+        let refused = problem.with_loss(1..2, Loss::Huber(-1.0)).unwrap_err().to_string();
+        assert!(refused.starts_with("factor 1: the width -1"), "{refused}");
+    }
+
+    #[test]
     fn a_loss_without_a_width_is_refused() {
         let told = refusal(|builder| {
             let x = builder.add_block(Block::scalar("x", "m"), &[0.0]);

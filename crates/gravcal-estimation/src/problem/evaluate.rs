@@ -5,6 +5,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Place, Problem, RowPlan, Structure};
+use crate::batch::evaluate_abreast;
 use crate::noise::Weights;
 use crate::reference::Pull;
 use crate::{ABREAST, EvaluateError, Factor, LocalValues, Loss, Noise, RowsMut, Values};
@@ -306,7 +307,7 @@ impl<'a> Rows<'a> {
         self.residual_abreast.resize(shape.rows.len(), [0.0; ABREAST]);
         let x = x.map(|x| LocalValues::new(x, &shape.local_offsets));
         let jacobian = with_jacobian.then_some(&mut jacobian[..]);
-        if !all[0].evaluate_abreast(all, x, &mut self.residual_abreast, jacobian) {
+        if !evaluate_abreast(all, x, &mut self.residual_abreast, jacobian) {
             return Ok(false);
         }
         self.loaded_factors = ABREAST;

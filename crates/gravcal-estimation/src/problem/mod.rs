@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
-use crate::{Block, BlockId, Constraint, Factor, Reference, Values};
+use crate::{Block, BlockId, Constraint, Factor, Loss, Reference, Values};
 
 pub use builder::ProblemBuilder;
 pub use check::ProblemError;
@@ -173,7 +173,21 @@ impl Problem {
         self.reference.as_deref()
     }
 
-    /// The same blocks with other factors: other losses, other samples.
+    /// The same with another loss of some factors, given by their positions. Losses are state: the structure stays.
+    ///
+    /// # Errors
+    /// Where the loss has no width.
+    ///
+    /// # Panics
+    /// If there are no such factors.
+    pub fn with_loss(&self, factors: Range<usize>, loss: Loss) -> Result<Problem, ProblemError> {
+        loss.checked().map_err(|source| ProblemError::Loss { factor: factors.start, source })?;
+        let mut all = self.factors.to_vec();
+        all[factors].iter_mut().for_each(|factor| factor.loss = loss);
+        Ok(Problem { factors: all.into(), ..self.clone() })
+    }
+
+    /// The same blocks with other factors: other noise, other samples.
     ///
     /// # Errors
     /// As [`ProblemBuilder::build`], of the factors.

@@ -151,7 +151,7 @@ pub(super) fn section(page: &CalibrationPage<'_>) -> Markup {
 pub(super) fn data(page: &CalibrationPage<'_>) -> Result<String, JsonError> {
     let (session, drawn) = (page.session, page.drawn());
     let channels: Vec<usize> = (0..session.channel_count())
-        .filter(|channel| drawn.iter().any(|result| residuals(result).any(|residual| residual.channel == *channel)))
+        .filter(|channel| drawn.iter().any(|result| residuals(result).any(|residual| residual.id.channel == *channel)))
         .collect();
     let data = Data {
         joints: joints(session),
@@ -231,8 +231,8 @@ fn readings(session: &Session, channel: usize) -> Channel {
 
 fn of_channel(session: &Session, result: &EstimatorResult, channel: usize, decides: bool) -> Residuals {
     let own: BTreeMap<usize, &ReadingResidual> = residuals(result)
-        .filter(|residual| residual.channel == channel)
-        .map(|residual| (residual.pose, residual))
+        .filter(|residual| residual.id.channel == channel)
+        .map(|residual| (residual.id.pose, residual))
         .collect();
     let by_pose = |of: &dyn Fn(&ReadingResidual) -> f64| {
         base64((0..session.poses.len()).map(|pose| own.get(&pose).map_or(f64::NAN, |residual| of(residual))))

@@ -1,6 +1,7 @@
 //! What a page says first, and how large it is.
 
 use gravcal_calibration::result::{ReadingResidual, Undetermined, Verdict};
+use gravcal_robot_model::session::ReadingId;
 use gravcal_session::simulation::Simulation;
 
 use super::*;
@@ -29,17 +30,17 @@ fn page(session: &Session, results: &[EstimatorResult]) -> String {
 
 /// Residuals of every torque reading.
 fn residuals(session: &Session) -> Vec<ReadingResidual> {
-    let pairs = (0..session.poses.len()).flat_map(|pose| (0..session.joints.len()).map(move |channel| (pose, channel)));
-    let one = |(pose, channel): (usize, usize)| ReadingResidual {
-        pose,
-        channel,
-        residual: ((pose * 7 + channel) % 13) as f64 - 6.0,
+    let read = (0..session.poses.len())
+        .flat_map(|pose| (0..session.joints.len()).map(move |channel| ReadingId { pose, channel }));
+    let one = |id: ReadingId| ReadingResidual {
+        id,
+        residual: ((id.pose * 7 + id.channel) % 13) as f64 - 6.0,
         nominal_residual: 100.0,
         std: 0.8,
         weight: 1.0,
         torque: None,
     };
-    pairs.map(one).collect()
+    read.map(one).collect()
 }
 
 fn joint(session: &Session) -> EstimatorResult {

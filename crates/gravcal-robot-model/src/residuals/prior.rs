@@ -4,9 +4,7 @@
 //!     x = x₀ ± σ
 //! ```
 
-use std::any::Any;
-
-use gravcal_estimation::{ABREAST, BlockId, EvaluateError, LocalValues, Residual, RowsMut};
+use gravcal_estimation::{ABREAST, Batched, BlockId, EvaluateError, LocalValues, Residual, RowsMut, Sample};
 
 /// The expected value of a whole block, in its unit.
 #[derive(Clone, Debug)]
@@ -46,22 +44,26 @@ impl Residual for Prior {
         Ok(())
     }
 
+    fn as_sample(&self) -> Option<Sample<'_>> {
+        Some(Sample::of(self))
+    }
+}
+
+impl Batched for Prior {
     fn evaluate_abreast(
-        &self,
-        all: [&dyn Residual; ABREAST],
+        priors: [&Prior; ABREAST],
         x: [LocalValues<'_>; ABREAST],
         residual: &mut [[f64; ABREAST]],
         jacobian: Option<&mut [[f64; ABREAST]]>,
     ) -> bool {
-        for (lane, (prior, x)) in all.into_iter().zip(x).enumerate() {
-            let Some(Prior { expected, .. }) = (prior as &dyn Any).downcast_ref() else { return false };
-            for (row, (value, expected)) in residual.iter_mut().zip(x.block(0).iter().zip(expected)) {
+        for (lane, (prior, x)) in priors.into_iter().zip(x).enumerate() {
+            for (row, (value, expected)) in residual.iter_mut().zip(x.block(0).iter().zip(&prior.expected)) {
                 row[lane] = value - expected;
             }
         }
         let rows = jacobian.into_iter().flat_map(|jacobian| jacobian.chunks_exact_mut(x[0].as_slice().len()));
         for (index, row) in rows.enumerate() {
-            row[..self.expected.len()].fill([0.0; ABREAST]);
+            row[..priors[0].expected.len()].fill([0.0; ABREAST]);
             row[index] = [1.0; ABREAST];
         }
         true

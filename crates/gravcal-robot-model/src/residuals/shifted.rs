@@ -10,13 +10,14 @@
 //! errors are. Because `δ_j` enters like `o_j`, values and derivatives are those of the inner residual at `o + a δ`. Of parameters
 //! that the inner residual does not read, `δ` has no effect.
 
-use std::any::Any;
 use std::array;
 use std::cell::Cell;
 use std::ops::Range;
 use std::sync::Arc;
 
-use gravcal_estimation::{ABREAST, BlockId, EvaluateError, LocalValues, Residual, RowsMut};
+use gravcal_estimation::{
+    ABREAST, Batched, BlockId, EvaluateError, LocalValues, Residual, RowsMut, Sample, evaluate_abreast,
+};
 
 /// A residual some of whose parameters are shifted.
 #[derive(Clone, Debug)]
@@ -64,6 +65,14 @@ impl Shifted {
             column.iter().for_each(|column| shifted[*column] += scale * shift);
         }
     }
+
+    /// Whether both shift the same columns, whatever the scales.
+    fn shifts_as(&self, other: &Shifted) -> bool {
+        let mut pairs = self.shifted.iter().zip(&other.shifted);
+        self.starts == other.starts
+            && self.shifted.len() == other.shifted.len()
+            && pairs.all(|((column, _), (others, _))| column == others)
+    }
 }
 
 /// The pattern of a row with the columns of the shifts behind it.
@@ -110,15 +119,22 @@ impl Residual for Shifted {
         Ok(())
     }
 
+    fn as_sample(&self) -> Option<Sample<'_>> {
+        Some(Sample::of(self))
+    }
+}
+
+impl Batched for Shifted {
     fn evaluate_abreast(
-        &self,
-        all: [&dyn Residual; ABREAST],
+        all: [&Shifted; ABREAST],
         x: [LocalValues<'_>; ABREAST],
         residual: &mut [[f64; ABREAST]],
         jacobian: Option<&mut [[f64; ABREAST]]>,
     ) -> bool {
-        let Some(all) = alike(all) else { return false };
         let first = all[0];
+        if !all[1..].iter().all(|other| other.shifts_as(first)) {
+            return false;
+        }
         // Another residual of this kind may be within.
         let mut room = ROOM.take();
         for ((own, x), residual) in room.iter_mut().zip(x).zip(all) {
@@ -129,7 +145,7 @@ impl Residual for Shifted {
         let shifted = [a, b, c, d].map(|own| LocalValues::new(own, &first.starts));
         let inner = all.map(|residual| &*residual.inner);
         let mut jacobian = jacobian;
-        let done = inner[0].evaluate_abreast(inner, shifted, residual, jacobian.as_deref_mut());
+        let done = evaluate_abreast(inner, shifted, residual, jacobian.as_deref_mut());
         ROOM.set(room);
         for row in jacobian.into_iter().flat_map(|jacobian| jacobian.chunks_exact_mut(x[0].as_slice().len())) {
             let (by_given, by_shifts) = row.split_at_mut(first.width());
@@ -140,21 +156,6 @@ impl Residual for Shifted {
         }
         done
     }
-}
-
-/// These, if all are of this kind and shift the same columns.
-fn alike(all: [&dyn Residual; ABREAST]) -> Option<[&Shifted; ABREAST]> {
-    let [Some(a), Some(b), Some(c), Some(d)] = all.map(|residual| (residual as &dyn Any).downcast_ref::<Shifted>())
-    else {
-        return None;
-    };
-    let of_first = |residual: &Shifted| {
-        let mut pairs = residual.shifted.iter().zip(&a.shifted);
-        residual.starts == a.starts
-            && residual.shifted.len() == a.shifted.len()
-            && pairs.all(|((column, _), (first, _))| column == first)
-    };
-    [b, c, d].into_iter().all(of_first).then_some([a, b, c, d])
 }
 
 thread_local! {
@@ -225,10 +226,9 @@ mod tests {
         });
         let x = [0, 1, 2, 3].map(|lane: usize| LocalValues::new(&x[lane], &starts));
         let (mut together, mut jacobian) = (vec![[f64::NAN; ABREAST]; 3], vec![[0.0; ABREAST]; 3 * width]);
-        let dynamic = [0, 1, 2, 3].map(|lane: usize| &all[lane] as &dyn Residual);
-        let done = all[0].evaluate_abreast(dynamic, x, &mut together, Some(&mut jacobian));
+        let done = Shifted::evaluate_abreast(all.each_ref(), x, &mut together, Some(&mut jacobian));
         // It is not where the processor has no vector instructions of so many lanes.
-        let alone = inner.evaluate_abreast(
+        let alone = evaluate_abreast(
             [&*inner; ABREAST],
             [LocalValues::new(&x[0].as_slice()[..width - 2], &starts[..starts.len() - 1]); ABREAST],
             &mut together.clone(),

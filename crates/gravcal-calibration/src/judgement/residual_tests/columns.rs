@@ -141,7 +141,7 @@ impl<'a> Columns<'a> {
     /// Row and pose of every reading of a channel.
     fn poses(&self, channel: usize) -> impl Iterator<Item = (usize, usize)> {
         let rows = self.solved.posed.rows.iter().enumerate();
-        rows.filter(move |(_, (_, own))| *own == channel).map(|(row, (pose, _))| (row, *pose))
+        rows.filter(move |(_, id)| id.channel == channel).map(|(row, id)| (row, id.pose))
     }
 
     /// A term that adds to the readings of a channel.
@@ -166,8 +166,8 @@ impl<'a> Columns<'a> {
     /// A term that adds to the coordinate of a joint.
     fn coordinate(&self, joint: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut column = self.slopes[joint].clone();
-        for ((pose, _), entry) in self.solved.posed.rows.iter().zip(&mut column) {
-            *entry *= value(*pose);
+        for (id, entry) in self.solved.posed.rows.iter().zip(&mut column) {
+            *entry *= value(id.pose);
         }
         column
     }

@@ -9,7 +9,7 @@
 
 use gravcal_estimation::EvaluateError;
 use gravcal_recording::FILTER_LENGTH;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::Solved;
 
@@ -34,7 +34,7 @@ pub fn predictions(session: &Session, solved: &Solved) -> Result<Vec<f64>, Evalu
         return Ok(Vec::new());
     }
     let residuals = solved.posed.problem.residuals(&solved.estimate.values)?;
-    let prediction = |((pose, channel), residual): (&(usize, usize), f64)| {
+    let prediction = |(ReadingId { pose, channel }, residual): (&ReadingId, f64)| {
         let reading = session.reading(*pose, *channel).map_or(0.0, |reading| reading.value);
         reading + residual * solved.readings.std(session, *pose, *channel)
     };

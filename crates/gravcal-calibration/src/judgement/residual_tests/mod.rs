@@ -35,7 +35,7 @@ mod words;
 use gravcal_estimation::statistics::{ResidualMaker, Solution};
 use gravcal_estimation::{EvaluateError, Loss};
 use gravcal_recording::file_name;
-use gravcal_robot_model::session::{Session, UnexplainedError};
+use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
 use crate::joint::{Order, Solved};
 use crate::result::{ResidualTest, ResidualTestKind, UncertaintyResult};
@@ -179,11 +179,11 @@ impl Tests<'_> {
     fn scatters(&self, maker: &ResidualMaker, rows: &Rows, channel: usize) -> bool {
         let own = rows.of_channel(channel);
         let square = |row: &usize| {
-            let (pose, _) = self.solved.posed.rows[*row];
+            let ReadingId { pose, .. } = self.solved.posed.rows[*row];
             (maker.residuals()[*row] * self.solved.readings.std(self.session, pose, channel)).powi(2)
         };
         let rms = (own.iter().map(square).sum::<f64>() / own.len().max(1) as f64).sqrt();
-        let largest = own.iter().filter_map(|row| self.session.reading(self.solved.posed.rows[*row].0, channel));
+        let largest = own.iter().filter_map(|row| self.session.reading(self.solved.posed.rows[*row].pose, channel));
         rms > ROUNDING * largest.map(|reading| reading.value.abs()).fold(0.0, f64::max)
     }
 

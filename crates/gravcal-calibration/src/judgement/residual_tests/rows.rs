@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use gravcal_estimation::statistics::ResidualMaker;
-use gravcal_robot_model::session::Session;
+use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::Solved;
 
@@ -27,18 +27,18 @@ impl Rows {
         let channels = session.channel_count();
         let mut owner = vec![channels; maker.residuals().len()];
         let mut of_channel = vec![Vec::new(); channels];
-        for (row, (_, channel)) in rows.iter().enumerate() {
+        for (row, ReadingId { channel, .. }) in rows.iter().enumerate() {
             owner[row] = *channel;
             of_channel[*channel].push(row);
         }
-        let mut order: Vec<usize> = rows.iter().map(|(pose, _)| *pose).collect();
+        let mut order: Vec<usize> = rows.iter().map(|id| id.pose).collect();
         order.dedup();
         // By table, and in it by time where that is told; a sort keeps the order of equals.
         let time = |pose: usize| session.poses[pose].conditions.time.unwrap_or(0.0);
         order.sort_by(|a, b| session.poses[*a].table.cmp(&session.poses[*b].table).then(time(*a).total_cmp(&time(*b))));
         let places: BTreeMap<usize, usize> = order.iter().enumerate().map(|(place, pose)| (*pose, place)).collect();
-        let place: Vec<usize> = rows.iter().map(|(pose, _)| places[pose]).collect();
-        let table = |row: usize| session.poses[rows[row].0].table;
+        let place: Vec<usize> = rows.iter().map(|id| places[&id.pose]).collect();
+        let table = |row: usize| session.poses[rows[row].pose].table;
         let pairs = |own: &Vec<usize>| {
             let mut own = own.clone();
             own.sort_by_key(|row| place[*row]);

@@ -1,12 +1,11 @@
 //! Poses whose torques are evaluated abreast, by vector instructions: those of one model that read the same joints. Terms of their sensors are
 //! evaluated one by one: see [`super::abreast_terms`].
 
-use std::any::Any;
 use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_dynamics::{Abreast, Arithmetic, Bodies, LANES};
-use gravcal_estimation::{ABREAST, Residual};
+use gravcal_estimation::ABREAST;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::abreast_terms::{self, Lane};
@@ -46,16 +45,15 @@ pub(super) struct Poses<'a>([&'a PoseTorque; ABREAST]);
 
 impl<'a> Poses<'a> {
     /// These, if they are.
-    pub fn of(all: [&'a dyn Residual; ABREAST]) -> Option<Self> {
-        let of = |residual: &'a dyn Residual| (residual as &dyn Any).downcast_ref::<PoseTorque>();
-        let [Some(a), Some(b), Some(c), Some(d)] = all.map(of) else { return None };
+    pub fn of(poses: [&'a PoseTorque; ABREAST]) -> Option<Self> {
+        let (a, others) = (poses[0], &poses[1..]);
         let joint = |(joint, _): &(usize, f64)| *joint;
         let same_joints = |pose: &PoseTorque| pose.readings.iter().map(joint).eq(a.readings.iter().map(joint));
         let alike = |pose: &PoseTorque| Arc::ptr_eq(&pose.model, &a.model) && same_joints(pose);
-        (a.model.goes_abreast() && [b, c, d].into_iter().all(alike)).then_some(Poses([a, b, c, d]))
+        (a.model.goes_abreast() && others.iter().copied().all(alike)).then_some(Poses(poses))
     }
 
-    /// As [`Residual::evaluate_abreast`].
+    /// As [`Batched::evaluate_abreast`](gravcal_estimation::Batched::evaluate_abreast).
     pub fn evaluate(
         &self,
         workspace: &mut residual::Workspace,

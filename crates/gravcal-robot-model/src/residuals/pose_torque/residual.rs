@@ -5,7 +5,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_dynamics::{Bodies, Chain, GravityTorque, Single};
-use gravcal_estimation::{ABREAST, BlockId, EvaluateError, LocalValues, Residual, RowsMut};
+use gravcal_estimation::{ABREAST, Batched, BlockId, EvaluateError, LocalValues, Residual, RowsMut, Sample};
 use gravcal_recording::Conditions;
 
 use super::model::{GRAVITY, INERTIA, LoadState, PoseTorqueModel, inertia_column, sensor_column};
@@ -287,19 +287,20 @@ impl Residual for PoseTorque {
         self.with_workspace(|workspace| self.evaluate_in(workspace, x.as_slice(), residual, jacobian))
     }
 
+    fn as_sample(&self) -> Option<Sample<'_>> {
+        Some(Sample::of(self))
+    }
+}
+
+impl Batched for PoseTorque {
     fn evaluate_abreast(
-        &self,
-        all: [&dyn Residual; ABREAST],
+        poses: [&PoseTorque; ABREAST],
         x: [LocalValues<'_>; ABREAST],
         residual: &mut [[f64; ABREAST]],
         jacobian: Option<&mut [[f64; ABREAST]]>,
     ) -> bool {
-        match abreast::Poses::of(all) {
-            Some(poses) => {
-                let x = x.map(|x| x.as_slice());
-                self.with_workspace(|workspace| poses.evaluate(workspace, x, residual, jacobian))
-            }
-            None => false,
-        }
+        let Some(alike) = abreast::Poses::of(poses) else { return false };
+        let x = x.map(|x| x.as_slice());
+        poses[0].with_workspace(|workspace| alike.evaluate(workspace, x, residual, jacobian))
     }
 }

@@ -7,8 +7,8 @@ use gravcal_dynamics::{
     Attachment, Chain, DhConvention, DhRow, GravityTorque, Joint, JointKind, Link, Mimic, Transform, chain_from_dh,
 };
 use gravcal_estimation::{
-    ABREAST, Block, BlockId, EvaluateError, Factor, LocalValues, Loss, Manifold, Noise, ProblemBuilder, Residual,
-    RowsMut,
+    ABREAST, Batched, Block, BlockId, EvaluateError, Factor, LocalValues, Loss, Manifold, Noise, ProblemBuilder,
+    Residual, RowsMut,
 };
 use gravcal_recording::Conditions;
 use rand::{RngExt, SeedableRng};
@@ -259,16 +259,17 @@ fn on_plain_branches() -> Vec<PoseTorque> {
 
 /// Whether these are evaluated abreast; if so, to the bits that each has alone.
 fn are_evaluated_abreast(poses: &[PoseTorque], x: &[f64]) -> bool {
-    let all: [&dyn Residual; ABREAST] = std::array::from_fn(|lane| &poses[lane] as &dyn Residual);
+    let all: [&PoseTorque; ABREAST] = std::array::from_fn(|lane| &poses[lane]);
     let offsets = [0, x.len()];
     let rows = poses[0].len();
     // What was there before is not to be read.
     let (mut residual, mut jacobian) = (vec![[f64::NAN; ABREAST]; rows], vec![[f64::NAN; ABREAST]; rows * x.len()]);
-    if !poses[0].evaluate_abreast(all, [LocalValues::new(x, &offsets); ABREAST], &mut residual, Some(&mut jacobian)) {
+    if !PoseTorque::evaluate_abreast(all, [LocalValues::new(x, &offsets); ABREAST], &mut residual, Some(&mut jacobian))
+    {
         return false;
     }
     let mut without = vec![[f64::NAN; ABREAST]; rows];
-    assert!(poses[0].evaluate_abreast(all, [LocalValues::new(x, &offsets); ABREAST], &mut without, None));
+    assert!(PoseTorque::evaluate_abreast(all, [LocalValues::new(x, &offsets); ABREAST], &mut without, None));
     assert_eq!(residual, without);
     for (lane, pose) in poses.iter().enumerate() {
         let (mut alone, mut entries) = (vec![0.0; rows], vec![0.0; rows * x.len()]);

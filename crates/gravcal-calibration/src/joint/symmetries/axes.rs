@@ -15,21 +15,21 @@
 use std::f64::consts::PI;
 
 use gravcal_dynamics::{BodyInertia, JointKind, Transform};
-use gravcal_identification::{DECISIVE, Workbench};
+use gravcal_identification::{Symmetry, Workbench};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{Load, Session};
 
-use super::error::EstimateError;
-use super::posing::pose_with_constraints;
-use super::solve::solve_posed;
-use super::solved::Solved;
-use super::unknowns::Unknowns;
+use crate::joint::error::EstimateError;
+use crate::joint::posing::pose_with_constraints;
+use crate::joint::solve_from::solve_posed;
+use crate::joint::solved::Solved;
+use crate::joint::unknowns::Unknowns;
 
 /// Share of its nominal value below which a gain has no sign: it may be zero.
 const HAS_SIGN: f64 = 0.1;
 
 /// The free gains that have the other sign than declared.
-pub(super) fn turned_gains(session: &Session, values: &Unknowns) -> Vec<ParameterId> {
+pub(in crate::joint) fn turned_gains(session: &Session, values: &Unknowns) -> Vec<ParameterId> {
     let joints = 0..session.joints.len();
     let sensors =
         joints.flat_map(|joint| [Quantity::TorqueGain, Quantity::PositionGain].map(|q| ParameterId::Sensor(joint, q)));
@@ -48,7 +48,7 @@ fn far_offsets(session: &Session, values: &Unknowns) -> Vec<ParameterId> {
 }
 
 /// How many free gains and offsets are as they are not declared.
-pub(super) fn not_as_declared(session: &Session, values: &Unknowns) -> usize {
+pub(in crate::joint) fn not_as_declared(session: &Session, values: &Unknowns) -> usize {
     turned_gains(session, values).len() + far_offsets(session, values).len()
 }
 
@@ -65,29 +65,51 @@ fn half_turns_off(session: &Session, offset: ParameterId, value: f64) -> f64 {
     ((value - session.nominal(offset)) / PI).round()
 }
 
-/// The solution, or, where gains or offsets are as they are not declared, its mirror image about the axes of these joints, if that has
-/// fewer such and explains the readings as well.
-///
-/// # Errors
-/// Where the image cannot be posed.
-pub(super) fn axes_as_declared(
-    session: &Session,
-    solved: Solved,
-    workbench: &Workbench<'_>,
-) -> Result<Solved, EstimateError> {
-    let nominal = Unknowns::nominal(session);
-    let found = solved.unknowns(&nominal);
-    let Some(image) = turned_axes(session, &found) else { return Ok(solved) };
-    workbench.tell("axes the other way round");
-    let posed = pose_with_constraints(session, &solved.readings, &image)?.with_loss(solved.posed.loss)?;
-    // An image that leads nowhere is none.
-    let Ok(other) = solve_posed(solved.readings.clone(), posed, workbench) else { return Ok(solved) };
-    let fewer = not_as_declared(session, &other.unknowns(&nominal)) < not_as_declared(session, &found);
-    let as_likely = other.minus_log_likelihood(session) < solved.minus_log_likelihood(session) + DECISIVE;
-    Ok(match fewer && as_likely && other.estimate.termination.converged() {
-        true => Solved { sign_known: solved.sign_known, ..other },
-        false => solved,
-    })
+/// Where gains or offsets are as they are not declared: the mirror image about the axes of these joints.
+pub(super) struct TurnedAxes<'a> {
+    pub session: &'a Session,
+}
+
+impl Symmetry for TurnedAxes<'_> {
+    type Solution = Solved;
+    type Start = Unknowns;
+    type Error = EstimateError;
+
+    fn name(&self) -> &'static str {
+        "axes the other way round"
+    }
+
+    fn images(&self, solved: &Solved, _: &Workbench<'_>) -> Result<Vec<Unknowns>, EstimateError> {
+        let found = solved.unknowns(&Unknowns::nominal(self.session));
+        Ok(turned_axes(self.session, &found).into_iter().collect())
+    }
+
+    /// An image that leads nowhere is none, nor is one that has no fewer gains and offsets as they are not declared.
+    fn follow(
+        &self,
+        image: Unknowns,
+        solved: &Solved,
+        workbench: &Workbench<'_>,
+    ) -> Result<Option<Solved>, EstimateError> {
+        let posed = pose_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.posed.loss)?;
+        let Ok(other) = solve_posed(solved.readings.clone(), posed, workbench) else { return Ok(None) };
+        let nominal = Unknowns::nominal(self.session);
+        let [wrong, before] =
+            [&other, solved].map(|solution| not_as_declared(self.session, &solution.unknowns(&nominal)));
+        Ok((wrong < before && other.estimate.termination.converged()).then_some(other))
+    }
+
+    fn height(&self, solved: &Solved) -> f64 {
+        solved.minus_log_likelihood(self.session)
+    }
+
+    fn is_declared(&self) -> bool {
+        true
+    }
+
+    fn replaced(&self, solved: Solved, end: Solved, _: &Workbench<'_>) -> Result<Solved, EstimateError> {
+        Ok(Solved { sign_known: solved.sign_known, ..end })
+    }
 }
 
 /// Turned back: the axes of joints with two turned gains, where an offset is far off all turned gains, and free offsets by half turns to near
@@ -142,11 +164,12 @@ fn standing_alike(session: &Session, found: &Unknowns, image: Unknowns) -> Unkno
 
 #[cfg(test)]
 mod tests {
+    use gravcal_identification::settle;
     use gravcal_session::simulation::Run;
     use gravcal_solvers::LevenbergMarquardt;
 
     use super::*;
-    use crate::joint::solve::solve_from;
+    use crate::joint::solve_from::solve_from;
     use crate::joint::{Signals, select};
     use crate::testing::{sarcos_shoulder, with_workbench};
 
@@ -168,7 +191,7 @@ mod tests {
         let cost = solved.estimate.cost;
         assert!(cost < 800.0, "the mirror image explains the readings: {cost}");
 
-        let declared = axes_as_declared(&session, solved, &workbench).unwrap();
+        let declared = settle(solved, &[&TurnedAxes { session: &session }], &workbench).unwrap().solution;
         let found = declared.unknowns(&nominal);
         assert_eq!(turned_gains(&session, &found), []);
         assert!((declared.estimate.cost / cost - 1.0).abs() < 1e-6, "{} {cost}", declared.estimate.cost);
@@ -198,7 +221,7 @@ mod tests {
         let (half_a_turn_off, declared) = with_workbench(|w| {
             let solved = solve_from(&session, &readings, mirror, w)?;
             let before = (far_offsets(&session, &solved.unknowns(&nominal)), solved.estimate.cost);
-            Ok::<_, EstimateError>((before, axes_as_declared(&session, solved, w)?))
+            Ok::<_, EstimateError>((before, settle(solved, &[&TurnedAxes { session: &session }], w)?.solution))
         })
         .unwrap();
         assert_eq!(half_a_turn_off.0, [ParameterId::Sensor(1, Quantity::PositionOffset)]);

@@ -1,0 +1,177 @@
+//! Where gravity's hemisphere is declared the end must lie in it.
+//!
+//! An end that does not has images that may: gravity, masses, moments and placements negative; or gravity negative and a joint across it half a
+//! turn on, which is as good where those before it carry nothing. Without such an image the readings contradict the declaration, or say hardly
+//! anything of gravity.
+
+use std::f64::consts::PI;
+
+use gravcal_identification::{DECISIVE, Symmetry, Workbench, settle};
+use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::session::Session;
+use nalgebra::Vector3;
+
+use crate::joint::error::EstimateError;
+use crate::joint::solve_from::solve_from;
+use crate::joint::solved::Solved;
+use crate::joint::unknowns::Unknowns;
+
+/// Iterations at most in which the rest follows gravity on the border of its hemisphere.
+const AT_BORDER: usize = 300;
+
+/// Of a declared hemisphere.
+pub(super) struct InHemisphere<'a> {
+    pub session: &'a Session,
+}
+
+impl InHemisphere<'_> {
+    /// Whether the end lies in the other hemisphere, and that is not known yet.
+    fn is_elsewhere(&self, solved: &Solved, pole: [f64; 3]) -> bool {
+        let known = solved.hemisphere_contradicted || !solved.estimate.termination.converged();
+        !known && !self.lies_within(solved, pole)
+    }
+
+    fn lies_within(&self, solved: &Solved, pole: [f64; 3]) -> bool {
+        let gravity = solved.unknowns(&Unknowns::nominal(self.session)).gravity;
+        Vector3::from(gravity).dot(&Vector3::from(pole)) >= 0.0
+    }
+}
+
+impl Symmetry for InHemisphere<'_> {
+    type Solution = Solved;
+    type Start = Unknowns;
+    type Error = EstimateError;
+
+    fn name(&self) -> &'static str {
+        "gravity in the declared hemisphere"
+    }
+
+    fn images(&self, solved: &Solved, _: &Workbench<'_>) -> Result<Vec<Unknowns>, EstimateError> {
+        let session = self.session;
+        if !session.gravity.hemisphere.is_some_and(|pole| self.is_elsewhere(solved, pole)) {
+            return Ok(Vec::new());
+        }
+        let found = solved.unknowns(&Unknowns::nominal(session));
+        let free = |joint: &usize| session.held_reason(*joint, Quantity::PositionOffset).is_none();
+        let turned = (0..session.joints.len()).find(free).map(|joint| half_a_turn_on(session, &found, joint));
+        Ok(std::iter::once(found.upside_down(session)).chain(turned).collect())
+    }
+
+    /// What leads nowhere explains nothing.
+    fn follow(
+        &self,
+        image: Unknowns,
+        solved: &Solved,
+        workbench: &Workbench<'_>,
+    ) -> Result<Option<Solved>, EstimateError> {
+        let is_there = |other: &Solved| {
+            let within = self.session.gravity.hemisphere.is_none_or(|pole| self.lies_within(other, pole));
+            within && other.estimate.termination.converged()
+        };
+        Ok(solve_from(self.session, &solved.readings, image, workbench).ok().filter(is_there))
+    }
+
+    fn height(&self, solved: &Solved) -> f64 {
+        solved.estimate.cost
+    }
+
+    fn is_declared(&self) -> bool {
+        true
+    }
+
+    fn kept(&self, solved: Solved, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
+        let Some(pole) = self.session.gravity.hemisphere else { return Ok(solved) };
+        Ok(match explained_at_border(&solved, pole, workbench)? {
+            true => Solved { sign_known: false, ..solved },
+            false => Solved { hemisphere_contradicted: true, ..solved },
+        })
+    }
+}
+
+/// The solution, or an image of it that lies in the declared hemisphere. Whoever solves anew asks this last.
+///
+/// # Errors
+/// As [`solve_from`].
+pub(in crate::joint) fn in_hemisphere(
+    session: &Session,
+    solved: Solved,
+    workbench: &Workbench<'_>,
+) -> Result<Solved, EstimateError> {
+    Ok(settle(solved, &[&InHemisphere { session }], workbench)?.solution)
+}
+
+/// Whether the readings are hardly explained worse with gravity on the border of its hemisphere: then they say too little of it to contradict
+/// anything.
+fn explained_at_border(solved: &Solved, pole: [f64; 3], workbench: &Workbench<'_>) -> Result<bool, EstimateError> {
+    let (problem, gravity) = (&solved.posed.problem, solved.posed.layout.gravity);
+    let found = Vector3::from_column_slice(solved.estimate.values.get(gravity));
+    let pole = Vector3::from(pole).normalize();
+    let Some(border) = (found - pole * pole.dot(&found)).try_normalize(f64::MIN_POSITIVE) else { return Ok(false) };
+    let mut start = solved.estimate.values.clone();
+    start.set(gravity, (border * found.norm()).as_slice());
+    let held = problem.holding(&[gravity], "on the border of its hemisphere");
+    // What cannot be solved there explains nothing.
+    let Ok(there) = workbench.within(AT_BORDER).solve(&held, &start) else { return Ok(false) };
+    Ok(held.without_reference().cost(&there.values)? < solved.estimate.cost + DECISIVE)
+}
+
+/// Gravity negative, and the offset of a joint half a turn towards its nominal value.
+fn half_a_turn_on(session: &Session, found: &Unknowns, joint: usize) -> Unknowns {
+    let id = ParameterId::Sensor(joint, Quantity::PositionOffset);
+    let mut image = Unknowns { gravity: found.gravity.map(|component| -component), ..found.clone() };
+    let towards = (session.nominal(id) - found.value(id)).signum();
+    *image.value_mut(id) += towards * PI;
+    image
+}
+
+#[cfg(test)]
+mod tests {
+    use gravcal_session::simulation::Disturbance;
+
+    use super::*;
+    use crate::joint::{Signals, select, solve};
+    use crate::testing::{sarcos_shoulder, with_workbench};
+
+    /// An upright arm with the joint across gravity half a turn on, and gravity negative, reads the same.
+    #[test]
+    fn an_end_in_the_other_hemisphere_is_led_back() {
+        let mut simulation = sarcos_shoulder();
+        simulation.truth.gravity = [0.0, 0.0, -9.8];
+        simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
+        let session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let nominal = Unknowns::nominal(&session);
+        let free = |joint: &usize| session.held_reason(*joint, Quantity::PositionOffset).is_none();
+        let first_free = (0..session.joints.len()).find(free).unwrap();
+        let (above, back) = with_workbench(|w| {
+            let found = solve(&session, &readings, None, w)?.unknowns(&nominal);
+            let above = solve_from(&session, &readings, half_a_turn_on(&session, &found, first_free), w)?;
+            let (height, cost) = (above.unknowns(&nominal).gravity[2], above.estimate.cost);
+            assert!(height > 9.0, "{height}");
+            Ok::<_, EstimateError>((cost, in_hemisphere(&session, above, w)?))
+        })
+        .unwrap();
+        assert!(back.unknowns(&nominal).gravity[2] < -9.0 && !back.hemisphere_contradicted);
+        assert!((back.estimate.cost - above).abs() < DECISIVE);
+    }
+
+    /// Whether readings with noise of so many counts are explained as well with gravity on a border 30° away from it.
+    fn explained_on_a_border(noise: f64) -> bool {
+        let mut simulation = sarcos_shoulder();
+        simulation.disturbance = Disturbance::noise(vec![noise; 3]);
+        let session = simulation.session(0);
+        let readings = select(&session, Signals::All);
+        let solved = with_workbench(|w| solve(&session, &readings, None, w)).unwrap();
+        let gravity = Vector3::from(solved.unknowns(&Unknowns::nominal(&session)).gravity).normalize();
+        let across = gravity.cross(&Vector3::x()).normalize();
+        let pole = 3f64.sqrt() / 2.0 * across - 0.5 * gravity;
+        with_workbench(|w| explained_at_border(&solved, pole.into(), w)).unwrap()
+    }
+
+    #[test]
+    fn readings_contradict_a_hemisphere_only_where_they_say_something_of_gravity() {
+        assert!(!explained_on_a_border(0.8));
+        // The noise is many times what gravity does.
+        assert!(explained_on_a_border(1e3) && explained_on_a_border(3e3));
+    }
+}

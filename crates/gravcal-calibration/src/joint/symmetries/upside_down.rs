@@ -1,0 +1,87 @@
+//! Gravity the other way up, with masses, moments and placements negative, gives the same torques, unless a load of known mass hangs on known
+//! lengths.
+//!
+//! Where no hemisphere is declared both are solved for, the one that explains the readings better is taken, and the sign counts as known only
+//! if that is decisive. What unknowns rest on decides nothing, but gains keep their sign ([`with_gains_known`]).
+
+use gravcal_identification::{DECISIVE, Symmetry, Workbench};
+use gravcal_robot_model::parameter::Limit;
+use gravcal_robot_model::session::{Knowledge, KnowledgeKind, Session};
+
+use crate::joint::error::EstimateError;
+use crate::joint::posing::pose_with_constraints;
+use crate::joint::sample::Sample;
+use crate::joint::solve_from::{solve_from, solve_posed};
+use crate::joint::solved::Solved;
+use crate::joint::unknowns::Unknowns;
+
+/// Standard deviation of a gain where gravity is told from its opposite, as a share of it.
+const GAIN_KNOWN: f64 = 0.3;
+
+/// Where no hemisphere is declared.
+pub(super) struct UpsideDown<'a> {
+    pub session: &'a Session,
+    /// By it images are looked at.
+    pub sample: &'a Sample,
+}
+
+impl Symmetry for UpsideDown<'_> {
+    type Solution = Solved;
+    type Start = Unknowns;
+    type Error = EstimateError;
+
+    fn name(&self) -> &'static str {
+        "gravity the other way up"
+    }
+
+    fn images(&self, solved: &Solved, workbench: &Workbench<'_>) -> Result<Vec<Unknowns>, EstimateError> {
+        if self.session.gravity.hemisphere.is_some() {
+            return Ok(Vec::new());
+        }
+        let found = solved.unknowns(&Unknowns::nominal(self.session));
+        let image = found.upside_down(self.session);
+        let known = with_gains_known(self.session);
+        let sample = Sample::new(&known, &self.sample.readings)?;
+        let [here, there] = [&found, &image].map(|start| sample.rough_minimum(&known, start, workbench));
+        let ruled_out = there.reached && there.cost > here.cost + DECISIVE;
+        Ok(if ruled_out { Vec::new() } else { vec![image] })
+    }
+
+    fn follow(
+        &self,
+        image: Unknowns,
+        solved: &Solved,
+        workbench: &Workbench<'_>,
+    ) -> Result<Option<Solved>, EstimateError> {
+        let nominal = Unknowns::nominal(self.session);
+        let posed = pose_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.posed.loss)?;
+        let other = solve_posed(solved.readings.clone(), posed, workbench)?;
+        let [here, there] = [solved, &other].map(|solution| solution.unknowns(&nominal).gravity);
+        let opposite = here.iter().zip(there).map(|(a, b)| a * b).sum::<f64>() < 0.0;
+        Ok(opposite.then_some(other))
+    }
+
+    fn height(&self, solved: &Solved) -> f64 {
+        solved.estimate.cost
+    }
+
+    /// With the noise that is found there.
+    fn replaced(&self, solved: Solved, end: Solved, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
+        solve_from(self.session, &solved.readings, end.unknowns(&Unknowns::nominal(self.session)), workbench)
+    }
+}
+
+/// The session with gains known but for a share of them: gravity the other way up is explained by sensors that are all reversed, too, and
+/// the sign of a sensor is as declared.
+pub(crate) fn with_gains_known(session: &Session) -> Session {
+    let mut known = session.clone();
+    for id in session.parameters() {
+        let parameter = session.parameter(id);
+        if let (Limit::ShareOfNominal(_), Knowledge { nominal, kind: KnowledgeKind::Start }) =
+            (parameter.limit, parameter.knowledge)
+        {
+            known.knowledge_mut(id).kind = KnowledgeKind::Prior { std: GAIN_KNOWN * nominal.abs() };
+        }
+    }
+    known
+}
