@@ -400,7 +400,7 @@ fn smaller_models_predict_worse_what_no_fit_saw() {
     assert_eq!((gravity.held_out.poses, with_friction.held_out.readings), (whole.poses, whole.readings));
     let mean = |held_out: &HeldOut| held_out.joints.iter().map(|joint| joint.rms).sum::<f64>() / 3.0;
     let [first, second, last] = [&gravity.held_out, &with_friction.held_out, whole].map(mean);
-    assert!(first > 1.5 * second && second > 5.0 * last, "{first} {second} {last}");
+    assert!(first > 1.2 * second && second > 50.0 * last, "{first} {second} {last}");
 }
 
 /// Torques of motors feel the rotors before their gears: unknown, these are found with all else, but for those of the first joints, which are one
