@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 use gravcal_benches::clock::median_seconds;
 use gravcal_benches::program::ended;
-use gravcal_calibration::joint::{Signals, Unknowns, pose, select};
+use gravcal_calibration::joint::{Signals, Unknowns, build_problem, select};
 use gravcal_estimation::Number;
 use gravcal_recording::Conditions;
 use gravcal_robot_model::Registry;
@@ -170,10 +170,10 @@ fn linearization(kind: &str, joints: usize) -> Result<(f64, usize), String> {
     let tables = simulation.runs.len();
     simulation.runs.iter_mut().for_each(|run| *run = Run::Random { poses: POSES / tables });
     let session = simulation.session(0);
-    let posed =
-        pose(&session, &select(&session, Signals::All), &Unknowns::nominal(&session)).map_err(|e| e.to_string())?;
+    let built = build_problem(&session, &select(&session, Signals::All), &Unknowns::nominal(&session))
+        .map_err(|e| e.to_string())?;
     let count = session.poses.len();
-    posed.problem.linearize(&posed.initial).map_err(|e| e.to_string())?;
-    let seconds = median_seconds(|| posed.problem.linearize(&posed.initial).map(|linear| linear.cost()).ok());
-    Ok((seconds / count as f64, posed.problem.columns().len()))
+    built.problem.linearize(&built.initial).map_err(|e| e.to_string())?;
+    let seconds = median_seconds(|| built.problem.linearize(&built.initial).map(|linear| linear.cost()).ok());
+    Ok((seconds / count as f64, built.problem.columns().len()))
 }

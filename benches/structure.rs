@@ -117,19 +117,19 @@ fn solve(problem: &Problem, initial: &Values) -> Result<Estimate, String> {
 
 /// The joint problem with an error of every position reading.
 fn with_position_errors(poses: usize, local: bool) -> Result<(Problem, Values), String> {
-    let SevenJoints { session, posed } = SevenJoints::simulate(poses)?;
+    let SevenJoints { session, built } = SevenJoints::simulate(poses)?;
     let mut builder = ProblemBuilder::new();
-    for id in posed.problem.block_ids() {
-        builder.add_block(posed.problem.block(id).clone(), posed.initial.get(id));
+    for id in built.problem.block_ids() {
+        builder.add_block(built.problem.block(id).clone(), built.initial.get(id));
     }
     let offset = |ids: &[BlockId; 4]| (ids[Quantity::PositionOffset as usize], 1.0);
-    let offsets: Vec<(BlockId, f64)> = posed.layout.sensors.iter().map(offset).collect();
+    let offsets: Vec<(BlockId, f64)> = built.layout.sensors.iter().map(offset).collect();
     let names: Vec<&str> = session.robot.chain.joints().iter().map(|joint| joint.name.as_str()).collect();
     let noise = || Noise::independent(&[POSITION_ERROR; 7]).map_err(|e| e.to_string());
-    for (index, factor) in posed.problem.factors().iter().enumerate() {
+    for (index, factor) in built.problem.factors().iter().enumerate() {
         let block = Block::vector(format!("pose{}.position_error", index + 1), "rad", &names);
         let error = builder.add_block(if local { block.local() } else { block }, &[0.0; 7]);
-        let length = |id: BlockId| posed.problem.block(id).len();
+        let length = |id: BlockId| built.problem.block(id).len();
         let residual = Shifted::new(Arc::clone(&factor.residual), length, &offsets, error);
         builder.add_factor(Factor { residual: Arc::new(residual), ..factor.clone() });
         builder.add_factor(Factor::new(Prior::new(error, vec![0.0; 7]), noise()?));

@@ -9,7 +9,7 @@
 
 use std::path::Path;
 
-use gravcal_calibration::joint::{Readings, Signals, Unknowns, pose, select};
+use gravcal_calibration::joint::{Readings, Signals, Unknowns, build_problem, select};
 use gravcal_calibration::result::Fit;
 use gravcal_estimation::{SolveContext, Solver, Values};
 use gravcal_robot_model::Session;
@@ -33,7 +33,7 @@ pub const SAME: f64 = 1.0;
 /// no fit to compare.
 ///
 /// # Errors
-/// Where the session cannot be read or posed.
+/// Where the session cannot be read or built.
 pub fn above_lowest(
     truth: &Truth,
     session: &Path,
@@ -98,12 +98,12 @@ fn solved(
     values: &mut Option<Values>,
 ) -> Option<Vec<(f64, f64)>> {
     let solver = LevenbergMarquardt { stopping: StoppingRules { max_iterations: ITERATIONS, ..Default::default() } };
-    let posed = pose(session, readings, start).ok()?;
-    let from = values.as_ref().unwrap_or(&posed.initial);
-    let estimate = solver.solve(&posed.problem, from, &mut SolveContext::default()).ok()?;
-    let residuals = posed.problem.residuals(&estimate.values).ok()?;
+    let built = build_problem(session, readings, start).ok()?;
+    let from = values.as_ref().unwrap_or(&built.initial);
+    let estimate = solver.solve(&built.problem, from, &mut SolveContext::default()).ok()?;
+    let residuals = built.problem.residuals(&estimate.values).ok()?;
     let mut sums = vec![(0.0, 0.0); session.joints.len()];
-    for (ReadingId { pose, channel: joint }, residual) in posed.rows.iter().zip(residuals) {
+    for (ReadingId { pose, channel: joint }, residual) in built.rows.iter().zip(residuals) {
         let std = session.poses[*pose].torque[*joint].and_then(|reading| reading.std).unwrap_or(readings.noise[*joint]);
         sums[*joint].0 += 1.0;
         sums[*joint].1 += (residual * std).powi(2);

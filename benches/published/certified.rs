@@ -49,15 +49,15 @@ impl<'p> CertifiedRuns<'p> {
 }
 
 fn run(solver: &dyn Solver, certified: &CertifiedProblem, start: &Start) -> Result<End, String> {
-    let (posed, initial) = certified.problem.pose(start).map_err(|e| e.to_string())?;
-    if let Err(refusal) = solver.check(&posed) {
+    let (built, initial) = certified.problem.build(start).map_err(|e| e.to_string())?;
+    if let Err(refusal) = solver.check(&built) {
         return Ok(End::NotApplicable(refusal.reason));
     }
-    let estimate = match solver.solve(&posed, &initial, &mut SolveContext::default()) {
+    let estimate = match solver.solve(&built, &initial, &mut SolveContext::default()) {
         Ok(estimate) => estimate,
         Err(error) => return Ok(End::Failed(error.to_string())),
     };
-    let digits = certified.digits(&posed, &estimate.values).map_err(|e| e.to_string())?;
+    let digits = certified.digits(&built, &estimate.values).map_err(|e| e.to_string())?;
     Ok(End::Ended {
         digits,
         iterations: estimate.iterations.len().saturating_sub(1),

@@ -49,11 +49,11 @@ impl<'p> MinimumRuns<'p> {
 }
 
 fn run(solver: &dyn Solver, problem: &PublishedProblem, start: &Start) -> Result<End, String> {
-    let (posed, initial) = problem.pose(start).map_err(|e| e.to_string())?;
-    if let Err(refusal) = solver.check(&posed) {
+    let (built, initial) = problem.build(start).map_err(|e| e.to_string())?;
+    if let Err(refusal) = solver.check(&built) {
         return Ok(End::NotApplicable(refusal.reason));
     }
-    Ok(match solver.solve(&posed, &initial, &mut SolveContext::default()) {
+    Ok(match solver.solve(&built, &initial, &mut SolveContext::default()) {
         Err(error) => End::Failed(error.to_string()),
         Ok(estimate) => {
             let sum_of_squares = 2.0 * estimate.cost;

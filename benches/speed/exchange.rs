@@ -59,7 +59,7 @@ fn standard_row(joint: &Joint) -> Result<[f64; 4], String> {
 }
 
 fn start(problem: &SevenJoints, text: &mut String) -> Result<(), String> {
-    let (layout, values) = (&problem.posed.layout, &problem.posed.initial);
+    let (layout, values) = (&problem.built.layout, &problem.built.initial);
     let numbers = |id: &BlockId| values.get(*id).to_vec();
     line(text, "gravity", numbers(&layout.gravity));
     for (quantity, name) in [

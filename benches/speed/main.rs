@@ -64,12 +64,12 @@ fn measure(poses: usize, peers: &[Peer], peak: f64) -> Result<(), String> {
 }
 
 fn describe(problem: &SevenJoints) -> Result<(), String> {
-    let joint = &problem.posed.problem;
+    let joint = &problem.built.problem;
     let columns = joint.columns().len();
     if columns != COLUMNS {
         return Err(format!("the problem has {columns} columns, expected {COLUMNS}"));
     }
-    let rank = Spectrum::new(joint, &problem.posed.initial).map_err(|e| e.to_string())?.rank();
+    let rank = Spectrum::new(joint, &problem.built.initial).map_err(|e| e.to_string())?.rank();
     println!("\n{} poses: {} readings, {columns} columns of rank {rank}", problem.poses(), joint.rows());
     Ok(())
 }
@@ -77,7 +77,7 @@ fn describe(problem: &SevenJoints) -> Result<(), String> {
 fn solve(problem: &SevenJoints) -> Result<Row, String> {
     let solver =
         LevenbergMarquardt { stopping: StoppingRules { cosine_tolerance: COSINE, ..StoppingRules::default() } };
-    let (joint, initial) = (&problem.posed.problem, &problem.posed.initial);
+    let (joint, initial) = (&problem.built.problem, &problem.built.initial);
     let run = || solver.solve(joint, initial, &mut SolveContext::default());
     let estimate: Estimate = run().map_err(|e| e.to_string())?;
     let (Some(first), Some(last)) = (estimate.iterations.first(), estimate.iterations.last()) else {

@@ -13,7 +13,7 @@ pub struct ModelTime {
 
 /// Evaluates every pose at the start.
 pub fn time(problem: &SevenJoints) -> Result<ModelTime, String> {
-    let (factors, initial) = (problem.posed.problem.factors(), &problem.posed.initial);
+    let (factors, initial) = (problem.built.problem.factors(), &problem.built.initial);
     let mut inputs: Vec<Input> = Vec::new();
     // Poses with the same load follow each other and read the same blocks.
     let mut input_of = Vec::new();

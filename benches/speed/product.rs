@@ -104,7 +104,7 @@ pub fn time(problem: &SevenJoints) -> ProductTime {
 
 /// How many columns the torque of one joint can touch.
 fn columns(problem: &SevenJoints, load: Option<usize>, joint: usize) -> usize {
-    let layout = &problem.posed.layout;
+    let layout = &problem.built.layout;
     let own = [Quantity::TorqueGain, Quantity::TorqueBias].map(|q| layout.sensors[joint][q as usize]);
     let coordinates = layout
         .sensors
@@ -116,7 +116,7 @@ fn columns(problem: &SevenJoints, load: Option<usize>, joint: usize) -> usize {
         .chain(coordinates)
         .chain(layout.inertia[joint..].iter().copied())
         .chain(placement)
-        .map(|id: BlockId| problem.posed.problem.columns_of(id).len())
+        .map(|id: BlockId| problem.built.problem.columns_of(id).len())
         .sum()
 }
 

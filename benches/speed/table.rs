@@ -11,7 +11,7 @@ const SAME_COST: f64 = 1e-6;
 /// One program's solution. A peer prints it as JSON.
 #[derive(Clone, Copy, Debug, Deserialize)]
 pub struct Row {
-    /// Median time from the posed problem to its solution, s.
+    /// Median time from the built problem to its solution, s.
     pub seconds: f64,
     pub iterations: usize,
     /// Cost ½ Σ r² at the start.

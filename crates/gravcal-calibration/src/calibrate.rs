@@ -7,7 +7,7 @@ use gravcal_robot_model::session::Session;
 use thiserror::Error;
 
 use crate::joint::{
-    EstimateError, Readings, Signals, Unknowns, estimate, estimate_briefly, pose_at_nominal, pose_by_pose, select,
+    EstimateError, Readings, Signals, Unknowns, build_at_nominal, estimate, estimate_briefly, pose_by_pose, select,
     step_by_step, why_not_by_groups,
 };
 use crate::plan::Plan;
@@ -89,13 +89,13 @@ pub fn check_choice(
             _ => Ok(()),
         };
     }
-    match pose_at_nominal(session).and_then(|posed| Ok(posed.with_loss(session.loss)?)) {
-        Ok(posed) => {
+    match build_at_nominal(session).and_then(|built| Ok(built.with_loss(session.loss)?)) {
+        Ok(built) => {
             let by_groups = [EstimatorName::SequentialWithCovariance, EstimatorName::Recursive];
-            let against = why_not_by_groups(session, &posed);
+            let against = why_not_by_groups(session, &built);
             match (by_groups.into_iter().find(|name| estimators.contains(name)), against) {
                 (Some(estimator), Some(why)) => Err(UnsuitableChoice::NotByGroups { estimator, why }),
-                _ => Ok(solver.check(&posed.problem)?),
+                _ => Ok(solver.check(&built.problem)?),
             }
         }
         Err(_) => Ok(()), // the estimator will say why there is no problem to take

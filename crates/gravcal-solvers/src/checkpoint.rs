@@ -181,7 +181,7 @@ mod tests {
 
     use super::*;
     use crate::SolverName;
-    use crate::testing::{DESCENTS, decay, far_decay, linear, posed, scalar};
+    use crate::testing::{DESCENTS, built, decay, far_decay, linear, scalar};
 
     /// Solves the decay, with a checkpoint, until a record after which someone asks to stop.
     fn solve(solver: SolverName, path: &Path, last: usize) -> Result<Estimate, SolveError> {
@@ -269,7 +269,7 @@ mod tests {
         let path = folder.path().join("solve.json");
         solve(SolverName::Dogleg, &path, 3).unwrap();
         let blocks = vec![scalar("rate", 2.0), linear("amplitude", 9.0), linear("level", -4.0)];
-        let (other, initial) = posed(blocks, 14, |x, r, j| {
+        let (other, initial) = built(blocks, 14, |x, r, j| {
             let (mut rows, mut columns) = ([0.0; 15], [0.0; 45]);
             decay(x, &mut rows, &mut columns)?;
             r.copy_from_slice(&rows[..14]);

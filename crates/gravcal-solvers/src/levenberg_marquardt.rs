@@ -99,7 +99,7 @@ pub(crate) fn damped_iteration<'p>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{DECAY_ROWS, decay, far_decay, linear, posed, scalar};
+    use crate::testing::{DECAY_ROWS, built, decay, far_decay, linear, scalar};
 
     fn dampings((problem, initial): &(Problem, Values)) -> Vec<f64> {
         let found = LevenbergMarquardt::default().solve(problem, initial, &mut SolveContext::default()).unwrap();
@@ -114,7 +114,7 @@ mod tests {
         let end = LevenbergMarquardt::default().solve(&far.0, &far.1, &mut SolveContext::default()).unwrap().values;
         let [rate, amplitude, level] = ["rate", "amplitude", "level"].map(|name| end.scalar(far.0.find(name).unwrap()));
         let near = vec![scalar("rate", 1.001 * rate), linear("amplitude", amplitude), linear("level", level)];
-        let near = posed(near, DECAY_ROWS, decay);
+        let near = built(near, DECAY_ROWS, decay);
         assert!(dampings(&near)[1] < 1e-7);
     }
 

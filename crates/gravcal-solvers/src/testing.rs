@@ -55,7 +55,7 @@ pub fn builder(blocks: Vec<(Block, Vec<f64>)>, rows: usize, model: Model) -> (Pr
 }
 
 /// The same, ready.
-pub fn posed(blocks: Vec<(Block, Vec<f64>)>, rows: usize, model: Model) -> (Problem, Values) {
+pub fn built(blocks: Vec<(Block, Vec<f64>)>, rows: usize, model: Model) -> (Problem, Values) {
     builder(blocks, rows, model).0.build().unwrap()
 }
 
@@ -86,5 +86,5 @@ pub const DECAY_ROWS: usize = 15;
 
 /// [`decay`] from a start that is far, its linear blocks marked.
 pub fn far_decay() -> (Problem, Values) {
-    posed(vec![scalar("rate", 2.0), linear("amplitude", 9.0), linear("level", -4.0)], DECAY_ROWS, decay)
+    built(vec![scalar("rate", 2.0), linear("amplitude", 9.0), linear("level", -4.0)], DECAY_ROWS, decay)
 }

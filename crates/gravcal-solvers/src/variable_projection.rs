@@ -187,7 +187,7 @@ mod tests {
 
     use super::*;
     use crate::LevenbergMarquardt;
-    use crate::testing::{DECAY_ROWS, builder, decay, far_decay, linear, posed, scalar};
+    use crate::testing::{DECAY_ROWS, builder, built, decay, far_decay, linear, scalar};
 
     fn solve(solver: &dyn Solver, (problem, initial): &(Problem, Values)) -> Estimate {
         solver.solve(problem, initial, &mut SolveContext::default()).unwrap()
@@ -207,7 +207,7 @@ mod tests {
         assert!(short < long, "{short} iterations, {long} by levenberg-marquardt");
 
         let elsewhere = vec![scalar("rate", 2.0), linear("amplitude", 1e6), linear("level", -1e5)];
-        let same = solve(&VariableProjection::default(), &posed(elsewhere, DECAY_ROWS, decay));
+        let same = solve(&VariableProjection::default(), &built(elsewhere, DECAY_ROWS, decay));
         assert_eq!(same.iterations.len(), found.iterations.len());
         assert!(same.values.as_slice().iter().zip(found.values.as_slice()).all(|(a, b)| (a / b - 1.0).abs() < 1e-9));
     }
@@ -223,7 +223,7 @@ mod tests {
 
     #[test]
     fn a_linear_problem_is_solved_at_its_start() {
-        let found = solve(&VariableProjection::default(), &posed(vec![linear("a", 9.0), linear("c", -7.0)], 4, line));
+        let found = solve(&VariableProjection::default(), &built(vec![linear("a", 9.0), linear("c", -7.0)], 4, line));
         assert!(found.termination.converged() && (2.0 * found.iterations[0].cost - 0.3).abs() < 1e-12);
         assert!(found.values.as_slice().iter().zip([2.3, 0.8]).all(|(found, true_)| (found - true_).abs() < 1e-10));
     }
@@ -238,7 +238,7 @@ mod tests {
         };
         let found = solve(
             &VariableProjection::default(),
-            &posed(vec![scalar("s", 0.5), linear("a", 5.0), linear("b", 1.0)], 3, twice),
+            &built(vec![scalar("s", 0.5), linear("a", 5.0), linear("b", 1.0)], 3, twice),
         );
         let values = found.values.as_slice();
         assert!(found.termination.converged() && (values[1] - values[2] - 4.0).abs() < 1e-9, "{values:?}");
@@ -246,16 +246,16 @@ mod tests {
 
     #[test]
     fn what_has_no_linear_part_is_refused_in_words() {
-        let unmarked = posed(vec![scalar("a", 9.0), scalar("c", -7.0)], 4, line);
+        let unmarked = built(vec![scalar("a", 9.0), scalar("c", -7.0)], 4, line);
         assert!(
             refusal(&unmarked).ends_with("no free block is marked as linear: levenberg-marquardt needs no such mark")
         );
         let (held, start) = linear("a", 9.0);
-        let held = posed(vec![(held.held("known"), start), scalar("c", -7.0)], 4, line);
+        let held = built(vec![(held.held("known"), start), scalar("c", -7.0)], 4, line);
         assert!(refusal(&held).contains("no free block is marked as linear"));
 
         let on_sphere = Block::vector("g", "", &["x", "y", "z"]).on(Manifold::Sphere { radius: 1.0 }).linear();
-        let curved = posed(vec![(on_sphere, vec![0.0, 0.0, 1.0])], 1, |x, r, j| {
+        let curved = built(vec![(on_sphere, vec![0.0, 0.0, 1.0])], 1, |x, r, j| {
             r[0] = x[0] - 1.0;
             j[0] = 1.0;
             Ok(())
@@ -280,7 +280,7 @@ mod tests {
     fn a_block_that_is_not_linear_is_named() {
         // All of the decay marked: the rate is none, whatever stands before or after it.
         let marked = [("rate", 3.0), ("amplitude", -20.0), ("level", 50.0)].map(|(name, start)| linear(name, start));
-        let told = refusal(&posed(marked.to_vec(), DECAY_ROWS, decay));
+        let told = refusal(&built(marked.to_vec(), DECAY_ROWS, decay));
         assert!(told.contains("the residuals are not affine in `rate`, which is marked as linear: remove the mark"));
 
         // Each linear alone, but not together.
@@ -289,7 +289,7 @@ mod tests {
             j.copy_from_slice(&[x[1], x[0], 1.0, 0.0, 0.0, 1.0]);
             Ok(())
         };
-        let told = refusal(&posed(vec![linear("a", 2.0), linear("b", 7.0)], 3, product));
+        let told = refusal(&built(vec![linear("a", 2.0), linear("b", 7.0)], 3, product));
         assert!(told.contains("not affine in `b`"), "{told}");
     }
 }

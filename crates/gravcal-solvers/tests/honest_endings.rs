@@ -57,12 +57,12 @@ fn answers(
     let near = Constraint::bound("c is at most 1", c, 0, f64::NEG_INFINITY, 1.0);
     let under = |constraints: Vec<Constraint>| (SolverName::Clarabel, problem.with_constraints(constraints).unwrap());
     let free = SolverName::ALL.into_iter().map(|solver| (solver, problem.clone()));
-    let posed = free.chain([under(vec![far.clone()]), under(vec![near.clone()]), under(vec![far, near])]);
+    let built = free.chain([under(vec![far.clone()]), under(vec![near.clone()]), under(vec![far, near])]);
     let solve = |(solver, problem): (SolverName, Problem)| {
         let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
         (solver, estimate.values.scalar(x), estimate)
     };
-    posed.map(solve).collect()
+    built.map(solve).collect()
 }
 
 #[test]

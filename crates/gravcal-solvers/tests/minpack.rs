@@ -54,14 +54,14 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Lent<'_> {
 /// The sum of squares where MINPACK ends with its own tolerances and limits: infinite where it meets a point at which
 /// the residuals are not finite, for its port ends there.
 fn minpack(problem: &PublishedProblem, start: &Start) -> f64 {
-    let (posed, values) = problem.pose(start).unwrap();
-    let (end, _) = LevenbergMarquardt::new().minimize(Lent { problem: &posed, values });
-    posed.cost(&end.values).map_or(f64::INFINITY, |cost| 2.0 * cost)
+    let (built, values) = problem.build(start).unwrap();
+    let (end, _) = LevenbergMarquardt::new().minimize(Lent { problem: &built, values });
+    built.cost(&end.values).map_or(f64::INFINITY, |cost| 2.0 * cost)
 }
 
 fn ours(problem: &PublishedProblem, start: &Start) -> f64 {
-    let (posed, initial) = problem.pose(start).unwrap();
-    let estimate = SolverName::LevenbergMarquardt.build().solve(&posed, &initial, &mut SolveContext::default());
+    let (built, initial) = problem.build(start).unwrap();
+    let estimate = SolverName::LevenbergMarquardt.build().solve(&built, &initial, &mut SolveContext::default());
     estimate.map_or(f64::INFINITY, |estimate| 2.0 * estimate.cost)
 }
 

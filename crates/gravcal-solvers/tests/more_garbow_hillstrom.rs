@@ -16,8 +16,8 @@ fn problems_required(solver: SolverName) -> usize {
 
 /// What kept a run from a published minimum, if anything.
 fn failure(solver: SolverName, problem: &PublishedProblem, start: &Start) -> Option<String> {
-    let (posed, initial) = problem.pose(start).unwrap();
-    match solver.build().solve(&posed, &initial, &mut SolveContext::default()) {
+    let (built, initial) = problem.build(start).unwrap();
+    match solver.build().solve(&built, &initial, &mut SolveContext::default()) {
         Ok(estimate) if problem.minimum_at(2.0 * estimate.cost).is_some() => None,
         Ok(estimate) => Some(format!("Σ r² = {:e}, {}", 2.0 * estimate.cost, estimate.termination)),
         Err(error) => Some(error.to_string()),
@@ -30,8 +30,8 @@ fn published_minima_are_reached_from_near_and_far() {
     for solver in SolverName::ALL {
         let (mut all, mut failed) = (BTreeSet::new(), BTreeSet::new());
         let taken = problems.iter().filter(|problem| {
-            let (posed, _) = problem.pose(&problem.starts[0]).unwrap();
-            solver.build().check(&posed).is_ok()
+            let (built, _) = problem.build(&problem.starts[0]).unwrap();
+            solver.build().check(&built).is_ok()
         });
         for problem in taken {
             all.insert(&problem.source);

@@ -32,8 +32,8 @@ fn data_sets() -> Option<Vec<CertifiedProblem>> {
 }
 
 fn solve(solver: &dyn Solver, problem: &PublishedProblem, start: &Start) -> Result<Estimate, SolveError> {
-    let (posed, initial) = problem.pose(start).unwrap();
-    solver.solve(&posed, &initial, &mut SolveContext::default())
+    let (built, initial) = problem.build(start).unwrap();
+    solver.solve(&built, &initial, &mut SolveContext::default())
 }
 
 #[test]
@@ -44,14 +44,14 @@ fn certified_values_are_reached_from_both_starts() {
         let mut failed = Vec::new();
         for (certified, start) in data_sets.iter().flat_map(|c| c.problem.starts.iter().map(move |s| (c, s))) {
             let problem = &certified.problem;
-            let (posed, initial) = problem.pose(start).unwrap();
-            if let Err(refusal) = solver.check(&posed) {
+            let (built, initial) = problem.build(start).unwrap();
+            if let Err(refusal) = solver.check(&built) {
                 println!("{name} on {}, {}: not applicable: {refusal}", problem.name, start.name);
                 continue;
             }
-            match solver.solve(&posed, &initial, &mut SolveContext::default()) {
+            match solver.solve(&built, &initial, &mut SolveContext::default()) {
                 Ok(estimate) => {
-                    let digits = certified.digits(&posed, &estimate.values).unwrap();
+                    let digits = certified.digits(&built, &estimate.values).unwrap();
                     if !certified.reached(digits) {
                         failed.push(format!("{}, {}: {}, {digits:?}", problem.name, start.name, estimate.termination));
                     }
@@ -112,10 +112,10 @@ fn what_is_called_converged_is_not_lowered_by_a_restart() {
 fn a_bound_that_is_idle_costs_no_certified_value() {
     let Some(data_sets) = data_sets() else { return };
     for (certified, start) in data_sets.iter().flat_map(|c| c.problem.starts.iter().map(move |s| (c, s))) {
-        let (posed, initial) = certified.problem.pose(start).unwrap();
-        let first = posed.block_ids().next().unwrap();
+        let (built, initial) = certified.problem.build(start).unwrap();
+        let first = built.block_ids().next().unwrap();
         let idle = Constraint::bound("far away", first, 0, -1e9, 1e9);
-        let bounded = posed.with_constraints(vec![idle]).unwrap();
+        let bounded = built.with_constraints(vec![idle]).unwrap();
         let estimate = Clarabel::default().solve(&bounded, &initial, &mut SolveContext::default()).unwrap();
         let digits = certified.digits(&bounded, &estimate.values).unwrap();
         let told = format!("{}, {}: {}, {digits:?}", certified.problem.name, start.name, estimate.termination);

@@ -48,7 +48,7 @@ impl Residual for Published {
     }
 }
 
-fn pose(block: Block, start: &[f64], rows: usize, model: Model) -> (Problem, Values, BlockId) {
+fn build(block: Block, start: &[f64], rows: usize, model: Model) -> (Problem, Values, BlockId) {
     let mut builder = ProblemBuilder::new();
     let id = builder.add_block(block, start);
     let residual = Published { block: id, rows, model };
@@ -77,9 +77,9 @@ fn published_minima_are_reached_from_the_standard_starts_and_called_converged() 
     let problems = more_garbow_hillstrom();
     for name in names {
         let problem = problems.iter().find(|p| p.name == name).unwrap();
-        let (posed, initial) = problem.pose(&problem.starts[0]).unwrap();
-        for solver in solvers(&posed) {
-            let estimate = solver.build().solve(&posed, &initial, &mut SolveContext::default()).unwrap();
+        let (built, initial) = problem.build(&problem.starts[0]).unwrap();
+        for solver in solvers(&built) {
+            let estimate = solver.build().solve(&built, &initial, &mut SolveContext::default()).unwrap();
             assert!(estimate.termination.converged(), "{solver} on {name}: {}", estimate.termination);
             assert!(problem.minimum_at(2.0 * estimate.cost).is_some(), "{solver} on {name}: {:e}", estimate.cost);
         }
@@ -95,7 +95,7 @@ fn towards_a_point(x: &[f64], r: &mut [f64], j: &mut [f64]) {
 #[test]
 fn a_vector_on_a_sphere_stays_there_and_reaches_the_closest_point() {
     let block = Block::vector("v", "m", &["x", "y", "z"]).on(Manifold::Sphere { radius: 6.0 });
-    let (problem, initial, id) = pose(block, &[6.0, 0.0, 0.0], 3, towards_a_point);
+    let (problem, initial, id) = build(block, &[6.0, 0.0, 0.0], 3, towards_a_point);
     for solver in solvers(&problem) {
         let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
         assert!(estimate.termination.converged());
@@ -112,7 +112,7 @@ fn sum_of_two(x: &[f64], r: &mut [f64], j: &mut [f64]) {
 
 #[test]
 fn a_direction_without_information_is_left_alone_and_named() {
-    let (problem, initial, id) = pose(numbers(2), &[5.0, 1.0], 2, sum_of_two);
+    let (problem, initial, id) = build(numbers(2), &[5.0, 1.0], 2, sum_of_two);
     for solver in solvers(&problem) {
         let estimate = solver.build().solve(&problem, &initial, &mut SolveContext::default()).unwrap();
         let found = estimate.values.get(id);

@@ -35,15 +35,15 @@ pub(crate) fn bound(
     quantities: &[Measured],
 ) -> Result<Vec<Option<f64>>, EstimateError> {
     let readings = joint::select(session, signals);
-    let posed = joint::pose(session, &readings, truth)?;
-    let judged = Solved::at_start(readings, posed)?;
+    let built = joint::build_problem(session, &readings, truth)?;
+    let judged = Solved::at_start(readings, built)?;
     let open = |quantity: &Measured| {
-        let layout = &judged.posed.layout;
+        let layout = &judged.built.layout;
         let id = match quantity {
             Measured::Gravity(_) => layout.gravity,
             Measured::Sensor(joint, q) => layout.sensors[*joint][*q as usize],
         };
-        let columns: Vec<usize> = judged.posed.problem.columns_of(id).collect();
+        let columns: Vec<usize> = judged.built.problem.columns_of(id).collect();
         !judged.spectrum.null_space_within(&columns).is_empty()
     };
     Ok(quantities.iter().map(|q| (!open(q)).then(|| q.std(&judged))).collect())

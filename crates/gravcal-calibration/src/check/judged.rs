@@ -6,7 +6,7 @@ use gravcal_robot_model::session::{ReadingId, Session};
 use super::report::{CheckedParameter, CheckedPayload};
 use super::sign;
 use crate::joint::{
-    EstimateError, JointProblem, Readings, Solved, Unknowns, last_frame_choices, payloads, pose_with_constraints,
+    EstimateError, JointProblem, Readings, Solved, Unknowns, build_with_constraints, last_frame_choices, payloads,
     unknown_sign,
 };
 use crate::judgement::Asked;
@@ -44,20 +44,20 @@ pub(super) fn judge_at(
     readings: &Readings,
     values: &Unknowns,
 ) -> Result<NominalVerdict, EstimateError> {
-    let mut judged = Solved::at_start(readings.clone(), pose_with_constraints(session, readings, values)?)?;
+    let mut judged = Solved::at_start(readings.clone(), build_with_constraints(session, readings, values)?)?;
     judged.sign_known = sign::is_decided(session, readings, values)?;
     // Readings count, not their values: a bias is judged against the torque that the nominal model predicts.
     let spreads = predicted_spreads(session, readings, &judged)?;
     let judgement = judged.judge_with_spreads(session, &spreads);
-    let (posed, covariance) = (&judged.posed, judged.covariance());
-    let std = |id: BlockId| posed.problem.columns_of(id).map(|column| covariance.std(column)).reduce(f64::max);
+    let (built, covariance) = (&judged.built, judged.covariance());
+    let std = |id: BlockId| built.problem.columns_of(id).map(|column| covariance.std(column)).reduce(f64::max);
     let mut parameters = vec![CheckedParameter {
         name: "gravity".into(),
         unit: "deg".into(),
         asked: session.asks("gravity"),
         determined: judgement.determines(Asked::Gravity),
         held: None,
-        predicted_std: std(posed.layout.gravity)
+        predicted_std: std(built.layout.gravity)
             .filter(|_| judgement.determines(Asked::Gravity))
             .map(|std| (std / session.gravity.magnitude).to_degrees()),
     }];
@@ -70,7 +70,7 @@ pub(super) fn judge_at(
             asked: blank.asked,
             determined,
             held: blank.held,
-            predicted_std: std(posed.layout.block(id)).filter(|_| determined),
+            predicted_std: std(built.layout.block(id)).filter(|_| determined),
         });
     }
     let situation = judged.situation(session);
@@ -90,10 +90,10 @@ pub(super) fn judge_at(
 /// noise alone spreads them, so that a joint that carries nothing still tells its bias.
 fn predicted_spreads(session: &Session, readings: &Readings, judged: &Solved) -> Result<Vec<f64>, EstimateError> {
     let mut noise = vec![1.0; session.channel_count()];
-    for ReadingId { pose, channel } in &judged.posed.rows {
+    for ReadingId { pose, channel } in &judged.built.rows {
         noise[*channel] = readings.std(session, *pose, *channel);
     }
-    let ranges = predicted_ranges(session, readings, &judged.posed)?;
+    let ranges = predicted_ranges(session, readings, &judged.built)?;
     Ok(ranges.iter().zip(noise).map(|([low, high], std)| (high - low).max(NOISE_SPREAD * std)).collect())
 }
 
@@ -101,10 +101,10 @@ fn predicted_spreads(session: &Session, readings: &Readings, judged: &Solved) ->
 pub(super) fn predicted_ranges(
     session: &Session,
     readings: &Readings,
-    posed: &JointProblem,
+    built: &JointProblem,
 ) -> Result<Vec<[f64; 2]>, EstimateError> {
     let mut ranges = vec![[f64::INFINITY, f64::NEG_INFINITY]; session.channel_count()];
-    for (ReadingId { channel, .. }, predicted) in posed.predicted(session, readings)? {
+    for (ReadingId { channel, .. }, predicted) in built.predicted(session, readings)? {
         let [low, high] = ranges[channel];
         ranges[channel] = [low.min(predicted), high.max(predicted)];
     }

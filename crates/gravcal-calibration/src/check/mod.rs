@@ -32,7 +32,7 @@ use tilts::tilts;
 /// Judges a session without solving it.
 ///
 /// # Errors
-/// Where the joint problem cannot be posed: no readings, nothing unknown.
+/// Where the joint problem cannot be built: no readings, nothing unknown.
 pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
     let plan = Plan::new(session);
     let now = Supposed::now(session)?;

@@ -14,7 +14,7 @@
 use gravcal_identification::DECISIVE;
 use gravcal_robot_model::session::{ReadingId, Session};
 
-use crate::joint::{EstimateError, Readings, Solved, Unknowns, pose, with_gains_known};
+use crate::joint::{EstimateError, Readings, Solved, Unknowns, build_problem, with_gains_known};
 
 /// Whether gravity's sign is declared, or can be decided by the readings.
 pub(super) fn is_decided(session: &Session, readings: &Readings, values: &Unknowns) -> Result<bool, EstimateError> {
@@ -22,20 +22,20 @@ pub(super) fn is_decided(session: &Session, readings: &Readings, values: &Unknow
         return Ok(true);
     }
     let mut session = with_gains_known(session);
-    let predicted = pose(&session, readings, values)?.predicted(&session, readings)?;
+    let predicted = build_problem(&session, readings, values)?.predicted(&session, readings)?;
     for (ReadingId { pose, channel }, value) in predicted {
         if let Some(reading) = session.reading_mut(pose, channel) {
             reading.value = value;
         }
     }
     let other = values.upside_down(&session);
-    let judged = Solved::at_start(readings.clone(), pose(&session, readings, &other)?)?;
+    let judged = Solved::at_start(readings.clone(), build_problem(&session, readings, &other)?)?;
     Ok(cost_after_a_step(&judged)? > DECISIVE)
 }
 
 fn cost_after_a_step(judged: &Solved) -> Result<f64, EstimateError> {
-    let columns = judged.posed.problem.columns().len();
-    let rows = judged.posed.problem.augmented_jacobian(&judged.estimate.values)?;
+    let columns = judged.built.problem.columns().len();
+    let rows = judged.built.problem.augmented_jacobian(&judged.estimate.values)?;
     let (mut gradient, mut squares) = (vec![0.0; columns], 0.0);
     for row in rows.chunks_exact(columns + 1) {
         squares += row[columns] * row[columns];

@@ -6,7 +6,7 @@ use gravcal_robot_model::session::{InertiaKnowledge, Pose, PoseTable, Session, U
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::judged::{NominalVerdict, judge_at, predicted_ranges};
-use crate::joint::{EstimateError, Readings, Signals, Unknowns, pose_with_constraints, select};
+use crate::joint::{EstimateError, Readings, Signals, Unknowns, build_with_constraints, select};
 
 /// An addition is judged beside about so many poses of the session, which stand for all of them.
 const POSES: usize = 300;
@@ -22,7 +22,7 @@ fn rough_errors(session: &Session, readings: &Readings, values: &Unknowns) -> Re
     if !errors.contains(&UnexplainedError::Estimated) {
         return Ok(rough);
     }
-    let ranges = predicted_ranges(session, readings, &pose_with_constraints(session, readings, values)?)?;
+    let ranges = predicted_ranges(session, readings, &build_with_constraints(session, readings, values)?)?;
     for (channel, [low, high]) in ranges.into_iter().enumerate() {
         if errors[channel] == UnexplainedError::Estimated && high > low {
             rough[channel] = ROUGH * 0.5 * (high - low);
@@ -58,7 +58,7 @@ impl Supposed {
     /// The session as it is.
     ///
     /// # Errors
-    /// Where the joint problem cannot be posed.
+    /// Where the joint problem cannot be built.
     pub fn now(session: &Session) -> Result<Supposed, EstimateError> {
         let readings = select(session, Signals::All);
         let values = Unknowns::nominal(session);

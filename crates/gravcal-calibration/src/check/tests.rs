@@ -20,7 +20,7 @@ use rand_pcg::Pcg64;
 use super::additions::additions;
 use super::supposed::Supposed;
 use super::*;
-use crate::joint::{Unknowns, estimate_jointly, pose};
+use crate::joint::{Unknowns, build_problem, estimate_jointly};
 
 /// Standard deviation of a torque reading, count.
 const NOISE: f64 = 0.2;
@@ -166,7 +166,7 @@ fn simulated(supposed: &Supposed) -> (Session, Unknowns) {
         }
     }
     let readings = select(&session, Signals::All);
-    let predicted = pose(&session, &readings, &truth).unwrap().predicted(&session, &readings).unwrap();
+    let predicted = build_problem(&session, &readings, &truth).unwrap().predicted(&session, &readings).unwrap();
     for (ReadingId { pose, channel }, value) in predicted {
         let reading = session.reading_mut(pose, channel).unwrap();
         let noise: f64 = random.sample(StandardNormal);

@@ -114,7 +114,7 @@ pub(super) fn around(
 impl Solved {
     /// What is left of a joint's friction, without its prior; nothing where it is no unknown, or the readings do not tell it.
     pub(crate) fn friction_at_rest(&self, joint: usize) -> Option<OfReadings> {
-        self.without_prior(self.posed.layout.at_rest.as_ref()?, joint)
+        self.without_prior(self.built.layout.at_rest.as_ref()?, joint)
     }
 
     /// Whether it is an unknown of this joint.
@@ -125,7 +125,7 @@ impl Solved {
     /// A number of a joint as the readings alone tell it; nothing where it is no unknown, or they do not.
     pub(super) fn without_prior(&self, unknown: &OfJoints, joint: usize) -> Option<OfReadings> {
         let place = unknown.place(joint)?;
-        let column = self.posed.problem.columns_of(unknown.block).nth(place)?;
+        let column = self.built.problem.columns_of(unknown.block).nth(place)?;
         let prior = unknown.std[place].powi(-2);
         let all = self.covariance().std(column).powi(-2);
         let own = all - prior;
@@ -135,9 +135,9 @@ impl Solved {
 
     /// The unknown of a joint: place in its block, and column.
     fn at_rest(&self, joint: usize) -> Option<(&OfJoints, usize, usize)> {
-        let at_rest = self.posed.layout.at_rest.as_ref()?;
+        let at_rest = self.built.layout.at_rest.as_ref()?;
         let place = at_rest.place(joint)?;
-        let column = self.posed.problem.columns_of(at_rest.block).nth(place)?;
+        let column = self.built.problem.columns_of(at_rest.block).nth(place)?;
         Some((at_rest, place, column))
     }
 
@@ -150,8 +150,8 @@ impl Solved {
     fn bias_that_holds_friction(&self, session: &Session, joint: usize) -> Option<String> {
         let (at_rest, place, friction) = self.at_rest(joint)?;
         let sides = Sides::of(session, joint).filter(|sides| sides.one_sided())?;
-        let bias = self.posed.layout.block(ParameterId::Sensor(joint, Quantity::TorqueBias));
-        let bias = self.posed.problem.columns_of(bias).next()?;
+        let bias = self.built.layout.block(ParameterId::Sensor(joint, Quantity::TorqueBias));
+        let bias = self.built.problem.columns_of(bias).next()?;
         let both = self.covariance().of(&[vec![(bias, 1.0)], vec![(friction, 1.0)]]);
         // What the bias would be known to if friction were known.
         let alone = both[0] - both[1] * both[2] / both[3];

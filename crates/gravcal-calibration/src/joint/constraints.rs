@@ -6,24 +6,24 @@
 //!     |k − k₀| ≤ share · |k₀|      torque_gains_within = share
 //! ```
 //!
-//! All are convex. A start outside is moved inside before the problem is posed; the solver keeps it there. What an active
+//! All are convex. A start outside is moved inside before the problem is built; the solver keeps it there. What an active
 //! one holds is taken as known exactly when the solution is judged ([`along_constraints`](gravcal_estimation::statistics::along_constraints)).
 
 use gravcal_estimation::{ActiveConstraint, Affine, BlockId, Constraint, Problem};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::Session;
 
-use super::error::PosingError;
+use super::error::BuildError;
 use super::problem::JointProblem;
 use super::unknowns::{Layout, Unknowns};
 use crate::result;
 
 /// The joint problem with the session's constraints on what is free in it.
-pub(super) fn constrained(session: &Session, posed: JointProblem) -> Result<JointProblem, PosingError> {
-    let all = of_links(session, &posed.layout).into_iter().chain(of_gains(session, &posed.layout));
-    let free = all.filter(|(block, _)| posed.problem.block(*block).held.is_none());
-    let problem = posed.problem.with_constraints(free.map(|(_, constraint)| constraint).collect())?;
-    Ok(JointProblem { problem, ..posed })
+pub(super) fn constrained(session: &Session, built: JointProblem) -> Result<JointProblem, BuildError> {
+    let all = of_links(session, &built.layout).into_iter().chain(of_gains(session, &built.layout));
+    let free = all.filter(|(block, _)| built.problem.block(*block).held.is_none());
+    let problem = built.problem.with_constraints(free.map(|(_, constraint)| constraint).collect())?;
+    Ok(JointProblem { problem, ..built })
 }
 
 fn of_links(session: &Session, layout: &Layout) -> Vec<(BlockId, Constraint)> {

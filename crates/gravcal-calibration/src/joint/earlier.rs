@@ -4,17 +4,17 @@ use gravcal_estimation::{BlockId, Factor, Problem};
 use gravcal_robot_model::residuals::{KnownQuantity, LinearKnowledge};
 use gravcal_robot_model::session::EarlierCalibration;
 
-use super::error::PosingError;
+use super::error::BuildError;
 use super::problem::JointProblem;
 
 /// The problem with what the earlier calibration knows of its unknowns, behind all other factors.
-pub(super) fn with_earlier(earlier: &EarlierCalibration, posed: JointProblem) -> Result<JointProblem, PosingError> {
+pub(super) fn with_earlier(earlier: &EarlierCalibration, built: JointProblem) -> Result<JointProblem, BuildError> {
     let known: Vec<Option<KnownQuantity>> = earlier
         .quantities()
         .iter()
         .map(|quantity| {
             let term = |(name, coefficient): &(String, f64)| {
-                find(&posed.problem, name).map(|(id, component)| (id, component, *coefficient))
+                find(&built.problem, name).map(|(id, component)| (id, component, *coefficient))
             };
             let terms: Option<Vec<_>> = quantity.terms.iter().map(term).collect();
             terms.map(|terms| KnownQuantity { terms, value: quantity.value })
@@ -23,12 +23,12 @@ pub(super) fn with_earlier(earlier: &EarlierCalibration, posed: JointProblem) ->
     // A load that no pose carries has no block: knowing the rest is knowing less.
     let kept: Vec<usize> = (0..known.len()).filter(|i| known[*i].is_some()).collect();
     if kept.is_empty() {
-        return Ok(posed);
+        return Ok(built);
     }
     let residual = LinearKnowledge::new(known.into_iter().flatten().collect());
-    let mut factors = posed.problem.factors().to_vec();
+    let mut factors = built.problem.factors().to_vec();
     factors.push(Factor::new(residual, earlier.noise(&kept)?));
-    Ok(JointProblem { problem: posed.problem.with_factors(factors)?, ..posed })
+    Ok(JointProblem { problem: built.problem.with_factors(factors)?, ..built })
 }
 
 /// The block and the place in it of a component, such as `gravity.x` or `joint1.torque_gain`.

@@ -4,9 +4,9 @@ use gravcal_estimation::statistics::{StatisticsError, TooFewBlocks};
 use gravcal_estimation::{EvaluateError, NoiseError, ProblemError, SolveError};
 use thiserror::Error;
 
-/// The joint problem cannot be posed.
+/// The joint problem cannot be built.
 #[derive(Clone, Debug, Error, PartialEq)]
-pub enum PosingError {
+pub enum BuildError {
     /// See [`ProblemError`].
     #[error(transparent)]
     Problem(#[from] ProblemError),
@@ -18,9 +18,9 @@ pub enum PosingError {
 /// The joint problem could not be solved.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum EstimateError {
-    /// It could not be posed.
+    /// It could not be built.
     #[error(transparent)]
-    Posing(#[from] PosingError),
+    Build(#[from] BuildError),
     /// It could not be solved.
     #[error(transparent)]
     Solve(#[from] SolveError),

@@ -4,10 +4,10 @@ use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 
 use super::answer::{Answer, Conclusion};
+use super::build::build_with_constraints;
 use super::conclusion::conclude;
 use super::error::EstimateError;
 use super::held_out::fit_with_held_out;
-use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::select::{Signals, select};
@@ -67,6 +67,6 @@ pub fn estimate_briefly(
 }
 
 /// The joint problem at nominal values, with its constraints: what a solver must be able to take.
-pub(crate) fn pose_at_nominal(session: &Session) -> Result<JointProblem, EstimateError> {
-    Ok(pose_with_constraints(session, &select(session, Signals::All), &Unknowns::nominal(session))?)
+pub(crate) fn build_at_nominal(session: &Session) -> Result<JointProblem, EstimateError> {
+    Ok(build_with_constraints(session, &select(session, Signals::All), &Unknowns::nominal(session))?)
 }

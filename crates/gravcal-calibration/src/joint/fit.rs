@@ -1,4 +1,4 @@
-//! The fit of a posed problem, with its readings in the order in which they enter.
+//! The fit of a built problem, with its readings in the order in which they enter.
 
 use gravcal_estimation::Estimate;
 use gravcal_identification::{FIRST_ITERATIONS, Fit, ROUNDS, Workbench};
@@ -12,26 +12,26 @@ use super::readings::Readings;
 /// Minimises what readings and knowledge cost: the problem with its reference where the fit ended, and its end. The cost is
 /// that of readings and knowledge alone.
 pub(super) fn fit(
-    posed: &JointProblem,
+    built: &JointProblem,
     readings: &Readings,
     workbench: &Workbench<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
-    fit_in_rounds(posed, readings, ROUNDS, workbench)
+    fit_in_rounds(built, readings, ROUNDS, workbench)
 }
 
 /// The same in so many rounds at most. Readings that enter group by group have no rounds: the last group's reference ends with it.
 pub(super) fn fit_in_rounds(
-    posed: &JointProblem,
+    built: &JointProblem,
     readings: &Readings,
     rounds: usize,
     workbench: &Workbench<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     // Far from nominal values the way is long as long as these pull: it goes on without them.
-    let (posed, first) = estimate_in_order(posed, readings, &workbench.within(FIRST_ITERATIONS))?;
-    let fit = Fit::ended(posed.problem.clone(), first);
+    let (built, first) = estimate_in_order(built, readings, &workbench.within(FIRST_ITERATIONS))?;
+    let fit = Fit::ended(built.problem.clone(), first);
     let Fit { problem, estimate } = match readings.order {
-        Order::Together => fit.followed(posed.rows.len(), rounds, workbench),
+        Order::Together => fit.followed(built.rows.len(), rounds, workbench),
         _ => fit,
     };
-    Ok((JointProblem { problem, ..posed }, estimate))
+    Ok((JointProblem { problem, ..built }, estimate))
 }

@@ -18,9 +18,9 @@ use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{Session, UncertaintyChoice};
 
+use super::build::build_with_constraints;
 use super::error::EstimateError;
 use super::order::Order;
-use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::sample::Sample;
@@ -43,26 +43,26 @@ pub fn step_by_step(session: &Session) -> Readings {
 /// How many are first is judged at starting values: it depends on the poses, and hardly on what is read there.
 ///
 /// # Errors
-/// Where no problem can be posed.
+/// Where no problem can be built.
 pub fn pose_by_pose(session: &Session, workbench: &Workbench<'_>) -> Result<Readings, EstimateError> {
     let readings = select(session, Signals::All);
     let start = best_start(session, &Sample::new(session, &readings)?, None, workbench)?;
-    let posed = pose_with_constraints(session, &readings, &start)?;
-    let first = first_factors(&posed)?;
+    let built = build_with_constraints(session, &readings, &start)?;
+    let first = first_factors(&built)?;
     let mut used = (0..session.poses.len()).filter(|pose| !readings.used[*pose].is_empty());
     let from = used.nth(first).unwrap_or(session.poses.len());
     Ok(Readings { order: Order::PoseByPose { from }, ..readings })
 }
 
 /// What of a session stands against estimating group by group, if anything does.
-pub(crate) fn why_not_by_groups(session: &Session, posed: &JointProblem) -> Option<&'static str> {
+pub(crate) fn why_not_by_groups(session: &Session, built: &JointProblem) -> Option<&'static str> {
     let by_noise = session.uncertainty == UncertaintyChoice::Noise;
     [
-        (posed.loss != Loss::None, "a loss ([loss]) tells outliers by the residuals of all readings"),
+        (built.loss != Loss::None, "a loss ([loss]) tells outliers by the residuals of all readings"),
         (!session.constraints.is_empty(), "constraints ([constraints]) hold for the estimate from all readings"),
         (!by_noise, "blocks of poses ([uncertainty]) scatter about the estimate from all readings only"),
         (
-            posed.problem.blocks().iter().any(|block| block.local),
+            built.problem.blocks().iter().any(|block| block.local),
             "errors of single poses' positions (a std of `position`, or a deflection of poses of no sweep) are unknowns of all \
              readings",
         ),
@@ -82,17 +82,17 @@ impl Readings {
 }
 
 /// The fewest factors of first poses that know enough.
-fn first_factors(posed: &JointProblem) -> Result<usize, EvaluateError> {
-    let sensors = posed.layout.sensors.iter().flat_map(|ids| Quantity::ALL.map(|quantity| ids[quantity as usize]));
-    let asked: Vec<BlockId> = sensors.chain([posed.layout.gravity]).chain(posed.layout.further_once()).collect();
-    let all = Knowledge::of(&posed.problem, &posed.initial, &asked)?;
+fn first_factors(built: &JointProblem) -> Result<usize, EvaluateError> {
+    let sensors = built.layout.sensors.iter().flat_map(|ids| Quantity::ALL.map(|quantity| ids[quantity as usize]));
+    let asked: Vec<BlockId> = sensors.chain([built.layout.gravity]).chain(built.layout.further_once()).collect();
+    let all = Knowledge::of(&built.problem, &built.initial, &asked)?;
     let enough = |poses: usize| -> Result<bool, EvaluateError> {
-        let factors = first_of(posed, poses);
-        let Ok(problem) = posed.problem.with_only(factors, NOT_YET) else { return Ok(false) };
-        Ok(all.is_nearly(&Knowledge::of(&problem, &posed.initial, &asked)?))
+        let factors = first_of(built, poses);
+        let Ok(problem) = built.problem.with_only(factors, NOT_YET) else { return Ok(false) };
+        Ok(all.is_nearly(&Knowledge::of(&problem, &built.initial, &asked)?))
     };
     // More poses never know less.
-    let (mut too_few, mut sufficient) = (0, posed.poses);
+    let (mut too_few, mut sufficient) = (0, built.poses);
     while sufficient - too_few > 1 {
         let middle = too_few.midpoint(sufficient);
         if enough(middle)? { sufficient = middle } else { too_few = middle }
@@ -104,9 +104,9 @@ fn first_factors(posed: &JointProblem) -> Result<usize, EvaluateError> {
 pub(super) const NOT_YET: &str = "nothing was read yet that depends on it";
 
 /// The factors of the first poses, and all that is known otherwise.
-pub(super) fn first_of(posed: &JointProblem, poses: usize) -> Vec<Factor> {
-    let factors = posed.problem.factors();
-    factors[..poses].iter().chain(&factors[posed.poses..]).cloned().collect()
+pub(super) fn first_of(built: &JointProblem, poses: usize) -> Vec<Factor> {
+    let factors = built.problem.factors();
+    factors[..poses].iter().chain(&factors[built.poses..]).cloned().collect()
 }
 
 /// What is known of some blocks.

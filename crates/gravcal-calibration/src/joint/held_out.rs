@@ -12,9 +12,9 @@ use gravcal_recording::file_name;
 use gravcal_robot_model::session::Session;
 use gravcal_robot_model::sweeps::find_sweeps;
 
+use super::build::{build_problem, build_with_constraints};
 use super::error::EstimateError;
 use super::fit::fit;
-use super::posing::{pose, pose_with_constraints};
 use super::problem::JointProblem;
 use super::readings::{Bending, Readings};
 use super::smaller_models::smaller_models;
@@ -37,7 +37,7 @@ pub(crate) fn fit_with_held_out(
     solved: &Solved,
     workbench: &Workbench<'_>,
 ) -> Result<Fit, EstimateError> {
-    let whitened = solved.posed.problem.residuals(&solved.estimate.values)?;
+    let whitened = solved.built.problem.residuals(&solved.estimate.values)?;
     let mut told = judgement::fit(session, solved, &whitened)?;
     if workbench.stopped() {
         told.held_out_missing = Some("stopped".to_owned());
@@ -87,8 +87,8 @@ fn bending_as(
     found: &Unknowns,
 ) -> Result<Readings, EstimateError> {
     let Some(bending) = &fitted.bending else { return Ok(readings) };
-    let Ok(posed) = pose(unseen, &readings, found) else { return Ok(readings) };
-    let torques = Solved::at_start(readings.clone(), posed)?.standing_torques(unseen)?;
+    let Ok(built) = build_problem(unseen, &readings, found) else { return Ok(readings) };
+    let torques = Solved::at_start(readings.clone(), built)?.standing_torques(unseen)?;
     Ok(Readings { bending: Some(Arc::new(Bending { std: bending.std.clone(), torques })), ..readings })
 }
 
@@ -103,7 +103,7 @@ fn seen_by_second_fit(session: &Session, solved: &Solved, workbench: &Workbench<
     let part = |held: bool| solved.readings.only(|pose, _| stretches.contains(&pose) == held);
     let start = solved.unknowns(&Unknowns::nominal(session));
     let readings = part(false);
-    let Ok(seen) = pose_with_constraints(session, &readings, &start) else { return Ok(Second::Predicted(None)) };
+    let Ok(seen) = build_with_constraints(session, &readings, &start) else { return Ok(Second::Predicted(None)) };
     let seen = held_alike(solved, seen)?;
     let (seen, estimate) = fit(&seen, &readings, workbench)?;
     if !estimate.termination.converged() {
@@ -115,10 +115,10 @@ fn seen_by_second_fit(session: &Session, solved: &Solved, workbench: &Workbench<
 
 /// What the first fit held, by the sequential steps say, the second holds too.
 pub(super) fn held_alike(solved: &Solved, seen: JointProblem) -> Result<JointProblem, EstimateError> {
-    let first = &solved.posed.problem;
+    let first = &solved.built.problem;
     let is_held = |name: &str| first.find(name).is_some_and(|same| first.block(same).held.is_some());
     let also: Vec<_> = seen.problem.block_ids().filter(|id| is_held(&seen.problem.block(*id).name)).collect();
-    let mut seen = seen.with_loss(solved.posed.loss)?;
+    let mut seen = seen.with_loss(solved.built.loss)?;
     seen.problem = seen.problem.holding(&also, "held in the first fit");
     Ok(seen)
 }
@@ -128,9 +128,9 @@ pub(super) fn predict(
     readings: &Readings,
     found: &Unknowns,
 ) -> Result<Option<HeldOut>, EstimateError> {
-    let Ok(posed) = pose(session, readings, found) else { return Ok(None) };
-    let whitened = posed.problem.residuals(&posed.initial)?;
-    Ok(Some(held_out(session, readings, &posed.rows, &whitened)))
+    let Ok(built) = build_problem(session, readings, found) else { return Ok(None) };
+    let whitened = built.problem.residuals(&built.initial)?;
+    Ok(Some(held_out(session, readings, &built.rows, &whitened)))
 }
 
 /// The poses that are held out: a tenth in the middle of each sweep, and of the other poses of each table; where tables are too small for

@@ -1,4 +1,4 @@
-//! The estimate of a posed problem with its readings in their order: see [`super::groups`].
+//! The estimate of a built problem with its readings in their order: see [`super::groups`].
 
 use std::collections::BTreeSet;
 
@@ -9,7 +9,7 @@ use gravcal_estimation::{
 use gravcal_identification::Workbench;
 use gravcal_robot_model::session::ReadingId;
 
-use super::error::{EstimateError, PosingError};
+use super::error::{BuildError, EstimateError};
 use super::groups::{NOT_YET, first_of};
 use super::order::Order;
 use super::problem::JointProblem;
@@ -30,39 +30,39 @@ const STEP_SAYS_LITTLE: &str = "the steps so far say hardly anything of it";
 
 /// Estimates the unknowns of a problem.
 pub(super) fn estimate_in_order(
-    posed: &JointProblem,
+    built: &JointProblem,
     readings: &Readings,
     workbench: &Workbench<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     let updated = match &readings.order {
-        Order::Together => return solve_with_loss(posed, readings.loss, workbench),
-        Order::StepByStep(steps) => step_by_step(posed, steps, workbench)?,
-        Order::PoseByPose { from } => pose_by_pose(posed, *from, workbench)?,
+        Order::Together => return solve_with_loss(built, readings.loss, workbench),
+        Order::StepByStep(steps) => step_by_step(built, steps, workbench)?,
+        Order::PoseByPose { from } => pose_by_pose(built, *from, workbench)?,
     };
-    Ok((posed.clone(), updated.estimate(&posed.problem)?))
+    Ok((built.clone(), updated.estimate(&built.problem)?))
 }
 
 /// Each step from where the one before ended, with what those before determine. A start that is [`FAR`] is first brought near on
 /// the readings of all steps: a start is where readings are condensed, and no knowledge.
 fn step_by_step(
-    posed: &JointProblem,
+    built: &JointProblem,
     steps: &[BTreeSet<ReadingId>],
     workbench: &Workbench<'_>,
 ) -> Result<Updated, EstimateError> {
-    let whole = &posed.problem;
-    let (mut updated, mut last) = (Updated::from(&posed.initial), None);
-    if is_far(whole, &posed.initial)? {
-        updated.go_to(workbench.solve_briefly(whole, &posed.initial, BRIEF, 0.0)?);
+    let whole = &built.problem;
+    let (mut updated, mut last) = (Updated::from(&built.initial), None);
+    if is_far(whole, &built.initial)? {
+        updated.go_to(workbench.solve_briefly(whole, &built.initial, BRIEF, 0.0)?);
     }
     let in_the_end = Spectrum::new(whole, &updated.values)?.covariance();
-    let mut known = first_of(posed, 0);
+    let mut known = first_of(built, 0);
     for step in steps {
-        let rows: Vec<usize> = (0..posed.rows.len()).filter(|row| step.contains(&posed.rows[*row])).collect();
+        let rows: Vec<usize> = (0..built.rows.len()).filter(|row| step.contains(&built.rows[*row])).collect();
         if rows.is_empty() {
             continue; // held out of a second fit
         }
         let factors = known.iter().cloned().chain([selected(whole, &rows)]).collect();
-        let problem = whole.with_only(factors, NOT_YET).map_err(PosingError::from)?;
+        let problem = whole.with_only(factors, NOT_YET).map_err(BuildError::from)?;
         let open = Open::of(&problem, &updated.values, (whole, &in_the_end))?;
         // First what is open stays where it is, as the step would only wander along it; then it may follow.
         for held in [open.open_or_hardly_known, open.hardly_known] {
@@ -115,19 +115,19 @@ impl Open {
 }
 
 /// The poses before `from` together, then each with all before it as an information matrix.
-fn pose_by_pose(posed: &JointProblem, from: usize, workbench: &Workbench<'_>) -> Result<Updated, EstimateError> {
-    let whole = &posed.problem;
-    let poses: BTreeSet<usize> = posed.rows.iter().map(|id| id.pose).collect();
+fn pose_by_pose(built: &JointProblem, from: usize, workbench: &Workbench<'_>) -> Result<Updated, EstimateError> {
+    let whole = &built.problem;
+    let poses: BTreeSet<usize> = built.rows.iter().map(|id| id.pose).collect();
     let together = poses.range(..from).count();
-    let mut problem = whole.with_only(first_of(posed, together), NOT_YET).map_err(PosingError::from)?;
-    let mut updated = Updated::from(&posed.initial);
+    let mut problem = whole.with_only(first_of(built, together), NOT_YET).map_err(BuildError::from)?;
+    let mut updated = Updated::from(&built.initial);
     updated.take(workbench.solve(&problem, &updated.values)?);
-    for pose in &whole.factors()[together..posed.poses] {
+    for pose in &whole.factors()[together..built.poses] {
         if updated.stopped() {
             break;
         }
         let factors: Vec<Factor> = vec![linearized(&problem, &updated.values)?, pose.clone()];
-        problem = whole.with_only(factors, NOT_YET).map_err(PosingError::from)?;
+        problem = whole.with_only(factors, NOT_YET).map_err(BuildError::from)?;
         updated.take(workbench.solve(&problem, &updated.values)?);
     }
     Ok(updated)

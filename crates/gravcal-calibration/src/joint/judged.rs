@@ -21,7 +21,7 @@ impl Solved {
 
     /// The same with given spreads (largest less smallest reading of each channel).
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
-        let JointProblem { problem, layout, .. } = &self.posed;
+        let JointProblem { problem, layout, .. } = &self.built;
         let judged = |values: &Values, spectrum: &Spectrum, covariance: &Covariance| {
             judge(problem, spectrum, covariance, &asked(session, layout, values, spreads))
         };
@@ -52,9 +52,9 @@ impl Solved {
     }
 
     pub(crate) fn situation<'s>(&self, session: &'s Session) -> Situation<'s> {
-        let g = self.estimate.values.get(self.posed.layout.gravity);
+        let g = self.estimate.values.get(self.built.layout.gravity);
         let read =
-            (0..session.joints.len()).map(|joint| self.posed.rows.iter().any(|id| id.channel == joint)).collect();
+            (0..session.joints.len()).map(|joint| self.built.rows.iter().any(|id| id.channel == joint)).collect();
         let unread = self.readings.unread_and_unknown(session);
         let idle = idle_joints(session, &self.unknowns(&Unknowns::nominal(session)));
         Situation { session, gravity: [g[0], g[1], g[2]], read, unread, on_bound: self.on_bound(session), idle }
@@ -65,11 +65,11 @@ impl Solved {
         let decided = self.estimate.active.iter().zip(&self.leans).filter(|(_, lean)| **lean >= DECIDED);
         let held: Vec<BlockId> =
             decided.flat_map(|(active, _)| &active.holds).flat_map(|f| f.terms.iter().map(|(id, ..)| *id)).collect();
-        session.parameters().into_iter().filter(|id| held.contains(&self.posed.layout.block(*id))).collect()
+        session.parameters().into_iter().filter(|id| held.contains(&self.built.layout.block(*id))).collect()
     }
 
     pub(super) fn gravity(&self, session: &Session) -> GravityResult {
-        let (problem, values, id) = (&self.posed.problem, &self.estimate.values, self.posed.layout.gravity);
+        let (problem, values, id) = (&self.built.problem, &self.estimate.values, self.built.layout.gravity);
         let axes = stored_coordinates(problem, values, &[id]);
         let radius = |_std: f64, along: [f64; 3]| {
             let of_axis = |(axis, share): (&LinearFunction, f64)| {

@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
 
 use super::any_direction::{AnyDirection, FAINT_DAMPING};
 use super::at_distances::{KnownLength, Quadratic};
-use super::error::PosingError;
-use super::posing::pose_readings_alone;
+use super::build::pose_readings_alone;
+use super::error::BuildError;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::unknowns::Unknowns;
@@ -24,7 +24,7 @@ const SCALINGS: usize = 3;
 /// Biases, masses, moments and placements as the unknowns of a linear problem.
 pub(super) struct LinearPart<'s> {
     session: &'s Session,
-    posed: JointProblem,
+    built: JointProblem,
     /// With everything else held.
     linear: Problem,
 }
@@ -33,12 +33,12 @@ impl<'s> LinearPart<'s> {
     /// `values`: from where what is linear starts.
     ///
     /// # Errors
-    /// Where no problem can be posed.
-    pub fn new(session: &'s Session, readings: &Readings, values: &Unknowns) -> Result<Self, PosingError> {
-        let posed = pose_readings_alone(session, readings, values)?;
-        let nonlinear: Vec<BlockId> = posed.problem.block_ids().filter(|id| !posed.problem.block(*id).linear).collect();
-        let linear = posed.problem.holding(&nonlinear, "given by the candidate");
-        Ok(LinearPart { session, posed, linear })
+    /// Where no problem can be built.
+    pub fn new(session: &'s Session, readings: &Readings, values: &Unknowns) -> Result<Self, BuildError> {
+        let built = pose_readings_alone(session, readings, values)?;
+        let nonlinear: Vec<BlockId> = built.problem.block_ids().filter(|id| !built.problem.block(*id).linear).collect();
+        let linear = built.problem.holding(&nonlinear, "given by the candidate");
+        Ok(LinearPart { session, built, linear })
     }
 
     pub fn session(&self) -> &'s Session {
@@ -56,7 +56,7 @@ impl<'s> LinearPart<'s> {
         let lengths = self.session.load_distances.iter().filter_map(|known| self.known_length(known, &values));
         let quadratic = lengths.fold(quadratic, |quadratic, known| quadratic.keeping(&known));
         let solved = self.linear.retract(&values, quadratic.step.as_slice());
-        (linearization.cost() - quadratic.reduction, self.posed.layout.unknowns(&solved, candidate))
+        (linearization.cost() - quadratic.reduction, self.built.layout.unknowns(&solved, candidate))
     }
 
     /// The cost left for the sensors of a candidate, by gravity's direction.
@@ -84,13 +84,13 @@ impl<'s> LinearPart<'s> {
         let mut step = vec![0.0; scaling.len()];
         let gain = linearization.damped_step(FAINT_DAMPING, &scaling, &mut step).predicted_reduction;
         let solved = self.linear.retract(values, &step);
-        (linearization.cost() - gain, self.posed.layout.unknowns(&solved, candidate))
+        (linearization.cost() - gain, self.built.layout.unknowns(&solved, candidate))
     }
 
     /// Gravity and sensors of a candidate; the rest from where what is linear starts.
     fn values(&self, candidate: &Unknowns) -> Values {
-        let layout = &self.posed.layout;
-        let mut values = self.posed.initial.clone();
+        let layout = &self.built.layout;
+        let mut values = self.built.initial.clone();
         values.set(layout.gravity, &candidate.gravity);
         for (ids, sensor) in layout.sensors.iter().zip(&candidate.sensors) {
             ids.iter().zip(sensor).for_each(|(id, value)| values.set(*id, &[*value]));
@@ -101,7 +101,7 @@ impl<'s> LinearPart<'s> {
 
     /// How the difference of two placements depends on the columns of the linear problem; nothing where one of them is not carried.
     fn known_length(&self, known: &LoadDistance, values: &Values) -> Option<KnownLength> {
-        let [from, to] = known.between.map(|load| self.posed.layout.loads[load].as_deref());
+        let [from, to] = known.between.map(|load| self.built.layout.loads[load].as_deref());
         let (mut difference, mut by_step) = (Vector3::zeros(), Matrix3xX::zeros(self.linear.columns().len()));
         for (placement, sign) in [(from?, -1.0), (to?, 1.0)] {
             for block in placement {

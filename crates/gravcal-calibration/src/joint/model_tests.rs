@@ -23,9 +23,9 @@ use gravcal_robot_model::session::{Drift, Instrument, Session};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
+use super::build::build_with_constraints;
 use super::error::EstimateError;
 use super::fit::fit;
-use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
 use super::solved::Solved;
 use super::unknowns::Unknowns;
@@ -127,7 +127,7 @@ impl ModelTests<'_> {
     /// Whether the noise is as stated, or from the residuals; nothing where standard deviations come from neither.
     fn noise_stated(&self) -> Option<bool> {
         match self.uncertainty {
-            UncertaintyResult::Noise { source, widened_by } if self.solved.posed.loss == Loss::None => {
+            UncertaintyResult::Noise { source, widened_by } if self.solved.built.loss == Loss::None => {
                 Some(*source == NoiseSource::Stated && widened_by.is_none())
             }
             _ => None,
@@ -143,17 +143,17 @@ impl ModelTests<'_> {
         let solved = self.solved;
         let mut start = solved.unknowns(&Unknowns::nominal(self.session));
         parameters.iter().for_each(|id| *start.value_mut(*id) = 0.0);
-        let posed = pose_with_constraints(self.session, &solved.readings, &start)?.with_loss(solved.posed.loss)?;
-        let held: Vec<BlockId> = parameters.iter().map(|id| posed.layout.block(*id)).collect();
-        let absent = JointProblem { problem: posed.problem.holding(&held, ABSENT), ..posed };
+        let built = build_with_constraints(self.session, &solved.readings, &start)?.with_loss(solved.built.loss)?;
+        let held: Vec<BlockId> = parameters.iter().map(|id| built.layout.block(*id)).collect();
+        let absent = JointProblem { problem: built.problem.holding(&held, ABSENT), ..built };
         let (_, without) = fit(&absent, &solved.readings, workbench)?;
         Ok(without.termination.converged().then(|| 2.0 * (without.cost - solved.estimate.cost).max(0.0)))
     }
 
     fn wald(&self, parameters: &[ParameterId]) -> Option<TestAgainstZero> {
         let solved = self.solved;
-        let blocks: Vec<BlockId> = parameters.iter().map(|id| solved.posed.layout.block(*id)).collect();
-        let covariance = solved.covariance().stored(&solved.posed.problem, &solved.estimate.values, &blocks);
+        let blocks: Vec<BlockId> = parameters.iter().map(|id| solved.built.layout.block(*id)).collect();
+        let covariance = solved.covariance().stored(&solved.built.problem, &solved.estimate.values, &blocks);
         let values: Vec<f64> = blocks.iter().map(|id| solved.estimate.values.scalar(*id)).collect();
         chi_squared(TestKind::Wald, weighted_square(&values, &covariance)?, values.len())
     }
@@ -161,10 +161,10 @@ impl ModelTests<'_> {
     /// Whether all parameters of each group are the same.
     fn differences(&self, groups: &[Vec<ParameterId>]) -> Option<TestAgainstZero> {
         let solved = self.solved;
-        let block = |id: &ParameterId| solved.posed.layout.block(*id);
+        let block = |id: &ParameterId| solved.built.layout.block(*id);
         let pairs: Vec<[BlockId; 2]> =
             groups.iter().flat_map(|group| group.iter().skip(1).map(|id| [block(id), block(&group[0])])).collect();
-        let column = |id: &BlockId| solved.posed.problem.columns_of(*id).next();
+        let column = |id: &BlockId| solved.built.problem.columns_of(*id).next();
         let function = |[a, b]: &[BlockId; 2]| Some(vec![(column(a)?, 1.0), (column(b)?, -1.0)]);
         let functions: Vec<LinearFunction> = pairs.iter().map(function).collect::<Option<_>>()?;
         let difference = |[a, b]: &[BlockId; 2]| solved.estimate.values.scalar(*a) - solved.estimate.values.scalar(*b);

@@ -126,13 +126,13 @@ impl<'a> Rows<'a> {
 
 /// How well each residual is explained.
 pub(super) fn notes(session: &Session, solved: &Solved) -> Result<Vec<String>, EvaluateError> {
-    let posed = &solved.posed;
-    if posed.modelled.is_empty() {
+    let built = &solved.built;
+    if built.modelled.is_empty() {
         return Ok(Vec::new());
     }
-    let whitened = posed.problem.residuals(&solved.estimate.values)?;
+    let whitened = built.problem.residuals(&solved.estimate.values)?;
     let note = |(index, residual): (usize, &ResidualInUse)| {
-        let rows = posed.modelled.iter().zip(&whitened[posed.rows.len()..]).filter(|(own, _)| **own == index);
+        let rows = built.modelled.iter().zip(&whitened[built.rows.len()..]).filter(|(own, _)| **own == index);
         let sizes: Vec<f64> = rows.map(|(_, size)| size.abs()).collect();
         let count = sizes.len();
         let rms = (sizes.iter().map(|size| size * size).sum::<f64>() / count as f64).sqrt();

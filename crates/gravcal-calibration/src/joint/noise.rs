@@ -28,11 +28,11 @@ impl Solved {
 
     /// Those of the readings, in the order of the rows.
     pub(super) fn row_residuals(&self) -> Result<Vec<RowResidual>, EvaluateError> {
-        row_residuals(&self.posed.problem, &self.estimate.values, &self.spectrum, self.posed.rows.len())
+        row_residuals(&self.built.problem, &self.estimate.values, &self.spectrum, self.built.rows.len())
     }
 
     fn reading_residuals(&self, session: &Session) -> Result<Vec<ReadingResidual>, EvaluateError> {
-        let rows = self.posed.rows.iter().zip(self.row_residuals()?);
+        let rows = self.built.rows.iter().zip(self.row_residuals()?);
         let of = |(ReadingId { pose, channel }, row): (&ReadingId, RowResidual)| {
             let std = self.readings.std(session, *pose, *channel);
             ReadingResidual { channel: *channel, std, row }

@@ -22,7 +22,7 @@ const WEIGHED: f64 = 3.0;
 
 /// What is found of each load of unknown mass.
 pub(crate) fn payloads(session: &Session, solved: &Solved) -> Vec<PayloadResult> {
-    let unknown = session.loads.iter().zip(&solved.posed.layout.with_payloads).filter(|(load, _)| load.is_unknown());
+    let unknown = session.loads.iter().zip(&solved.built.layout.with_payloads).filter(|(load, _)| load.is_unknown());
     unknown.map(|(load, with)| Payload::new(session, solved, load, *with).tell()).collect()
 }
 
@@ -47,13 +47,13 @@ impl<'a> Payload<'a> {
             tensor_kg_m2: None,
             undetermined: None,
         };
-        let layout = &self.solved.posed.layout;
+        let layout = &self.solved.built.layout;
         let bare = layout.inertia.get(self.load.link).copied();
         let Some((with, bare)) = self.with.zip(bare) else {
             told.undetermined = Some("no pose carries it".into());
             return told;
         };
-        if self.solved.posed.problem.block(bare).held.is_some() {
+        if self.solved.built.problem.block(bare).held.is_some() {
             told.undetermined =
                 Some(format!("no pose is read without it: record poses of link {} without it, too", self.link));
             return told;
@@ -92,7 +92,7 @@ impl<'a> Payload<'a> {
 
     /// A component of the link with the load less that of the link without.
     fn difference(&self, with: BlockId, bare: BlockId, component: usize) -> WithSlopes {
-        let (problem, values) = (&self.solved.posed.problem, &self.solved.estimate.values);
+        let (problem, values) = (&self.solved.built.problem, &self.solved.estimate.values);
         let column = |id: BlockId| problem.columns_of(id).nth(component);
         let function = [(column(with), 1.0), (column(bare), -1.0)];
         let function = function.into_iter().filter_map(|(column, sign)| Some((column?, sign))).collect();

@@ -68,7 +68,7 @@ impl Solved {
     /// Of each channel, the rows of its readings in the poses of each table.
     fn neighbours(&self, session: &Session) -> Vec<Vec<Vec<usize>>> {
         let mut channels = vec![vec![Vec::new(); session.tables.len()]; session.channel_count()];
-        for (row, ReadingId { pose, channel }) in self.posed.rows.iter().enumerate() {
+        for (row, ReadingId { pose, channel }) in self.built.rows.iter().enumerate() {
             channels[*channel][session.poses[*pose].table].push(row);
         }
         channels.retain(|tables| tables.iter().any(|rows| rows.len() > 1));

@@ -1,13 +1,13 @@
-//! The joint problem as it is posed: `posing.rs` poses it.
+//! The joint problem as it is built: `build.rs` builds it.
 
 use gravcal_estimation::{EvaluateError, Loss, Problem, Values};
 use gravcal_robot_model::session::{ReadingId, Session};
 
-use super::error::PosingError;
+use super::error::BuildError;
 use super::readings::Readings;
 use super::unknowns::Layout;
 
-/// A posed joint problem.
+/// A built joint problem.
 #[derive(Clone, Debug)]
 pub struct JointProblem {
     /// The problem.
@@ -53,7 +53,7 @@ impl JointProblem {
     }
 
     /// The same problem with another loss of the readings.
-    pub(crate) fn with_loss(&self, loss: Loss) -> Result<JointProblem, PosingError> {
+    pub(crate) fn with_loss(&self, loss: Loss) -> Result<JointProblem, BuildError> {
         if loss == self.loss {
             return Ok(self.clone());
         }

@@ -31,7 +31,7 @@ impl Solved {
         let reference = self.reference_of_others(session);
         let determined = session.parameters().into_iter().filter(|id| judgement.determines(*id));
         let told = |id: ParameterId| {
-            let mut columns = problem.columns_of(self.posed.layout.block(id));
+            let mut columns = problem.columns_of(self.built.layout.block(id));
             columns.find_map(|column| Some((column, limit_of(column)?)))
         };
         let told: Vec<(usize, f64)> = determined.filter_map(told).collect();
@@ -48,9 +48,9 @@ impl Solved {
             quantity && !matches!(session.knowledge(*id).kind, KnowledgeKind::Prior { .. })
         };
         let gains: Vec<ParameterId> = session.parameters().into_iter().filter(is_gain).collect();
-        let (layout, mut center) = (&self.posed.layout, self.estimate.values.clone());
+        let (layout, mut center) = (&self.built.layout, self.estimate.values.clone());
         gains.iter().for_each(|id| center.set(layout.block(*id), &[session.nominal(*id)]));
-        let soft = self.posed.problem.reference()?.times_as_firm(FIRMNESS).centered_at(&center);
+        let soft = self.built.problem.reference()?.times_as_firm(FIRMNESS).centered_at(&center);
         Some(
             gains.iter().fold(soft, |soft, id| {
                 soft.with(layout.block(*id), &[WIDTH * session.limit(*id, &self.readings.spreads)])

@@ -27,7 +27,7 @@ pub struct Readings {
     pub(super) bending: Option<Arc<Bending>>,
     /// No reading counts as less uncertain than this, by channel; unit of the reading. Zero but where a start is looked for.
     pub floor: Arc<[f64]>,
-    /// How readings far beyond that are to be counted. [`super::pose`] leaves it to `JointProblem::with_loss`: at a start
+    /// How readings far beyond that are to be counted. [`super::build_problem`] leaves it to `JointProblem::with_loss`: at a start
     /// every reading looks far off.
     pub loss: Loss,
     /// In which order they enter.

@@ -30,11 +30,11 @@ const TYPICAL_LENGTH: f64 = 0.3;
 const STANDARD_GRAVITY: f64 = 9.80665;
 
 /// The problem with its reference about nominal values.
-pub(super) fn with_reference(session: &Session, readings: &Readings, posed: JointProblem) -> JointProblem {
+pub(super) fn with_reference(session: &Session, readings: &Readings, built: JointProblem) -> JointProblem {
     let mut builder = ProblemBuilder::new();
     add_unknown_blocks(session, readings, &Unknowns::nominal(session), &mut builder);
-    let reference = reference(session, readings, &posed.problem, &posed.layout, builder.initial());
-    JointProblem { problem: posed.problem.with_reference(reference), ..posed }
+    let reference = reference(session, readings, &built.problem, &built.layout, builder.initial());
+    JointProblem { problem: built.problem.with_reference(reference), ..built }
 }
 
 /// That of a problem with these blocks.

@@ -23,9 +23,9 @@ use gravcal_robot_model::session::{InstrumentKind, Pose, ReadingId, Session};
 
 use nalgebra::{Matrix3, Vector3};
 
+use super::build::build_with_constraints;
 use super::error::EstimateError;
 use super::mistakes::{Mistake, decisively_likelier};
-use super::posing::pose_with_constraints;
 use super::readings::Readings;
 use super::sample::Sample;
 use super::solved::Solved;
@@ -116,7 +116,7 @@ fn search(
     doubtful: bool,
     workbench: &Workbench<'_>,
 ) -> Result<Option<Reversed>, EstimateError> {
-    let read = |joint: usize| solved.posed.rows.iter().any(|id| id.channel == joint);
+    let read = |joint: usize| solved.built.rows.iter().any(|id| id.channel == joint);
     let joints: Vec<usize> = (0..session.joints.len()).filter(|joint| read(*joint)).collect();
     let open: Vec<usize> =
         joints.iter().copied().filter(|joint| !session.joints[*joint].torque_sign_declared).collect();
@@ -186,7 +186,7 @@ fn beside_the_others(
 
 /// Whether gravity's direction is known so well that the truth is not a right angle away: there all torques may be the opposite ones.
 fn gravity_is_known(solved: &Solved) -> bool {
-    let (covariance, g) = (Matrix3::from_row_slice(&solved.gravity_covariance()), solved.posed.layout.gravity);
+    let (covariance, g) = (Matrix3::from_row_slice(&solved.gravity_covariance()), solved.built.layout.gravity);
     let largest = covariance.symmetric_eigenvalues().max().max(0.0).sqrt();
     let size = Vector3::from_column_slice(solved.estimate.values.get(g)).norm();
     solved.judged_problem().columns_of(g).all(|column| solved.spectrum.null_share(column) < OPEN)
@@ -233,9 +233,9 @@ pub(super) fn solve_with(
     workbench: &Workbench<'_>,
 ) -> Result<(f64, Unknowns), EstimateError> {
     let start = best_start(session, &Sample::new(session, readings)?, None, workbench)?;
-    let posed = pose_with_constraints(session, readings, &start)?.with_loss(solved.posed.loss)?;
-    let estimate = workbench.solve(&posed.problem, &posed.initial)?;
-    Ok((estimate.cost, posed.layout.unknowns(&estimate.values, &start)))
+    let built = build_with_constraints(session, readings, &start)?.with_loss(solved.built.loss)?;
+    let estimate = workbench.solve(&built.problem, &built.initial)?;
+    Ok((estimate.cost, built.layout.unknowns(&estimate.values, &start)))
 }
 
 /// Correlation of the bare arm's gravity torques by estimated and by assumed masses, over the readings, each joint's mean taken away: the
@@ -252,7 +252,7 @@ fn agreement(session: &Session, solved: &Solved, unknowns: &Unknowns) -> Option<
     // Looked at once a joint: once a reading would take time with the square of their number.
     let turn_far: Vec<bool> = (0..session.joints.len()).map(|joint| turns_far(session, joint)).collect();
     let of_one_that_turns = |id: &ReadingId| turn_far.get(id.channel) == Some(&true);
-    let telling: Vec<ReadingId> = solved.posed.rows.iter().copied().filter(of_one_that_turns).collect();
+    let telling: Vec<ReadingId> = solved.built.rows.iter().copied().filter(of_one_that_turns).collect();
     let with = |values: &Unknowns| correlation(&telling, &estimated, &bare_torques(session, values, &nominal));
     let (here, there) = (with(unknowns)?, with(&nominal)?);
     (here * there > 0.0).then(|| if here.abs() < there.abs() { here } else { there })

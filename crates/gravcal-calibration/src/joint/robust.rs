@@ -6,13 +6,13 @@ use gravcal_identification::{Workbench, solve_in_stages};
 use super::error::EstimateError;
 use super::problem::JointProblem;
 
-/// Solves a problem posed without a loss under `loss`.
+/// Solves a problem built without a loss under `loss`.
 pub(super) fn solve_with_loss(
-    posed: &JointProblem,
+    built: &JointProblem,
     loss: Loss,
     workbench: &Workbench<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
-    let under = |loss: Loss| -> Result<_, EstimateError> { Ok(posed.with_loss(loss)?.problem) };
-    let (problem, estimate) = solve_in_stages(loss, &posed.initial, under, workbench)?;
-    Ok((JointProblem { problem, loss, ..posed.clone() }, estimate))
+    let under = |loss: Loss| -> Result<_, EstimateError> { Ok(built.with_loss(loss)?.problem) };
+    let (problem, estimate) = solve_in_stages(loss, &built.initial, under, workbench)?;
+    Ok((JointProblem { problem, loss, ..built.clone() }, estimate))
 }

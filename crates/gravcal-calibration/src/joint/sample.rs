@@ -1,4 +1,4 @@
-//! A part of the poses, posed once: starts are compared and judged by it.
+//! A part of the poses, built once: starts are compared and judged by it.
 
 use std::collections::HashMap;
 
@@ -6,8 +6,8 @@ use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 
 use super::any_direction::FAINT_DAMPING;
-use super::error::PosingError;
-use super::posing::pose;
+use super::build::build_problem;
+use super::error::BuildError;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::unknowns::Unknowns;
@@ -28,7 +28,7 @@ const EXPLAINED: f64 = 1.0;
 /// The joint problem of a part of the poses.
 pub(super) struct Sample {
     pub readings: Readings,
-    posed: JointProblem,
+    built: JointProblem,
 }
 
 /// Where some iterations lead.
@@ -57,25 +57,25 @@ impl Sample {
     /// Of these readings, to start from anywhere.
     ///
     /// # Errors
-    /// Where no problem can be posed.
-    pub fn new(session: &Session, readings: &Readings) -> Result<Sample, PosingError> {
+    /// Where no problem can be built.
+    pub fn new(session: &Session, readings: &Readings) -> Result<Sample, BuildError> {
         let readings = thinned(session, readings, POSES);
-        let posed = pose(session, &readings, &Unknowns::nominal(session))?;
-        Ok(Sample { readings, posed })
+        let built = build_problem(session, &readings, &Unknowns::nominal(session))?;
+        Ok(Sample { readings, built })
     }
 
     /// The same with the noise of these readings, which are those that it is part of.
     ///
     /// # Errors
     /// As [`Sample::new`].
-    pub fn with_noise_of(self, session: &Session, readings: &Readings) -> Result<Sample, PosingError> {
+    pub fn with_noise_of(self, session: &Session, readings: &Readings) -> Result<Sample, BuildError> {
         let alike = self.readings.noise == readings.noise && self.readings.unexplained == readings.unexplained;
         if alike { Ok(self) } else { Sample::new(session, readings) }
     }
 
     /// Its problem, started from here.
-    pub fn posed_at(&self, session: &Session, start: &Unknowns) -> JointProblem {
-        self.posed.starting_at(session, &self.readings, start)
+    pub fn built_at(&self, session: &Session, start: &Unknowns) -> JointProblem {
+        self.built.starting_at(session, &self.readings, start)
     }
 
     /// A cost that explains its readings.
@@ -85,25 +85,25 @@ impl Sample {
 
     /// Where a few iterations from `start` lead, or fewer where the cost is no higher than `enough` before.
     pub fn nearby(&self, session: &Session, start: &Unknowns, enough: f64, workbench: &Workbench<'_>) -> Nearby {
-        let posed = self.posed_at(session, start);
-        match workbench.solve_briefly(&posed.problem, &posed.initial, BRIEF, enough) {
-            Ok(estimate) => Nearby { cost: estimate.cost, end: posed.layout.unknowns(&estimate.values, start) },
+        let built = self.built_at(session, start);
+        match workbench.solve_briefly(&built.problem, &built.initial, BRIEF, enough) {
+            Ok(estimate) => Nearby { cost: estimate.cost, end: built.layout.unknowns(&estimate.values, start) },
             Err(_) => Nearby { cost: f64::INFINITY, end: start.clone() },
         }
     }
 
     /// The cost of the readings alone where `start` leads, as far as it was followed: what unknowns rest on does not count.
     pub fn rough_minimum(&self, session: &Session, start: &Unknowns, workbench: &Workbench<'_>) -> RoughMinimum {
-        let posed = self.posed_at(session, start);
+        let built = self.built_at(session, start);
         let nowhere = RoughMinimum { cost: f64::INFINITY, reached: true };
-        let Ok(end) = workbench.within(LONG).solve(&posed.problem, &posed.initial) else { return nowhere };
-        let cost = posed.problem.without_reference().cost(&end.values).unwrap_or(f64::INFINITY);
+        let Ok(end) = workbench.within(LONG).solve(&built.problem, &built.initial) else { return nowhere };
+        let cost = built.problem.without_reference().cost(&end.values).unwrap_or(f64::INFINITY);
         RoughMinimum { cost, reached: end.termination.converged() || cost > UNLIKELY * self.explained() }
     }
 
     /// The step to the minimum of the linear model; nothing if the cost is no lower where it leads.
     pub fn one_step(&self, session: &Session, start: &Unknowns) -> Option<OneStep> {
-        let JointProblem { problem, initial, layout, .. } = &self.posed_at(session, start);
+        let JointProblem { problem, initial, layout, .. } = &self.built_at(session, start);
         let mut linearization = problem.linearize(initial).ok()?;
         let mut step = vec![0.0; problem.columns().len()];
         linearization.damped_step(FAINT_DAMPING, &linearization.column_scales(), &mut step);

@@ -12,10 +12,10 @@ use gravcal_identification::Workbench;
 use gravcal_robot_model::sensors::friction::{COULOMB, VISCOUS};
 use gravcal_robot_model::session::Session;
 
+use super::build::build_with_constraints;
 use super::error::EstimateError;
 use super::fit::fit;
 use super::held_out::{held_alike, of_validation, predict, stretches};
-use super::posing::pose_with_constraints;
 use super::solved::Solved;
 use super::unknowns::Unknowns;
 use crate::result::{HeldOut, SmallerModel, SmallerModelKind};
@@ -66,18 +66,18 @@ fn prediction(
     let readings = if session.validation.is_empty() { part(false) } else { solved.readings.clone() };
     let mut start = solved.unknowns(&Unknowns::nominal(session));
     none.iter().for_each(|place| start.further[*place] = 0.0);
-    let Ok(posed) = pose_with_constraints(session, &readings, &start) else { return Ok(None) };
-    let mut posed = held_alike(solved, posed)?;
-    let zeros = none.iter().map(|place| posed.layout.further[*place]);
+    let Ok(built) = build_with_constraints(session, &readings, &start) else { return Ok(None) };
+    let mut built = held_alike(solved, built)?;
+    let zeros = none.iter().map(|place| built.layout.further[*place]);
     let scales =
-        posed.layout.sensors.iter().flat_map(|[gain, _, position_gain, offset]| [*gain, *position_gain, *offset]);
+        built.layout.sensors.iter().flat_map(|[gain, _, position_gain, offset]| [*gain, *position_gain, *offset]);
     let given: Vec<BlockId> = zeros.chain(scales).collect();
-    posed.problem = posed.problem.holding(&given, "as the whole model has it");
-    let (posed, estimate) = fit(&posed, &readings, workbench)?;
+    built.problem = built.problem.holding(&given, "as the whole model has it");
+    let (built, estimate) = fit(&built, &readings, workbench)?;
     if !estimate.termination.converged() {
         return Ok(None);
     }
-    let found = posed.layout.unknowns(&estimate.values, &start);
+    let found = built.layout.unknowns(&estimate.values, &start);
     match session.validation.is_empty() {
         true => predict(session, &part(true), &found),
         false => of_validation(session, &solved.readings, found),

@@ -6,9 +6,9 @@ use gravcal_estimation::{Loss, Termination};
 use gravcal_identification::Workbench;
 use gravcal_robot_model::session::{Session, UnexplainedError};
 
+use super::build::build_with_constraints;
 use super::error::EstimateError;
 use super::fit::{fit, fit_in_rounds};
-use super::posing::pose_with_constraints;
 use super::problem::JointProblem;
 use super::readings::{Bending, Readings};
 use super::solved::Solved;
@@ -75,11 +75,11 @@ fn solve_with_noise(
 ) -> Result<Solved, EstimateError> {
     let (mut readings, mut start) = (readings.clone(), start);
     let loss = readings.loss;
-    let posed = |readings: &Readings, start: &Unknowns| pose_with_constraints(session, readings, start);
+    let built = |readings: &Readings, start: &Unknowns| build_with_constraints(session, readings, start);
     let estimated = session.unexplained_errors().contains(&UnexplainedError::Estimated);
     if !session.noise_estimated().contains(&true) && !readings.unexplained_found(session) {
         workbench.tell("all unknowns together");
-        let solved = solve_posed(readings.clone(), posed(&readings, &start)?, workbench)?;
+        let solved = solve_built(readings.clone(), built(&readings, &start)?, workbench)?;
         let stopped = solved.estimate.termination == Termination::Stopped;
         if !estimated || stopped || solved.unexplained(session)? == readings.unexplained {
             return Ok(solved);
@@ -91,7 +91,7 @@ fn solve_with_noise(
         workbench.tell("all unknowns together");
         // Where nothing is known of the noise, nothing is known of outliers, nor where unknowns should rest.
         readings.loss = if round == 0 { Loss::None } else { loss };
-        let problem = posed(&readings, &start)?;
+        let problem = built(&readings, &start)?;
         let problem = if round == 0 { problem } else { problem.resting_at_start() };
         let (problem, estimate) = fit_in_rounds(&problem, &readings, 1, &workbench.within(NOISE_ITERATIONS))?;
         let solved = Solved::judged(readings.clone(), problem, estimate)?;
@@ -103,7 +103,7 @@ fn solve_with_noise(
         let settled = readings.loss == loss
             && solved.stands_with(session, &unexplained, NOISE_TOLERANCE)
             && noise.iter().zip(&readings.noise).all(|(new, old)| (new / old - 1.0).abs() < NOISE_TOLERANCE);
-        start = solved.posed.layout.unknowns(&solved.estimate.values, &start);
+        start = solved.built.layout.unknowns(&solved.estimate.values, &start);
         (readings.noise, readings.unexplained) = (noise, unexplained);
         if settled || solved.estimate.termination == Termination::Stopped {
             break;
@@ -111,15 +111,15 @@ fn solve_with_noise(
     }
     readings.loss = loss;
     workbench.tell("all unknowns together");
-    solve_posed(readings.clone(), posed(&readings, &start)?.resting_at_start(), workbench)
+    solve_built(readings.clone(), built(&readings, &start)?.resting_at_start(), workbench)
 }
 
-/// Solves a problem as it is posed, and judges the solution.
-pub(crate) fn solve_posed(
+/// Solves a problem as it is built, and judges the solution.
+pub(crate) fn solve_built(
     readings: Readings,
-    posed: JointProblem,
+    built: JointProblem,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
-    let (posed, estimate) = fit(&posed, &readings, &workbench.within(ITERATIONS))?;
-    Solved::judged(readings, posed, estimate)
+    let (built, estimate) = fit(&built, &readings, &workbench.within(ITERATIONS))?;
+    Solved::judged(readings, built, estimate)
 }

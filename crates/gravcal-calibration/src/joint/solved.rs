@@ -16,7 +16,7 @@ pub struct Solved {
     /// The readings that entered, with the noise that was stated or found.
     pub readings: Readings,
     /// The problem.
-    pub posed: JointProblem,
+    pub built: JointProblem,
     /// Its solution.
     pub estimate: Estimate,
     /// What the data determine there, along the active constraints.
@@ -64,17 +64,17 @@ impl Solved {
     /// − ln of the likelihood with the noise as stated or found here, but for what all solutions share.
     pub(super) fn minus_log_likelihood(&self, session: &Session) -> f64 {
         let size = |id: &ReadingId| self.readings.std(session, id.pose, id.channel).ln();
-        self.estimate.cost + self.posed.rows.iter().map(size).sum::<f64>()
+        self.estimate.cost + self.built.rows.iter().map(size).sum::<f64>()
     }
 
     /// Judges a problem at its start, without solving it.
     ///
     /// # Errors
     /// Where it cannot be evaluated there.
-    pub fn at_start(readings: Readings, posed: JointProblem) -> Result<Solved, EstimateError> {
+    pub fn at_start(readings: Readings, built: JointProblem) -> Result<Solved, EstimateError> {
         let estimate = Estimate {
-            values: posed.initial.clone(),
-            cost: posed.problem.without_reference().cost(&posed.initial)?,
+            values: built.initial.clone(),
+            cost: built.problem.without_reference().cost(&built.initial)?,
             termination: Termination::AsGiven,
             iterations: Vec::new(),
             way: Vec::new(),
@@ -82,15 +82,15 @@ impl Solved {
             without_effect: Vec::new(),
             normal_equations: None,
         };
-        Solved::judged(readings, posed, estimate)
+        Solved::judged(readings, built, estimate)
     }
 
-    pub(super) fn judged(readings: Readings, posed: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
+    pub(super) fn judged(readings: Readings, built: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
         let Known { spectrum, along_constraints, leans, uncertainty } =
-            Known::at::<EstimateError>(&posed.problem, &estimate)?;
+            Known::at::<EstimateError>(&built.problem, &estimate)?;
         Ok(Solved {
             readings,
-            posed,
+            built,
             estimate,
             spectrum,
             along_constraints,
@@ -106,7 +106,7 @@ impl Solved {
 
     /// The problem as it is judged: along the active constraints.
     pub(crate) fn judged_problem(&self) -> &Problem {
-        self.along_constraints.as_ref().unwrap_or(&self.posed.problem)
+        self.along_constraints.as_ref().unwrap_or(&self.built.problem)
     }
 
     /// Covariance of the columns.
@@ -121,17 +121,17 @@ impl Solved {
 
     /// Standard deviation of any parameter, in its unit; 0 where it is held.
     pub fn parameter_std(&self, id: ParameterId) -> f64 {
-        let id = self.posed.layout.block(id);
-        self.posed.problem.columns_of(id).next().map_or(0.0, |column| self.covariance().std(column))
+        let id = self.built.layout.block(id);
+        self.built.problem.columns_of(id).next().map_or(0.0, |column| self.covariance().std(column))
     }
 
     /// Covariance of gravity in base coordinates, 3 × 3, row-major, (m/s²)².
     pub fn gravity_covariance(&self) -> Vec<f64> {
-        self.covariance().stored(&self.posed.problem, &self.estimate.values, &[self.posed.layout.gravity])
+        self.covariance().stored(&self.built.problem, &self.estimate.values, &[self.built.layout.gravity])
     }
 
     /// The solution as plain numbers.
     pub fn unknowns(&self, fallback: &Unknowns) -> Unknowns {
-        self.posed.layout.unknowns(&self.estimate.values, fallback)
+        self.built.layout.unknowns(&self.estimate.values, fallback)
     }
 }

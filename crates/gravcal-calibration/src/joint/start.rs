@@ -9,7 +9,7 @@ use gravcal_identification::Workbench;
 use gravcal_robot_model::session::Session;
 
 use super::directions::{directions, turned};
-use super::error::PosingError;
+use super::error::BuildError;
 use super::linear_part::LinearPart;
 use super::readings::Readings;
 use super::sample::{Nearby, POSES, Sample, thinned};
@@ -41,7 +41,7 @@ pub(super) fn best_start(
     sample: &Sample,
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
-) -> Result<Unknowns, PosingError> {
+) -> Result<Unknowns, BuildError> {
     if let Some(known) = known {
         let part = LinearPart::new(session, &sample.readings, &Unknowns::nominal(session))?;
         if let Some(near) = near_known(&part, sample, known, workbench) {
@@ -68,7 +68,7 @@ fn rough_ends(
     known: Option<&Unknowns>,
     extent: Extent,
     workbench: &Workbench<'_>,
-) -> Result<Vec<Unknowns>, PosingError> {
+) -> Result<Vec<Unknowns>, BuildError> {
     let rough = Sample::new(session, &sample.readings.roughly(session))?;
     let part = LinearPart::new(session, &rough.readings, &Unknowns::nominal(session))?;
     let mut solved: Vec<(f64, Unknowns)> = Vec::new();
@@ -115,7 +115,7 @@ pub(super) fn further_starts(
     sample: &Sample,
     known: Option<&Unknowns>,
     workbench: &Workbench<'_>,
-) -> Result<Vec<Unknowns>, PosingError> {
+) -> Result<Vec<Unknowns>, BuildError> {
     rough_ends(session, sample, known, Extent::All(FURTHER), workbench)
 }
 
@@ -147,7 +147,7 @@ fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 
 /// What the best of the nominal values under any direction of gravity costs, for comparing sessions that differ in signs and columns. The
 /// best of some directions is turned step by step, as a wrong direction may cost more than a wrong sign.
-pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, PosingError> {
+pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, BuildError> {
     let nominal = Unknowns::nominal(session);
     let part = LinearPart::new(session, &thinned(session, readings, POSES), &nominal)?;
     let cost = part.costs(&nominal);
@@ -165,7 +165,7 @@ pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, 
 }
 
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.
-pub(crate) fn start_around(session: &Session, readings: &Readings, known: &Unknowns) -> Result<Unknowns, PosingError> {
+pub(crate) fn start_around(session: &Session, readings: &Readings, known: &Unknowns) -> Result<Unknowns, BuildError> {
     let (_, solved) = LinearPart::new(session, &thinned(session, readings, POSES), known)?.solve(known);
     Ok(Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved })
 }

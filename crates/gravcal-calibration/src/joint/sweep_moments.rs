@@ -226,7 +226,7 @@ mod tests {
     use gravcal_dynamics::{Attachment, Transform};
 
     use super::*;
-    use crate::joint::{self, Signals, pose};
+    use crate::joint::{self, Signals, build_problem};
     use crate::testing::sarcos_shoulder;
 
     /// With links of known masses both descriptions predict the same readings, at any lengths, beside a joint that slides, and
@@ -237,15 +237,15 @@ mod tests {
         for (sliding, branched) in [(None, false), (Some(1), false), (None, true), (Some(1), true)] {
             let mut session = simulation.session(0);
             session.robot.chain = other_chain(&session.robot.chain, sliding, branched);
-            let posed = |session: &Session| {
+            let built = |session: &Session| {
                 let readings = joint::select(session, Signals::All);
-                let posed = pose(session, &readings, &simulation.truth).unwrap();
-                let residuals = posed.problem.residuals(&posed.initial).unwrap();
-                posed.rows.into_iter().zip(residuals).collect::<BTreeMap<_, _>>()
+                let built = build_problem(session, &readings, &simulation.truth).unwrap();
+                let residuals = built.problem.residuals(&built.initial).unwrap();
+                built.rows.into_iter().zip(residuals).collect::<BTreeMap<_, _>>()
             };
-            let by_link = posed(&session);
+            let by_link = built(&session);
             session.inertia = InertiaKnowledge::Sweep;
-            let by_sweep = posed(&session);
+            let by_sweep = built(&session);
             let sweeps = if sliding.is_some() { 6 } else { 11 };
             assert_eq!(by_sweep.len(), 3 * 37 * sweeps);
             for (row, residual) in by_sweep {

@@ -57,7 +57,7 @@ pub(super) fn tell(
     notes.extend(fit.held_out_missing.iter().map(no_held_out_note));
     notes.extend(tell_session(session, solved, &parameters));
     notes.extend(modelled::notes(session, solved)?);
-    notes.extend(outlier_note(solved.posed.loss, solved.posed.rows.len(), &outliers));
+    notes.extend(outlier_note(solved.built.loss, solved.built.rows.len(), &outliers));
     // Where the solver stopped anywhere, so did these.
     notes.extend(weak.iter().filter(|_| solved.estimate.termination.converged()).map(weak_note));
     let mut result = EstimatorResult {
@@ -75,11 +75,11 @@ pub(super) fn tell(
         sensor_models,
         residual_tests,
         undetermined,
-        active_constraints: constraints::tell(&solved.posed.problem, &solved.estimate.active),
+        active_constraints: constraints::tell(&solved.built.problem, &solved.estimate.active),
         weak,
         held: held(solved),
         uncertainty: Some(uncertainty),
-        loss: loss(solved.posed.loss),
+        loss: loss(solved.built.loss),
         outliers,
         fit: Some(fit),
         payloads: payloads(session, solved),
@@ -163,21 +163,21 @@ fn tell_trace(solved: &Solved) -> Vec<Iteration> {
 
 /// The sensors' parameters after each iteration of the trace.
 fn tell_way(session: &Session, solved: &Solved) -> Vec<Vec<f64>> {
-    let blocks: Vec<BlockId> = session.parameters().into_iter().map(|id| solved.posed.layout.block(id)).collect();
+    let blocks: Vec<BlockId> = session.parameters().into_iter().map(|id| solved.built.layout.block(id)).collect();
     solved.estimate.way.iter().map(|values| blocks.iter().map(|block| values.scalar(*block)).collect()).collect()
 }
 
 pub(super) fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
     let mut parameters = Vec::new();
     for parameter in session.parameters() {
-        let id = solved.posed.layout.block(parameter);
+        let id = solved.built.layout.block(parameter);
         let value = solved.estimate.values.scalar(id);
         let mut told = ParameterResult::blank(session, parameter);
         told.determined = judgement.determines(parameter) && told.determined;
         if told.determined {
             told.value = Some(value);
             told.std = Some(solved.parameter_std(parameter));
-            let own: Vec<(usize, f64)> = solved.posed.problem.columns_of(id).map(|column| (column, 1.0)).collect();
+            let own: Vec<(usize, f64)> = solved.built.problem.columns_of(id).map(|column| (column, 1.0)).collect();
             told.ci95 = Some(solved.uncertainty.interval(value, &own));
         }
         parameters.push(told);
@@ -198,7 +198,7 @@ pub(super) fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[P
     if !solved.estimate.termination.converged() {
         return mirrored;
     }
-    for (joint, ids) in solved.posed.layout.sensors.iter().enumerate() {
+    for (joint, ids) in solved.built.layout.sensors.iter().enumerate() {
         for quantity in [Quantity::TorqueGain, Quantity::PositionGain] {
             let name = quantity.name(&session.robot.chain.joints()[joint].name);
             let value = solved.estimate.values.scalar(ids[quantity as usize]);
@@ -226,9 +226,9 @@ fn tell_moments(session: &Session, solved: &Solved, judgement: &Judgement) -> Ve
         return Vec::new();
     }
     determined_moments(
-        &solved.posed.problem,
+        &solved.built.problem,
         &solved.estimate.values,
-        &solved.posed.layout,
+        &solved.built.layout,
         &solved.spectrum,
         solved.covariance(),
         &open_columns(session, solved, judgement),
@@ -237,10 +237,10 @@ fn tell_moments(session: &Session, solved: &Solved, judgement: &Judgement) -> Ve
 
 /// Columns of gravity and of the parameters, as far as they are not determined.
 fn open_columns(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<usize> {
-    let layout = &solved.posed.layout;
+    let layout = &solved.built.layout;
     let gravity = (!judgement.determines(Asked::Gravity)).then_some(layout.gravity);
     let open = session.parameters().into_iter().filter(|id| !judgement.determines(*id)).map(|id| layout.block(id));
-    gravity.into_iter().chain(open).flat_map(|id| solved.posed.problem.columns_of(id)).collect()
+    gravity.into_iter().chain(open).flat_map(|id| solved.built.problem.columns_of(id)).collect()
 }
 
 /// The covariance of what is determined: gravity, sensor parameters, and the combinations of moments by their place.
@@ -250,14 +250,14 @@ fn tell_covariance(
     judgement: &Judgement,
     moments: &[DeterminedMoment],
 ) -> CovarianceResult {
-    let layout = &solved.posed.layout;
+    let layout = &solved.built.layout;
     let mut blocks = Vec::new();
     if judgement.determines(Asked::Gravity) {
         blocks.push(layout.gravity);
     }
     let free = session.parameters().into_iter().filter(|id| session.held(*id).is_none());
     blocks.extend(free.filter(|id| judgement.determines(*id)).map(|id| layout.block(id)));
-    let problem = &solved.posed.problem;
+    let problem = &solved.built.problem;
     let mut functions = stored_coordinates(problem, &solved.estimate.values, &blocks);
     functions.extend(moments.iter().map(|moment| moment.function.clone()));
     let stored = solved.covariance().of(&functions);

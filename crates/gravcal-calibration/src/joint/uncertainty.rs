@@ -38,7 +38,7 @@ impl Solved {
         misfit: Option<f64>,
         workbench: &Workbench<'_>,
     ) -> Result<(Uncertainty, UncertaintyResult), EstimateError> {
-        let blocks = |block_poses| SampleBlocks::new(0..self.posed.poses, block_poses);
+        let blocks = |block_poses| SampleBlocks::new(0..self.built.poses, block_poses);
         match session.uncertainty {
             // Only at a minimum do blocks scatter about zero; an estimate that is none has failed anyway.
             _ if !self.estimate.termination.converged() => self.noise_uncertainty(session, misfit),
@@ -57,7 +57,7 @@ impl Solved {
                 let blocks = blocks(block_poses)?;
                 let resampling = Resampling { blocks: &blocks, replicates, seed, held: &[] };
                 // Replicates obey the constraints by themselves, and need not lean on the same ones.
-                let (problem, values) = (&self.posed.problem, &self.estimate.values);
+                let (problem, values) = (&self.built.problem, &self.estimate.values);
                 let solution = Solution { problem, values, spectrum: &Spectrum::new(problem, values)? };
                 let drawn = Bootstrap::new(&solution, &resampling, workbench.solver())?;
                 let told = UncertaintyResult::Bootstrap {
@@ -80,7 +80,7 @@ impl Solved {
     ) -> Result<(Uncertainty, UncertaintyResult), EstimateError> {
         // What nothing tells the size of is not told: `conclusion.rs` says so.
         let estimated = self.readings.noise_found(session) && self.freedom_of_noise(session).is_none();
-        let robust = self.posed.loss != Loss::None;
+        let robust = self.built.loss != Loss::None;
         let widened_by = misfit.filter(|_| !robust);
         let knowledge = match (widened_by, estimated) {
             (Some(_), _) => NoiseKnowledge::Relative,
@@ -116,7 +116,7 @@ impl Solved {
     /// Whether leaving out poses tells anything: there are enough, and the estimate is that of all of them together.
     fn may_leave_out_poses(&self) -> bool {
         let together = self.readings.order == Order::Together;
-        together && self.estimate.termination.converged() && self.posed.poses >= FEWEST_POSES
+        together && self.estimate.termination.converged() && self.built.poses >= FEWEST_POSES
     }
 
     /// What the estimate without each of some blocks of poses tells, and what to say of it.
@@ -145,8 +145,8 @@ impl Solved {
             let along: f64 = alone.iter().map(|told| told.step[column].powi(2)).sum();
             along > ALONE_SHARE * noise.at(column, column)
         };
-        let told = |block: BlockId| self.posed.problem.columns_of(block).any(share);
-        let layout = &self.posed.layout;
+        let told = |block: BlockId| self.built.problem.columns_of(block).any(share);
+        let layout = &self.built.layout;
         let asked = session.parameters().into_iter().filter(|id| session.asks(&session.parameter_name(*id)));
         let gravity = (session.asks("gravity") && told(layout.gravity)).then(|| "gravity".to_owned());
         let parameters = asked.filter(|id| told(layout.block(*id))).map(|id| session.parameter_name(id));

@@ -83,7 +83,7 @@ impl Solved {
     /// The readings of each channel.
     fn unexplained_rows(&self, session: &Session) -> Result<Vec<Vec<ErrorRow>>, EvaluateError> {
         let mut rows = vec![Vec::new(); session.channel_count()];
-        for (ReadingId { pose, channel }, row) in self.posed.rows.iter().zip(self.row_residuals()?) {
+        for (ReadingId { pose, channel }, row) in self.built.rows.iter().zip(self.row_residuals()?) {
             let residual = row.whitened * self.readings.std(session, *pose, *channel);
             let noise = self.readings.own_std(session, *pose, *channel).powi(2)
                 + self.readings.of_unknown_side(session, *pose, *channel);
@@ -99,7 +99,7 @@ impl Solved {
     /// Whether unexplained errors of these variances are those of the solution but for a share of each channel's error.
     pub(super) fn stands_with(&self, session: &Session, unexplained: &[f64], tolerance: f64) -> bool {
         let mut own = vec![(0.0, 0.0); session.channel_count()];
-        for ReadingId { pose, channel } in &self.posed.rows {
+        for ReadingId { pose, channel } in &self.built.rows {
             let noise = self.readings.own_std(session, *pose, *channel).powi(2);
             own[*channel] = (own[*channel].0 + noise, own[*channel].1 + 1.0);
         }

@@ -53,7 +53,7 @@ impl Solved {
     /// Standard deviation over its readings of what gravity makes each channel read, unit of the reading.
     fn gravity_std(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
         let mut read = vec![Vec::new(); session.channel_count()];
-        for (ReadingId { channel, .. }, reading) in self.posed.rows.iter().zip(self.gravity_readings(session)?) {
+        for (ReadingId { channel, .. }, reading) in self.built.rows.iter().zip(self.gravity_readings(session)?) {
             read[*channel].push(reading);
         }
         Ok(read.iter().map(|read| spread(read)).collect())
@@ -62,24 +62,24 @@ impl Solved {
     /// What gravity makes a sensor read, by row, unit of the reading: what is left of the model's predictions when those of sensors without
     /// gain are subtracted.
     pub(crate) fn gravity_readings(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
-        let (problem, values) = (&self.posed.problem, &self.estimate.values);
+        let (problem, values) = (&self.built.problem, &self.estimate.values);
         let mut without = values.clone();
         let joints = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, Quantity::TorqueGain));
         let instruments = session.instruments.iter().flat_map(|instrument| instrument.gain_parameters());
         for id in joints.chain(instruments.map(ParameterId::Further)) {
-            without.set(self.posed.layout.block(id), &[0.0]);
+            without.set(self.built.layout.block(id), &[0.0]);
         }
         let (with, without) = (problem.residuals(values)?, problem.residuals(&without)?);
         let reading = |(ReadingId { pose, channel }, (with, without)): (&ReadingId, (&f64, &f64))| {
             (with - without) * self.readings.std(session, *pose, *channel)
         };
-        Ok(self.posed.rows.iter().zip(with.iter().zip(&without)).map(reading).collect())
+        Ok(self.built.rows.iter().zip(with.iter().zip(&without)).map(reading).collect())
     }
 
     /// Root mean square of the readings' own noise, by channel; nothing where nothing is read.
     fn noise_by_channel(&self, session: &Session) -> Vec<Option<f64>> {
         let mut squares = vec![Vec::new(); session.channel_count()];
-        for ReadingId { pose, channel } in &self.posed.rows {
+        for ReadingId { pose, channel } in &self.built.rows {
             squares[*channel].push(self.readings.own_std(session, *pose, *channel).powi(2));
         }
         let mean = |squares: &Vec<f64>| squares.iter().sum::<f64>() / squares.len() as f64;

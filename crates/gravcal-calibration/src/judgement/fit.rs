@@ -58,7 +58,7 @@ impl JointResiduals {
 pub(crate) fn explained(session: &Session, solved: &Solved, chi_squared: f64) -> Result<Explained, EvaluateError> {
     let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.spectrum.rank());
     let stated = !solved.readings.noise_found(session);
-    Ok(match (stated, solved.posed.loss) {
+    Ok(match (stated, solved.built.loss) {
         (false, _) => Explained::by_own_noise(chi_squared, degrees_of_freedom),
         (true, Loss::None) => Explained::by_chi_squared(chi_squared, degrees_of_freedom),
         (true, _) => Explained::by_median(chi_squared, degrees_of_freedom, &solved.freed_residuals()?),
@@ -75,7 +75,7 @@ pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Resul
         degrees_of_freedom,
         p_value,
         median_ratio,
-        joints: JointResiduals::new(session, &solved.readings, &solved.posed.rows, whitened)
+        joints: JointResiduals::new(session, &solved.readings, &solved.built.rows, whitened)
             .tell(session, &unexplained),
         held_out: None,
         held_out_missing: None,
@@ -87,15 +87,15 @@ pub(crate) fn fit(session: &Session, solved: &Solved, whitened: &[f64]) -> Resul
 /// Every reading's residual, with that of sensors at their nominal values. These may be out of the model's reach, where a residual is
 /// no number.
 fn by_reading(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Vec<ReadingResidual>, EvaluateError> {
-    let (problem, values) = (&solved.posed.problem, &solved.estimate.values);
+    let (problem, values) = (&solved.built.problem, &solved.estimate.values);
     let mut before = values.clone();
     for id in session.parameters() {
-        before.set(solved.posed.layout.block(id), &[session.nominal(id)]);
+        before.set(solved.built.layout.block(id), &[session.nominal(id)]);
     }
     let nominal = problem.residuals(&before).unwrap_or_else(|_| vec![f64::NAN; whitened.len()]);
     let weights = problem.weights(values)?;
     let parts = torque_parts(session, solved)?;
-    let rows = solved.posed.rows.iter().zip(whitened).zip(nominal.iter().zip(weights).zip(parts));
+    let rows = solved.built.rows.iter().zip(whitened).zip(nominal.iter().zip(weights).zip(parts));
     let told = rows.map(|((id, whitened), ((nominal, weight), torque))| {
         let std = solved.readings.std(session, id.pose, id.channel);
         ReadingResidual { id: *id, residual: std * whitened, nominal_residual: std * nominal, std, weight, torque }

@@ -14,10 +14,10 @@ const TOLD: usize = 10;
 
 /// The outliers of a solved problem, those that count least first; none without a loss.
 pub(crate) fn outliers(session: &Session, solved: &Solved) -> Result<Vec<Outlier>, EvaluateError> {
-    let (problem, values) = (&solved.posed.problem, &solved.estimate.values);
+    let (problem, values) = (&solved.built.problem, &solved.estimate.values);
     let residuals = problem.residuals(values)?;
     let weights = problem.weights(values)?;
-    let rows = solved.posed.rows.iter().zip(residuals).zip(weights);
+    let rows = solved.built.rows.iter().zip(residuals).zip(weights);
     let mut outliers: Vec<Outlier> = rows
         .filter(|(_, weight)| *weight < HALF)
         .map(|((ReadingId { pose, channel }, residual), weight)| {

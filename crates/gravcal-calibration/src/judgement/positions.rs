@@ -12,7 +12,7 @@ const OBSERVABLE: f64 = 0.5;
 
 /// The deflections of each sweep, or of each pose that belongs to none.
 pub(crate) fn deflections(session: &Session, solved: &Solved) -> Vec<DeflectionResult> {
-    let holds = solved.posed.layout.position_unknowns.iter().filter(|unknown| unknown.is_hold);
+    let holds = solved.built.layout.position_unknowns.iter().filter(|unknown| unknown.is_hold);
     holds.flat_map(|hold| (0..hold.joints.len()).map(move |index| deflection(session, solved, hold, index))).collect()
 }
 
@@ -23,7 +23,7 @@ fn deflection(session: &Session, solved: &Solved, hold: &PositionUnknown, index:
         table: file_name(&session.tables[first.table].path),
         lines: [first.line, last.line],
         joint: session.robot.chain.joints()[hold.joints[index]].name.clone(),
-        unit: solved.posed.problem.block(hold.block).units[index].clone(),
+        unit: solved.built.problem.block(hold.block).units[index].clone(),
         value: (std <= OBSERVABLE * hold.std[index]).then_some(value),
         std,
         prior_std: hold.std[index],
@@ -32,7 +32,7 @@ fn deflection(session: &Session, solved: &Solved, hold: &PositionUnknown, index:
 
 /// Value and standard deviation of one number of an unknown.
 fn found(solved: &Solved, unknown: &PositionUnknown, index: usize) -> (f64, f64) {
-    let column = solved.posed.problem.columns_of(unknown.block).nth(index);
+    let column = solved.built.problem.columns_of(unknown.block).nth(index);
     let std = column.map_or(0.0, |column| solved.covariance().std(column));
     (solved.estimate.values.get(unknown.block)[index], std)
 }
@@ -44,7 +44,7 @@ pub(crate) fn position_errors(session: &Session, solved: &Solved) -> Vec<Positio
 }
 
 fn of_joint(solved: &Solved, joint: usize, name: &str) -> Option<PositionErrorResult> {
-    let single = solved.posed.layout.position_unknowns.iter().filter(|unknown| !unknown.is_hold);
+    let single = solved.built.layout.position_unknowns.iter().filter(|unknown| !unknown.is_hold);
     let own: Vec<(&PositionUnknown, usize)> =
         single.filter_map(|unknown| Some((unknown, unknown.joints.iter().position(|j| *j == joint)?))).collect();
     let (first, index) = own.first()?;
@@ -55,7 +55,7 @@ fn of_joint(solved: &Solved, joint: usize, name: &str) -> Option<PositionErrorRe
     let prior_std = rms(&|unknown, index| unknown.std[index].powi(2));
     Some(PositionErrorResult {
         joint: name.to_owned(),
-        unit: solved.posed.problem.block(first.block).units[*index].clone(),
+        unit: solved.built.problem.block(first.block).units[*index].clone(),
         poses: own.len(),
         rms: rms(&|unknown, index| found(solved, unknown, index).0.powi(2)),
         std,

@@ -12,7 +12,7 @@ pub(crate) fn loss(loss: Loss) -> Option<LossResult> {
 
 /// Everything that was held by the session.
 pub(crate) fn held(solved: &Solved) -> Vec<HeldBlock> {
-    let problem = &solved.posed.problem;
+    let problem = &solved.built.problem;
     let values = &solved.estimate.values;
     let tell = |(id, why): (_, &str)| HeldBlock {
         name: problem.block(id).name.clone(),
@@ -24,8 +24,8 @@ pub(crate) fn held(solved: &Solved) -> Vec<HeldBlock> {
 
 /// Steps of gravity and the sensor parameters that change the readings hardly, whatever masses and moments are.
 pub(crate) fn weak_combinations(solved: &Solved) -> Vec<WeakCombination> {
-    let Layout { gravity, sensors, further, .. } = &solved.posed.layout;
-    let problem = &solved.posed.problem;
+    let Layout { gravity, sensors, further, .. } = &solved.built.layout;
+    let problem = &solved.built.problem;
     let blocks = [*gravity].into_iter().chain(sensors.iter().flatten().chain(further).copied());
     let columns: Vec<usize> = blocks.flat_map(|id| problem.columns_of(id)).collect();
     let weak = solved.spectrum.weak_directions(&columns);

@@ -15,7 +15,7 @@ use crate::result::{ReadingResidual, TorqueParts};
 
 /// By row of the readings; nothing of those of standing poses.
 pub(crate) fn torque_parts(session: &Session, solved: &Solved) -> Result<Vec<Option<TorqueParts>>, EvaluateError> {
-    let (problem, rows) = (&solved.posed.problem, &solved.posed.rows);
+    let (problem, rows) = (&solved.built.problem, &solved.built.rows);
     let mut parts = vec![None; rows.len()];
     for (index, factor) in problem.factors().iter().enumerate() {
         let own = problem.rows_of(index);
@@ -39,7 +39,7 @@ pub(crate) fn keep_determined(residuals: &mut [ReadingResidual], gravity: bool, 
 }
 
 fn of_joint(solved: &Solved, derivatives: &Derivatives<'_>, row: usize, joint: usize) -> TorqueParts {
-    let (layout, values) = (&solved.posed.layout, &solved.estimate.values);
+    let (layout, values) = (&solved.built.layout, &solved.estimate.values);
     let [gain, bias] =
         [Quantity::TorqueGain, Quantity::TorqueBias].map(|quantity| layout.sensors[joint][quantity as usize]);
     let times = |block: BlockId| {

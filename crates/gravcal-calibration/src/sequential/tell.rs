@@ -8,7 +8,7 @@ use gravcal_robot_model::session::Session;
 
 use super::found::Missing;
 use super::values::SequentialValues;
-use crate::joint::{self, EstimateError, Readings, solve_posed};
+use crate::joint::{self, EstimateError, Readings, solve_built};
 use crate::judgement::{determined_moments, gravity_result};
 use crate::result::{
     Brief, CovarianceResult, Detail, EstimatorResult, NoiseSource, ParameterResult, UncertaintyResult, Undetermined,
@@ -59,17 +59,17 @@ pub fn tell_steps(
     if let Some(start) = known.as_start(session) {
         workbench.tell("judging the sequential values on all readings");
         let start = joint::start_around(session, &known.readings, &start)?;
-        let mut posed = joint::pose(session, &known.readings, &start)?;
-        let held = found_blocks(&posed, known);
-        posed.problem = posed.problem.holding(&held, "found by the sequential steps");
-        let solved = solve_posed(known.readings.clone(), posed, workbench)?;
+        let mut built = joint::build_problem(session, &known.readings, &start)?;
+        let held = found_blocks(&built, known);
+        built.problem = built.problem.holding(&held, "found by the sequential steps");
+        let solved = solve_built(known.readings.clone(), built, workbench)?;
         if !solved.estimate.termination.converged() {
             result.notes.push(format!("The fit below is no optimum: {}.", solved.estimate.termination));
         }
         let moments = determined_moments(
-            &solved.posed.problem,
+            &solved.built.problem,
             &solved.estimate.values,
-            &solved.posed.layout,
+            &solved.built.layout,
             &solved.spectrum,
             solved.covariance(),
             &[],
@@ -117,13 +117,13 @@ fn tell_uncertainty(session: &Session, readings: &Readings) -> UncertaintyResult
     UncertaintyResult::Noise { source, widened_by: None }
 }
 
-fn found_blocks(posed: &joint::JointProblem, known: &SequentialValues) -> Vec<BlockId> {
+fn found_blocks(built: &joint::JointProblem, known: &SequentialValues) -> Vec<BlockId> {
     let sensors =
-        posed.layout.sensors.iter().zip(&known.sensors).flat_map(|(ids, sensor)| {
+        built.layout.sensors.iter().zip(&known.sensors).flat_map(|(ids, sensor)| {
             Quantity::ALL.into_iter().filter(|q| sensor.of(*q).is_ok()).map(|q| ids[q as usize])
         });
     // Whatever else sensors do, the steps take it as it is assumed.
-    sensors.chain([posed.layout.gravity]).chain(posed.layout.further_once()).collect()
+    sensors.chain([built.layout.gravity]).chain(built.layout.further_once()).collect()
 }
 
 /// Gravity's covariance and the variances of what the steps found: between steps, and between the parameters of one

@@ -16,8 +16,8 @@ const FREE: f64 = 1.0;
 
 /// Standard deviations at the truth of the reference protocol: of gravity's components, torque gains and offset of joint 2.
 fn deviations(simulation: &Simulation, session: &Session, signals: Signals) -> Vec<f64> {
-    let posed = joint::pose(session, &joint::select(session, signals), &simulation.truth).unwrap();
-    let solved = Solved::at_start(joint::select(session, signals), posed).unwrap();
+    let built = joint::build_problem(session, &joint::select(session, signals), &simulation.truth).unwrap();
+    let solved = Solved::at_start(joint::select(session, signals), built).unwrap();
     let gravity = solved.gravity_covariance();
     let gains = (0..3).map(|joint| solved.sensor_std(joint, Quantity::TorqueGain));
     (0..3).map(|i| gravity[4 * i].sqrt()).chain(gains).chain([solved.sensor_std(1, Quantity::PositionOffset)]).collect()
@@ -89,10 +89,10 @@ fn compliance_is_told_by_the_readings() {
     simulation.truth.further = vec![0.0; 3];
     for ((signals, without), most) in signals.into_iter().zip(without).zip([2e-4, 5e-5]) {
         let readings = joint::select(&session, signals);
-        let posed = joint::pose(&session, &readings, &simulation.truth).unwrap();
-        let solved = Solved::at_start(readings, posed).unwrap();
-        for id in &solved.posed.layout.further {
-            let std = solved.covariance().std(solved.posed.problem.columns_of(*id).start);
+        let built = joint::build_problem(&session, &readings, &simulation.truth).unwrap();
+        let solved = Solved::at_start(readings, built).unwrap();
+        for id in &solved.built.layout.further {
+            let std = solved.covariance().std(solved.built.problem.columns_of(*id).start);
             assert!((0.5 * most..most).contains(&std), "{signals:?}: {std}");
         }
         let with = deviations(&simulation, &session, signals);

@@ -23,16 +23,16 @@ struct Known {
 /// Judges the reference protocol's session at the truth, with the readings `(pose, joint)` that are kept.
 fn known(session: &Session, truth: &Unknowns, keep: impl Fn(usize, usize) -> bool) -> Known {
     let readings = joint::select(session, Signals::All).only(keep);
-    let posed = joint::pose(session, &readings, truth).unwrap();
-    let solved = Solved::at_start(readings, posed).unwrap();
+    let built = joint::build_problem(session, &readings, truth).unwrap();
+    let solved = Solved::at_start(readings, built).unwrap();
     let open = |blocks: Vec<gravcal_estimation::BlockId>| {
-        let columns: Vec<usize> = blocks.into_iter().flat_map(|id| solved.posed.problem.columns_of(id)).collect();
+        let columns: Vec<usize> = blocks.into_iter().flat_map(|id| solved.built.problem.columns_of(id)).collect();
         solved.spectrum.null_space_within(&columns).len()
     };
-    let sensors = &solved.posed.layout.sensors;
+    let sensors = &solved.built.layout.sensors;
     let of = |quantity: Quantity| sensors.iter().map(|ids| ids[quantity as usize]).collect::<Vec<_>>();
     Known {
-        gravity: open(vec![solved.posed.layout.gravity]) == 0,
+        gravity: open(vec![solved.built.layout.gravity]) == 0,
         gains_and_biases: open([of(Quantity::PositionGain), of(Quantity::TorqueBias)].concat()) == 0,
         offsets: open(of(Quantity::PositionOffset)) == 0,
         open_torque_gains: open(of(Quantity::TorqueGain)),

@@ -14,15 +14,15 @@ fn part(session: &Session, keep: impl Fn(usize) -> bool) -> Readings {
 }
 
 fn at_truth(simulation: &Simulation, session: &Session, readings: Readings) -> Solved {
-    let posed = joint::pose(session, &readings, &simulation.truth).unwrap();
-    Solved::at_start(readings, posed).unwrap()
+    let built = joint::build_problem(session, &readings, &simulation.truth).unwrap();
+    Solved::at_start(readings, built).unwrap()
 }
 
 /// Information of a problem at its start about its columns, and what these are.
-fn information(posed: &JointProblem) -> (DMatrix<f64>, Vec<String>) {
-    let problem = &posed.problem;
+fn information(built: &JointProblem) -> (DMatrix<f64>, Vec<String>) {
+    let problem = &built.problem;
     let width = problem.columns().len();
-    let rows = problem.augmented_jacobian(&posed.initial).unwrap();
+    let rows = problem.augmented_jacobian(&built.initial).unwrap();
     let jacobian = DMatrix::from_fn(rows.len() / (width + 1), width, |i, j| rows[i * (width + 1) + j]);
     let name = |c: &gravcal_estimation::Column| format!("{} {}", problem.block(c.block).name, c.index);
     (jacobian.tr_mul(&jacobian), problem.columns().iter().map(name).collect())
@@ -56,10 +56,10 @@ fn the_joint_problem_has_the_sum_of_their_informations() {
     let session = simulation.session(0);
     let solved = |keep: &dyn Fn(usize) -> bool| at_truth(&simulation, &session, part(&session, keep));
     let kinds: [&dyn Fn(usize) -> bool; 3] = [&|c| c < 3, &|c| (3..9).contains(&c), &|c| c >= 9];
-    let parts = kinds.map(|keep| information(&solved(keep).posed));
+    let parts = kinds.map(|keep| information(&solved(keep).built));
     // What more than one of them depends on: gravity, positions, placements.
     let shared: Vec<String> = {
-        let all = information(&solved(&|_| true).posed).1;
+        let all = information(&solved(&|_| true).built).1;
         let own = |name: &String| {
             ["gain", "bias", "link", "tool"].iter().any(|own| name.contains(own)) && !name.contains("position_gain")
         };
@@ -69,7 +69,7 @@ fn the_joint_problem_has_the_sum_of_their_informations() {
     let gravity = &shared[..2];
     let expected = marginal(&(sum, shared.clone()), gravity).try_inverse().unwrap();
     let all = solved(&|_| true);
-    let columns: Vec<usize> = all.posed.problem.columns_of(all.posed.layout.gravity).collect();
+    let columns: Vec<usize> = all.built.problem.columns_of(all.built.layout.gravity).collect();
     for (i, row) in columns.iter().enumerate() {
         for (j, column) in columns.iter().enumerate() {
             let found = all.covariance().at(*row, *column);
@@ -114,8 +114,8 @@ fn errors_of_gravity_fall_with_them_as_the_bound_says() {
             let session = simulation.session(trial);
             for (ratio, last) in ratios.iter_mut().zip([3, 12]) {
                 let readings = part(&session, |channel| channel < last);
-                let posed = joint::pose(&session, &readings, &simulation.truth).unwrap();
-                let solved = joint::solve_posed(readings.clone(), posed, workbench).unwrap();
+                let built = joint::build_problem(&session, &readings, &simulation.truth).unwrap();
+                let solved = joint::solve_built(readings.clone(), built, workbench).unwrap();
                 let found = solved.unknowns(&simulation.truth).gravity;
                 let square: f64 = found.iter().zip(simulation.truth.gravity).map(|(a, b)| (a - b).powi(2)).sum();
                 let bound = at_truth(&simulation, &session, readings);

@@ -11,8 +11,8 @@
 //! ```
 //! let problem = &gravcal_estimation::published::more_garbow_hillstrom()[0];
 //! assert_eq!(problem.name, "Rosenbrock");
-//! let (posed, start) = problem.pose(&problem.starts[0])?;
-//! assert!(problem.minimum_at(2.0 * posed.cost(&start)?).is_none());
+//! let (built, start) = problem.build(&problem.starts[0])?;
+//! assert!(problem.minimum_at(2.0 * built.cost(&start)?).is_none());
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -86,7 +86,7 @@ impl PublishedProblem {
     ///
     /// # Errors
     /// Where the start has another number of values than there are parameters, or one that is not finite.
-    pub fn pose(&self, start: &Start) -> Result<(Problem, Values), ProblemError> {
+    pub fn build(&self, start: &Start) -> Result<(Problem, Values), ProblemError> {
         let mut builder = ProblemBuilder::new();
         let blocks = self.parameters.iter().zip(&start.values).enumerate();
         let blocks = blocks.map(|(index, (name, value))| {
@@ -95,7 +95,7 @@ impl PublishedProblem {
             builder.add_block(block, &[*value])
         });
         let blocks = blocks.collect();
-        let formula = Posed { blocks, rows: self.rows, equations: self.equations.clone() };
+        let formula = Built { blocks, rows: self.rows, equations: self.equations.clone() };
         builder.add_factor(Factor::new(Automatic(formula), Noise::Independent(Weights(vec![1.0; self.rows].into()))));
         builder.build()
     }
@@ -118,13 +118,13 @@ enum Equations {
 
 /// A published problem over the blocks of one [`Problem`].
 #[derive(Debug)]
-struct Posed {
+struct Built {
     blocks: Vec<BlockId>,
     rows: usize,
     equations: Equations,
 }
 
-impl Formula for Posed {
+impl Formula for Built {
     fn blocks(&self) -> &[BlockId] {
         &self.blocks
     }

@@ -64,7 +64,7 @@ pub(super) enum Outcome {
 
 /// Solves a programme: by Clarabel to find which rows hold with equality, then refined on those to the last digits.
 pub(super) fn solve(quadratic: &Quadratic, rows: &[Rows]) -> Outcome {
-    let Some(mut solver) = pose(quadratic, rows) else { return Outcome::Failed };
+    let Some(mut solver) = build(quadratic, rows) else { return Outcome::Failed };
     solver.solve();
     let answer = &solver.solution;
     let mut z = answer.z.iter().copied();
@@ -91,7 +91,7 @@ fn is_solution(status: SolverStatus, rows: &[Rows], found: &Solution) -> bool {
     ended && rows.iter().all(|r| r.excess(&r.at(&found.point)) <= ACCEPTED_EXCESS)
 }
 
-fn pose(quadratic: &Quadratic, rows: &[Rows]) -> Option<DefaultSolver<f64>> {
+fn build(quadratic: &Quadratic, rows: &[Rows]) -> Option<DefaultSolver<f64>> {
     let columns = quadratic.slope.len();
     let (mut at, mut of, mut entries, mut slack) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for r in rows {

@@ -2,7 +2,7 @@
 
 use gravcal_estimation::{Affine, Constraint, Estimate, ProblemBuilder};
 
-use crate::pose::{active, block, near, pose, readings, solve};
+use crate::build::{active, block, build, near, readings, solve};
 
 /// The method ends at cosines of 1e-10.
 const EXACT: f64 = 1e-9;
@@ -38,10 +38,10 @@ fn a_negative_mass_ends_at_zero() {
         let positive = |i, name: &str| Constraint::bound(name, id, i, 0.0, f64::INFINITY);
         vec![positive(0, "m1 is positive"), positive(1, "m2 is positive")]
     };
-    let (problem, initial, id) = pose(&[1.0, 1.0], 2, weighed, |_| Vec::new());
+    let (problem, initial, id) = build(&[1.0, 1.0], 2, weighed, |_| Vec::new());
     let free = solve(&problem, &initial).unwrap();
     assert!(near(free.values.get(id), &[2.0, -1.0], EXACT) && free.active.is_empty());
-    let (problem, initial, id) = pose(&[1.0, 1.0], 2, weighed, positive);
+    let (problem, initial, id) = build(&[1.0, 1.0], 2, weighed, positive);
     let estimate = solve(&problem, &initial).unwrap();
     assert!(estimate.termination.converged(), "{}", estimate.termination);
     assert!(near(estimate.values.get(id), &[2.0, 0.0], EXACT), "{:?}", estimate.values);
@@ -142,7 +142,7 @@ fn bounds_hold_what_the_data_do_not_determine() {
         j.fill(1.0);
     };
     let bounded = |limits: [f64; 2], start: &[f64]| {
-        let (problem, initial, _) = pose(start, 2, sum, |id| {
+        let (problem, initial, _) = build(start, 2, sum, |id| {
             let below = |i: usize| Constraint::bound(["x", "y"][i], id, i, f64::NEG_INFINITY, limits[i]);
             vec![below(0), below(1)]
         });
@@ -185,7 +185,7 @@ fn a_constraint_that_only_touches_is_not_active() {
         r.copy_from_slice(&[x[0] - x[1], x[1] + 1.0]);
         j.copy_from_slice(&[1.0, -1.0, 0.0, 1.0]);
     };
-    let (problem, initial, _) = pose(&[3.0, 4.0], 2, difference, |id| {
+    let (problem, initial, _) = build(&[3.0, 4.0], 2, difference, |id| {
         let positive = |i: usize| Constraint::bound(["x", "y"][i], id, i, 0.0, f64::INFINITY);
         vec![positive(0), positive(1)]
     });

@@ -4,7 +4,7 @@
 
 use gravcal_estimation::{Affine, BlockId, Constraint};
 
-use crate::pose::{near, pose, solve};
+use crate::build::{build, near, solve};
 
 type Model = fn(&[f64], &mut [f64], &mut [f64]);
 
@@ -200,7 +200,7 @@ const PROBLEMS: &[Published] = &[
 #[test]
 fn published_minima_are_reached() {
     for Published { number, start, rows, model, constraints, minimum, minimiser } in PROBLEMS {
-        let (problem, initial, id) = pose(start, *rows, *model, constraints);
+        let (problem, initial, id) = build(start, *rows, *model, constraints);
         let estimate = solve(&problem, &initial).unwrap();
         let (found, cost) = (estimate.values.get(id), 2.0 * estimate.cost);
         assert!(estimate.termination.converged(), "number {number}: {}", estimate.termination);

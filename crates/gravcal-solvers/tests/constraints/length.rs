@@ -8,7 +8,7 @@ use gravcal_solvers::{Clarabel, SolverName};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use crate::pose::{Function, active, block, near, readings, solve};
+use crate::build::{Function, active, block, near, readings, solve};
 
 /// Hock and Schittkowski 42: Σ (x_i − i)² with x1 = 2 and x3² + x4² = 2 is 28 − 10 √2 at (2, 2, 0.6 √2, 0.8 √2). By the
 /// length L of (x3, x4) the cost is ½ (5 − L)²: it falls by 5 − √2 for each unit of L, and rises by 1 for each of x1.

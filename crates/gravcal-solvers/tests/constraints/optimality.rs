@@ -6,7 +6,7 @@ use gravcal_estimation::{
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-use crate::pose::{Function, block, solve};
+use crate::build::{Function, block, solve};
 
 /// Unknowns, in blocks of three.
 const UNKNOWNS: usize = 9;

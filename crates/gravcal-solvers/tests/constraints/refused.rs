@@ -3,7 +3,7 @@
 use gravcal_estimation::{Affine, Block, BlockId, Constraint, Manifold, ProblemBuilder, SolveError, Solver};
 use gravcal_solvers::{Clarabel, LevenbergMarquardt};
 
-use crate::pose::{block, readings, solve};
+use crate::build::{block, readings, solve};
 
 /// Two blocks, read as (5, 5, 5) and (5, 5), and their constraints.
 fn outcome(

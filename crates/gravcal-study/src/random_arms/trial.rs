@@ -68,7 +68,7 @@ fn compare(number: u64, simulation: &Simulation, solver: &dyn Solver) -> Result<
     let quiet = |_: &str| {};
     let workbench = Workbench::new(solver, &quiet);
     let readings = joint::select(&session, Signals::All);
-    let at_truth = Solved::at_start(readings.clone(), joint::pose(&session, &readings, &simulation.truth)?)?;
+    let at_truth = Solved::at_start(readings.clone(), joint::build_problem(&session, &readings, &simulation.truth)?)?;
     let from_truth = joint::solve(&session, &readings, Some(&simulation.truth), &workbench)?;
     let by_itself = joint::solve(&session, &readings, None, &workbench)?;
     let costs = [by_itself.estimate.cost, from_truth.estimate.cost];

@@ -14,7 +14,7 @@ use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{InertiaKnowledge, JointKnowledge, KnowledgeKind, Session};
 use nalgebra::{DMatrix, DVector};
 
-use super::error::{EstimateError, PosingError};
+use super::error::{BuildError, EstimateError};
 use super::held_out::of_validation;
 use super::solved::Solved;
 use super::unknowns::Unknowns;
@@ -39,7 +39,7 @@ pub(super) fn consistent_model(
     }
     let (assumed, mut remarks) = assumed(session);
     let count = session.robot.chain.link_count();
-    if assumed.len() < count || solved.posed.layout.inertia.len() < count {
+    if assumed.len() < count || solved.built.layout.inertia.len() < count {
         remarks.push(
             "There are no consistent inertias: they need links ([inertia] description = \"link\") of each of which the robot states mass, \
              centre of mass and inertia tensor."
@@ -72,7 +72,7 @@ pub(super) fn consistent_model(
     let off = &found - &programme.around;
     let step: Vec<f64> = columns.places.iter().map(|place| off[*place]).collect();
     let moved = columns.placed(problem.retract(values, &left.whole_step(&step)), &found);
-    let unknowns = solved.posed.layout.unknowns(&moved, &Unknowns::nominal(session));
+    let unknowns = solved.built.layout.unknowns(&moved, &Unknowns::nominal(session));
     let held_out = match session.validation.is_empty() {
         true => None,
         false => of_validation(session, &solved.readings, unknowns)?,
@@ -132,11 +132,11 @@ fn relative_stds(session: &Session) -> Vec<f64> {
 
 /// The problem without what the session knows of each link beforehand: the programme has a better form of that.
 fn without_link_priors(solved: &Solved) -> Result<Problem, EstimateError> {
-    let layout = &solved.posed.layout;
+    let layout = &solved.built.layout;
     let of_links: Vec<BlockId> = layout.inertia.iter().chain(&layout.tensors).copied().collect();
     let is_prior = |blocks: &[BlockId]| matches!(blocks, [only] if of_links.contains(only));
-    let problem = solved.posed.problem.without_reference();
-    let readings = solved.posed.rows.len() + solved.posed.modelled.len();
+    let problem = solved.built.problem.without_reference();
+    let readings = solved.built.rows.len() + solved.built.modelled.len();
     let keeps = |(index, factor): &(usize, &Factor)| {
         problem.rows_of(*index).start < readings || !is_prior(factor.residual.blocks())
     };
@@ -145,7 +145,7 @@ fn without_link_priors(solved: &Solved) -> Result<Problem, EstimateError> {
     if factors.len() == problem.factors().len() {
         return Ok(problem);
     }
-    Ok(problem.with_only(factors, "no reading depends on it").map_err(PosingError::from)?)
+    Ok(problem.with_only(factors, "no reading depends on it").map_err(BuildError::from)?)
 }
 
 /// Which of the problem's columns are which of the links' parameters.
@@ -160,7 +160,7 @@ struct Columns {
 
 impl Columns {
     fn new(solved: &Solved, problem: &Problem) -> Columns {
-        let layout = &solved.posed.layout;
+        let layout = &solved.built.layout;
         let links = layout.inertia.len();
         let moments = layout.inertia.iter().enumerate().map(|(link, id)| (BODY * link, *id, 4));
         let tensors = layout.tensors.iter().take(links).enumerate().map(|(link, id)| (BODY * link + 4, *id, 6));
@@ -210,7 +210,7 @@ impl Solved {
     /// By how much the told variances exceed those of the noise: the median over what is known at all.
     fn inflation(&self) -> f64 {
         let (noise, told) = (self.spectrum.covariance(), self.covariance());
-        let shared = 0..self.posed.problem.columns().len();
+        let shared = 0..self.built.problem.columns().len();
         let known =
             shared.filter(|column| self.spectrum.null_share(*column) < OPEN && noise.at(*column, *column) > 0.0);
         let mut ratios: Vec<f64> =

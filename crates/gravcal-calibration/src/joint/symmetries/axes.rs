@@ -19,9 +19,9 @@ use gravcal_identification::{Symmetry, Workbench};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{Load, Session};
 
+use crate::joint::build::build_with_constraints;
 use crate::joint::error::EstimateError;
-use crate::joint::posing::pose_with_constraints;
-use crate::joint::solve_from::solve_posed;
+use crate::joint::solve_from::solve_built;
 use crate::joint::solved::Solved;
 use crate::joint::unknowns::Unknowns;
 
@@ -91,8 +91,8 @@ impl Symmetry for TurnedAxes<'_> {
         solved: &Solved,
         workbench: &Workbench<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
-        let posed = pose_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.posed.loss)?;
-        let Ok(other) = solve_posed(solved.readings.clone(), posed, workbench) else { return Ok(None) };
+        let built = build_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.built.loss)?;
+        let Ok(other) = solve_built(solved.readings.clone(), built, workbench) else { return Ok(None) };
         let nominal = Unknowns::nominal(self.session);
         let [wrong, before] =
             [&other, solved].map(|solution| not_as_declared(self.session, &solution.unknowns(&nominal)));

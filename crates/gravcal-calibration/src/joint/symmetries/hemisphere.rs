@@ -103,7 +103,7 @@ pub(in crate::joint) fn in_hemisphere(
 /// Whether the readings are hardly explained worse with gravity on the border of its hemisphere: then they say too little of it to contradict
 /// anything.
 fn explained_at_border(solved: &Solved, pole: [f64; 3], workbench: &Workbench<'_>) -> Result<bool, EstimateError> {
-    let (problem, gravity) = (&solved.posed.problem, solved.posed.layout.gravity);
+    let (problem, gravity) = (&solved.built.problem, solved.built.layout.gravity);
     let found = Vector3::from_column_slice(solved.estimate.values.get(gravity));
     let pole = Vector3::from(pole).normalize();
     let Some(border) = (found - pole * pole.dot(&found)).try_normalize(f64::MIN_POSITIVE) else { return Ok(false) };

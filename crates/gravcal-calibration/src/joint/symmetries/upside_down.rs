@@ -8,10 +8,10 @@ use gravcal_identification::{DECISIVE, Symmetry, Workbench};
 use gravcal_robot_model::parameter::Limit;
 use gravcal_robot_model::session::{Knowledge, KnowledgeKind, Session};
 
+use crate::joint::build::build_with_constraints;
 use crate::joint::error::EstimateError;
-use crate::joint::posing::pose_with_constraints;
 use crate::joint::sample::Sample;
-use crate::joint::solve_from::{solve_from, solve_posed};
+use crate::joint::solve_from::{solve_built, solve_from};
 use crate::joint::solved::Solved;
 use crate::joint::unknowns::Unknowns;
 
@@ -54,8 +54,8 @@ impl Symmetry for UpsideDown<'_> {
         workbench: &Workbench<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
         let nominal = Unknowns::nominal(self.session);
-        let posed = pose_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.posed.loss)?;
-        let other = solve_posed(solved.readings.clone(), posed, workbench)?;
+        let built = build_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.built.loss)?;
+        let other = solve_built(solved.readings.clone(), built, workbench)?;
         let [here, there] = [solved, &other].map(|solution| solution.unknowns(&nominal).gravity);
         let opposite = here.iter().zip(there).map(|(a, b)| a * b).sum::<f64>() < 0.0;
         Ok(opposite.then_some(other))

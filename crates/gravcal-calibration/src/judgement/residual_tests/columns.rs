@@ -140,7 +140,7 @@ impl<'a> Columns<'a> {
 
     /// Row and pose of every reading of a channel.
     fn poses(&self, channel: usize) -> impl Iterator<Item = (usize, usize)> {
-        let rows = self.solved.posed.rows.iter().enumerate();
+        let rows = self.solved.built.rows.iter().enumerate();
         rows.filter(move |(_, id)| id.channel == channel).map(|(row, id)| (row, id.pose))
     }
 
@@ -166,7 +166,7 @@ impl<'a> Columns<'a> {
     /// A term that adds to the coordinate of a joint.
     fn coordinate(&self, joint: usize, value: impl Fn(usize) -> f64) -> Vec<f64> {
         let mut column = self.slopes[joint].clone();
-        for (id, entry) in self.solved.posed.rows.iter().zip(&mut column) {
+        for (id, entry) in self.solved.built.rows.iter().zip(&mut column) {
             *entry *= value(id.pose);
         }
         column
@@ -216,14 +216,14 @@ impl<'a> Columns<'a> {
 /// What a step of a joint's coordinate does to the whitened residuals, by differences: the offset may be held, and then has no column.
 fn slope(solved: &Solved, joint: usize, rows: usize) -> Result<Vec<f64>, EvaluateError> {
     let (problem, block) =
-        (&solved.posed.problem, solved.posed.layout.sensors[joint][Quantity::PositionOffset as usize]);
+        (&solved.built.problem, solved.built.layout.sensors[joint][Quantity::PositionOffset as usize]);
     let at = |step: f64| {
         let mut values = solved.estimate.values.clone();
         values.set(block, &[values.scalar(block) + step]);
         problem.residuals(&values)
     };
     let (ahead, behind) = (at(STEP)?, at(-STEP)?);
-    let readings = solved.posed.rows.len();
+    let readings = solved.built.rows.len();
     let mut slope: Vec<f64> = ahead.iter().zip(&behind).map(|(a, b)| (a - b) / (2.0 * STEP)).take(readings).collect();
     slope.resize(rows, 0.0);
     Ok(slope)

@@ -33,12 +33,12 @@ pub fn predictions(session: &Session, solved: &Solved) -> Result<Vec<f64>, Evalu
     if !session.has_windows() {
         return Ok(Vec::new());
     }
-    let residuals = solved.posed.problem.residuals(&solved.estimate.values)?;
+    let residuals = solved.built.problem.residuals(&solved.estimate.values)?;
     let prediction = |(ReadingId { pose, channel }, residual): (&ReadingId, f64)| {
         let reading = session.reading(*pose, *channel).map_or(0.0, |reading| reading.value);
         reading + residual * solved.readings.std(session, *pose, *channel)
     };
-    Ok(solved.posed.rows.iter().zip(residuals).map(prediction).collect())
+    Ok(solved.built.rows.iter().zip(residuals).map(prediction).collect())
 }
 
 /// First and second slope over time at each of a channel's rows; zero where the windows beside are not there. `rows`: row and pose of each.

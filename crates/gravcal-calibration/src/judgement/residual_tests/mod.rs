@@ -68,7 +68,7 @@ pub(crate) fn residual_tests(
 ) -> Result<Vec<ResidualTest>, EvaluateError> {
     let problem = solved.judged_problem();
     let tested = solved.estimate.termination.converged()
-        && solved.posed.loss == Loss::None
+        && solved.built.loss == Loss::None
         && solved.readings.order == Order::Together
         && problem.rows() > solved.spectrum.rank()
         && problem.rows().saturating_mul(problem.columns().len()) < MOST_ENTRIES;
@@ -179,11 +179,11 @@ impl Tests<'_> {
     fn scatters(&self, maker: &ResidualMaker, rows: &Rows, channel: usize) -> bool {
         let own = rows.of_channel(channel);
         let square = |row: &usize| {
-            let ReadingId { pose, .. } = self.solved.posed.rows[*row];
+            let ReadingId { pose, .. } = self.solved.built.rows[*row];
             (maker.residuals()[*row] * self.solved.readings.std(self.session, pose, channel)).powi(2)
         };
         let rms = (own.iter().map(square).sum::<f64>() / own.len().max(1) as f64).sqrt();
-        let largest = own.iter().filter_map(|row| self.session.reading(self.solved.posed.rows[*row].pose, channel));
+        let largest = own.iter().filter_map(|row| self.session.reading(self.solved.built.rows[*row].pose, channel));
         rms > ROUNDING * largest.map(|reading| reading.value.abs()).fold(0.0, f64::max)
     }
 

@@ -23,7 +23,7 @@ pub struct Rows {
 
 impl Rows {
     pub fn new(session: &Session, solved: &Solved, maker: &ResidualMaker) -> Rows {
-        let rows = &solved.posed.rows;
+        let rows = &solved.built.rows;
         let channels = session.channel_count();
         let mut owner = vec![channels; maker.residuals().len()];
         let mut of_channel = vec![Vec::new(); channels];

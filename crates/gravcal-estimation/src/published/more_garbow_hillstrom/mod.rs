@@ -202,8 +202,8 @@ mod tests {
             for minimum in &problem.minima {
                 let Some(parameters) = &minimum.parameters else { continue };
                 let at = Start { name: "minimum".into(), values: parameters.clone(), unreachable: None };
-                let (posed, values) = problem.pose(&at).unwrap();
-                let found = 2.0 * posed.cost(&values).unwrap();
+                let (built, values) = problem.build(&at).unwrap();
+                let found = 2.0 * built.cost(&values).unwrap();
                 assert_eq!(problem.minimum_at(found), Some(minimum), "{}: {found:e}", problem.name);
                 compared += 1;
             }
@@ -214,9 +214,9 @@ mod tests {
     #[test]
     fn rows_are_differentiable_at_the_standard_starts() {
         for problem in more_garbow_hillstrom() {
-            let (posed, start) = problem.pose(&problem.starts[0]).unwrap();
+            let (built, start) = problem.build(&problem.starts[0]).unwrap();
             let lengths = vec![1; start.as_slice().len()];
-            let residual = &*posed.factors()[0].residual;
+            let residual = &*built.factors()[0].residual;
             // Differences are no better where a thousandth is a large step (Osborne 1).
             check_derivatives(residual, &lengths, start.as_slice(), 1e-4)
                 .unwrap_or_else(|e| panic!("{}: {e}", problem.name));

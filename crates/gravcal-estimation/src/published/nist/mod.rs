@@ -90,16 +90,16 @@ fn read_one(folder: &Path, name: &str, model: Model) -> Result<CertifiedProblem,
 }
 
 impl CertifiedProblem {
-    /// How many digits of the certified values are right at `values` of the posed problem, in whichever order its
+    /// How many digits of the certified values are right at `values` of the built problem, in whichever order its
     /// interchangeable terms stand.
     ///
     /// # Errors
     /// Where the model has no value there.
-    pub fn digits(&self, posed: &Problem, values: &Values) -> Result<Digits, EvaluateError> {
+    pub fn digits(&self, built: &Problem, values: &Values) -> Result<Digits, EvaluateError> {
         let certified = &self.certified;
-        let sum_of_squares = 2.0 * posed.cost(values)?;
+        let sum_of_squares = 2.0 * built.cost(values)?;
         let variance = sum_of_squares / certified.degrees_of_freedom;
-        let covariance = Spectrum::new(posed, values)?.covariance().scaled(variance);
+        let covariance = Spectrum::new(built, values)?.covariance().scaled(variance);
         let order = self.order(values.as_slice());
         let parameters: Vec<f64> = order.iter().map(|k| values.as_slice()[*k]).collect();
         let deviations: Vec<f64> = order.iter().map(|k| covariance.std(*k)).collect();
@@ -188,8 +188,8 @@ mod tests {
             let name = &certified.problem.name;
             let values = certified.certified.parameters.clone();
             let at = Start { name: "certified".into(), values, unreachable: None };
-            let (posed, values) = certified.problem.pose(&at).unwrap();
-            let digits = certified.digits(&posed, &values).unwrap();
+            let (built, values) = certified.problem.build(&at).unwrap();
+            let digits = certified.digits(&built, &values).unwrap();
             assert_eq!(digits.parameters, CERTIFIED_DIGITS);
             // Eleven digits of the parameters leave Lanczos1 with another residual than its own.
             assert!(certified.reached(digits));
@@ -209,8 +209,8 @@ mod tests {
         let mut values = certified.certified.parameters.clone();
         values.rotate_left(2);
         let at = Start { name: "turned".into(), values, unreachable: None };
-        let (posed, values) = certified.problem.pose(&at).unwrap();
-        assert!(certified.reached(certified.digits(&posed, &values).unwrap()));
+        let (built, values) = certified.problem.build(&at).unwrap();
+        assert!(certified.reached(certified.digits(&built, &values).unwrap()));
     }
 
     #[test]

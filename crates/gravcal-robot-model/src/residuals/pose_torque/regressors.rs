@@ -81,7 +81,7 @@ where
 }
 
 impl Regressors {
-    /// The same, kept with the course: a problem is posed again and again, of the same windows.
+    /// The same, kept with the course: a problem is built again and again, of the same windows.
     pub fn kept(chain: &Arc<Chain>, course: &Course, positions: &[[f64; 2]]) -> Arc<Regressors> {
         let make = || Arc::new(Regressors::new(chain, course, positions));
         let of = || Of { chain: Arc::clone(chain), positions: positions.to_vec(), regressors: make() };

@@ -10,7 +10,7 @@ use gravcal_robot_model::session::{InertiaKnowledge, Knowledge, KnowledgeKind, S
 use super::blocks::{add_blocks, add_unknown_blocks};
 use super::constraints::{self, constrained};
 use super::earlier::with_earlier;
-use super::error::PosingError;
+use super::error::BuildError;
 use super::factors::{add_readings, held_positions, positions};
 use super::modelled::add_residuals;
 use super::placements::distances_left;
@@ -26,11 +26,11 @@ const TYPICAL_LEVER: f64 = 0.1;
 /// Standard deviation of an exact distance that cannot be held by the placements themselves, m.
 const EXACT_DISTANCE_STD: f64 = 1e-6;
 
-/// Poses the joint problem with the given readings, from the given start.
+/// Builds the joint problem with the given readings, from the given start.
 ///
 /// # Errors
 /// Where there is nothing to measure or nothing unknown.
-pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, PosingError> {
+pub fn build_problem(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, BuildError> {
     let mut builder = ProblemBuilder::new();
     let layout = add_unknown_blocks(session, readings, start, &mut builder);
     let held = held_positions(&layout, &builder);
@@ -38,38 +38,38 @@ pub fn pose(session: &Session, readings: &Readings, start: &Unknowns) -> Result<
     let modelled = add_residuals(session, readings, &layout, &mut builder)?;
     add_knowledge(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
-    let posed = JointProblem { problem, initial, layout, rows, modelled, poses: readings.poses(), loss: Loss::None };
-    let posed = with_reference(session, readings, posed);
+    let built = JointProblem { problem, initial, layout, rows, modelled, poses: readings.poses(), loss: Loss::None };
+    let built = with_reference(session, readings, built);
     match &session.earlier {
-        None => Ok(posed),
-        Some(earlier) => with_earlier(earlier, posed),
+        None => Ok(built),
+        Some(earlier) => with_earlier(earlier, built),
     }
 }
 
 /// The same under the session's constraints, from the nearest start that obeys them.
 ///
 /// # Errors
-/// As [`pose`].
-pub(crate) fn pose_with_constraints(
+/// As [`build_problem`].
+pub(crate) fn build_with_constraints(
     session: &Session,
     readings: &Readings,
     start: &Unknowns,
-) -> Result<JointProblem, PosingError> {
+) -> Result<JointProblem, BuildError> {
     let mut start = start.clone();
     constraints::respect(session, &mut start);
-    constrained(session, pose(session, readings, &start)?)
+    constrained(session, build_problem(session, readings, &start)?)
 }
 
 /// The same with the readings alone: no prior and nothing that needs one, no known norm, no known distance. A characteristic
 /// that is bent is taken for straight, as it is where a start begins. What is linear is asked for: derivatives by position sensors may be missing.
 ///
 /// # Errors
-/// As [`pose`].
+/// As [`build_problem`].
 pub(crate) fn pose_readings_alone(
     session: &Session,
     readings: &Readings,
     start: &Unknowns,
-) -> Result<JointProblem, PosingError> {
+) -> Result<JointProblem, BuildError> {
     let mut builder = ProblemBuilder::new();
     let layout = add_blocks(session, readings, start, false, &mut builder);
     let given = Some(positions(&layout, &builder));

@@ -69,7 +69,7 @@ pub fn readings(builder: &mut ProblemBuilder, id: BlockId, values: &[f64]) {
 }
 
 /// One block, one residual, and the constraints on it.
-pub fn pose(
+pub fn build(
     start: &[f64],
     rows: usize,
     model: fn(&[f64], &mut [f64], &mut [f64]),
