@@ -102,7 +102,7 @@ fn uncertainty(
         Method::Relative => Uncertainty::from_noise(solution, NoiseKnowledge::Relative),
         Method::Sandwich => Uncertainty::sandwich(solution, &blocks()?),
         Method::Bootstrap(replicates) => {
-            let resampling = Resampling { blocks: &blocks()?, replicates, seed, held: &[] };
+            let resampling = Resampling { blocks: &blocks()?, replicates, seed, fixed: &[] };
             Ok(Bootstrap::new(solution, &resampling, solver)?.uncertainty)
         }
     }

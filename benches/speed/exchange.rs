@@ -10,7 +10,7 @@
 //!                                                    the start, inertia as (m, h_x, h_y, h_z) link after link
 //! ```
 //!
-//! Lengths of `gravity` and `displacement`, and the first and last `position_offset`, are held. `poses.csv` has a line a
+//! Lengths of `gravity` and `displacement`, and the first and last `position_offset`, are fixed. `poses.csv` has a line a
 //! pose: 0 (bare), 1 (load at `placement`) or 2 (load at `placement` + `displacement`), position readings, torque readings.
 
 use std::fmt::Write;

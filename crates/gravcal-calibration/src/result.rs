@@ -64,8 +64,8 @@ pub struct EstimatorResult {
     pub active_constraints: Vec<ActiveConstraint>,
     /// Combinations of sensor parameters that are known a thousand times worse than the others.
     pub weak: Vec<WeakCombination>,
-    /// What was held while the rest was solved for; empty for the sequential estimator, which has several problems.
-    pub held: Vec<HeldBlock>,
+    /// What was fixed while the rest was solved for; empty for the sequential estimator, which has several problems.
+    pub held: Vec<FixedBlock>,
     /// Where standard deviations, intervals and covariance come from; absent where there are none.
     pub uncertainty: Option<UncertaintyResult>,
     /// How torque readings far beyond their noise were counted; absent where as any other.
@@ -291,9 +291,9 @@ pub struct WeakCombination {
     pub times_worse: f64,
 }
 
-/// A block of the joint problem that was held while the rest was solved for.
+/// A block of the joint problem that was fixed while the rest was solved for.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct HeldBlock {
+pub struct FixedBlock {
     /// `joint1.position_offset`.
     pub name: String,
     /// At which values, in SI or the unit of the reading.

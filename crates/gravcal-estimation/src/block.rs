@@ -27,8 +27,8 @@ pub struct Block {
     pub components: Vec<String>,
     /// Where the values live.
     pub manifold: Manifold,
-    /// Why the block is held at its initial value, if it is.
-    pub held: Option<String>,
+    /// Why the block is fixed at its initial value, if it is.
+    pub fixed: Option<String>,
     /// Whether it belongs to a few factors only, as the unknowns of one pose do: see [`Block::local`].
     pub local: bool,
     /// Whether the residuals are affine in it: see [`Block::linear`].
@@ -43,7 +43,7 @@ impl Block {
             units: vec![unit.into()],
             components: vec![String::new()],
             manifold: Manifold::Euclidean,
-            held: None,
+            fixed: None,
             local: false,
             linear: false,
         }
@@ -56,7 +56,7 @@ impl Block {
             units: vec![unit.to_owned(); components.len()],
             components: components.iter().map(|c| (*c).to_owned()).collect(),
             manifold: Manifold::Euclidean,
-            held: None,
+            fixed: None,
             local: false,
             linear: false,
         }
@@ -68,10 +68,10 @@ impl Block {
         Block { manifold, ..self }
     }
 
-    /// The same block held at its initial value, for the stated reason.
+    /// The same block fixed at its initial value, for the stated reason.
     #[must_use]
-    pub fn held(self, reason: impl Into<String>) -> Self {
-        Block { held: Some(reason.into()), ..self }
+    pub fn fixed(self, reason: impl Into<String>) -> Self {
+        Block { fixed: Some(reason.into()), ..self }
     }
 
     /// The same block as one of a kind that grows with the data (the unknowns of one pose). Such blocks are eliminated
@@ -97,9 +97,9 @@ impl Block {
         self.units.is_empty()
     }
 
-    /// Dimension of a step of this block: zero where it is held.
+    /// Dimension of a step of this block: zero where it is fixed.
     pub fn tangent_dimension(&self) -> usize {
-        if self.held.is_some() { 0 } else { self.manifold.tangent_dimension(self.len()) }
+        if self.fixed.is_some() { 0 } else { self.manifold.tangent_dimension(self.len()) }
     }
 
     /// Name of stored component `index`: `gravity.x`, or only the block's name where it is one number.

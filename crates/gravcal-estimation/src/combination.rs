@@ -1,4 +1,4 @@
-//! Combinations of parameters in words, and which blocks are held.
+//! Combinations of parameters in words, and which blocks are fixed.
 //!
 //! A step of the parameters, such as one without information, reads `1.00 joint1.torque_gain − 0.35 joint2.torque_gain`:
 //! with the first of them goes that much of the others. Units stand behind the names where they are not all alike.
@@ -83,9 +83,9 @@ impl fmt::Display for NamedCombination {
     }
 }
 
-/// The blocks that are held at their values, and why: choices of a gauge among them.
-pub fn held_blocks(problem: &Problem) -> impl Iterator<Item = (BlockId, &str)> {
-    problem.block_ids().filter_map(|id| Some((id, problem.block(id).held.as_deref()?)))
+/// The blocks that are fixed at their values, and why: choices of a gauge among them.
+pub fn fixed_blocks(problem: &Problem) -> impl Iterator<Item = (BlockId, &str)> {
+    problem.block_ids().filter_map(|id| Some((id, problem.block(id).fixed.as_deref()?)))
 }
 
 #[cfg(test)]
@@ -141,9 +141,9 @@ mod tests {
     fn held_blocks_are_listed_with_their_reasons() {
         let mut builder = ProblemBuilder::new();
         let free = builder.add_block(Block::scalar("a", ""), &[1.0]);
-        let held = builder.add_block(Block::scalar("b", "").held("fixes the scale"), &[1.0]);
+        let fixed = builder.add_block(Block::scalar("b", "").fixed("fixes the scale"), &[1.0]);
         builder.add_factor(Factor::new(Line::new(&[free], &[1.0], 0.0), Noise::independent(&[1.0]).unwrap()));
         let (problem, _) = builder.build().unwrap();
-        assert_eq!(held_blocks(&problem).collect::<Vec<_>>(), [(held, "fixes the scale")]);
+        assert_eq!(fixed_blocks(&problem).collect::<Vec<_>>(), [(fixed, "fixes the scale")]);
     }
 }

@@ -104,7 +104,7 @@ pub struct IterationRecord {
 /// from [`Spectrum`](crate::Spectrum), standard deviations from [`statistics`](crate::statistics).
 #[derive(Clone, Debug)]
 pub struct Estimate {
-    /// Values of all blocks, held ones included.
+    /// Values of all blocks, fixed ones included.
     pub values: Values,
     /// Cost ½ Σ r² of the whitened residuals; twice it is χ².
     pub cost: f64,

@@ -56,7 +56,7 @@ pub mod adding_a_residual {}
 pub use automatic::{Automatic, DIRECTIONS, Formula, LocalNumbers, Number};
 pub use batch::{ABREAST, Batched, Sample, evaluate_abreast};
 pub use block::{Block, BlockId, Values};
-pub use combination::{NamedCombination, NamedTerm, held_blocks, named_combinations};
+pub use combination::{NamedCombination, NamedTerm, fixed_blocks, named_combinations};
 pub use constraint::{ActiveConstraint, Affine, Constraint, ConstraintError, ConstraintKind};
 pub use derivative_check::{DerivativeMismatch, check_derivatives};
 pub use estimate::{Estimate, IterationRecord, Termination};

@@ -53,7 +53,7 @@ pub enum SolveError {
     /// The method cannot take the problem.
     #[error(transparent)]
     Unsupported(#[from] Unsupported),
-    /// Every block is held.
+    /// Every block is fixed.
     #[error("no unknowns: every block is held, there is nothing to solve for")]
     NoUnknowns,
     /// The start has other numbers than the problem.

@@ -47,7 +47,7 @@ pub struct Judgement<Id> {
 }
 
 impl<Id: Copy + Ord> Judgement<Id> {
-    /// Whether a parameter is determined; held ones count as such.
+    /// Whether a parameter is determined; fixed ones count as such.
     pub fn determines(&self, id: impl Into<Id>) -> bool {
         !self.open.contains(&id.into())
     }
@@ -183,9 +183,9 @@ mod tests {
         Bias,
     }
 
-    /// Judged where the gain is 2, and offset and bias are somewhere; `held` as in [`sensor`].
-    fn judged(limits: [f64; 3], held: &[usize]) -> Judgement<Of> {
-        let (problem, values, blocks) = sensor(&READINGS, [2.0, 0.2, 0.6], held, Loss::None);
+    /// Judged where the gain is 2, and offset and bias are somewhere; `fixed` as in [`sensor`].
+    fn judged(limits: [f64; 3], fixed: &[usize]) -> Judgement<Of> {
+        let (problem, values, blocks) = sensor(&READINGS, [2.0, 0.2, 0.6], fixed, Loss::None);
         let spectrum = Spectrum::new(&problem, &values).unwrap();
         let asked = [Of::Gain, Of::Offset, Of::Bias].into_iter().zip(blocks).zip(limits);
         let asked = asked.map(|((id, block), limit)| Parameter { id, block, limit, unit: limit });

@@ -1,6 +1,6 @@
 //! How well parameters are known where the problem is not linear over their errors.
 //!
-//! ½ χ² with one parameter held `d` from its estimate, and all others where they then explain the readings best, is its profile. Where the
+//! ½ χ² with one parameter fixed `d` from its estimate, and all others where they then explain the readings best, is its profile. Where the
 //! problem is linear that grows by `½ (d/σ)²`, 2 at two standard deviations. An arc of a few degrees looks bent at an estimate
 //! that noise has moved, and is no more than that where the others follow: then it grows by less, and
 //!
@@ -140,7 +140,7 @@ impl Profile<'_> {
         Point { distance: 0.0, cost: 0.0, values: self.of.values.clone() }
     }
 
-    /// Where the others are with the parameter held so far away. Nothing where they cannot be solved for.
+    /// Where the others are with the parameter fixed so far away. Nothing where they cannot be solved for.
     fn at(
         &self,
         side: f64,
@@ -152,11 +152,11 @@ impl Profile<'_> {
         let block = problem.columns()[self.column].block;
         let mut start = self.led_by(side * (distance - before.distance), before)?;
         start.set(block, &[estimate.scalar(block) + side * distance]);
-        let mut held = problem.holding(&[block], "looked at");
+        let mut fixed = problem.with_fixed(&[block], "looked at");
         if let Some(reference) = reference {
-            held = held.with_reference((*reference).clone());
+            fixed = fixed.with_reference((*reference).clone());
         }
-        let Ok(there) = workbench.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
+        let Ok(there) = workbench.within(ITERATIONS).solve(&fixed, &start) else { return Ok(None) };
         Ok(Some(Point { distance, cost: there.cost, values: there.values }))
     }
 

@@ -31,11 +31,11 @@ impl Formula for Reading {
     }
 }
 
-/// Readings `(x, y, std)` of a sensor, started at these values of gain, offset and bias; those named are held there.
+/// Readings `(x, y, std)` of a sensor, started at these values of gain, offset and bias; those named are fixed there.
 pub fn sensor(
     readings: &[(f64, f64, f64)],
     start: [f64; 3],
-    held: &[usize],
+    fixed: &[usize],
     loss: Loss,
 ) -> (Problem, Values, [BlockId; 3]) {
     let mut builder = ProblemBuilder::new();
@@ -47,8 +47,8 @@ pub fn sensor(
         builder.add_factor(Factor { loss, ..factor });
     }
     let (problem, values) = builder.build().unwrap();
-    let held: Vec<BlockId> = held.iter().map(|index| blocks[*index]).collect();
-    (problem.holding(&held, "by the test"), values, blocks)
+    let fixed: Vec<BlockId> = fixed.iter().map(|index| blocks[*index]).collect();
+    (problem.with_fixed(&fixed, "by the test"), values, blocks)
 }
 
 /// A line `y = a + b x` by its normal equations of weights one: intercept, slope, and `Σ (x − x̄)²`.

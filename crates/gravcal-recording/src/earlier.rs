@@ -85,7 +85,7 @@ pub struct EarlierParameter {
     pub unit: String,
     /// Absent where it was undetermined.
     pub value: Option<f64>,
-    /// Why it was held and not estimated, where it was.
+    /// Why it was fixed and not estimated, where it was.
     pub held: Option<String>,
     /// Standard deviation; absent where undetermined, 0 where held.
     #[serde(default)]
@@ -96,7 +96,7 @@ pub struct EarlierParameter {
     /// The equation in which it stands.
     #[serde(default)]
     pub convention: String,
-    /// The value that was assumed, or at which it was held.
+    /// The value that was assumed, or at which it was fixed.
     pub nominal: f64,
 }
 

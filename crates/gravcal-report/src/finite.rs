@@ -4,8 +4,8 @@
 //! Results are taken apart field by field, so that a new field cannot be forgotten here.
 
 use gravcal_calibration::result::{
-    ActiveConstraint, ConsistentModel, CovarianceResult, DeflectionResult, EstimatorResult, Fit, GravityResult,
-    HeldBlock, HeldOut, Iteration, JointFit, LinkInertiaResult, LossResult, MomentResult, NoiseSource, Outlier,
+    ActiveConstraint, ConsistentModel, CovarianceResult, DeflectionResult, EstimatorResult, Fit, FixedBlock,
+    GravityResult, HeldOut, Iteration, JointFit, LinkInertiaResult, LossResult, MomentResult, NoiseSource, Outlier,
     ParameterResult, PayloadNumber, PayloadResult, PositionErrorResult, ResidualTest, SensorModelTest, SmallerModel,
     TestAgainstZero, UncertaintyResult, UnexplainedResult, WeakCombination,
 };
@@ -137,8 +137,8 @@ fn of_weak(weak: &WeakCombination) -> Vec<Number> {
     each(&format!("weak combination {combination}"), coefficients.chain([times_worse]))
 }
 
-fn of_held(held: &HeldBlock) -> Vec<Number> {
-    let HeldBlock { name, value, why: _ } = held;
+fn of_held(held: &FixedBlock) -> Vec<Number> {
+    let FixedBlock { name, value, why: _ } = held;
     each(&format!("held value of {name}"), value)
 }
 

@@ -66,7 +66,7 @@ pub fn undetermined(name: &str) -> ParameterResult {
     ParameterResult { value: None, std: None, ci95: None, determined: false, ..determined(name, "1", 0.0, 0.0) }
 }
 
-/// A parameter that is held at 0 and not asked for.
+/// A parameter that is fixed at 0 and not asked for.
 pub fn held(name: &str, reason: &str) -> ParameterResult {
     ParameterResult { held: Some(reason.into()), asked: false, ..determined(name, "rad", 0.0, 0.0) }
 }

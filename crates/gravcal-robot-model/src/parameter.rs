@@ -60,7 +60,7 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// Why a parameter of an axis that no column gives is held.
+/// Why a parameter of an axis that no column gives is fixed.
 pub const UNREAD: &str = "the axis is not read";
 
 /// A parameter of a session.
@@ -85,8 +85,8 @@ pub struct Parameter {
     pub convention: Cow<'static, str>,
     /// What is known of it.
     pub knowledge: Knowledge,
-    /// Why it is held and not estimated, if it is.
-    pub held: Option<&'static str>,
+    /// Why it is fixed and not estimated, if it is.
+    pub fixed: Option<&'static str>,
     /// Standard deviation beyond which a number would mislead.
     pub limit: Limit,
     /// What would determine it where the data do not.
@@ -103,7 +103,7 @@ impl Parameter {
     /// The same, held where nothing reads it.
     #[must_use]
     pub fn unread_unless(self, read: bool) -> Parameter {
-        if read { self } else { Parameter { held: Some(UNREAD), ..self } }
+        if read { self } else { Parameter { fixed: Some(UNREAD), ..self } }
     }
 
     /// `joint1.torque_gain`.

@@ -87,7 +87,7 @@ impl Unknowns {
         let mut further = self.further.clone();
         let wrist = |instrument: &&Instrument| instrument.kind == InstrumentKind::ForceTorque;
         for instrument in session.instruments.iter().filter(wrist) {
-            let free = instrument.own_parameters().filter(|own| session.further[*own].held.is_none());
+            let free = instrument.own_parameters().filter(|own| session.further[*own].fixed.is_none());
             free.for_each(|own| further[own] *= -1.0);
         }
         let negative = |v: &[f64; 3]| v.map(|component| -component);

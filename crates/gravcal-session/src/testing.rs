@@ -166,7 +166,7 @@ pub fn sarcos_with_instruments() -> Simulation {
                 nominal: *nominal,
                 kind: if fixed { KnowledgeKind::Fixed } else { KnowledgeKind::Start },
             },
-            held: fixed.then_some("given"),
+            fixed: fixed.then_some("given"),
             limit: match group % 3 {
                 0 => Limit::ShareOfNominal(0.1),
                 _ => Limit::Absolute(f64::INFINITY),

@@ -2,7 +2,7 @@
 //!
 //! One JSON document: the values of all blocks, D, the records, and what the method remembers; numbers come back to the
 //! last bit. It is written beside its final name and renamed, so that the file is whole whenever the program dies. What is
-//! read is held against the problem: a damaged file, another method, other blocks, other held values, or another cost at the
+//! read is held against the problem: a damaged file, another method, other blocks, other fixed values, or another cost at the
 //! same values is an error, never a fresh start. Options are not kept: those of the new solve hold.
 
 use std::fs::{self, File};
@@ -26,7 +26,7 @@ const CURE: &str = "delete it to start anew, or name another file";
 struct Saved<M> {
     format: String,
     solver: String,
-    /// Each block in words: name, numbers, and the values of held ones.
+    /// Each block in words: name, numbers, and the values of fixed ones.
     blocks: Vec<String>,
     values: Vec<f64>,
     scaling: Vec<f64>,
@@ -128,7 +128,7 @@ fn record((iteration, [cost, cosine, step, damping]): (usize, [f64; 4])) -> Iter
 }
 
 fn in_words(block: &Block, value: &[f64]) -> String {
-    match block.held {
+    match block.fixed {
         Some(_) => format!("`{}` held at {value:?}", block.name),
         None => format!("`{}` of {} numbers", block.name, block.len()),
     }

@@ -1,6 +1,6 @@
 //! The linear blocks of a problem: their optimum for given nonlinear ones.
 //!
-//! With the nonlinear blocks held the residual is affine, so one full step leads to the optimum, and the cost there is
+//! With the nonlinear blocks fixed the residual is affine, so one full step leads to the optimum, and the cost there is
 //! known beforehand. Where the cost found is another, a block is marked as linear in which the residuals are not affine.
 
 use gravcal_estimation::{BlockId, Problem, Unsupported, Values};
@@ -24,7 +24,7 @@ impl LinearPart {
     pub fn new(whole: &Problem) -> Self {
         let (linear, nonlinear): (Vec<BlockId>, Vec<BlockId>) = whole.block_ids().partition(|id| is_linear(whole, *id));
         let blocks = linear.into_iter().map(|id| (id, whole.columns_of(id).start)).collect();
-        LinearPart { problem: whole.holding(&nonlinear, "given while the linear blocks are solved for"), blocks }
+        LinearPart { problem: whole.with_fixed(&nonlinear, "given while the linear blocks are solved for"), blocks }
     }
 
     /// Whether there is nothing else.
@@ -91,7 +91,7 @@ impl LinearPart {
 /// Whether a block is solved for linearly.
 pub(crate) fn is_linear(problem: &Problem, id: BlockId) -> bool {
     let block = problem.block(id);
-    block.linear && block.held.is_none()
+    block.linear && block.fixed.is_none()
 }
 
 /// Whether the cost fell as an affine residual's does, but for rounding.

@@ -317,7 +317,7 @@ impl<'p> Point<'p> {
         self.scaling.iter().zip(step).map(|(d, s)| (d * s).powi(2)).sum::<f64>().sqrt()
     }
 
-    /// Largest entry of D of a block; 0 where it is held.
+    /// Largest entry of D of a block; 0 where it is fixed.
     fn weight(&self, id: BlockId) -> f64 {
         self.scaling[self.problem.columns_of(id)].iter().fold(0.0, |m: f64, s| m.max(*s))
     }

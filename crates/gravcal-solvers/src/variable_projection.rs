@@ -251,7 +251,7 @@ mod tests {
             refusal(&unmarked).ends_with("no free block is marked as linear: levenberg-marquardt needs no such mark")
         );
         let (held, start) = linear("a", 9.0);
-        let held = built(vec![(held.held("known"), start), scalar("c", -7.0)], 4, line);
+        let held = built(vec![(held.fixed("known"), start), scalar("c", -7.0)], 4, line);
         assert!(refusal(&held).contains("no free block is marked as linear"));
 
         let on_sphere = Block::vector("g", "", &["x", "y", "z"]).on(Manifold::Sphere { radius: 1.0 }).linear();

@@ -185,7 +185,7 @@ fn what_cannot_be_solved_is_an_error_with_a_word() {
         let c = builder.add_block(Block::scalar("c", "").linear(), &[0.0]);
         let curve = Curve { blocks: [x, c], value: |x| Ok(x - 3.0), slope: |_| 1.0 };
         builder.add_factor(Factor::new(curve, Noise::independent(&[1.0; 2]).unwrap()));
-        (2..blocks).for_each(|k| _ = builder.add_block(Block::scalar(format!("k{k}"), "").held("known"), &[0.0]));
+        (2..blocks).for_each(|k| _ = builder.add_block(Block::scalar(format!("k{k}"), "").fixed("known"), &[0.0]));
         (builder.build().unwrap(), x)
     };
     let ((problem, initial), x) = build(3);
@@ -194,7 +194,7 @@ fn what_cannot_be_solved_is_an_error_with_a_word() {
             assert_eq!(solved.unwrap_err(), SolveError::ForeignStart, "{name}");
         }
     }
-    let held = problem.holding(&problem.block_ids().collect::<Vec<_>>(), "all is known");
+    let held = problem.with_fixed(&problem.block_ids().collect::<Vec<_>>(), "all is known");
     for (name, solved) in told_of(&held, x, &initial).into_iter().filter(|(name, _)| name != "variable-projection") {
         assert_eq!(solved.unwrap_err(), SolveError::NoUnknowns, "{name}");
     }

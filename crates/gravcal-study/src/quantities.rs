@@ -17,7 +17,7 @@ pub enum Measured {
 pub fn measured_quantities(session: &Session) -> Vec<Measured> {
     let sensors = (0..session.joints.len()).flat_map(|joint| Quantity::ALL.map(|q| Measured::Sensor(joint, q)));
     let free = sensors.filter(|m| match m {
-        Measured::Sensor(joint, quantity) => session.held_reason(*joint, *quantity).is_none(),
+        Measured::Sensor(joint, quantity) => session.fixed_reason(*joint, *quantity).is_none(),
         Measured::Gravity(_) => true,
     });
     (0..3).map(Measured::Gravity).chain(free).collect()

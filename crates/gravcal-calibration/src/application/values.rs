@@ -53,7 +53,7 @@ pub(super) fn values(
         let found = calibration.parameters.iter().find(|found| found.name == name);
         let found = found.ok_or_else(|| ApplicationError::OtherSession { name: name.clone() })?;
         check_unit(session, id, found)?;
-        // What is held by a choice of frame has the value that was chosen.
+        // What is fixed by a choice of frame has the value that was chosen.
         match found.value.or(found.held.as_ref().map(|_| found.nominal)) {
             Some(value) => *values.value_mut(id) = value,
             None if nominal => {}

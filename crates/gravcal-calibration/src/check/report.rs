@@ -86,7 +86,7 @@ pub struct CheckedParameter {
     pub asked: bool,
     /// Whether it can be determined.
     pub determined: bool,
-    /// Why it is held, if it is.
+    /// Why it is fixed, if it is.
     pub held: Option<String>,
     /// Predicted standard deviation, where it can be determined and is not held; absent too where the noise of a
     /// torque reading is not stated.

@@ -161,7 +161,7 @@ fn simulated(supposed: &Supposed) -> (Session, Unknowns) {
             KnowledgeKind::Prior { std } => std,
             _ => 0.03 * parameter.knowledge.nominal.abs().clamp(0.5, 10.0),
         };
-        if parameter.held.is_none() {
+        if parameter.fixed.is_none() {
             *truth.value_mut(id) += spread * random.random_range(-1.0..1.0);
         }
     }

@@ -152,7 +152,7 @@ fn can_move(calibrations: &[&EarlierEstimate], name: &str) -> bool {
     calibrations.iter().filter_map(|other| parameter(other, name)).any(|found| !absent.contains(&found.held.as_deref()))
 }
 
-/// A parameter that is held at zero says nothing, as if it were not there.
+/// A parameter that is fixed at zero says nothing, as if it were not there.
 fn in_some_models_only(calibrations: &[&EarlierEstimate], own: &EarlierParameter) -> bool {
     let says_something =
         |parameter: &EarlierParameter| parameter.held.is_none() || parameter.value.unwrap_or(parameter.nominal) != 0.0;

@@ -43,7 +43,7 @@ impl Solved {
         let standing = self.standing_joints_at_quarter_turns(session);
         let (mut possible, mut found): (Vec<Alignment>, _) = (Vec::new(), Vec::new());
         for alignment in &standing {
-            let there = self.held_at(alignment, plausible, workbench)?;
+            let there = self.fixed_at(alignment, plausible, workbench)?;
             possible.extend(there.is_some().then(|| alignment.clone()));
             found.extend(there);
         }
@@ -52,13 +52,13 @@ impl Solved {
         let everything =
             upright.iter().filter(|_| !possible.is_empty()).map(|upright| [&upright[..], &standing].concat());
         for alignment in upright.iter().cloned().chain(all).chain(everything) {
-            found.extend(self.held_at(&alignment, plausible, workbench)?);
+            found.extend(self.fixed_at(&alignment, plausible, workbench)?);
         }
         Ok(found)
     }
 
     /// Where the rest of the unknowns is best with some held, and what ½ χ² is larger by there.
-    fn held_at(
+    fn fixed_at(
         &self,
         alignment: &Alignment,
         plausible: &Reference,
@@ -68,7 +68,7 @@ impl Solved {
         let mut start = self.estimate.values.clone();
         alignment.iter().for_each(|(block, value)| start.set(*block, value));
         let blocks: Vec<BlockId> = alignment.iter().map(|(block, _)| *block).collect();
-        let held = problem.with_reference(plausible.centered_at(&start)).holding(&blocks, "exactly aligned");
+        let held = problem.with_reference(plausible.centered_at(&start)).with_fixed(&blocks, "exactly aligned");
         // What cannot be solved there says nothing.
         let Ok(there) = workbench.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
         let alone = problem.without_reference();

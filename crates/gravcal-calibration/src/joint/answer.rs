@@ -84,7 +84,7 @@ impl Answer {
         self.parameters.iter().all(|p| p.determined || !p.asked) && gravity && loads
     }
 
-    /// Takes the values of a failed estimate back: only what was held has one.
+    /// Takes the values of a failed estimate back: only what was fixed has one.
     pub fn withdraw(&mut self) {
         self.gravity = None;
         for parameter in self.parameters.iter_mut().filter(|parameter| parameter.held.is_none()) {

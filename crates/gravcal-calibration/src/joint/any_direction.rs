@@ -161,7 +161,7 @@ mod tests {
     /// With gravity held; the block of gravity, and a start.
     fn linear(friction: f64) -> (Problem, BlockId, Values) {
         let mut builder = ProblemBuilder::new();
-        let gravity = builder.add_block(Block::vector("gravity", "m/s²", &["x", "y", "z"]).held("given"), &[0.0; 3]);
+        let gravity = builder.add_block(Block::vector("gravity", "m/s²", &["x", "y", "z"]).fixed("given"), &[0.0; 3]);
         let [moment, bias] = ["moment", "bias"].map(|name| builder.add_block(Block::scalar(name, "N·m"), &[0.3]));
         for place in lattice(20) {
             let reading = (37.0 * place[0]).sin();

@@ -13,13 +13,13 @@ use super::readings::Readings;
 use super::sweep_moments::{SweepMoments, by_sweep};
 use super::unknowns::{Layout, Unknowns, WithPayload};
 
-/// Why links are held where only instruments read: these feel nothing of them.
+/// Why links are fixed where only instruments read: these feel nothing of them.
 const NO_TORQUE: &str = "no torque of a joint is read";
 
-/// Why a link is held that no pose reads without an unknown load on it; so is the tensor of such a load, and of one that hangs nowhere.
+/// Why a link is fixed that no pose reads without an unknown load on it; so is the tensor of such a load, and of one that hangs nowhere.
 const NEVER_BARE: &str = "no reading tells it by itself";
 
-/// Why a parameter is held on which no reading that enters depends.
+/// Why a parameter is fixed on which no reading that enters depends.
 const UNREAD: &str = "no reading depends on it";
 
 pub(super) fn add_unknown_blocks(
@@ -51,7 +51,7 @@ pub(super) fn add_blocks(
         let of_torque = matches!(id, ParameterId::Further(index) if session.rotor_of(index).is_some());
         let linear = parameter.linear && (straight || !of_torque);
         let block = parameter_block(&Parameter { linear, ..parameter });
-        let block = if unread.contains(&id) { block.held(UNREAD) } else { block };
+        let block = if unread.contains(&id) { block.fixed(UNREAD) } else { block };
         builder.add_block(block, &[start.value(id)])
     };
     let sensors = (0..session.joints.len())
@@ -69,8 +69,8 @@ pub(super) fn add_blocks(
         let mut block =
             Block::vector(link.name.clone(), "kg·m", &["mass", "first_moment.x", "first_moment.y", "first_moment.z"]);
         block.units[0] = "kg".into();
-        let block = if readings.any_torque(session) { block } else { block.held(NO_TORQUE) };
-        let block = if never_bare(session, readings, index) { block.held(NEVER_BARE) } else { block };
+        let block = if readings.any_torque(session) { block } else { block.fixed(NO_TORQUE) };
+        let block = if never_bare(session, readings, index) { block.fixed(NEVER_BARE) } else { block };
         builder.add_block(if straight { block.linear() } else { block }, value)
     });
     let (inertia, sweep_moments) = if by_sweep(session) {
@@ -125,8 +125,8 @@ fn add_tensors(
         let block = tensor_block(name);
         let block = match (felt, readings.any_torque(session)) {
             (true, true) => block,
-            (false, true) => block.held(NEVER_BARE),
-            (_, false) => block.held(NO_TORQUE),
+            (false, true) => block.fixed(NEVER_BARE),
+            (_, false) => block.fixed(NO_TORQUE),
         };
         builder.add_block(if straight { block.linear() } else { block }, value)
     };
@@ -154,7 +154,7 @@ fn add_with_payloads(
         let link = &session.robot.chain.links()[session.loads[load].link].name;
         let name = format!("{link}+{}", session.loads[load].name);
         let mut add = |block: Block, value: &[f64]| {
-            let block = if readings.any_torque(session) { block } else { block.held(NO_TORQUE) };
+            let block = if readings.any_torque(session) { block } else { block.fixed(NO_TORQUE) };
             builder.add_block(if straight { block.linear() } else { block }, value)
         };
         let mut block =
@@ -186,8 +186,8 @@ fn never_bare(session: &Session, readings: &Readings, link: usize) -> bool {
 fn parameter_block(parameter: &Parameter) -> Block {
     let block = Block::scalar(parameter.name(), parameter.unit.clone());
     let block = if parameter.linear { block.linear() } else { block };
-    match parameter.held {
-        Some(reason) => block.held(reason),
+    match parameter.fixed {
+        Some(reason) => block.fixed(reason),
         None => block,
     }
 }

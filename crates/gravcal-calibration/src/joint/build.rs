@@ -11,7 +11,7 @@ use super::blocks::{add_blocks, add_unknown_blocks};
 use super::constraints::{self, constrained};
 use super::earlier::with_earlier;
 use super::error::BuildError;
-use super::factors::{add_readings, held_positions, positions};
+use super::factors::{add_readings, fixed_positions, positions};
 use super::modelled::add_residuals;
 use super::placements::distances_left;
 use super::position_unknowns::add_priors;
@@ -33,7 +33,7 @@ const EXACT_DISTANCE_STD: f64 = 1e-6;
 pub fn build_problem(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, BuildError> {
     let mut builder = ProblemBuilder::new();
     let layout = add_unknown_blocks(session, readings, start, &mut builder);
-    let held = held_positions(&layout, &builder);
+    let held = fixed_positions(&layout, &builder);
     let rows = add_readings(session, readings, &layout, held, &mut builder)?;
     let modelled = add_residuals(session, readings, &layout, &mut builder)?;
     add_knowledge(session, readings, &layout, &mut builder)?;

@@ -21,7 +21,7 @@ use crate::result;
 /// The joint problem with the session's constraints on what is free in it.
 pub(super) fn constrained(session: &Session, built: JointProblem) -> Result<JointProblem, BuildError> {
     let all = of_links(session, &built.layout).into_iter().chain(of_gains(session, &built.layout));
-    let free = all.filter(|(block, _)| built.problem.block(*block).held.is_none());
+    let free = all.filter(|(block, _)| built.problem.block(*block).fixed.is_none());
     let problem = built.problem.with_constraints(free.map(|(_, constraint)| constraint).collect())?;
     Ok(JointProblem { problem, ..built })
 }

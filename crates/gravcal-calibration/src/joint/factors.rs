@@ -69,10 +69,10 @@ pub(super) fn positions(layout: &Layout, builder: &ProblemBuilder) -> Vec<[f64; 
     layout.sensors.iter().map(|[_, _, gain, offset]| [values.scalar(*gain), values.scalar(*offset)]).collect()
 }
 
-/// The same where all are held.
-pub(super) fn held_positions(layout: &Layout, builder: &ProblemBuilder) -> Option<Vec<[f64; 2]>> {
-    let held = |id: &BlockId| builder.block(*id).held.is_some();
-    let all = layout.sensors.iter().all(|[_, _, gain, offset]| held(gain) && held(offset));
+/// The same where all are fixed.
+pub(super) fn fixed_positions(layout: &Layout, builder: &ProblemBuilder) -> Option<Vec<[f64; 2]>> {
+    let fixed = |id: &BlockId| builder.block(*id).fixed.is_some();
+    let all = layout.sensors.iter().all(|[_, _, gain, offset]| fixed(gain) && fixed(offset));
     all.then(|| positions(layout, builder))
 }
 

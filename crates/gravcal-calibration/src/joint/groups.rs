@@ -100,7 +100,7 @@ fn first_factors(built: &JointProblem) -> Result<usize, EvaluateError> {
     Ok(sufficient)
 }
 
-/// Why a block is held that no reading so far depends on.
+/// Why a block is fixed that no reading so far depends on.
 pub(super) const NOT_YET: &str = "nothing was read yet that depends on it";
 
 /// The factors of the first poses, and all that is known otherwise.
@@ -129,7 +129,7 @@ impl Knowledge {
     /// Whether fewer readings know the same things nearly as well.
     fn is_nearly(&self, fewer: &Knowledge) -> bool {
         let near = |(all, fewer): (&f64, &f64)| *fewer <= TIMES_WORSE * all;
-        // Where a block is held because nothing reads it yet, columns are missing.
+        // Where a block is fixed because nothing reads it yet, columns are missing.
         (self.open, self.std.len()) == (fewer.open, fewer.std.len()) && self.std.iter().zip(&fewer.std).all(near)
     }
 }

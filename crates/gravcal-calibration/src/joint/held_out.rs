@@ -104,7 +104,7 @@ fn seen_by_second_fit(session: &Session, solved: &Solved, workbench: &Workbench<
     let start = solved.unknowns(&Unknowns::nominal(session));
     let readings = part(false);
     let Ok(seen) = build_with_constraints(session, &readings, &start) else { return Ok(Second::Predicted(None)) };
-    let seen = held_alike(solved, seen)?;
+    let seen = fixed_alike(solved, seen)?;
     let (seen, estimate) = fit(&seen, &readings, workbench)?;
     if !estimate.termination.converged() {
         return Ok(Second::Missing(estimate.termination.to_string()));
@@ -114,12 +114,12 @@ fn seen_by_second_fit(session: &Session, solved: &Solved, workbench: &Workbench<
 }
 
 /// What the first fit held, by the sequential steps say, the second holds too.
-pub(super) fn held_alike(solved: &Solved, seen: JointProblem) -> Result<JointProblem, EstimateError> {
+pub(super) fn fixed_alike(solved: &Solved, seen: JointProblem) -> Result<JointProblem, EstimateError> {
     let first = &solved.built.problem;
-    let is_held = |name: &str| first.find(name).is_some_and(|same| first.block(same).held.is_some());
-    let also: Vec<_> = seen.problem.block_ids().filter(|id| is_held(&seen.problem.block(*id).name)).collect();
+    let is_fixed = |name: &str| first.find(name).is_some_and(|same| first.block(same).fixed.is_some());
+    let also: Vec<_> = seen.problem.block_ids().filter(|id| is_fixed(&seen.problem.block(*id).name)).collect();
     let mut seen = seen.with_loss(solved.built.loss)?;
-    seen.problem = seen.problem.holding(&also, "held in the first fit");
+    seen.problem = seen.problem.with_fixed(&also, "held in the first fit");
     Ok(seen)
 }
 

@@ -65,8 +65,8 @@ fn step_by_step(
         let problem = whole.with_only(factors, NOT_YET).map_err(BuildError::from)?;
         let open = Open::of(&problem, &updated.values, (whole, &in_the_end))?;
         // First what is open stays where it is, as the step would only wander along it; then it may follow.
-        for held in [open.open_or_hardly_known, open.hardly_known] {
-            let problem = problem.holding(&held, STEP_SAYS_LITTLE);
+        for fixed in [open.open_or_hardly_known, open.hardly_known] {
+            let problem = problem.with_fixed(&fixed, STEP_SAYS_LITTLE);
             updated.go_to(workbench.solve_briefly(&problem, &updated.values, BRIEF, 0.0)?);
         }
         known.extend(condensed(whole, &rows, &updated.values)?);

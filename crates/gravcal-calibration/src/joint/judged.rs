@@ -63,9 +63,9 @@ impl Solved {
     /// Parameters that a constraint holds which the readings would like to pass: no interval about its bound would mean anything.
     fn on_bound(&self, session: &Session) -> Vec<ParameterId> {
         let decided = self.estimate.active.iter().zip(&self.leans).filter(|(_, lean)| **lean >= DECIDED);
-        let held: Vec<BlockId> =
+        let fixed: Vec<BlockId> =
             decided.flat_map(|(active, _)| &active.holds).flat_map(|f| f.terms.iter().map(|(id, ..)| *id)).collect();
-        session.parameters().into_iter().filter(|id| held.contains(&self.built.layout.block(*id))).collect()
+        session.parameters().into_iter().filter(|id| fixed.contains(&self.built.layout.block(*id))).collect()
     }
 
     pub(super) fn gravity(&self, session: &Session) -> GravityResult {

@@ -37,7 +37,7 @@ impl<'s> LinearPart<'s> {
     pub fn new(session: &'s Session, readings: &Readings, values: &Unknowns) -> Result<Self, BuildError> {
         let built = pose_readings_alone(session, readings, values)?;
         let nonlinear: Vec<BlockId> = built.problem.block_ids().filter(|id| !built.problem.block(*id).linear).collect();
-        let linear = built.problem.holding(&nonlinear, "given by the candidate");
+        let linear = built.problem.with_fixed(&nonlinear, "given by the candidate");
         Ok(LinearPart { session, built, linear })
     }
 

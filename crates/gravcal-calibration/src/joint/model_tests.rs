@@ -32,7 +32,7 @@ use super::unknowns::Unknowns;
 use crate::judgement::Judgement;
 use crate::result::{Fit, NoiseSource, SensorModelTest, TestAgainstZero, TestKind, UncertaintyResult};
 
-/// Why a parameter is held in the problem without it.
+/// Why a parameter is fixed in the problem without it.
 const ABSENT: &str = "tested against zero";
 
 /// What the tests are made of.
@@ -106,7 +106,7 @@ impl ModelTests<'_> {
     }
 
     fn is_free(&self, id: ParameterId) -> bool {
-        self.session.parameter(id).held.is_none()
+        self.session.parameter(id).fixed.is_none()
     }
 
     fn test(
@@ -144,8 +144,8 @@ impl ModelTests<'_> {
         let mut start = solved.unknowns(&Unknowns::nominal(self.session));
         parameters.iter().for_each(|id| *start.value_mut(*id) = 0.0);
         let built = build_with_constraints(self.session, &solved.readings, &start)?.with_loss(solved.built.loss)?;
-        let held: Vec<BlockId> = parameters.iter().map(|id| built.layout.block(*id)).collect();
-        let absent = JointProblem { problem: built.problem.holding(&held, ABSENT), ..built };
+        let fixed: Vec<BlockId> = parameters.iter().map(|id| built.layout.block(*id)).collect();
+        let absent = JointProblem { problem: built.problem.with_fixed(&fixed, ABSENT), ..built };
         let (_, without) = fit(&absent, &solved.readings, workbench)?;
         Ok(without.termination.converged().then(|| 2.0 * (without.cost - solved.estimate.cost).max(0.0)))
     }

@@ -53,7 +53,7 @@ impl<'a> Payload<'a> {
             told.undetermined = Some("no pose carries it".into());
             return told;
         };
-        if self.solved.built.problem.block(bare).held.is_some() {
+        if self.solved.built.problem.block(bare).fixed.is_some() {
             told.undetermined =
                 Some(format!("no pose is read without it: record poses of link {} without it, too", self.link));
             return told;

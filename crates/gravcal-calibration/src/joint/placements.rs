@@ -5,7 +5,7 @@
 //! uncertain, or would close a circle, are residuals.
 //!
 //! Where moments are described by sweep, only the difference of two placements counts. Of the loads that are alike (one
-//! mass, one link) the others are then counted from one, whose position is held at zero, unless one of them is known.
+//! mass, one link) the others are then counted from one, whose position is fixed at zero, unless one of them is known.
 
 use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
 use gravcal_robot_model::session::{Load, Session};
@@ -38,7 +38,7 @@ pub(super) fn add_placements(
             placements[load] = match parents[load] {
                 None => {
                     let block = position_block(session, load, curved[load]);
-                    let block = if is_reference(session, load) { block.held(REFERENCE) } else { block };
+                    let block = if is_reference(session, load) { block.fixed(REFERENCE) } else { block };
                     Some(vec![builder.add_block(block, &start[load])])
                 }
                 Some((parent, distance)) => placements[parent].clone().map(|mut blocks| {
@@ -54,13 +54,13 @@ pub(super) fn add_placements(
 /// Indices of the known distances that the placements do not hold by themselves.
 pub(super) fn distances_left(session: &Session, carried: &[bool]) -> Vec<usize> {
     let parents = parents(session, carried);
-    let held = |index: usize| {
+    let fixed = |index: usize| {
         let [a, b] = session.load_distances[index].between;
         let exact = session.load_distances[index].std.is_none();
         let is_parent = |child: usize, parent: usize| parents[child].is_some_and(|(p, _)| p == parent);
         exact && (is_parent(b, a) || is_parent(a, b))
     };
-    (0..session.load_distances.len()).filter(|index| !held(*index)).collect()
+    (0..session.load_distances.len()).filter(|index| !fixed(*index)).collect()
 }
 
 /// For each load whether a distance that is a residual reads its position.
@@ -104,7 +104,7 @@ fn parents(session: &Session, carried: &[bool]) -> Vec<Option<(usize, f64)>> {
     parents
 }
 
-/// Why the position is held from which others are counted.
+/// Why the position is fixed from which others are counted.
 const REFERENCE: &str = "only differences of placements count where moments are described by sweep";
 
 /// The first load of the same mass on the same link: the two differ by their placement only.
@@ -140,7 +140,7 @@ fn position_block(session: &Session, load: usize, curved: bool) -> Block {
     let block = Block::vector(format!("load.{}.position", load.name), "m", &["x", "y", "z"]);
     let block = if curved { block } else { block.linear() };
     match (load.position, load.position_std) {
-        (Some(_), None) => block.held("its position in the link is given as exact"),
+        (Some(_), None) => block.fixed("its position in the link is given as exact"),
         _ => block,
     }
 }

@@ -101,8 +101,8 @@ mod tests {
             let growth = |side: f64, deviations: f64| {
                 let mut start = solved.estimate.values.clone();
                 start.set(block, &[start.scalar(block) + side * deviations * std]);
-                let held = problem.holding(&[block], "by hand").without_reference();
-                let there = with_workbench(|w| Ok::<_, EstimateError>(w.within(1000).solve(&held, &start)?)).unwrap();
+                let fixed = problem.with_fixed(&[block], "by hand").without_reference();
+                let there = with_workbench(|w| Ok::<_, EstimateError>(w.within(1000).solve(&fixed, &start)?)).unwrap();
                 (there.cost - solved.estimate.cost) / (0.5 * deviations * deviations)
             };
             let least = [2.0, 2.5, 3.0, 3.5, 4.0].map(|d| growth(1.0, d).min(growth(-1.0, d)));

@@ -107,7 +107,7 @@ impl Readings {
 
     /// Free parameters on which no reading that enters depends.
     pub(super) fn unread(&self, session: &Session) -> Vec<ParameterId> {
-        let free = |id: &ParameterId| session.held(*id).is_none() && !self.reads(session, *id);
+        let free = |id: &ParameterId| session.fixed(*id).is_none() && !self.reads(session, *id);
         session.parameters().into_iter().filter(free).collect()
     }
 

@@ -93,7 +93,7 @@ pub(super) fn reversed_wrist(session: &Session, solved: &Solved) -> Option<Mista
         let (value, std) = (values.further[mass], solved.parameter_std(ParameterId::Further(mass)));
         let kept = |gain: usize| values.further[gain] * session.further[gain].knowledge.nominal;
         let gains_kept = wrist.gain_parameters().map(kept).sum::<f64>() > 0.0;
-        let negative = value < -NEGATIVE * std && session.further[mass].held.is_none();
+        let negative = value < -NEGATIVE * std && session.further[mass].fixed.is_none();
         (negative && gains_kept).then_some((wrist, value, std))
     })?;
     let name = &wrist.name;

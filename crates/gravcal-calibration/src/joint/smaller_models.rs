@@ -15,7 +15,7 @@ use gravcal_robot_model::session::Session;
 use super::build::build_with_constraints;
 use super::error::EstimateError;
 use super::fit::fit;
-use super::held_out::{held_alike, of_validation, predict, stretches};
+use super::held_out::{fixed_alike, of_validation, predict, stretches};
 use super::solved::Solved;
 use super::unknowns::Unknowns;
 use crate::result::{HeldOut, SmallerModel, SmallerModelKind};
@@ -67,12 +67,12 @@ fn prediction(
     let mut start = solved.unknowns(&Unknowns::nominal(session));
     none.iter().for_each(|place| start.further[*place] = 0.0);
     let Ok(built) = build_with_constraints(session, &readings, &start) else { return Ok(None) };
-    let mut built = held_alike(solved, built)?;
+    let mut built = fixed_alike(solved, built)?;
     let zeros = none.iter().map(|place| built.layout.further[*place]);
     let scales =
         built.layout.sensors.iter().flat_map(|[gain, _, position_gain, offset]| [*gain, *position_gain, *offset]);
     let given: Vec<BlockId> = zeros.chain(scales).collect();
-    built.problem = built.problem.holding(&given, "as the whole model has it");
+    built.problem = built.problem.with_fixed(&given, "as the whole model has it");
     let (built, estimate) = fit(&built, &readings, workbench)?;
     if !estimate.termination.converged() {
         return Ok(None);

@@ -114,12 +114,12 @@ impl Solved {
         self.uncertainty.covariance()
     }
 
-    /// Standard deviation of a joint's sensor parameter, in its unit; 0 where it is held.
+    /// Standard deviation of a joint's sensor parameter, in its unit; 0 where it is fixed.
     pub fn sensor_std(&self, joint: usize, quantity: Quantity) -> f64 {
         self.parameter_std(ParameterId::Sensor(joint, quantity))
     }
 
-    /// Standard deviation of any parameter, in its unit; 0 where it is held.
+    /// Standard deviation of any parameter, in its unit; 0 where it is fixed.
     pub fn parameter_std(&self, id: ParameterId) -> f64 {
         let id = self.built.layout.block(id);
         self.built.problem.columns_of(id).next().map_or(0.0, |column| self.covariance().std(column))

@@ -104,7 +104,7 @@ impl SweepMoments {
         let add = |((moment, value), seen): ((&Moment, &Vec<f64>), bool)| {
             let block = moment.block(session);
             let block = if straight { block.linear() } else { block };
-            builder.add_block(if seen { block } else { block.held("no reading that is used sees it") }, value)
+            builder.add_block(if seen { block } else { block.fixed("no reading that is used sees it") }, value)
         };
         self.moments.iter().zip(&values).zip(seen).map(add).collect()
     }

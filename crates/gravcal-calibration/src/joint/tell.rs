@@ -255,7 +255,7 @@ fn tell_covariance(
     if judgement.determines(Asked::Gravity) {
         blocks.push(layout.gravity);
     }
-    let free = session.parameters().into_iter().filter(|id| session.held(*id).is_none());
+    let free = session.parameters().into_iter().filter(|id| session.fixed(*id).is_none());
     blocks.extend(free.filter(|id| judgement.determines(*id)).map(|id| layout.block(id)));
     let problem = &solved.built.problem;
     let mut functions = stored_coordinates(problem, &solved.estimate.values, &blocks);
@@ -270,7 +270,7 @@ fn tell_covariance(
 /// The choices of the last links' frames, told as something undetermined.
 pub(crate) fn last_frame_choices(session: &Session) -> Vec<Undetermined> {
     let chain = &session.robot.chain;
-    let chosen = |joint: &usize| session.held_reason(*joint, Quantity::PositionOffset) == Some(LAST_FRAME_CHOICE);
+    let chosen = |joint: &usize| session.fixed_reason(*joint, Quantity::PositionOffset) == Some(LAST_FRAME_CHOICE);
     let tell = |joint: usize| {
         let name = Quantity::PositionOffset.name(&chain.joints()[joint].name);
         let of_branch = chain.links_of(joint).map(|link| format!("link {}", chain.links()[link].name));

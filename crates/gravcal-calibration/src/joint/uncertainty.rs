@@ -55,7 +55,7 @@ impl Solved {
             UncertaintyChoice::Bootstrap { block_poses, replicates, seed } => {
                 workbench.tell("judging by bootstrap");
                 let blocks = blocks(block_poses)?;
-                let resampling = Resampling { blocks: &blocks, replicates, seed, held: &[] };
+                let resampling = Resampling { blocks: &blocks, replicates, seed, fixed: &[] };
                 // Replicates obey the constraints by themselves, and need not lean on the same ones.
                 let (problem, values) = (&self.built.problem, &self.estimate.values);
                 let solution = Solution { problem, values, spectrum: &Spectrum::new(problem, values)? };

@@ -149,7 +149,7 @@ struct Told {
 }
 
 impl Told {
-    /// Nothing where it has no value, or was held.
+    /// Nothing where it has no value, or was fixed.
     fn of(session: &Session, parameters: &[ParameterResult], joint: usize, quantity: Quantity) -> Option<Told> {
         let name = session.parameter_name(ParameterId::Sensor(joint, quantity));
         let told = parameters.iter().find(|parameter| parameter.name == name && parameter.held.is_none())?;

@@ -1,9 +1,9 @@
-//! What a reader should know of a solution besides its numbers: what was held, what is hardly known, which loss there was.
+//! What a reader should know of a solution besides its numbers: what was fixed, what is hardly known, which loss there was.
 
-use gravcal_estimation::{Loss, NamedCombination, held_blocks, named_combinations};
+use gravcal_estimation::{Loss, NamedCombination, fixed_blocks, named_combinations};
 
 use crate::joint::{Layout, Solved};
-use crate::result::{HeldBlock, LossResult, WeakCombination};
+use crate::result::{FixedBlock, LossResult, WeakCombination};
 
 /// The loss, if there is one.
 pub(crate) fn loss(loss: Loss) -> Option<LossResult> {
@@ -11,15 +11,15 @@ pub(crate) fn loss(loss: Loss) -> Option<LossResult> {
 }
 
 /// Everything that was held by the session.
-pub(crate) fn held(solved: &Solved) -> Vec<HeldBlock> {
+pub(crate) fn held(solved: &Solved) -> Vec<FixedBlock> {
     let problem = &solved.built.problem;
     let values = &solved.estimate.values;
-    let tell = |(id, why): (_, &str)| HeldBlock {
+    let tell = |(id, why): (_, &str)| FixedBlock {
         name: problem.block(id).name.clone(),
         value: values.get(id).to_vec(),
         why: why.to_owned(),
     };
-    held_blocks(problem).map(tell).collect()
+    fixed_blocks(problem).map(tell).collect()
 }
 
 /// Steps of gravity and the sensor parameters that change the readings hardly, whatever masses and moments are.

@@ -17,13 +17,13 @@ pub struct ParameterResult {
     pub convention: Cow<'static, str>,
     /// Absent where undetermined.
     pub value: Option<f64>,
-    /// Standard deviation; 0 where the value is held.
+    /// Standard deviation; 0 where the value is fixed.
     pub std: Option<f64>,
     /// 95 % interval.
     pub ci95: Option<[f64; 2]>,
     /// Whether the data (or exact knowledge) give it a value.
     pub determined: bool,
-    /// Why it was held and not estimated, where it was.
+    /// Why it was fixed and not estimated, where it was.
     pub held: Option<String>,
     /// Whether it was asked for.
     pub asked: bool,
@@ -32,7 +32,7 @@ pub struct ParameterResult {
 }
 
 impl ParameterResult {
-    /// Value and standard deviation in [`unit`](ParameterResult::unit), where there are any; a value that is held has a standard deviation of 0.
+    /// Value and standard deviation in [`unit`](ParameterResult::unit), where there are any; a value that is fixed has a standard deviation of 0.
     pub fn estimate(&self) -> Option<(f64, f64)> {
         self.value.zip(self.std)
     }
@@ -41,7 +41,7 @@ impl ParameterResult {
     pub(crate) fn blank(session: &Session, id: ParameterId) -> ParameterResult {
         let parameter = session.parameter(id);
         let name = parameter.name();
-        let meaningless = [LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, UNREAD].map(Some).contains(&parameter.held);
+        let meaningless = [LAST_FRAME_CHOICE, NO_TORQUE_SENSOR, UNREAD].map(Some).contains(&parameter.fixed);
         ParameterResult {
             asked: session.asks(&name),
             unit: parameter.unit,
@@ -50,7 +50,7 @@ impl ParameterResult {
             std: None,
             ci95: None,
             determined: !meaningless,
-            held: parameter.held.map(str::to_owned),
+            held: parameter.fixed.map(str::to_owned),
             nominal: parameter.knowledge.nominal,
             name,
         }

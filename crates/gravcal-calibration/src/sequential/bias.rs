@@ -86,7 +86,7 @@ pub(super) fn find_bias(
 
 /// The value of a parameter that is no unknown.
 fn exact(session: &Session, joint: usize, quantity: Quantity) -> Option<f64> {
-    session.held_reason(joint, quantity).map(|_| session.joints[joint].of(quantity).nominal)
+    session.fixed_reason(joint, quantity).map(|_| session.joints[joint].of(quantity).nominal)
 }
 
 /// A block of one number, held where the session gives its value as exact.
@@ -100,7 +100,7 @@ fn add_scalar(
     let block = Block::scalar(quantity.as_str(), session.parameter_unit(joint, quantity));
     let block = if quantity == Quantity::TorqueBias { block.linear() } else { block };
     match exact(session, joint, quantity) {
-        Some(value) => builder.add_block(block.held("given as exact"), &[value]),
+        Some(value) => builder.add_block(block.fixed("given as exact"), &[value]),
         None => builder.add_block(block, &[start]),
     }
 }

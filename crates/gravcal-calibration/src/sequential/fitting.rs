@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 use super::carried::CarriedErrors;
 use super::found::{Frozen, Missing};
 
-/// Why blocks are held.
+/// Why blocks are fixed.
 const FROZEN: &str = "found by an earlier step";
 
 /// A problem of a step, and which of its blocks earlier steps froze.
@@ -59,8 +59,8 @@ impl StepFit {
     pub fn solve(step: StepProblem, workbench: &Workbench<'_>, cure: &str) -> Result<StepFit, Missing> {
         let refuse = |why: String| Missing::new(why, cure);
         let (open, initial) = step.builder.build().map_err(|e| refuse(e.to_string()))?;
-        let held: Vec<BlockId> = step.frozen.iter().map(|(id, _)| *id).collect();
-        let problem = open.holding(&held, FROZEN);
+        let fixed: Vec<BlockId> = step.frozen.iter().map(|(id, _)| *id).collect();
+        let problem = open.with_fixed(&fixed, FROZEN);
         let estimate = workbench.solve(&problem, &initial).map_err(|e| refuse(e.to_string()))?;
         if !estimate.termination.converged() {
             return Err(refuse(format!("the fit ended without an answer: {}", estimate.termination)));

@@ -106,7 +106,7 @@ impl Step<'_> {
 
     /// The offset where it is no unknown: the first joint's by definition, or one given as exact.
     fn known_offset(&self) -> Option<f64> {
-        let held = self.session.held_reason(self.joint, Quantity::PositionOffset);
+        let held = self.session.fixed_reason(self.joint, Quantity::PositionOffset);
         held.map(|_| self.session.joints[self.joint].of(Quantity::PositionOffset).nominal)
     }
 
@@ -249,10 +249,10 @@ impl Step<'_> {
         let swept_gain = Block::scalar(Quantity::PositionGain.name(self.name(next)), "");
         let swept_gain = step.freeze(swept_gain, &[given.swept_gain.value], place(next, Quantity::PositionGain));
         let torque_gain = Block::scalar(Quantity::TorqueGain.name(self.name(self.joint)), "").linear();
-        let torque_gain = match self.session.held_reason(self.joint, Quantity::TorqueGain) {
+        let torque_gain = match self.session.fixed_reason(self.joint, Quantity::TorqueGain) {
             Some(reason) => {
                 let value = self.session.joints[self.joint].of(Quantity::TorqueGain).nominal;
-                step.builder.add_block(torque_gain.held(reason), &[value])
+                step.builder.add_block(torque_gain.fixed(reason), &[value])
             }
             None => step.builder.add_block(torque_gain, &[start.torque_gain]),
         };

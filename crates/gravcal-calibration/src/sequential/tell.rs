@@ -60,8 +60,8 @@ pub fn tell_steps(
         workbench.tell("judging the sequential values on all readings");
         let start = joint::start_around(session, &known.readings, &start)?;
         let mut built = joint::build_problem(session, &known.readings, &start)?;
-        let held = found_blocks(&built, known);
-        built.problem = built.problem.holding(&held, "found by the sequential steps");
+        let fixed = found_blocks(&built, known);
+        built.problem = built.problem.with_fixed(&fixed, "found by the sequential steps");
         let solved = solve_built(known.readings.clone(), built, workbench)?;
         if !solved.estimate.termination.converged() {
             result.notes.push(format!("The fit below is no optimum: {}.", solved.estimate.termination));
@@ -132,7 +132,7 @@ fn tell_covariance(session: &Session, known: &SequentialValues) -> CovarianceRes
     let joints = session.robot.chain.joints().iter().zip(&known.sensors).enumerate();
     let found = joints.flat_map(|(index, (joint, sensor))| {
         Quantity::ALL.into_iter().filter_map(move |quantity| {
-            let free = session.held_reason(index, quantity).is_none();
+            let free = session.fixed_reason(index, quantity).is_none();
             let frozen = sensor.of(quantity).as_ref().ok().filter(|_| free)?;
             Some((quantity.name(&joint.name), frozen.std * frozen.std))
         })

@@ -129,7 +129,7 @@ impl SequentialValues {
     pub(super) fn respect_exact_knowledge(&mut self, session: &Session) {
         for (joint, sensor) in self.sensors.iter_mut().enumerate() {
             for quantity in Quantity::ALL {
-                if session.held_reason(joint, quantity).is_some() {
+                if session.fixed_reason(joint, quantity).is_some() {
                     let exact = Ok(Frozen { value: session.joints[joint].of(quantity).nominal, std: 0.0 });
                     match quantity {
                         Quantity::TorqueGain => sensor.torque_gain = exact,

@@ -98,7 +98,7 @@ fn simulation(seed: u64, build: Build, runs: impl Fn(usize) -> Vec<Run>) -> Simu
     let mut truth = Unknowns::nominal(&template);
     truth.gravity = (9.81 * direction).into();
     for (joint, sensor) in truth.sensors.iter_mut().enumerate() {
-        let free = template.held_reason(joint, Quantity::PositionOffset).is_none();
+        let free = template.fixed_reason(joint, Quantity::PositionOffset).is_none();
         let offset = if free { random.random_range(-0.05..0.05) } else { 0.0 };
         let gains = [random.random_range(0.9..1.1), random.random_range(0.98..1.02)];
         *sensor = [gains[0], random.random_range(-1.0..1.0), gains[1], offset];
@@ -169,7 +169,7 @@ fn so_they_are_where_a_joint_mimics_another() {
         let simulation = simulation(100 + seed, Build::Coupled, random_poses);
         let session = simulation.session(seed);
         // The leader also moves the last link of its arm: its offset is no choice of a frame.
-        assert!(session.held_reason(4, Quantity::PositionOffset).is_none());
+        assert!(session.fixed_reason(4, Quantity::PositionOffset).is_none());
         (simulation, session)
     });
 }
@@ -185,7 +185,7 @@ fn so_they_are_without_a_trunk() {
         simulation.template.joints[4].parameters[Quantity::TorqueGain as usize] = known;
         let session = simulation.session(seed);
         for first in [0, 4] {
-            assert!(session.held_reason(first, Quantity::PositionOffset).is_none());
+            assert!(session.fixed_reason(first, Quantity::PositionOffset).is_none());
         }
         (simulation, session)
     });
@@ -222,7 +222,7 @@ fn the_papers_steps_go_along_serial_chains_only() {
 #[test]
 fn frames_are_chosen_by_branch() {
     let session = simulation(1, Build::Trunk, random_poses).session(0);
-    let held = |session: &Session, joint: usize| session.held_reason(joint, Quantity::PositionOffset);
+    let held = |session: &Session, joint: usize| session.fixed_reason(joint, Quantity::PositionOffset);
     let all = |session: &Session| (0..LINKS).map(|joint| held(session, joint).is_some()).collect::<Vec<_>>();
     assert_eq!(all(&session), [true, false, false, true, false, false, true]);
     let mut placed = session.clone();

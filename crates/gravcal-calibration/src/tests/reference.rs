@@ -59,7 +59,7 @@ fn without_noise_both_estimators_find_the_truth() {
         let solved = joint::solve(&session, &joint::select(&session, Signals::All), None, workbench).unwrap();
         let found = solved.unknowns(&simulation.truth);
         for joint in 0..3 {
-            for quantity in Quantity::ALL.into_iter().filter(|q| session.held_reason(joint, *q).is_none()) {
+            for quantity in Quantity::ALL.into_iter().filter(|q| session.fixed_reason(joint, *q).is_none()) {
                 let truth = simulation.truth.sensors[joint][quantity as usize];
                 let value = found.sensors[joint][quantity as usize];
                 assert!((value - truth).abs() < 1e-6 * truth.abs(), "joint: {joint} {quantity} {value} {truth}");

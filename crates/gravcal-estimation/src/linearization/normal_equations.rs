@@ -35,7 +35,7 @@ impl NormalEquations {
         &self.norms
     }
 
-    /// Whether they are over the columns of this problem: with more or other blocks held they are not.
+    /// Whether they are over the columns of this problem: with more or other blocks fixed they are not.
     pub(crate) fn are_of(&self, problem: &Problem) -> bool {
         self.column_offsets == *problem.column_offsets() && self.shared == problem.structure().shared
     }

@@ -150,11 +150,11 @@ mod tests {
             builder.add_factor(Factor::new(Mistaken { reads: vec![x], column: 0 }, unit()));
         };
         assert!(refusal(unread).starts_with("nothing reads the unknown `lonely`"));
-        let held = |builder: &mut ProblemBuilder| {
-            let x = builder.add_block(Block::scalar("x", "m").held("known"), &[0.0]);
+        let fixed = |builder: &mut ProblemBuilder| {
+            let x = builder.add_block(Block::scalar("x", "m").fixed("known"), &[0.0]);
             builder.add_factor(Factor::new(Mistaken { reads: vec![x], column: 0 }, unit()));
         };
-        assert!(refusal(held).starts_with("no unknowns"));
+        assert!(refusal(fixed).starts_with("no unknowns"));
         let infinite = |builder: &mut ProblemBuilder| {
             builder.add_block(Block::scalar("x", "m"), &[f64::INFINITY]);
         };

@@ -180,7 +180,7 @@ pub(super) fn check_factors(blocks: &[Block], factors: &[Factor]) -> Result<(), 
             }
         }
     }
-    match blocks.iter().zip(&read).find(|(block, read)| block.held.is_none() && read.is_none()) {
+    match blocks.iter().zip(&read).find(|(block, read)| block.fixed.is_none() && read.is_none()) {
         Some((block, _)) => Err(ProblemError::Unread(block.name.clone())),
         None => Ok(()),
     }

@@ -59,7 +59,7 @@ pub(super) struct Slots {
 #[derive(Debug, PartialEq, Eq, Hash)]
 pub(super) struct FactorSlot {
     pub shape: usize,
-    /// Its local blocks; nothing for one that is held.
+    /// Its local blocks; nothing for one that is fixed.
     pub blocks: Vec<Option<LocalBlock>>,
 }
 

@@ -25,9 +25,9 @@ pub(crate) use structure::{Chunk, Island, Piece, Place, RowPlan, Structure};
 /// Multiplications of an orthogonal factorization that take no longer than normal equations.
 const SMALL: usize = 1_000;
 
-fn hold(blocks: &mut [Block], ids: &[BlockId], reason: &str) {
+fn fix(blocks: &mut [Block], ids: &[BlockId], reason: &str) {
     for id in ids {
-        blocks[id.index()].held.get_or_insert_with(|| reason.to_owned());
+        blocks[id.index()].fixed.get_or_insert_with(|| reason.to_owned());
     }
 }
 
@@ -117,7 +117,7 @@ impl Problem {
         &self.columns
     }
 
-    /// The columns of one block; empty where it is held.
+    /// The columns of one block; empty where it is fixed.
     pub fn columns_of(&self, id: BlockId) -> Range<usize> {
         self.column_offsets[id.index()]..self.column_offsets[id.index() + 1]
     }
@@ -137,13 +137,13 @@ impl Problem {
         self.row_offsets.partition_point(|start| *start <= row) - 1
     }
 
-    /// The same problem with more blocks held at their initial values.
-    pub fn holding(&self, ids: &[BlockId], reason: &str) -> Problem {
-        if ids.iter().all(|id| self.block(*id).held.is_some()) {
+    /// The same problem with more blocks fixed at their initial values.
+    pub fn with_fixed(&self, ids: &[BlockId], reason: &str) -> Problem {
+        if ids.iter().all(|id| self.block(*id).fixed.is_some()) {
             return self.clone();
         }
         let mut blocks = self.blocks.to_vec();
-        hold(&mut blocks, ids, reason);
+        fix(&mut blocks, ids, reason);
         let factors = Arc::clone(&self.factors);
         self.reassembled(blocks, factors)
     }
@@ -204,7 +204,7 @@ impl Problem {
         Ok(Problem { constraints, ..self.clone() })
     }
 
-    /// The same with blocks that none of these factors reads held at their initial values, for the stated reason.
+    /// The same with blocks that none of these factors reads fixed at their initial values, for the stated reason.
     ///
     /// # Errors
     /// As [`Problem::with_factors`].
@@ -214,9 +214,9 @@ impl Problem {
         self.rebuilt(&unread, reason, factors)
     }
 
-    fn rebuilt(&self, held: &[BlockId], reason: &str, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
+    fn rebuilt(&self, fixed: &[BlockId], reason: &str, factors: Vec<Factor>) -> Result<Problem, ProblemError> {
         let mut blocks = self.blocks.to_vec();
-        hold(&mut blocks, held, reason);
+        fix(&mut blocks, fixed, reason);
         check_factors(&blocks, &factors)?;
         Ok(self.reassembled(blocks, factors.into()))
     }

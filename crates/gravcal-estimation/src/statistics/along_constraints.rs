@@ -26,7 +26,7 @@ use crate::{
 
 use super::StatisticsError;
 
-/// How much stiffer a held function is than the data make the unknowns it reads: enough to stand for exact, and little
+/// How much stiffer an active function is than the data make the unknowns it reads: enough to stand for exact, and little
 /// enough to leave weak directions to be told from empty ones.
 const STIFFNESS: f64 = 1e3;
 /// A constraint that leans by less, in standard deviations, leaves open what it holds.
@@ -55,7 +55,7 @@ pub fn along_constraints(
     let mut factors = problem.factors().to_vec();
     for (function, norm) in independent(problem, &decided, spectrum) {
         let noise = Noise::independent(&[norm / STIFFNESS])?;
-        factors.push(Factor::new(HeldFunction::new(function, &estimate.values), noise));
+        factors.push(Factor::new(ActiveFunction::new(function, &estimate.values), noise));
     }
     Ok(Some(problem.with_factors(factors)?))
 }
@@ -78,7 +78,7 @@ pub fn leans(problem: &Problem, estimate: &Estimate, spectrum: &Spectrum) -> Vec
     estimate.active.iter().map(lean).collect()
 }
 
-/// The held functions that do not follow from those before them, each with the norm of its slope by columns that count
+/// The active functions that do not follow from those before them, each with the norm of its slope by columns that count
 /// in what one standard deviation of the data makes of them.
 fn independent<'a>(problem: &Problem, active: &'a [ActiveConstraint], spectrum: &Spectrum) -> Vec<(&'a Affine, f64)> {
     let mut found: Vec<(&Affine, f64)> = Vec::new();
@@ -110,7 +110,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
 
 /// The deviation of the function from its value, in its unit.
 #[derive(Clone, Debug)]
-struct HeldFunction {
+struct ActiveFunction {
     blocks: Vec<BlockId>,
     /// Position among `blocks`, component, coefficient.
     terms: Vec<(usize, usize, f64)>,
@@ -118,7 +118,7 @@ struct HeldFunction {
     value: f64,
 }
 
-impl HeldFunction {
+impl ActiveFunction {
     /// Held where it is at `values`.
     fn new(function: &Affine, values: &Values) -> Self {
         let mut blocks: Vec<BlockId> = function.terms.iter().map(|(id, ..)| *id).collect();
@@ -126,11 +126,11 @@ impl HeldFunction {
         blocks.dedup();
         let place = |id: &BlockId| blocks.partition_point(|other| other < id);
         let terms = function.terms.iter().map(|(id, component, c)| (place(id), *component, *c)).collect();
-        HeldFunction { terms, value: function.at(values) - function.constant, blocks }
+        ActiveFunction { terms, value: function.at(values) - function.constant, blocks }
     }
 }
 
-impl Residual for HeldFunction {
+impl Residual for ActiveFunction {
     fn blocks(&self) -> &[BlockId] {
         &self.blocks
     }
@@ -166,7 +166,7 @@ mod tests {
         let a = builder.add_block(Block::vector("a", "", &["x", "y"]), &[1.0, 2.0]);
         let b = builder.add_block(Block::vector("b", "", &["x", "y", "z"]), &[3.0, 4.0, 5.0]);
         let function = Affine::constant(7.0).plus(b, 2, 0.5).plus(a, 1, -2.0).plus(b, 2, 1.0);
-        let residual = HeldFunction::new(&function, &builder.initial());
+        let residual = ActiveFunction::new(&function, &builder.initial());
         check_derivatives(&residual, &[2, 3], &[0.3; 5], 1e-9).unwrap();
         let mut r = [1.0];
         let values = builder.initial();

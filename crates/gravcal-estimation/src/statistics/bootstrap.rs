@@ -41,8 +41,8 @@ pub struct Resampling<'a> {
     pub replicates: usize,
     /// Replicates of another seed are others.
     pub seed: u64,
-    /// Blocks of the problem that are held while a replicate is solved, because they fix a combination without effect.
-    pub held: &'a [BlockId],
+    /// Blocks of the problem that are fixed while a replicate is solved, because they fix a combination without effect.
+    pub fixed: &'a [BlockId],
 }
 
 /// The scatter of the replicates, and how many there are.
@@ -104,7 +104,7 @@ fn replicate(solution: &Solution<'_>, resampling: &Resampling<'_>, solver: &dyn 
     let factors = draw(solution, resampling.blocks, &mut random);
     // A block of the problem that none of the drawn samples reads is not determined.
     let Ok(problem) = solution.problem.with_factors(factors) else { return Outcome::Undetermined };
-    let fixed = problem.holding(resampling.held, "a combination that has no effect is fixed by it");
+    let fixed = problem.with_fixed(resampling.fixed, "a combination that has no effect is fixed by it");
     let solved = solver.solve(&fixed, solution.values, &mut SolveContext::default());
     let Ok(estimate) = solved else { return Outcome::NotConverged };
     if !estimate.termination.converged() {
@@ -228,7 +228,7 @@ mod tests {
     fn bootstrap(builder: crate::ProblemBuilder, samples: usize, seed: u64) -> Result<Bootstrap, StatisticsError> {
         let solved = fit(builder);
         let blocks = SampleBlocks::new(0..samples, 2).unwrap();
-        let resampling = Resampling { blocks: &blocks, replicates: 400, seed, held: &[] };
+        let resampling = Resampling { blocks: &blocks, replicates: 400, seed, fixed: &[] };
         Bootstrap::new(&solved.solution(), &resampling, &Newton)
     }
 

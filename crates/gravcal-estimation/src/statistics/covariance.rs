@@ -111,7 +111,7 @@ impl Covariance {
         a.iter().map(|(i, a)| b.iter().map(|(j, b)| a * b * entry(*i, *j)).sum::<f64>()).sum()
     }
 
-    /// Covariance of the stored coordinates of a list of blocks, row-major; zero where a block is held.
+    /// Covariance of the stored coordinates of a list of blocks, row-major; zero where a block is fixed.
     ///
     /// It is `B Σ Bᵀ` with `B` the tangent basis of each block, so that a vector on a sphere has a singular one.
     pub fn stored(&self, problem: &Problem, values: &Values, blocks: &[BlockId]) -> Vec<f64> {
@@ -185,7 +185,7 @@ impl Covariance {
     }
 }
 
-/// Each stored coordinate of some blocks as a linear function of the columns; none of a held block.
+/// Each stored coordinate of some blocks as a linear function of the columns; none of a fixed block.
 pub fn stored_coordinates(problem: &Problem, values: &Values, blocks: &[BlockId]) -> Vec<LinearFunction> {
     let of_block = |id: &BlockId| {
         let columns = problem.columns_of(*id);

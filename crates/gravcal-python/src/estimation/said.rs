@@ -28,7 +28,7 @@ impl SaidBlock {
         let block = Block::vector(&self.name, &self.unit, &components);
         let block = self.length.map_or(block.clone(), |radius| block.on(Manifold::Sphere { radius }));
         let block = if self.linear { block.linear() } else { block };
-        self.held.as_ref().map_or(block.clone(), |reason| block.held(reason))
+        self.held.as_ref().map_or(block.clone(), |reason| block.fixed(reason))
     }
 }
 

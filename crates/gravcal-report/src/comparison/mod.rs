@@ -117,7 +117,7 @@ mod tests {
         assert!(text.starts_with("Nothing moved, as far as these calibrations tell\n"), "{text}");
     }
 
-    /// The offset that defines the base frame is held: gravity moves in its stead.
+    /// The offset that defines the base frame is fixed: gravity moves in its stead.
     #[test]
     fn a_move_of_gravity_names_what_it_may_stand_for() {
         let (mut comparison, files) = (comparison(), ["monday.json".to_owned(), "tuesday.json".to_owned()]);

@@ -1,5 +1,5 @@
 //! Every parameter in a row, with all digits, in SI units and rad: `parameter, unit, value, std, ci95_low, ci95_high, nominal, status,
-//! note, convention`. What is not determined has an empty value; what is held has the value at which it is, and no deviation.
+//! note, convention`. What is not determined has an empty value; what is fixed has the value at which it is, and no deviation.
 //!
 //! A text that a spreadsheet would compute has an apostrophe before it. The convention stands in a column of its own, as CSV has no comments that every reader skips.
 

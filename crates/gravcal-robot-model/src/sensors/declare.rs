@@ -71,7 +71,7 @@ pub(crate) fn declared_parameter(owner: &str, spec: ParameterSpec, linear: bool)
         unit,
         convention,
         knowledge: Knowledge { nominal, kind: KnowledgeKind::Start },
-        held: None,
+        fixed: None,
         limit,
         cure,
         linear,

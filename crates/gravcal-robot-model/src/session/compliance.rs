@@ -31,7 +31,7 @@ fn compliance(joint: &Joint, std: f64) -> Parameter {
             nominal: 0.0,
             kind: if stiff { KnowledgeKind::Fixed } else { KnowledgeKind::Prior { std } },
         },
-        held: stiff.then_some(GIVEN),
+        fixed: stiff.then_some(GIVEN),
         limit: Limit::Absolute(if stiff { 1.0 } else { OBSERVABLE * std }),
         cure:
             "hold the joint under torques that differ more, with and without a load; or leave it as it was known before"

@@ -17,7 +17,7 @@ fn load_mass_parameter(load: &Load, std: f64, same_as: Option<usize>) -> Paramet
         unit: "kg".into(),
         convention: "mass of the load".into(),
         knowledge: Knowledge { nominal: load.mass, kind: KnowledgeKind::Prior { std } },
-        held: None,
+        fixed: None,
         limit: Limit::ShareOfNominal(GAIN_LIMIT),
         cure: "weigh the load on a better scale".into(),
         linear: false,

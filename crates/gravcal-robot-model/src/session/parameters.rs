@@ -49,7 +49,7 @@ impl Session {
             unit: self.parameter_unit(joint, quantity),
             convention: quantity.convention().into(),
             knowledge: self.joints[joint].of(quantity),
-            held: self.held_reason(joint, quantity),
+            fixed: self.fixed_reason(joint, quantity),
             limit: self.sensor_limit(joint, quantity),
             cure: MOVE_MORE.into(),
             linear: quantity == Quantity::TorqueBias,
@@ -76,11 +76,11 @@ impl Session {
         }
     }
 
-    /// Why a parameter is held and not estimated, if it is.
-    pub fn held(&self, id: ParameterId) -> Option<&'static str> {
+    /// Why a parameter is fixed and not estimated, if it is.
+    pub fn fixed(&self, id: ParameterId) -> Option<&'static str> {
         match id {
-            ParameterId::Sensor(joint, quantity) => self.held_reason(joint, quantity),
-            ParameterId::Further(index) => self.further[index].held,
+            ParameterId::Sensor(joint, quantity) => self.fixed_reason(joint, quantity),
+            ParameterId::Further(index) => self.further[index].fixed,
         }
     }
 
@@ -167,8 +167,8 @@ impl Session {
         }
     }
 
-    /// Why a joint's sensor parameter is held and not estimated, if it is.
-    pub fn held_reason(&self, joint: usize, quantity: Quantity) -> Option<&'static str> {
+    /// Why a joint's sensor parameter is fixed and not estimated, if it is.
+    pub fn fixed_reason(&self, joint: usize, quantity: Quantity) -> Option<&'static str> {
         let knowledge = self.joints[joint].of(quantity);
         let chain = &self.robot.chain;
         match quantity {
@@ -188,7 +188,7 @@ impl Session {
     /// asks for more or less.
     pub fn asks(&self, name: &str) -> bool {
         let listed = |list: &[String]| list.iter().any(|n| n == name);
-        let unread = self.further.iter().any(|further| further.held == Some(UNREAD) && further.name() == name);
+        let unread = self.further.iter().any(|further| further.fixed == Some(UNREAD) && further.name() == name);
         // How far joints give way is in the way of what is wanted, like the links' moments; so are rotors, and loads.
         let listed_places = self.rotors.iter().chain(&self.load_masses).flatten().copied();
         let mut in_the_way = self.compliances().chain(listed_places);
@@ -200,7 +200,7 @@ impl Session {
                     let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
                     let no_sensor = self.joints[joint].torque_unit.is_none()
                         && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
-                    let frame_choice = || self.held_reason(joint, *q).is_some_and(|reason| frame.contains(&reason));
+                    let frame_choice = || self.fixed_reason(joint, *q).is_some_and(|reason| frame.contains(&reason));
                     // Names are formatted only where they could be the one.
                     name.starts_with(&j.name) && q.name(&j.name) == name && (no_sensor || frame_choice())
                 })
@@ -237,14 +237,14 @@ impl Session {
 pub const MOVE_MORE: &str =
     "add poses that move these joints over a wider range, at several positions of the joints before them";
 
-/// Why a parameter of exact knowledge is held.
+/// Why a parameter of exact knowledge is fixed.
 pub const GIVEN: &str = "given as exact";
 
-/// Why gain and bias of a torque that is not read are held.
+/// Why gain and bias of a torque that is not read are fixed.
 pub const NO_TORQUE_SENSOR: &str = "the joint has no torque sensor";
 
-/// Why the offset of the joint on which all others hang is held.
+/// Why the offset of the joint on which all others hang is fixed.
 pub const BASE_FRAME_CHOICE: &str = "it defines the base frame";
 
-/// Why the offset of a last joint is held.
+/// Why the offset of a last joint is fixed.
 pub const LAST_FRAME_CHOICE: &str = "a choice of the last link's frame";

@@ -31,7 +31,7 @@ pub fn rotor_inertia_parameter(index: usize, joint: &Joint, knowledge: Knowledge
         unit: rotor_inertia_unit(joint.kind).into(),
         convention: "reading = torque_gain * (torque + rotor_inertia * acceleration) + torque_bias".into(),
         knowledge,
-        held: (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN),
+        fixed: (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN),
         limit: Limit::HalfSpread { channel: index },
         cure: "move the joint with other accelerations while the joints before it move, too; a first joint's cannot be told from its link's \
                inertia: state it"

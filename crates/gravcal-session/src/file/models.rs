@@ -104,6 +104,6 @@ pub(super) fn with_knowledge(
     let wrong = |message| context.document.error(&field.key("unit"), message);
     let factor = to_unit_of(&parameter.unit, table.unit()).map_err(wrong)?;
     let knowledge = scaled(table.knowledge(context.document, &field)?, factor);
-    let held = (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN);
-    Ok(Parameter { knowledge, held, ..parameter })
+    let fixed = (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN);
+    Ok(Parameter { knowledge, fixed, ..parameter })
 }

@@ -44,7 +44,7 @@ fn what_is_known_of_a_parameter_is_read_with_its_unit() {
     let prior = known("{ nominal = 1, std = 0.5, unit = 'deg' }");
     assert_eq!(prior.knowledge.nominal, 1f64.to_radians());
     assert_eq!(prior.knowledge.kind, KnowledgeKind::Prior { std: 0.5f64.to_radians() });
-    assert_eq!((known("{ fixed = 0.01, unit = 'rad' }").held, prior.held), (Some("given as exact"), None));
+    assert_eq!((known("{ fixed = 0.01, unit = 'rad' }").fixed, prior.fixed), (Some("given as exact"), None));
 }
 
 #[test]

@@ -148,11 +148,11 @@ impl Section<'_> {
         let same = (earlier.nominal - nominal).abs() <= SAME_VALUE * nominal.abs().max(1.0);
         let frame = [Unchanged::Links, Unchanged::Loads].iter().any(|what| self.is_unchanged(*what));
         match (earlier.held.as_deref(), earlier.value) {
-            (Some(_), Some(value)) if own.held.is_none() || !same => refused(format!(
+            (Some(_), Some(value)) if own.fixed.is_none() || !same => refused(format!(
                 "{name} was held at {value} {unit} there, and what was found depends on it: hold it at that value here, \
                  too (fixed)"
             )),
-            (Some(LAST_FRAME_CHOICE), None) if frame && (own.held != Some(LAST_FRAME_CHOICE) || !same) => {
+            (Some(LAST_FRAME_CHOICE), None) if frame && (own.fixed != Some(LAST_FRAME_CHOICE) || !same) => {
                 refused(format!(
                     "{name} chose the last link's frame there, at {} {unit}, and it is another here: leave \"links\" and \
                      \"loads\" out of prior.unchanged, or choose the same frame",

@@ -930,7 +930,7 @@ fn joints_may_be_elsewhere_than_their_sensors_say() {
     let names: Vec<String> = session.compliances().map(|index| session.further[index].name()).collect();
     assert_eq!(names, ["shoulder.compliance", "elbow.compliance"]);
     assert_eq!(session.further[0].knowledge, knowledge(0.0, KnowledgeKind::Prior { std: 1e-4 }));
-    assert_eq!(session.further[1].held, Some("given as exact"));
+    assert_eq!(session.further[1].fixed, Some("given as exact"));
     let session = changed("unit = \"deg\" }\ntorque", "unit = \"deg\", std = [0.1, 0] }\ntorque");
     assert!((session.deflection.reading_std[0] - 0.1 * PI / 180.0).abs() < 1e-15);
     assert_eq!((session.deflection.reading_std[1], session.deflection.hold_std), (0.0, None));

@@ -103,7 +103,7 @@ fn crossed_bounds_are_refused_before_anything_runs() {
 #[test]
 fn held_values_that_break_a_constraint_are_told() {
     let mut builder = ProblemBuilder::new();
-    let held = builder.add_block(Block::scalar("gain", "").held("given"), &[0.0]);
+    let held = builder.add_block(Block::scalar("gain", "").fixed("given"), &[0.0]);
     let free = builder.add_block(block("a", 1), &[1.0]);
     readings(&mut builder, free, &[1.0]);
     builder.add_constraint(above("gain is positive", held, 0, 0.5));
@@ -117,7 +117,7 @@ fn held_values_that_break_a_constraint_are_told() {
 #[test]
 fn a_held_value_in_a_constraint_is_a_number() {
     let mut builder = ProblemBuilder::new();
-    let held = builder.add_block(Block::scalar("limit", "").held("given"), &[0.5]);
+    let held = builder.add_block(Block::scalar("limit", "").fixed("given"), &[0.5]);
     let free = builder.add_block(block("a", 1), &[0.0]);
     readings(&mut builder, free, &[1.0]);
     let less = Affine::component(free, 0).plus(held, 0, -1.0);

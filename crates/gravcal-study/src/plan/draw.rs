@@ -31,7 +31,7 @@ impl Draw {
         let mut random = Pcg64::new(u128::from(seed) ^ (STREAM << 64), u128::from(trial));
         let mut within = |half: f64| if half > 0.0 { random.random_range(-half..half) } else { 0.0 };
         for joint in 0..simulation.truth.sensors.len() {
-            let held = simulation.template.held_reason(joint, Quantity::PositionOffset).is_some();
+            let held = simulation.template.fixed_reason(joint, Quantity::PositionOffset).is_some();
             let sensor = &mut simulation.truth.sensors[joint];
             sensor[Quantity::TorqueGain as usize] *= 1.0 + within(self.torque_gain);
             sensor[Quantity::TorqueBias as usize] += within(self.torque_bias);

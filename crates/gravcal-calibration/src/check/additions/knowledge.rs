@@ -27,7 +27,7 @@ pub fn hemisphere(now: &Supposed) -> Vec<Addition> {
 pub fn torque_gain(now: &Supposed) -> Vec<Addition> {
     let open = |joint: &usize| {
         now.noise[*joint].is_some()
-            && now.session.held_reason(*joint, Quantity::TorqueGain).is_none()
+            && now.session.fixed_reason(*joint, Quantity::TorqueGain).is_none()
             && now.session.joints[*joint].of(Quantity::TorqueGain).kind == KnowledgeKind::Start
     };
     let state = |joint: usize| {

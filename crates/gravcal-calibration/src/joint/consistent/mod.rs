@@ -197,7 +197,7 @@ impl Columns {
         all
     }
 
-    /// Values with these parameters of the links, held ones included.
+    /// Values with these parameters of the links, fixed ones included.
     fn placed(&self, mut values: Values, parameters: &DVector<f64>) -> Values {
         for (place, id, length) in &self.blocks {
             values.set(*id, &parameters.as_slice()[*place..place + length]);

@@ -36,7 +36,7 @@ pub(in crate::joint) fn turned_gains(session: &Session, values: &Unknowns) -> Ve
     let instruments = session.instruments.iter().flat_map(|instrument| instrument.gain_parameters());
     let turned = |id: &ParameterId| {
         let nominal = session.nominal(*id);
-        session.held(*id).is_none() && values.value(*id) * nominal < -HAS_SIGN * nominal * nominal
+        session.fixed(*id).is_none() && values.value(*id) * nominal < -HAS_SIGN * nominal * nominal
     };
     sensors.chain(instruments.map(ParameterId::Further)).filter(turned).collect()
 }
@@ -57,7 +57,7 @@ fn free_offsets(session: &Session) -> impl Iterator<Item = (usize, ParameterId)>
     let joints = session.robot.chain.joints().iter().enumerate();
     let turning = joints.filter(|(_, joint)| joint.kind == JointKind::Revolute);
     let offsets = turning.map(|(joint, _)| (joint, ParameterId::Sensor(joint, Quantity::PositionOffset)));
-    offsets.filter(|(_, offset)| session.held(*offset).is_none())
+    offsets.filter(|(_, offset)| session.fixed(*offset).is_none())
 }
 
 /// By how many half turns an offset of this value is off its nominal value, to the nearest.

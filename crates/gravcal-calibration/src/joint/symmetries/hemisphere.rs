@@ -52,7 +52,7 @@ impl Symmetry for InHemisphere<'_> {
             return Ok(Vec::new());
         }
         let found = solved.unknowns(&Unknowns::nominal(session));
-        let free = |joint: &usize| session.held_reason(*joint, Quantity::PositionOffset).is_none();
+        let free = |joint: &usize| session.fixed_reason(*joint, Quantity::PositionOffset).is_none();
         let turned = (0..session.joints.len()).find(free).map(|joint| half_a_turn_on(session, &found, joint));
         Ok(std::iter::once(found.upside_down(session)).chain(turned).collect())
     }
@@ -109,7 +109,7 @@ fn explained_at_border(solved: &Solved, pole: [f64; 3], workbench: &Workbench<'_
     let Some(border) = (found - pole * pole.dot(&found)).try_normalize(f64::MIN_POSITIVE) else { return Ok(false) };
     let mut start = solved.estimate.values.clone();
     start.set(gravity, (border * found.norm()).as_slice());
-    let held = problem.holding(&[gravity], "on the border of its hemisphere");
+    let held = problem.with_fixed(&[gravity], "on the border of its hemisphere");
     // What cannot be solved there explains nothing.
     let Ok(there) = workbench.within(AT_BORDER).solve(&held, &start) else { return Ok(false) };
     Ok(held.without_reference().cost(&there.values)? < solved.estimate.cost + DECISIVE)
@@ -141,7 +141,7 @@ mod tests {
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
         let nominal = Unknowns::nominal(&session);
-        let free = |joint: &usize| session.held_reason(*joint, Quantity::PositionOffset).is_none();
+        let free = |joint: &usize| session.fixed_reason(*joint, Quantity::PositionOffset).is_none();
         let first_free = (0..session.joints.len()).find(free).unwrap();
         let (above, back) = with_workbench(|w| {
             let found = solve(&session, &readings, None, w)?.unknowns(&nominal);

@@ -326,7 +326,7 @@ impl Section<'_> {
             quantity,
             unit,
             convention: convention.into(),
-            held: (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN),
+            fixed: (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN),
             knowledge,
             limit: Limit::ShareOfNominal(GAIN_LIMIT),
             cure: TURN_MORE.into(),

@@ -106,7 +106,7 @@ fn a_rotor_is_a_part_of_its_joints_torque() {
     }
 }
 
-/// Where positions are held, readings and the other derivatives are those that are found without knowing so.
+/// Where positions are fixed, readings and the other derivatives are those that are found without knowing so.
 #[test]
 fn held_positions_change_nothing() {
     let terms = every_torque_term();
