@@ -1,4 +1,4 @@
-//! Time of the inverse dynamics of seven joints, its regressor and all its derivatives, a sample: one at a time, and four abreast.
+//! Time of the inverse dynamics of seven joints, its regressor and all its derivatives, a sample: one at a time, and four at once.
 //!
 //! `cargo run --release -p gravcal-benches --bin dynamics`
 //!
@@ -13,7 +13,7 @@ use gravcal_benches::clock::{median_seconds, microseconds};
 use gravcal_benches::program::ended;
 use gravcal_benches::seven_joints::SevenJoints;
 use gravcal_dynamics::{
-    Abreast, Arithmetic, BodyInertia, Chain, DynamicParameters, InverseDynamics, JointMotion, LANES, Single,
+    Arithmetic, BodyInertia, Chain, DynamicParameters, InverseDynamics, JointMotion, LANES, Single, Vectorized,
 };
 use pulp::{Arch, Simd, WithSimd};
 use rand::{RngExt, SeedableRng};
@@ -50,9 +50,9 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<(), String> {
     let arm = Arm { chain: SevenJoints::simulate(30)?.session.robot.chain, links: links() };
     let samples = samples();
-    let four: Vec<Sample<[f64; LANES]>> = samples.chunks_exact(LANES).map(abreast).collect();
+    let four: Vec<Sample<[f64; LANES]>> = samples.chunks_exact(LANES).map(batch).collect();
     let peer = if arguments.without_peers { HashMap::new() } else { pinocchio() };
-    println!("| µs a sample | one at a time | four abreast | Pinocchio, from Python |");
+    println!("| µs a sample | one at a time | four at once | Pinocchio, from Python |");
     println!("|---|---|---|---|");
     for (name, part, key) in [
         ("torque", Part::Torque, "torque"),
@@ -119,7 +119,7 @@ impl WithSimd for Together<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Some(on) = Abreast::new(simd) else { return false };
+        let Some(on) = Vectorized::new(simd) else { return false };
         self.arm.compute(on, self.sample, self.part, self.out);
         true
     }
@@ -137,7 +137,7 @@ fn samples() -> Vec<Sample<f64>> {
     (0..SAMPLES).map(|_| std::array::from_fn(|_| std::array::from_fn(&mut number))).collect()
 }
 
-fn abreast(samples: &[Sample<f64>]) -> Sample<[f64; LANES]> {
+fn batch(samples: &[Sample<f64>]) -> Sample<[f64; LANES]> {
     std::array::from_fn(|part| std::array::from_fn(|joint| std::array::from_fn(|lane| samples[lane][part][joint])))
 }
 

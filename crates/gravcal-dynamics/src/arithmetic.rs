@@ -1,6 +1,6 @@
-//! One pose at a time, or several abreast.
+//! One pose at a time, or several at once.
 //!
-//! What is computed of a pose is written once, for any [`Arithmetic`]: with [`Single`] its numbers are `f64`; with [`Abreast`] they are
+//! What is computed of a pose is written once, for any [`Arithmetic`]: with [`Single`] its numbers are `f64`; with [`Vectorized`] they are
 //! vector registers, that hold the numbers of [`LANES`] poses. Each lane has the bits that its pose has alone: nothing is summed
 //! across lanes, and no product and sum are fused.
 //!
@@ -12,7 +12,7 @@ use std::ops::{Add, AddAssign, Mul, MulAssign, Neg, Sub, SubAssign};
 use nalgebra::{Matrix3, Scalar, Vector3};
 use pulp::{Simd, bytemuck};
 
-/// Poses that are computed abreast.
+/// Poses that are computed in a batch.
 pub const LANES: usize = 4;
 
 /// How numbers are computed.
@@ -117,19 +117,19 @@ impl Arithmetic for Single {
     }
 }
 
-/// [`LANES`] poses abreast, by vector instructions that have as many lanes.
+/// [`LANES`] batched poses, by vector instructions that have as many lanes.
 #[derive(Clone, Copy, Debug)]
-pub struct Abreast<S>(S);
+pub struct Vectorized<S>(S);
 
-impl<S: Simd> Abreast<S> {
+impl<S: Simd> Vectorized<S> {
     /// With these instructions; nothing if their registers have another number of lanes.
     #[inline(always)]
     pub fn new(simd: S) -> Option<Self> {
-        (S::F64_LANES == LANES).then_some(Abreast(simd))
+        (S::F64_LANES == LANES).then_some(Vectorized(simd))
     }
 }
 
-impl<S: Simd> Arithmetic for Abreast<S> {
+impl<S: Simd> Arithmetic for Vectorized<S> {
     type Stored = [f64; LANES];
     type Number = Lanes<S>;
 
@@ -246,14 +246,14 @@ mod tests {
         type Output = bool;
 
         fn with_simd<S: Simd>(self, simd: S) -> bool {
-            Abreast::new(simd).is_some()
+            Vectorized::new(simd).is_some()
         }
     }
 
-    /// Else the tests of poses abreast would compare nothing, and nobody would see it.
+    /// Else the tests of batched poses would compare nothing, and nobody would see it.
     #[test]
     #[cfg(target_arch = "x86_64")]
-    fn a_processor_with_avx2_computes_four_abreast() {
+    fn a_processor_with_avx2_computes_four_lanes() {
         let able = is_x86_feature_detected!("avx2")
             && is_x86_feature_detected!("fma")
             && is_x86_feature_detected!("bmi1")

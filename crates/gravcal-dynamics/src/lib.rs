@@ -16,7 +16,7 @@
 //! - how does it change with the ten inertial parameters of each link ([`BodyInertia`])? [`Chain::inverse_dynamics_regressor`]
 //! - and with coordinates, velocities, accelerations and gravity? [`Chain::linearize_inverse_dynamics`]
 //!
-//! of one sample ([`Single`]) or of four abreast ([`Abreast`]).
+//! of one sample ([`Single`]) or of four at once ([`Vectorized`]).
 //!
 //! # Conventions
 //!
@@ -81,7 +81,7 @@ mod without_lengths;
 #[cfg(test)]
 mod random_chain;
 
-pub use arithmetic::{Abreast, Arithmetic, LANES, Lanes, Number, Single, Stored};
+pub use arithmetic::{Arithmetic, LANES, Lanes, Number, Single, Stored, Vectorized};
 pub use body_inertia::BodyInertia;
 pub use chain::{Attachment, Chain, ChainError, Mimic};
 pub use dh::{DhConvention, DhRow, chain_from_dh, joint_from_dh};

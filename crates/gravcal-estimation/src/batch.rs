@@ -15,7 +15,7 @@ use std::fmt::{self, Debug, Formatter};
 use crate::{LocalValues, Residual};
 
 /// Samples of a batch that are evaluated at once.
-pub const ABREAST: usize = 4;
+pub const LANES: usize = 4;
 
 /// A residual some samples of which are evaluated at once.
 pub trait Batched: Residual + Sized + 'static {
@@ -28,11 +28,11 @@ pub trait Batched: Residual + Sized + 'static {
     ///
     /// `true` promises the bits of [`Residual::evaluate`]. With `false`, what was written counts nothing, and they are evaluated one by
     /// one: so it is where that may fail, and where they have less in common than they should.
-    fn evaluate_abreast(
-        samples: [&Self; ABREAST],
-        x: [LocalValues<'_>; ABREAST],
-        residual: &mut [[f64; ABREAST]],
-        jacobian: Option<&mut [[f64; ABREAST]]>,
+    fn evaluate_batch(
+        samples: [&Self; LANES],
+        x: [LocalValues<'_>; LANES],
+        residual: &mut [[f64; LANES]],
+        jacobian: Option<&mut [[f64; LANES]]>,
     ) -> bool;
 }
 
@@ -53,12 +53,12 @@ impl Debug for Sample<'_> {
     }
 }
 
-/// As [`Batched::evaluate_abreast`], of any residuals: `false` too where they are not samples of one type.
-pub fn evaluate_abreast(
-    residuals: [&dyn Residual; ABREAST],
-    x: [LocalValues<'_>; ABREAST],
-    residual: &mut [[f64; ABREAST]],
-    jacobian: Option<&mut [[f64; ABREAST]]>,
+/// As [`Batched::evaluate_batch`], of any residuals: `false` too where they are not samples of one type.
+pub fn evaluate_batch(
+    residuals: [&dyn Residual; LANES],
+    x: [LocalValues<'_>; LANES],
+    residual: &mut [[f64; LANES]],
+    jacobian: Option<&mut [[f64; LANES]]>,
 ) -> bool {
     let [Some(a), Some(b), Some(c), Some(d)] = residuals.map(Residual::as_sample) else { return false };
     a.0.evaluate_with([a.0, b.0, c.0, d.0], x, residual, jacobian)
@@ -69,24 +69,24 @@ trait AnySample: Any + Debug {
     /// `samples`: itself first.
     fn evaluate_with(
         &self,
-        samples: [&dyn AnySample; ABREAST],
-        x: [LocalValues<'_>; ABREAST],
-        residual: &mut [[f64; ABREAST]],
-        jacobian: Option<&mut [[f64; ABREAST]]>,
+        samples: [&dyn AnySample; LANES],
+        x: [LocalValues<'_>; LANES],
+        residual: &mut [[f64; LANES]],
+        jacobian: Option<&mut [[f64; LANES]]>,
     ) -> bool;
 }
 
 impl<R: Batched> AnySample for R {
     fn evaluate_with(
         &self,
-        samples: [&dyn AnySample; ABREAST],
-        x: [LocalValues<'_>; ABREAST],
-        residual: &mut [[f64; ABREAST]],
-        jacobian: Option<&mut [[f64; ABREAST]]>,
+        samples: [&dyn AnySample; LANES],
+        x: [LocalValues<'_>; LANES],
+        residual: &mut [[f64; LANES]],
+        jacobian: Option<&mut [[f64; LANES]]>,
     ) -> bool {
         let own = samples.map(|sample| (sample as &dyn Any).downcast_ref::<R>());
         let [Some(a), Some(b), Some(c), Some(d)] = own else { return false };
-        R::evaluate_abreast([a, b, c, d], x, residual, jacobian)
+        R::evaluate_batch([a, b, c, d], x, residual, jacobian)
     }
 }
 
@@ -131,14 +131,14 @@ mod tests {
     }
 
     impl Batched for Read {
-        fn evaluate_abreast(
-            samples: [&Read; ABREAST],
-            x: [LocalValues<'_>; ABREAST],
-            residual: &mut [[f64; ABREAST]],
-            jacobian: Option<&mut [[f64; ABREAST]]>,
+        fn evaluate_batch(
+            samples: [&Read; LANES],
+            x: [LocalValues<'_>; LANES],
+            residual: &mut [[f64; LANES]],
+            jacobian: Option<&mut [[f64; LANES]]>,
         ) -> bool {
             residual[0] = std::array::from_fn(|lane| x[lane].scalar(0) - samples[lane].reading + samples[lane].mark);
-            jacobian.into_iter().for_each(|entries| entries[0] = [1.0; ABREAST]);
+            jacobian.into_iter().for_each(|entries| entries[0] = [1.0; LANES]);
             samples.iter().all(|sample| sample.mark >= 0.0)
         }
     }

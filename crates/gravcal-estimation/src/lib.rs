@@ -54,7 +54,7 @@ mod testing;
 pub mod adding_a_residual {}
 
 pub use automatic::{Automatic, DIRECTIONS, Formula, LocalNumbers, Number};
-pub use batch::{ABREAST, Batched, Sample, evaluate_abreast};
+pub use batch::{Batched, LANES, Sample, evaluate_batch};
 pub use block::{Block, BlockId, Values};
 pub use combination::{NamedCombination, NamedTerm, fixed_blocks, named_combinations};
 pub use constraint::{ActiveConstraint, Affine, Constraint, ConstraintError, ConstraintKind};

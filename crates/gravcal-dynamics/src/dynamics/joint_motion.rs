@@ -1,6 +1,6 @@
 //! How joints move.
 
-/// How the joints that have a coordinate of their own move: one sample, or several abreast. n numbers each.
+/// How the joints that have a coordinate of their own move: one sample, or several at once. n numbers each.
 #[derive(Clone, Copy, Debug)]
 pub struct JointMotion<'a, L = f64> {
     /// rad or m.

@@ -48,7 +48,7 @@ pub struct DynamicParameters<'a> {
     pub rotor_inertia: &'a [f64],
 }
 
-/// The torques of one sample (`L = f64`) or of some abreast (`L = [f64; LANES]`) with their derivatives, all row-major; a workspace to be reused.
+/// The torques of one sample (`L = f64`) or of some at once (`L = [f64; LANES]`) with their derivatives, all row-major; a workspace to be reused.
 ///
 /// n is the number of joints that have a coordinate of their own, l that of links. `torque`, and every derivative, is in N·m (N for a
 /// prismatic joint) over the unit of what it is derived by.
@@ -176,7 +176,7 @@ impl<L: Stored> Axes<L> {
 impl Chain {
     /// The torque of every joint that moves the arm so, into `out.torque`; what else is there stays as it is. Allocates nothing.
     ///
-    /// `on`: one sample, or several abreast. `gravity`: m/s² in base coordinates; it and the parameters are those of all samples.
+    /// `on`: one sample, or several at once. `gravity`: m/s² in base coordinates; it and the parameters are those of all samples.
     ///
     /// # Panics
     ///

@@ -9,7 +9,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::*;
-use crate::arithmetic::{Abreast, LANES, Single};
+use crate::arithmetic::{LANES, Single, Vectorized};
 use crate::body_inertia;
 use crate::random_chain::{Pose, pose};
 
@@ -317,8 +317,8 @@ proptest! {
     }
 
     #[test]
-    fn samples_abreast_have_the_bits_that_each_has_alone(moving in moving()) {
-        let Some(together) = pulp::Arch::new().dispatch(AbreastSamples(&moving)) else { return Ok(()) };
+    fn samples_in_lanes_have_the_bits_that_each_has_alone(moving in moving()) {
+        let Some(together) = pulp::Arch::new().dispatch(BatchSamples(&moving)) else { return Ok(()) };
         for lane in 0..LANES {
             let alone = moving.moved_on(0.1 * lane as f64).linearized();
             let lane: Vec<f64> = all(&together).iter().map(|lanes| lanes[lane]).collect();
@@ -334,24 +334,24 @@ fn all<L: Copy>(out: &InverseDynamics<L>) -> Vec<L> {
 }
 
 /// Some moments of one motion; nothing where the processor has no registers of so many lanes.
-struct AbreastSamples<'a>(&'a Moving);
+struct BatchSamples<'a>(&'a Moving);
 
-impl pulp::WithSimd for AbreastSamples<'_> {
+impl pulp::WithSimd for BatchSamples<'_> {
     type Output = Option<InverseDynamics<[f64; LANES]>>;
 
     fn with_simd<S: pulp::Simd>(self, simd: S) -> Self::Output {
         let moving = self.0;
         let samples: [Moving; LANES] = std::array::from_fn(|lane| moving.moved_on(0.1 * lane as f64));
-        let abreast = |numbers: fn(&Moving) -> &[f64]| -> Vec<[f64; LANES]> {
+        let batch = |numbers: fn(&Moving) -> &[f64]| -> Vec<[f64; LANES]> {
             let joints = 0..moving.chain().joint_count();
             joints.map(|joint| std::array::from_fn(|lane| numbers(&samples[lane])[joint])).collect()
         };
-        let coordinates = abreast(|moving| &moving.pose.coordinates);
-        let velocities = abreast(|moving| &moving.velocities);
-        let accelerations = abreast(|moving| &moving.accelerations);
+        let coordinates = batch(|moving| &moving.pose.coordinates);
+        let velocities = batch(|moving| &moving.velocities);
+        let accelerations = batch(|moving| &moving.accelerations);
         let sample = JointMotion { coordinates: &coordinates, velocities: &velocities, accelerations: &accelerations };
         let mut out = InverseDynamics::new(moving.chain());
-        let on = Abreast::new(simd)?;
+        let on = Vectorized::new(simd)?;
         moving.chain().linearize_inverse_dynamics(on, sample, moving.pose.gravity, moving.parameters(), &mut out);
         Some(out)
     }

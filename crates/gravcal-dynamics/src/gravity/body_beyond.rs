@@ -127,7 +127,7 @@ impl<L: Stored> BodyBeyond<L> {
 }
 
 /// What hangs beyond each joint of a chain: a workspace of [`Chain::gravity_torque_rows`], to be reused from one pose to the next
-/// (`L = f64`), or from some poses abreast to the next (`L = [f64; LANES]`).
+/// (`L = f64`), or from some batched poses to the next (`L = [f64; LANES]`).
 #[derive(Clone, Debug)]
 pub struct Bodies<L = f64> {
     all: Vec<BodyBeyond<L>>,

@@ -186,7 +186,7 @@ impl Chain {
         }
     }
 
-    /// The same joint by joint, of one pose or of several abreast. Nothing where joints mimic others: their rows are sums.
+    /// The same joint by joint, of one pose or of several at once. Nothing where joints mimic others: their rows are sums.
     ///
     /// `coordinates`: of each joint, rad or m; gravity and inertia are those of all poses. `bodies` is a workspace to be reused.
     ///
@@ -229,7 +229,7 @@ impl Chain {
     }
 }
 
-/// The holding torques of one pose, or of several abreast, and their derivatives; of a chain whose joints all have a coordinate of their
+/// The holding torques of one pose, or of several at once, and their derivatives; of a chain whose joints all have a coordinate of their
 /// own.
 pub struct GravityTorqueRows<'a, A: Arithmetic> {
     on: A,

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::arithmetic::{Abreast, LANES};
+use crate::arithmetic::{LANES, Vectorized};
 use crate::joint::JointKind;
 use crate::random_chain::{Pose, dh_row, pose, standard_chain};
 
@@ -204,24 +204,24 @@ impl<A: Arithmetic> Flat<'_, A> {
 }
 
 /// Nothing where the processor has no registers of so many lanes, or joints mimic others.
-struct AbreastRows<'a>(&'a Pose, &'a [[f64; LANES]]);
+struct BatchRows<'a>(&'a Pose, &'a [[f64; LANES]]);
 
-impl pulp::WithSimd for AbreastRows<'_> {
+impl pulp::WithSimd for BatchRows<'_> {
     type Output = Option<Vec<[f64; LANES]>>;
 
     fn with_simd<S: pulp::Simd>(self, simd: S) -> Self::Output {
-        let AbreastRows(pose, coordinates) = self;
-        Flat { chain: &pose.chain, coordinates, pose }.rows(Abreast::new(simd)?)
+        let BatchRows(pose, coordinates) = self;
+        Flat { chain: &pose.chain, coordinates, pose }.rows(Vectorized::new(simd)?)
     }
 }
 
 proptest! {
     #[test]
-    fn poses_abreast_have_the_bits_that_each_has_alone(pose in pose()) {
+    fn poses_in_lanes_have_the_bits_that_each_has_alone(pose in pose()) {
         let shifted = |lane: usize, q: &f64| q + 0.1 * lane as f64;
-        let abreast: Vec<[f64; LANES]> =
+        let batch: Vec<[f64; LANES]> =
             pose.coordinates.iter().map(|q| std::array::from_fn(|lane| shifted(lane, q))).collect();
-        let together = pulp::Arch::new().dispatch(AbreastRows(&pose, &abreast));
+        let together = pulp::Arch::new().dispatch(BatchRows(&pose, &batch));
         for lane in 0..LANES {
             let own: Vec<f64> = pose.coordinates.iter().map(|q| shifted(lane, q)).collect();
             let alone = Flat { chain: &pose.chain, coordinates: &own, pose: &pose }.rows(Single);

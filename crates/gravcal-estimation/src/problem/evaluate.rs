@@ -5,10 +5,10 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use super::{Place, Problem, RowPlan, Structure};
-use crate::batch::evaluate_abreast;
+use crate::batch::evaluate_batch;
 use crate::noise::Weights;
 use crate::reference::Pull;
-use crate::{ABREAST, EvaluateError, Factor, LocalValues, Loss, Noise, RowsMut, Values};
+use crate::{EvaluateError, Factor, LANES, LocalValues, Loss, Noise, RowsMut, Values};
 
 /// Factors evaluated by one task: fixed, so that the work is cut the same way on any number of threads.
 const FACTORS_PER_BATCH: usize = 64;
@@ -137,12 +137,12 @@ impl Problem {
     }
 }
 
-/// What factors of one shape that are evaluated abreast read, and their Jacobians: zero outside of their patterns.
+/// What factors of one shape that are evaluated in a batch read, and their Jacobians: zero outside of their patterns.
 #[derive(Default)]
-struct Abreast {
+struct BatchInputs {
     /// Only the first, where they have no local blocks.
-    inputs: [Inputs; ABREAST],
-    jacobian: Vec<[f64; ABREAST]>,
+    inputs: [Inputs; LANES],
+    jacobian: Vec<[f64; LANES]>,
 }
 
 /// What the factors of one shape read: shared blocks are copied once, local ones for each factor.
@@ -169,7 +169,7 @@ impl Inputs {
     }
 }
 
-/// The rows of one factor after another, or of some abreast, in buffers that are used again.
+/// The rows of one factor after another, or of some at once, in buffers that are used again.
 pub(crate) struct Rows<'a> {
     problem: &'a Problem,
     values: &'a Values,
@@ -178,17 +178,17 @@ pub(crate) struct Rows<'a> {
     width: usize,
     /// Rows by local stored columns, row-major.
     jacobian: Vec<f64>,
-    /// The same of factors that were evaluated abreast, by shape.
-    abreast: Vec<Abreast>,
-    /// The shape that was evaluated abreast last.
-    abreast_shape: usize,
-    /// How many factors' rows are loaded: one, in `jacobian`, or some, in `abreast`.
+    /// The same of factors that were evaluated in a batch, by shape.
+    batch: Vec<BatchInputs>,
+    /// The shape that was evaluated in a batch last.
+    batch_shape: usize,
+    /// How many factors' rows are loaded: one, in `jacobian`, or some, in `batch`.
     loaded_factors: usize,
     /// The shape for which `jacobian` is zero outside of its patterns.
     cleared: Option<usize>,
     /// Whitened residuals, of one factor after the other.
     residual: Vec<f64>,
-    residual_abreast: Vec<[f64; ABREAST]>,
+    residual_lanes: Vec<[f64; LANES]>,
     /// Factors that are still to be applied to each row of the Jacobian and to its residual.
     scales: Vec<(f64, f64)>,
     /// Tangent basis of each shared block on a sphere.
@@ -205,12 +205,12 @@ impl<'a> Rows<'a> {
             local: Inputs::default(),
             width: 0,
             jacobian: buffer(),
-            abreast: std::iter::repeat_with(Abreast::default).take(problem.structure.shapes.len()).collect(),
-            abreast_shape: 0,
+            batch: std::iter::repeat_with(BatchInputs::default).take(problem.structure.shapes.len()).collect(),
+            batch_shape: 0,
             loaded_factors: 1,
             cleared: None,
             residual: buffer(),
-            residual_abreast: Vec::new(),
+            residual_lanes: Vec::new(),
             scales: Vec::new(),
             bases: bases.collect(),
         }
@@ -224,12 +224,12 @@ impl<'a> Rows<'a> {
         self.residual.resize(self.problem.factors[factor].residual.len(), 0.0);
     }
 
-    /// Loads the whitened residuals of the first of these factors, or of the first few abreast, and nothing else; gives how many they are.
+    /// Loads the whitened residuals of the first of these factors, or of the first few at once, and nothing else; gives how many they are.
     pub fn evaluate_some(&mut self, factors: &[usize]) -> Result<usize, EvaluateError> {
         if let Some(some) = factors.first_chunk()
-            && self.load_abreast(some, false)?
+            && self.load_batch(some, false)?
         {
-            return Ok(ABREAST);
+            return Ok(LANES);
         }
         self.evaluate(factors[0])?;
         Ok(1)
@@ -267,24 +267,24 @@ impl<'a> Rows<'a> {
         Ok(cost)
     }
 
-    /// The same with the loss of the first of these factors, or of the first few abreast; gives how many they are, and their cost.
+    /// The same with the loss of the first of these factors, or of the first few at once; gives how many they are, and their cost.
     pub fn linearize_some(&mut self, factors: &[usize]) -> Result<(usize, f64), EvaluateError> {
         let some = match factors.first_chunk() {
-            Some(some) if self.load_abreast(some, true)? => some,
+            Some(some) if self.load_batch(some, true)? => some,
             _ => return Ok((1, self.linearize(factors[0], true)?)),
         };
         self.scales.clear();
-        let (rows, width) = (self.residual_abreast.len(), self.width);
+        let (rows, width) = (self.residual_lanes.len(), self.width);
         let mut cost = 0.0;
         for (factor, start) in some.iter().zip((0..).step_by(rows)) {
             cost += self.problem.factors[*factor].cost(&self.residual[start..start + rows]);
             self.scale(*factor, width, true);
         }
-        Ok((ABREAST, cost))
+        Ok((LANES, cost))
     }
 
-    /// Loads the whitened residuals of these factors and their Jacobians, if they can be evaluated abreast.
-    fn load_abreast(&mut self, factors: &[usize; ABREAST], with_jacobian: bool) -> Result<bool, EvaluateError> {
+    /// Loads the whitened residuals of these factors and their Jacobians, if they can be evaluated in a batch.
+    fn load_batch(&mut self, factors: &[usize; LANES], with_jacobian: bool) -> Result<bool, EvaluateError> {
         let Structure { shapes, shape_of, .. } = &*self.problem.structure;
         let index = shape_of[factors[0]];
         let shape = &shapes[index];
@@ -292,29 +292,29 @@ impl<'a> Rows<'a> {
             return Ok(false);
         }
         let (problem, values) = (self.problem, self.values);
-        self.abreast_shape = index;
-        let Abreast { inputs, jacobian } = &mut self.abreast[index];
+        self.batch_shape = index;
+        let BatchInputs { inputs, jacobian } = &mut self.batch[index];
         let x = if shape.local_blocks.is_empty() {
             inputs[0].load(problem, values, factors[0]);
-            [inputs[0].values.as_slice(); ABREAST]
+            [inputs[0].values.as_slice(); LANES]
         } else {
             inputs.iter_mut().zip(factors).for_each(|(own, factor)| own.load(problem, values, *factor));
             inputs.each_ref().map(|own| own.values.as_slice())
         };
         self.width = x[0].len();
         let all = factors.map(|factor| &*self.problem.factors[factor].residual);
-        jacobian.resize(shape.rows.len() * self.width, [0.0; ABREAST]);
-        self.residual_abreast.resize(shape.rows.len(), [0.0; ABREAST]);
+        jacobian.resize(shape.rows.len() * self.width, [0.0; LANES]);
+        self.residual_lanes.resize(shape.rows.len(), [0.0; LANES]);
         let x = x.map(|x| LocalValues::new(x, &shape.local_offsets));
         let jacobian = with_jacobian.then_some(&mut jacobian[..]);
-        if !evaluate_abreast(all, x, &mut self.residual_abreast, jacobian) {
+        if !evaluate_batch(all, x, &mut self.residual_lanes, jacobian) {
             return Ok(false);
         }
-        self.loaded_factors = ABREAST;
+        self.loaded_factors = LANES;
         self.residual.clear();
         for (lane, factor) in factors.iter().enumerate() {
             let start = self.residual.len();
-            self.residual.extend(self.residual_abreast.iter().map(|lanes| lanes[lane]));
+            self.residual.extend(self.residual_lanes.iter().map(|lanes| lanes[lane]));
             self.check_residual(*factor, start)?;
             self.problem.factors[*factor].noise.whiten(&mut self.residual[start..], 1);
         }
@@ -334,7 +334,7 @@ impl<'a> Rows<'a> {
                 }));
             }
             Noise::Independent(Weights(weights)) => self.scales.extend(weights.iter().map(|weight| (*weight, 1.0))),
-            // Never abreast: such rows have no patterns.
+            // Never batched: such rows have no patterns.
             Noise::Correlated(_) => {
                 noise.whiten(&mut self.jacobian, width.max(1));
                 if with_loss {
@@ -349,25 +349,25 @@ impl<'a> Rows<'a> {
         &self.jacobian[row * self.width..(row + 1) * self.width]
     }
 
-    /// Local stored columns of a row of factors abreast, still without their scales.
-    pub fn local_row_abreast(&self, row: usize) -> &[[f64; ABREAST]] {
-        &self.abreast[self.abreast_shape].jacobian[row * self.width..(row + 1) * self.width]
+    /// Local stored columns of a row of batched factors, still without their scales.
+    pub fn local_row_lanes(&self, row: usize) -> &[[f64; LANES]] {
+        &self.batch[self.batch_shape].jacobian[row * self.width..(row + 1) * self.width]
     }
 
-    /// What is still to be applied to a row of the Jacobian, of each factor abreast.
-    pub fn scales_abreast(&self, row: usize) -> [f64; ABREAST] {
-        let rows = self.residual_abreast.len();
+    /// What is still to be applied to a row of the Jacobian, of each factor of the batch.
+    pub fn scale_lanes(&self, row: usize) -> [f64; LANES] {
+        let rows = self.residual_lanes.len();
         std::array::from_fn(|lane| self.scales[lane * rows + row].0)
     }
 
-    /// Residuals of a row of factors abreast, with everything applied.
-    pub fn residual_abreast(&self, row: usize) -> [f64; ABREAST] {
-        let rows = self.residual_abreast.len();
+    /// Residuals of a row of batched factors, with everything applied.
+    pub fn residual_lanes(&self, row: usize) -> [f64; LANES] {
+        let rows = self.residual_lanes.len();
         std::array::from_fn(|lane| self.residual(lane * rows + row))
     }
 
-    /// Two tangent columns of a sphere, from the stored ones of a row of factors abreast.
-    pub fn tangent_abreast(&self, sphere: usize, stored: &[[f64; ABREAST]]) -> [[f64; ABREAST]; 2] {
+    /// Two tangent columns of a sphere, from the stored ones of a row of batched factors.
+    pub fn tangent_lanes(&self, sphere: usize, stored: &[[f64; LANES]]) -> [[f64; LANES]; 2] {
         self.bases[sphere].map_or([stored[0], stored[1]], |basis| tangent_lanes(stored, &basis))
     }
 
@@ -385,14 +385,14 @@ impl<'a> Rows<'a> {
     pub fn gather(&self, plan: &RowPlan, row: usize, out: &mut [f64]) {
         match self.loaded_factors {
             1 => self.gather_one(plan, row, out),
-            _ => self.gather_abreast(plan, row, out),
+            _ => self.gather_lanes(plan, row, out),
         }
     }
 
-    fn gather_abreast(&self, plan: &RowPlan, row: usize, out: &mut [f64]) {
-        let (local, scales) = (self.local_row_abreast(row), self.scales_abreast(row));
+    fn gather_lanes(&self, plan: &RowPlan, row: usize, out: &mut [f64]) {
+        let (local, scales) = (self.local_row_lanes(row), self.scale_lanes(row));
         let mut out = out.chunks_exact_mut(plan.columns.len() + 1);
-        let mut out: [&mut [f64]; ABREAST] = std::array::from_fn(|_| out.next().unwrap_or_default());
+        let mut out: [&mut [f64]; LANES] = std::array::from_fn(|_| out.next().unwrap_or_default());
         let mut at = 0;
         for piece in &plan.pieces {
             let stored = &local[piece.from..];
@@ -402,7 +402,7 @@ impl<'a> Rows<'a> {
             }
             at += piece.length;
         }
-        out.into_iter().zip(self.residual_abreast(row)).for_each(|(out, residual)| out[at] = residual);
+        out.into_iter().zip(self.residual_lanes(row)).for_each(|(out, residual)| out[at] = residual);
     }
 
     fn gather_one(&self, plan: &RowPlan, row: usize, mut out: &mut [f64]) {
@@ -489,7 +489,7 @@ impl<'a> Rows<'a> {
 
 /// Writes each lane, times its scale, to its own row from `at` on.
 #[inline]
-fn spread_lanes(lanes: &[[f64; ABREAST]], scales: &[f64; ABREAST], at: usize, out: &mut [&mut [f64]; ABREAST]) {
+fn spread_lanes(lanes: &[[f64; LANES]], scales: &[f64; LANES], at: usize, out: &mut [&mut [f64]; LANES]) {
     let range = at..at + lanes.len();
     let [a, b, c, d] = out;
     let (a, b, c, d) = (&mut a[range.clone()], &mut b[range.clone()], &mut c[range.clone()], &mut d[range]);
@@ -501,8 +501,8 @@ fn spread_lanes(lanes: &[[f64; ABREAST]], scales: &[f64; ABREAST], at: usize, ou
     }
 }
 
-/// Stored columns of factors abreast as tangent ones.
-fn tangent_lanes(stored: &[[f64; ABREAST]], basis: &[f64; 6]) -> [[f64; ABREAST]; 2] {
+/// Stored columns of batched factors as tangent ones.
+fn tangent_lanes(stored: &[[f64; LANES]], basis: &[f64; 6]) -> [[f64; LANES]; 2] {
     let along = |t: usize, lane: usize| (0..3).map(|s| stored[s][lane] * basis[s * 2 + t]).sum();
     std::array::from_fn(|t| std::array::from_fn(|lane| along(t, lane)))
 }

@@ -1,5 +1,5 @@
 //! Islands that look alike: their factors have the same shapes in the same order, and read the same of the island's columns in the
-//! same places. They differ by numbers only, so that some of them go abreast.
+//! same places. They differ by numbers only, so that some of them are batched.
 
 use std::collections::HashMap;
 

@@ -4,7 +4,7 @@
 //!     x = x₀ ± σ
 //! ```
 
-use gravcal_estimation::{ABREAST, Batched, BlockId, EvaluateError, LocalValues, Residual, RowsMut, Sample};
+use gravcal_estimation::{Batched, BlockId, EvaluateError, LANES, LocalValues, Residual, RowsMut, Sample};
 
 /// The expected value of a whole block, in its unit.
 #[derive(Clone, Debug)]
@@ -50,11 +50,11 @@ impl Residual for Prior {
 }
 
 impl Batched for Prior {
-    fn evaluate_abreast(
-        priors: [&Prior; ABREAST],
-        x: [LocalValues<'_>; ABREAST],
-        residual: &mut [[f64; ABREAST]],
-        jacobian: Option<&mut [[f64; ABREAST]]>,
+    fn evaluate_batch(
+        priors: [&Prior; LANES],
+        x: [LocalValues<'_>; LANES],
+        residual: &mut [[f64; LANES]],
+        jacobian: Option<&mut [[f64; LANES]]>,
     ) -> bool {
         for (lane, (prior, x)) in priors.into_iter().zip(x).enumerate() {
             for (row, (value, expected)) in residual.iter_mut().zip(x.block(0).iter().zip(&prior.expected)) {
@@ -63,8 +63,8 @@ impl Batched for Prior {
         }
         let rows = jacobian.into_iter().flat_map(|jacobian| jacobian.chunks_exact_mut(x[0].as_slice().len()));
         for (index, row) in rows.enumerate() {
-            row[..priors[0].expected.len()].fill([0.0; ABREAST]);
-            row[index] = [1.0; ABREAST];
+            row[..priors[0].expected.len()].fill([0.0; LANES]);
+            row[index] = [1.0; LANES];
         }
         true
     }

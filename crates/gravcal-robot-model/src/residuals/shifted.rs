@@ -16,7 +16,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_estimation::{
-    ABREAST, Batched, BlockId, EvaluateError, LocalValues, Residual, RowsMut, Sample, evaluate_abreast,
+    Batched, BlockId, EvaluateError, LANES, LocalValues, Residual, RowsMut, Sample, evaluate_batch,
 };
 
 /// A residual some of whose parameters are shifted.
@@ -125,11 +125,11 @@ impl Residual for Shifted {
 }
 
 impl Batched for Shifted {
-    fn evaluate_abreast(
-        all: [&Shifted; ABREAST],
-        x: [LocalValues<'_>; ABREAST],
-        residual: &mut [[f64; ABREAST]],
-        jacobian: Option<&mut [[f64; ABREAST]]>,
+    fn evaluate_batch(
+        all: [&Shifted; LANES],
+        x: [LocalValues<'_>; LANES],
+        residual: &mut [[f64; LANES]],
+        jacobian: Option<&mut [[f64; LANES]]>,
     ) -> bool {
         let first = all[0];
         if !all[1..].iter().all(|other| other.shifts_as(first)) {
@@ -145,13 +145,13 @@ impl Batched for Shifted {
         let shifted = [a, b, c, d].map(|own| LocalValues::new(own, &first.starts));
         let inner = all.map(|residual| &*residual.inner);
         let mut jacobian = jacobian;
-        let done = evaluate_abreast(inner, shifted, residual, jacobian.as_deref_mut());
+        let done = evaluate_batch(inner, shifted, residual, jacobian.as_deref_mut());
         ROOM.set(room);
         for row in jacobian.into_iter().flat_map(|jacobian| jacobian.chunks_exact_mut(x[0].as_slice().len())) {
             let (by_given, by_shifts) = row.split_at_mut(first.width());
             for (index, entry) in by_shifts[..first.shifted.len()].iter_mut().enumerate() {
                 let scaled = |column: usize| array::from_fn(|lane| all[lane].shifted[index].1 * by_given[column][lane]);
-                *entry = first.shifted[index].0.map_or([0.0; ABREAST], scaled);
+                *entry = first.shifted[index].0.map_or([0.0; LANES], scaled);
             }
         }
         done
@@ -160,7 +160,7 @@ impl Batched for Shifted {
 
 thread_local! {
     /// What the inner residuals read, kept by each thread from one evaluation to the next.
-    static ROOM: Cell<[Vec<f64>; ABREAST]> = Cell::default();
+    static ROOM: Cell<[Vec<f64>; LANES]> = Cell::default();
 }
 
 #[cfg(test)]
@@ -201,7 +201,7 @@ mod tests {
 
     /// Shifted torque readings of one model with another shift each, by another scale.
     #[test]
-    fn shifted_poses_are_evaluated_abreast_to_the_bits_that_each_has_alone() {
+    fn shifted_poses_are_evaluated_in_batch_to_the_bits_that_each_has_alone() {
         let (pose, mut lengths) = loaded(&[0, 1, 2]);
         lengths.push(2);
         let ids = ids(&lengths);
@@ -225,17 +225,17 @@ mod tests {
             x
         });
         let x = [0, 1, 2, 3].map(|lane: usize| LocalValues::new(&x[lane], &starts));
-        let (mut together, mut jacobian) = (vec![[f64::NAN; ABREAST]; 3], vec![[0.0; ABREAST]; 3 * width]);
-        let done = Shifted::evaluate_abreast(all.each_ref(), x, &mut together, Some(&mut jacobian));
+        let (mut together, mut jacobian) = (vec![[f64::NAN; LANES]; 3], vec![[0.0; LANES]; 3 * width]);
+        let done = Shifted::evaluate_batch(all.each_ref(), x, &mut together, Some(&mut jacobian));
         // It is not where the processor has no vector instructions of so many lanes.
-        let alone = evaluate_abreast(
-            [&*inner; ABREAST],
-            [LocalValues::new(&x[0].as_slice()[..width - 2], &starts[..starts.len() - 1]); ABREAST],
+        let alone = evaluate_batch(
+            [&*inner; LANES],
+            [LocalValues::new(&x[0].as_slice()[..width - 2], &starts[..starts.len() - 1]); LANES],
             &mut together.clone(),
             None,
         );
         assert_eq!(done, alone);
-        for lane in (0..ABREAST).filter(|_| done) {
+        for lane in (0..LANES).filter(|_| done) {
             let (mut residual, mut entries) = ([0.0; 3], vec![0.0; 3 * width]);
             all[lane].evaluate(x[lane], &mut residual, Some(RowsMut::new(&mut entries, width))).unwrap();
             assert_eq!(together.iter().map(|lanes| lanes[lane]).collect::<Vec<_>>(), residual);

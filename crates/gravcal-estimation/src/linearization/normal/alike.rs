@@ -1,6 +1,6 @@
 //! Passes over the islands that are eliminated by reweighing their mixed rows (see [`super::group`]).
 //!
-//! Nothing of an island is kept from one pass to the next: to evaluate some abreast again takes less time than to write and read what
+//! Nothing of an island is kept from one pass to the next: to evaluate some at once again takes less time than to write and read what
 //! couples them with the shared columns, and no memory.
 
 use rayon::prelude::*;
@@ -9,7 +9,7 @@ use super::group::Group;
 use super::products::Products;
 use super::sums::Sums;
 use crate::problem::{Chunk, Island, Kind, Rows};
-use crate::{ABREAST, EvaluateError, Problem, Values};
+use crate::{EvaluateError, LANES, Problem, Values};
 
 /// Where such islands are looked at.
 #[derive(Clone, Copy)]
@@ -68,7 +68,7 @@ impl<'p> Alike<'p, '_> {
         mut found: impl FnMut(&mut Group<'p>, &'p [Island], f64) -> Option<()>,
     ) -> Result<Option<()>, EvaluateError> {
         let mut group = Group::new(self.problem, self.kind(run));
-        for islands in run.chunks(ABREAST) {
+        for islands in run.chunks(LANES) {
             let cost = group.load(rows, islands, self.left_out)?;
             if found(&mut group, islands, cost).is_none() {
                 return Ok(None);
@@ -95,7 +95,7 @@ impl<'p> Alike<'p, '_> {
         let mut sums = LocalSums { shared, ..LocalSums::default() };
         for run in self.runs(chunk) {
             let columns = &self.kind(run).columns;
-            let [mut gradient, mut squares] = [(); 2].map(|()| vec![[0.0; ABREAST]; columns.len()]);
+            let [mut gradient, mut squares] = [(); 2].map(|()| vec![[0.0; LANES]; columns.len()]);
             self.for_groups(rows, run, |group, _, cost| {
                 sums.cost += cost;
                 sums.columns.extend(group.local_sums());

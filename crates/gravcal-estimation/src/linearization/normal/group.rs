@@ -1,4 +1,4 @@
-//! Some islands that look alike, abreast: each number has one lane an island.
+//! Some islands that look alike, in lanes: each number has one lane an island.
 //!
 //! Of the rows of an island those that touch shared columns are *mixed*, with local columns `M`, shared columns `J_s` and residuals `r`;
 //! the others, such as what is known beforehand, have the normal equations `P` (damping included) and the slopes `g_P`. To eliminate the
@@ -15,9 +15,9 @@ use pulp::{Arch, NullaryFnOnce};
 
 use super::lanes::{Factored, Lanes, add_product, lanes, take_product};
 use crate::problem::{Island, Kind, Piece, RowPlace, Rows, Run, Slot};
-use crate::{ABREAST, EvaluateError, Problem};
+use crate::{EvaluateError, LANES, Problem};
 
-const ZERO: Lanes = [0.0; ABREAST];
+const ZERO: Lanes = [0.0; LANES];
 
 /// Islands of one kind.
 pub(super) struct Group<'p> {
@@ -78,7 +78,7 @@ impl NullaryFnOnce for Vectorized<'_, '_, '_, '_> {
     fn call(self) -> bool {
         let Vectorized { group, task } = self;
         match task {
-            Task::Take { rows, slot } => group.take_abreast(rows, slot),
+            Task::Take { rows, slot } => group.take_batch(rows, slot),
             Task::AddShared { gradient, squares } => group.add_shared_in(gradient, squares),
             Task::Reweigh if !group.factor_weight() => return false,
             Task::Reweigh => group.reweigh_rows(),
@@ -104,7 +104,7 @@ impl Reweighed<'_> {
         self.entries
             .iter()
             .zip(columns)
-            .for_each(|(entry, column)| add_product(&mut along, entry, &[v[*column]; ABREAST]));
+            .for_each(|(entry, column)| add_product(&mut along, entry, &[v[*column]; LANES]));
         along.iter().zip(self.scale).map(|(along, scale)| (along * scale).powi(2)).sum()
     }
 }
@@ -138,7 +138,7 @@ impl<'p> Group<'p> {
         }
     }
 
-    /// Loads the rows of at most [`ABREAST`] islands of its kind, and gives their cost. `left_out`: columns that count as zeros.
+    /// Loads the rows of at most [`LANES`] islands of its kind, and gives their cost. `left_out`: columns that count as zeros.
     ///
     /// # Errors
     /// Where a residual cannot be evaluated there.
@@ -150,7 +150,7 @@ impl<'p> Group<'p> {
     ) -> Result<f64, EvaluateError> {
         self.known.fill(ZERO);
         self.slopes.fill(ZERO);
-        if islands.len() < ABREAST {
+        if islands.len() < LANES {
             [&mut self.mixed, &mut self.residuals, &mut self.own].into_iter().for_each(|lanes| lanes.fill(ZERO));
         }
         self.count = islands.len();
@@ -163,7 +163,7 @@ impl<'p> Group<'p> {
                 let (count, own) = rows.linearize_some(&[factor(a), factor(b), factor(c), factor(d)])?;
                 cost += own;
                 alone.start = count;
-                if count == ABREAST {
+                if count == LANES {
                     self.vectorized(Task::Take { rows, slot });
                 } else {
                     self.take(rows, slot, factor(a), 0);
@@ -178,13 +178,13 @@ impl<'p> Group<'p> {
         Ok(cost)
     }
 
-    /// Takes the rows of factors abreast.
+    /// Takes the rows of batched factors.
     #[inline(always)]
-    fn take_abreast(&mut self, rows: &Rows<'_>, slot: &Slot) {
+    fn take_batch(&mut self, rows: &Rows<'_>, slot: &Slot) {
         let (local, columns) = (self.kind.local, self.kind.columns.len());
         for (row, place) in slot.rows.iter().enumerate() {
             let (stored, scales, residual) =
-                (rows.local_row_abreast(row), rows.scales_abreast(row), rows.residual_abreast(row));
+                (rows.local_row_lanes(row), rows.scale_lanes(row), rows.residual_lanes(row));
             let scaled = |entry: &Lanes| lanes(|lane| scales[lane] * entry[lane]);
             match place {
                 RowPlace::Mixed { index, runs } => {
@@ -195,7 +195,7 @@ impl<'p> Group<'p> {
                         match sphere {
                             None => out.iter_mut().zip(&stored[*from..]).for_each(put),
                             Some(sphere) => {
-                                let tangent = rows.tangent_abreast(*sphere, &stored[*from..]);
+                                let tangent = rows.tangent_lanes(*sphere, &stored[*from..]);
                                 out.iter_mut().zip(&tangent).for_each(put);
                             }
                         }
@@ -335,7 +335,7 @@ impl<'p> Group<'p> {
         let matrix = weight.matrix();
         for i in 0..rows {
             for j in 0..=i {
-                let mut sum = [if i == j { 1.0 } else { 0.0 }; ABREAST];
+                let mut sum = [if i == j { 1.0 } else { 0.0 }; LANES];
                 for k in 0..local {
                     let (a, b, inverse) = (&solved[i * local + k], &solved[j * local + k], known.inverse_pivot(k));
                     add_product(&mut sum, &lanes(|lane| a[lane] * inverse[lane]), b);
@@ -381,7 +381,7 @@ impl<'p> Group<'p> {
         for (i, width) in self.kind.widths.iter().enumerate() {
             let mut sum = ZERO;
             for (entry, column) in self.mixed[i * columns..][..*width].iter().zip(&self.kind.columns) {
-                add_product(&mut sum, entry, &[shared[*column]; ABREAST]);
+                add_product(&mut sum, entry, &[shared[*column]; LANES]);
             }
             self.work.along[i] = sum;
         }

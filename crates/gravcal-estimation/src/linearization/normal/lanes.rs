@@ -1,9 +1,9 @@
-//! Small symmetric matrices, some abreast: each number has one lane a matrix.
+//! Small symmetric matrices, some at once: each number has one lane a matrix.
 
 use super::pivots::LEAST_PIVOT;
-use crate::ABREAST;
+use crate::LANES;
 
-pub(super) type Lanes = [f64; ABREAST];
+pub(super) type Lanes = [f64; LANES];
 
 #[inline(always)]
 pub(super) fn lanes(of: impl FnMut(usize) -> f64) -> Lanes {
@@ -13,13 +13,13 @@ pub(super) fn lanes(of: impl FnMut(usize) -> f64) -> Lanes {
 /// `sum += a b`.
 #[inline(always)]
 pub(super) fn add_product(sum: &mut Lanes, a: &Lanes, b: &Lanes) {
-    (0..ABREAST).for_each(|lane| sum[lane] += a[lane] * b[lane]);
+    (0..LANES).for_each(|lane| sum[lane] += a[lane] * b[lane]);
 }
 
 /// `rest −= a b`.
 #[inline(always)]
 pub(super) fn take_product(rest: &mut Lanes, a: &Lanes, b: &Lanes) {
-    (0..ABREAST).for_each(|lane| rest[lane] -= a[lane] * b[lane]);
+    (0..LANES).for_each(|lane| rest[lane] -= a[lane] * b[lane]);
 }
 
 /// `L D Lᵀ` of square matrices, of which the lower triangle counts.
@@ -33,7 +33,7 @@ pub(super) struct Factored {
 
 impl Factored {
     pub fn new(size: usize) -> Self {
-        Factored { size, entries: vec![[0.0; ABREAST]; size * size], inverse: vec![[0.0; ABREAST]; size] }
+        Factored { size, entries: vec![[0.0; LANES]; size * size], inverse: vec![[0.0; LANES]; size] }
     }
 
     /// Room for the matrices, row-major.
@@ -51,13 +51,13 @@ impl Factored {
         }
         for j in 0..size {
             let (pivot, diagonal) = (entries[j * size + j], self.inverse[j]);
-            sound &= (0..ABREAST).all(|lane| pivot[lane].is_finite() && pivot[lane] > LEAST_PIVOT * diagonal[lane]);
+            sound &= (0..LANES).all(|lane| pivot[lane].is_finite() && pivot[lane] > LEAST_PIVOT * diagonal[lane]);
             let inverse = pivot.map(f64::recip);
             self.inverse[j] = inverse;
             // From below, as those above are needed as they stand.
             for i in (j + 1..size).rev() {
                 let entry = entries[i * size + j];
-                if entry == [0.0; ABREAST] {
+                if entry == [0.0; LANES] {
                     continue;
                 }
                 let factor = lanes(|lane| entry[lane] * inverse[lane]);
@@ -124,9 +124,9 @@ mod tests {
             (0..4).for_each(|j| factored.matrix()[4 * i + j] = lanes(|lane| matrix(i, j, lane)));
         }
         assert!(factored.factor());
-        let mut solution: Vec<Lanes> = (0..4).map(|i| [f64::from(i); ABREAST]).collect();
+        let mut solution: Vec<Lanes> = (0..4).map(|i| [f64::from(i); LANES]).collect();
         factored.solve(&mut solution);
-        for (lane, i) in (0..ABREAST).flat_map(|lane| (0..4).map(move |i| (lane, i))) {
+        for (lane, i) in (0..LANES).flat_map(|lane| (0..4).map(move |i| (lane, i))) {
             let product: f64 = solution.iter().enumerate().map(|(j, v)| matrix(i, j, lane) * v[lane]).sum();
             assert!((product - i as f64).abs() < 1e-12, "{lane} {i} {product}");
         }
@@ -136,9 +136,9 @@ mod tests {
     fn a_matrix_that_loses_digits_is_told() {
         for (corner, sound) in [(1.0 + 1e-9, true), (1.0 + 1e-13, false), (f64::NAN, false)] {
             let mut factored = Factored::new(2);
-            factored.matrix().fill([1.0; ABREAST]);
-            factored.matrix()[0] = [2.0; ABREAST];
-            factored.matrix()[3] = [2.0; ABREAST];
+            factored.matrix().fill([1.0; LANES]);
+            factored.matrix()[0] = [2.0; LANES];
+            factored.matrix()[3] = [2.0; LANES];
             factored.matrix()[0][1] = 1.0;
             factored.matrix()[3][1] = corner;
             assert_eq!(factored.factor(), sound, "{corner}");

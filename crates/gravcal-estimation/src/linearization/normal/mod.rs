@@ -8,7 +8,7 @@
 //! ```
 //!
 //! (Triggs and others, *Bundle adjustment: a modern synthesis*, 2000, section 6.1.) Islands whose local columns are known by rows of their
-//! own, as errors of single readings are, go abreast and keep nothing in memory: see [`alike`]. Squaring the condition costs digits:
+//! own, as errors of single readings are, are batched and keep nothing in memory: see [`alike`]. Squaring the condition costs digits:
 //! where a pivot of a Cholesky factor, its columns scaled to 1, falls below [`LEAST_PIVOT`](pivots::LEAST_PIVOT), the step comes from the
 //! orthogonal factorization instead.
 

@@ -7,7 +7,7 @@ use pulp::{Arch, NullaryFnOnce};
 use super::group::{Group, Reweighed};
 use super::lanes::{Lanes, lanes};
 use super::sums::Sums;
-use crate::ABREAST;
+use crate::LANES;
 use crate::linearization::vector_registers::give_up_upper_halves;
 use crate::problem::Kind;
 
@@ -41,7 +41,7 @@ impl<'p> Products<'p> {
         let mut widths: Vec<usize> = kind.widths.iter().map(|columns| columns + 1).collect();
         widths.dedup();
         let batch_of = kind.widths.iter().map(|columns| widths.partition_point(|width| *width <= *columns)).collect();
-        let batch = |width: usize| Batch { width, waiting: 0, rows: vec![[0.0; ABREAST]; width * STRIDE] };
+        let batch = |width: usize| Batch { width, waiting: 0, rows: vec![[0.0; LANES]; width * STRIDE] };
         let all = kind.columns.len() + 1;
         Products {
             kind,
@@ -104,7 +104,7 @@ impl Batch {
 
     /// Adds the product of the waiting rows to that of all columns, of which there are so many.
     fn multiply(&mut self, product: &mut [f64], all: usize) {
-        let (rows, stride) = (self.waiting * ABREAST, STRIDE * ABREAST);
+        let (rows, stride) = (self.waiting * LANES, STRIDE * LANES);
         let rows = MatRef::from_column_major_slice_with_stride(self.rows.as_flattened(), rows, self.width, stride);
         let product = MatMut::from_column_major_slice_mut(product, all, all);
         let product = product.submatrix_mut(0, 0, self.width, self.width);

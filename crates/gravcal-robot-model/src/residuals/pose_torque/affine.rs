@@ -1,4 +1,4 @@
-//! What affine sensors read of the torques, of one pose or of several abreast.
+//! What affine sensors read of the torques, of one pose or of several at once.
 
 use gravcal_dynamics::{Arithmetic, GravityTorqueRow, Stored};
 

@@ -1,11 +1,11 @@
-//! The processor's vector instructions, where they are as wide as poses go abreast.
+//! The processor's vector instructions, where they are as wide as a batch of poses.
 
-use gravcal_dynamics::Abreast;
+use gravcal_dynamics::Vectorized;
 use pulp::{Arch, Simd, WithSimd};
 
 /// The processor's instructions, where their registers have [`LANES`](gravcal_dynamics::LANES) lanes: AVX2's have. (With its feature
 /// `x86-v4`, pulp would choose AVX-512, whose have twice as many.)
-pub(super) fn instructions_abreast() -> Option<Arch> {
+pub(super) fn batch_instructions() -> Option<Arch> {
     let instructions = Arch::new();
     instructions.dispatch(HaveLanes).then_some(instructions)
 }
@@ -17,6 +17,6 @@ impl WithSimd for HaveLanes {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        Abreast::new(simd).is_some()
+        Vectorized::new(simd).is_some()
     }
 }

@@ -1,4 +1,4 @@
-//! Means over a window of an arm's torques and of their derivatives, of as many moments abreast as the processor has lanes.
+//! Means over a window of an arm's torques and of their derivatives, of as many moments at once as the processor has lanes.
 //!
 //! ```text
 //!     τ̄ = Σ_t h(t) τ(θ, θ̇, θ̈; g, π),     ∂τ̄/∂o = Σ_t h ∂τ/∂θ,     ∂τ̄/∂s = Σ_t h (q ∂τ/∂θ + q̇ ∂τ/∂θ̇ + q̈ ∂τ/∂θ̈)
@@ -6,13 +6,13 @@
 
 use std::ops::Range;
 
-use gravcal_dynamics::{Abreast, Arithmetic, Chain, DynamicParameters, InverseDynamics, LANES, Single};
+use gravcal_dynamics::{Arithmetic, Chain, DynamicParameters, InverseDynamics, LANES, Single, Vectorized};
 use gravcal_recording::Course;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::instructions::instructions_abreast;
+use super::instructions::batch_instructions;
 use super::model::{BODY, GRAVITY};
-use super::moments::{Moments, Moving, add_abreast, weights};
+use super::moments::{Moments, Moving, add_lanes, weights};
 
 /// Torques and their derivatives, row-major: by gravity (n × 3), by gains and offsets of positions (n × n each), by the links' parameters
 /// (n × 10 l).
@@ -70,15 +70,15 @@ pub(super) struct At<'a> {
 
 /// What the moments of a window are computed in.
 pub(super) enum Workspace {
-    Abreast(Arch, Box<Lanes<[f64; LANES]>>),
+    Vectorized(Arch, Box<Lanes<[f64; LANES]>>),
     /// Where no instructions have so many lanes.
     Single(Box<Lanes<f64>>),
 }
 
 impl Workspace {
     pub fn new(chain: &Chain) -> Self {
-        match instructions_abreast() {
-            Some(instructions) => Workspace::Abreast(instructions, Box::new(Lanes::new(chain))),
+        match batch_instructions() {
+            Some(instructions) => Workspace::Vectorized(instructions, Box::new(Lanes::new(chain))),
             None => Workspace::Single(Box::new(Lanes::new(chain))),
         }
     }
@@ -86,13 +86,13 @@ impl Workspace {
     /// Adds the means to `total`.
     pub fn add(&mut self, at: &At<'_>, total: &mut Means) {
         match self {
-            Workspace::Abreast(instructions, lanes) => instructions.dispatch(Summed { lanes, at, total }),
+            Workspace::Vectorized(instructions, lanes) => instructions.dispatch(Summed { lanes, at, total }),
             Workspace::Single(lanes) => lanes.add(Single, at, total),
         }
     }
 }
 
-/// As many moments as go abreast.
+/// As many moments as a batch has.
 pub(super) struct Lanes<L> {
     moving: Moving<L>,
     dynamics: InverseDynamics<L>,
@@ -120,7 +120,7 @@ impl<L: Moments> Lanes<L> {
             } else {
                 at.chain.inverse_dynamics(on, motion, at.gravity, at.inertia, &mut self.dynamics);
             }
-            add_abreast(on, &mut self.sums.torque, weight, &self.dynamics.torque);
+            add_lanes(on, &mut self.sums.torque, weight, &self.dynamics.torque);
         }
         self.sums.add_to(total);
     }
@@ -128,12 +128,12 @@ impl<L: Moments> Lanes<L> {
     #[inline(always)]
     fn add_derivatives<A: Arithmetic<Stored = L>>(&mut self, on: A, at: &At<'_>, weight: A::Number) {
         let Lanes { moving, dynamics, sums } = self;
-        add_abreast(on, &mut sums.by_gravity, weight, &dynamics.by_gravity);
-        add_abreast(on, &mut sums.by_offsets, weight, &dynamics.by_coordinate);
+        add_lanes(on, &mut sums.by_gravity, weight, &dynamics.by_gravity);
+        add_lanes(on, &mut sums.by_offsets, weight, &dynamics.by_coordinate);
         let width = BODY * at.chain.link_count();
         for (joint, felt) in at.felt.iter().enumerate() {
             let of_felt = width * joint + BODY * felt.start..width * joint + BODY * felt.end;
-            add_abreast(on, &mut sums.by_parameters[of_felt.clone()], weight, &dynamics.by_parameters[of_felt]);
+            add_lanes(on, &mut sums.by_parameters[of_felt.clone()], weight, &dynamics.by_parameters[of_felt]);
         }
         let [position, velocity, acceleration] = moving.readings();
         let n = position.len();
@@ -161,7 +161,7 @@ impl WithSimd for Summed<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let Summed { lanes, at, total } = self;
-        if let Some(on) = Abreast::new(simd) {
+        if let Some(on) = Vectorized::new(simd) {
             lanes.add(on, at, total);
         }
     }
@@ -189,7 +189,7 @@ mod tests {
     }
 
     #[test]
-    fn moments_abreast_sum_to_what_they_do_one_by_one() {
+    fn moments_in_lanes_sum_to_what_they_do_one_by_one() {
         let lengths = [vec![3], vec![1; 12], vec![4, 4, 4, 3, 3, 1]].concat();
         let (model, course) = (model_of(some_chain(), &SensorTerms::default(), &ids(&lengths)), course());
         let chain = &model.chain;
@@ -205,13 +205,13 @@ mod tests {
                 felt: &model.links,
                 derivatives,
             };
-            let [mut abreast, mut single] = [(); 2].map(|()| Means::new(chain));
-            Workspace::new(chain).add(&at, &mut abreast);
+            let [mut batch, mut single] = [(); 2].map(|()| Means::new(chain));
+            Workspace::new(chain).add(&at, &mut batch);
             Lanes::new(chain).add(Single, &at, &mut single);
             assert!(single.torque.iter().all(|torque| *torque != 0.0));
             assert_eq!(single.by_offsets.iter().any(|entry| *entry != 0.0), derivatives);
-            for (abreast, single) in abreast.lists().into_iter().zip(single.lists()) {
-                for (a, b) in abreast.iter().zip(single) {
+            for (batch, single) in batch.lists().into_iter().zip(single.lists()) {
+                for (a, b) in batch.iter().zip(single) {
                     assert!((a - *b).abs() <= 1e-12 * b.abs().max(1.0), "{a} {b}");
                 }
             }

@@ -9,9 +9,9 @@
 //! reading have no row. What sensors do beyond this is in [`crate::sensors`]; where all are affine it costs nothing.
 //! Joints that give way under their torque are where `compliance.rs` finds them.
 
-mod abreast;
-mod abreast_terms;
 mod affine;
+mod batch;
+mod batch_terms;
 mod by_terms;
 mod compliance;
 mod instructions;

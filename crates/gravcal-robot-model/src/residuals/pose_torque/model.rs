@@ -159,8 +159,8 @@ impl PoseTorqueModel {
         self.terms.is_none() && self.compliance.is_none()
     }
 
-    /// Whether poses can be evaluated abreast: no joint gives way or mimics another, and each sensor reads its own joint's torque alone.
-    pub(super) fn goes_abreast(&self) -> bool {
+    /// Whether poses can be evaluated in a batch: no joint gives way or mimics another, and each sensor reads its own joint's torque alone.
+    pub(super) fn goes_in_batch(&self) -> bool {
         // Where joints mimic others, rows are sums.
         let direct = self.chain.joint_count() == self.chain.link_count() && self.compliance.is_none();
         direct && self.terms.as_ref().is_none_or(Terms::read_own_torques)

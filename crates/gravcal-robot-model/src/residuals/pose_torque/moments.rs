@@ -1,4 +1,4 @@
-//! Moments of a window, as many abreast as vector registers have lanes: see [`gravcal_dynamics::Arithmetic`].
+//! Moments of a window, as many at once as vector registers have lanes: see [`gravcal_dynamics::Arithmetic`].
 
 use gravcal_dynamics::{Arithmetic, JointMotion, LANES, Stored};
 use gravcal_recording::MotionSample;
@@ -108,7 +108,7 @@ pub(super) fn weights<L: Moments>(moments: &[MotionSample]) -> L {
 
 /// `sum += weight · terms`, entry by entry.
 #[inline(always)]
-pub(super) fn add_abreast<A: Arithmetic>(on: A, sum: &mut [A::Stored], weight: A::Number, terms: &[A::Stored]) {
+pub(super) fn add_lanes<A: Arithmetic>(on: A, sum: &mut [A::Stored], weight: A::Number, terms: &[A::Stored]) {
     for (sum, term) in sum.iter_mut().zip(terms) {
         *sum = on.store(on.load(*sum) + weight * on.load(*term));
     }

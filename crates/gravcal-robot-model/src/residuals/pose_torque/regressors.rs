@@ -4,18 +4,18 @@
 //!     τ̄ = (Y_0 + Σ_a g_a Y_a) π,      Y_0 = Σ_t h(t) Y(θ, θ̇, θ̈; 0),   Y_a = Σ_t h(t) [Y(θ, θ̇, θ̈; e_a) − Y(θ, θ̇, θ̈; 0)]
 //! ```
 //!
-//! `Y_a` has columns of masses and first moments only. All four are computed once, of as many moments abreast as the processor has lanes.
+//! `Y_a` has columns of masses and first moments only. All four are computed once, of as many moments at once as the processor has lanes.
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use gravcal_dynamics::{Abreast, Arithmetic, Chain, InverseDynamics, Single, Stored};
+use gravcal_dynamics::{Arithmetic, Chain, InverseDynamics, Single, Stored, Vectorized};
 use gravcal_recording::Course;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::means::Means;
 use super::model::{BODY, GRAVITY, INERTIA, add};
-use super::moments::{Moments, Moving, add_abreast, weights};
+use super::moments::{Moments, Moving, add_lanes, weights};
 
 /// Mean regressors of a window.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ impl WithSimd for Summed<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> Self::Output {
         let Summed(chain, course, positions) = self;
-        Some(summed(Abreast::new(simd)?, chain, course, positions))
+        Some(summed(Vectorized::new(simd)?, chain, course, positions))
     }
 }
 
@@ -63,7 +63,7 @@ where
         let (motion, weight) = (moving.of_joints(), on.load(weights(moments)));
         chain.inverse_dynamics_regressor(on, motion, [0.0; 3], &mut dynamics);
         alone.copy_from_slice(&dynamics.by_parameters);
-        add_abreast(on, &mut without_gravity, weight, &alone);
+        add_lanes(on, &mut without_gravity, weight, &alone);
         for (axis, by_axis) in by_gravity.iter_mut().enumerate() {
             let mut unit = [0.0; GRAVITY];
             unit[axis] = 1.0;
@@ -91,8 +91,8 @@ impl Regressors {
 
     /// `positions`: gain and offset of each joint's position sensor.
     pub fn new(chain: &Chain, course: &Course, positions: &[[f64; 2]]) -> Regressors {
-        let abreast = Arch::new().dispatch(Summed(chain, course, positions));
-        abreast.unwrap_or_else(|| summed(Single, chain, course, positions))
+        let batch = Arch::new().dispatch(Summed(chain, course, positions));
+        batch.unwrap_or_else(|| summed(Single, chain, course, positions))
     }
 
     /// Torques, and their derivatives by gravity and by the parameters; those by positions stay as they are. `felt`: the links that each joint's

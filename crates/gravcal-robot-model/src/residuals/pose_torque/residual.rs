@@ -5,12 +5,12 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use gravcal_dynamics::{Bodies, Chain, GravityTorque, Single};
-use gravcal_estimation::{ABREAST, Batched, BlockId, EvaluateError, LocalValues, Residual, RowsMut, Sample};
+use gravcal_estimation::{Batched, BlockId, EvaluateError, LANES, LocalValues, Residual, RowsMut, Sample};
 use gravcal_recording::Conditions;
 
 use super::model::{GRAVITY, INERTIA, LoadState, PoseTorqueModel, inertia_column, sensor_column};
 use super::terms::Slopes;
-use super::{abreast, compliance};
+use super::{batch, compliance};
 use crate::parameter::Quantity;
 use crate::sensors::Moment;
 
@@ -34,7 +34,7 @@ pub(super) struct Workspace {
     pub(super) inertia: Vec<f64>,
     pub(super) torque: GravityTorque,
     pub(super) bodies: Bodies,
-    pub(super) abreast: abreast::Workspace,
+    pub(super) batch: batch::Workspace,
     /// A row of the Jacobian, for terms of sensors that read other joints' torques.
     pub(super) row: Vec<f64>,
     pub(super) slopes: Slopes,
@@ -47,7 +47,7 @@ impl Workspace {
             inertia: vec![0.0; INERTIA * links],
             torque: GravityTorque::new(joints, links),
             bodies: Bodies::new(links),
-            abreast: abreast::Workspace::new(joints, links),
+            batch: batch::Workspace::new(joints, links),
             row: Vec::new(),
             slopes: Slopes::default(),
         }
@@ -293,13 +293,13 @@ impl Residual for PoseTorque {
 }
 
 impl Batched for PoseTorque {
-    fn evaluate_abreast(
-        poses: [&PoseTorque; ABREAST],
-        x: [LocalValues<'_>; ABREAST],
-        residual: &mut [[f64; ABREAST]],
-        jacobian: Option<&mut [[f64; ABREAST]]>,
+    fn evaluate_batch(
+        poses: [&PoseTorque; LANES],
+        x: [LocalValues<'_>; LANES],
+        residual: &mut [[f64; LANES]],
+        jacobian: Option<&mut [[f64; LANES]]>,
     ) -> bool {
-        let Some(alike) = abreast::Poses::of(poses) else { return false };
+        let Some(alike) = batch::Poses::of(poses) else { return false };
         let x = x.map(|x| x.as_slice());
         poses[0].with_workspace(|workspace| alike.evaluate(workspace, x, residual, jacobian))
     }

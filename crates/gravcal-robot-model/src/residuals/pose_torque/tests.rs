@@ -7,7 +7,7 @@ use gravcal_dynamics::{
     Attachment, Chain, DhConvention, DhRow, GravityTorque, Joint, JointKind, Link, Mimic, Transform, chain_from_dh,
 };
 use gravcal_estimation::{
-    ABREAST, Batched, Block, BlockId, EvaluateError, Factor, LocalValues, Loss, Manifold, Noise, ProblemBuilder,
+    Batched, Block, BlockId, EvaluateError, Factor, LANES, LocalValues, Loss, Manifold, Noise, ProblemBuilder,
     Residual, RowsMut,
 };
 use gravcal_recording::Conditions;
@@ -257,19 +257,18 @@ fn on_plain_branches() -> Vec<PoseTorque> {
     [0.0, 0.3, -0.4, 1.0].map(pose).to_vec()
 }
 
-/// Whether these are evaluated abreast; if so, to the bits that each has alone.
-fn are_evaluated_abreast(poses: &[PoseTorque], x: &[f64]) -> bool {
-    let all: [&PoseTorque; ABREAST] = std::array::from_fn(|lane| &poses[lane]);
+/// Whether these are evaluated in a batch; if so, to the bits that each has alone.
+fn are_evaluated_in_batch(poses: &[PoseTorque], x: &[f64]) -> bool {
+    let all: [&PoseTorque; LANES] = std::array::from_fn(|lane| &poses[lane]);
     let offsets = [0, x.len()];
     let rows = poses[0].len();
     // What was there before is not to be read.
-    let (mut residual, mut jacobian) = (vec![[f64::NAN; ABREAST]; rows], vec![[f64::NAN; ABREAST]; rows * x.len()]);
-    if !PoseTorque::evaluate_abreast(all, [LocalValues::new(x, &offsets); ABREAST], &mut residual, Some(&mut jacobian))
-    {
+    let (mut residual, mut jacobian) = (vec![[f64::NAN; LANES]; rows], vec![[f64::NAN; LANES]; rows * x.len()]);
+    if !PoseTorque::evaluate_batch(all, [LocalValues::new(x, &offsets); LANES], &mut residual, Some(&mut jacobian)) {
         return false;
     }
-    let mut without = vec![[f64::NAN; ABREAST]; rows];
-    assert!(PoseTorque::evaluate_abreast(all, [LocalValues::new(x, &offsets); ABREAST], &mut without, None));
+    let mut without = vec![[f64::NAN; LANES]; rows];
+    assert!(PoseTorque::evaluate_batch(all, [LocalValues::new(x, &offsets); LANES], &mut without, None));
     assert_eq!(residual, without);
     for (lane, pose) in poses.iter().enumerate() {
         let (mut alone, mut entries) = (vec![0.0; rows], vec![0.0; rows * x.len()]);
@@ -287,32 +286,32 @@ fn are_evaluated_abreast(poses: &[PoseTorque], x: &[f64]) -> bool {
 }
 
 #[test]
-fn poses_are_evaluated_abreast_to_the_bits_that_each_has_alone() {
+fn poses_are_evaluated_in_batch_to_the_bits_that_each_has_alone() {
     let numbers = |width: usize| (0..width).map(|k| 0.5 + (k as f64).sin()).collect::<Vec<f64>>();
     let (one, lengths) = loaded(&[0, 2]);
     let x = numbers(lengths.iter().sum());
     let other = PoseTorque { position: vec![-1.2, 0.4, 2.2], ..one.clone() };
     // They are not where the processor has no vector instructions of so many lanes.
-    let have_lanes = are_evaluated_abreast(&[one.clone(), other.clone(), other.clone(), one.clone()], &x);
+    let have_lanes = are_evaluated_in_batch(&[one.clone(), other.clone(), other.clone(), one.clone()], &x);
     let branches = on_plain_branches();
     let width = branches[0].model.affine_columns;
-    assert_eq!(are_evaluated_abreast(&branches, &numbers(width)), have_lanes);
+    assert_eq!(are_evaluated_in_batch(&branches, &numbers(width)), have_lanes);
     let (with_terms, lengths) = with_terms(&every_term_of_own_torques(), 0);
     let read = Conditions { time: Some(-2.0), direction: vec![-1.0; 3], ..with_terms.conditions.clone() };
     let other = PoseTorque { position: vec![-0.2, 0.4, 0.7], conditions: read, ..with_terms.clone() };
     let four = [with_terms.clone(), other.clone(), with_terms, other];
-    assert_eq!(are_evaluated_abreast(&four, &numbers(lengths.iter().sum())), have_lanes);
+    assert_eq!(are_evaluated_in_batch(&four, &numbers(lengths.iter().sum())), have_lanes);
 
     let other_joints = PoseTorque { readings: vec![(0, 2.0), (1, 1.0)], ..one.clone() };
-    assert!(!are_evaluated_abreast(&[one.clone(), other_joints, one.clone(), one.clone()], &x));
+    assert!(!are_evaluated_in_batch(&[one.clone(), other_joints, one.clone(), one.clone()], &x));
     let (alike_but_of_another_model, _) = loaded(&[0, 2]);
-    assert!(!are_evaluated_abreast(&[one.clone(), one.clone(), one, alike_but_of_another_model], &x));
+    assert!(!are_evaluated_in_batch(&[one.clone(), one.clone(), one, alike_but_of_another_model], &x));
     for (pose, lengths) in [compliant(), with_all_terms(0), on_branches(0)] {
-        assert!(!are_evaluated_abreast(&vec![pose; 4], &numbers(lengths.iter().sum())));
+        assert!(!are_evaluated_in_batch(&vec![pose; 4], &numbers(lengths.iter().sum())));
     }
 }
 
-/// Hides from the problem that it could be evaluated abreast with others.
+/// Hides from the problem that it could be evaluated in a batch with others.
 #[derive(Debug)]
 struct Alone(PoseTorque);
 
@@ -339,10 +338,10 @@ impl Residual for Alone {
     }
 }
 
-/// Nineteen poses: four times four abreast, and three. The rows of a pose touch different columns here; of rows that touch the same, those
-/// of one pose do not follow each other abreast, and sums differ in their last digits.
+/// Nineteen poses: four times four at once, and three. The rows of a pose touch different columns here; of rows that touch the same, those
+/// of one pose do not follow each other in a batch, and sums differ in their last digits.
 #[test]
-fn sums_over_poses_abreast_have_the_bits_of_those_one_by_one() {
+fn sums_over_poses_in_lanes_have_the_bits_of_those_one_by_one() {
     let linearized = |alone: bool, loss: Loss| {
         let (pose, lengths) = loaded(&[0, 2]);
         let mut builder = ProblemBuilder::new();

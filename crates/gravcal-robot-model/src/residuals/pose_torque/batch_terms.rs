@@ -1,4 +1,4 @@
-//! Terms of the sensors of poses that are evaluated abreast: one pose after the other, between what all compute at once.
+//! Terms of the sensors of poses that are evaluated in a batch: one pose after the other, between what all compute at once.
 //!
 //! Every number has the bits that the pose has alone.
 

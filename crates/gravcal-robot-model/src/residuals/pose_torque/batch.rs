@@ -1,20 +1,20 @@
-//! Poses whose torques are evaluated abreast, by vector instructions: those of one model that read the same joints. Terms of their sensors are
-//! evaluated one by one: see [`super::abreast_terms`].
+//! Poses whose torques are evaluated in a batch, by vector instructions: those of one model that read the same joints. Terms of their sensors are
+//! evaluated one by one: see [`super::batch_terms`].
 
 use std::ops::Range;
 use std::sync::Arc;
 
-use gravcal_dynamics::{Abreast, Arithmetic, Bodies, LANES};
-use gravcal_estimation::ABREAST;
+use gravcal_dynamics::{Arithmetic, Bodies, Vectorized};
+use gravcal_estimation::LANES;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::abreast_terms::{self, Lane};
-use super::instructions::instructions_abreast;
+use super::batch_terms::{self, Lane};
+use super::instructions::batch_instructions;
 use super::model::sensor_column;
 use super::residual::{self, PoseTorque};
 use crate::parameter::Quantity;
 
-const _: () = assert!(ABREAST == LANES, "as many poses as a register has lanes");
+const _: () = assert!(gravcal_estimation::LANES == gravcal_dynamics::LANES, "as many poses as a register has lanes");
 
 /// What an evaluation computes on the way.
 pub(super) struct Workspace {
@@ -31,7 +31,7 @@ pub(super) struct Workspace {
 impl Workspace {
     pub fn new(joints: usize, links: usize) -> Self {
         Workspace {
-            instructions: instructions_abreast(),
+            instructions: batch_instructions(),
             position: vec![[0.0; LANES]; joints],
             coordinates: vec![[0.0; LANES]; joints],
             bodies: Bodies::new(links),
@@ -40,20 +40,20 @@ impl Workspace {
     }
 }
 
-/// Poses that can be evaluated abreast.
-pub(super) struct Poses<'a>([&'a PoseTorque; ABREAST]);
+/// Poses that can be evaluated in a batch.
+pub(super) struct Poses<'a>([&'a PoseTorque; LANES]);
 
 impl<'a> Poses<'a> {
     /// These, if they are.
-    pub fn of(poses: [&'a PoseTorque; ABREAST]) -> Option<Self> {
+    pub fn of(poses: [&'a PoseTorque; LANES]) -> Option<Self> {
         let (a, others) = (poses[0], &poses[1..]);
         let joint = |(joint, _): &(usize, f64)| *joint;
         let same_joints = |pose: &PoseTorque| pose.readings.iter().map(joint).eq(a.readings.iter().map(joint));
         let alike = |pose: &PoseTorque| Arc::ptr_eq(&pose.model, &a.model) && same_joints(pose);
-        (a.model.goes_abreast() && others.iter().copied().all(alike)).then_some(Poses(poses))
+        (a.model.goes_in_batch() && others.iter().copied().all(alike)).then_some(Poses(poses))
     }
 
-    /// As [`Batched::evaluate_abreast`](gravcal_estimation::Batched::evaluate_abreast).
+    /// As [`Batched::evaluate_batch`](gravcal_estimation::Batched::evaluate_batch).
     pub fn evaluate(
         &self,
         workspace: &mut residual::Workspace,
@@ -61,8 +61,8 @@ impl<'a> Poses<'a> {
         residual: &mut [[f64; LANES]],
         jacobian: Option<&mut [[f64; LANES]]>,
     ) -> bool {
-        let residual::Workspace { inertia, abreast, .. } = workspace;
-        let Some(instructions) = abreast.instructions.filter(|_| self.differ_by_offset_or_bias_only(all)) else {
+        let residual::Workspace { inertia, batch, .. } = workspace;
+        let Some(instructions) = batch.instructions.filter(|_| self.differ_by_offset_or_bias_only(all)) else {
             return false;
         };
         let (pose, x) = (self.0[0], all[0]);
@@ -70,16 +70,16 @@ impl<'a> Poses<'a> {
         for (lane, (pose, x)) in self.0.iter().zip(all).enumerate() {
             let offsets = pose.sensors(x, Quantity::PositionOffset);
             for (joint, q) in pose.position.iter().enumerate() {
-                abreast.position[joint][lane] = *q;
-                abreast.coordinates[joint][lane] = gains[joint] * q + offsets[joint];
+                batch.position[joint][lane] = *q;
+                batch.coordinates[joint][lane] = gains[joint] * q + offsets[joint];
             }
         }
         pose.set_inertia(&x[..pose.model.affine_columns], inertia);
         if let Some(terms) = &pose.model.terms {
-            let Workspace { coordinates, lanes, .. } = &mut *abreast;
-            abreast_terms::move_joints(terms, &self.0, (x, jacobian.is_some()), coordinates, lanes);
+            let Workspace { coordinates, lanes, .. } = &mut *batch;
+            batch_terms::move_joints(terms, &self.0, (x, jacobian.is_some()), coordinates, lanes);
         }
-        instructions.dispatch(Evaluation { poses: &self.0, abreast, inertia, all, residual, jacobian })
+        instructions.dispatch(Evaluation { poses: &self.0, batch, inertia, all, residual, jacobian })
     }
 
     /// Whether all read the same numbers but for offsets of position sensors and biases of torque sensors, which readings are shifted by.
@@ -98,8 +98,8 @@ impl<'a> Poses<'a> {
 }
 
 struct Evaluation<'a> {
-    poses: &'a [&'a PoseTorque; ABREAST],
-    abreast: &'a mut Workspace,
+    poses: &'a [&'a PoseTorque; LANES],
+    batch: &'a mut Workspace,
     inertia: &'a [f64],
     /// What each of them reads.
     all: [&'a [f64]; LANES],
@@ -113,12 +113,12 @@ impl WithSimd for Evaluation<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) -> bool {
-        let Some(on) = Abreast::new(simd) else { return false };
-        let Evaluation { poses, abreast, inertia, all, residual, jacobian } = self;
+        let Some(on) = Vectorized::new(simd) else { return false };
+        let Evaluation { poses, batch, inertia, all, residual, jacobian } = self;
         let x = all[0];
         let (pose, gravity) = (poses[0], [x[0], x[1], x[2]]);
         let load = pose.load(x);
-        let Workspace { position, coordinates, bodies, lanes, .. } = abreast;
+        let Workspace { position, coordinates, bodies, lanes, .. } = batch;
         let (chain, terms) = (&pose.model.chain, pose.model.terms.as_ref());
         let Some(torques) = chain.gravity_torque_rows(on, coordinates, gravity, inertia, bodies) else { return false };
         let mut jacobian = jacobian.map(|jacobian| jacobian.chunks_exact_mut(x.len()));
@@ -128,7 +128,7 @@ impl WithSimd for Evaluation<'_> {
             let gain = pose.sensors(x, Quantity::TorqueGain)[joint];
             let entries = jacobian.as_mut().and_then(Iterator::next);
             let wanted = (x, entries.is_some());
-            let read = |terms| abreast_terms::read(terms, poses, (joint, on.store(torque.torque())), wanted, lanes);
+            let read = |terms| batch_terms::read(terms, poses, (joint, on.store(torque.torque())), wanted, lanes);
             let further = terms.filter(|terms| terms.has(joint)).map(read);
             if let Some(entries) = entries {
                 let (affine, by_terms) = entries.split_at_mut(pose.model.affine_columns);
@@ -138,7 +138,7 @@ impl WithSimd for Evaluation<'_> {
                 };
                 pose.write_affine(on, &torque, gain, (position, load), affine);
                 if let Some(terms) = terms {
-                    abreast_terms::write(terms, poses, joint, lanes, (affine, by_terms));
+                    batch_terms::write(terms, poses, joint, lanes, (affine, by_terms));
                 }
             }
             let bias = all.map(|x| pose.sensors(x, Quantity::TorqueBias)[joint]);
