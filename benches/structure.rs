@@ -3,7 +3,7 @@
 //! `cargo run --release -p gravcal-benches --bin structure`
 //!
 //! The joint problem of seven joints (see `benches/README.md`), with the error of every joint's position in every pose as a
-//! further unknown: seven local unknowns a pose, known beforehand to half a milliradian. One thread.
+//! further unknown: seven eliminated unknowns a pose, known beforehand to half a milliradian. One thread.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -116,7 +116,7 @@ fn solve(problem: &Problem, initial: &Values) -> Result<Estimate, String> {
 }
 
 /// The joint problem with an error of every position reading.
-fn with_position_errors(poses: usize, local: bool) -> Result<(Problem, Values), String> {
+fn with_position_errors(poses: usize, eliminated: bool) -> Result<(Problem, Values), String> {
     let SevenJoints { session, built } = SevenJoints::simulate(poses)?;
     let mut builder = ProblemBuilder::new();
     for id in built.problem.block_ids() {
@@ -128,7 +128,7 @@ fn with_position_errors(poses: usize, local: bool) -> Result<(Problem, Values), 
     let noise = || Noise::independent(&[POSITION_ERROR; 7]).map_err(|e| e.to_string());
     for (index, factor) in built.problem.factors().iter().enumerate() {
         let block = Block::vector(format!("pose{}.position_error", index + 1), "rad", &names);
-        let error = builder.add_block(if local { block.local() } else { block }, &[0.0; 7]);
+        let error = builder.add_block(if eliminated { block.eliminated() } else { block }, &[0.0; 7]);
         let length = |id: BlockId| built.problem.block(id).len();
         let residual = Shifted::new(Arc::clone(&factor.residual), length, &offsets, error);
         builder.add_factor(Factor { residual: Arc::new(residual), ..factor.clone() });

@@ -21,7 +21,7 @@ pub const LANES: usize = 4;
 pub trait Batched: Residual + Sized + 'static {
     /// Evaluates some samples, as [`Residual::evaluate`] does one.
     ///
-    /// They read the same blocks, but for those marked as local, have as many rows with the same
+    /// They read the same blocks, but for those marked as eliminated, have as many rows with the same
     /// [patterns](Residual::row_pattern), and independent noise. `x`: what each of them reads. `residual`: one entry a row; `jacobian`,
     /// where asked: rows as long as `x`, which has the local columns first, row-major, in which every entry of the patterns must be
     /// written, and all others are zero; each entry has a number for each sample.

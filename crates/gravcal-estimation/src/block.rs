@@ -29,8 +29,8 @@ pub struct Block {
     pub manifold: Manifold,
     /// Why the block is fixed at its initial value, if it is.
     pub fixed: Option<String>,
-    /// Whether it belongs to a few factors only, as the unknowns of one pose do: see [`Block::local`].
-    pub local: bool,
+    /// Whether it belongs to a few factors only, as the unknowns of one pose do: see [`Block::eliminated`].
+    pub eliminated: bool,
     /// Whether the residuals are affine in it: see [`Block::linear`].
     pub linear: bool,
 }
@@ -44,7 +44,7 @@ impl Block {
             components: vec![String::new()],
             manifold: Manifold::Euclidean,
             fixed: None,
-            local: false,
+            eliminated: false,
             linear: false,
         }
     }
@@ -57,7 +57,7 @@ impl Block {
             components: components.iter().map(|c| (*c).to_owned()).collect(),
             manifold: Manifold::Euclidean,
             fixed: None,
-            local: false,
+            eliminated: false,
             linear: false,
         }
     }
@@ -77,8 +77,8 @@ impl Block {
     /// The same block as one of a kind that grows with the data (the unknowns of one pose). Such blocks are eliminated
     /// before the rest, so that cost and memory grow linearly with their number; the result is the same.
     #[must_use]
-    pub fn local(self) -> Self {
-        Block { local: true, ..self }
+    pub fn eliminated(self) -> Self {
+        Block { eliminated: true, ..self }
     }
 
     /// The same block as one of those in which, all taken together, every residual is affine.

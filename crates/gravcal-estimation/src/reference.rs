@@ -29,7 +29,7 @@ impl Reference {
     }
 
     /// The same that lets each number of a block vary by its `std`, in the number's unit. Numbers whose `std` is zero, infinite or no
-    /// number are left alone, and so are blocks that are local or live on a sphere.
+    /// number are left alone, and so are blocks that are eliminated or live on a sphere.
     #[must_use]
     pub fn with(mut self, id: BlockId, std: &[f64]) -> Reference {
         let start = self.center.offsets[id.index()];
@@ -81,7 +81,7 @@ impl Pull {
     fn to(reference: &Reference, problem: &Problem, values: &Values) -> Pull {
         let free = problem.block_ids().filter(|id| {
             let block = problem.block(*id);
-            !block.local && block.manifold == Manifold::Euclidean
+            !block.eliminated && block.manifold == Manifold::Euclidean
         });
         let of_block = |id: BlockId| {
             let start = values.offsets[id.index()];

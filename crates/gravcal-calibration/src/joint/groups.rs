@@ -62,7 +62,7 @@ pub(crate) fn why_not_by_groups(session: &Session, built: &JointProblem) -> Opti
         (!session.constraints.is_empty(), "constraints ([constraints]) hold for the estimate from all readings"),
         (!by_noise, "blocks of poses ([uncertainty]) scatter about the estimate from all readings only"),
         (
-            built.problem.blocks().iter().any(|block| block.local),
+            built.problem.blocks().iter().any(|block| block.eliminated),
             "errors of single poses' positions (a std of `position`, or a deflection of poses of no sweep) are unknowns of all \
              readings",
         ),

@@ -106,7 +106,7 @@ impl Adding<'_> {
                 *unit = "m".into();
             }
         }
-        let block = if shared { block } else { block.local() };
+        let block = if shared { block } else { block.eliminated() };
         let block = self.builder.add_block(block, start.unwrap_or(&vec![0.0; joints.len()]));
         self.unknowns.push(PositionUnknown { block, joints, std, poses, is_hold: what == "deflection" });
     }

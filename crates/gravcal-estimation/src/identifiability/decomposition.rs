@@ -1,7 +1,7 @@
 //! Singular values and right singular vectors of the whitened Jacobian, columns scaled to unit length.
 //!
 //! They are had from an orthogonal factorization, which loses no digit. A problem that is not small is looked at through its normal
-//! equations first, which cost a third of that or less, local blocks eliminated:
+//! equations first, which cost a third of that or less, after elimination:
 //!
 //! ```text
 //!     D⁻¹ JᵀJ D⁻¹ = V Σ² Vᵀ
@@ -16,8 +16,8 @@ use faer::linalg::solvers::SelfAdjointEigen;
 use faer::{Mat, Side};
 
 use super::{RANK_TOLERANCE, SHADOW_TOLERANCE};
+use crate::eliminated_columns::EliminatedColumns;
 use crate::linearization::{Alike, Normal, Orthogonal, column_scales};
-use crate::local_columns::LocalColumns;
 use crate::problem::Rows;
 use crate::{EvaluateError, Linearization, NormalEquations, Problem, Values};
 
@@ -29,11 +29,11 @@ const ROUNDING: f64 = 1e-12;
 /// Directions along which J is applied at once: their sums stay in registers.
 const TOGETHER: usize = 8;
 
-/// What is decomposed are the shared columns, local ones eliminated.
+/// What is decomposed are the shared columns, after elimination.
 pub(super) struct Decomposition {
     /// Scale of every column of J, see [`Linearization::column_scales`].
     pub column_scales: Vec<f64>,
-    pub local: LocalColumns,
+    pub eliminated: EliminatedColumns,
     /// Columns of zeros, as indices among the shared ones. They are directions without information by themselves: decomposed along
     /// with the others they would mix with theirs.
     pub idle: Vec<usize>,
@@ -72,7 +72,7 @@ impl Decomposition {
         let vector = |k: usize| spread(&active, problem, |j| eigen.U()[(j, active.len() - 1 - k)]);
         let decomposition = Decomposition {
             column_scales: column_scales(normal.column_norms()),
-            local: LocalColumns::new(problem, values, normal.column_norms()),
+            eliminated: EliminatedColumns::new(problem, values, normal.column_norms()),
             idle,
             singular_values: (0..active.len()).map(|k| if k < plain { value(k).sqrt() } else { 0.0 }).collect(),
             directions: (0..active.len()).map(vector).collect(),
@@ -94,7 +94,7 @@ impl Decomposition {
         let mut steps: Vec<Vec<Vec<[f64; TOGETHER]>>> = Vec::new();
         let mut shape = None;
         let structure = problem.structure();
-        let free = structure.islands.first().map_or(structure.order.len(), |first| first.factors.start);
+        let free = structure.components.first().map_or(structure.order.len(), |first| first.factors.start);
         let mut left = &structure.order[..free];
         while let Some(factor) = left.first().copied() {
             let (count, _) = rows.linearize_some(left)?;
@@ -120,16 +120,16 @@ impl Decomposition {
                 }
             }
         }
-        let Some(of_islands) = self.image_of_islands(problem, values, null) else { return Ok(false) };
-        let squares = squares.as_flattened().iter().zip(of_islands.iter().chain(std::iter::repeat(&0.0)));
+        let Some(of_components) = self.image_of_components(problem, values, null) else { return Ok(false) };
+        let squares = squares.as_flattened().iter().zip(of_components.iter().chain(std::iter::repeat(&0.0)));
         let largest = self.singular_values.first().copied().unwrap_or(0.0);
-        Ok(squares.into_iter().all(|(free, islands)| (free + islands).sqrt() <= RANK_TOLERANCE * largest))
+        Ok(squares.into_iter().all(|(free, components)| (free + components).sqrt() <= RANK_TOLERANCE * largest))
     }
 
-    /// What J makes of some directions in the rows of islands, local columns eliminated: the squares of the lengths. `None` where that would
+    /// What J makes of some directions in the rows of components, after elimination: the squares of the lengths. `None` where that would
     /// lose too many digits.
-    fn image_of_islands(&self, problem: &Problem, values: &Values, directions: &[Vec<f64>]) -> Option<Vec<f64>> {
-        if problem.structure().islands.is_empty() {
+    fn image_of_components(&self, problem: &Problem, values: &Values, directions: &[Vec<f64>]) -> Option<Vec<f64>> {
+        if problem.structure().components.is_empty() {
             return Some(vec![0.0; directions.len()]);
         }
         let shared = &problem.structure().shared;
@@ -160,10 +160,10 @@ impl Decomposition {
         });
         let svd =
             scaled.thin_svd().map_err(|_| EvaluateError("the Jacobian has no singular value decomposition".into()))?;
-        linearization.check_local_columns(problem)?;
+        linearization.check_eliminated_columns(problem)?;
         Ok(Decomposition {
             column_scales: linearization.column_scales(),
-            local: LocalColumns::new(problem, values, norms),
+            eliminated: EliminatedColumns::new(problem, values, norms),
             idle,
             singular_values: (0..active.len()).map(|k| svd.S()[k]).collect(),
             directions: (0..active.len()).map(|k| spread(&active, problem, |j| svd.V()[(j, k)])).collect(),
@@ -239,7 +239,7 @@ mod tests {
     }
 
     #[test]
-    fn with_local_blocks_eliminated_normal_equations_tell_the_same() {
+    fn with_blocks_eliminated_normal_equations_tell_the_same() {
         let (problem, values) = crate::linearization::tests::problem(40, true);
         let plain = Decomposition::by_normal_equations(&problem, &values, None).unwrap().unwrap();
         let careful = Decomposition::orthogonally(&problem, &values).unwrap();
@@ -251,13 +251,13 @@ mod tests {
 
     /// `a t + (1 + unlike) b t` with a local error in each reading: of a and b only the sum shows, or hardly more.
     #[test]
-    fn a_faint_direction_beside_local_blocks_is_left_to_the_orthogonal_factorization() {
+    fn a_faint_direction_beside_eliminated_blocks_is_left_to_the_orthogonal_factorization() {
         let with_unlike = |unlike: f64| {
             let mut builder = ProblemBuilder::new();
             let [a, b] = ["a", "b"].map(|name| builder.add_block(Block::scalar(name, ""), &[1.0]));
             for k in 0..40 {
                 let t = 1.0 + 0.1 * f64::from(k);
-                let error = builder.add_block(Block::scalar(format!("error{k}"), "").local(), &[0.0]);
+                let error = builder.add_block(Block::scalar(format!("error{k}"), "").eliminated(), &[0.0]);
                 let slopes = [t, t + unlike * f64::from(k % 2), 0.5];
                 add(&mut builder, Line::new(&[a, b, error], &slopes, t));
                 add(&mut builder, Line::new(&[error], &[1.0], 0.0));

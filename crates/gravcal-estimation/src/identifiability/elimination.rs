@@ -34,7 +34,7 @@ pub struct Elimination {
 }
 
 impl Elimination {
-    /// A step by all columns of the problem: the kept ones by `step`, the others as is best. Columns that follow others locally stay.
+    /// A step by all columns of the problem: the kept ones by `step`, the others as is best. Columns that follow others by elimination stay.
     pub fn whole_step(&self, step: &[f64]) -> Vec<f64> {
         let mut whole = vec![0.0; self.columns];
         self.kept.iter().zip(step).for_each(|(column, by)| whole[*column] = *by);
@@ -48,15 +48,15 @@ impl Elimination {
 
 impl Spectrum {
     /// The cost over the `kept` columns; `gradient` is its own by all columns where it was decomposed, zero at a minimum. Kept columns that
-    /// follow others locally have no information of their own.
+    /// follow others by elimination have no information of their own.
     ///
     /// # Errors
     /// Where the other columns have no singular value decomposition.
     pub fn eliminate_others(&self, kept: &[usize], gradient: &[f64]) -> Result<Elimination, EvaluateError> {
         let columns = self.column_scales.len();
-        let shared: Vec<usize> = (0..columns).filter(|column| self.local.shared(*column).is_some()).collect();
+        let shared: Vec<usize> = (0..columns).filter(|column| self.eliminated.shared(*column).is_some()).collect();
         let others: Vec<usize> = shared.into_iter().filter(|column| !kept.contains(column)).collect();
-        let place = |column: &usize| self.local.shared(*column);
+        let place = |column: &usize| self.eliminated.shared(*column);
         // Rows of W: singular value times direction, in scaled columns.
         let row = |k: usize| (self.singular_values[k], &self.directions[k]);
         let root = |of: &[usize]| {

@@ -18,7 +18,7 @@ use std::sync::Arc;
 use faer::Mat;
 use rayon::prelude::*;
 
-use crate::local_columns::{LocalColumns, Reduced};
+use crate::eliminated_columns::{EliminatedColumns, Reduced};
 use crate::sparse_basis::sparse_basis;
 use crate::statistics::Covariance;
 use crate::{Estimate, EvaluateError, NormalEquations, Problem, Values};
@@ -54,8 +54,8 @@ pub struct Spectrum {
     /// Scale of every column of J, see [`Linearization::column_scales`].
     column_scales: Vec<f64>,
     /// What follows from the others.
-    local: Arc<LocalColumns>,
-    /// Scales of the shared columns. These alone are decomposed, with local blocks eliminated.
+    eliminated: Arc<EliminatedColumns>,
+    /// Scales of the shared columns. These alone are decomposed, after elimination.
     scales: Vec<f64>,
     /// Singular values of the scaled Jacobian, largest first.
     singular_values: Vec<f64>,
@@ -84,7 +84,7 @@ impl Spectrum {
     }
 
     fn with_known(problem: &Problem, values: &Values, known: Option<&NormalEquations>) -> Result<Self, EvaluateError> {
-        let Decomposition { column_scales, local, idle, mut singular_values, mut directions } =
+        let Decomposition { column_scales, eliminated, idle, mut singular_values, mut directions } =
             Decomposition::new(problem, values, known)?;
         let scales: Vec<f64> = problem.structure().shared.iter().map(|column| column_scales[*column]).collect();
         let largest = singular_values.first().copied().unwrap_or(0.0);
@@ -93,20 +93,28 @@ impl Spectrum {
             singular_values.push(0.0);
             directions.push((0..scales.len()).map(|j| f64::from(j == *column)).collect());
         }
-        Ok(Spectrum { column_scales, local: Arc::new(local), scales, singular_values, directions, rank, idle })
+        Ok(Spectrum {
+            column_scales,
+            eliminated: Arc::new(eliminated),
+            scales,
+            singular_values,
+            directions,
+            rank,
+            idle,
+        })
     }
 
     /// Number of directions that the data determine.
     pub fn rank(&self) -> usize {
-        self.rank + self.local.count()
+        self.rank + self.eliminated.count()
     }
 
-    /// Singular values of the column-scaled Jacobian, local columns eliminated, largest first.
+    /// Singular values of the column-scaled Jacobian, after elimination, largest first.
     pub fn singular_values(&self) -> &[f64] {
         &self.singular_values
     }
 
-    /// Condition of the scaled Jacobian among the directions that the data determine, local columns eliminated: largest over
+    /// Condition of the scaled Jacobian among the directions that the data determine, after elimination: largest over
     /// smallest singular value; infinite where they determine none.
     pub fn condition(&self) -> f64 {
         self.rank.checked_sub(1).map_or(f64::INFINITY, |last| self.singular_values[0] / self.singular_values[last])
@@ -118,9 +126,9 @@ impl Spectrum {
     }
 
     /// How much a column takes part in the directions without information: the length of the projection of its axis on them, in scaled
-    /// coordinates, between 0 and 1. Of a local column, which follows the others, 0.
+    /// coordinates, between 0 and 1. Of an eliminated column, which follows the others, 0.
     pub fn null_share(&self, column: usize) -> f64 {
-        let Some(index) = self.local.shared(column) else { return 0.0 };
+        let Some(index) = self.eliminated.shared(column) else { return 0.0 };
         self.directions[self.rank..].iter().map(|null| null[index] * null[index]).sum::<f64>().sqrt()
     }
 
@@ -145,7 +153,7 @@ impl Spectrum {
     }
 
     /// Orthonormal bases, in scaled coordinates, of the null space's projection on some columns and of its
-    /// orthogonal complement. Columns of zeros come as directions of their own; columns of local blocks, which follow the
+    /// orthogonal complement. Columns of zeros come as directions of their own; columns of eliminated blocks, which follow the
     /// others, are in none.
     fn null_space_shadow(&self, columns: &[usize]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         self.shadow_of(columns, &[])
@@ -154,7 +162,7 @@ impl Spectrum {
     /// The same of the null space and of further directions, given by these columns in scaled coordinates.
     fn shadow_of(&self, columns: &[usize], further: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
         let null = &self.directions[self.rank..self.directions.len() - self.idle.len()];
-        let shared: Vec<Option<usize>> = columns.iter().map(|column| self.local.shared(*column)).collect();
+        let shared: Vec<Option<usize>> = columns.iter().map(|column| self.eliminated.shared(*column)).collect();
         let is_idle = |i: &usize| shared[*i].is_some_and(|index| self.idle.contains(&index));
         let active: Vec<(usize, usize)> =
             (0..columns.len()).filter(|i| !is_idle(i)).filter_map(|i| Some((i, shared[i]?))).collect();
@@ -253,19 +261,19 @@ impl Spectrum {
         self.over_all_columns(Covariance::new(tangent, size))
     }
 
-    /// A covariance of the shared columns with what local ones, if any, make of it.
+    /// A covariance of the shared columns with what eliminated ones, if any, make of it.
     pub(crate) fn over_all_columns(&self, shared: Covariance) -> Covariance {
-        if self.has_local() { shared.with_local(Arc::clone(&self.local)) } else { shared }
+        if self.has_eliminated() { shared.with_eliminated(Arc::clone(&self.eliminated)) } else { shared }
     }
 
-    /// What a linear function of columns is made of once local ones are eliminated.
+    /// What a linear function of columns is made of after elimination.
     pub(crate) fn reduce(&self, function: impl IntoIterator<Item = (usize, f64)>) -> Reduced {
-        self.local.reduce(function)
+        self.eliminated.reduce(function)
     }
 
-    /// Whether the problem has local blocks.
-    pub(crate) fn has_local(&self) -> bool {
-        self.local.count() > 0
+    /// Whether the problem has eliminated blocks.
+    pub(crate) fn has_eliminated(&self) -> bool {
+        self.eliminated.count() > 0
     }
 
     /// Steps by the shared columns along the determined directions, each of which moves the whitened residuals by a unit
@@ -288,7 +296,7 @@ impl Spectrum {
     pub fn leverages(&self, augmented: &[f64]) -> Vec<f64> {
         let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
         let leverage = |along: &mut Vec<f64>, row: &[f64]| {
-            let reduced = self.local.reduce(entries(row));
+            let reduced = self.eliminated.reduce(entries(row));
             directions.along(&reduced.shared, along);
             along.iter().map(|along| along.powi(2)).sum::<f64>() + reduced.own_covariance(&reduced)
         };
@@ -301,17 +309,17 @@ impl Spectrum {
         let directions = ByColumn::of(&self.determined_directions(), self.scales.len());
         let rows = augmented.par_chunks_exact(self.column_scales.len() + 1);
         let in_basis = rows.map(|row| {
-            let reduced = self.local.reduce(entries(row));
+            let reduced = self.eliminated.reduce(entries(row));
             let mut along = vec![0.0; directions.count];
             directions.along(&reduced.shared, &mut along);
-            (along, self.local.own_entries(&reduced))
+            (along, self.eliminated.own_entries(&reduced))
         });
-        let (shared, local): (Vec<Vec<f64>>, Vec<_>) = in_basis.unzip();
+        let (shared, eliminated): (Vec<Vec<f64>>, Vec<_>) = in_basis.unzip();
         BasisRows {
             rank: directions.count,
             shared: shared.concat(),
-            local: if self.has_local() { local } else { Vec::new() },
-            own: self.local.count(),
+            eliminated: if self.has_eliminated() { eliminated } else { Vec::new() },
+            own: self.eliminated.count(),
         }
     }
 
@@ -354,8 +362,8 @@ pub(crate) struct BasisRows {
     pub rank: usize,
     /// So many entries a row.
     pub shared: Vec<f64>,
-    /// By row, place and entry of the own directions of local columns; empty where there are none.
-    pub local: Vec<Vec<(usize, f64)>>,
+    /// By row, place and entry of the own directions of eliminated columns; empty where there are none.
+    pub eliminated: Vec<Vec<(usize, f64)>>,
     /// How many of these there are.
     pub own: usize,
 }

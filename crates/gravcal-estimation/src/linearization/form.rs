@@ -23,7 +23,7 @@ pub trait Linearization {
     /// `JᵀJ`, row-major, of all columns: memory grows with their square.
     fn hessian(&self) -> Vec<f64>;
 
-    /// The same to be handed on, local blocks eliminated; nothing where that would lose digits.
+    /// The same to be handed on, after elimination; nothing where that would lose digits.
     fn normal_equations(&self) -> Option<NormalEquations> {
         None
     }

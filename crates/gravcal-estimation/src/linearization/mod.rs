@@ -1,7 +1,7 @@
 //! What a method needs of the Jacobian, without seeing how it is stored.
 //!
 //! Two forms: [`normal`] (normal equations, fast) and [`orthogonal`] (orthogonal factorization, no digit lost). Both
-//! eliminate local blocks island by island, so that cost and memory grow linearly with their number. Damping comes
+//! eliminate blocks component by component, so that cost and memory grow linearly with their number. Damping comes
 //! before elimination, and another damping reuses what was summed over the factors.
 
 mod dust;
@@ -19,11 +19,11 @@ pub(crate) use form::column_scales;
 pub use form::{Linearization, StepInfo};
 pub(crate) use normal::{Alike, Normal};
 pub use normal_equations::NormalEquations;
-pub(crate) use orthogonal::{Orthogonal, factor_island};
+pub(crate) use orthogonal::{Orthogonal, factor_component};
 
 impl Problem {
     /// Linearizes at `values`, in the form that suits the problem's size and structure: by an orthogonal factorization
-    /// where that is cheap, else by normal equations with local blocks eliminated, which turn to the orthogonal
+    /// where that is cheap, else by normal equations after elimination, which turn to the orthogonal
     /// factorization by themselves where they would lose digits.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use faer::Mat;
 
 use crate::Problem;
 
-/// `JᵀJ` of a problem at one point, with every factor's loss and local blocks eliminated: what a solver has where it ends, and what tells
+/// `JᵀJ` of a problem at one point, with every factor's loss and after elimination: what a solver has where it ends, and what tells
 /// how well the unknowns are known there.
 #[derive(Clone, Debug)]
 pub struct NormalEquations {
@@ -30,7 +30,7 @@ impl NormalEquations {
         &self.shared
     }
 
-    /// Norm of each column of J, local ones included.
+    /// Norm of each column of J, eliminated ones included.
     pub(crate) fn column_norms(&self) -> &[f64] {
         &self.norms
     }

@@ -1,14 +1,14 @@
 //! Orthogonal factorization of the whitened Jacobian: no digit is lost to normal equations, and a step at another
 //! damping costs only a factorization of the small triangle.
 //!
-//! An island of local columns `J_e` with shared columns `J_s` is factored first,
+//! A component of eliminated columns `J_e` with shared columns `J_s` is factored first,
 //!
 //! ```text
 //!     [J_e J_s r] = Q [ R_ee  R_es  z_e ]
 //!                     [  0    J_s′  r′  ]
 //! ```
 //!
-//! its upper rows determine the local step for any shared one, its lower rows join those of all other factors in one
+//! its upper rows determine the eliminated step for any shared one, its lower rows join those of all other factors in one
 //! triangle of the shared columns. (Björck, *Numerical methods for least squares problems*, 1996, section 6.3.)
 
 use std::sync::Arc;
@@ -20,29 +20,29 @@ use super::dust::dust;
 use super::finite::check_finite;
 use super::form::{Linearization, StepInfo};
 use super::triangle::Triangle;
-use crate::local_columns;
-use crate::problem::{Chunk, Island, Rows};
+use crate::eliminated_columns;
+use crate::problem::{Chunk, Component, Rows};
 use crate::reference::Pull;
 use crate::{EvaluateError, Problem, Values};
 
 #[derive(Debug)]
 pub(crate) struct Orthogonal {
     shared: Vec<usize>,
-    /// `[R r]` of the shared columns, all islands eliminated; at most one row more than columns.
+    /// `[R r]` of the shared columns, all components eliminated; at most one row more than columns.
     triangle: Mat<f64>,
-    islands: Vec<Eliminated>,
+    components: Vec<Eliminated>,
     cost: f64,
     gradient: Vec<f64>,
     column_norms: Vec<f64>,
 }
 
-/// The upper rows of a factored island.
+/// The upper rows of a factored component.
 #[derive(Debug)]
 struct Eliminated {
     columns: Vec<usize>,
     /// Indices among the shared columns.
     shared: Arc<[usize]>,
-    /// `[R_ee R_es z_e]`, row-major, one row a local column.
+    /// `[R_ee R_es z_e]`, row-major, one row an eliminated column.
     rows: Vec<f64>,
 }
 
@@ -50,7 +50,7 @@ struct Eliminated {
 struct Part {
     cost: f64,
     triangle: Triangle,
-    islands: Vec<Eliminated>,
+    components: Vec<Eliminated>,
 }
 
 impl Orthogonal {
@@ -63,13 +63,13 @@ impl Orthogonal {
         let run = |chunk: &Chunk| factor_chunk(problem, values, chunk);
         let parts: Vec<Result<Part, EvaluateError>> = structure.chunks.par_iter().map(run).collect();
         let mut all = Triangle::new(structure.shared.len() + 1);
-        let mut islands = Vec::new();
+        let mut components = Vec::new();
         let mut cost = 0.0;
         for part in parts {
             let part = part?;
             cost += part.cost;
             all.push(part.triangle.rows());
-            islands.extend(part.islands);
+            components.extend(part.components);
         }
         let pull = Pull::of(problem, values);
         cost += pull.cost();
@@ -87,7 +87,7 @@ impl Orthogonal {
         let mut this = Orthogonal {
             shared: structure.shared.clone(),
             triangle: all.matrix(),
-            islands,
+            components,
             cost,
             gradient: vec![0.0; columns],
             column_norms: vec![0.0; columns],
@@ -110,10 +110,10 @@ impl Orthogonal {
         for row in self.triangle.row_iter() {
             self.shared.iter().enumerate().for_each(|(j, column)| add(*column, row[j], row[width]));
         }
-        for island in &self.islands {
-            let shared = island.shared.iter().map(|index| self.shared[*index]);
-            let columns: Vec<usize> = island.columns.iter().copied().chain(shared).collect();
-            for row in island.rows.chunks_exact(columns.len() + 1) {
+        for component in &self.components {
+            let shared = component.shared.iter().map(|index| self.shared[*index]);
+            let columns: Vec<usize> = component.columns.iter().copied().chain(shared).collect();
+            for row in component.rows.chunks_exact(columns.len() + 1) {
                 columns.iter().zip(row).for_each(|(column, entry)| add(*column, *entry, row[columns.len()]));
             }
         }
@@ -129,28 +129,30 @@ impl Orthogonal {
             if let Ok(index) = self.shared.binary_search(&column) {
                 self.triangle.col_mut(index).fill(0.0);
             }
-            for island in &mut self.islands {
-                island.clear(column, &self.shared);
+            for component in &mut self.components {
+                component.clear(column, &self.shared);
             }
         }
     }
 
-    /// The triangular factor of the whitened Jacobian's shared columns, with all local ones eliminated: without local
+    /// The triangular factor of the whitened Jacobian's shared columns, after elimination: without eliminated
     /// columns it has the Jacobian's singular values and null space.
     pub fn triangle(&self) -> MatRef<'_, f64> {
         self.triangle.get(.., 0..self.shared.len())
     }
 
-    /// The same with the residual as its last column: `[R z]` of all columns, where none are local.
+    /// The same with the residual as its last column: `[R z]` of all columns, where none are eliminated.
     pub fn augmented_triangle(&self) -> MatRef<'_, f64> {
         self.triangle.as_ref()
     }
 
     /// # Errors
-    /// Names a local block that its own factors do not determine.
-    pub fn check_local_columns(&self, problem: &Problem) -> Result<(), EvaluateError> {
-        let islands = &self.islands;
-        islands.iter().try_for_each(|island| local_columns::check(problem, &island.columns, &island.rows))
+    /// Names an eliminated block that its own factors do not determine.
+    pub fn check_eliminated_columns(&self, problem: &Problem) -> Result<(), EvaluateError> {
+        let components = &self.components;
+        components
+            .iter()
+            .try_for_each(|component| eliminated_columns::check(problem, &component.columns, &component.rows))
     }
 
     /// Calls `found(entries)` for every row of the factors, over all columns.
@@ -158,10 +160,10 @@ impl Orthogonal {
         for row in self.triangle.row_iter() {
             found(&mut self.shared.iter().enumerate().map(|(j, column)| (*column, row[j])));
         }
-        for island in &self.islands {
-            for row in island.rows.chunks_exact(island.width()) {
-                let shared = island.shared.iter().map(|index| self.shared[*index]);
-                let columns = island.columns.iter().copied().chain(shared);
+        for component in &self.components {
+            for row in component.rows.chunks_exact(component.width()) {
+                let shared = component.shared.iter().map(|index| self.shared[*index]);
+                let columns = component.columns.iter().copied().chain(shared);
                 found(&mut columns.zip(row.iter().copied()));
             }
         }
@@ -182,35 +184,35 @@ impl Eliminated {
         }
     }
 
-    /// `[R_ee R_es z_e]` with `√λ D` below its local columns, factored again: the upper rows, and the lower ones
-    /// without the local columns.
+    /// `[R_ee R_es z_e]` with `√λ D` below its eliminated columns, factored again: the upper rows, and the lower ones
+    /// without the eliminated columns.
     fn damped(&self, root: f64, scaling: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let (local, width) = (self.columns.len(), self.width());
+        let (eliminated, width) = (self.columns.len(), self.width());
         let damping = self.columns.iter().enumerate().flat_map(|(index, column)| {
             (0..width).map(move |j| if j == index { root * scaling[*column] } else { 0.0 })
         });
         let stacked: Vec<f64> = self.rows.iter().copied().chain(damping).collect();
-        split(&stacked, local, width)
+        split(&stacked, eliminated, width)
     }
 }
 
-/// Factors rows of `width` numbers; gives the first `local` rows of the triangle, and the rest without the first `local`
+/// Factors rows of `width` numbers; gives the first `eliminated` rows of the triangle, and the rest without the first `eliminated`
 /// columns.
-fn split(rows: &[f64], local: usize, width: usize) -> (Vec<f64>, Vec<f64>) {
+fn split(rows: &[f64], eliminated: usize, width: usize) -> (Vec<f64>, Vec<f64>) {
     let factored = MatRef::from_row_major_slice(rows, rows.len() / width, width).qr();
     let r = factored.thin_R();
     let entry = |i: usize, j: usize| if i < r.nrows() && j >= i { r[(i, j)] } else { 0.0 };
-    let upper = (0..local).flat_map(|i| (0..width).map(move |j| entry(i, j))).collect();
-    let lower = (local..r.nrows()).flat_map(|i| (local..width).map(move |j| entry(i, j))).collect();
+    let upper = (0..eliminated).flat_map(|i| (0..width).map(move |j| entry(i, j))).collect();
+    let lower = (eliminated..r.nrows()).flat_map(|i| (eliminated..width).map(move |j| entry(i, j))).collect();
     (upper, lower)
 }
 
 fn factor_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Result<Part, EvaluateError> {
     let structure = problem.structure();
     let mut rows = Rows::new(problem, values);
-    let mut part = Part { cost: 0.0, triangle: Triangle::new(structure.shared.len() + 1), islands: Vec::new() };
-    let islands = &structure.islands[chunk.islands.clone()];
-    let free_end = islands.first().map_or(chunk.factors.end, |first| first.factors.start);
+    let mut part = Part { cost: 0.0, triangle: Triangle::new(structure.shared.len() + 1), components: Vec::new() };
+    let components = &structure.components[chunk.components.clone()];
+    let free_end = components.first().map_or(chunk.factors.end, |first| first.factors.start);
     let mut compact = Vec::new();
     let mut wide = vec![0.0; structure.shared.len() + 1];
     for factor in &structure.order[chunk.factors.start..free_end] {
@@ -225,67 +227,77 @@ fn factor_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Result<Par
             part.triangle.push(&wide);
         }
     }
-    for island in islands {
-        eliminate(problem, &mut rows, island, &mut part)?;
+    for component in components {
+        eliminate(problem, &mut rows, component, &mut part)?;
     }
     part.triangle.factor();
     Ok(part)
 }
 
-/// Factors one island: its upper rows are kept, its lower ones join the triangle.
-fn eliminate(problem: &Problem, rows: &mut Rows<'_>, island: &Island, part: &mut Part) -> Result<(), EvaluateError> {
-    let (upper, lower) = split_island(problem, rows, island, &mut part.cost)?;
-    widen(&lower, island.shared.as_ref(), problem.structure().shared.len(), &mut part.triangle);
-    part.islands.push(Eliminated { columns: island.columns.clone(), shared: Arc::clone(&island.shared), rows: upper });
+/// Factors one component: its upper rows are kept, its lower ones join the triangle.
+fn eliminate(
+    problem: &Problem,
+    rows: &mut Rows<'_>,
+    component: &Component,
+    part: &mut Part,
+) -> Result<(), EvaluateError> {
+    let (upper, lower) = split_component(problem, rows, component, &mut part.cost)?;
+    widen(&lower, component.shared.as_ref(), problem.structure().shared.len(), &mut part.triangle);
+    part.components.push(Eliminated {
+        columns: component.columns.clone(),
+        shared: Arc::clone(&component.shared),
+        rows: upper,
+    });
     Ok(())
 }
 
-/// `[R_ee R_es z_e]` of one island at `values`, with some columns cleared.
+/// `[R_ee R_es z_e]` of one component at `values`, with some columns cleared.
 ///
 /// # Errors
 /// Where a residual cannot be evaluated there.
-pub(crate) fn factor_island(
+pub(crate) fn factor_component(
     problem: &Problem,
     values: &Values,
-    island: &Island,
+    component: &Component,
     cleared: &[usize],
 ) -> Result<Vec<f64>, EvaluateError> {
-    let (upper, _) = split_island(problem, &mut Rows::new(problem, values), island, &mut 0.0)?;
-    let mut island = Eliminated { columns: island.columns.clone(), shared: Arc::clone(&island.shared), rows: upper };
-    cleared.iter().for_each(|column| island.clear(*column, &problem.structure().shared));
-    Ok(island.rows)
+    let (upper, _) = split_component(problem, &mut Rows::new(problem, values), component, &mut 0.0)?;
+    let mut component =
+        Eliminated { columns: component.columns.clone(), shared: Arc::clone(&component.shared), rows: upper };
+    cleared.iter().for_each(|column| component.clear(*column, &problem.structure().shared));
+    Ok(component.rows)
 }
 
-/// The rows of an island, its local columns eliminated: upper and lower ones. Adds its factors' cost.
-fn split_island(
+/// The rows of a component, its columns eliminated: upper and lower ones. Adds its factors' cost.
+fn split_component(
     problem: &Problem,
     rows: &mut Rows<'_>,
-    island: &Island,
+    component: &Component,
     cost: &mut f64,
 ) -> Result<(Vec<f64>, Vec<f64>), EvaluateError> {
-    let (local, touched) = (island.columns.len(), island.shared.len());
-    let width = local + touched + 1;
+    let (eliminated, touched) = (component.columns.len(), component.shared.len());
+    let width = eliminated + touched + 1;
     let mut stacked = Vec::new();
     let mut compact = Vec::new();
-    for factor in &problem.structure().order[island.factors.clone()] {
+    for factor in &problem.structure().order[component.factors.clone()] {
         *cost += rows.linearize(*factor, true)?;
         rows.check_jacobian(*factor)?;
         for (row, plan) in problem.plans(*factor).iter().enumerate() {
             let start = stacked.len();
             stacked.resize(start + width, 0.0);
             let out = &mut stacked[start..];
-            rows.for_island(*factor, row, |index, entry| out[index] = entry);
+            rows.for_component(*factor, row, |index, entry| out[index] = entry);
             compact.resize(plan.columns.len() + 1, 0.0);
             rows.gather(plan, row, &mut compact);
             for (column, entry) in plan.columns.iter().zip(&compact) {
-                if let Ok(at) = island.shared.binary_search(column) {
-                    out[local + at] = *entry;
+                if let Ok(at) = component.shared.binary_search(column) {
+                    out[eliminated + at] = *entry;
                 }
             }
             out[width - 1] = rows.residual(row);
         }
     }
-    Ok(split(&stacked, local, width))
+    Ok(split(&stacked, eliminated, width))
 }
 
 /// Pushes rows over some shared columns (and the residual) as rows over all of them.
@@ -313,7 +325,7 @@ impl Linearization for Orthogonal {
 
     fn damped_step(&mut self, lambda: f64, scaling: &[f64], step: &mut [f64]) -> StepInfo {
         let (root, columns) = (lambda.sqrt(), self.shared.len());
-        // [R | r; √λ D | 0] and what the damped islands add: the step without ever squaring the condition.
+        // [R | r; √λ D | 0] and what the damped components add: the step without ever squaring the condition.
         let mut stacked = Triangle::new(columns + 1);
         let mut row = vec![0.0; columns + 1];
         for given in self.triangle.row_iter() {
@@ -326,16 +338,16 @@ impl Linearization for Orthogonal {
             stacked.push(&row);
             row[index] = 0.0;
         }
-        let islands: Vec<(Vec<f64>, Vec<f64>)> =
-            self.islands.par_iter().map(|island| island.damped(root, scaling)).collect();
-        for (island, (_, lower)) in self.islands.iter().zip(&islands) {
-            widen(lower, &island.shared, columns, &mut stacked);
+        let components: Vec<(Vec<f64>, Vec<f64>)> =
+            self.components.par_iter().map(|component| component.damped(root, scaling)).collect();
+        for (component, (_, lower)) in self.components.iter().zip(&components) {
+            widen(lower, &component.shared, columns, &mut stacked);
         }
         stacked.factor();
         let shared = solve_triangle(&stacked.matrix(), columns);
         self.shared.iter().zip(&shared).for_each(|(column, value)| step[*column] = *value);
-        for (island, (upper, _)) in self.islands.iter().zip(&islands) {
-            island.substitute(upper, &shared, step);
+        for (component, (upper, _)) in self.components.iter().zip(&components) {
+            component.substitute(upper, &shared, step);
         }
         let along: f64 = self.gradient.iter().zip(&*step).map(|(g, d)| g * d).sum();
         StepInfo { predicted_reduction: -along - 0.5 * self.image_norm_squared(step) }
@@ -361,15 +373,15 @@ impl Linearization for Orthogonal {
 }
 
 impl Eliminated {
-    /// The local step that follows from the shared one: `R_ee δ_e = −z_e − R_es δ_s`.
+    /// The eliminated step that follows from the shared one: `R_ee δ_e = −z_e − R_es δ_s`.
     fn substitute(&self, upper: &[f64], shared: &[f64], step: &mut [f64]) {
-        let (local, width) = (self.columns.len(), self.width());
-        for i in (0..local).rev() {
+        let (eliminated, width) = (self.columns.len(), self.width());
+        for i in (0..eliminated).rev() {
             let row = &upper[i * width..(i + 1) * width];
             let by_shared: f64 =
-                self.shared.iter().zip(&row[local..]).map(|(index, entry)| entry * shared[*index]).sum();
-            let by_local: f64 = (i + 1..local).map(|j| row[j] * step[self.columns[j]]).sum();
-            let right = -row[width - 1] - by_shared - by_local;
+                self.shared.iter().zip(&row[eliminated..]).map(|(index, entry)| entry * shared[*index]).sum();
+            let by_eliminated: f64 = (i + 1..eliminated).map(|j| row[j] * step[self.columns[j]]).sum();
+            let right = -row[width - 1] - by_shared - by_eliminated;
             step[self.columns[i]] = if row[i] == 0.0 { 0.0 } else { right / row[i] };
         }
     }

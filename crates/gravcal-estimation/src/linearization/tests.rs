@@ -1,4 +1,4 @@
-//! All forms of one linearization against each other, with and without local blocks.
+//! All forms of one linearization against each other, with and without eliminated blocks.
 
 use std::ops::Range;
 
@@ -80,8 +80,8 @@ impl Residual for NearZero {
     }
 }
 
-/// `poses` poses with two kinds of noise and a loss; errors of the angle marked local or not.
-pub(crate) fn problem(poses: usize, local: bool) -> (Problem, Values) {
+/// `poses` poses with two kinds of noise and a loss; errors of the angle marked eliminated or not.
+pub(crate) fn problem(poses: usize, eliminated: bool) -> (Problem, Values) {
     let mut builder = ProblemBuilder::new();
     let a = builder.add_block(Block::scalar("a", ""), &[1.3]);
     let v = Block::vector("v", "", &["x", "y", "z"]).on(Manifold::Sphere { radius: 2.0 });
@@ -90,7 +90,7 @@ pub(crate) fn problem(poses: usize, local: bool) -> (Problem, Values) {
     for pose in 0..poses {
         let angle = 0.37 * pose as f64;
         let error = Block::vector(format!("error{pose}"), "rad", &["x", "y"]);
-        let error = builder.add_block(if local { error.local() } else { error }, &[0.01, -0.02]);
+        let error = builder.add_block(if eliminated { error.eliminated() } else { error }, &[0.01, -0.02]);
         let noise = if pose % 3 == 0 {
             Noise::correlated(&[0.04, 0.01, 0.01, 0.09], 2).unwrap()
         } else {
@@ -136,7 +136,7 @@ fn assert_same(one: &mut dyn Linearization, other: &mut dyn Linearization) {
 fn normal_equations_and_orthogonal_factorization_agree_with_and_without_elimination() {
     let (eliminated, values) = problem(700, true);
     let (plain, _) = problem(700, false);
-    assert_eq!(eliminated.structure().islands.len(), 700);
+    assert_eq!(eliminated.structure().components.len(), 700);
     assert!(eliminated.structure().chunks.len() > 1);
     let (short, short_values) = problem(40, false);
     let (short_eliminated, _) = problem(40, true);

@@ -32,10 +32,10 @@ const RANK_TOLERANCE: f64 = 1e-9;
 /// All factors of a problem at one point as one factor of all its free blocks, to first order.
 ///
 /// # Errors
-/// Where they cannot be evaluated there, or where blocks are local: what follows from others alone has no place in it.
+/// Where they cannot be evaluated there, or where blocks are eliminated: what follows from others alone has no place in it.
 pub fn linearized(problem: &Problem, values: &Values) -> Result<Factor, EvaluateError> {
-    if !problem.structure().islands.is_empty() {
-        return Err(EvaluateError("blocks that are local cannot be passed on in linear form".into()));
+    if !problem.structure().components.is_empty() {
+        return Err(EvaluateError("blocks that are eliminated cannot be passed on in linear form".into()));
     }
     let linearization = Orthogonal::new(&problem.without_reference(), values)?;
     let residual = Linear::new(problem, values, linearization.augmented_triangle());

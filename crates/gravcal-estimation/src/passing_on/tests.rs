@@ -158,15 +158,15 @@ fn derivatives() {
 }
 
 #[test]
-fn local_blocks_are_refused_and_rows_without_an_effect_give_nothing() {
+fn eliminated_blocks_are_refused_and_rows_without_an_effect_give_nothing() {
     let mut builder = ProblemBuilder::new();
     let x = builder.add_block(Block::scalar("x", "m"), &[0.0]);
-    let own = builder.add_block(Block::scalar("own", "m").local(), &[0.0]);
+    let own = builder.add_block(Block::scalar("own", "m").eliminated(), &[0.0]);
     let unit = || Noise::independent(&[1.0]).unwrap();
     builder.add_factor(Factor::new(Line::new(&[x, own], &[1.0, 1.0], 1.0), unit()));
     builder.add_factor(Factor::new(Line::new(&[own], &[1.0], 0.0), unit()));
     builder.add_factor(Factor::new(Line::new(&[x], &[0.0], 1.0), unit()));
     let (problem, initial) = builder.build().unwrap();
-    assert!(linearized(&problem, &initial).unwrap_err().to_string().contains("local"));
+    assert!(linearized(&problem, &initial).unwrap_err().to_string().contains("eliminated"));
     assert!(condensed(&problem, &[2], &initial).unwrap().is_none());
 }

@@ -140,12 +140,12 @@ impl Problem {
 /// What factors of one shape that are evaluated in a batch read, and their Jacobians: zero outside of their patterns.
 #[derive(Default)]
 struct BatchInputs {
-    /// Only the first, where they have no local blocks.
+    /// Only the first, where they have no eliminated blocks.
     inputs: [Inputs; LANES],
     jacobian: Vec<[f64; LANES]>,
 }
 
-/// What the factors of one shape read: shared blocks are copied once, local ones for each factor.
+/// What the factors of one shape read: shared blocks are copied once, eliminated ones for each factor.
 #[derive(Default)]
 struct Inputs {
     shape: Option<usize>,
@@ -158,7 +158,7 @@ impl Inputs {
         let shape = &problem.structure.shapes[index];
         let blocks = problem.factors[factor].residual.blocks();
         if self.shape.replace(index) == Some(index) {
-            for place in &shape.local_blocks {
+            for place in &shape.eliminated_blocks {
                 let own = values.get(blocks[*place]);
                 self.values[shape.local_offsets[*place]..][..own.len()].copy_from_slice(own);
             }
@@ -294,7 +294,7 @@ impl<'a> Rows<'a> {
         let (problem, values) = (self.problem, self.values);
         self.batch_shape = index;
         let BatchInputs { inputs, jacobian } = &mut self.batch[index];
-        let x = if shape.local_blocks.is_empty() {
+        let x = if shape.eliminated_blocks.is_empty() {
             inputs[0].load(problem, values, factors[0]);
             [inputs[0].values.as_slice(); LANES]
         } else {
@@ -423,10 +423,10 @@ impl<'a> Rows<'a> {
         out[0] = self.residual(row);
     }
 
-    /// Calls `found(index, entry)` for the entries of a row in the columns of an island.
-    pub fn for_island(&self, factor: usize, row: usize, mut found: impl FnMut(usize, f64)) {
+    /// Calls `found(index, entry)` for the entries of a row in the columns of a component.
+    pub fn for_component(&self, factor: usize, row: usize, mut found: impl FnMut(usize, f64)) {
         self.for_blocks(factor, row, |place, entry| {
-            if let Place::Island { index, .. } = place {
+            if let Place::Component { index, .. } = place {
                 found(index, entry);
             }
         });
@@ -443,7 +443,7 @@ impl<'a> Rows<'a> {
         let structure = self.problem.structure();
         self.for_blocks(factor, row, |place, entry| match place {
             Place::Shared(index) => found(structure.shared[index], entry),
-            Place::Island { island, index } => found(structure.islands[island].columns[index], entry),
+            Place::Component { component, index } => found(structure.components[component].columns[index], entry),
         });
     }
 

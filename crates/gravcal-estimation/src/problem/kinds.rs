@@ -1,32 +1,32 @@
-//! Islands that look alike: their factors have the same shapes in the same order, and read the same of the island's columns in the
+//! Components that look alike: their factors have the same shapes in the same order, and read the same of the component's columns in the
 //! same places. They differ by numbers only, so that some of them are batched.
 
 use std::collections::HashMap;
 
 use super::structure::{Piece, RowPlan, Shape};
 
-/// Most rows with shared columns of an island that is eliminated by reweighing them: the effort grows with the cube of their number.
+/// Most rows with shared columns of a component that is eliminated by reweighing them: the effort grows with the cube of their number.
 const MOST_MIXED: usize = 32;
 
-/// What islands of one kind have in common.
+/// What components of one kind have in common.
 #[derive(Clone, Debug)]
 pub(crate) struct Kind {
-    /// Number of local columns.
-    pub local: usize,
+    /// Number of eliminated columns.
+    pub eliminated: usize,
     /// One a factor.
     pub slots: Vec<Slot>,
     /// Shared columns that its rows touch, in an order in which each mixed row touches some of the first ones.
     pub columns: Vec<usize>,
     /// How many of these the mixed rows up to each one touch.
     pub widths: Vec<usize>,
-    /// Whether rows of local columns alone may determine these, so that mixed rows can be reweighed (`linearization/normal/alike.rs`).
+    /// Whether rows of eliminated columns alone may determine these, so that mixed rows can be reweighed (`linearization/normal/alike.rs`).
     pub reweighed: bool,
 }
 
-/// A factor of an island.
+/// A factor of a component.
 #[derive(Clone, Debug)]
 pub(crate) struct Slot {
-    /// Stored columns of local blocks, and which of the island's they are.
+    /// Stored columns of eliminated blocks, and which of the component's they are.
     pub own: Vec<(usize, usize)>,
     pub rows: Vec<RowPlace>,
 }
@@ -36,7 +36,7 @@ pub(crate) struct Slot {
 pub(crate) enum RowPlace {
     /// It touches shared columns: which of the mixed rows it is, and where its columns go.
     Mixed { index: usize, runs: Vec<Run> },
-    /// It touches local columns alone.
+    /// It touches eliminated columns alone.
     Own,
 }
 
@@ -59,13 +59,13 @@ pub(super) struct Slots {
 #[derive(Debug, PartialEq, Eq, Hash)]
 pub(super) struct FactorSlot {
     pub shape: usize,
-    /// Its local blocks; nothing for one that is fixed.
-    pub blocks: Vec<Option<LocalBlock>>,
+    /// Its eliminated blocks; nothing for one that is fixed.
+    pub blocks: Vec<Option<EliminatedBlock>>,
 }
 
-/// A local block within its island.
+/// An eliminated block within its component.
 #[derive(Debug, PartialEq, Eq, Hash)]
-pub(super) struct LocalBlock {
+pub(super) struct EliminatedBlock {
     /// Its first column.
     pub first: usize,
     /// Whether its columns are its stored ones.
@@ -113,17 +113,17 @@ impl Kind {
         };
         let slot = |(slot, FactorSlot { shape, blocks }): (usize, &FactorSlot)| {
             let shape = &shapes[*shape];
-            let of_block = |(at, block): (&usize, &Option<LocalBlock>)| {
+            let of_block = |(at, block): (&usize, &Option<EliminatedBlock>)| {
                 let stored = shape.local_offsets[*at]..shape.local_offsets[at + 1];
                 block.as_ref().map(|block| stored.zip(block.first..)).into_iter().flatten()
             };
-            let own = shape.local_blocks.iter().zip(blocks).flat_map(of_block).collect();
+            let own = shape.eliminated_blocks.iter().zip(blocks).flat_map(of_block).collect();
             Slot { own, rows: (0..shape.rows.len()).map(|row| row_place((slot, row))).collect() }
         };
         let all = slots.factors.iter().flat_map(|factor| &factor.blocks);
         let flat = all.flatten().all(|block| block.flat);
         Kind {
-            local: slots.columns,
+            eliminated: slots.columns,
             slots: slots.factors.iter().enumerate().map(slot).collect(),
             reweighed: flat && own.len() >= slots.columns && (1..=MOST_MIXED).contains(&mixed.len()),
             columns,

@@ -20,7 +20,7 @@ pub(crate) use evaluate::Rows;
 pub(crate) use kinds::{Kind, RowPlace, Run, Slot};
 use offsets::offsets;
 use structure::Shape;
-pub(crate) use structure::{Chunk, Island, Piece, Place, RowPlan, Structure};
+pub(crate) use structure::{Chunk, Component, Piece, Place, RowPlan, Structure};
 
 /// Multiplications of an orthogonal factorization that take no longer than normal equations.
 const SMALL: usize = 1_000;
@@ -233,7 +233,7 @@ impl Problem {
 
     /// Whether an orthogonal factorization costs so little that the digits it spares need no second thought.
     pub(crate) fn is_small(&self) -> bool {
-        self.structure.islands.is_empty() && self.rows() * self.columns.len().pow(2) <= SMALL
+        self.structure.components.is_empty() && self.rows() * self.columns.len().pow(2) <= SMALL
     }
 
     /// First column of each block, and the number of columns at the end.

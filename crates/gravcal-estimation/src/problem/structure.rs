@@ -1,15 +1,15 @@
 //! How a problem is laid out for linearization: which columns belong to whom, which factors look alike, in which order
 //! and in which chunks they are summed. Found once, when the problem is built.
 //!
-//! *Shared* columns are those of blocks not marked [`local`](crate::Block::local). Local blocks that meet in a factor
-//! form an *island*; islands meet only through shared columns, so each can be eliminated by itself. Factors of the same
+//! *Shared* columns are those of blocks not marked [`eliminated`](crate::Block::eliminated). Eliminated blocks that meet in a factor
+//! form a *connected component*; components meet only through shared columns, so each can be eliminated by itself. Factors of the same
 //! *shape* read the same shared blocks in the same places, so that each of their rows has the same compact columns.
 
 use std::collections::HashMap;
 use std::ops::Range;
 use std::sync::Arc;
 
-use super::kinds::{FactorSlot, Kind, Kinds, LocalBlock, Slots};
+use super::kinds::{EliminatedBlock, FactorSlot, Kind, Kinds, Slots};
 use super::offsets::offsets;
 use crate::{Block, BlockId, Factor, Manifold, Noise};
 
@@ -25,13 +25,13 @@ const MAX_CHUNK_NUMBERS: usize = 1 << 24;
 pub(crate) enum Place {
     /// Among the shared columns.
     Shared(usize),
-    /// Within an island.
-    Island { island: usize, index: usize },
+    /// Within a component.
+    Component { component: usize, index: usize },
 }
 
-/// Local blocks that are eliminated together.
+/// Blocks that are eliminated together.
 #[derive(Clone, Debug)]
-pub(crate) struct Island {
+pub(crate) struct Component {
     /// Its own columns.
     pub columns: Vec<usize>,
     /// The shared columns (as indices among them) that its factors touch, ascending.
@@ -47,8 +47,8 @@ pub(crate) struct Island {
 pub(crate) struct Chunk {
     /// Range of [`Structure::order`].
     pub factors: Range<usize>,
-    /// The islands among them; factors before the first island's belong to none.
-    pub islands: Range<usize>,
+    /// The components among them; factors before the first component's belong to none.
+    pub components: Range<usize>,
 }
 
 /// What factors of one shape have in common.
@@ -56,8 +56,8 @@ pub(crate) struct Chunk {
 pub(crate) struct Shape {
     /// Start of each block among the local stored columns, and their number.
     pub local_offsets: Vec<usize>,
-    /// Places of local blocks among those read, which differ from factor to factor.
-    pub local_blocks: Vec<usize>,
+    /// Places of eliminated blocks among those read, which differ from factor to factor.
+    pub eliminated_blocks: Vec<usize>,
     /// Whether the noise is correlated, so that whitening mixes rows.
     pub correlated: bool,
     /// Whether each row has a pattern, all of whose entries are written.
@@ -102,9 +102,9 @@ pub(crate) struct Structure {
     /// Shape of each factor.
     pub shape_of: Vec<usize>,
     /// One kind after another.
-    pub islands: Vec<Island>,
+    pub components: Vec<Component>,
     pub kinds: Vec<Kind>,
-    /// Factors in the order in which they are summed: those without local blocks first, then island by island.
+    /// Factors in the order in which they are summed: those without eliminated blocks first, then component by component.
     pub order: Vec<usize>,
     pub chunks: Vec<Chunk>,
 }
@@ -112,20 +112,20 @@ pub(crate) struct Structure {
 impl Structure {
     pub fn new(blocks: &[Block], factors: &[Factor], column_offsets: &[usize]) -> Self {
         let spheres =
-            blocks.iter().enumerate().filter(|(_, block)| !block.local && block.manifold != Manifold::Euclidean);
+            blocks.iter().enumerate().filter(|(_, block)| !block.eliminated && block.manifold != Manifold::Euclidean);
         let spheres: Vec<BlockId> = spheres.map(|(index, _)| BlockId(index as u32)).collect();
         let layout = Layout { blocks, factors, column_offsets, spheres: &spheres };
         let (shared, mut places) = layout.shared_columns();
         let (shapes, shape_of) = layout.shapes(&places);
-        let (mut islands, kinds, order) = layout.islands(&shapes, &shape_of);
-        for (index, island) in islands.iter().enumerate() {
-            for (inside, column) in island.columns.iter().enumerate() {
-                places[*column] = Place::Island { island: index, index: inside };
+        let (mut components, kinds, order) = layout.components(&shapes, &shape_of);
+        for (index, component) in components.iter().enumerate() {
+            for (inside, column) in component.columns.iter().enumerate() {
+                places[*column] = Place::Component { component: index, index: inside };
             }
         }
-        note_shared(&mut islands, &order, &shapes, &shape_of);
-        let chunks = cut(order.len(), &islands, shared.len());
-        Structure { shared, places, spheres, shapes, shape_of, islands, kinds, order, chunks }
+        note_shared(&mut components, &order, &shapes, &shape_of);
+        let chunks = cut(order.len(), &components, shared.len());
+        Structure { shared, places, spheres, shapes, shape_of, components, kinds, order, chunks }
     }
 
     /// The first factor of each shape.
@@ -143,22 +143,22 @@ struct Layout<'a> {
 }
 
 impl Layout<'_> {
-    fn is_local(&self, id: BlockId) -> bool {
-        self.blocks[id.index()].local
+    fn is_eliminated(&self, id: BlockId) -> bool {
+        self.blocks[id.index()].eliminated
     }
 
     fn columns_of(&self, id: BlockId) -> Range<usize> {
         self.column_offsets[id.index()]..self.column_offsets[id.index() + 1]
     }
 
-    /// Columns of blocks that are not local, and by column the place among them (islands are filled in later).
+    /// Columns of blocks that are not eliminated, and by column the place among them (components are filled in later).
     fn shared_columns(&self) -> (Vec<usize>, Vec<Place>) {
         let mut shared = Vec::new();
         let mut places = Vec::new();
         for (index, block) in self.blocks.iter().enumerate() {
             for column in self.columns_of(BlockId(index as u32)) {
                 places.push(Place::Shared(shared.len()));
-                if !block.local {
+                if !block.eliminated {
                     shared.push(column);
                 }
             }
@@ -181,7 +181,7 @@ impl Layout<'_> {
                 continue;
             }
             let residual = &self.factors[factor].residual;
-            let shared = residual.blocks().iter().copied().filter(|id| !self.is_local(*id)).collect();
+            let shared = residual.blocks().iter().copied().filter(|id| !self.is_eliminated(*id)).collect();
             let candidates = known.entry((residual.len(), shared)).or_default();
             let shape = candidates.iter().copied().find(|shape| self.alike(first[*shape], factor));
             shape_of.push(shape.unwrap_or_else(|| {
@@ -200,7 +200,7 @@ impl Layout<'_> {
         let (ra, rb) = (&fa.residual, &fb.residual);
         let same_block = |(x, y): (&BlockId, &BlockId)| {
             let (bx, by) = (&self.blocks[x.index()], &self.blocks[y.index()]);
-            x == y || (bx.local && by.local && bx.len() == by.len())
+            x == y || (bx.eliminated && by.eliminated && bx.len() == by.len())
         };
         let same_blocks =
             || ra.blocks().len() == rb.blocks().len() && ra.blocks().iter().zip(rb.blocks()).all(same_block);
@@ -231,7 +231,8 @@ impl Layout<'_> {
                 )
             })
             .collect();
-        let local_blocks = (0..residual.blocks().len()).filter(|at| self.is_local(residual.blocks()[*at])).collect();
+        let eliminated_blocks =
+            (0..residual.blocks().len()).filter(|at| self.is_eliminated(residual.blocks()[*at])).collect();
         let correlated = is_correlated(&self.factors[factor]);
         let patterned = !correlated && (0..residual.len()).all(|row| residual.row_pattern(row).is_some());
         let mut columns: Vec<Vec<usize>> = Vec::new();
@@ -241,15 +242,15 @@ impl Layout<'_> {
                 columns.push(row.columns.clone());
             }
         }
-        Shape { local_offsets, local_blocks, correlated, patterned, rows, columns }
+        Shape { local_offsets, eliminated_blocks, correlated, patterned, rows, columns }
     }
 
     fn row_plan(&self, ids: &[BlockId], offsets: &[usize], pattern: &[Range<usize>], places: &[Place]) -> RowPlan {
         let mut runs: Vec<(usize, Piece)> = Vec::with_capacity(ids.len());
-        for (local, id) in ids.iter().enumerate().filter(|(_, id)| !self.is_local(**id)) {
+        for (place, id) in ids.iter().enumerate().filter(|(_, id)| !self.is_eliminated(**id)) {
             let columns = self.columns_of(*id);
             let Some(Place::Shared(first)) = columns.clone().next().map(|column| places[column]) else { continue };
-            let stored = offsets[local]..offsets[local + 1];
+            let stored = offsets[place]..offsets[place + 1];
             let touched = pattern.iter().map(|range| range.start.max(stored.start)..range.end.min(stored.end));
             for range in touched.filter(|range| !range.is_empty()) {
                 runs.push(match self.blocks[id.index()].manifold {
@@ -270,32 +271,32 @@ impl Layout<'_> {
         RowPlan { pieces: join(runs), columns, place: 0 }
     }
 
-    /// Islands of local blocks, what they are like, and the factors in order.
-    fn islands(&self, shapes: &[Shape], shape_of: &[usize]) -> (Vec<Island>, Vec<Kind>, Vec<usize>) {
-        if !self.blocks.iter().any(|block| block.local) {
+    /// Components of eliminated blocks, what they are like, and the factors in order.
+    fn components(&self, shapes: &[Shape], shape_of: &[usize]) -> (Vec<Component>, Vec<Kind>, Vec<usize>) {
+        if !self.blocks.iter().any(|block| block.eliminated) {
             return (Vec::new(), Vec::new(), in_order_of_shapes((0..self.factors.len()).collect(), shape_of));
         }
-        let free_local = |id: &BlockId| self.is_local(*id) && !self.columns_of(*id).is_empty();
+        let free_eliminated = |id: &BlockId| self.is_eliminated(*id) && !self.columns_of(*id).is_empty();
         let mut roots = Roots((0..self.blocks.len()).collect());
         for factor in self.factors {
-            let mut local = factor.residual.blocks().iter().filter(|id| free_local(id));
-            if let Some(first) = local.next() {
-                local.for_each(|other| roots.unite(first.index(), other.index()));
+            let mut eliminated = factor.residual.blocks().iter().filter(|id| free_eliminated(id));
+            if let Some(first) = eliminated.next() {
+                eliminated.for_each(|other| roots.unite(first.index(), other.index()));
             }
         }
         let mut number: HashMap<usize, usize> = HashMap::new();
-        let mut islands: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
-        for id in (0..self.blocks.len() as u32).map(BlockId).filter(free_local) {
-            let island = *number.entry(roots.find(id.index())).or_insert_with(|| {
-                islands.push(Default::default());
-                islands.len() - 1
+        let mut components: Vec<(Vec<usize>, Vec<usize>)> = Vec::new();
+        for id in (0..self.blocks.len() as u32).map(BlockId).filter(free_eliminated) {
+            let component = *number.entry(roots.find(id.index())).or_insert_with(|| {
+                components.push(Default::default());
+                components.len() - 1
             });
-            islands[island].0.extend(self.columns_of(id));
+            components[component].0.extend(self.columns_of(id));
         }
         let mut order = Vec::with_capacity(self.factors.len());
         for (index, factor) in self.factors.iter().enumerate() {
-            match factor.residual.blocks().iter().find(|id| free_local(id)) {
-                Some(id) => islands[number[&roots.find(id.index())]].1.push(index),
+            match factor.residual.blocks().iter().find(|id| free_eliminated(id)) {
+                Some(id) => components[number[&roots.find(id.index())]].1.push(index),
                 None => order.push(index),
             }
         }
@@ -304,28 +305,28 @@ impl Layout<'_> {
         let mut kind_of =
             |columns: &[usize], factors: &[usize]| kinds.find(self.slots(columns, factors, shape_of), shapes);
         let with_kind = |(columns, factors): (Vec<usize>, Vec<usize>)| (kind_of(&columns, &factors), columns, factors);
-        let mut islands: Vec<_> = islands.into_iter().map(with_kind).collect();
-        islands.sort_by_key(|(kind, ..)| *kind);
-        let islands = islands
+        let mut components: Vec<_> = components.into_iter().map(with_kind).collect();
+        components.sort_by_key(|(kind, ..)| *kind);
+        let components = components
             .into_iter()
             .map(|(kind, columns, factors)| {
                 let start = order.len();
                 order.extend(factors);
-                Island { columns, shared: Arc::from([]), kind, factors: start..order.len() }
+                Component { columns, shared: Arc::from([]), kind, factors: start..order.len() }
             })
             .collect();
-        (islands, kinds.all, order)
+        (components, kinds.all, order)
     }
 
-    /// The factors of an island by their shapes, and where their local columns are among the island's.
+    /// The factors of a component by their shapes, and where their eliminated columns are among the component's.
     fn slots(&self, columns: &[usize], factors: &[usize], shape_of: &[usize]) -> Slots {
         let slot = |factor: &usize| {
             let blocks = self.factors[*factor].residual.blocks();
-            let own = blocks.iter().filter(|id| self.is_local(**id));
+            let own = blocks.iter().filter(|id| self.is_eliminated(**id));
             let place = |id: &BlockId| {
                 let first = self.columns_of(*id).next()?;
                 let flat = self.blocks[id.index()].manifold == Manifold::Euclidean;
-                Some(LocalBlock { first: columns.iter().position(|column| *column == first)?, flat })
+                Some(EliminatedBlock { first: columns.iter().position(|column| *column == first)?, flat })
             };
             FactorSlot { shape: shape_of[*factor], blocks: own.map(place).collect() }
         };
@@ -357,39 +358,40 @@ fn join(runs: Vec<(usize, Piece)>) -> Vec<Piece> {
     pieces
 }
 
-/// Notes the shared columns that each island's factors touch; equal lists are kept once.
-fn note_shared(islands: &mut [Island], order: &[usize], shapes: &[Shape], shape_of: &[usize]) {
+/// Notes the shared columns that each component's factors touch; equal lists are kept once.
+fn note_shared(components: &mut [Component], order: &[usize], shapes: &[Shape], shape_of: &[usize]) {
     let mut known: HashMap<Vec<usize>, Arc<[usize]>> = HashMap::new();
-    for island in islands {
-        let mut of_island: Vec<usize> = order[island.factors.clone()].iter().map(|factor| shape_of[*factor]).collect();
-        of_island.sort_unstable();
-        of_island.dedup();
-        let shared = known.entry(of_island).or_insert_with_key(|of_island| {
-            let rows = of_island.iter().flat_map(|shape| &shapes[*shape].rows);
+    for component in components {
+        let mut of_component: Vec<usize> =
+            order[component.factors.clone()].iter().map(|factor| shape_of[*factor]).collect();
+        of_component.sort_unstable();
+        of_component.dedup();
+        let shared = known.entry(of_component).or_insert_with_key(|of_component| {
+            let rows = of_component.iter().flat_map(|shape| &shapes[*shape].rows);
             let mut columns: Vec<usize> = rows.flat_map(|row| row.columns.iter().copied()).collect();
             columns.sort_unstable();
             columns.dedup();
             columns.into()
         });
-        island.shared = Arc::clone(shared);
+        component.shared = Arc::clone(shared);
     }
 }
 
-/// Cuts the order into chunks, without cutting an island.
-fn cut(factors: usize, islands: &[Island], shared: usize) -> Vec<Chunk> {
+/// Cuts the order into chunks, without cutting a component.
+fn cut(factors: usize, components: &[Component], shared: usize) -> Vec<Chunk> {
     let most = (MAX_CHUNK_NUMBERS / (shared * shared).max(1)).clamp(1, MAX_CHUNKS);
     let length = factors.div_ceil(most).max(FACTORS_PER_CHUNK);
     let mut chunks: Vec<Chunk> = Vec::new();
-    let mut island = 0;
+    let mut component = 0;
     let mut start = 0;
     while start < factors {
         let mut end = (start + length).min(factors);
-        let first = island;
-        while let Some(next) = islands.get(island).filter(|next| next.factors.start < end) {
+        let first = component;
+        while let Some(next) = components.get(component).filter(|next| next.factors.start < end) {
             end = end.max(next.factors.end);
-            island += 1;
+            component += 1;
         }
-        chunks.push(Chunk { factors: start..end, islands: first..island });
+        chunks.push(Chunk { factors: start..end, components: first..component });
         start = end;
     }
     chunks

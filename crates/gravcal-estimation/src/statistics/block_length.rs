@@ -38,7 +38,7 @@ const LARGEST: f64 = 0.98;
 /// Where the problem cannot be evaluated, or so much is forgiven by a loss that no minimum is left.
 pub fn neighbour_correlation(solution: &Solution<'_>, channels: &[Vec<Vec<usize>>]) -> Result<f64, StatisticsError> {
     let projected = Projected::of_shared(solution)?;
-    let projected = if projected.has_local() { projected } else { projected.with_unit_curvature()? };
+    let projected = if projected.has_eliminated() { projected } else { projected.with_unit_curvature()? };
     let rows = Rows::of(solution, &projected);
     let each: Vec<Neighbours> = channels.iter().map(|stretches| rows.neighbours(stretches)).collect();
     let all = each.iter().fold(Neighbours::default(), |sum, one| sum.plus(one));
@@ -76,7 +76,7 @@ impl<'p> Rows<'p> {
         let all = 0..solution.problem.factors().len();
         let rows = projected.weighted_rows(all.clone());
         let residuals = projected.weighted_residuals(all);
-        let of_row = |(row, z): (usize, &Vec<f64>)| 1.0 - dot(z, z) - projected.common_of_local(row, row);
+        let of_row = |(row, z): (usize, &Vec<f64>)| 1.0 - dot(z, z) - projected.common_of_eliminated(row, row);
         let left = rows.iter().enumerate().map(|row| of_row(row).max(0.0)).collect();
         Rows { projected, rows, residuals, left }
     }
@@ -91,7 +91,7 @@ impl<'p> Rows<'p> {
         }
         for pair in stretches.iter().flat_map(|stretch| stretch.windows(2)) {
             let (a, b) = (pair[0], pair[1]);
-            let common = dot(&self.rows[a], &self.rows[b]) + self.projected.common_of_local(a, b);
+            let common = dot(&self.rows[a], &self.rows[b]) + self.projected.common_of_eliminated(a, b);
             let size = self.left[a] * self.left[b];
             sums.products += self.residuals[a] * self.residuals[b] * freedom / squares + common;
             sums.size += size;

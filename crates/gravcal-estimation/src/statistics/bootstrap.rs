@@ -69,13 +69,13 @@ impl Bootstrap {
     /// Solves the replicates of a solved problem.
     ///
     /// # Errors
-    /// Where most replicates have no solution, or the problem has local blocks or lacks samples of the blocks.
+    /// Where most replicates have no solution, or the problem has eliminated blocks or lacks samples of the blocks.
     pub fn new(
         solution: &Solution<'_>,
         resampling: &Resampling<'_>,
         solver: &dyn Solver,
     ) -> Result<Bootstrap, StatisticsError> {
-        solution.without_local()?;
+        solution.without_eliminated()?;
         resampling.blocks.check(solution.problem.factors().len())?;
         let replicates = 0..resampling.replicates as u64;
         let outcomes = in_parallel(replicates, |index| replicate(solution, resampling, solver, index));

@@ -8,7 +8,7 @@
 
 use std::sync::Arc;
 
-use crate::local_columns::LocalColumns;
+use crate::eliminated_columns::EliminatedColumns;
 use crate::{BlockId, EvaluateError, Problem, Values};
 
 /// Step of the differences, relative to the block's size or its standard deviation: rounding 1e-13, error of the
@@ -21,11 +21,11 @@ pub type LinearFunction = Vec<(usize, f64)>;
 /// Covariance of the free blocks in tangent coordinates.
 #[derive(Clone, Debug)]
 pub struct Covariance {
-    /// Square, row-major, in the order of the problem's shared columns (all of them, without local blocks).
+    /// Square, row-major, in the order of the problem's shared columns (all of them, without eliminated blocks).
     tangent: Vec<f64>,
     size: usize,
-    /// Where the problem has local blocks: what their columns are made of, and a factor of their own variances.
-    local: Option<(Arc<LocalColumns>, f64)>,
+    /// Where the problem has eliminated blocks: what their columns are made of, and a factor of their own variances.
+    eliminated: Option<(Arc<EliminatedColumns>, f64)>,
     /// Factor of each column's standard deviation; nothing where all are 1.
     widening: Option<Arc<[f64]>>,
 }
@@ -33,23 +33,23 @@ pub struct Covariance {
 impl Covariance {
     /// `tangent`: `size` rows, one after the other.
     pub(crate) fn new(tangent: Vec<f64>, size: usize) -> Self {
-        Covariance { tangent, size, local: None, widening: None }
+        Covariance { tangent, size, eliminated: None, widening: None }
     }
 
-    /// The same of a problem with local blocks, of whose shared columns `tangent` is.
-    pub(crate) fn with_local(self, local: Arc<LocalColumns>) -> Self {
-        Covariance { local: Some((local, 1.0)), ..self }
+    /// The same of a problem with eliminated blocks, of whose shared columns `tangent` is.
+    pub(crate) fn with_eliminated(self, eliminated: Arc<EliminatedColumns>) -> Self {
+        Covariance { eliminated: Some((eliminated, 1.0)), ..self }
     }
 
     /// Number of the problem's columns.
     pub(super) fn columns(&self) -> usize {
-        self.local.as_ref().map_or(self.size, |(local, _)| local.columns())
+        self.eliminated.as_ref().map_or(self.size, |(eliminated, _)| eliminated.columns())
     }
 
     /// A linear function of the problem's columns as one of the shared columns.
     pub(super) fn shared(&self, function: &[(usize, f64)]) -> LinearFunction {
-        match &self.local {
-            Some((local, _)) => local.reduce(function.iter().copied()).shared,
+        match &self.eliminated {
+            Some((eliminated, _)) => eliminated.reduce(function.iter().copied()).shared,
             None => function.to_vec(),
         }
     }
@@ -71,9 +71,9 @@ impl Covariance {
 
     /// The same with every variance and covariance multiplied by `factor`.
     pub fn scaled(&self, factor: f64) -> Covariance {
-        let local = self.local.as_ref().map(|(local, own)| (Arc::clone(local), factor * own));
+        let eliminated = self.eliminated.as_ref().map(|(eliminated, own)| (Arc::clone(eliminated), factor * own));
         let tangent = self.tangent.iter().map(|v| factor * v).collect();
-        Covariance { tangent, size: self.size, local, widening: self.widening.clone() }
+        Covariance { tangent, size: self.size, eliminated, widening: self.widening.clone() }
     }
 
     /// The same with the standard deviation of each of the problem's columns multiplied by its factor, and correlations as they are.
@@ -101,8 +101,8 @@ impl Covariance {
     }
 
     fn between_narrow(&self, a: &[(usize, f64)], b: &[(usize, f64)]) -> f64 {
-        let Some((local, own)) = &self.local else { return self.between_shared(a, b) };
-        let (a, b) = (local.reduce(a.iter().copied()), local.reduce(b.iter().copied()));
+        let Some((eliminated, own)) = &self.eliminated else { return self.between_shared(a, b) };
+        let (a, b) = (eliminated.reduce(a.iter().copied()), eliminated.reduce(b.iter().copied()));
         self.between_shared(&a.shared, &b.shared) + own * a.own_covariance(&b)
     }
 

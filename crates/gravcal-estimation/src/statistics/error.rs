@@ -41,7 +41,7 @@ pub enum StatisticsError {
         "the problem has blocks that belong to single samples (such as `{0}`): their uncertainty can be told from stated \
          noise or by the jackknife, without losses, only"
     )]
-    Local(String),
+    Eliminated(String),
     /// With a loss that forgives outliers, a point that looks stationary and is no minimum.
     #[error("the cost is not convex at the solution: so many readings count as outliers that no covariance exists")]
     NotConvex,

@@ -30,8 +30,8 @@
 //! the effective number of clusters of Carter, Schnepel and Steigerwald (*Review of Economics and Statistics* 99, 2017, with equal
 //! variances): G where all blocks tell the same, 2 where only two of them carry the load that tells a gain.
 //!
-//! **Unknowns of single samples** (local blocks) are taken for errors of their samples: a sample's rows `Z` and residuals `r` become
-//! `M^(−1/2) Z` and `M^(−1/2) r` with `M = I − O Oᵀ`, `O Oᵀ` that part of the rows' covariance at the estimate that is due to the local unknowns
+//! **Unknowns of single samples** (eliminated blocks) are taken for errors of their samples: a sample's rows `Z` and residuals `r` become
+//! `M^(−1/2) Z` and `M^(−1/2) r` with `M = I − O Oᵀ`, `O Oᵀ` that part of the rows' covariance at the estimate that is due to the eliminated unknowns
 //! alone. That is the same as to whiten them with the noise and the scatter of these unknowns together, and what is known of them
 //! beforehand leaves with their sample.
 //!
@@ -55,7 +55,7 @@ use crate::{EvaluateError, Loss};
 
 /// With fewer than so many blocks for each direction a covariance of their scatter is no matrix to be inverted.
 const BLOCKS_A_DIRECTION: usize = 2;
-/// A local unknown takes up all that this share of a row could say.
+/// An eliminated unknown takes up all that this share of a row could say.
 const TAKEN_UP: f64 = 1e-12;
 
 /// What blocks left out one after the other tell.
@@ -80,12 +80,12 @@ impl Uncertainty {
     /// The uncertainty that blocks left out one after the other tell; nothing is solved again.
     ///
     /// # Errors
-    /// Where the problem lacks samples of the blocks, has local blocks together with losses, or so much is forgiven by a loss that no
+    /// Where the problem lacks samples of the blocks, has eliminated blocks together with losses, or so much is forgiven by a loss that no
     /// minimum is left.
     pub fn jackknife(solution: &Solution<'_>, blocks: &SampleBlocks) -> Result<Jackknife, StatisticsError> {
         blocks.check(solution.problem.factors().len())?;
         let projected = Projected::of_shared(solution)?;
-        let projected = if projected.has_local() { projected } else { projected.with_unit_curvature()? };
+        let projected = if projected.has_eliminated() { projected } else { projected.with_unit_curvature()? };
         let rank = projected.rank();
         let (mut scatter, mut outside) = (Mat::zeros(rank, rank), knowledge(&projected, solution, blocks)?);
         let (mut told, mut alone) = (Vec::new(), Vec::new());
@@ -112,18 +112,18 @@ impl Uncertainty {
     }
 }
 
-/// `K_outside`. Of local unknowns, what is known beforehand leaves with their samples: there it is what all blocks leave of the whole.
+/// `K_outside`. Of eliminated unknowns, what is known beforehand leaves with their samples: there it is what all blocks leave of the whole.
 fn knowledge(
     projected: &Projected<'_>,
     solution: &Solution<'_>,
     blocks: &SampleBlocks,
 ) -> Result<Mat<f64>, StatisticsError> {
-    if !projected.has_local() {
+    if !projected.has_eliminated() {
         return Ok(projected.curvature(blocks.outside(solution.problem.factors().len())));
     }
     let mut left = Mat::identity(projected.rank(), projected.rank());
     for block in blocks.iter() {
-        without_local(projected, block)?.0.iter().for_each(|row| add_outer(&mut left, -1.0, row));
+        without_eliminated(projected, block)?.0.iter().for_each(|row| add_outer(&mut left, -1.0, row));
     }
     Ok(left)
 }
@@ -160,15 +160,15 @@ struct Share {
 impl Share {
     fn new(projected: &Projected<'_>, block: Range<usize>) -> Result<Share, StatisticsError> {
         let forgiving = block.clone().any(|factor| projected.loss(factor) != Loss::None);
-        let (rows, residuals) = if projected.has_local() {
-            without_local(projected, block.clone())?
+        let (rows, residuals) = if projected.has_eliminated() {
+            without_eliminated(projected, block.clone())?
         } else {
             (projected.weighted_rows(block.clone()), projected.residuals_of(block.clone()).to_vec())
         };
         if !forgiving && rows.len() < projected.rank() {
             return Self::by_rows(rows, &residuals);
         }
-        let (curvature, score) = if projected.has_local() {
+        let (curvature, score) = if projected.has_eliminated() {
             let mut gram = Mat::zeros(projected.rank(), projected.rank());
             rows.iter().for_each(|row| add_outer(&mut gram, 1.0, row));
             (gram, combined(&rows, &residuals))
@@ -205,16 +205,19 @@ impl Share {
     }
 }
 
-/// Rows and residuals of a block with its local unknowns taken for errors.
-fn without_local(projected: &Projected<'_>, block: Range<usize>) -> Result<(Vec<Vec<f64>>, Vec<f64>), StatisticsError> {
+/// Rows and residuals of a block with its eliminated unknowns taken for errors.
+fn without_eliminated(
+    projected: &Projected<'_>,
+    block: Range<usize>,
+) -> Result<(Vec<Vec<f64>>, Vec<f64>), StatisticsError> {
     let (mut rows, mut residuals) = (Vec::new(), Vec::new());
     let (own_rows, own_residuals) = (projected.rows_of(block.clone()), projected.residuals_of(block.clone()));
     let first = projected.range(block).start;
     let left = Mat::from_fn(own_rows.len(), own_rows.len(), |i, j| {
-        f64::from(u8::from(i == j)) - projected.common_of_local(first + i, first + j)
+        f64::from(u8::from(i == j)) - projected.common_of_eliminated(first + i, first + j)
     });
     for (value, direction) in Eigen::of(&left)?.pairs() {
-        // What the local unknowns take up altogether says nothing of others.
+        // What the eliminated unknowns take up altogether says nothing of others.
         if value > TAKEN_UP {
             let weights: Vec<f64> = direction.iter().map(|d| d / value.sqrt()).collect();
             rows.push(combined(own_rows, &weights));
@@ -368,14 +371,14 @@ mod tests {
     }
 
     /// Readings `a + b t + e`, two a sample, with an unknown error `e = 0 ± 1` of each sample.
-    fn with_errors_of_samples(local: bool) -> (Solved, Vec<Sample>) {
+    fn with_errors_of_samples(eliminated: bool) -> (Solved, Vec<Sample>) {
         const SAMPLES: usize = 24;
         let mut builder = ProblemBuilder::new();
         let [a, b] = ["a", "b"].map(|name| builder.add_block(Block::scalar(name, ""), &[0.0]));
         let errors: Vec<BlockId> = (0..SAMPLES)
             .map(|k| {
                 let block = Block::scalar(format!("e{k}"), "");
-                builder.add_block(if local { block.local() } else { block }, &[0.0])
+                builder.add_block(if eliminated { block.eliminated() } else { block }, &[0.0])
             })
             .collect();
         let unit = || Noise::independent(&[1.0]).unwrap();

@@ -14,7 +14,7 @@ use faer::Mat;
 use faer::linalg::solvers::{Llt, Solve};
 
 use super::{Covariance, Solution, StatisticsError};
-use crate::local_columns::Reduced;
+use crate::eliminated_columns::Reduced;
 use crate::loss::LossValue;
 use crate::problem::Rows;
 use crate::{Loss, Noise, Problem};
@@ -27,8 +27,8 @@ pub(super) struct Projected<'a> {
     /// `z` of each row.
     rows: Vec<Vec<f64>>,
     residuals: Vec<f64>,
-    /// What each row reads of local columns once these follow the shared ones, where there are any.
-    local: Vec<Reduced>,
+    /// What each row reads of eliminated columns once these follow the shared ones, where there are any.
+    eliminated: Vec<Reduced>,
 }
 
 /// What is whitened, and forgiven, together.
@@ -44,7 +44,7 @@ pub(super) struct Piece<'a> {
 impl<'a> Projected<'a> {
     /// Directions such that `J̃ T` has orthonormal columns, with J̃ the Jacobian that the spectrum decomposed.
     pub fn new(solution: &Solution<'a>) -> Result<Self, StatisticsError> {
-        solution.without_local()?;
+        solution.without_eliminated()?;
         let directions = solution.spectrum.determined_directions();
         let augmented = solution.problem.augmented_jacobian(solution.values)?;
         let width = solution.problem.columns().len() + 1;
@@ -53,20 +53,20 @@ impl<'a> Projected<'a> {
             problem: solution.problem,
             rows: augmented.chunks_exact(width).map(|row| project(&row[..width - 1])).collect(),
             residuals: augmented.chunks_exact(width).map(|row| row[width - 1]).collect(),
-            local: Vec::new(),
+            eliminated: Vec::new(),
             directions,
         })
     }
 
-    /// The same of a problem that may have local blocks, of its shared columns, if no loss forgives anything there.
+    /// The same of a problem that may have eliminated blocks, of its shared columns, if no loss forgives anything there.
     pub fn of_shared(solution: &Solution<'a>) -> Result<Self, StatisticsError> {
         let (problem, spectrum) = (solution.problem, solution.spectrum);
-        if !spectrum.has_local() || problem.factors().iter().any(|factor| factor.loss != Loss::None) {
+        if !spectrum.has_eliminated() || problem.factors().iter().any(|factor| factor.loss != Loss::None) {
             return Self::new(solution);
         }
         let directions = spectrum.determined_directions();
         let mut projected =
-            Projected { problem, directions, rows: Vec::new(), residuals: Vec::new(), local: Vec::new() };
+            Projected { problem, directions, rows: Vec::new(), residuals: Vec::new(), eliminated: Vec::new() };
         let mut loaded = Rows::new(problem, solution.values);
         for factor in 0..problem.factors().len() {
             loaded.linearize(factor, false)?;
@@ -77,7 +77,7 @@ impl<'a> Projected<'a> {
                 let reduced = spectrum.reduce(entries);
                 projected.rows.push(Self::of_function(&projected.directions, &reduced.shared));
                 projected.residuals.push(loaded.residual(row));
-                projected.local.push(reduced);
+                projected.eliminated.push(reduced);
             }
         }
         Ok(projected)
@@ -110,9 +110,9 @@ impl<'a> Projected<'a> {
         self.directions.len()
     }
 
-    /// Whether some columns are local.
-    pub fn has_local(&self) -> bool {
-        !self.local.is_empty()
+    /// Whether some columns are eliminated.
+    pub fn has_eliminated(&self) -> bool {
+        !self.eliminated.is_empty()
     }
 
     /// `z` of each row of some factors.
@@ -150,9 +150,9 @@ impl<'a> Projected<'a> {
         weighted
     }
 
-    /// Part of what two rows have in common that is due to local columns alone.
-    pub fn common_of_local(&self, a: usize, b: usize) -> f64 {
-        if self.has_local() { self.local[a].own_covariance(&self.local[b]) } else { 0.0 }
+    /// Part of what two rows have in common that is due to eliminated columns alone.
+    pub fn common_of_eliminated(&self, a: usize, b: usize) -> f64 {
+        if self.has_eliminated() { self.eliminated[a].own_covariance(&self.eliminated[b]) } else { 0.0 }
     }
 
     /// The rows of consecutive factors.

@@ -7,7 +7,7 @@
 //!     a = −(wᵀ r)/(wᵀ w),      wᵀ r = zᵀ r,      χ² falls by (wᵀ r)²/(wᵀ w)
 //! ```
 //!
-//! if the term were estimated too (Rao's score test; Frisch and Waugh, 1933), without solving again. Local blocks enter by what follows
+//! if the term were estimated too (Rao's score test; Frisch and Waugh, 1933), without solving again. Eliminated blocks enter by what follows
 //! the shared columns and what is their own, so that no matrix of all columns is made. **Assumptions.** No loss.
 
 use rayon::prelude::*;
@@ -27,8 +27,8 @@ pub struct ResidualMaker {
     rank: usize,
     /// Row of `U` over them, for each row of the problem.
     shared: Vec<f64>,
-    /// Row of `U` over the own columns of islands: place and entry. Nothing where the problem has no local blocks.
-    local: Vec<Vec<(usize, f64)>>,
+    /// Row of `U` over the own columns of components: place and entry. Nothing where the problem has no eliminated blocks.
+    eliminated: Vec<Vec<(usize, f64)>>,
     /// How many such columns there are.
     own: usize,
     /// Terms that were added: unit vectors, perpendicular to each other and to `U`.
@@ -49,7 +49,7 @@ impl ResidualMaker {
         let mut maker = ResidualMaker {
             rank: basis.rank,
             shared: basis.shared,
-            local: basis.local,
+            eliminated: basis.eliminated,
             own: basis.own,
             added: Vec::new(),
             residuals,
@@ -72,11 +72,11 @@ impl ResidualMaker {
         let mut own = vec![0.0; self.own];
         for (row, z) in z.iter().enumerate().filter(|(_, z)| **z != 0.0) {
             along.iter_mut().zip(self.shared_of(row)).for_each(|(sum, u)| *sum += z * u);
-            self.local_of(row).iter().for_each(|(place, u)| own[*place] += z * u);
+            self.eliminated_of(row).iter().for_each(|(place, u)| own[*place] += z * u);
         }
         z.par_iter_mut().with_min_len(LEAST_ROWS).enumerate().for_each(|(row, z)| {
             *z -= dot(&along, self.shared_of(row));
-            *z -= self.local_of(row).iter().map(|(place, u)| own[*place] * u).sum::<f64>();
+            *z -= self.eliminated_of(row).iter().map(|(place, u)| own[*place] * u).sum::<f64>();
         });
         for unit in &self.added {
             let share = dot(unit, z);
@@ -88,12 +88,12 @@ impl ResidualMaker {
     pub fn entry(&self, i: usize, j: usize) -> f64 {
         let shared = dot(self.shared_of(i), self.shared_of(j));
         let same = |(place, u): &(usize, f64)| {
-            let other = self.local_of(j).iter().filter(move |(other, _)| other == place);
+            let other = self.eliminated_of(j).iter().filter(move |(other, _)| other == place);
             other.map(|(_, v)| u * v).sum::<f64>()
         };
-        let local: f64 = self.local_of(i).iter().map(same).sum();
+        let eliminated: f64 = self.eliminated_of(i).iter().map(same).sum();
         let added: f64 = self.added.iter().map(|unit| unit[i] * unit[j]).sum();
-        f64::from(i == j) - shared - local - added
+        f64::from(i == j) - shared - eliminated - added
     }
 
     /// The same where terms are estimated too: unit vectors, perpendicular to each other, that `apply` left.
@@ -111,8 +111,8 @@ impl ResidualMaker {
         &self.shared[row * self.rank..(row + 1) * self.rank]
     }
 
-    fn local_of(&self, row: usize) -> &[(usize, f64)] {
-        self.local.get(row).map_or(&[], Vec::as_slice)
+    fn eliminated_of(&self, row: usize) -> &[(usize, f64)] {
+        self.eliminated.get(row).map_or(&[], Vec::as_slice)
     }
 }
 
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn local_blocks_are_as_good_as_eliminated() {
+    fn eliminated_blocks_are_as_good_as_kept() {
         let ((plain, values), (eliminated, _)) = (problem(40, false), problem(40, true));
         let spectra = [Spectrum::new(&plain, &values).unwrap(), Spectrum::new(&eliminated, &values).unwrap()];
         let [a, b] = [(&plain, &spectra[0]), (&eliminated, &spectra[1])]

@@ -19,11 +19,11 @@ pub struct Solution<'a> {
 
 impl Solution<'_> {
     /// # Errors
-    /// Where the problem has local blocks, which the scatter of samples cannot tell apart.
-    pub(super) fn without_local(&self) -> Result<(), StatisticsError> {
-        let local = |id: &BlockId| self.problem.block(*id).local && !self.problem.columns_of(*id).is_empty();
-        match self.problem.block_ids().find(local) {
-            Some(id) => Err(StatisticsError::Local(self.problem.block(id).name.clone())),
+    /// Where the problem has eliminated blocks, which the scatter of samples cannot tell apart.
+    pub(super) fn without_eliminated(&self) -> Result<(), StatisticsError> {
+        let eliminated = |id: &BlockId| self.problem.block(*id).eliminated && !self.problem.columns_of(*id).is_empty();
+        match self.problem.block_ids().find(eliminated) {
+            Some(id) => Err(StatisticsError::Eliminated(self.problem.block(id).name.clone())),
             None => Ok(()),
         }
     }

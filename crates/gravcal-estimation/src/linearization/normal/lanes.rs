@@ -111,7 +111,7 @@ impl Factored {
 mod tests {
     use super::*;
 
-    /// `A` of four islands: `B Bᵀ + I`.
+    /// `A` of four components: `B Bᵀ + I`.
     fn matrix(i: usize, j: usize, lane: usize) -> f64 {
         let b = |i: usize, k: usize| (1.0 + (3 * i + k) as f64 + 0.7 * lane as f64).sin();
         (0..3).map(|k| b(i, k) * b(j, k)).sum::<f64>() + f64::from(i == j)

@@ -1,20 +1,20 @@
-//! Normal equations `JᵀJ δ = −Jᵀr`, summed over the factors in compact batches, local blocks eliminated.
+//! Normal equations `JᵀJ δ = −Jᵀr`, summed over the factors in compact batches, after elimination.
 //!
 //! Rows of factors of one shape touch the same columns: 64 of them at a time make one small matrix product over those
-//! columns alone. With island `e` of local columns and shared columns `s`, `H = JᵀJ + λ D²`,
+//! columns alone. With component `e` of eliminated columns and shared columns `s`, `H = JᵀJ + λ D²`,
 //!
 //! ```text
 //!     S = H_ss − Σ_e H_se H_ee⁻¹ H_es,      S δ_s = −(g_s − Σ_e H_se H_ee⁻¹ g_e),      δ_e = −H_ee⁻¹ (g_e + H_es δ_s)
 //! ```
 //!
-//! (Triggs and others, *Bundle adjustment: a modern synthesis*, 2000, section 6.1.) Islands whose local columns are known by rows of their
+//! (Triggs and others, *Bundle adjustment: a modern synthesis*, 2000, section 6.1.) Components whose eliminated columns are known by rows of their
 //! own, as errors of single readings are, are batched and keep nothing in memory: see [`alike`]. Squaring the condition costs digits:
 //! where a pivot of a Cholesky factor, its columns scaled to 1, falls below [`LEAST_PIVOT`](pivots::LEAST_PIVOT), the step comes from the
 //! orthogonal factorization instead.
 
 mod alike;
+mod components;
 mod group;
-mod islands;
 mod lanes;
 mod pivots;
 mod products;
@@ -28,16 +28,16 @@ use super::dust::dust;
 use super::finite::check_finite;
 use super::form::{Linearization, StepInfo};
 use super::{NormalEquations, Orthogonal};
-use crate::problem::{Chunk, Island};
+use crate::problem::{Chunk, Component};
 use crate::reference::Pull;
 use crate::{EvaluateError, Problem, Values};
 pub(crate) use alike::Alike;
-use alike::{LocalSums, runs_among};
-use islands::{Complement, ISLANDS_PER_BATCH, IslandSums};
+use alike::{EliminatedSums, runs_among};
+use components::{COMPONENTS_PER_BATCH, Complement, ComponentSums};
 use pivots::keeps_digits;
 use sums::{Sums, sum_chunk};
 
-/// Batches of islands whose complements are kept apart, so that they can run on any thread.
+/// Batches of components whose complements are kept apart, so that they can run on any thread.
 const MAX_PARTS: usize = 16;
 
 pub(crate) struct Normal<'p> {
@@ -49,13 +49,13 @@ pub(crate) struct Normal<'p> {
     /// The same of the factors alone, where the problem has a reference.
     factor_norms: Option<Vec<f64>>,
     pull: Pull,
-    /// Lower triangle over the shared columns, and their gradient, of all but the rows of islands that are alike.
+    /// Lower triangle over the shared columns, and their gradient, of all but the rows of components that are alike.
     hessian: Mat<f64>,
     gradient_of_rest: Vec<f64>,
     /// Squares of the norms of the shared columns, of all factors.
     shared_squares: Vec<f64>,
-    /// Of those islands that are not alike.
-    islands: Vec<IslandSums>,
+    /// Of those components that are not alike.
+    components: Vec<ComponentSums>,
     /// Columns that count as zeros.
     dust: Vec<usize>,
     /// Made when the normal equations lost too many digits.
@@ -87,7 +87,7 @@ impl<'p> Normal<'p> {
             hessian: sums.hessian,
             gradient_of_rest: sums.gradient,
             shared_squares: vec![0.0; structure.shared.len()],
-            islands: sums.islands,
+            components: sums.components,
             dust: Vec::new(),
             orthogonal: None,
         };
@@ -98,10 +98,10 @@ impl<'p> Normal<'p> {
         Ok(this)
     }
 
-    /// The islands that are not alike.
-    fn others(problem: &Problem) -> impl Iterator<Item = &Island> {
+    /// The components that are not alike.
+    fn others(problem: &Problem) -> impl Iterator<Item = &Component> {
         let structure = problem.structure();
-        structure.islands.iter().filter(|island| !structure.kinds[island.kind].reweighed)
+        structure.components.iter().filter(|component| !structure.kinds[component.kind].reweighed)
     }
 
     /// Those that are, if there are any.
@@ -110,8 +110,8 @@ impl<'p> Normal<'p> {
         alike.any().then_some(alike)
     }
 
-    /// Gradient and norms of all columns from those of the shared ones and of the islands.
-    fn spread(&mut self, alike: &LocalSums) {
+    /// Gradient and norms of all columns from those of the shared ones and of the components.
+    fn spread(&mut self, alike: &EliminatedSums) {
         let problem = self.problem;
         let structure = problem.structure();
         for (index, column) in structure.shared.iter().enumerate() {
@@ -120,15 +120,15 @@ impl<'p> Normal<'p> {
             self.shared_squares[index] = self.hessian[(index, index)] + square;
             self.column_norms[*column] = self.shared_squares[index].sqrt();
         }
-        let columns = runs_among(&structure.islands, problem).flatten().flat_map(|island| &island.columns);
+        let columns = runs_among(&structure.components, problem).flatten().flat_map(|component| &component.columns);
         for (column, [slope, square]) in columns.zip(&alike.columns) {
             self.gradient[*column] = *slope;
             self.column_norms[*column] = square.sqrt();
         }
-        for (island, sums) in Self::others(problem).zip(&self.islands) {
-            for (index, column) in island.columns.iter().enumerate() {
+        for (component, sums) in Self::others(problem).zip(&self.components) {
+            for (index, column) in component.columns.iter().enumerate() {
                 self.gradient[*column] = sums.gradient[index];
-                self.column_norms[*column] = sums.local[index * (island.columns.len() + 1)].sqrt();
+                self.column_norms[*column] = sums.eliminated[index * (component.columns.len() + 1)].sqrt();
             }
         }
     }
@@ -145,8 +145,8 @@ impl<'p> Normal<'p> {
                 self.gradient_of_rest[index] = 0.0;
                 self.shared_squares[index] = 0.0;
             }
-            for (island, sums) in Self::others(self.problem).zip(&mut self.islands) {
-                sums.clear(island, column, &structure.shared);
+            for (component, sums) in Self::others(self.problem).zip(&mut self.components) {
+                sums.clear(component, column, &structure.shared);
             }
         }
     }
@@ -184,28 +184,28 @@ impl<'p> Normal<'p> {
         let shared = solve_scaled(hessian, &diagonal, &right)?;
         structure.shared.iter().zip(&shared).for_each(|(column, value)| step[*column] = *value);
         let mut image = self.alike().map_or(Some(0.0), |alike| alike.substitute(&damping, &shared, step))?;
-        for (island, sums) in Self::others(self.problem).zip(&self.islands) {
-            let local = sums.substitute(island, &damping, &shared)?;
-            island.columns.iter().zip(&local).for_each(|(column, value)| step[*column] = *value);
+        for (component, sums) in Self::others(self.problem).zip(&self.components) {
+            let eliminated = sums.substitute(component, &damping, &shared)?;
+            component.columns.iter().zip(&eliminated).for_each(|(column, value)| step[*column] = *value);
         }
         image += self.image_of_rest(step, &shared);
         Some(image)
     }
 
-    /// Subtracts what the islands take away: `H_se H_ee⁻¹ H_es` and `H_se H_ee⁻¹ g_e`.
+    /// Subtracts what the components take away: `H_se H_ee⁻¹ H_es` and `H_se H_ee⁻¹ g_e`.
     fn eliminate(&self, damping: &[f64], hessian: &mut Mat<f64>, right: &mut [f64]) -> Option<()> {
         for part in self.alike().map_or(Some(Vec::new()), |alike| alike.eliminate(damping))? {
             *hessian += &part.hessian;
             right.iter_mut().zip(&part.gradient).for_each(|(right, part)| *right -= part);
         }
-        let pairs: Vec<(&Island, &IslandSums)> = Self::others(self.problem).zip(&self.islands).collect();
-        let length = pairs.len().div_ceil(MAX_PARTS).max(ISLANDS_PER_BATCH);
+        let pairs: Vec<(&Component, &ComponentSums)> = Self::others(self.problem).zip(&self.components).collect();
+        let length = pairs.len().div_ceil(MAX_PARTS).max(COMPONENTS_PER_BATCH);
         let size = right.len();
         let parts: Vec<Option<Complement>> = pairs
             .par_chunks(length)
             .map(|part| {
                 let mut complement = Complement::new(size);
-                part.iter().try_for_each(|(island, sums)| complement.take(island, sums, damping))?;
+                part.iter().try_for_each(|(component, sums)| complement.take(component, sums, damping))?;
                 complement.flush();
                 Some(complement)
             })
@@ -218,7 +218,7 @@ impl<'p> Normal<'p> {
         Some(())
     }
 
-    /// `‖J v‖²` of all but the rows of islands that are alike; `shared`: the shared part of `v`.
+    /// `‖J v‖²` of all but the rows of components that are alike; `shared`: the shared part of `v`.
     fn image_of_rest(&self, v: &[f64], shared: &[f64]) -> f64 {
         let mut sum: f64 = self.pull.entries.iter().map(|(column, weight, _)| (weight * v[*column]).powi(2)).sum();
         for (j, own) in shared.iter().enumerate() {
@@ -226,8 +226,8 @@ impl<'p> Normal<'p> {
             let below: f64 = column[j + 1..].iter().zip(&shared[j + 1..]).map(|(entry, other)| entry * other).sum();
             sum += own * (column[j] * own + 2.0 * below);
         }
-        for (island, sums) in Self::others(self.problem).zip(&self.islands) {
-            sum += sums.quadratic(island, shared, v);
+        for (component, sums) in Self::others(self.problem).zip(&self.components) {
+            sum += sums.quadratic(component, shared, v);
         }
         sum.max(0.0)
     }
@@ -281,11 +281,11 @@ impl Linearization for Normal<'_> {
         for (j, b) in structure.shared.iter().enumerate() {
             (j..structure.shared.len()).for_each(|i| set(structure.shared[i], *b, self.hessian[(i, j)]));
         }
-        for (island, sums) in Self::others(self.problem).zip(&self.islands) {
-            let (local, touched) = (island.columns.len(), island.shared.len());
-            for (i, a) in island.columns.iter().enumerate() {
-                (0..local).for_each(|j| set(*a, island.columns[j], sums.local[i * local + j]));
-                (0..touched).for_each(|j| set(*a, structure.shared[island.shared[j]], sums.mixed[i * touched + j]));
+        for (component, sums) in Self::others(self.problem).zip(&self.components) {
+            let (eliminated, touched) = (component.columns.len(), component.shared.len());
+            for (i, a) in component.columns.iter().enumerate() {
+                (0..eliminated).for_each(|j| set(*a, component.columns[j], sums.eliminated[i * eliminated + j]));
+                (0..touched).for_each(|j| set(*a, structure.shared[component.shared[j]], sums.mixed[i * touched + j]));
             }
         }
         if let Some(alike) = self.alike() {
@@ -303,8 +303,8 @@ impl Linearization for Normal<'_> {
     fn normal_equations(&self) -> Option<NormalEquations> {
         let mut hessian = self.hessian.clone();
         let (undamped, mut right) = (vec![0.0; self.gradient.len()], vec![0.0; hessian.nrows()]);
-        // Other islands are eliminated by subtraction, which loses digits that a judgement needs.
-        let done = self.islands.is_empty().then(|| self.eliminate(&undamped, &mut hessian, &mut right)).flatten();
+        // Other components are eliminated by subtraction, which loses digits that a judgement needs.
+        let done = self.components.is_empty().then(|| self.eliminate(&undamped, &mut hessian, &mut right)).flatten();
         done.map(|()| NormalEquations::new(self.problem, hessian, self.factor_norms().to_vec()))
     }
 }

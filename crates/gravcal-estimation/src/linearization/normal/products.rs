@@ -52,7 +52,7 @@ impl<'p> Products<'p> {
         }
     }
 
-    /// Takes the rows of a group; islands that are not there have rows of zeros.
+    /// Takes the rows of a group; components that are not there have rows of zeros.
     pub fn take(&mut self, group: &Group<'p>) {
         for (row, batch) in group.reweighed().zip(&self.batch_of) {
             let batch = &mut self.batches[*batch];

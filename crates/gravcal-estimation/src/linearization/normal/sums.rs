@@ -4,8 +4,8 @@ use faer::linalg::matmul::triangular::{BlockStructure, matmul};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 use super::super::vector_registers::give_up_upper_halves;
-use super::alike::{Alike, LocalSums};
-use super::islands::IslandSums;
+use super::alike::{Alike, EliminatedSums};
+use super::components::ComponentSums;
 use crate::problem::{Chunk, Rows};
 use crate::{EvaluateError, Problem, Values};
 
@@ -18,10 +18,10 @@ pub(super) struct Sums {
     /// Lower triangle over the shared columns.
     pub hessian: Mat<f64>,
     pub gradient: Vec<f64>,
-    /// Of those islands that are not alike.
-    pub islands: Vec<IslandSums>,
+    /// Of those components that are not alike.
+    pub components: Vec<ComponentSums>,
     /// Of all others, whose rows are in none of the above.
-    pub alike: LocalSums,
+    pub alike: EliminatedSums,
 }
 
 impl Sums {
@@ -30,8 +30,8 @@ impl Sums {
             cost: 0.0,
             hessian: Mat::zeros(shared, shared),
             gradient: vec![0.0; shared],
-            islands: Vec::new(),
-            alike: LocalSums { shared: vec![[0.0; 2]; shared], ..LocalSums::default() },
+            components: Vec::new(),
+            alike: EliminatedSums { shared: vec![[0.0; 2]; shared], ..EliminatedSums::default() },
         }
     }
 
@@ -39,7 +39,7 @@ impl Sums {
         self.cost += other.cost;
         self.hessian += &other.hessian;
         self.gradient.iter_mut().zip(&other.gradient).for_each(|(sum, part)| *sum += part);
-        self.islands.extend(other.islands);
+        self.components.extend(other.components);
         self.alike.add(other.alike);
     }
 }
@@ -126,8 +126,8 @@ pub(super) fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Re
     let mut rows = Rows::new(problem, values);
     let mut sums = Sums::new(structure.shared.len());
     let mut batches: Vec<Vec<Batch<'_>>> = structure.shapes.iter().map(|_| Vec::new()).collect();
-    let islands = &structure.islands[chunk.islands.clone()];
-    let free_end = islands.first().map_or(chunk.factors.end, |first| first.factors.start);
+    let components = &structure.components[chunk.components.clone()];
+    let free_end = components.first().map_or(chunk.factors.end, |first| first.factors.start);
     let mut shape = None;
     let mut spare = Vec::new();
     let mut free = &structure.order[chunk.factors.start..free_end];
@@ -143,18 +143,18 @@ pub(super) fn sum_chunk(problem: &Problem, values: &Values, chunk: &Chunk) -> Re
         free = &free[count..];
     }
     let mut position = vec![0; structure.shared.len()];
-    for island in islands.iter().filter(|island| !structure.kinds[island.kind].reweighed) {
-        island.shared.iter().enumerate().for_each(|(at, index)| position[*index] = at);
-        let mut own = IslandSums::new(island);
-        for factor in &structure.order[island.factors.clone()] {
+    for component in components.iter().filter(|component| !structure.kinds[component.kind].reweighed) {
+        component.shared.iter().enumerate().for_each(|(at, index)| position[*index] = at);
+        let mut own = ComponentSums::new(component);
+        for factor in &structure.order[component.factors.clone()] {
             sums.cost += rows.linearize(*factor, true)?;
             own.add(problem, &rows, *factor, &position);
             collect(problem, &rows, *factor, 1, &mut batches, &mut spare);
         }
-        sums.islands.push(own);
+        sums.components.push(own);
     }
     batches.into_iter().flatten().for_each(|batch| drop(batch.scatter(&mut sums)));
-    if islands.iter().any(|island| structure.kinds[island.kind].reweighed) {
+    if components.iter().any(|component| structure.kinds[component.kind].reweighed) {
         sums.alike = Alike { problem, values, left_out: &[] }.sum(&mut rows, chunk)?;
     }
     Ok(sums)

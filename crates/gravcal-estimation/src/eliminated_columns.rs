@@ -1,6 +1,6 @@
-//! Columns of local blocks after their elimination: what they are worth once the shared columns are known.
+//! Columns of eliminated blocks after their elimination: what they are worth once the shared columns are known.
 //!
-//! With the factored island `[R_ee R_es]` (see `linearization/orthogonal.rs`) a local column follows the shared ones and
+//! With the factored component `[R_ee R_es]` (see `linearization/orthogonal.rs`) an eliminated column follows the shared ones and
 //! has an uncertainty of its own,
 //!
 //! ```text
@@ -11,35 +11,35 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use crate::linearization::factor_island;
+use crate::linearization::factor_component;
 use crate::problem::Place;
 use crate::{EvaluateError, Problem, Values};
 
 /// A pivot below this share of its column says nothing.
 const LEAST_PIVOT: f64 = 1e-9;
 
-/// Where each column of a problem is found after elimination. Of an island nothing is kept: what its columns are made of is computed when
+/// Where each column of a problem is found after elimination. Of a component nothing is kept: what its columns are made of is computed when
 /// it is asked for.
 #[derive(Debug)]
-pub(crate) struct LocalColumns {
+pub(crate) struct EliminatedColumns {
     problem: Problem,
     values: Values,
     /// Columns without effect.
     cleared: Vec<usize>,
-    /// Place of each island's first column among those of all islands, and their number.
+    /// Place of each component's first column among those of all components, and their number.
     firsts: Vec<usize>,
-    /// The island that was asked for last: most are asked for several times in a row.
-    latest: Mutex<Option<(usize, Arc<LocalIsland>)>>,
+    /// The component that was asked for last: most are asked for several times in a row.
+    latest: Mutex<Option<(usize, Arc<FactoredComponent>)>>,
 }
 
-/// An island, by what it follows and what it knows by itself.
+/// A component, by what it follows and what it knows by itself.
 #[derive(Debug)]
-struct LocalIsland {
+struct FactoredComponent {
     /// Indices among the shared columns.
     touched: Arc<[usize]>,
-    /// `F`, one row a local column.
+    /// `F`, one row an eliminated column.
     response: Vec<Vec<f64>>,
-    /// `R_ee⁻¹`, one row a local column.
+    /// `R_ee⁻¹`, one row an eliminated column.
     own: Vec<Vec<f64>>,
 }
 
@@ -48,52 +48,58 @@ struct LocalIsland {
 pub(crate) struct Reduced {
     /// Index among the shared columns and coefficient; an index may come more than once.
     pub shared: Vec<(usize, f64)>,
-    /// Island and coefficients of its own unit errors.
-    pub local: Vec<(usize, Vec<f64>)>,
+    /// Component and coefficients of its own unit errors.
+    pub eliminated: Vec<(usize, Vec<f64>)>,
 }
 
-impl LocalColumns {
+impl EliminatedColumns {
     /// `norms`: of all columns of J there.
     pub fn new(problem: &Problem, values: &Values, norms: &[f64]) -> Self {
         let mut firsts = vec![0];
         problem
             .structure()
-            .islands
+            .components
             .iter()
-            .for_each(|island| firsts.push(firsts[firsts.len() - 1] + island.columns.len()));
-        let cleared = match problem.structure().islands.is_empty() {
+            .for_each(|component| firsts.push(firsts[firsts.len() - 1] + component.columns.len()));
+        let cleared = match problem.structure().components.is_empty() {
             true => Vec::new(),
             false => (0..norms.len()).filter(|column| norms[*column] == 0.0).collect(),
         };
-        LocalColumns { problem: problem.clone(), values: values.clone(), cleared, firsts, latest: Mutex::default() }
+        EliminatedColumns {
+            problem: problem.clone(),
+            values: values.clone(),
+            cleared,
+            firsts,
+            latest: Mutex::default(),
+        }
     }
 
-    fn island(&self, index: usize) -> Arc<LocalIsland> {
+    fn component(&self, index: usize) -> Arc<FactoredComponent> {
         let mut latest = self.latest.lock().unwrap_or_else(PoisonError::into_inner);
         match &*latest {
-            Some((known, island)) if *known == index => Arc::clone(island),
+            Some((known, component)) if *known == index => Arc::clone(component),
             _ => {
-                let island = Arc::new(self.computed(index));
-                *latest = Some((index, Arc::clone(&island)));
-                island
+                let component = Arc::new(self.computed(index));
+                *latest = Some((index, Arc::clone(&component)));
+                component
             }
         }
     }
 
-    fn computed(&self, index: usize) -> LocalIsland {
-        let island = &self.problem.structure().islands[index];
-        let rows = factor_island(&self.problem, &self.values, island, &self.cleared);
+    fn computed(&self, index: usize) -> FactoredComponent {
+        let component = &self.problem.structure().components[index];
+        let rows = factor_component(&self.problem, &self.values, component, &self.cleared);
         // They could be evaluated before.
-        let none = || vec![f64::NAN; island.columns.len() * (island.columns.len() + island.shared.len() + 1)];
-        LocalIsland::new(island.columns.len(), &island.shared, &rows.unwrap_or_else(|_| none()))
+        let none = || vec![f64::NAN; component.columns.len() * (component.columns.len() + component.shared.len() + 1)];
+        FactoredComponent::new(component.columns.len(), &component.shared, &rows.unwrap_or_else(|_| none()))
     }
 
-    /// Number of local columns.
+    /// Number of eliminated columns.
     pub fn count(&self) -> usize {
         self.firsts[self.firsts.len() - 1]
     }
 
-    /// Number of all columns, local or shared.
+    /// Number of all columns, eliminated or shared.
     pub fn columns(&self) -> usize {
         self.places().len()
     }
@@ -106,17 +112,17 @@ impl LocalColumns {
     pub fn shared(&self, column: usize) -> Option<usize> {
         match self.places()[column] {
             Place::Shared(index) => Some(index),
-            Place::Island { .. } => None,
+            Place::Component { .. } => None,
         }
     }
 
-    /// The islands' own unit errors in a function: place among those of all islands, and coefficient.
+    /// The components' own unit errors in a function: place among those of all components, and coefficient.
     pub fn own_entries(&self, function: &Reduced) -> Vec<(usize, f64)> {
-        let first = |island: usize| self.firsts[island];
-        let of_island = |(island, own): &(usize, Vec<f64>)| {
-            own.iter().enumerate().map(|(k, c)| (first(*island) + k, *c)).collect::<Vec<_>>()
+        let first = |component: usize| self.firsts[component];
+        let of_component = |(component, own): &(usize, Vec<f64>)| {
+            own.iter().enumerate().map(|(k, c)| (first(*component) + k, *c)).collect::<Vec<_>>()
         };
-        function.local.iter().flat_map(of_island).collect()
+        function.eliminated.iter().flat_map(of_component).collect()
     }
 
     /// What a linear function of columns is made of.
@@ -125,8 +131,8 @@ impl LocalColumns {
         for (column, coefficient) in function {
             match self.places()[column] {
                 Place::Shared(index) => reduced.shared.push((index, coefficient)),
-                Place::Island { island, index } => {
-                    self.island(island).add(island, index, coefficient, &mut reduced);
+                Place::Component { component, index } => {
+                    self.component(component).add(component, index, coefficient, &mut reduced);
                 }
             }
         }
@@ -135,58 +141,59 @@ impl LocalColumns {
 }
 
 /// # Errors
-/// Names a column of an island, of which `[R_ee R_es …]` are the rows, that the island's factors do not determine.
+/// Names a column of a component, of which `[R_ee R_es …]` are the rows, that the component's factors do not determine.
 pub(crate) fn check(problem: &Problem, columns: &[usize], rows: &[f64]) -> Result<(), EvaluateError> {
-    let local = columns.len();
-    let width = rows.len() / local.max(1);
-    let norm = |j: usize| (0..local).map(|i| rows[i * width + j].powi(2)).sum::<f64>().sqrt();
-    let weak = (0..local).find(|i| rows[i * width + i].abs() <= LEAST_PIVOT * norm(*i));
+    let eliminated = columns.len();
+    let width = rows.len() / eliminated.max(1);
+    let norm = |j: usize| (0..eliminated).map(|i| rows[i * width + j].powi(2)).sum::<f64>().sqrt();
+    let weak = (0..eliminated).find(|i| rows[i * width + i].abs() <= LEAST_PIVOT * norm(*i));
     weak.map_or(Ok(()), |index| Err(undetermined(problem, columns[index])))
 }
 
 fn undetermined(problem: &Problem, column: usize) -> EvaluateError {
     let name = &problem.block(problem.columns()[column].block).name;
     EvaluateError(format!(
-        "the local block `{name}` is not determined by its own factors: give it a prior, or do not mark it as local"
+        "the eliminated block `{name}` is not determined by its own factors: give it a prior, or do not mark it as eliminated"
     ))
 }
 
-impl LocalIsland {
-    fn new(local: usize, touched: &Arc<[usize]>, rows: &[f64]) -> Self {
-        let width = local + touched.len() + 1;
+impl FactoredComponent {
+    fn new(eliminated: usize, touched: &Arc<[usize]>, rows: &[f64]) -> Self {
+        let width = eliminated + touched.len() + 1;
         let entry = |i: usize, j: usize| rows[i * width + j];
         // Back substitution of [I −R_es], one row after the other from the last.
-        let mut solved = vec![vec![0.0; local + touched.len()]; local];
-        for i in (0..local).rev() {
-            let mut row: Vec<f64> =
-                (0..local + touched.len()).map(|j| if j < local { f64::from(i == j) } else { -entry(i, j) }).collect();
+        let mut solved = vec![vec![0.0; eliminated + touched.len()]; eliminated];
+        for i in (0..eliminated).rev() {
+            let mut row: Vec<f64> = (0..eliminated + touched.len())
+                .map(|j| if j < eliminated { f64::from(i == j) } else { -entry(i, j) })
+                .collect();
             for (k, below) in solved.iter().enumerate().skip(i + 1) {
                 row.iter_mut().zip(below).for_each(|(sum, value)| *sum -= entry(i, k) * value);
             }
             row.iter_mut().for_each(|value| *value /= entry(i, i));
             solved[i] = row;
         }
-        let response = solved.iter().map(|row| row[local..].to_vec()).collect();
-        solved.iter_mut().for_each(|row| row.truncate(local));
-        LocalIsland { touched: Arc::clone(touched), response, own: solved }
+        let response = solved.iter().map(|row| row[eliminated..].to_vec()).collect();
+        solved.iter_mut().for_each(|row| row.truncate(eliminated));
+        FactoredComponent { touched: Arc::clone(touched), response, own: solved }
     }
 
-    fn add(&self, island: usize, index: usize, coefficient: f64, reduced: &mut Reduced) {
+    fn add(&self, component: usize, index: usize, coefficient: f64, reduced: &mut Reduced) {
         let followed = self.touched.iter().zip(&self.response[index]);
         reduced.shared.extend(followed.map(|(shared, response)| (*shared, coefficient * response)));
-        let at = reduced.local.iter().position(|(known, _)| *known == island).unwrap_or_else(|| {
-            reduced.local.push((island, vec![0.0; self.own.len()]));
-            reduced.local.len() - 1
+        let at = reduced.eliminated.iter().position(|(known, _)| *known == component).unwrap_or_else(|| {
+            reduced.eliminated.push((component, vec![0.0; self.own.len()]));
+            reduced.eliminated.len() - 1
         });
-        reduced.local[at].1.iter_mut().zip(&self.own[index]).for_each(|(sum, own)| *sum += coefficient * own);
+        reduced.eliminated[at].1.iter_mut().zip(&self.own[index]).for_each(|(sum, own)| *sum += coefficient * own);
     }
 }
 
 impl Reduced {
-    /// Covariance with another function that is due to the islands' own errors.
+    /// Covariance with another function that is due to the components' own errors.
     pub fn own_covariance(&self, other: &Reduced) -> f64 {
-        let same = |island: usize| other.local.iter().find(|(known, _)| *known == island);
-        let pairs = self.local.iter().filter_map(|(island, a)| Some((a, &same(*island)?.1)));
+        let same = |component: usize| other.eliminated.iter().find(|(known, _)| *known == component);
+        let pairs = self.eliminated.iter().filter_map(|(component, a)| Some((a, &same(*component)?.1)));
         pairs.map(|(a, b)| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>()).sum()
     }
 }
@@ -216,15 +223,15 @@ mod tests {
     }
 
     #[test]
-    fn a_local_block_that_nothing_determines_is_named() {
+    fn a_eliminated_block_that_nothing_determines_is_named() {
         let mut builder = ProblemBuilder::new();
         let shared = builder.add_block(Block::scalar("a", ""), &[0.0]);
-        let local = builder.add_block(Block::vector("error1", "rad", &["x", "y"]).local(), &[0.0, 0.0]);
+        let eliminated = builder.add_block(Block::vector("error1", "rad", &["x", "y"]).eliminated(), &[0.0, 0.0]);
         let noise = || Noise::independent(&[1.0]).unwrap();
         builder.add_factor(Factor::new(Line::new(&[shared], &[1.0], 0.0), noise()));
-        builder.add_factor(Factor::new(Line::new(&[shared, local], &[1.0, 1.0, 2.0], 0.0), noise()));
+        builder.add_factor(Factor::new(Line::new(&[shared, eliminated], &[1.0, 1.0, 2.0], 0.0), noise()));
         let (problem, values) = builder.build().unwrap();
         let error = Spectrum::new(&problem, &values).unwrap_err().to_string();
-        assert!(error.starts_with("the local block `error1` is not determined by its own factors"), "{error}");
+        assert!(error.starts_with("the eliminated block `error1` is not determined by its own factors"), "{error}");
     }
 }
