@@ -13,7 +13,7 @@ use clap::Parser;
 use gravcal_benches::program::ended;
 use gravcal_benches::seven_joints::SevenJoints;
 use gravcal_estimation::{
-    Block, BlockId, Estimate, Factor, Noise, Problem, ProblemBuilder, SolveContext, Solver, Spectrum, Values,
+    Block, BlockId, Estimate, Factor, Noise, Problem, ProblemBuilder, RankAnalysis, SolveContext, Solver, Values,
 };
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::residuals::{Prior, Shifted};
@@ -54,8 +54,8 @@ fn measure(poses: usize) -> Result<(), String> {
     let estimate = solve(&problem, &initial)?;
     let seconds = start.elapsed().as_secs_f64();
     let start = Instant::now();
-    let spectrum = Spectrum::new(&problem, &estimate.values).map_err(|e| e.to_string())?;
-    let covariance = spectrum.covariance();
+    let analysis = RankAnalysis::new(&problem, &estimate.values).map_err(|e| e.to_string())?;
+    let covariance = analysis.covariance();
     let deviation = covariance.std(problem.columns().len() - 1);
     let judged = start.elapsed().as_secs_f64();
     if !(deviation > 0.0 && deviation <= POSITION_ERROR) {
@@ -78,17 +78,17 @@ fn compare(poses: usize) -> Result<(), String> {
     let (eliminated, initial) = with_position_errors(poses, true)?;
     let (plain, _) = with_position_errors(poses, false)?;
     let (one, other) = (solve(&eliminated, &initial)?, solve(&plain, &initial)?);
-    let spectrum = Spectrum::new(&plain, &other.values).map_err(|e| e.to_string())?;
-    let reduced = Spectrum::new(&eliminated, &one.values).map_err(|e| e.to_string())?;
-    if spectrum.rank() != reduced.rank() {
-        return Err(format!("rank {} without elimination, {} with it", spectrum.rank(), reduced.rank()));
+    let analysis = RankAnalysis::new(&plain, &other.values).map_err(|e| e.to_string())?;
+    let reduced = RankAnalysis::new(&eliminated, &one.values).map_err(|e| e.to_string())?;
+    if analysis.rank() != reduced.rank() {
+        return Err(format!("rank {} without elimination, {} with it", analysis.rank(), reduced.rank()));
     }
-    let (dense, sparse) = (spectrum.covariance(), reduced.covariance());
+    let (dense, sparse) = (analysis.covariance(), reduced.covariance());
     let (mut of_values, mut of_deviations) = (0.0_f64, 0.0_f64);
     for id in plain.block_ids() {
         let all: Vec<usize> = plain.columns_of(id).collect();
         // What the data do not determine has no result to compare.
-        if spectrum.null_space_within(&all).is_empty() {
+        if analysis.null_space_within(&all).is_empty() {
             let (a, b) = (one.values.get(id), other.values.get(id));
             let difference = a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>().sqrt();
             let smallest = all.iter().map(|column| dense.std(*column)).fold(f64::INFINITY, f64::min);
@@ -100,7 +100,7 @@ fn compare(poses: usize) -> Result<(), String> {
     println!(
         "{poses} poses with and without elimination: values differ by at most {of_values:.1e} standard deviations, \
          standard deviations by {of_deviations:.1e} of themselves (rank {} of {} unknowns)",
-        spectrum.rank(),
+        analysis.rank(),
         plain.columns().len(),
     );
     Ok(())

@@ -5,7 +5,7 @@ use std::error::Error;
 use gravcal_estimation::statistics::{
     Bootstrap, NoiseKnowledge, Resampling, SampleBlocks, Solution, StatisticsError, Uncertainty,
 };
-use gravcal_estimation::{Loss, SolveContext, Solver, Spectrum};
+use gravcal_estimation::{Loss, RankAnalysis, SolveContext, Solver};
 use gravcal_solvers::LevenbergMarquardt;
 use rand_pcg::Pcg64;
 use rayon::prelude::*;
@@ -78,8 +78,8 @@ fn judge(scenario: Scenario, index: u64) -> Result<[bool; 3], Failure> {
     let (problem, start) = problem(&scenario.errors.draw(scenario.each, &mut random), scenario.each, scenario.loss)?;
     let solver = LevenbergMarquardt::default();
     let estimate = solver.solve(&problem, &start, &mut SolveContext::default())?;
-    let spectrum = Spectrum::new(&problem, &estimate.values)?;
-    let solution = Solution { problem: &problem, values: &estimate.values, spectrum: &spectrum };
+    let analysis = RankAnalysis::new(&problem, &estimate.values)?;
+    let solution = Solution { problem: &problem, values: &estimate.values, analysis: &analysis };
     let uncertainty = uncertainty(&solution, scenario.method, &solver, index)?;
     let mut held = [false; 3];
     for (i, id) in problem.block_ids().enumerate() {

@@ -16,7 +16,7 @@ use clap::Parser;
 use gravcal_benches::clock::{median_seconds, microseconds};
 use gravcal_benches::program::ended;
 use gravcal_benches::seven_joints::SevenJoints;
-use gravcal_estimation::{Estimate, SolveContext, Solver, Spectrum};
+use gravcal_estimation::{Estimate, RankAnalysis, SolveContext, Solver};
 use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 
 use peers::Peer;
@@ -69,7 +69,7 @@ fn describe(problem: &SevenJoints) -> Result<(), String> {
     if columns != COLUMNS {
         return Err(format!("the problem has {columns} columns, expected {COLUMNS}"));
     }
-    let rank = Spectrum::new(joint, &problem.built.initial).map_err(|e| e.to_string())?.rank();
+    let rank = RankAnalysis::new(joint, &problem.built.initial).map_err(|e| e.to_string())?.rank();
     println!("\n{} poses: {} readings, {columns} columns of rank {rank}", problem.poses(), joint.rows());
     Ok(())
 }

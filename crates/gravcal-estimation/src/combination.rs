@@ -92,18 +92,18 @@ pub fn fixed_blocks(problem: &Problem) -> impl Iterator<Item = (BlockId, &str)> 
 mod tests {
     use super::*;
     use crate::testing::Line;
-    use crate::{Block, Factor, Noise, ProblemBuilder, Spectrum};
+    use crate::{Block, Factor, Noise, ProblemBuilder, RankAnalysis};
 
     /// `y = Σ coefficient · x`, one a row, over scalar blocks of the given names and units.
-    fn problem(blocks: &[(&str, &str)], rows: &[&[f64]]) -> (Problem, Values, Spectrum) {
+    fn problem(blocks: &[(&str, &str)], rows: &[&[f64]]) -> (Problem, Values, RankAnalysis) {
         let mut builder = ProblemBuilder::new();
         let ids: Vec<BlockId> = blocks.iter().map(|(n, u)| builder.add_block(Block::scalar(*n, *u), &[1.0])).collect();
         for row in rows {
             builder.add_factor(Factor::new(Line::new(&ids, row, 0.0), Noise::independent(&[1.0]).unwrap()));
         }
         let (problem, values) = builder.build().unwrap();
-        let spectrum = Spectrum::new(&problem, &values).unwrap();
-        (problem, values, spectrum)
+        let analysis = RankAnalysis::new(&problem, &values).unwrap();
+        (problem, values, analysis)
     }
 
     fn told(problem: &Problem, values: &Values, columns: &[usize], steps: &[Vec<f64>]) -> Vec<String> {
@@ -113,11 +113,11 @@ mod tests {
     #[test]
     fn what_has_no_effect_is_named() {
         // Only 0.7 a + 2 b is measured, and c by itself.
-        let (problem, values, spectrum) =
+        let (problem, values, analysis) =
             problem(&[("a", "m"), ("b", "m"), ("c", "s")], &[&[0.7, 2.0, 0.0], &[0.0, 0.0, 1.0]]);
         let columns = [0, 1, 2];
-        assert_eq!(told(&problem, &values, &columns, &spectrum.null_directions(&columns)), ["1.00 a − 0.35 b"]);
-        assert!(spectrum.weak_directions(&columns).is_empty());
+        assert_eq!(told(&problem, &values, &columns, &analysis.null_directions(&columns)), ["1.00 a − 0.35 b"]);
+        assert!(analysis.weak_directions(&columns).is_empty());
     }
 
     #[test]
@@ -125,16 +125,16 @@ mod tests {
         let a = [1.0, 2e-3, 0.0, 0.0];
         let b = [1.0, 2e-3 + 1e-6, 0.0, 0.0];
         let blocks = [("a", "m"), ("b", "s"), ("c", ""), ("d", "")];
-        let (problem, values, spectrum) = problem(&blocks, &[&a, &b, &[0.0, 0.0, 1.0, 0.0], &[0.0, 0.0, 0.0, 3.0]]);
+        let (problem, values, analysis) = problem(&blocks, &[&a, &b, &[0.0, 0.0, 1.0, 0.0], &[0.0, 0.0, 0.0, 3.0]]);
         let columns = [0, 1, 2, 3];
-        assert!(spectrum.null_directions(&columns).is_empty());
-        let weak = spectrum.weak_directions(&columns);
+        assert!(analysis.null_directions(&columns).is_empty());
+        let weak = analysis.weak_directions(&columns);
         assert_eq!(told(&problem, &values, &columns, &[weak[0].step.clone()]), ["1.00 a [m] − 499.88 b [s]"]);
         // Columns (1, 1) and (1, 1.0005) of unit length: the smaller singular value is 0.00025/√2.
         assert_eq!(weak.len(), 1);
         assert!((weak[0].times_worse / (2.0_f64.sqrt() / 2.5e-4) - 1.0).abs() < 0.01, "{}", weak[0].times_worse);
         // Seen alone, a and b are both badly known, but neither is worse than the other.
-        assert!(spectrum.weak_directions(&[2, 3]).is_empty());
+        assert!(analysis.weak_directions(&[2, 3]).is_empty());
     }
 
     #[test]

@@ -201,15 +201,15 @@ impl Reduced {
 #[cfg(test)]
 mod tests {
     use crate::linearization::tests::problem;
-    use crate::{Block, Factor, Noise, ProblemBuilder, Spectrum, testing::Line};
+    use crate::{Block, Factor, Noise, ProblemBuilder, RankAnalysis, testing::Line};
 
     #[test]
     fn covariances_and_leverages_with_elimination_are_those_without() {
         let ((plain, values), (eliminated, _)) = (problem(40, false), problem(40, true));
-        let (reference, spectrum) =
-            (Spectrum::new(&plain, &values).unwrap(), Spectrum::new(&eliminated, &values).unwrap());
-        assert_eq!(spectrum.rank(), reference.rank());
-        let (dense, reduced) = (reference.covariance().scaled(2.0), spectrum.covariance().scaled(2.0));
+        let (reference, analysis) =
+            (RankAnalysis::new(&plain, &values).unwrap(), RankAnalysis::new(&eliminated, &values).unwrap());
+        assert_eq!(analysis.rank(), reference.rank());
+        let (dense, reduced) = (reference.covariance().scaled(2.0), analysis.covariance().scaled(2.0));
         for i in 0..plain.columns().len() {
             for j in 0..plain.columns().len() {
                 let difference = (dense.at(i, j) - reduced.at(i, j)).abs();
@@ -217,7 +217,7 @@ mod tests {
             }
         }
         let rows = plain.augmented_jacobian(&values).unwrap();
-        for (a, b) in reference.leverages(&rows).iter().zip(spectrum.leverages(&rows)) {
+        for (a, b) in reference.leverages(&rows).iter().zip(analysis.leverages(&rows)) {
             assert!((a - b).abs() < 1e-9);
         }
     }
@@ -231,7 +231,7 @@ mod tests {
         builder.add_factor(Factor::new(Line::new(&[shared], &[1.0], 0.0), noise()));
         builder.add_factor(Factor::new(Line::new(&[shared, eliminated], &[1.0, 1.0, 2.0], 0.0), noise()));
         let (problem, values) = builder.build().unwrap();
-        let error = Spectrum::new(&problem, &values).unwrap_err().to_string();
+        let error = RankAnalysis::new(&problem, &values).unwrap_err().to_string();
         assert!(error.starts_with("the eliminated block `error1` is not determined by its own factors"), "{error}");
     }
 }

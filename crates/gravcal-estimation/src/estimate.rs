@@ -101,7 +101,7 @@ pub struct IterationRecord {
 }
 
 /// A solver's answer. Weights of outliers are had from [`Problem::weights`](crate::Problem::weights), what is determined
-/// from [`Spectrum`](crate::Spectrum), standard deviations from [`statistics`](crate::statistics).
+/// from [`RankAnalysis`](crate::RankAnalysis), standard deviations from [`statistics`](crate::statistics).
 #[derive(Clone, Debug)]
 pub struct Estimate {
     /// Values of all blocks, fixed ones included.
@@ -121,6 +121,6 @@ pub struct Estimate {
     /// stand where they started.
     pub without_effect: Vec<Column>,
     /// The problem's normal equations at `values`, with its factors and their losses, if the method had them:
-    /// [`Spectrum::of`](crate::Spectrum::of) need not sum them again.
+    /// [`RankAnalysis::of`](crate::RankAnalysis::of) need not sum them again.
     pub normal_equations: Option<NormalEquations>,
 }

@@ -14,10 +14,10 @@
 //! the residuals are smooth near the solution. Then twice the cost is χ²-distributed with (rows − rank) degrees of
 //! freedom and `(JᵀJ)⁻¹` of the whitened Jacobian is the covariance of the estimate. Where the model is wrong,
 //! the χ² says so, and that covariance is too small: [`statistics`] has others. Where a direction of `x` leaves every residual unchanged, no
-//! value for it exists in the data: [`Spectrum`] finds those directions and names them; nothing here invents one.
+//! value for it exists in the data: [`RankAnalysis`] finds those directions and names them; nothing here invents one.
 //!
 //! Three nouns, three places: the [`Problem`] only holds; a [`Solver`] only minimises (the methods are in
-//! `gravcal-solvers`); [`Spectrum`] and [`statistics`] only judge. The crate knows no robot, and no file but those that
+//! `gravcal-solvers`); [`RankAnalysis`] and [`statistics`] only judge. The crate knows no robot, and no file but those that
 //! [`published`] problems come in.
 //!
 //! A residual is written as [`adding_a_residual`] shows: with derivatives by hand, or once as a [`Formula`] whose
@@ -61,7 +61,7 @@ pub use constraint::{ActiveConstraint, Affine, Constraint, ConstraintError, Cons
 pub use derivative_check::{DerivativeMismatch, check_derivatives};
 pub use estimate::{Estimate, IterationRecord, Termination};
 pub use factor::Factor;
-pub use identifiability::{Elimination, Spectrum, WeakDirection};
+pub use identifiability::{Elimination, RankAnalysis, WeakDirection};
 pub use linearization::{Linearization, NormalEquations, StepInfo};
 pub use loss::{Loss, LossWidth};
 pub use loss_name::{LossName, UnknownLoss};

@@ -104,7 +104,7 @@ impl Pull {
 mod tests {
     use super::*;
     use crate::testing::{Line, Newton, add};
-    use crate::{Block, ProblemBuilder, SolveContext, Solver, Spectrum};
+    use crate::{Block, ProblemBuilder, RankAnalysis, SolveContext, Solver};
 
     /// Readings of a + b alone, and of c.
     fn sum_and_number() -> (Problem, Values, [BlockId; 3]) {
@@ -143,7 +143,7 @@ mod tests {
         moved.set(a, &[2.0]);
         let difference = held.cost(&moved).unwrap() - problem.cost(&moved).unwrap();
         assert!((difference - 8.0).abs() < 1e-9, "½ (2/0.5)²: {difference}");
-        assert_eq!(Spectrum::new(&held, &values).unwrap().rank(), 2);
+        assert_eq!(RankAnalysis::new(&held, &values).unwrap().rank(), 2);
         assert_eq!(held.residuals(&moved).unwrap(), problem.residuals(&moved).unwrap());
     }
 }

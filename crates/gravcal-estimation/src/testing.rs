@@ -2,8 +2,8 @@
 
 use crate::statistics::Solution;
 use crate::{
-    Block, BlockId, Estimate, EvaluateError, Factor, LocalValues, Loss, Noise, Problem, ProblemBuilder, Residual,
-    RowsMut, SolveContext, SolveError, Solver, Spectrum, Termination, Unsupported, Values,
+    Block, BlockId, Estimate, EvaluateError, Factor, LocalValues, Loss, Noise, Problem, ProblemBuilder, RankAnalysis,
+    Residual, RowsMut, SolveContext, SolveError, Solver, Termination, Unsupported, Values,
 };
 
 /// `Σ coefficient · x − reading` over all stored coordinates of some blocks.
@@ -94,12 +94,12 @@ impl Solver for Newton {
 pub struct Solved {
     pub problem: Problem,
     pub values: Values,
-    spectrum: Spectrum,
+    analysis: RankAnalysis,
 }
 
 impl Solved {
     pub fn solution(&self) -> Solution<'_> {
-        Solution { problem: &self.problem, values: &self.values, spectrum: &self.spectrum }
+        Solution { problem: &self.problem, values: &self.values, analysis: &self.analysis }
     }
 }
 
@@ -107,8 +107,8 @@ impl Solved {
 pub fn fit(builder: ProblemBuilder) -> Solved {
     let (problem, initial) = builder.build().unwrap();
     let values = Newton.solve(&problem, &initial, &mut SolveContext::default()).unwrap().values;
-    let spectrum = Spectrum::new(&problem, &values).unwrap();
-    Solved { problem, values, spectrum }
+    let analysis = RankAnalysis::new(&problem, &values).unwrap();
+    Solved { problem, values, analysis }
 }
 
 /// Readings `a + b t` at t = 0, 1, …, with unit noise.

@@ -127,7 +127,7 @@ impl Thermometer {
             let (problem, start, _) = self.problem(noise)?;
             let Fit { problem, estimate } = fit(&problem, &start, BATHS.len(), workbench)?;
             let known = Known::at::<Box<dyn Error>>(&problem, &estimate)?;
-            let rows = row_residuals(&problem, &estimate.values, &known.spectrum, BATHS.len())?;
+            let rows = row_residuals(&problem, &estimate.values, &known.analysis, BATHS.len())?;
             let readings = rows.into_iter().map(|row| ReadingResidual { channel: 0, std: noise, row });
             let found = noise_by_squares(&readings.collect::<Vec<_>>(), &[false]);
             noise = found[0].ok_or("the readings have no noise")?;
@@ -163,14 +163,14 @@ fn calibrate(thermometer: &Thermometer, workbench: &Workbench<'_>) -> Result<Ans
         Parameter { id: name, block: *block, limit, unit: value.abs() }
     });
     let asked: Vec<Parameter<&str>> = asked.collect();
-    let (values, spectrum, reference) = (&estimate.values, &known.spectrum, problem.reference());
-    let profiled = Profiled { problem: &problem, values, spectrum, reference };
+    let (values, analysis, reference) = (&estimate.values, &known.analysis, problem.reference());
+    let profiled = Profiled { problem: &problem, values, analysis, reference };
     let mut widened = vec![1.0; problem.columns().len()];
     for (column, std) in profiled.wider(&limits_of_use(&problem, &asked), workbench)? {
-        widened[column] = std / spectrum.covariance().std(column);
+        widened[column] = std / analysis.covariance().std(column);
     }
     let uncertainty = known.uncertainty.widened(&widened);
-    let judgement = judge(&problem, spectrum, uncertainty.covariance(), &asked);
+    let judgement = judge(&problem, analysis, uncertainty.covariance(), &asked);
 
     let told = |(parameter, (name, unit, ..)): (&Parameter<&str>, (&'static str, &'static str, f64, f64))| {
         let std = uncertainty.covariance().std(problem.columns_of(parameter.block).start);

@@ -15,7 +15,7 @@
 
 use std::collections::BTreeSet;
 
-use gravcal_estimation::{BlockId, Covariance, Problem, Spectrum, sparse_basis};
+use gravcal_estimation::{BlockId, Covariance, Problem, RankAnalysis, sparse_basis};
 
 /// Coefficients of a combination below this share of the largest are not told.
 const READABLE: f64 = 0.02;
@@ -102,12 +102,12 @@ impl<Id: Copy + Ord> Combination<Id> {
 /// Judges a solution of a problem by its rank and this covariance.
 pub fn judge<Id: Copy + Ord>(
     problem: &Problem,
-    spectrum: &Spectrum,
+    analysis: &RankAnalysis,
     covariance: &Covariance,
     parameters: &[Parameter<Id>],
 ) -> Judgement<Id> {
     let columns = columns(problem, parameters);
-    let mut judgement = without_information(spectrum, &columns);
+    let mut judgement = without_information(analysis, &columns);
     judgement.tell_the_rest();
     let is_number = |parameter: &&Parameter<Id>| problem.columns_of(parameter.block).len() < 2;
     let (numbers, vectors): (Vec<_>, Vec<_>) = parameters.iter().partition(is_number);
@@ -131,12 +131,12 @@ fn columns<Id: Copy>(problem: &Problem, parameters: &[Parameter<Id>]) -> Vec<(us
     parameters.iter().flat_map(of).collect()
 }
 
-fn without_information<Id: Copy + Ord>(spectrum: &Spectrum, asked: &[(usize, Parameter<Id>)]) -> Judgement<Id> {
-    let touched = asked.iter().filter(|(column, _)| spectrum.null_share(*column) > TOUCHED);
+fn without_information<Id: Copy + Ord>(analysis: &RankAnalysis, asked: &[(usize, Parameter<Id>)]) -> Judgement<Id> {
+    let touched = asked.iter().filter(|(column, _)| analysis.null_share(*column) > TOUCHED);
     let open = touched.map(|(_, parameter)| parameter.id).collect();
     let columns: Vec<usize> = asked.iter().map(|(column, _)| *column).collect();
     let in_units = |v: Vec<f64>| unit_length(v.iter().zip(asked).map(|(c, (_, of))| c / of.unit).collect());
-    let directions: Vec<Vec<f64>> = spectrum.null_space_within(&columns).into_iter().map(in_units).collect();
+    let directions: Vec<Vec<f64>> = analysis.null_space_within(&columns).into_iter().map(in_units).collect();
     let basis = sparse_basis(&directions, TOUCHED);
     Judgement { combinations: basis.iter().map(|direction| combination(direction, asked)).collect(), open }
 }
@@ -186,10 +186,10 @@ mod tests {
     /// Judged where the gain is 2, and offset and bias are somewhere; `fixed` as in [`sensor`].
     fn judged(limits: [f64; 3], fixed: &[usize]) -> Judgement<Of> {
         let (problem, values, blocks) = sensor(&READINGS, [2.0, 0.2, 0.6], fixed, Loss::None);
-        let spectrum = Spectrum::new(&problem, &values).unwrap();
+        let analysis = RankAnalysis::new(&problem, &values).unwrap();
         let asked = [Of::Gain, Of::Offset, Of::Bias].into_iter().zip(blocks).zip(limits);
         let asked = asked.map(|((id, block), limit)| Parameter { id, block, limit, unit: limit });
-        judge(&problem, &spectrum, &spectrum.covariance(), &asked.collect::<Vec<_>>())
+        judge(&problem, &analysis, &analysis.covariance(), &asked.collect::<Vec<_>>())
     }
 
     #[test]

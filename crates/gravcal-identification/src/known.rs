@@ -5,13 +5,13 @@
 //! ```
 
 use gravcal_estimation::statistics::{NoiseKnowledge, Solution, StatisticsError, along_constraints, leans};
-use gravcal_estimation::{Estimate, EvaluateError, Problem, Spectrum, Uncertainty};
+use gravcal_estimation::{Estimate, EvaluateError, Problem, RankAnalysis, Uncertainty};
 
 /// What is known there.
 #[derive(Debug)]
 pub struct Known {
     /// Of the problem along its active constraints.
-    pub spectrum: Spectrum,
+    pub analysis: RankAnalysis,
     /// The problem with what the active constraints hold as readings; nothing where none is active.
     pub along_constraints: Option<Problem>,
     /// By how many standard deviations the readings would like to pass each active constraint.
@@ -29,16 +29,16 @@ impl Known {
     where
         E: From<EvaluateError> + From<StatisticsError>,
     {
-        let mut spectrum = Spectrum::of(problem, estimate)?;
-        let leans = leans(problem, estimate, &spectrum);
-        let along = along_constraints(problem, estimate, &spectrum)?;
+        let mut analysis = RankAnalysis::of(problem, estimate)?;
+        let leans = leans(problem, estimate, &analysis);
+        let along = along_constraints(problem, estimate, &analysis)?;
         if let Some(problem) = &along {
-            spectrum = Spectrum::new(problem, &estimate.values)?;
+            analysis = RankAnalysis::new(problem, &estimate.values)?;
         }
         let judged = along.as_ref().unwrap_or(problem);
-        let solution = Solution { problem: judged, values: &estimate.values, spectrum: &spectrum };
+        let solution = Solution { problem: judged, values: &estimate.values, analysis: &analysis };
         let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
-        Ok(Known { spectrum, along_constraints: along, leans, uncertainty })
+        Ok(Known { analysis, along_constraints: along, leans, uncertainty })
     }
 }
 
@@ -58,6 +58,6 @@ mod tests {
         let std = |id| known.uncertainty.covariance().std(problem.columns_of(id).start);
         assert!((std(gain) - 0.5 / sxx.sqrt()).abs() < 1e-9);
         assert!((std(bias) - 0.5 * (0.25 + 2.25_f64.powi(2) / sxx).sqrt()).abs() < 1e-9);
-        assert!(known.along_constraints.is_none() && known.leans.is_empty() && known.spectrum.rank() == 2);
+        assert!(known.along_constraints.is_none() && known.leans.is_empty() && known.analysis.rank() == 2);
     }
 }

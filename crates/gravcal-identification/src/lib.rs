@@ -6,12 +6,12 @@
 //!
 //! ```text
 //! let fit = fit(&problem, &start, readings, &workbench)?;                        // least squares about a reference that follows
-//! let known = Known::at(&fit.problem, &fit.estimate)?;                           // spectrum, covariance, active constraints
+//! let known = Known::at(&fit.problem, &fit.estimate)?;                           // analysis, covariance, active constraints
 //! let noise = noise_by_squares(&residuals, &alike);                              // by channel, by leverage; the problem is built again
 //! likeliest.or_from(starts, follow, on, &workbench);                             // other starts, compared by their likelihood
 //! let settled = settle(fit, &[&mirrored, &reversed], &workbench)?;               // discrete symmetries: images of the solution
 //! let profiles = Profiled { .. }.wider(&told, &workbench)?;                      // where the linear model is too sure
-//! let judgement = judge(&fit.problem, &known.spectrum, covariance, &parameters); // rank and limits of use, in combinations
+//! let judgement = judge(&fit.problem, &known.analysis, covariance, &parameters); // rank and limits of use, in combinations
 //! ```
 //!
 //! | file | device |
@@ -22,7 +22,7 @@
 //! | [`variance_beyond_noise`] | errors that the noise does not explain, by restricted likelihood |
 //! | [`Likeliest`] | ends of several starts, compared by their likelihood |
 //! | [`settle`], [`Symmetry`] | images of a solution, one list and one loop: the better one is taken, what is as good is reported |
-//! | [`Known`] | spectrum and uncertainty at an estimate, along its active constraints |
+//! | [`Known`] | rank analysis and uncertainty at an estimate, along its active constraints |
 //! | [`least_informed_nearby`] | plausible values near the estimate at which the readings say less |
 //! | [`Profiled`] | what is told of a parameter where the problem is not linear over its error |
 //! | [`judge`] | what is determined: rank, limits of use, and combinations that are not |

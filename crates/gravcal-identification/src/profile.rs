@@ -15,7 +15,7 @@
 //!
 //! Why it is so, and what was tried: `docs/decisions/profiles.md`.
 
-use gravcal_estimation::{EvaluateError, Problem, Reference, Spectrum, Values, in_parallel};
+use gravcal_estimation::{EvaluateError, Problem, RankAnalysis, Reference, Values, in_parallel};
 
 use crate::nearby::{BASELESS, MATTERS, MOST_COLUMNS};
 use crate::workbench::Workbench;
@@ -44,7 +44,7 @@ pub struct Profiled<'a> {
     /// The estimate.
     pub values: &'a Values,
     /// What the linear model says there.
-    pub spectrum: &'a Spectrum,
+    pub analysis: &'a RankAnalysis,
     /// Of the other parameters: what keeps them plausible while they follow.
     pub reference: Option<&'a Reference>,
 }
@@ -59,7 +59,7 @@ impl Profiled<'_> {
         if self.problem.columns().len() > MOST_COLUMNS {
             return Ok(Vec::new());
         }
-        let freedom = self.problem.rows().saturating_sub(self.spectrum.rank()).max(1) as f64;
+        let freedom = self.problem.rows().saturating_sub(self.analysis.rank()).max(1) as f64;
         let noise = (2.0 * self.problem.without_reference().cost(self.values)? / freedom).max(1.0);
         let wider = |(column, limit): &(usize, f64)| self.of_column(*column, *limit, noise, workbench);
         let found: Vec<Vec<_>> = in_parallel(told, wider).into_iter().collect::<Result<_, _>>()?;
@@ -73,7 +73,7 @@ impl Profiled<'_> {
         noise: f64,
         workbench: &Workbench<'_>,
     ) -> Result<Vec<(usize, f64)>, EvaluateError> {
-        let std = self.spectrum.covariance().std(column);
+        let std = self.analysis.covariance().std(column);
         if std < MATTERS * limit || std > limit {
             return Ok(Vec::new());
         }
@@ -164,9 +164,9 @@ impl Profile<'_> {
     fn led_by(&self, farther: f64, from: &Point) -> Result<Values, EvaluateError> {
         let there;
         let known = if from.distance == 0.0 {
-            self.of.spectrum.covariance()
+            self.of.analysis.covariance()
         } else {
-            there = Spectrum::new(self.of.problem, &from.values)?;
+            there = RankAnalysis::new(self.of.problem, &from.values)?;
             there.covariance()
         };
         let variance = known.at(self.column, self.column);
@@ -219,8 +219,8 @@ mod tests {
         let noise = Noise::independent(&[sigma, 1.0]).unwrap();
         builder.add_factor(Factor::new(Automatic(Flattened(blocks)), noise));
         let (problem, values) = builder.build().unwrap();
-        let spectrum = Spectrum::new(&problem, &values).unwrap();
-        let profiled = Profiled { problem: &problem, values: &values, spectrum: &spectrum, reference: None };
+        let analysis = RankAnalysis::new(&problem, &values).unwrap();
+        let profiled = Profiled { problem: &problem, values: &values, analysis: &analysis, reference: None };
         let found = with_workbench(|w| profiled.wider(&[(0, limit)], w)).unwrap();
         found.into_iter().map(|(_, std)| std).reduce(f64::max)
     }

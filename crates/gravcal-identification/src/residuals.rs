@@ -4,7 +4,7 @@
 //!     h_i = a_iᵀ (AᵀA)⁺ a_i      a_i: row i of the whitened Jacobian, Var r_i = 1 − h_i where the noise is as stated
 //! ```
 
-use gravcal_estimation::{EvaluateError, Problem, Spectrum, Values};
+use gravcal_estimation::{EvaluateError, Problem, RankAnalysis, Values};
 
 /// Of one row of a problem.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,18 +22,18 @@ impl RowResidual {
     }
 }
 
-/// Those of the first `count` rows of a problem. `spectrum`: of the problem at these values.
+/// Those of the first `count` rows of a problem. `analysis`: of the problem at these values.
 ///
 /// # Errors
 /// Where a residual cannot be evaluated.
 pub fn row_residuals(
     problem: &Problem,
     values: &Values,
-    spectrum: &Spectrum,
+    analysis: &RankAnalysis,
     count: usize,
 ) -> Result<Vec<RowResidual>, EvaluateError> {
     let rows = problem.augmented_jacobian(values)?;
-    let leverages = spectrum.leverages(&rows);
+    let leverages = analysis.leverages(&rows);
     let width = problem.columns().len() + 1;
     let residual = |(row, leverage): (&[f64], &f64)| RowResidual { whitened: row[width - 1], leverage: *leverage };
     Ok(rows.chunks_exact(width).zip(&leverages).take(count).map(residual).collect())
@@ -51,8 +51,8 @@ mod tests {
         let readings = [(0.0, 1.2, 0.5), (1.0, 2.7, 0.5), (2.0, 5.3, 0.5), (6.0, 12.9, 0.5)];
         let (problem, start, _) = sensor(&readings, [1.0, 0.0, 0.0], &[1], Loss::None);
         let estimate = solved(&problem, &start);
-        let spectrum = Spectrum::new(&problem, &estimate.values).unwrap();
-        let rows = row_residuals(&problem, &estimate.values, &spectrum, readings.len()).unwrap();
+        let analysis = RankAnalysis::new(&problem, &estimate.values).unwrap();
+        let rows = row_residuals(&problem, &estimate.values, &analysis, readings.len()).unwrap();
         let (intercept, slope, sxx) = line(&readings);
         for ((x, y, std), row) in readings.iter().zip(rows) {
             let leverage = 0.25 + (x - 2.25).powi(2) / sxx;

@@ -6,8 +6,8 @@
 
 use gravcal_estimation::published::more_garbow_hillstrom;
 use gravcal_estimation::{
-    Block, BlockId, EvaluateError, Factor, LocalValues, Manifold, Noise, Problem, ProblemBuilder, Residual, RowsMut,
-    SolveContext, Spectrum, Values, check_derivatives,
+    Block, BlockId, EvaluateError, Factor, LocalValues, Manifold, Noise, Problem, ProblemBuilder, RankAnalysis,
+    Residual, RowsMut, SolveContext, Values, check_derivatives,
 };
 use gravcal_solvers::SolverName;
 
@@ -118,13 +118,13 @@ fn a_direction_without_information_is_left_alone_and_named() {
         let found = estimate.values.get(id);
         assert!(estimate.termination.converged());
         assert!((found[0] + found[1] - 3.08).abs() < 1e-9 && (found[0] - found[1] - 4.0).abs() < 1e-9);
-        let spectrum = Spectrum::new(&problem, &estimate.values).unwrap();
-        assert_eq!(spectrum.rank(), 1);
-        let null = spectrum.null_space_within(&[0, 1]);
+        let analysis = RankAnalysis::new(&problem, &estimate.values).unwrap();
+        assert_eq!(analysis.rank(), 1);
+        let null = analysis.null_space_within(&[0, 1]);
         assert!((null[0][0] + null[0][1]).abs() < 1e-12);
-        let determined = spectrum.determined_within(&[0, 1], &[]);
+        let determined = analysis.determined_within(&[0, 1], &[]);
         assert!((determined[0][0] - determined[0][1]).abs() < 1e-12);
-        assert!((spectrum.covariance().std_of(&[(0, 1.0), (1, 1.0)]) - 0.2f64.sqrt()).abs() < 1e-12);
+        assert!((analysis.covariance().std_of(&[(0, 1.0), (1, 1.0)]) - 0.2f64.sqrt()).abs() < 1e-12);
     }
 }
 
@@ -224,7 +224,7 @@ fn the_scales_of_columns_change_nothing_even_where_a_block_starts_at_zero() {
             let told = format!("{solver}, scales {first:e} and {second:e}: {}", estimate.termination);
             assert!(estimate.termination.converged(), "{told}");
             assert!((a * first - 3.0).abs() < 1e-6 && (b * second - 2.0).abs() < 1e-6, "{told}");
-            assert_eq!(Spectrum::new(&problem, &estimate.values).unwrap().rank(), 2, "{told}");
+            assert_eq!(RankAnalysis::new(&problem, &estimate.values).unwrap().rank(), 2, "{told}");
         }
     }
 }

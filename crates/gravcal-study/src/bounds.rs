@@ -44,7 +44,7 @@ pub(crate) fn bound(
             Measured::Sensor(joint, q) => layout.sensors[*joint][*q as usize],
         };
         let columns: Vec<usize> = judged.built.problem.columns_of(id).collect();
-        !judged.spectrum.null_space_within(&columns).is_empty()
+        !judged.analysis.null_space_within(&columns).is_empty()
     };
     Ok(quantities.iter().map(|q| (!open(q)).then(|| q.std(&judged))).collect())
 }

@@ -14,7 +14,7 @@ use std::error::Error;
 use gravcal::estimation::statistics::{NoiseKnowledge, Solution};
 use gravcal::estimation::{
     Automatic, Block, BlockId, EvaluateError, Factor, Formula, LocalNumbers, Noise, Number, ProblemBuilder,
-    SolveContext, Spectrum, Uncertainty,
+    RankAnalysis, SolveContext, Uncertainty,
 };
 use gravcal::solvers::SolverName;
 
@@ -74,8 +74,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let (problem, start) = builder.build()?;
     let estimate = SolverName::LevenbergMarquardt.build().solve(&problem, &start, &mut SolveContext::default())?;
-    let spectrum = Spectrum::of(&problem, &estimate)?;
-    let solution = Solution { problem: &problem, values: &estimate.values, spectrum: &spectrum };
+    let analysis = RankAnalysis::of(&problem, &estimate)?;
+    let solution = Solution { problem: &problem, values: &estimate.values, analysis: &analysis };
     let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
 
     for (axis, truth) in axes.iter().zip([[1.02 / GRAVITY, 0.01], [0.99 / GRAVITY, -0.02], [1.005 / GRAVITY, 0.005]]) {

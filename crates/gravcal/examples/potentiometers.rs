@@ -18,8 +18,8 @@ use std::path::{Path, PathBuf};
 
 use gravcal::estimation::statistics::{NoiseKnowledge, Solution};
 use gravcal::estimation::{
-    Block, BlockId, EvaluateError, Factor, LocalValues, Noise, ProblemBuilder, Residual, RowsMut, SolveContext,
-    Spectrum, Uncertainty,
+    Block, BlockId, EvaluateError, Factor, LocalValues, Noise, ProblemBuilder, RankAnalysis, Residual, RowsMut,
+    SolveContext, Uncertainty,
 };
 use gravcal::solvers::SolverName;
 
@@ -103,8 +103,8 @@ fn scale(name: &str, points: Points) -> Result<Option<[f64; 2]>, Box<dyn Error>>
     builder.add_factor(Factor::new(Line { blocks: [gain, zero], points }, noise));
     let (problem, start) = builder.build()?;
     let estimate = SolverName::LevenbergMarquardt.build().solve(&problem, &start, &mut SolveContext::default())?;
-    let spectrum = Spectrum::of(&problem, &estimate)?;
-    let solution = Solution { problem: &problem, values: &estimate.values, spectrum: &spectrum };
+    let analysis = RankAnalysis::of(&problem, &estimate)?;
+    let solution = Solution { problem: &problem, values: &estimate.values, analysis: &analysis };
     let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Relative)?;
     let value = estimate.values.scalar(gain);
     let std = uncertainty.covariance().std(problem.columns_of(gain).start);

@@ -154,7 +154,7 @@ impl Answer {
         let stated = !session.noise_estimated().contains(&true);
         let by_noise = matches!(self.uncertainty, UncertaintyResult::Noise { source: NoiseSource::Stated, .. });
         let freedom =
-            self.solved.judged_problem().rows().checked_sub(self.solved.spectrum.rank()).filter(|dof| *dof > 0);
+            self.solved.judged_problem().rows().checked_sub(self.solved.analysis.rank()).filter(|dof| *dof > 0);
         let (dof, chi_squared) = (freedom? as f64, 2.0 * self.solved.estimate.cost);
         let ratio = (chi_squared / dof).sqrt();
         let accident = ChiSquared::new(dof).ok()?.cdf(chi_squared);
@@ -246,7 +246,7 @@ impl Answer {
         let alone = Session { earlier: None, ..session.clone() };
         let start = solved.unknowns(&Unknowns::nominal(session));
         let without = solve_from(&alone, &solved.readings, start, workbench)?;
-        let freedom = |solved: &Solved| solved.judged_problem().rows().saturating_sub(solved.spectrum.rank());
+        let freedom = |solved: &Solved| solved.judged_problem().rows().saturating_sub(solved.analysis.rank());
         let gained = freedom(solved).saturating_sub(freedom(&without)) as f64;
         let size = match session.noise_estimated().contains(&true) {
             true => 2.0 * without.estimate.cost / freedom(&without).max(1) as f64,

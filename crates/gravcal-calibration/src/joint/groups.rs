@@ -13,7 +13,7 @@
 //! [condensed]: gravcal_estimation::passing_on::condensed
 //! [linearized]: gravcal_estimation::passing_on::linearized
 
-use gravcal_estimation::{BlockId, EvaluateError, Factor, Loss, Problem, Spectrum, Values};
+use gravcal_estimation::{BlockId, EvaluateError, Factor, Loss, Problem, RankAnalysis, Values};
 use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{Session, UncertaintyChoice};
@@ -119,10 +119,10 @@ struct Knowledge {
 
 impl Knowledge {
     fn of(problem: &Problem, values: &Values, blocks: &[BlockId]) -> Result<Self, EvaluateError> {
-        let spectrum = Spectrum::new(problem, values)?;
-        let covariance = spectrum.covariance();
+        let analysis = RankAnalysis::new(problem, values)?;
+        let covariance = analysis.covariance();
         let columns: Vec<usize> = blocks.iter().flat_map(|id| problem.columns_of(*id)).collect();
-        let open = spectrum.null_space_within(&columns).len();
+        let open = analysis.null_space_within(&columns).len();
         Ok(Knowledge { open, std: columns.iter().map(|column| covariance.std(*column)).collect() })
     }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use gravcal_estimation::passing_on::{condensed, linearized, selected};
 use gravcal_estimation::{
-    BlockId, Covariance, Estimate, Factor, IterationRecord, Problem, Spectrum, Termination, Values,
+    BlockId, Covariance, Estimate, Factor, IterationRecord, Problem, RankAnalysis, Termination, Values,
 };
 use gravcal_identification::Workbench;
 use gravcal_robot_model::session::ReadingId;
@@ -54,7 +54,7 @@ fn step_by_step(
     if is_far(whole, &built.initial)? {
         updated.go_to(workbench.solve_briefly(whole, &built.initial, BRIEF, 0.0)?);
     }
-    let in_the_end = Spectrum::new(whole, &updated.values)?.covariance();
+    let in_the_end = RankAnalysis::new(whole, &updated.values)?.covariance();
     let mut known = first_of(built, 0);
     for step in steps {
         let rows: Vec<usize> = (0..built.rows.len()).filter(|row| step.contains(&built.rows[*row])).collect();
@@ -96,15 +96,15 @@ impl Open {
         values: &Values,
         (whole, in_the_end): (&Problem, &Covariance),
     ) -> Result<Self, EstimateError> {
-        let spectrum = Spectrum::new(step, values)?;
-        let now = spectrum.covariance();
+        let analysis = RankAnalysis::new(step, values)?;
+        let now = analysis.covariance();
         let is_hardly_known = |id: &BlockId| {
             let mut columns = step.columns_of(*id).zip(whole.columns_of(*id));
             columns.any(|(own, all)| now.std(own) > HARDLY_KNOWN * in_the_end.std(all))
         };
         let is_open = |id: &BlockId| {
             let columns: Vec<usize> = step.columns_of(*id).collect();
-            !spectrum.null_space_within(&columns).is_empty()
+            !analysis.null_space_within(&columns).is_empty()
         };
         let not_linear = || step.block_ids().filter(|id| !step.block(*id).linear);
         Ok(Open {

@@ -1,7 +1,7 @@
 //! What is determined of a solved joint problem, and gravity as it is told.
 
 use gravcal_estimation::statistics::{DECIDED, LinearFunction, stored_coordinates};
-use gravcal_estimation::{BlockId, Covariance, Spectrum, Values};
+use gravcal_estimation::{BlockId, Covariance, RankAnalysis, Values};
 use gravcal_identification::judge;
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
@@ -22,13 +22,13 @@ impl Solved {
     /// The same with given spreads (largest less smallest reading of each channel).
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
         let JointProblem { problem, layout, .. } = &self.built;
-        let judged = |values: &Values, spectrum: &Spectrum, covariance: &Covariance| {
-            judge(problem, spectrum, covariance, &asked(session, layout, values, spreads))
+        let judged = |values: &Values, analysis: &RankAnalysis, covariance: &Covariance| {
+            judge(problem, analysis, covariance, &asked(session, layout, values, spreads))
         };
-        let mut judgement = judged(&self.estimate.values, &self.spectrum, self.covariance());
-        for Nearby { values, spectrum, share, open } in &self.nearby {
-            let at_least = spectrum.covariance().scaled(share * share);
-            judgement.leave_open_what_is_open_in(&judged(values, spectrum, &at_least));
+        let mut judgement = judged(&self.estimate.values, &self.analysis, self.covariance());
+        for Nearby { values, analysis, share, open } in &self.nearby {
+            let at_least = analysis.covariance().scaled(share * share);
+            judgement.leave_open_what_is_open_in(&judged(values, analysis, &at_least));
             let is_open = |id: BlockId| problem.columns_of(id).any(|column| open.contains(&column));
             judgement.leave_unsaid(is_open(layout.gravity).then_some(Asked::Gravity));
             judgement.leave_open(session.parameters().into_iter().filter(|id| is_open(layout.block(*id))));

@@ -121,7 +121,7 @@ pub(super) fn decisively_likelier(
     tried: usize,
     workbench: &Workbench<'_>,
 ) -> Result<bool, EstimateError> {
-    let (rank, rows) = (solved.spectrum.rank(), solved.judged_problem().rows());
+    let (rank, rows) = (solved.analysis.rank(), solved.judged_problem().rows());
     if solved.readings.noise_found(session) && rows < rank + rank / TELLING {
         return Ok(false);
     }

@@ -1,6 +1,6 @@
 //! What the readings say at values near the estimate that may be the true ones.
 
-use gravcal_estimation::{Reference, Spectrum, Values};
+use gravcal_estimation::{RankAnalysis, Reference, Values};
 use gravcal_identification::{AT_LEAST, BASELESS, DECISIVE, MATTERS, Workbench, least_informed_nearby};
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
@@ -68,7 +68,7 @@ impl Solved {
         let (problem, values) = (self.judged_problem(), &self.estimate.values);
         let Some(reference) = self.built.problem.reference() else { return Ok(Vec::new()) };
         let asked = self.limits_of_use(session);
-        let known = self.spectrum.covariance();
+        let known = self.analysis.covariance();
         if asked.iter().all(|(column, limit)| known.std(*column) < MATTERS * limit) {
             return Ok(Vec::new()); // no direction makes up more of a standard deviation than there is
         }
@@ -91,12 +91,12 @@ impl Solved {
         let mut nearby = Vec::new();
         let elsewhere = self.elsewhere.iter().map(|values| (values.clone(), 1.0));
         for (values, share) in farther.chain(nominal).chain(aligned).chain(elsewhere) {
-            let spectrum = Spectrum::new(problem, &values)?;
-            let there = spectrum.covariance();
+            let analysis = RankAnalysis::new(problem, &values)?;
+            let there = analysis.covariance();
             let baseless =
                 |(column, limit): &&(usize, f64)| there.std(*column) > (BASELESS * known.std(*column)).max(*limit);
             let open = asked.iter().filter(baseless).map(|(column, _)| *column).collect();
-            nearby.push(Nearby { values, spectrum, share, open });
+            nearby.push(Nearby { values, analysis, share, open });
         }
         Ok(nearby)
     }
@@ -125,10 +125,10 @@ impl Solved {
 
     /// The same with no standard deviation less than its share of one nearby.
     pub(super) fn widened(self, session: &Session) -> Solved {
-        let known = self.spectrum.covariance();
+        let known = self.analysis.covariance();
         let mut factors = vec![1.0_f64; self.judged_problem().columns().len()];
-        for Nearby { spectrum, share, .. } in &self.nearby {
-            let there = spectrum.covariance();
+        for Nearby { analysis, share, .. } in &self.nearby {
+            let there = analysis.covariance();
             for (column, limit) in self.limits_of_use(session) {
                 // What is beyond its limit there is not determined.
                 let at_least = (share * there.std(column)).min(limit);

@@ -28,7 +28,7 @@ impl Solved {
 
     /// Those of the readings, in the order of the rows.
     pub(super) fn row_residuals(&self) -> Result<Vec<RowResidual>, EvaluateError> {
-        row_residuals(&self.built.problem, &self.estimate.values, &self.spectrum, self.built.rows.len())
+        row_residuals(&self.built.problem, &self.estimate.values, &self.analysis, self.built.rows.len())
     }
 
     fn reading_residuals(&self, session: &Session) -> Result<Vec<ReadingResidual>, EvaluateError> {

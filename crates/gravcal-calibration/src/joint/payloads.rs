@@ -133,7 +133,7 @@ impl WithSlopes {
     /// With its interval, where it is determined.
     fn number(&self, solved: &Solved) -> Option<PayloadNumber> {
         let columns: Vec<usize> = self.function.iter().map(|(column, _)| *column).collect();
-        let scale = |column: usize| solved.spectrum.column_scale(column);
+        let scale = |column: usize| solved.analysis.column_scale(column);
         let along = |null: &Vec<f64>| {
             let terms = self.function.iter().zip(null);
             let (sum, size) = terms.fold((0.0_f64, 0.0_f64), |(sum, size), ((column, slope), step)| {
@@ -141,7 +141,7 @@ impl WithSlopes {
             });
             sum.abs() > OPEN * size
         };
-        if solved.spectrum.null_space_within(&columns).iter().any(along) {
+        if solved.analysis.null_space_within(&columns).iter().any(along) {
             return None;
         }
         let std = solved.covariance().std_of(&self.function);

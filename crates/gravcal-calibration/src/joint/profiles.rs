@@ -35,8 +35,8 @@ impl Solved {
             columns.find_map(|column| Some((column, limit_of(column)?)))
         };
         let told: Vec<(usize, f64)> = determined.filter_map(told).collect();
-        let (values, spectrum) = (&self.estimate.values, &self.spectrum);
-        let profiles = Profiled { problem, values, spectrum, reference: reference.as_ref() }.wider(&told, workbench)?;
+        let (values, analysis) = (&self.estimate.values, &self.analysis);
+        let profiles = Profiled { problem, values, analysis, reference: reference.as_ref() }.wider(&told, workbench)?;
         Ok(Solved { profiles, ..self })
     }
 
@@ -90,7 +90,7 @@ mod tests {
     #[test]
     fn over_short_arcs_readings_say_less_than_the_linear_model() {
         let solved = profiled(0.2, 32.0);
-        let known = solved.spectrum.covariance();
+        let known = solved.analysis.covariance();
         assert!(!solved.profiles.is_empty());
         for (column, std) in &solved.profiles {
             assert!(*std > 1.05 * known.std(*column), "{column}: {std}, {}", known.std(*column));

@@ -189,7 +189,7 @@ fn gravity_is_known(solved: &Solved) -> bool {
     let (covariance, g) = (Matrix3::from_row_slice(&solved.gravity_covariance()), solved.built.layout.gravity);
     let largest = covariance.symmetric_eigenvalues().max().max(0.0).sqrt();
     let size = Vector3::from_column_slice(solved.estimate.values.get(g)).norm();
-    solved.judged_problem().columns_of(g).all(|column| solved.spectrum.null_share(column) < OPEN)
+    solved.judged_problem().columns_of(g).all(|column| solved.analysis.null_share(column) < OPEN)
         && WITHIN * largest < size
 }
 

@@ -1,6 +1,6 @@
 //! A solved joint problem, and what the data determine there.
 
-use gravcal_estimation::{Covariance, Estimate, Problem, Spectrum, Termination, Uncertainty, Values};
+use gravcal_estimation::{Covariance, Estimate, Problem, RankAnalysis, Termination, Uncertainty, Values};
 use gravcal_identification::{End, Known};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{ReadingId, Session};
@@ -20,7 +20,7 @@ pub struct Solved {
     /// Its solution.
     pub estimate: Estimate,
     /// What the data determine there, along the active constraints.
-    pub spectrum: Spectrum,
+    pub analysis: RankAnalysis,
     /// The problem with what the active constraints hold as readings; nothing where none is active.
     pub(super) along_constraints: Option<Problem>,
     /// How well: from the noise, unless another uncertainty was chosen.
@@ -43,7 +43,7 @@ pub struct Solved {
 #[derive(Debug)]
 pub(super) struct Nearby {
     pub values: Values,
-    pub spectrum: Spectrum,
+    pub analysis: RankAnalysis,
     /// Share of standard deviations there that is told at least.
     pub share: f64,
     /// Columns that are beyond their limit there, and so much worse known that what the readings say at the estimate has no basis.
@@ -86,13 +86,13 @@ impl Solved {
     }
 
     pub(super) fn judged(readings: Readings, built: JointProblem, estimate: Estimate) -> Result<Solved, EstimateError> {
-        let Known { spectrum, along_constraints, leans, uncertainty } =
+        let Known { analysis, along_constraints, leans, uncertainty } =
             Known::at::<EstimateError>(&built.problem, &estimate)?;
         Ok(Solved {
             readings,
             built,
             estimate,
-            spectrum,
+            analysis,
             along_constraints,
             uncertainty,
             leans,

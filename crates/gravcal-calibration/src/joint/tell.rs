@@ -86,7 +86,7 @@ pub(super) fn tell(
         consistent_model,
         reasons: reason_count,
         notes,
-        detail: Detail { singular_values: solved.spectrum.singular_values().to_vec(), way: tell_way(session, solved) },
+        detail: Detail { singular_values: solved.analysis.singular_values().to_vec(), way: tell_way(session, solved) },
     };
     if verdict == Verdict::Failed || solved.freedom_of_noise(session).is_some() {
         withdraw(&mut result);
@@ -97,7 +97,7 @@ pub(super) fn tell(
 /// Noise that no std states, where too few readings are left to tell it: then nothing tells how well anything is known.
 fn unknown_noise(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Option<Undetermined> {
     let freedom = solved.freedom_of_noise(session)?;
-    let (rows, rank) = (solved.judged_problem().rows(), solved.spectrum.rank());
+    let (rows, rank) = (solved.judged_problem().rows(), solved.analysis.rank());
     let open = parameters.iter().filter(|parameter| parameter.asked && !parameter.determined);
     Some(Undetermined {
         combination: "the size of the noise".into(),
@@ -229,7 +229,7 @@ fn tell_moments(session: &Session, solved: &Solved, judgement: &Judgement) -> Ve
         &solved.built.problem,
         &solved.estimate.values,
         &solved.built.layout,
-        &solved.spectrum,
+        &solved.analysis,
         solved.covariance(),
         &open_columns(session, solved, judgement),
     )

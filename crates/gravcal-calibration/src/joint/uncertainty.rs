@@ -8,7 +8,7 @@ use gravcal_estimation::statistics::{
     Bootstrap, Jackknife, NoiseKnowledge, Resampling, SampleBlocks, Solution, StatisticsError, ToldByOneBlock,
     Uncertainty,
 };
-use gravcal_estimation::{BlockId, Loss, Spectrum};
+use gravcal_estimation::{BlockId, Loss, RankAnalysis};
 use gravcal_identification::Workbench;
 use gravcal_robot_model::session::{PoseBlocks, Session, UncertaintyChoice};
 
@@ -27,7 +27,7 @@ const ALONE_SHARE: f64 = 0.01;
 
 impl Solved {
     pub(super) fn solution(&self) -> Solution<'_> {
-        Solution { problem: self.judged_problem(), values: &self.estimate.values, spectrum: &self.spectrum }
+        Solution { problem: self.judged_problem(), values: &self.estimate.values, analysis: &self.analysis }
     }
 
     /// The uncertainty that the session chooses, and what to say of it. `misfit`: how many times worse than their stated
@@ -58,7 +58,7 @@ impl Solved {
                 let resampling = Resampling { blocks: &blocks, replicates, seed, fixed: &[] };
                 // Replicates obey the constraints by themselves, and need not lean on the same ones.
                 let (problem, values) = (&self.built.problem, &self.estimate.values);
-                let solution = Solution { problem, values, spectrum: &Spectrum::new(problem, values)? };
+                let solution = Solution { problem, values, analysis: &RankAnalysis::new(problem, values)? };
                 let drawn = Bootstrap::new(&solution, &resampling, workbench.solver())?;
                 let told = UncertaintyResult::Bootstrap {
                     blocks: blocks.count(),
@@ -109,7 +109,7 @@ impl Solved {
 
     /// Degrees of freedom that are left to tell the noise, where it is to be found from them and they are too few for that.
     pub(super) fn freedom_of_noise(&self, session: &Session) -> Option<usize> {
-        let freedom = self.judged_problem().rows().saturating_sub(self.spectrum.rank());
+        let freedom = self.judged_problem().rows().saturating_sub(self.analysis.rank());
         (self.readings.noise_found(session) && freedom < LEAST_FREEDOM).then_some(freedom)
     }
 
@@ -140,7 +140,7 @@ impl Solved {
 
     /// What was asked for of which single blocks tell more than [`ALONE_SHARE`] of its variance.
     fn told_by_one_block(&self, session: &Session, alone: &[ToldByOneBlock]) -> Vec<String> {
-        let noise = self.spectrum.covariance();
+        let noise = self.analysis.covariance();
         let share = |column: usize| {
             let along: f64 = alone.iter().map(|told| told.step[column].powi(2)).sum();
             along > ALONE_SHARE * noise.at(column, column)

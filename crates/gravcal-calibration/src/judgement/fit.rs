@@ -56,7 +56,7 @@ impl JointResiduals {
 
 /// How well a solved problem explains its readings as a whole.
 pub(crate) fn explained(session: &Session, solved: &Solved, chi_squared: f64) -> Result<Explained, EvaluateError> {
-    let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.spectrum.rank());
+    let degrees_of_freedom = solved.judged_problem().rows().saturating_sub(solved.analysis.rank());
     let stated = !solved.readings.noise_found(session);
     Ok(match (stated, solved.built.loss) {
         (false, _) => Explained::by_own_noise(chi_squared, degrees_of_freedom),

@@ -10,7 +10,7 @@
 //! knowledge of them would not hold at another scale.
 
 use gravcal_estimation::statistics::{LinearFunction, stored_coordinates};
-use gravcal_estimation::{BlockId, Covariance, Manifold, Problem, Spectrum, Values, sparse_basis};
+use gravcal_estimation::{BlockId, Covariance, Manifold, Problem, RankAnalysis, Values, sparse_basis};
 use gravcal_robot_model::parameter::Quantity;
 
 use crate::joint::Layout;
@@ -32,11 +32,11 @@ pub(crate) fn determined_moments(
     problem: &Problem,
     values: &Values,
     layout: &Layout,
-    spectrum: &Spectrum,
+    analysis: &RankAnalysis,
     covariance: &Covariance,
     open: &[usize],
 ) -> Vec<DeterminedMoment> {
-    if scale_is_open(problem, layout, spectrum) {
+    if scale_is_open(problem, layout, analysis) {
         return Vec::new();
     }
     let mut placements: Vec<BlockId> = layout.loads.iter().flatten().flatten().copied().collect();
@@ -50,17 +50,17 @@ pub(crate) fn determined_moments(
     let first = of_motion.iter().map(|id| problem.columns_of(*id).len()).sum();
     let standing = layout.inertia.iter().chain(&layout.sweep_moments).copied().chain(euclidean);
     let blocks: Vec<BlockId> = of_motion.into_iter().chain(standing).collect();
-    let mut results = combinations(problem, values, (&blocks, first), spectrum, covariance, open);
+    let mut results = combinations(problem, values, (&blocks, first), analysis, covariance, open);
     for id in on_sphere {
-        results.extend(determined_vector(problem, values, id, spectrum, covariance));
+        results.extend(determined_vector(problem, values, id, analysis, covariance));
     }
     results
 }
 
 /// Whether a torque gain takes part in a direction without information, together with something else.
-fn scale_is_open(problem: &Problem, layout: &Layout, spectrum: &Spectrum) -> bool {
+fn scale_is_open(problem: &Problem, layout: &Layout, analysis: &RankAnalysis) -> bool {
     let gains = layout.sensors.iter().flat_map(|ids| problem.columns_of(ids[Quantity::TorqueGain as usize]));
-    gains.map(|column| spectrum.null_share(column)).any(|share| (SHARED..1.0 - SHARED).contains(&share))
+    gains.map(|column| analysis.null_share(column)).any(|share| (SHARED..1.0 - SHARED).contains(&share))
 }
 
 /// Combinations of blocks whose columns are their stored coordinates; the `first` columns are felt in motion only, and whoever knows the others
@@ -69,7 +69,7 @@ fn combinations(
     problem: &Problem,
     values: &Values,
     (blocks, first): (&[BlockId], usize),
-    spectrum: &Spectrum,
+    analysis: &RankAnalysis,
     covariance: &Covariance,
     open: &[usize],
 ) -> Vec<DeterminedMoment> {
@@ -81,7 +81,7 @@ fn combinations(
     let moves_with = |open: &usize| -> Option<Vec<f64>> {
         let variance = covariance.at(*open, *open);
         // What moves without any information is in the null space already.
-        (variance > 0.0 && spectrum.null_share(*open) < SHARED)
+        (variance > 0.0 && analysis.null_share(*open) < SHARED)
             .then(|| columns.iter().map(|column| covariance.at(*column, *open) / variance).collect())
     };
     let moved: Vec<Vec<f64>> = open.iter().filter_map(moves_with).collect();
@@ -91,7 +91,7 @@ fn combinations(
         vector
     };
     let weight = if first > 0 { OF_STANDING } else { 1.0 };
-    let determined = spectrum.determined_within(&columns, &moved).into_iter();
+    let determined = analysis.determined_within(&columns, &moved).into_iter();
     let determined: Vec<Vec<f64>> = determined.map(|vector| weigh(vector, weight)).collect();
     let plain = |vector: Vec<f64>| match vector[..first].iter().any(|entry| *entry != 0.0) {
         true => weigh(vector, 1.0 / weight),
@@ -119,11 +119,11 @@ fn determined_vector(
     problem: &Problem,
     values: &Values,
     id: BlockId,
-    spectrum: &Spectrum,
+    analysis: &RankAnalysis,
     covariance: &Covariance,
 ) -> Vec<DeterminedMoment> {
     let columns: Vec<usize> = problem.columns_of(id).collect();
-    if !spectrum.null_space_within(&columns).is_empty() {
+    if !analysis.null_space_within(&columns).is_empty() {
         return Vec::new();
     }
     let component = |(i, function): (usize, LinearFunction)| {

@@ -28,7 +28,7 @@ pub(crate) fn weak_combinations(solved: &Solved) -> Vec<WeakCombination> {
     let problem = &solved.built.problem;
     let blocks = [*gravity].into_iter().chain(sensors.iter().flatten().chain(further).copied());
     let columns: Vec<usize> = blocks.flat_map(|id| problem.columns_of(id)).collect();
-    let weak = solved.spectrum.weak_directions(&columns);
+    let weak = solved.analysis.weak_directions(&columns);
     let steps: Vec<Vec<f64>> = weak.iter().map(|direction| direction.step.clone()).collect();
     let named = named_combinations(problem, &solved.estimate.values, &columns, &steps);
     let tell = |(combination, times_worse): (NamedCombination, f64)| WeakCombination {

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use gravcal_estimation::statistics::stored_coordinates;
 use gravcal_estimation::{
-    Block, BlockId, Covariance, Estimate, EvaluateError, Problem, ProblemBuilder, Spectrum, Values,
+    Block, BlockId, Covariance, Estimate, EvaluateError, Problem, ProblemBuilder, RankAnalysis, Values,
 };
 use gravcal_identification::Workbench;
 use nalgebra::{DMatrix, DVector};
@@ -65,14 +65,14 @@ impl StepFit {
         if !estimate.termination.converged() {
             return Err(refuse(format!("the fit ended without an answer: {}", estimate.termination)));
         }
-        let spectrum = Spectrum::of(&problem, &estimate).map_err(|e| refuse(e.to_string()))?;
-        if spectrum.rank() < problem.columns().len() {
+        let analysis = RankAnalysis::of(&problem, &estimate).map_err(|e| refuse(e.to_string()))?;
+        if analysis.rank() < problem.columns().len() {
             return Err(refuse("the readings of this step leave a combination of its unknowns open".into()));
         }
-        let covariance = spectrum.covariance();
+        let covariance = analysis.covariance();
         let frozen = Frame::new((&open, &problem), &estimate.values, &step.frozen, &covariance);
         Ok(StepFit {
-            degrees_of_freedom: problem.rows() - spectrum.rank(),
+            degrees_of_freedom: problem.rows() - analysis.rank(),
             frozen: frozen.map_err(|e| refuse(e.to_string()))?,
             covariance,
             problem,

@@ -70,12 +70,12 @@ pub fn tell_steps(
             &solved.built.problem,
             &solved.estimate.values,
             &solved.built.layout,
-            &solved.spectrum,
+            &solved.analysis,
             solved.covariance(),
             &[],
         );
         result.moments = moments.into_iter().map(|moment| moment.told).collect();
-        result.detail.singular_values = solved.spectrum.singular_values().to_vec();
+        result.detail.singular_values = solved.analysis.singular_values().to_vec();
         result.fit = Some(joint::fit_with_held_out(session, &solved, workbench)?);
     }
     Ok(result)

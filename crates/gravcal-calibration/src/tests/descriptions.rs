@@ -27,7 +27,7 @@ fn known(session: &Session, truth: &Unknowns, keep: impl Fn(usize, usize) -> boo
     let solved = Solved::at_start(readings, built).unwrap();
     let open = |blocks: Vec<gravcal_estimation::BlockId>| {
         let columns: Vec<usize> = blocks.into_iter().flat_map(|id| solved.built.problem.columns_of(id)).collect();
-        solved.spectrum.null_space_within(&columns).len()
+        solved.analysis.null_space_within(&columns).len()
     };
     let sensors = &solved.built.layout.sensors;
     let of = |quantity: Quantity| sensors.iter().map(|ids| ids[quantity as usize]).collect::<Vec<_>>();

@@ -181,7 +181,7 @@ fn clear_cut(normal: &NormalEquations, active: &[usize]) -> Option<(SelfAdjointE
 
 impl NormalEquations {
     /// Whether they show that each of these columns is determined: none takes part in a direction that may be without information.
-    /// `false` shows nothing: ask a [`Spectrum`](crate::Spectrum).
+    /// `false` shows nothing: ask a [`RankAnalysis`](crate::RankAnalysis).
     pub fn determine(&self, columns: &[usize]) -> bool {
         let (norms, shared) = (self.column_norms(), self.shared());
         let active: Vec<usize> = (0..shared.len()).filter(|j| norms[shared[*j]] > 0.0).collect();

@@ -11,7 +11,7 @@
 
 use faer::{Mat, MatRef};
 
-use super::Spectrum;
+use super::RankAnalysis;
 use crate::EvaluateError;
 
 /// Singular values of the other columns below this share of the largest are rounding errors.
@@ -46,7 +46,7 @@ impl Elimination {
     }
 }
 
-impl Spectrum {
+impl RankAnalysis {
     /// The cost over the `kept` columns; `gradient` is its own by all columns where it was decomposed, zero at a minimum. Kept columns that
     /// follow others by elimination have no information of their own.
     ///
@@ -133,7 +133,7 @@ mod tests {
         let (problem, values) = curve();
         let gradient = problem.transposed_product(&values, &problem.residuals(&values).unwrap()).unwrap();
         let kept = [0, 3];
-        let left = Spectrum::new(&problem, &values).unwrap().eliminate_others(&kept, &gradient).unwrap();
+        let left = RankAnalysis::new(&problem, &values).unwrap().eliminate_others(&kept, &gradient).unwrap();
         let cost = |step: &[f64]| problem.cost(&problem.retract(&values, step)).unwrap();
         let predicted = |d: [f64; 2]| {
             let a = &left.information;

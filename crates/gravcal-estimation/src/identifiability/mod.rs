@@ -50,7 +50,7 @@ pub struct WeakDirection {
 
 /// Singular value decomposition of the whitened Jacobian, columns scaled to unit length so that units do not matter.
 #[derive(Debug)]
-pub struct Spectrum {
+pub struct RankAnalysis {
     /// Scale of every column of J, see [`Linearization::column_scales`].
     column_scales: Vec<f64>,
     /// What follows from the others.
@@ -66,7 +66,7 @@ pub struct Spectrum {
     idle: Vec<usize>,
 }
 
-impl Spectrum {
+impl RankAnalysis {
     /// Decomposes the Jacobian of `problem` at `values`.
     ///
     /// # Errors
@@ -78,7 +78,7 @@ impl Spectrum {
     /// The same where an estimate of this very problem ended: what its method summed there is not summed again.
     ///
     /// # Errors
-    /// As [`Spectrum::new`].
+    /// As [`RankAnalysis::new`].
     pub fn of(problem: &Problem, estimate: &Estimate) -> Result<Self, EvaluateError> {
         Self::with_known(problem, &estimate.values, estimate.normal_equations.as_ref())
     }
@@ -93,7 +93,7 @@ impl Spectrum {
             singular_values.push(0.0);
             directions.push((0..scales.len()).map(|j| f64::from(j == *column)).collect());
         }
-        Ok(Spectrum {
+        Ok(RankAnalysis {
             column_scales,
             eliminated: Arc::new(eliminated),
             scales,
@@ -248,7 +248,7 @@ impl Spectrum {
         columns.iter().map(|i| columns.iter().map(|j| scaled(*i, *j)).collect()).collect()
     }
 
-    /// Covariance `(JᵀJ)⁺` over the determined directions, with J as the spectrum decomposed it: with every factor's
+    /// Covariance `(JᵀJ)⁺` over the determined directions, with J as the rank analysis decomposed it: with every factor's
     /// loss. It is the covariance of the estimate where there is no loss.
     pub fn covariance(&self) -> Covariance {
         let size = self.scales.len();

@@ -138,7 +138,7 @@ fn what_is_linearized_knows_as_much() {
     let (problem, initial) = builder.build().unwrap();
     let values = solve(&problem, &initial);
     let summary = problem.with_only(vec![linearized(&problem, &values).unwrap()], UNREAD).unwrap();
-    let [all, passed_on] = [&problem, &summary].map(|p| crate::Spectrum::new(p, &values).unwrap().covariance());
+    let [all, passed_on] = [&problem, &summary].map(|p| crate::RankAnalysis::new(p, &values).unwrap().covariance());
     for (i, j) in (0..3).flat_map(|i| (0..3).map(move |j| (i, j))) {
         assert!((all.at(i, j) - passed_on.at(i, j)).abs() < 1e-12, "{i} {j}");
     }

@@ -20,8 +20,8 @@
 //! they hold.
 
 use crate::{
-    ActiveConstraint, Affine, BlockId, Estimate, EvaluateError, Factor, LocalValues, Noise, Problem, Residual, RowsMut,
-    Spectrum, Values,
+    ActiveConstraint, Affine, BlockId, Estimate, EvaluateError, Factor, LocalValues, Noise, Problem, RankAnalysis,
+    Residual, RowsMut, Values,
 };
 
 use super::StatisticsError;
@@ -37,23 +37,23 @@ const TOUCHED: f64 = 1e-6;
 const DEPENDENT: f64 = 1e-6;
 
 /// The problem with what the active constraints of an estimate hold as all but exact readings, after all other factors;
-/// nothing where none is active. `spectrum` is that of the problem at the estimate.
+/// nothing where none is active. `analysis` is that of the problem at the estimate.
 ///
 /// # Errors
 /// Where a constraint reads nothing that is free, or a value that is not finite.
 pub fn along_constraints(
     problem: &Problem,
     estimate: &Estimate,
-    spectrum: &Spectrum,
+    analysis: &RankAnalysis,
 ) -> Result<Option<Problem>, StatisticsError> {
-    let leans = leans(problem, estimate, spectrum);
+    let leans = leans(problem, estimate, analysis);
     let decided = estimate.active.iter().zip(leans).filter(|(_, lean)| *lean >= DECIDED);
     let decided: Vec<ActiveConstraint> = decided.map(|(active, _)| active.clone()).collect();
     if decided.is_empty() {
         return Ok(None);
     }
     let mut factors = problem.factors().to_vec();
-    for (function, norm) in independent(problem, &decided, spectrum) {
+    for (function, norm) in independent(problem, &decided, analysis) {
         let noise = Noise::independent(&[norm / STIFFNESS])?;
         factors.push(Factor::new(ActiveFunction::new(function, &estimate.values), noise));
     }
@@ -61,15 +61,15 @@ pub fn along_constraints(
 }
 
 /// By how many standard deviations the readings would like to pass each active constraint of an estimate; 0 where a constraint holds what the
-/// readings say nothing of. `spectrum` is that of the problem at the estimate, without its constraints.
-pub fn leans(problem: &Problem, estimate: &Estimate, spectrum: &Spectrum) -> Vec<f64> {
-    let covariance = spectrum.covariance();
+/// readings say nothing of. `analysis` is that of the problem at the estimate, without its constraints.
+pub fn leans(problem: &Problem, estimate: &Estimate, analysis: &RankAnalysis) -> Vec<f64> {
+    let covariance = analysis.covariance();
     let std = |function: &Affine| {
         let column = |(id, component, c): &(BlockId, usize, f64)| Some((problem.columns_of(*id).nth(*component)?, *c));
         let slope: Vec<(usize, f64)> = function.terms.iter().filter_map(column).collect();
-        let scaled = |(column, c): &(usize, f64)| c / spectrum.column_scale(*column);
+        let scaled = |(column, c): &(usize, f64)| c / analysis.column_scale(*column);
         let length = slope.iter().map(|term| scaled(term).powi(2)).sum::<f64>().sqrt();
-        let open = slope.iter().any(|term| scaled(term).abs() * spectrum.null_share(term.0) > TOUCHED * length);
+        let open = slope.iter().any(|term| scaled(term).abs() * analysis.null_share(term.0) > TOUCHED * length);
         if open { 0.0 } else { covariance.std_of(&slope) }
     };
     let lean = |active: &ActiveConstraint| {
@@ -80,14 +80,18 @@ pub fn leans(problem: &Problem, estimate: &Estimate, spectrum: &Spectrum) -> Vec
 
 /// The active functions that do not follow from those before them, each with the norm of its slope by columns that count
 /// in what one standard deviation of the data makes of them.
-fn independent<'a>(problem: &Problem, active: &'a [ActiveConstraint], spectrum: &Spectrum) -> Vec<(&'a Affine, f64)> {
+fn independent<'a>(
+    problem: &Problem,
+    active: &'a [ActiveConstraint],
+    analysis: &RankAnalysis,
+) -> Vec<(&'a Affine, f64)> {
     let mut found: Vec<(&Affine, f64)> = Vec::new();
     let mut directions: Vec<Vec<f64>> = Vec::new();
     for function in active.iter().flat_map(|constraint| &constraint.holds) {
         let mut slope = vec![0.0; problem.columns().len()];
         for (id, component, c) in &function.terms {
             if let Some(column) = problem.columns_of(*id).nth(*component) {
-                slope[column] += c / spectrum.column_scale(column);
+                slope[column] += c / analysis.column_scale(column);
             }
         }
         let norm = dot(&slope, &slope).sqrt();
@@ -198,11 +202,11 @@ mod tests {
             without_effect: Vec::new(),
             normal_equations: None,
         };
-        let spectrum = Spectrum::new(&problem, &estimate.values).unwrap();
-        let along = along_constraints(&problem, &estimate, &spectrum).unwrap().unwrap();
+        let analysis = RankAnalysis::new(&problem, &estimate.values).unwrap();
+        let along = along_constraints(&problem, &estimate, &analysis).unwrap().unwrap();
         let std = |problem: &Problem, of: fn(&Solution<'_>) -> Uncertainty| {
-            let spectrum = Spectrum::new(problem, &estimate.values).unwrap();
-            let uncertainty = of(&Solution { problem, values: &estimate.values, spectrum: &spectrum });
+            let analysis = RankAnalysis::new(problem, &estimate.values).unwrap();
+            let uncertainty = of(&Solution { problem, values: &estimate.values, analysis: &analysis });
             [0, 1].map(|column| uncertainty.covariance().std(column))
         };
         let plain = |solution: &Solution<'_>| Uncertainty::from_noise(solution, NoiseKnowledge::Stated).unwrap();
@@ -214,6 +218,6 @@ mod tests {
             |solution: &Solution<'_>| Uncertainty::sandwich(solution, &SampleBlocks::new(0..240, 6).unwrap()).unwrap();
         assert!(std(&along, by_blocks)[0] < 2e-3 * std(&problem, by_blocks)[0]);
         let inside = Estimate { active: Vec::new(), ..estimate.clone() };
-        assert!(along_constraints(&problem, &inside, &spectrum).unwrap().is_none());
+        assert!(along_constraints(&problem, &inside, &analysis).unwrap().is_none());
     }
 }

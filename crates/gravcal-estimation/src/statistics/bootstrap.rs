@@ -30,7 +30,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::redrawn::Redrawn;
 use super::uncertainty::Spread;
 use super::{Covariance, Quantile, SampleBlocks, Solution, StatisticsError, Uncertainty};
-use crate::{BlockId, Factor, SolveContext, Solver, Spectrum, Values, in_parallel};
+use crate::{BlockId, Factor, RankAnalysis, SolveContext, Solver, Values, in_parallel};
 
 /// How replicates are drawn.
 #[derive(Clone, Copy, Debug)]
@@ -110,10 +110,10 @@ fn replicate(solution: &Solution<'_>, resampling: &Resampling<'_>, solver: &dyn 
     if !estimate.termination.converged() {
         return Outcome::NotConverged;
     }
-    match Spectrum::new(&problem, &estimate.values) {
-        Ok(spectrum) if spectrum.rank() >= solution.spectrum.rank() => {
+    match RankAnalysis::new(&problem, &estimate.values) {
+        Ok(analysis) if analysis.rank() >= solution.analysis.rank() => {
             let step = step_between(solution, &estimate.values);
-            Outcome::Step(solution.spectrum.determined_part(&step))
+            Outcome::Step(solution.analysis.determined_part(&step))
         }
         _ => Outcome::Undetermined,
     }

@@ -3,7 +3,7 @@
 //! With `Σ` the covariance of the columns and `F` the slopes of some functions of them, the functions have the
 //! covariance `F Σ Fᵀ`: exactly where they are linear, to first order elsewhere (the delta method).
 //!
-//! Along directions that the data do not determine `Σ` holds nothing (zero): ask [`Spectrum`](crate::Spectrum) which
+//! Along directions that the data do not determine `Σ` holds nothing (zero): ask [`RankAnalysis`](crate::RankAnalysis) which
 //! those are before a number is shown.
 
 use std::sync::Arc;

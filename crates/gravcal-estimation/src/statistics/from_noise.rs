@@ -49,10 +49,10 @@ impl Uncertainty {
     /// Where the noise is not stated (or there is a loss) and no residual is left to tell it, or where so much is
     /// forgiven that no minimum is left.
     pub fn from_noise(solution: &Solution<'_>, noise: NoiseKnowledge) -> Result<Uncertainty, StatisticsError> {
-        let (rows, rank) = (solution.problem.rows(), solution.spectrum.rank());
+        let (rows, rank) = (solution.problem.rows(), solution.analysis.rank());
         let robust = solution.problem.factors().iter().any(|factor| factor.loss != Loss::None);
         if !robust && noise == NoiseKnowledge::Stated {
-            return Ok(Uncertainty::with_quantile(solution.spectrum.covariance(), Quantile::normal()));
+            return Ok(Uncertainty::with_quantile(solution.analysis.covariance(), Quantile::normal()));
         }
         if rows <= rank {
             return Err(StatisticsError::NoFreedom { rows, rank });
@@ -61,7 +61,7 @@ impl Uncertainty {
         let covariance = if robust {
             of_m_estimator(solution)?
         } else {
-            let plain = solution.spectrum.covariance();
+            let plain = solution.analysis.covariance();
             match noise {
                 NoiseKnowledge::Relative => {
                     let residuals = solution.problem.residuals(solution.values)?;

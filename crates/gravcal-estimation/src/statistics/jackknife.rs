@@ -102,7 +102,7 @@ impl Uncertainty {
         }
         let count = blocks.count() as f64;
         let covariance = projected.covariance(&(faer::Scale((count - 1.0) / count) * scatter + outside));
-        let mut covariance = solution.spectrum.over_all_columns(covariance);
+        let mut covariance = solution.analysis.over_all_columns(covariance);
         if blocks.count() < BLOCKS_A_DIRECTION * rank {
             let noise = Uncertainty::from_noise(solution, NoiseKnowledge::Stated)?.covariance;
             covariance = noise.widened(&ratios(&covariance, &noise));
@@ -139,7 +139,7 @@ pub(super) fn ratios(covariance: &Covariance, other: &Covariance) -> Vec<f64> {
 
 /// How many times the variance of the residuals exceeds that of the stated noise, and at least 1; 1 where losses let it be anything.
 fn unexplained(solution: &Solution<'_>) -> Result<f64, EvaluateError> {
-    let (rows, rank) = (solution.problem.rows(), solution.spectrum.rank());
+    let (rows, rank) = (solution.problem.rows(), solution.analysis.rank());
     if rows <= rank || solution.problem.factors().iter().any(|factor| factor.loss != Loss::None) {
         return Ok(1.0);
     }
@@ -493,7 +493,7 @@ mod tests {
         let mut expected = by_hand(&samples, 3, &[], 3);
         expected.iter_mut().for_each(|v| *v *= (19.0 / 20.0) / (18.0 / 19.0));
         assert_same(found.uncertainty.covariance(), &expected, 3);
-        let (std, noise) = (found.uncertainty.covariance().std(3), solved.solution().spectrum.covariance().std(3));
+        let (std, noise) = (found.uncertainty.covariance().std(3), solved.solution().analysis.covariance().std(3));
         assert!(std > 0.9 * noise && std.is_finite());
         assert!(found.uncertainty.interval(0.0, &[(3, 1.0)]).iter().all(|end| end.is_finite()));
     }
@@ -509,7 +509,7 @@ mod tests {
         let solved = fit(builder);
         let found = jackknife(&solved, 60, 5).uncertainty;
         let expected = by_hand(&samples, 5, &[], 8);
-        let white = solved.solution().spectrum.covariance();
+        let white = solved.solution().analysis.covariance();
         for i in 0..8 {
             assert!((found.covariance().std(i) / expected[i * 9].sqrt() - 1.0).abs() < 1e-10);
             for j in 0..8 {

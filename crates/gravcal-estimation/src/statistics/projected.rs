@@ -42,10 +42,10 @@ pub(super) struct Piece<'a> {
 }
 
 impl<'a> Projected<'a> {
-    /// Directions such that `J̃ T` has orthonormal columns, with J̃ the Jacobian that the spectrum decomposed.
+    /// Directions such that `J̃ T` has orthonormal columns, with J̃ the Jacobian that the rank analysis decomposed.
     pub fn new(solution: &Solution<'a>) -> Result<Self, StatisticsError> {
         solution.without_eliminated()?;
-        let directions = solution.spectrum.determined_directions();
+        let directions = solution.analysis.determined_directions();
         let augmented = solution.problem.augmented_jacobian(solution.values)?;
         let width = solution.problem.columns().len() + 1;
         let project = |row: &[f64]| directions.iter().map(|direction| dot(row, direction)).collect();
@@ -60,11 +60,11 @@ impl<'a> Projected<'a> {
 
     /// The same of a problem that may have eliminated blocks, of its shared columns, if no loss forgives anything there.
     pub fn of_shared(solution: &Solution<'a>) -> Result<Self, StatisticsError> {
-        let (problem, spectrum) = (solution.problem, solution.spectrum);
-        if !spectrum.has_eliminated() || problem.factors().iter().any(|factor| factor.loss != Loss::None) {
+        let (problem, analysis) = (solution.problem, solution.analysis);
+        if !analysis.has_eliminated() || problem.factors().iter().any(|factor| factor.loss != Loss::None) {
             return Self::new(solution);
         }
-        let directions = spectrum.determined_directions();
+        let directions = analysis.determined_directions();
         let mut projected =
             Projected { problem, directions, rows: Vec::new(), residuals: Vec::new(), eliminated: Vec::new() };
         let mut loaded = Rows::new(problem, solution.values);
@@ -74,7 +74,7 @@ impl<'a> Projected<'a> {
             for row in 0..problem.rows_of(factor).len() {
                 let mut entries = Vec::new();
                 loaded.for_columns(factor, row, |column, entry| entries.push((column, entry)));
-                let reduced = spectrum.reduce(entries);
+                let reduced = analysis.reduce(entries);
                 projected.rows.push(Self::of_function(&projected.directions, &reduced.shared));
                 projected.residuals.push(loaded.residual(row));
                 projected.eliminated.push(reduced);

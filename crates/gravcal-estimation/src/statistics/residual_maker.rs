@@ -45,7 +45,7 @@ impl ResidualMaker {
         let augmented = solution.problem.augmented_jacobian(solution.values)?;
         let width = solution.problem.columns().len() + 1;
         let residuals = augmented.chunks_exact(width).map(|row| row[width - 1]).collect();
-        let basis = solution.spectrum.basis_rows(&augmented);
+        let basis = solution.analysis.basis_rows(&augmented);
         let mut maker = ResidualMaker {
             rank: basis.rank,
             shared: basis.shared,
@@ -132,7 +132,7 @@ mod tests {
     use super::*;
     use crate::linearization::tests::problem;
     use crate::testing::{Line, add, fit, line};
-    use crate::{Block, Spectrum};
+    use crate::{Block, RankAnalysis};
 
     const Y: [f64; 6] = [0.1, 1.3, 1.8, 3.4, 3.9, 5.6];
 
@@ -174,9 +174,9 @@ mod tests {
     #[test]
     fn eliminated_blocks_are_as_good_as_kept() {
         let ((plain, values), (eliminated, _)) = (problem(40, false), problem(40, true));
-        let spectra = [Spectrum::new(&plain, &values).unwrap(), Spectrum::new(&eliminated, &values).unwrap()];
+        let spectra = [RankAnalysis::new(&plain, &values).unwrap(), RankAnalysis::new(&eliminated, &values).unwrap()];
         let [a, b] = [(&plain, &spectra[0]), (&eliminated, &spectra[1])]
-            .map(|(problem, spectrum)| maker(&Solution { problem, values: &values, spectrum }));
+            .map(|(problem, analysis)| maker(&Solution { problem, values: &values, analysis }));
         let mut z: Vec<f64> = (0..plain.rows()).map(|i| ((i * i * 31 + 7 * i) % 97) as f64 - 48.0).collect();
         let mut other = z.clone();
         a.apply(&mut z);

@@ -4,7 +4,7 @@ use super::bootstrap::Replicates;
 use super::jackknife::{ToldByBlocks, ratios};
 use super::sandwich::Freedom;
 use super::{Covariance, Quantile, StatisticsError};
-use crate::{BlockId, Problem, Spectrum, Values, named_combinations};
+use crate::{BlockId, Problem, RankAnalysis, Values, named_combinations};
 
 /// A solved problem, as the statistics need it.
 #[derive(Clone, Copy, Debug)]
@@ -14,7 +14,7 @@ pub struct Solution<'a> {
     /// Where its cost is smallest.
     pub values: &'a Values,
     /// What the data determine there.
-    pub spectrum: &'a Spectrum,
+    pub analysis: &'a RankAnalysis,
 }
 
 impl Solution<'_> {
@@ -32,7 +32,7 @@ impl Solution<'_> {
     pub(super) fn name_direction(&self, step: &[f64]) -> String {
         let columns: Vec<usize> = (0..step.len()).collect();
         let named =
-            named_combinations(self.problem, self.values, &columns, &self.spectrum.sparse(&columns, &[step.to_vec()]));
+            named_combinations(self.problem, self.values, &columns, &self.analysis.sparse(&columns, &[step.to_vec()]));
         named.first().map_or_else(String::new, ToString::to_string)
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use gravcal::estimation::statistics::{NoiseKnowledge, Solution, along_constraints, stored_coordinates};
 use gravcal::estimation::{
-    BlockId, Estimate, IterationRecord, Manifold, NamedCombination, Problem, SolveContext, Spectrum, Uncertainty,
+    BlockId, Estimate, IterationRecord, Manifold, NamedCombination, Problem, RankAnalysis, SolveContext, Uncertainty,
     named_combinations,
 };
 use gravcal::solvers::SolverName;
@@ -103,15 +103,15 @@ fn told(error: impl std::error::Error) -> String {
 
 /// With what the active constraints hold taken for known.
 fn judged(problem: &Problem, estimate: &Estimate, noise: NoiseKnowledge) -> Result<Estimated, String> {
-    let alone = Spectrum::of(problem, estimate).map_err(told)?;
+    let alone = RankAnalysis::of(problem, estimate).map_err(told)?;
     let along = along_constraints(problem, estimate, &alone).map_err(told)?;
-    let spectrum = along.as_ref().map(|along| Spectrum::new(along, &estimate.values)).transpose().map_err(told)?;
-    let (spectrum, judged) = (spectrum.as_ref().unwrap_or(&alone), along.as_ref().unwrap_or(problem));
-    let solution = Solution { problem: judged, values: &estimate.values, spectrum };
+    let analysis = along.as_ref().map(|along| RankAnalysis::new(along, &estimate.values)).transpose().map_err(told)?;
+    let (analysis, judged) = (analysis.as_ref().unwrap_or(&alone), along.as_ref().unwrap_or(problem));
+    let solution = Solution { problem: judged, values: &estimate.values, analysis };
 
     let columns: Vec<usize> = (0..problem.columns().len()).collect();
     let name = |steps: &[Vec<f64>]| named_combinations(judged, &estimate.values, &columns, steps);
-    let weak = spectrum.weak_directions(&columns);
+    let weak = analysis.weak_directions(&columns);
     let weak_names = name(&weak.iter().map(|weak| weak.step.clone()).collect::<Vec<_>>());
     let (uncertainty, without_uncertainty) = match Uncertainty::from_noise(&solution, noise) {
         Ok(uncertainty) => (Some(uncertainty), None),
@@ -129,8 +129,8 @@ fn judged(problem: &Problem, estimate: &Estimate, noise: NoiseKnowledge) -> Resu
         rank: alone.rank(),
         rows: problem.rows(),
         singular_values: alone.singular_values().to_vec(),
-        determined: determined(judged, spectrum),
-        undetermined: name(&spectrum.null_directions(&columns)).iter().map(in_words).collect(),
+        determined: determined(judged, analysis),
+        undetermined: name(&analysis.null_directions(&columns)).iter().map(in_words).collect(),
         weak: weak_names.iter().map(in_words).zip(weak.iter().map(|weak| weak.times_worse)).collect(),
         covariance: uncertainty.as_ref().map_or_else(Vec::new, covariance),
         intervals: uncertainty.as_ref().map_or_else(Vec::new, |known| intervals(&solution, known)),
@@ -146,10 +146,10 @@ fn in_words(combination: &NamedCombination) -> Combination {
 }
 
 /// Of each component; a vector of known length is determined as a whole or not.
-fn determined(problem: &Problem, spectrum: &Spectrum) -> Vec<bool> {
+fn determined(problem: &Problem, analysis: &RankAnalysis) -> Vec<bool> {
     let of_block = |id: BlockId| {
         let (columns, block) = (problem.columns_of(id), problem.block(id));
-        let known = |columns: &[usize]| spectrum.null_space_within(columns).is_empty();
+        let known = |columns: &[usize]| analysis.null_space_within(columns).is_empty();
         match block.manifold {
             _ if columns.is_empty() => vec![true; block.len()],
             Manifold::Euclidean => columns.map(|column| known(&[column])).collect(),

@@ -80,7 +80,7 @@ fn compare(number: u64, simulation: &Simulation, solver: &dyn Solver) -> Result<
     Ok(Trial {
         number,
         joints: session.joints.len(),
-        condition: at_truth.spectrum.condition(),
+        condition: at_truth.analysis.condition(),
         ending,
         costs,
         termination: by_itself.estimate.termination.to_string(),

@@ -8,7 +8,7 @@
 mod programme;
 
 use gravcal_dynamics::BodyInertia;
-use gravcal_estimation::{BlockId, Factor, Problem, Spectrum, Values};
+use gravcal_estimation::{BlockId, Factor, Problem, RankAnalysis, Values};
 use gravcal_identification::median;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{InertiaKnowledge, JointKnowledge, KnowledgeKind, Session};
@@ -53,7 +53,7 @@ pub(super) fn consistent_model(
     let residuals = problem.residuals(values)?;
     let weighted: Vec<f64> = residuals.iter().zip(problem.weights(values)?).map(|(r, weight)| r * weight).collect();
     let gradient = problem.transposed_product(values, &weighted)?;
-    let left = Spectrum::new(&problem, values)?.eliminate_others(&columns.kept, &gradient)?;
+    let left = RankAnalysis::new(&problem, values)?.eliminate_others(&columns.kept, &gradient)?;
     let inflation = solved.inflation();
     let programme = Programme {
         information: columns.spread_matrix(&left.information) / inflation,
@@ -209,10 +209,10 @@ impl Columns {
 impl Solved {
     /// By how much the told variances exceed those of the noise: the median over what is known at all.
     fn inflation(&self) -> f64 {
-        let (noise, told) = (self.spectrum.covariance(), self.covariance());
+        let (noise, told) = (self.analysis.covariance(), self.covariance());
         let shared = 0..self.built.problem.columns().len();
         let known =
-            shared.filter(|column| self.spectrum.null_share(*column) < OPEN && noise.at(*column, *column) > 0.0);
+            shared.filter(|column| self.analysis.null_share(*column) < OPEN && noise.at(*column, *column) > 0.0);
         let mut ratios: Vec<f64> =
             known.map(|column| told.at(column, column) / noise.at(column, column)).filter(|r| r.is_finite()).collect();
         median(&mut ratios).filter(|ratio| *ratio > 0.0).unwrap_or(1.0)

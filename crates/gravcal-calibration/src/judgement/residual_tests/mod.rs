@@ -70,12 +70,12 @@ pub(crate) fn residual_tests(
     let tested = solved.estimate.termination.converged()
         && solved.built.loss == Loss::None
         && solved.readings.order == Order::Together
-        && problem.rows() > solved.spectrum.rank()
+        && problem.rows() > solved.analysis.rank()
         && problem.rows().saturating_mul(problem.columns().len()) < MOST_ENTRIES;
     if !tested {
         return Ok(Vec::new());
     }
-    let solution = Solution { problem, values: &solved.estimate.values, spectrum: &solved.spectrum };
+    let solution = Solution { problem, values: &solved.estimate.values, analysis: &solved.analysis };
     let maker = ResidualMaker::new(&solution)?;
     let columns = Columns::new(session, solved, problem.rows())?;
     let rows = Rows::new(session, solved, &maker);

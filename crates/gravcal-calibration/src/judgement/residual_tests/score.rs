@@ -287,7 +287,7 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use gravcal_estimation::statistics::Solution;
-    use gravcal_estimation::{Block, Factor, Noise, Problem, ProblemBuilder, Spectrum, Values};
+    use gravcal_estimation::{Block, Factor, Noise, Problem, ProblemBuilder, RankAnalysis, Values};
     use gravcal_robot_model::residuals::Prior;
     use gravcal_solvers::LevenbergMarquardt;
     use rand::{RngExt, SeedableRng};
@@ -312,8 +312,8 @@ mod tests {
 
     fn scored(y: &[f64], columns: &[Vec<f64>]) -> Option<Score> {
         let (problem, values) = level(y);
-        let spectrum = Spectrum::new(&problem, &values).unwrap();
-        let maker = ResidualMaker::new(&Solution { problem: &problem, values: &values, spectrum: &spectrum }).unwrap();
+        let analysis = RankAnalysis::new(&problem, &values).unwrap();
+        let maker = ResidualMaker::new(&Solution { problem: &problem, values: &values, analysis: &analysis }).unwrap();
         let rows = Rows::plain(y.len(), &maker);
         let neighbours = [Neighbours::of(&maker, &rows, 0)];
         score(&maker, &rows, &neighbours, columns)
@@ -386,9 +386,9 @@ mod tests {
         let below = |seed: &u64| {
             let y = noise(*seed, 30);
             let (problem, values) = level(&y);
-            let spectrum = Spectrum::new(&problem, &values).unwrap();
+            let analysis = RankAnalysis::new(&problem, &values).unwrap();
             let maker =
-                ResidualMaker::new(&Solution { problem: &problem, values: &values, spectrum: &spectrum }).unwrap();
+                ResidualMaker::new(&Solution { problem: &problem, values: &values, analysis: &analysis }).unwrap();
             let rows = Rows::plain(30, &maker);
             let known = Neighbours::of(&maker, &rows, 0).unwrap();
             known.test(&rows, 0, maker.residuals()).unwrap().3 < 0.05

@@ -18,7 +18,7 @@ use std::sync::Arc;
 pub use file::FileError;
 
 use super::{Equations, Minimum, PublishedProblem, Start};
-use crate::{EvaluateError, Number, Problem, Spectrum, Values};
+use crate::{EvaluateError, Number, Problem, RankAnalysis, Values};
 use file::Contents;
 use models::{DATA_SETS, Model};
 
@@ -99,7 +99,7 @@ impl CertifiedProblem {
         let certified = &self.certified;
         let sum_of_squares = 2.0 * built.cost(values)?;
         let variance = sum_of_squares / certified.degrees_of_freedom;
-        let covariance = Spectrum::new(built, values)?.covariance().scaled(variance);
+        let covariance = RankAnalysis::new(built, values)?.covariance().scaled(variance);
         let order = self.order(values.as_slice());
         let parameters: Vec<f64> = order.iter().map(|k| values.as_slice()[*k]).collect();
         let deviations: Vec<f64> = order.iter().map(|k| covariance.std(*k)).collect();
