@@ -3,7 +3,7 @@
 use std::error::Error;
 
 use gravcal_estimation::statistics::{
-    Bootstrap, NoiseKnowledge, Resampling, SampleBlocks, Solution, StatisticsError, Uncertainty,
+    Bootstrap, NoiseScale, Resampling, SampleBlocks, Solution, StatisticsError, Uncertainty,
 };
 use gravcal_estimation::{Loss, RankAnalysis, SolveContext, Solver};
 use gravcal_solvers::LevenbergMarquardt;
@@ -98,8 +98,8 @@ fn uncertainty(
 ) -> Result<Uncertainty, StatisticsError> {
     let blocks = || SampleBlocks::new(0..SAMPLES, BLOCK);
     match method {
-        Method::Stated => Uncertainty::from_noise(solution, NoiseKnowledge::Stated),
-        Method::Relative => Uncertainty::from_noise(solution, NoiseKnowledge::Relative),
+        Method::Stated => Uncertainty::from_noise(solution, NoiseScale::Stated),
+        Method::Relative => Uncertainty::from_noise(solution, NoiseScale::Relative),
         Method::Sandwich => Uncertainty::sandwich(solution, &blocks()?),
         Method::Bootstrap(replicates) => {
             let resampling = Resampling { blocks: &blocks()?, replicates, seed, fixed: &[] };

@@ -12,7 +12,7 @@ use gravcal_robot_model::Registry;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::sensors::{Options, Site, declare_terms};
 use gravcal_robot_model::session::{
-    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, Pose, PoseTable, Session,
+    GravityPrior, JointPriors, Load, ParameterPrior, Pose, PoseTable, PriorKind, Session,
 };
 use gravcal_session::read_robot;
 use rand::{RngExt, SeedableRng};
@@ -154,15 +154,15 @@ impl Arm {
 
     /// What the session says beforehand: the robot's lengths and masses, nothing of its sensors but nominal values.
     fn template(&self) -> Session {
-        let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
-        let joint = JointKnowledge {
+        let start = |nominal| ParameterPrior { nominal, kind: PriorKind::Flat };
+        let joint = JointPriors {
             torque_unit: Some(TorqueUnit::NewtonMeter),
             torque_sign_declared: true,
             position_unit: PositionUnit::Radian,
             parameters: [1.0, 0.0, 1.0, 0.0].map(start),
         };
         let hemisphere = self.gravity.map(|g| g / MAGNITUDE);
-        let gravity = GravityKnowledge { magnitude: MAGNITUDE, magnitude_std: None, hemisphere: Some(hemisphere) };
+        let gravity = GravityPrior { magnitude: MAGNITUDE, magnitude_std: None, hemisphere: Some(hemisphere) };
         let mut session = Session::new(self.robot.clone(), gravity, vec![joint; JOINTS]);
         let joints = self.robot.chain.joints();
         let names: Vec<&str> = joints.iter().map(|joint| joint.name.as_str()).collect();

@@ -4,7 +4,7 @@
 //!     C = (JᵀJ)⁺     J: whitened Jacobian, with what decided constraints hold as all but exact readings
 //! ```
 
-use gravcal_estimation::statistics::{NoiseKnowledge, Solution, StatisticsError, along_constraints, leans};
+use gravcal_estimation::statistics::{NoiseScale, Solution, StatisticsError, along_constraints, leans};
 use gravcal_estimation::{Estimate, EvaluateError, Problem, RankAnalysis, Uncertainty};
 
 /// What is known there.
@@ -37,7 +37,7 @@ impl Known {
         }
         let judged = along.as_ref().unwrap_or(problem);
         let solution = Solution { problem: judged, values: &estimate.values, analysis: &analysis };
-        let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
+        let uncertainty = Uncertainty::from_noise(&solution, NoiseScale::Stated)?;
         Ok(Known { analysis, along_constraints: along, leans, uncertainty })
     }
 }

@@ -8,7 +8,7 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use crate::session::Knowledge;
+use crate::session::ParameterPrior;
 
 /// One of the four parameters of a joint's affine sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -84,7 +84,7 @@ pub struct Parameter {
     /// The equation in which it stands.
     pub convention: Cow<'static, str>,
     /// What is known of it.
-    pub knowledge: Knowledge,
+    pub prior: ParameterPrior,
     /// Why it is fixed and not estimated, if it is.
     pub fixed: Option<&'static str>,
     /// Standard deviation beyond which a number would mislead.

@@ -44,7 +44,7 @@ impl Unknowns {
                 .iter()
                 .map(|joint| Quantity::ALL.map(|quantity| joint.of(quantity).nominal))
                 .collect(),
-            further: session.further.iter().map(|parameter| parameter.knowledge.nominal).collect(),
+            further: session.further.iter().map(|parameter| parameter.prior.nominal).collect(),
             inertia: session.robot.chain.links().iter().map(nominal_inertia).collect(),
             tensors: nominal_tensors(session),
             with_payloads: nominal_with_payloads(session),

@@ -172,7 +172,6 @@ mod gravity;
 mod inertia;
 mod instruments;
 mod joints;
-mod knowledge;
 mod loads;
 mod loss;
 mod models;
@@ -181,6 +180,7 @@ mod models_tests;
 mod motion;
 mod normal_gravity;
 mod orientation;
+mod parameter_prior;
 mod poses;
 mod prior;
 mod reading_columns;
@@ -208,8 +208,8 @@ use gravcal_robot_model::residual_models::ResidualInUse;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::sensors::SensorTerms;
 use gravcal_robot_model::session::{
-    Ask, Constraints, Deflection, GravityKnowledge, InertiaKnowledge, Instrument, JointKnowledge, KnowledgeKind, Load,
-    LoadDistance, Pose, PoseTable, Session,
+    Ask, Constraints, Deflection, GravityPrior, InertiaPrior, Instrument, JointPriors, Load, LoadDistance, Pose,
+    PoseTable, PriorKind, Session,
 };
 use serde::Deserialize;
 
@@ -485,9 +485,9 @@ type Watch<'w> = &'w dyn Fn(&Path, f64);
 
 /// What `session.toml` says, before any table is opened.
 struct Declared {
-    gravity: GravityKnowledge,
-    inertia: InertiaKnowledge,
-    joints: Vec<JointKnowledge>,
+    gravity: GravityPrior,
+    inertia: InertiaPrior,
+    joints: Vec<JointPriors>,
     instruments: Vec<Instrument>,
     terms: SensorTerms,
     residuals: Vec<ResidualInUse>,
@@ -604,7 +604,7 @@ fn in_motion(
     context: &Context<'_>,
     written: &ReadingsTable,
     mapping: &PoseMapping,
-    joints: &[JointKnowledge],
+    joints: &[JointPriors],
 ) -> Result<InMotion, FileError> {
     let still = written.still.as_ref().map(|still| still::resolve(context, still, mapping)).transpose()?;
     let sweeps = written.sweeps.as_ref();
@@ -619,11 +619,11 @@ fn in_motion(
 /// The offset of the joint on which all others hang defines the base frame: it has a value, but it cannot be uncertain.
 fn refuse_prior_on_base_frame(
     context: &Context<'_>,
-    joints: &[JointKnowledge],
+    joints: &[JointPriors],
     said: &[joints::Said<'_>],
 ) -> Result<(), FileError> {
     let Some(root) = context.robot.chain.root_joint() else { return Ok(()) };
-    let KnowledgeKind::Prior { .. } = joints[root].of(Quantity::PositionOffset).kind else { return Ok(()) };
+    let PriorKind::Gaussian { .. } = joints[root].of(Quantity::PositionOffset).kind else { return Ok(()) };
     let Some(entry) = said[root].of(Quantity::PositionOffset) else { return Ok(()) };
     let message = match entry.of_all {
         false => {

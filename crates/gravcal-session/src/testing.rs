@@ -6,8 +6,8 @@ use gravcal_robot_model::Unknowns;
 use gravcal_robot_model::parameter::{Limit, Parameter};
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{
-    GravityKnowledge, Instrument, InstrumentKind, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
-    PoseTable, Session,
+    GravityPrior, Instrument, InstrumentKind, JointPriors, Load, LoadDistance, ParameterPrior, PoseTable, PriorKind,
+    Session,
 };
 
 use gravcal_session::simulation::{Disturbance, Run, Simulation};
@@ -53,8 +53,8 @@ pub fn sarcos_robot() -> Robot {
 
 /// The reference protocol: nine sweeps of 37 readings.
 pub fn sarcos_shoulder() -> Simulation {
-    let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
-    let joint = |offset: f64| JointKnowledge {
+    let start = |nominal| ParameterPrior { nominal, kind: PriorKind::Flat };
+    let joint = |offset: f64| JointPriors {
         torque_unit: Some(TorqueUnit::Count),
         torque_sign_declared: false,
         position_unit: PositionUnit::Radian,
@@ -101,7 +101,7 @@ pub fn sarcos_shoulder() -> Simulation {
             .collect(),
         ..Session::new(
             sarcos_robot(),
-            GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: Some(direction.into()) },
+            GravityPrior { magnitude: 9.8, magnitude_std: None, hemisphere: Some(direction.into()) },
             vec![joint(0.0), joint(135f64.to_radians()), joint(0.2)],
         )
     };
@@ -162,10 +162,7 @@ pub fn sarcos_with_instruments() -> Simulation {
             quantity: format!("{}_{axis}", ["gain", "bias", "tool", "gain", "bias", "mounting"][group]),
             unit: String::new(),
             convention: "".into(),
-            knowledge: Knowledge {
-                nominal: *nominal,
-                kind: if fixed { KnowledgeKind::Fixed } else { KnowledgeKind::Start },
-            },
+            prior: ParameterPrior { nominal: *nominal, kind: if fixed { PriorKind::Fixed } else { PriorKind::Flat } },
             fixed: fixed.then_some("given"),
             limit: match group % 3 {
                 0 => Limit::ShareOfNominal(0.1),

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use gravcal_recording::{PositionUnit, TorqueUnit};
-use gravcal_robot_model::session::{JointKnowledge, Knowledge, KnowledgeKind};
+use gravcal_robot_model::session::{JointPriors, ParameterPrior, PriorKind};
 use rand::RngExt;
 use rand_pcg::Pcg64;
 
@@ -23,13 +23,13 @@ const OFFSET_SPREAD: f64 = 20.0 / 180.0 * PI;
 pub(crate) const GRAVITY: f64 = 9.80665;
 
 /// What is said of a joint's sensors.
-pub(crate) fn known(knowing: Knowing) -> JointKnowledge {
-    let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
+pub(crate) fn known(knowing: Knowing) -> JointPriors {
+    let start = |nominal| ParameterPrior { nominal, kind: PriorKind::Flat };
     let (gain, bias) = match knowing {
         Knowing::Nominal => (GAIN, BIAS),
         Knowing::Nothing => (1.0, 0.0),
     };
-    JointKnowledge {
+    JointPriors {
         torque_unit: Some(TorqueUnit::Count),
         torque_sign_declared: true,
         position_unit: PositionUnit::Radian,

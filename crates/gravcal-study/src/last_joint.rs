@@ -15,7 +15,7 @@ use gravcal_dynamics::{ChainError, DhConvention, DhRow, JointKind, Link, chain_f
 use gravcal_estimation::Solver;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::robot::Robot;
-use gravcal_robot_model::session::{GravityKnowledge, Load, LoadDistance, PoseTable, Session};
+use gravcal_robot_model::session::{GravityPrior, Load, LoadDistance, PoseTable, Session};
 use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -133,7 +133,7 @@ fn arm(joints: usize, seed: u64, draw: u64) -> Result<Simulation, ChainError> {
         tables: loads.into_iter().map(table).collect(),
         ..Session::new(
             Robot { name: format!("arm of {joints} joints"), sensors: vec![Default::default(); joints], chain },
-            GravityKnowledge {
+            GravityPrior {
                 magnitude: GRAVITY,
                 magnitude_std: None,
                 hemisphere: Some(gravity(DECLARED_DIRECTION).into()),

@@ -11,7 +11,7 @@
 
 use std::error::Error;
 
-use gravcal::estimation::statistics::{NoiseKnowledge, Solution};
+use gravcal::estimation::statistics::{NoiseScale, Solution};
 use gravcal::estimation::{
     Automatic, Block, BlockId, EvaluateError, Factor, Formula, LocalNumbers, Noise, Number, ProblemBuilder,
     RankAnalysis, SolveContext, Uncertainty,
@@ -76,7 +76,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let estimate = SolverName::LevenbergMarquardt.build().solve(&problem, &start, &mut SolveContext::default())?;
     let analysis = RankAnalysis::of(&problem, &estimate)?;
     let solution = Solution { problem: &problem, values: &estimate.values, analysis: &analysis };
-    let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Stated)?;
+    let uncertainty = Uncertainty::from_noise(&solution, NoiseScale::Stated)?;
 
     for (axis, truth) in axes.iter().zip([[1.02 / GRAVITY, 0.01], [0.99 / GRAVITY, -0.02], [1.005 / GRAVITY, 0.005]]) {
         for ((block, unit), truth) in axis.iter().zip(["g/(m/s²)", "g"]).zip(truth) {

@@ -16,7 +16,7 @@ use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use gravcal::estimation::statistics::{NoiseKnowledge, Solution};
+use gravcal::estimation::statistics::{NoiseScale, Solution};
 use gravcal::estimation::{
     Block, BlockId, EvaluateError, Factor, LocalValues, Noise, ProblemBuilder, RankAnalysis, Residual, RowsMut,
     SolveContext, Uncertainty,
@@ -105,7 +105,7 @@ fn scale(name: &str, points: Points) -> Result<Option<[f64; 2]>, Box<dyn Error>>
     let estimate = SolverName::LevenbergMarquardt.build().solve(&problem, &start, &mut SolveContext::default())?;
     let analysis = RankAnalysis::of(&problem, &estimate)?;
     let solution = Solution { problem: &problem, values: &estimate.values, analysis: &analysis };
-    let uncertainty = Uncertainty::from_noise(&solution, NoiseKnowledge::Relative)?;
+    let uncertainty = Uncertainty::from_noise(&solution, NoiseScale::Relative)?;
     let value = estimate.values.scalar(gain);
     let std = uncertainty.covariance().std(problem.columns_of(gain).start);
     Ok(Some([1.0 / value, std / (value * value)]))

@@ -10,7 +10,7 @@
 
 use gravcal_dynamics::GravityTorque;
 use gravcal_recording::EarlierEstimate;
-use gravcal_robot_model::session::{InertiaKnowledge, Load, Session};
+use gravcal_robot_model::session::{InertiaPrior, Load, Session};
 
 use super::error::ApplicationError;
 use super::values::values;
@@ -47,7 +47,7 @@ impl<'a> GravityModel<'a> {
         load: Option<&str>,
         nominal: bool,
     ) -> Result<GravityModel<'a>, ApplicationError> {
-        if session.inertia == InertiaKnowledge::Sweep {
+        if session.inertia == InertiaPrior::Sweep {
             return Err(ApplicationError::BySweep);
         }
         let assumed = nominal.then(|| session.gravity.assumed());

@@ -288,7 +288,7 @@ fn moments_that_no_torque_shows_may_be_undetermined_and_others_not() {
     let wrong = Effort::Residual { load: Some("plate-c".into()) };
     let error = Application::new(&session, &calibration, &wrong, false).unwrap_err().to_string();
     assert_eq!(error, "the session has no load `plate-c`; it has plate-a, plate-b");
-    let swept = Session { inertia: gravcal_robot_model::session::InertiaKnowledge::Sweep, ..session.clone() };
+    let swept = Session { inertia: gravcal_robot_model::session::InertiaPrior::Sweep, ..session.clone() };
     assert_eq!(Application::new(&swept, &calibration, &effort, false).unwrap_err(), ApplicationError::BySweep);
 }
 

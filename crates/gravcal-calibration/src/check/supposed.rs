@@ -2,7 +2,7 @@
 
 use gravcal_recording::{Orientation, Reading};
 use gravcal_robot_model::parameter::Quantity;
-use gravcal_robot_model::session::{InertiaKnowledge, Pose, PoseTable, Session, UnexplainedError};
+use gravcal_robot_model::session::{InertiaPrior, Pose, PoseTable, Session, UnexplainedError};
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::judged::{NominalVerdict, judge_at, predicted_ranges};
@@ -83,7 +83,7 @@ impl Supposed {
     /// The same with fewer poses, each of so many times the weight that they say about as much: every so many of each load. All are
     /// kept where moments are described by sweep: a sweep must stay one.
     pub fn thinned(mut self) -> Supposed {
-        if self.session.inertia == InertiaKnowledge::Sweep {
+        if self.session.inertia == InertiaPrior::Sweep {
             return self;
         }
         let stride = self.session.poses.len().div_ceil(POSES).max(1);

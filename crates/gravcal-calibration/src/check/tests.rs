@@ -9,7 +9,7 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{
-    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable, ReadingId, Session,
+    GravityPrior, JointPriors, Load, LoadDistance, ParameterPrior, PoseTable, PriorKind, ReadingId, Session,
 };
 use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
@@ -46,15 +46,15 @@ fn arm(twists_deg: &[f64], direction: [f64; 3]) -> Session {
     let joints = twists_deg.len();
     let rows: Vec<DhRow> = twists_deg.iter().enumerate().map(row).collect();
     let chain = chain_from_dh("base", DhConvention::Standard, &rows).unwrap();
-    let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
-    let joint = JointKnowledge {
+    let start = |nominal| ParameterPrior { nominal, kind: PriorKind::Flat };
+    let joint = JointPriors {
         torque_unit: Some(TorqueUnit::Count),
         torque_sign_declared: true,
         position_unit: PositionUnit::Radian,
         parameters: [start(6.0), start(2048.0), start(1.0), start(0.0)],
     };
     let norm = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
-    let gravity = GravityKnowledge {
+    let gravity = GravityPrior {
         magnitude: 9.8,
         magnitude_std: None,
         hemisphere: Some(direction.map(|component| component / norm)),
@@ -157,9 +157,9 @@ fn simulated(supposed: &Supposed) -> (Session, Unknowns) {
     let mut random = Pcg64::new(9, 0);
     for id in session.parameters() {
         let parameter = session.parameter(id);
-        let spread = match parameter.knowledge.kind {
-            KnowledgeKind::Prior { std } => std,
-            _ => 0.03 * parameter.knowledge.nominal.abs().clamp(0.5, 10.0),
+        let spread = match parameter.prior.kind {
+            PriorKind::Gaussian { std } => std,
+            _ => 0.03 * parameter.prior.nominal.abs().clamp(0.5, 10.0),
         };
         if parameter.fixed.is_none() {
             *truth.value_mut(id) += spread * random.random_range(-1.0..1.0);
@@ -248,9 +248,9 @@ fn two_positions_half_a_turn_apart_want_a_third() {
     let mut session = arm(&[90.0, 0.0], TILTED);
     session.joints[0].torque_unit = None;
     for quantity in [Quantity::PositionGain, Quantity::PositionOffset] {
-        session.joints[0].parameters[quantity as usize].kind = KnowledgeKind::Fixed;
+        session.joints[0].parameters[quantity as usize].kind = PriorKind::Fixed;
     }
-    session.joints[1].parameters[Quantity::TorqueGain as usize].kind = KnowledgeKind::Fixed;
+    session.joints[1].parameters[Quantity::TorqueGain as usize].kind = PriorKind::Fixed;
     let session = recorded(session, [-FRAC_PI_2, FRAC_PI_2].map(|q| sweep(1, 2.0, &[q, 0.0])).to_vec());
     let report = check(&session).unwrap();
     let gravity = report.undetermined.iter().find(|open| open.undetermined.parameters[0] == "gravity").unwrap();
@@ -282,7 +282,7 @@ fn a_short_sweep_wants_a_wider_one() {
     let runs = stands.map(|[first, second]| sweep(2, 0.01, &[first, second, 0.0]));
     let mut session = with_loads(arm(&[90.0, -90.0, 0.0], TILTED), true);
     for joint in 0..2 {
-        session.joints[joint].parameters.iter_mut().for_each(|known| known.kind = KnowledgeKind::Fixed);
+        session.joints[joint].parameters.iter_mut().for_each(|known| known.kind = PriorKind::Fixed);
     }
     let session = recorded(session, runs.to_vec());
     let report = check(&session).unwrap();
@@ -304,7 +304,7 @@ fn the_last_offset_wants_a_load_at_a_known_place() {
 #[test]
 fn an_unread_joint_is_to_be_read() {
     let mut session = arm(&FOUR, TILTED);
-    session.joints[3].parameters[Quantity::TorqueGain as usize].kind = KnowledgeKind::Fixed;
+    session.joints[3].parameters[Quantity::TorqueGain as usize].kind = PriorKind::Fixed;
     let mut session = recorded(session, vec![random(None)]);
     session.poses.iter_mut().for_each(|pose| pose.torque[1] = None);
     let report = check(&session).unwrap();
@@ -354,7 +354,7 @@ fn thinning_keeps_what_the_poses_say() {
 #[test]
 fn cures_are_sweeps_where_moments_are_described_by_sweep() {
     let mut session = crate::testing::sarcos_shoulder().template;
-    session.inertia = gravcal_robot_model::session::InertiaKnowledge::Sweep;
+    session.inertia = gravcal_robot_model::session::InertiaPrior::Sweep;
     session.loads.clear();
     session.load_distances.clear();
     let runs = [[0.3, -0.6], [-0.9, 0.8]].map(|[first, second]| {

@@ -2,7 +2,7 @@
 
 use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
 use gravcal_robot_model::parameter::{Parameter, ParameterId, Quantity};
-use gravcal_robot_model::session::{InertiaKnowledge, Load, Session};
+use gravcal_robot_model::session::{InertiaPrior, Load, Session};
 
 use super::at_rest;
 use super::bending;
@@ -39,12 +39,12 @@ pub(super) fn add_blocks(
     session: &Session,
     readings: &Readings,
     start: &Unknowns,
-    with_knowledge: bool,
+    with_prior: bool,
     builder: &mut ProblemBuilder,
 ) -> Layout {
-    let straight = !with_knowledge || session.terms.are_straight();
+    let straight = !with_prior || session.terms.are_straight();
     let gravity = builder.add_block(gravity_block(session), &start.gravity);
-    let unread = if with_knowledge { readings.unread_and_unknown(session) } else { readings.unread(session) };
+    let unread = if with_prior { readings.unread_and_unknown(session) } else { readings.unread(session) };
     let mut add = |id| {
         let parameter = session.parameter(id);
         // A rotor is a part of the torque, as links are; a load's mass is multiplied with its placement.
@@ -83,7 +83,7 @@ pub(super) fn add_blocks(
     let with_payloads = add_with_payloads(session, readings, start, straight, builder);
     let known = |(load, carried): (&Load, bool)| carried && !load.is_unknown();
     let carried: Vec<bool> = session.loads.iter().zip(readings.carried(session)).map(known).collect();
-    let loads = add_placements(session, &carried, start, with_knowledge, builder);
+    let loads = add_placements(session, &carried, start, with_prior, builder);
     let rotors = session.rotors.iter().flatten().map(|place| further[*place]).collect();
     Layout {
         gravity,
@@ -173,7 +173,7 @@ fn never_bare(session: &Session, readings: &Readings, link: usize) -> bool {
     if !session.loads.iter().any(|load| load.is_unknown() && load.link == link) {
         return false;
     }
-    let known = matches!(&session.inertia, InertiaKnowledge::Model { relative_std } if relative_std[link].is_some());
+    let known = matches!(&session.inertia, InertiaPrior::Model { relative_std } if relative_std[link].is_some());
     let joints = session.joints.len();
     let mut read = session.poses.iter().zip(&readings.used);
     !known

@@ -5,7 +5,7 @@
 
 use gravcal_estimation::{BlockId, Factor, Loss, Noise, NoiseError, ProblemBuilder};
 use gravcal_robot_model::residuals::{GravityNorm, LoadDistance, Prior};
-use gravcal_robot_model::session::{InertiaKnowledge, Knowledge, KnowledgeKind, Session};
+use gravcal_robot_model::session::{InertiaPrior, ParameterPrior, PriorKind, Session};
 
 use super::blocks::{add_blocks, add_unknown_blocks};
 use super::constraints::{self, constrained};
@@ -36,7 +36,7 @@ pub fn build_problem(session: &Session, readings: &Readings, start: &Unknowns) -
     let held = fixed_positions(&layout, &builder);
     let rows = add_readings(session, readings, &layout, held, &mut builder)?;
     let modelled = add_residuals(session, readings, &layout, &mut builder)?;
-    add_knowledge(session, readings, &layout, &mut builder)?;
+    add_parameter_priors(session, readings, &layout, &mut builder)?;
     let (problem, initial) = builder.build()?;
     let built = JointProblem { problem, initial, layout, rows, modelled, poses: readings.poses(), loss: Loss::None };
     let built = with_reference(session, readings, built);
@@ -83,7 +83,7 @@ pub(crate) fn pose_readings_alone(
     Ok(JointProblem { problem, initial, layout, rows, modelled: Vec::new(), poses, loss })
 }
 
-fn add_knowledge(
+fn add_parameter_priors(
     session: &Session,
     readings: &Readings,
     layout: &Layout,
@@ -94,11 +94,11 @@ fn add_knowledge(
         builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
     }
     for id in session.parameters() {
-        if let Knowledge { nominal, kind: KnowledgeKind::Prior { std } } = session.knowledge(id) {
+        if let ParameterPrior { nominal, kind: PriorKind::Gaussian { std } } = session.prior(id) {
             add_prior(builder, layout.block(id), vec![nominal], &[std])?;
         }
     }
-    if let InertiaKnowledge::Model { relative_std } = &session.inertia {
+    if let InertiaPrior::Model { relative_std } = &session.inertia {
         for ((link, id), relative_std) in session.robot.chain.links().iter().zip(&layout.inertia).zip(relative_std) {
             if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {
                 let [x, y, z] = inertia.first_moment;
@@ -132,7 +132,7 @@ fn add_knowledge(
 
 /// What the robot's file says of links' inertia tensors, as well as it says their masses.
 fn add_tensor_priors(session: &Session, layout: &Layout, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
-    let InertiaKnowledge::Model { relative_std } = &session.inertia else { return Ok(()) };
+    let InertiaPrior::Model { relative_std } = &session.inertia else { return Ok(()) };
     let nominal = Unknowns::nominal(session).tensors;
     let links = session.robot.chain.links().iter().zip(relative_std);
     for ((id, tensor), (link, relative_std)) in layout.tensors.iter().zip(nominal).zip(links) {

@@ -7,7 +7,7 @@
 
 use gravcal_identification::median;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
-use gravcal_robot_model::session::{KnowledgeKind, Session};
+use gravcal_robot_model::session::{PriorKind, Session};
 use nalgebra::Vector3;
 
 use super::solved::Solved;
@@ -24,7 +24,7 @@ pub(super) fn gains_disagree(session: &Session, solved: &Solved) -> bool {
     }
     let found = solved.unknowns(&Unknowns::nominal(session));
     let gains = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, Quantity::TorqueGain));
-    let free = gains.filter(|id| session.knowledge(*id).kind == KnowledgeKind::Start && session.fixed(*id).is_none());
+    let free = gains.filter(|id| session.prior(*id).kind == PriorKind::Flat && session.fixed(*id).is_none());
     let mut ratios: Vec<f64> = free.map(|id| (found.value(id) / session.nominal(id)).abs()).collect();
     let Some(middle) = median(&mut ratios) else { return false };
     ratios.iter().any(|ratio| ratio * DISAGREES < middle || *ratio > DISAGREES * middle)

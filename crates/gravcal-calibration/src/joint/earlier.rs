@@ -1,7 +1,7 @@
 //! Knowledge from an earlier calibration in the joint problem: one factor with its whole covariance.
 
 use gravcal_estimation::{BlockId, Factor, Problem};
-use gravcal_robot_model::residuals::{KnownQuantity, LinearKnowledge};
+use gravcal_robot_model::residuals::{KnownCombination, LinearPrior};
 use gravcal_robot_model::session::EarlierCalibration;
 
 use super::error::BuildError;
@@ -9,7 +9,7 @@ use super::problem::JointProblem;
 
 /// The problem with what the earlier calibration knows of its unknowns, behind all other factors.
 pub(super) fn with_earlier(earlier: &EarlierCalibration, built: JointProblem) -> Result<JointProblem, BuildError> {
-    let known: Vec<Option<KnownQuantity>> = earlier
+    let known: Vec<Option<KnownCombination>> = earlier
         .quantities()
         .iter()
         .map(|quantity| {
@@ -17,7 +17,7 @@ pub(super) fn with_earlier(earlier: &EarlierCalibration, built: JointProblem) ->
                 find(&built.problem, name).map(|(id, component)| (id, component, *coefficient))
             };
             let terms: Option<Vec<_>> = quantity.terms.iter().map(term).collect();
-            terms.map(|terms| KnownQuantity { terms, value: quantity.value })
+            terms.map(|terms| KnownCombination { terms, value: quantity.value })
         })
         .collect();
     // A load that no pose carries has no block: knowing the rest is knowing less.
@@ -25,7 +25,7 @@ pub(super) fn with_earlier(earlier: &EarlierCalibration, built: JointProblem) ->
     if kept.is_empty() {
         return Ok(built);
     }
-    let residual = LinearKnowledge::new(known.into_iter().flatten().collect());
+    let residual = LinearPrior::new(known.into_iter().flatten().collect());
     let mut factors = built.problem.factors().to_vec();
     factors.push(Factor::new(residual, earlier.noise(&kept)?));
     Ok(JointProblem { problem: built.problem.with_factors(factors)?, ..built })

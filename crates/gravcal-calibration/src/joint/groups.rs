@@ -85,11 +85,11 @@ impl Readings {
 fn first_factors(built: &JointProblem) -> Result<usize, EvaluateError> {
     let sensors = built.layout.sensors.iter().flat_map(|ids| Quantity::ALL.map(|quantity| ids[quantity as usize]));
     let asked: Vec<BlockId> = sensors.chain([built.layout.gravity]).chain(built.layout.further_once()).collect();
-    let all = Knowledge::of(&built.problem, &built.initial, &asked)?;
+    let all = Precision::of(&built.problem, &built.initial, &asked)?;
     let enough = |poses: usize| -> Result<bool, EvaluateError> {
         let factors = first_of(built, poses);
         let Ok(problem) = built.problem.with_only(factors, NOT_YET) else { return Ok(false) };
-        Ok(all.is_nearly(&Knowledge::of(&problem, &built.initial, &asked)?))
+        Ok(all.is_nearly(&Precision::of(&problem, &built.initial, &asked)?))
     };
     // More poses never know less.
     let (mut too_few, mut sufficient) = (0, built.poses);
@@ -110,24 +110,24 @@ pub(super) fn first_of(built: &JointProblem, poses: usize) -> Vec<Factor> {
 }
 
 /// What is known of some blocks.
-struct Knowledge {
+struct Precision {
     /// How many directions of theirs are open.
     open: usize,
     /// Standard deviation of each of their columns.
     std: Vec<f64>,
 }
 
-impl Knowledge {
+impl Precision {
     fn of(problem: &Problem, values: &Values, blocks: &[BlockId]) -> Result<Self, EvaluateError> {
         let analysis = RankAnalysis::new(problem, values)?;
         let covariance = analysis.covariance();
         let columns: Vec<usize> = blocks.iter().flat_map(|id| problem.columns_of(*id)).collect();
         let open = analysis.null_space_within(&columns).len();
-        Ok(Knowledge { open, std: columns.iter().map(|column| covariance.std(*column)).collect() })
+        Ok(Precision { open, std: columns.iter().map(|column| covariance.std(*column)).collect() })
     }
 
     /// Whether fewer readings know the same things nearly as well.
-    fn is_nearly(&self, fewer: &Knowledge) -> bool {
+    fn is_nearly(&self, fewer: &Precision) -> bool {
         let near = |(all, fewer): (&f64, &f64)| *fewer <= TIMES_WORSE * all;
         // Where a block is fixed because nothing reads it yet, columns are missing.
         (self.open, self.std.len()) == (fewer.open, fewer.std.len()) && self.std.iter().zip(&fewer.std).all(near)

@@ -2,7 +2,7 @@
 
 use gravcal_estimation::{BlockId, Linearization, Problem, Values};
 use gravcal_robot_model::parameter::Quantity;
-use gravcal_robot_model::session::{JointKnowledge, KnowledgeKind, LoadDistance, Session};
+use gravcal_robot_model::session::{JointPriors, LoadDistance, PriorKind, Session};
 
 use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
 
@@ -142,7 +142,7 @@ impl<'s> LinearPart<'s> {
     /// does not know it, puts them κ times as far apart.
     fn gain_scales(&self, start: &Unknowns) -> Vec<f64> {
         let session = self.session;
-        let free = |joint: &JointKnowledge| joint.of(Quantity::TorqueGain).kind == KnowledgeKind::Start;
+        let free = |joint: &JointPriors| joint.of(Quantity::TorqueGain).kind == PriorKind::Flat;
         if session.loads.is_empty() || !session.joints.iter().all(free) {
             return Vec::new();
         }

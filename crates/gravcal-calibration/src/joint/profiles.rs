@@ -6,7 +6,7 @@
 use gravcal_estimation::Reference;
 use gravcal_identification::{MOST_COLUMNS, Profiled, Workbench};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
-use gravcal_robot_model::session::{KnowledgeKind, Session};
+use gravcal_robot_model::session::{PriorKind, Session};
 
 use super::error::EstimateError;
 use super::reference::WIDTH;
@@ -45,7 +45,7 @@ impl Solved {
     fn reference_of_others(&self, session: &Session) -> Option<Reference> {
         let is_gain = |id: &ParameterId| {
             let quantity = matches!(id, ParameterId::Sensor(_, Quantity::TorqueGain | Quantity::PositionGain));
-            quantity && !matches!(session.knowledge(*id).kind, KnowledgeKind::Prior { .. })
+            quantity && !matches!(session.prior(*id).kind, PriorKind::Gaussian { .. })
         };
         let gains: Vec<ParameterId> = session.parameters().into_iter().filter(is_gain).collect();
         let (layout, mut center) = (&self.built.layout, self.estimate.values.clone());

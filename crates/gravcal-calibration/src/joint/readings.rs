@@ -6,7 +6,7 @@ use std::sync::Arc;
 use gravcal_estimation::Loss;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::sensors::Term;
-use gravcal_robot_model::session::{Instrument, InstrumentKind, KnowledgeKind, Pose, Session, UnexplainedError};
+use gravcal_robot_model::session::{Instrument, InstrumentKind, Pose, PriorKind, Session, UnexplainedError};
 
 use super::order::Order;
 
@@ -113,7 +113,7 @@ impl Readings {
 
     /// The same, but for those that are known with a standard deviation.
     pub(super) fn unread_and_unknown(&self, session: &Session) -> Vec<ParameterId> {
-        let known = |id: &ParameterId| matches!(session.knowledge(*id).kind, KnowledgeKind::Prior { .. });
+        let known = |id: &ParameterId| matches!(session.prior(*id).kind, PriorKind::Gaussian { .. });
         self.unread(session).into_iter().filter(|id| !known(id) && !is_observed(session, *id)).collect()
     }
 

@@ -10,7 +10,7 @@
 
 use gravcal_estimation::{Problem, ProblemBuilder, Reference, Values};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
-use gravcal_robot_model::session::{KnowledgeKind, Session};
+use gravcal_robot_model::session::{PriorKind, Session};
 
 use super::blocks::add_unknown_blocks;
 use super::problem::JointProblem;
@@ -56,7 +56,7 @@ pub(super) fn reference(
             }
             _ => WIDTH * session.limit(id, &readings.spreads),
         };
-        if !matches!(session.knowledge(id).kind, KnowledgeKind::Prior { .. }) {
+        if !matches!(session.prior(id).kind, PriorKind::Gaussian { .. }) {
             reference = reference.with(layout.block(id), &[width]);
         }
     }

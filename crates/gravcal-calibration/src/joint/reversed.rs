@@ -91,7 +91,7 @@ pub(super) fn reversed_wrist(session: &Session, solved: &Solved) -> Option<Mista
     let (wrist, mass, std) = wrists.filter(|wrist| solved.sign_known && !wrist.sign_declared).find_map(|wrist| {
         let mass = wrist.own_parameters().start;
         let (value, std) = (values.further[mass], solved.parameter_std(ParameterId::Further(mass)));
-        let kept = |gain: usize| values.further[gain] * session.further[gain].knowledge.nominal;
+        let kept = |gain: usize| values.further[gain] * session.further[gain].prior.nominal;
         let gains_kept = wrist.gain_parameters().map(kept).sum::<f64>() > 0.0;
         let negative = value < -NEGATIVE * std && session.further[mass].fixed.is_none();
         (negative && gains_kept).then_some((wrist, value, std))
@@ -298,7 +298,7 @@ fn correlation(telling: &[ReadingId], first: &[Vec<f64>], second: &[Vec<f64>]) -
 
 #[cfg(test)]
 mod tests {
-    use gravcal_robot_model::session::{KnowledgeKind, Session};
+    use gravcal_robot_model::session::{PriorKind, Session};
 
     use crate::result::{EstimatorResult, Verdict};
     use crate::testing::sarcos_shoulder;
@@ -332,7 +332,7 @@ mod tests {
         let mut session = with_reversed(&[1]);
         for (joint, gain) in session.joints.iter_mut().zip([7.12, 5.97, 6.5]) {
             joint.parameters[0].nominal = gain;
-            joint.parameters[0].kind = KnowledgeKind::Fixed;
+            joint.parameters[0].kind = PriorKind::Fixed;
         }
         for reading in session.poses.iter_mut().flat_map(|pose| pose.torque.iter_mut().flatten()) {
             reading.std = None;

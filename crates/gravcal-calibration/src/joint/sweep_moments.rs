@@ -8,7 +8,7 @@
 use gravcal_dynamics::{Chain, GravityTorque, JointKind};
 use gravcal_estimation::{Block, BlockId, ProblemBuilder};
 use gravcal_robot_model::residuals::lumped_directions;
-use gravcal_robot_model::session::{InertiaKnowledge, Pose, Session};
+use gravcal_robot_model::session::{InertiaPrior, Pose, Session};
 use gravcal_robot_model::sweeps::{HOLD_TOLERANCE, Sweep, find_sweeps};
 use nalgebra::{Matrix3, Vector3};
 
@@ -39,7 +39,7 @@ struct Moment {
 
 /// Whether a session describes the moments by sweep.
 pub(crate) fn by_sweep(session: &Session) -> bool {
-    session.inertia == InertiaKnowledge::Sweep
+    session.inertia == InertiaPrior::Sweep
 }
 
 /// Which poses the description leaves out, in words.
@@ -244,7 +244,7 @@ mod tests {
                 built.rows.into_iter().zip(residuals).collect::<BTreeMap<_, _>>()
             };
             let by_link = built(&session);
-            session.inertia = InertiaKnowledge::Sweep;
+            session.inertia = InertiaPrior::Sweep;
             let by_sweep = built(&session);
             let sweeps = if sliding.is_some() { 6 } else { 11 };
             assert_eq!(by_sweep.len(), 3 * 37 * sweeps);

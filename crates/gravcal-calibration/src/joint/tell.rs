@@ -4,7 +4,7 @@ use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
 use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
-use gravcal_robot_model::session::{EarlierCalibration, KnowledgeKind, LAST_FRAME_CHOICE, Session};
+use gravcal_robot_model::session::{EarlierCalibration, LAST_FRAME_CHOICE, PriorKind, Session};
 
 use super::answer::{Answer, Conclusion};
 use super::consistent::consistent_model;
@@ -334,7 +334,7 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
 
 /// What the torque gains take over from the loads.
 fn load_mass_note(session: &Session) -> Option<String> {
-    let open = session.joints.iter().any(|joint| joint.of(Quantity::TorqueGain).kind == KnowledgeKind::Start);
+    let open = session.joints.iter().any(|joint| joint.of(Quantity::TorqueGain).kind == PriorKind::Flat);
     let exact = |load: usize| !session.loads[load].is_unknown() && session.load_mass(load).is_none();
     let carried = session.poses.iter().any(|pose| pose.load.is_some_and(exact));
     (open && carried).then(|| {

@@ -5,8 +5,7 @@
 //! are drawn anew.
 
 use gravcal_estimation::statistics::{
-    Bootstrap, Jackknife, NoiseKnowledge, Resampling, SampleBlocks, Solution, StatisticsError, ToldByOneBlock,
-    Uncertainty,
+    Bootstrap, Jackknife, NoiseScale, Resampling, SampleBlocks, Solution, StatisticsError, ToldByOneBlock, Uncertainty,
 };
 use gravcal_estimation::{BlockId, Loss, RankAnalysis};
 use gravcal_identification::Workbench;
@@ -82,17 +81,17 @@ impl Solved {
         let estimated = self.readings.noise_found(session) && self.freedom_of_noise(session).is_none();
         let robust = self.built.loss != Loss::None;
         let widened_by = misfit.filter(|_| !robust);
-        let knowledge = match (widened_by, estimated) {
-            (Some(_), _) => NoiseKnowledge::Relative,
-            (None, true) => NoiseKnowledge::Found,
-            (None, false) => NoiseKnowledge::Stated,
+        let noise_scale = match (widened_by, estimated) {
+            (Some(_), _) => NoiseScale::Relative,
+            (None, true) => NoiseScale::Found,
+            (None, false) => NoiseScale::Stated,
         };
         let source = match (session.noise_estimated().contains(&true) || robust, estimated) {
             (true, _) => NoiseSource::Residuals,
             (false, true) => NoiseSource::StatedAndUnexplained,
             (false, false) => NoiseSource::Stated,
         };
-        let uncertainty = Uncertainty::from_noise(&self.solution(), knowledge)?;
+        let uncertainty = Uncertainty::from_noise(&self.solution(), noise_scale)?;
         let by_noise = UncertaintyResult::Noise { source, widened_by };
         let errs = misfit.is_some() || self.readings.unexplained_found(session);
         if !errs || !self.may_leave_out_poses() {

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::parameters::MOVE_MORE;
-use gravcal_robot_model::session::{InertiaKnowledge, Session};
+use gravcal_robot_model::session::{InertiaPrior, Session};
 
 use super::determined::Combination;
 use crate::result::Undetermined;
@@ -186,12 +186,12 @@ impl Situation<'_> {
             (true, true, false, _) => {
                 "record the load at a second placement a known distance (load_distance) from the first".into()
             }
-            (_, _, _, InertiaKnowledge::Sweep) => {
+            (_, _, _, InertiaPrior::Sweep) => {
                 "sweep the joints with the load at both placements and read every torque; or state a gain as known: \
                  [[joint]] torque_gain = { fixed = …, unit = … }"
                     .into()
             }
-            (_, _, _, InertiaKnowledge::Unknown) => {
+            (_, _, _, InertiaPrior::Unknown) => {
                 "state the load's position in the link (position_m), or the links' masses ([inertia] links = \"model\")"
                     .into()
             }

@@ -47,10 +47,10 @@ mod tests {
     /// What is told of a friction that is truly this; the sensors of the second joint turned by these signs.
     fn told(model: &str, truth: f64, [torque, position]: [f64; 2]) -> Vec<String> {
         let mut simulation = shoulder();
-        let knowledge = &mut simulation.template.joints[1];
-        knowledge.parameters[0].nominal *= torque;
-        knowledge.parameters[2].nominal *= position;
-        knowledge.torque_sign_declared = true;
+        let prior = &mut simulation.template.joints[1];
+        prior.parameters[0].nominal *= torque;
+        prior.parameters[2].nominal *= position;
+        prior.torque_sign_declared = true;
         simulation.truth.sensors[1][0] *= torque;
         simulation.truth.sensors[1][2] *= position;
         let result = estimate(&with_model(simulation, 1, model, &Options::default(), &[truth]).session(0));

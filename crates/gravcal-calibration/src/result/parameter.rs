@@ -51,7 +51,7 @@ impl ParameterResult {
             ci95: None,
             determined: !meaningless,
             held: parameter.fixed.map(str::to_owned),
-            nominal: parameter.knowledge.nominal,
+            nominal: parameter.prior.nominal,
             name,
         }
     }

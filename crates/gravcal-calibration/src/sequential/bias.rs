@@ -7,7 +7,7 @@ use gravcal_robot_model::residuals::{Sinusoid, SinusoidBlocks};
 use gravcal_robot_model::session::Session;
 
 use super::carried::{CarriedErrors, place};
-use super::contradiction::{NoiseKnowledge, refuse_contradiction};
+use super::contradiction::{NoiseScale, refuse_contradiction};
 use super::fitting::{StepFit, StepProblem};
 use super::found::{Found, Frozen, Missing};
 use crate::closed_form::{fit_sinusoid, search_position_gain};
@@ -123,8 +123,8 @@ fn fit(
         return Err(Missing::new(format!("step 1 has no sweep of {name} with its torque read"), CURE));
     }
     let pairs: Vec<Vec<(f64, f64)>> = sweeps.iter().map(|s| s.iter().map(|(_, r)| *r).collect()).collect();
-    let knowledge = |quantity| session.joints[joint].of(quantity);
-    let nominal = knowledge(Quantity::PositionGain).nominal;
+    let prior = |quantity| session.joints[joint].of(quantity);
+    let nominal = prior(Quantity::PositionGain).nominal;
     let gain = exact(session, joint, Quantity::PositionGain)
         .or_else(|| search_position_gain(&pairs, nominal))
         .ok_or_else(|| Missing::new(format!("the sweeps of {name} form no sinusoid"), CURE))?;
@@ -148,7 +148,7 @@ fn fit(
         &fitted,
         &[(torque_bias, place(joint, Quantity::TorqueBias)), (position_gain, place(joint, Quantity::PositionGain))],
     );
-    let noise = if session.noise_estimated()[joint] { NoiseKnowledge::Unknown } else { NoiseKnowledge::Stated };
+    let noise = if session.noise_estimated()[joint] { NoiseScale::Unknown } else { NoiseScale::Stated };
     let allowed =
         refuse_contradiction(&fitted, errors, noise, (&format!("step 1 of {name} (sinusoids)"), CONTRADICTED));
     let spread = readings.spreads[joint];

@@ -15,7 +15,7 @@ const SIGNIFICANCE: f64 = 1e-3;
 
 /// How the noise of the readings is known that a step is held against.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum NoiseKnowledge {
+pub(super) enum NoiseScale {
     /// The session states it.
     Stated,
     /// From the residuals of step 1, with so many degrees of freedom.
@@ -24,16 +24,14 @@ pub(super) enum NoiseKnowledge {
     Unknown,
 }
 
-impl NoiseKnowledge {
+impl NoiseScale {
     /// Probability that noise alone makes χ² as large.
     fn p_value(self, chi_squared: f64, degrees_of_freedom: usize) -> Option<f64> {
         let freedom = degrees_of_freedom as f64;
         match self {
-            NoiseKnowledge::Stated => Some(ChiSquared::new(freedom).ok()?.sf(chi_squared)),
-            NoiseKnowledge::Found(own) => {
-                Some(FisherSnedecor::new(freedom, own as f64).ok()?.sf(chi_squared / freedom))
-            }
-            NoiseKnowledge::Unknown => None,
+            NoiseScale::Stated => Some(ChiSquared::new(freedom).ok()?.sf(chi_squared)),
+            NoiseScale::Found(own) => Some(FisherSnedecor::new(freedom, own as f64).ok()?.sf(chi_squared / freedom)),
+            NoiseScale::Unknown => None,
         }
     }
 }
@@ -44,14 +42,14 @@ impl NoiseKnowledge {
 pub(super) fn refuse_contradiction(
     fitted: &StepFit,
     earlier: &CarriedErrors,
-    noise: NoiseKnowledge,
+    noise: NoiseScale,
     (what, cure): (&str, &str),
 ) -> Result<(), Missing> {
     let (chi_squared, freedom) = (fitted.chi_squared(earlier), fitted.degrees_of_freedom);
     match noise.p_value(chi_squared, freedom) {
         Some(p) if p < SIGNIFICANCE => {
             let against = match noise {
-                NoiseKnowledge::Found(_) => "held against the noise that step 1 found",
+                NoiseScale::Found(_) => "held against the noise that step 1 found",
                 _ => "held against their stated noise",
             };
             let why = format!(
@@ -70,11 +68,11 @@ mod tests {
 
     #[test]
     fn noise_that_was_found_in_few_residuals_contradicts_later() {
-        let p = |noise: NoiseKnowledge| noise.p_value(30.0, 10);
+        let p = |noise: NoiseScale| noise.p_value(30.0, 10);
         let [stated, many, few] =
-            [NoiseKnowledge::Stated, NoiseKnowledge::Found(100_000), NoiseKnowledge::Found(5)].map(|n| p(n).unwrap());
+            [NoiseScale::Stated, NoiseScale::Found(100_000), NoiseScale::Found(5)].map(|n| p(n).unwrap());
         assert!(stated < SIGNIFICANCE && (many / stated - 1.0).abs() < 0.02 && few > 0.1, "{stated} {many} {few}");
-        assert_eq!(p(NoiseKnowledge::Unknown), None);
-        assert_eq!(NoiseKnowledge::Stated.p_value(0.0, 0), None);
+        assert_eq!(p(NoiseScale::Unknown), None);
+        assert_eq!(NoiseScale::Stated.p_value(0.0, 0), None);
     }
 }

@@ -63,7 +63,7 @@ impl Observed<'_> {
             return Ok(Vec::new());
         }
         let fitted = StepFit::solve(step, workbench, &self.cure)?;
-        let noise = self.known.noise_knowledge(self.session, self.joint);
+        let noise = self.known.noise_scale(self.session, self.joint);
         let what = format!("step 3 of {} (sinusoids)", self.session.robot.chain.joints()[self.joint].name);
         refuse_contradiction(&fitted, &self.known.errors, noise, (&what, &self.cure))?;
         Ok(fitted_pairs.iter().map(|(pair, sweeps)| self.difference(&fitted, pair, sweeps)).collect())

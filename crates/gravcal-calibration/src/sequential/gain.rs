@@ -273,7 +273,7 @@ impl Step<'_> {
         }
         let cure = self.missing(String::new()).cure;
         let fitted = StepFit::solve(step, workbench, &cure)?;
-        let noise = self.known.noise_knowledge(self.session, self.joint);
+        let noise = self.known.noise_scale(self.session, self.joint);
         let what = format!("step 3 of {}", self.name(self.joint));
         refuse_contradiction(&fitted, errors, noise, (&what, &self.contradicted()))?;
         errors.take(

@@ -38,7 +38,7 @@ pub(super) fn find_gravity(
     let (sensors, assumed) = step.sensors()?;
     let start = step.closed_form(&sensors)?;
     let (fitted, gravity) = step.fit(&sensors, &start, workbench)?;
-    let noise = known.noise_knowledge(session, SWEPT);
+    let noise = known.noise_scale(session, SWEPT);
     refuse_contradiction(&fitted, errors, noise, ("step 2 (one gravity at every position)", &step.contradicted()))?;
     errors.take(&fitted, &[(gravity, errors.gravity())]);
     step.judge(&fitted, gravity, assumed)

@@ -6,7 +6,7 @@ use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{
-    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable, Session,
+    GravityPrior, JointPriors, Load, LoadDistance, ParameterPrior, PoseTable, PriorKind, Session,
 };
 use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
@@ -45,8 +45,8 @@ fn arm(joints: usize) -> Simulation {
     let rows: Vec<DhRow> = (0..joints).map(row).collect();
     let chain = chain_from_dh("base", DhConvention::Standard, &rows).unwrap();
     let robot = Robot { name: "arm".into(), chain, sensors: vec![Default::default(); joints] };
-    let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
-    let joint = || JointKnowledge {
+    let start = |nominal| ParameterPrior { nominal, kind: PriorKind::Flat };
+    let joint = || JointPriors {
         torque_unit: Some(TorqueUnit::NewtonMeter),
         torque_sign_declared: false,
         position_unit: PositionUnit::Radian,
@@ -61,7 +61,7 @@ fn arm(joints: usize) -> Simulation {
         tables,
         ..Session::new(
             robot,
-            GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere },
+            GravityPrior { magnitude: 9.8, magnitude_std: None, hemisphere },
             (0..joints).map(|_| joint()).collect(),
         )
     };

@@ -5,7 +5,7 @@ use gravcal_robot_model::session::Session;
 
 use super::bias::Bias;
 use super::carried::CarriedErrors;
-use super::contradiction::NoiseKnowledge;
+use super::contradiction::NoiseScale;
 use super::found::{Found, Frozen, Missing};
 use crate::joint::{Readings, Unknowns};
 use crate::plan::Plan;
@@ -116,12 +116,12 @@ impl SequentialValues {
     }
 
     /// How the noise of a joint's torque readings is known, which steps 2 and 3 are held against.
-    pub(super) fn noise_knowledge(&self, session: &Session, joint: usize) -> NoiseKnowledge {
+    pub(super) fn noise_scale(&self, session: &Session, joint: usize) -> NoiseScale {
         let found = session.noise_estimated()[joint] || self.readings.unexplained_found_of(session, joint);
         match (found, self.noise_freedom[joint]) {
-            (false, _) => NoiseKnowledge::Stated,
-            (true, 0) => NoiseKnowledge::Unknown,
-            (true, freedom) => NoiseKnowledge::Found(freedom),
+            (false, _) => NoiseScale::Stated,
+            (true, 0) => NoiseScale::Unknown,
+            (true, freedom) => NoiseScale::Found(freedom),
         }
     }
 

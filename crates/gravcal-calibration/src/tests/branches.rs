@@ -10,8 +10,7 @@ use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{
-    GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, PoseTable,
-    Session,
+    GravityPrior, InertiaPrior, JointPriors, Load, LoadDistance, ParameterPrior, PoseTable, PriorKind, Session,
 };
 use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
@@ -71,8 +70,8 @@ fn simulation(seed: u64, build: Build, runs: impl Fn(usize) -> Vec<Run>) -> Simu
     let mut random = Pcg64::seed_from_u64(seed);
     let robot = robot(&mut random, build);
     let joints = robot.chain.joint_count();
-    let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
-    let joint = JointKnowledge {
+    let start = |nominal| ParameterPrior { nominal, kind: PriorKind::Flat };
+    let joint = JointPriors {
         torque_unit: Some(TorqueUnit::NewtonMeter),
         torque_sign_declared: false,
         position_unit: PositionUnit::Radian,
@@ -91,7 +90,7 @@ fn simulation(seed: u64, build: Build, runs: impl Fn(usize) -> Vec<Run>) -> Simu
         tables: of_loads.iter().map(|(load, _)| table(*load)).collect(),
         ..Session::new(
             robot,
-            GravityKnowledge { magnitude: 9.81, magnitude_std: None, hemisphere: Some(direction.into()) },
+            GravityPrior { magnitude: 9.81, magnitude_std: None, hemisphere: Some(direction.into()) },
             vec![joint; joints],
         )
     };
@@ -181,7 +180,7 @@ fn so_they_are_without_a_trunk() {
     assert_intervals_hold(24, |seed| {
         let mut simulation = simulation(300 + seed, Build::Apart, random_poses);
         let gain = simulation.truth.sensors[4][Quantity::TorqueGain as usize];
-        let known = Knowledge { nominal: gain, kind: KnowledgeKind::Fixed };
+        let known = ParameterPrior { nominal: gain, kind: PriorKind::Fixed };
         simulation.template.joints[4].parameters[Quantity::TorqueGain as usize] = known;
         let session = simulation.session(seed);
         for first in [0, 4] {
@@ -196,7 +195,7 @@ fn and_where_moments_are_described_by_sweep() {
     assert_intervals_hold(24, |seed| {
         let simulation = simulation(200 + seed, Build::Trunk, sweeps);
         let mut session = simulation.session(seed);
-        session.inertia = InertiaKnowledge::Sweep;
+        session.inertia = InertiaPrior::Sweep;
         (simulation, session)
     });
 }

@@ -3,7 +3,7 @@
 
 use gravcal_identification::Workbench;
 use gravcal_robot_model::parameter::Quantity;
-use gravcal_robot_model::session::{InertiaKnowledge, Session};
+use gravcal_robot_model::session::{InertiaPrior, Session};
 use gravcal_session::simulation::{Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
 
@@ -52,7 +52,7 @@ fn swept(simulation: &Simulation, session: &Session) -> Vec<usize> {
 /// kept; joint 2 stands at two positions while joint 3 sweeps also without a load.
 fn protocol(placements: usize) -> (Simulation, Session) {
     let mut simulation = sarcos_shoulder();
-    simulation.template.inertia = InertiaKnowledge::Sweep;
+    simulation.template.inertia = InertiaPrior::Sweep;
     for table in 7..11 {
         let (run, mut of_table) = (simulation.runs[table].clone(), simulation.template.tables[table].clone());
         of_table.load = None;
@@ -117,7 +117,7 @@ fn both_descriptions_agree_within_their_intervals() {
     for trial in 0..4 {
         let mut session = sarcos_shoulder().session(trial);
         let links = estimate(&session);
-        session.inertia = InertiaKnowledge::Sweep;
+        session.inertia = InertiaPrior::Sweep;
         let sweeps = estimate(&session);
         assert_eq!((links.verdict, sweeps.verdict), (Verdict::Determined, Verdict::Determined));
         assert!(sweeps.fit.as_ref().unwrap().p_value.unwrap() > 1e-3);
@@ -136,7 +136,7 @@ fn both_descriptions_agree_within_their_intervals() {
 #[test]
 fn sweeps_need_no_lengths() {
     let mut session = sarcos_shoulder().session(0);
-    session.inertia = InertiaKnowledge::Sweep;
+    session.inertia = InertiaPrior::Sweep;
     let right = estimate(&session);
     session.robot.chain = with_lengths(&session);
     let other = estimate(&session);

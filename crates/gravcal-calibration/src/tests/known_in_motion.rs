@@ -10,7 +10,7 @@ use gravcal_recording::{Conditions, Course, MotionSample, PositionUnit, Reading,
 use gravcal_robot_model::robot::{NominalSensors, Robot};
 use gravcal_robot_model::sensors::{Options, Site, declare_terms};
 use gravcal_robot_model::session::{
-    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, Pose, PoseTable, Session,
+    GravityPrior, JointPriors, Load, ParameterPrior, Pose, PoseTable, PriorKind, Session,
 };
 use gravcal_robot_model::{Registry, Unknowns};
 use gravcal_session::read_robot;
@@ -211,8 +211,8 @@ impl Arm {
 
     /// The session that such readings make, with a little noise.
     fn session(&self) -> Session {
-        let unknown = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
-        let joint = JointKnowledge {
+        let unknown = |nominal| ParameterPrior { nominal, kind: PriorKind::Flat };
+        let joint = JointPriors {
             torque_unit: Some(TorqueUnit::NewtonMeter),
             torque_sign_declared: true,
             position_unit: PositionUnit::Radian,
@@ -222,7 +222,7 @@ impl Arm {
         let sensors = vec![NominalSensors::default(); n];
         let robot = Robot { name: "arm".into(), chain: self.chain.clone(), sensors };
         let size = self.gravity.map(|g| g / MAGNITUDE);
-        let gravity = GravityKnowledge { magnitude: MAGNITUDE, magnitude_std: None, hemisphere: Some(size) };
+        let gravity = GravityPrior { magnitude: MAGNITUDE, magnitude_std: None, hemisphere: Some(size) };
         let mut session = Session::new(robot, gravity, vec![joint; n]);
         let names: Vec<&str> = self.chain.joints().iter().map(|joint| joint.name.as_str()).collect();
         let kinds: Vec<_> = self.chain.joints().iter().map(|joint| joint.kind).collect();
@@ -244,7 +244,7 @@ impl Arm {
                 Rotors::None => {}
                 Rotors::Unknown => session.set_rotor_inertia(index, unknown(0.0)),
                 Rotors::Known => {
-                    session.set_rotor_inertia(index, Knowledge { nominal: value, kind: KnowledgeKind::Fixed });
+                    session.set_rotor_inertia(index, ParameterPrior { nominal: value, kind: PriorKind::Fixed });
                 }
             }
         }

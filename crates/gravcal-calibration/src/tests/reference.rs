@@ -1,7 +1,7 @@
 //! The estimators on the reference protocol, against the figures of an independent program (NumPy, SciPy).
 
 use gravcal_robot_model::parameter::Quantity;
-use gravcal_robot_model::session::{KnowledgeKind, Session};
+use gravcal_robot_model::session::{PriorKind, Session};
 
 use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
 use crate::result::{EstimatorResult, Verdict};
@@ -172,10 +172,10 @@ fn an_exact_gain_fixes_the_scale_and_a_prior_enters_with_its_width() {
     let mut session = sarcos_shoulder().session(0);
     session.poses.retain(|pose| pose.load.is_none());
     session.joints[0].parameters[0].nominal = 7.12;
-    session.joints[0].parameters[0].kind = KnowledgeKind::Fixed;
+    session.joints[0].parameters[0].kind = PriorKind::Fixed;
     let fixed = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(fixed.verdict, Verdict::Determined);
-    session.joints[0].parameters[0].kind = KnowledgeKind::Prior { std: 0.1 };
+    session.joints[0].parameters[0].kind = PriorKind::Gaussian { std: 0.1 };
     let prior = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     let std = prior.parameters[0].std.unwrap();
     assert!((std - 0.1).abs() < 1e-3, "{std}");

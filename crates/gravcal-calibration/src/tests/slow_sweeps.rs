@@ -122,8 +122,7 @@ fn recorder(folder: &Path, seed: u64, session: &str) -> Recorder {
     fs::write(folder.join("session.toml"), session).unwrap();
     let text = "time_s,shoulder.position,elbow.position,shoulder.effort,elbow.effort\n".to_owned();
     let robot = read_robot(&folder.join("robot.toml")).unwrap();
-    let gravity =
-        gravcal_robot_model::session::GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: None };
+    let gravity = gravcal_robot_model::session::GravityPrior { magnitude: 9.8, magnitude_std: None, hemisphere: None };
     let session = Session::new(robot, gravity, Vec::new());
     let random = Pcg64::seed_from_u64(seed);
     Recorder { session, text, samples: 0, at: [0.0; 2], direction: [0.0; 2], random }

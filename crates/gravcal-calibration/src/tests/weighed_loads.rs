@@ -2,7 +2,7 @@
 
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::load_masses::add_load_masses;
-use gravcal_robot_model::session::{Knowledge, KnowledgeKind, Session};
+use gravcal_robot_model::session::{ParameterPrior, PriorKind, Session};
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, ParameterResult};
@@ -68,7 +68,7 @@ fn gains_are_as_uncertain_as_the_mass_and_all_else_is_as_it_was() {
 fn a_known_gain_weighs_the_load() {
     let mut session = weighed(2.0);
     session.joints[0].parameters[Quantity::TorqueGain as usize] =
-        Knowledge { nominal: 7.12, kind: KnowledgeKind::Fixed };
+        ParameterPrior { nominal: 7.12, kind: PriorKind::Fixed };
     let result = jointly(&session);
     let mass = parameter(&result, "load.plate-a.mass");
     let (value, std) = (mass.value.unwrap(), mass.std.unwrap());

@@ -160,7 +160,7 @@ impl Residual for ActiveFunction {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::statistics::{NoiseKnowledge, SampleBlocks, Solution, Uncertainty};
+    use crate::statistics::{NoiseScale, SampleBlocks, Solution, Uncertainty};
     use crate::testing::Line;
     use crate::{Block, ProblemBuilder, Termination, check_derivatives};
 
@@ -209,7 +209,7 @@ mod tests {
             let uncertainty = of(&Solution { problem, values: &estimate.values, analysis: &analysis });
             [0, 1].map(|column| uncertainty.covariance().std(column))
         };
-        let plain = |solution: &Solution<'_>| Uncertainty::from_noise(solution, NoiseKnowledge::Stated).unwrap();
+        let plain = |solution: &Solution<'_>| Uncertainty::from_noise(solution, NoiseScale::Stated).unwrap();
         let [free_x, free_y] = std(&problem, plain);
         assert!((free_x - 120f64.recip().sqrt()).abs() < 1e-12 && (free_y - 60f64.recip().sqrt()).abs() < 1e-12);
         let [x, y] = std(&along, plain);

@@ -202,8 +202,7 @@ mod tests {
             let length = block_length(correlation(&solved, 150), 150);
             let blocks = SampleBlocks::within(std::slice::from_ref(&(0..150)), length).unwrap();
             let jackknife = Uncertainty::jackknife(&solved.solution(), &blocks).unwrap().uncertainty;
-            let white =
-                Uncertainty::from_noise(&solved.solution(), crate::statistics::NoiseKnowledge::Relative).unwrap();
+            let white = Uncertainty::from_noise(&solved.solution(), crate::statistics::NoiseScale::Relative).unwrap();
             for (column, value) in solved.values.as_slice().iter().enumerate() {
                 let holds = |uncertainty: &Uncertainty| {
                     let [low, high] = uncertainty.interval(*value, &[(column, 1.0)]);

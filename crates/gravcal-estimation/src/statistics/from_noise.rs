@@ -32,7 +32,7 @@ use crate::Loss;
 
 /// What is known of the size of the noise.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NoiseKnowledge {
+pub enum NoiseScale {
     /// Stated before the residuals were seen: the covariance as it is, normal intervals.
     Stated,
     /// Already found from these residuals: the covariance as it is, Student's intervals.
@@ -48,10 +48,10 @@ impl Uncertainty {
     /// # Errors
     /// Where the noise is not stated (or there is a loss) and no residual is left to tell it, or where so much is
     /// forgiven that no minimum is left.
-    pub fn from_noise(solution: &Solution<'_>, noise: NoiseKnowledge) -> Result<Uncertainty, StatisticsError> {
+    pub fn from_noise(solution: &Solution<'_>, noise: NoiseScale) -> Result<Uncertainty, StatisticsError> {
         let (rows, rank) = (solution.problem.rows(), solution.analysis.rank());
         let robust = solution.problem.factors().iter().any(|factor| factor.loss != Loss::None);
-        if !robust && noise == NoiseKnowledge::Stated {
+        if !robust && noise == NoiseScale::Stated {
             return Ok(Uncertainty::with_quantile(solution.analysis.covariance(), Quantile::normal()));
         }
         if rows <= rank {
@@ -63,11 +63,11 @@ impl Uncertainty {
         } else {
             let plain = solution.analysis.covariance();
             match noise {
-                NoiseKnowledge::Relative => {
+                NoiseScale::Relative => {
                     let residuals = solution.problem.residuals(solution.values)?;
                     plain.scaled(residuals.iter().map(|r| r * r).sum::<f64>() / freedom)
                 }
-                NoiseKnowledge::Stated | NoiseKnowledge::Found => plain,
+                NoiseScale::Stated | NoiseScale::Found => plain,
             }
         };
         Ok(Uncertainty::with_quantile(covariance, Quantile::student(freedom)))
@@ -137,8 +137,8 @@ mod tests {
     fn noise_known_up_to_a_factor_is_taken_from_the_residuals() {
         let y = [0.1, 1.3, 1.8, 3.4, 3.9];
         let solved = fit(line(&y));
-        let stated = Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Stated).unwrap();
-        let relative = Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Relative).unwrap();
+        let stated = Uncertainty::from_noise(&solved.solution(), NoiseScale::Stated).unwrap();
+        let relative = Uncertainty::from_noise(&solved.solution(), NoiseScale::Relative).unwrap();
         // Σ(t − t̄)² = 10, residuals −0.06, 0.17, −0.3, 0.33, −0.14 of 0.04 + 0.97 t − y.
         assert!((stated.covariance().at(1, 1) - 0.1).abs() < 1e-12);
         let variance =
@@ -148,15 +148,15 @@ mod tests {
         let [low, high] = relative.interval(0.0, &[(1, 1.0)]);
         let student = 3.182_446_305 * (0.1 * variance).sqrt();
         assert!((high - student).abs() < 1e-8 && (low + student).abs() < 1e-8);
-        let found = Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Found).unwrap();
+        let found = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found).unwrap();
         assert!(found.interval(0.0, &[(1, 1.0)])[1] > 1.6 * stated.interval(0.0, &[(1, 1.0)])[1]);
     }
 
     #[test]
     fn without_a_residual_left_there_is_no_noise_to_estimate() {
         let solved = fit(line(&[1.0, 2.0]));
-        assert!(Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Stated).is_ok());
-        let refused = Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Found).unwrap_err();
+        assert!(Uncertainty::from_noise(&solved.solution(), NoiseScale::Stated).is_ok());
+        let refused = Uncertainty::from_noise(&solved.solution(), NoiseScale::Found).unwrap_err();
         assert_eq!(refused, StatisticsError::NoFreedom { rows: 2, rank: 2 });
     }
 
@@ -167,7 +167,7 @@ mod tests {
         let solved = fit_robustly(&y, Loss::Huber(1.0));
         let level = solved.values.as_slice()[0];
         assert!((level - (1.0 - 0.1) / 7.0).abs() < 1e-9, "{level}"); // seven inside, one pulls with force 1
-        let uncertainty = Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Stated).unwrap();
+        let uncertainty = Uncertainty::from_noise(&solved.solution(), NoiseScale::Stated).unwrap();
         let (n, m) = (8.0, 7.0 / 8.0);
         let squares: f64 = y[..7].iter().map(|y| (y - level).powi(2)).sum::<f64>() + 1.0;
         let correction = 1.0 + 1.0 / n * (m - m * m) / (m * m);

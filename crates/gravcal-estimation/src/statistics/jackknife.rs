@@ -50,7 +50,7 @@ use faer::Mat;
 use super::eigen::{ALONE, Eigen};
 use super::projected::{Projected, add_outer, back};
 use super::uncertainty::Spread;
-use super::{Covariance, NoiseKnowledge, SampleBlocks, Solution, StatisticsError, Uncertainty};
+use super::{Covariance, NoiseScale, SampleBlocks, Solution, StatisticsError, Uncertainty};
 use crate::{EvaluateError, Loss};
 
 /// With fewer than so many blocks for each direction a covariance of their scatter is no matrix to be inverted.
@@ -87,7 +87,7 @@ impl Uncertainty {
         let projected = Projected::of_shared(solution)?;
         let projected = if projected.has_eliminated() { projected } else { projected.with_unit_curvature()? };
         let rank = projected.rank();
-        let (mut scatter, mut outside) = (Mat::zeros(rank, rank), knowledge(&projected, solution, blocks)?);
+        let (mut scatter, mut outside) = (Mat::zeros(rank, rank), information(&projected, solution, blocks)?);
         let (mut told, mut alone) = (Vec::new(), Vec::new());
         let size = unexplained(solution)?;
         for block in blocks.iter() {
@@ -104,7 +104,7 @@ impl Uncertainty {
         let covariance = projected.covariance(&(faer::Scale((count - 1.0) / count) * scatter + outside));
         let mut covariance = solution.analysis.over_all_columns(covariance);
         if blocks.count() < BLOCKS_A_DIRECTION * rank {
-            let noise = Uncertainty::from_noise(solution, NoiseKnowledge::Stated)?.covariance;
+            let noise = Uncertainty::from_noise(solution, NoiseScale::Stated)?.covariance;
             covariance = noise.widened(&ratios(&covariance, &noise));
         }
         let told = ToldByBlocks { directions: projected.directions, rows: told };
@@ -113,7 +113,7 @@ impl Uncertainty {
 }
 
 /// `K_outside`. Of eliminated unknowns, what is known beforehand leaves with their samples: there it is what all blocks leave of the whole.
-fn knowledge(
+fn information(
     projected: &Projected<'_>,
     solution: &Solution<'_>,
     blocks: &SampleBlocks,
@@ -538,7 +538,7 @@ mod tests {
     fn the_larger_of_two_is_never_smaller_than_either() {
         let (builder, ..) = parabola(60);
         let solved = fit(builder);
-        let white = Uncertainty::from_noise(&solved.solution(), NoiseKnowledge::Stated).unwrap();
+        let white = Uncertainty::from_noise(&solved.solution(), NoiseScale::Stated).unwrap();
         let blocks = jackknife(&solved, 60, 4).uncertainty;
         let both = white.clone().larger_of(blocks.clone());
         for i in 0..3 {

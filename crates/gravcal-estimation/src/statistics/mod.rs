@@ -22,7 +22,7 @@ pub use blocks::{MIN_BLOCKS, MIN_BLOCKS_LEFT_OUT, SampleBlocks};
 pub use bootstrap::{Bootstrap, Resampling};
 pub use covariance::{Covariance, LinearFunction, stored_coordinates};
 pub use error::{StatisticsError, TooFewBlocks};
-pub use from_noise::NoiseKnowledge;
+pub use from_noise::NoiseScale;
 pub use jackknife::{Jackknife, ToldByOneBlock};
 pub use quantile::Quantile;
 pub use residual_maker::ResidualMaker;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use gravcal::estimation::statistics::{NoiseKnowledge, Solution, along_constraints, stored_coordinates};
+use gravcal::estimation::statistics::{NoiseScale, Solution, along_constraints, stored_coordinates};
 use gravcal::estimation::{
     BlockId, Estimate, IterationRecord, Manifold, NamedCombination, Problem, RankAnalysis, SolveContext, Uncertainty,
     named_combinations,
@@ -63,7 +63,7 @@ pub fn estimate(
     progress: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Estimated> {
     let raised = Arc::new(Raised::default());
-    let noise = if relative { NoiseKnowledge::Relative } else { NoiseKnowledge::Stated };
+    let noise = if relative { NoiseScale::Relative } else { NoiseScale::Stated };
     let solved = run(py, progress, raised.stop(), |tell| {
         let said = Said { blocks: &blocks, constraints: &constraints, solver, options, noise };
         said.solve(residuals, &raised, tell)
@@ -79,7 +79,7 @@ struct Said<'a> {
     constraints: &'a [SaidConstraint],
     solver: &'a str,
     options: &'a str,
-    noise: NoiseKnowledge,
+    noise: NoiseScale,
 }
 
 impl Said<'_> {
@@ -102,7 +102,7 @@ fn told(error: impl std::error::Error) -> String {
 }
 
 /// With what the active constraints hold taken for known.
-fn judged(problem: &Problem, estimate: &Estimate, noise: NoiseKnowledge) -> Result<Estimated, String> {
+fn judged(problem: &Problem, estimate: &Estimate, noise: NoiseScale) -> Result<Estimated, String> {
     let alone = RankAnalysis::of(problem, estimate).map_err(told)?;
     let along = along_constraints(problem, estimate, &alone).map_err(told)?;
     let analysis = along.as_ref().map(|along| RankAnalysis::new(along, &estimate.values)).transpose().map_err(told)?;

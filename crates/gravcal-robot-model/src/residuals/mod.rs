@@ -6,7 +6,7 @@
 mod gravity_norm;
 mod gravity_sweep;
 mod instrument;
-mod linear_knowledge;
+mod linear_prior;
 mod load_difference;
 mod load_distance;
 mod modelled;
@@ -22,7 +22,7 @@ pub use gravity_sweep::{GravitySweep, GravitySweepBlocks};
 pub use instrument::{
     GainEntry, InstrumentModel, InstrumentReading, PositionTerms, Sensed, SensedQuantity, SpecificForce, Wrench,
 };
-pub use linear_knowledge::{KnownQuantity, LinearKnowledge};
+pub use linear_prior::{KnownCombination, LinearPrior};
 pub use load_difference::{LoadDifference, LoadDifferenceBlocks, MeasuredDifference};
 pub use load_distance::LoadDistance;
 pub use modelled::{ModelledResidual, ModelledScene};

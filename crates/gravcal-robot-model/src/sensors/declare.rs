@@ -7,7 +7,7 @@ use super::model::{Declared, ParameterSpec, SensorModel, Side, Site};
 use super::options::{Options, RefusedOption};
 use super::term::{Moment, Partials, Reads, SensorTerm};
 use crate::parameter::{Parameter, Quantity};
-use crate::session::{Knowledge, KnowledgeKind};
+use crate::session::{ParameterPrior, PriorKind};
 
 /// A term of one joint's sensor, with the places of its parameters.
 #[derive(Clone, Debug)]
@@ -70,7 +70,7 @@ pub(crate) fn declared_parameter(owner: &str, spec: ParameterSpec, linear: bool)
         quantity: name,
         unit,
         convention,
-        knowledge: Knowledge { nominal, kind: KnowledgeKind::Start },
+        prior: ParameterPrior { nominal, kind: PriorKind::Flat },
         fixed: None,
         limit,
         cure,

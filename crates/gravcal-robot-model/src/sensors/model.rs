@@ -10,7 +10,7 @@ use gravcal_recording::{FurtherColumn, TorqueUnit};
 use super::options::{Options, RefusedOption};
 use super::term::SensorTerm;
 use crate::parameter::{Limit, Quantity};
-use crate::session::{JointKnowledge, units};
+use crate::session::{JointPriors, units};
 
 /// A model of a joint's torque or position sensor, beyond the affine one that every sensor has.
 ///
@@ -140,16 +140,16 @@ pub struct Site<'a> {
 
 impl<'a> Site<'a> {
     /// The sensors of a joint of which this is known.
-    pub fn new(joint: usize, names: &'a [&'a str], kinds: &'a [JointKind], knowledge: &JointKnowledge) -> Site<'a> {
+    pub fn new(joint: usize, names: &'a [&'a str], kinds: &'a [JointKind], prior: &JointPriors) -> Site<'a> {
         Site {
             joint,
             names,
             kinds,
-            reads_torque: knowledge.torque_unit.is_some(),
-            torque_unit: knowledge.torque_unit.map_or("", TorqueUnit::name),
+            reads_torque: prior.torque_unit.is_some(),
+            torque_unit: prior.torque_unit.map_or("", TorqueUnit::name),
             further: &[],
-            torque_gain: knowledge.of(Quantity::TorqueGain).nominal,
-            position_gain: knowledge.of(Quantity::PositionGain).nominal,
+            torque_gain: prior.of(Quantity::TorqueGain).nominal,
+            position_gain: prior.of(Quantity::PositionGain).nominal,
         }
     }
 

@@ -7,12 +7,12 @@ use toml::{Table, Value};
 use super::declare::declare_terms;
 use super::{Options, SensorModel, SensorTerms, Side, Site};
 use crate::registry::Registry;
-use crate::session::{JointKnowledge, Knowledge, KnowledgeKind};
+use crate::session::{JointPriors, ParameterPrior, PriorKind};
 
 /// What is known of a sensor beforehand: next to nothing.
-pub fn joint_knowledge() -> JointKnowledge {
-    let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
-    JointKnowledge {
+pub fn joint_priors() -> JointPriors {
+    let start = |nominal| ParameterPrior { nominal, kind: PriorKind::Flat };
+    JointPriors {
         torque_unit: Some(TorqueUnit::Count),
         torque_sign_declared: false,
         position_unit: PositionUnit::Radian,
@@ -51,10 +51,10 @@ fn terms_of(ripple: &str, has: impl Fn(&dyn SensorModel) -> bool) -> SensorTerms
     let registry = Registry::standard();
     let options = Options::default().with("reference_degC", 25).with("orders", vec![1, 3]);
     let kinds = [JointKind::Revolute, JointKind::Prismatic, JointKind::Revolute];
-    let knowledge = joint_knowledge();
+    let prior = joint_priors();
     let mut terms = SensorTerms::default();
     for joint in 0..3 {
-        let site = Site::new(joint, &["joint1", "joint2", "joint3"], &kinds, &knowledge);
+        let site = Site::new(joint, &["joint1", "joint2", "joint3"], &kinds, &prior);
         for model in registry.sensor_models().filter(|model| !model.is_repeatable() && has(*model)) {
             if kinds[joint] == JointKind::Revolute || model.side() == Side::Torque {
                 terms.extend(declare_terms(model, &site, &options).unwrap().into_iter().map(|(term, _)| term));

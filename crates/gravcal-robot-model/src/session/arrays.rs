@@ -5,8 +5,8 @@ use gravcal_recording::{Conditions, PositionUnit, Reading, TorqueUnit};
 use thiserror::Error;
 
 use super::contents::Session;
-use super::knowledge::{Knowledge, KnowledgeKind};
-use super::known::{GravityKnowledge, JointKnowledge};
+use super::known::{GravityPrior, JointPriors};
+use super::parameter_prior::{ParameterPrior, PriorKind};
 use super::pose::{Pose, PoseTable};
 use crate::robot::{NominalSensors, Robot};
 
@@ -79,9 +79,9 @@ pub enum PoseArraysError {
     },
 }
 
-impl JointKnowledge {
+impl JointPriors {
     /// What a robot's nominal sensors say of one joint, as a start only: gain 1 and bias or offset 0 where they say nothing.
-    pub fn nominal(sensors: &NominalSensors, kind: JointKind) -> JointKnowledge {
+    pub fn nominal(sensors: &NominalSensors, kind: JointKind) -> JointPriors {
         let (position_unit, torque_unit) = match kind {
             JointKind::Revolute => (PositionUnit::Radian, TorqueUnit::NewtonMeter),
             JointKind::Prismatic => (PositionUnit::Meter, TorqueUnit::Newton),
@@ -91,8 +91,8 @@ impl JointKnowledge {
         let position = sensors
             .position
             .map_or((position_unit, [1.0, 0.0]), |position| (position.unit, [position.gain, position.offset]));
-        let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
-        JointKnowledge {
+        let start = |nominal| ParameterPrior { nominal, kind: PriorKind::Flat };
+        JointPriors {
             torque_unit: Some(torque.0),
             torque_sign_declared: false,
             position_unit: position.0,
@@ -103,9 +103,9 @@ impl JointKnowledge {
 
 impl Session {
     /// A session without poses, of a robot whose joints all have a torque sensor and nominal sensors as the robot says.
-    pub fn of_robot(robot: Robot, gravity: GravityKnowledge) -> Session {
+    pub fn of_robot(robot: Robot, gravity: GravityPrior) -> Session {
         let joints = robot.chain.joints().iter().zip(&robot.sensors);
-        let joints = joints.map(|(joint, sensors)| JointKnowledge::nominal(sensors, joint.kind)).collect();
+        let joints = joints.map(|(joint, sensors)| JointPriors::nominal(sensors, joint.kind)).collect();
         Session::new(robot, gravity, joints)
     }
 
@@ -195,7 +195,7 @@ mod tests {
         };
         let chain = chain_from_dh("base", DhConvention::Standard, &[row(1), row(2), row(3)]).unwrap();
         let robot = Robot { name: "arm".into(), chain, sensors: vec![Default::default(); 3] };
-        Session::of_robot(robot, GravityKnowledge { magnitude: 9.8, magnitude_std: None, hemisphere: None })
+        Session::of_robot(robot, GravityPrior { magnitude: 9.8, magnitude_std: None, hemisphere: None })
     }
 
     fn arrays<'a>(positions: &'a [f64], torques: &'a [f64]) -> PoseArrays<'a> {

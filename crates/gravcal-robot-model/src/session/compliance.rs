@@ -5,7 +5,7 @@ use std::ops::Range;
 use gravcal_dynamics::{Joint, JointKind};
 
 use super::contents::Session;
-use super::knowledge::{Knowledge, KnowledgeKind};
+use super::parameter_prior::{ParameterPrior, PriorKind};
 use super::parameters::GIVEN;
 use crate::parameter::{Limit, Parameter};
 
@@ -27,9 +27,9 @@ fn compliance(joint: &Joint, std: f64) -> Parameter {
         convention:
             "coordinate = position_gain * reading + position_offset + compliance * torque, of a joint that stands"
                 .into(),
-        knowledge: Knowledge {
+        prior: ParameterPrior {
             nominal: 0.0,
-            kind: if stiff { KnowledgeKind::Fixed } else { KnowledgeKind::Prior { std } },
+            kind: if stiff { PriorKind::Fixed } else { PriorKind::Gaussian { std } },
         },
         fixed: stiff.then_some(GIVEN),
         limit: Limit::Absolute(if stiff { 1.0 } else { OBSERVABLE * std }),

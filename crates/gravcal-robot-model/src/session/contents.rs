@@ -8,7 +8,7 @@ use gravcal_recording::PoseMapping;
 use super::choices::{Ask, Constraints, Deflection, UncertaintyChoice, UnexplainedError};
 use super::earlier::EarlierCalibration;
 use super::instrument::Instrument;
-use super::known::{GravityKnowledge, InertiaKnowledge, JointKnowledge, Load, LoadDistance};
+use super::known::{GravityPrior, InertiaPrior, JointPriors, Load, LoadDistance};
 use super::pose::{Pose, PoseTable};
 use super::searched::Searched;
 use super::solver::SolverChoice;
@@ -23,15 +23,15 @@ pub struct Session {
     /// The robot.
     pub robot: Robot,
     /// What is known of gravity.
-    pub gravity: GravityKnowledge,
+    pub gravity: GravityPrior,
     /// What is known of the links' masses and moments.
-    pub inertia: InertiaKnowledge,
+    pub inertia: InertiaPrior,
     /// Known loads, each at one placement.
     pub loads: Vec<Load>,
     /// Known distances between placements.
     pub load_distances: Vec<LoadDistance>,
     /// One for each joint of the chain.
-    pub joints: Vec<JointKnowledge>,
+    pub joints: Vec<JointPriors>,
     /// What else reads gravity.
     pub instruments: Vec<Instrument>,
     /// What sensors do beyond their affine models.
@@ -90,11 +90,11 @@ pub struct Session {
 
 impl Session {
     /// A session without loads and poses, that asks for everything and chooses nothing; `joints`: one for each of the chain.
-    pub fn new(robot: Robot, gravity: GravityKnowledge, joints: Vec<JointKnowledge>) -> Session {
+    pub fn new(robot: Robot, gravity: GravityPrior, joints: Vec<JointPriors>) -> Session {
         Session {
             robot,
             gravity,
-            inertia: InertiaKnowledge::Unknown,
+            inertia: InertiaPrior::Unknown,
             loads: Vec::new(),
             load_distances: Vec::new(),
             saturated: vec![0; joints.len()],

@@ -2,12 +2,12 @@
 
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
-use super::knowledge::Knowledge;
+use super::parameter_prior::ParameterPrior;
 use crate::parameter::Quantity;
 
 /// What is known of gravity beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct GravityKnowledge {
+pub struct GravityPrior {
     /// ‖g‖, m/s².
     pub magnitude: f64,
     /// Standard deviation of the magnitude, m/s²; `None` where it is taken as exact (gravity on the sphere).
@@ -16,7 +16,7 @@ pub struct GravityKnowledge {
     pub hemisphere: Option<[f64; 3]>,
 }
 
-impl GravityKnowledge {
+impl GravityPrior {
     /// Gravity as it is assumed before anything is estimated: along the declared direction, or that of an upright base.
     pub fn assumed(&self) -> [f64; 3] {
         self.hemisphere.unwrap_or([0.0, 0.0, -1.0]).map(|component| self.magnitude * component)
@@ -25,7 +25,7 @@ impl GravityKnowledge {
 
 /// What is known of the links' masses and first moments.
 #[derive(Clone, Debug, PartialEq)]
-pub enum InertiaKnowledge {
+pub enum InertiaPrior {
     /// Nothing: the robot's values are only a start.
     Unknown,
     /// The robot's values of some links, as a prior.
@@ -74,7 +74,7 @@ pub struct LoadDistance {
 
 /// What is known of one joint's sensors beforehand.
 #[derive(Clone, Debug, PartialEq)]
-pub struct JointKnowledge {
+pub struct JointPriors {
     /// Unit of the torque reading; `None` where the joint has no torque sensor.
     pub torque_unit: Option<TorqueUnit>,
     /// Whether the session says which way the torque sensor reads; where not, it is looked for.
@@ -82,12 +82,12 @@ pub struct JointKnowledge {
     /// Unit of the position reading.
     pub position_unit: PositionUnit,
     /// Knowledge of each parameter, in the order of [`Quantity::ALL`].
-    pub parameters: [Knowledge; 4],
+    pub parameters: [ParameterPrior; 4],
 }
 
-impl JointKnowledge {
+impl JointPriors {
     /// What is known of one parameter of the joint.
-    pub fn of(&self, quantity: Quantity) -> Knowledge {
+    pub fn of(&self, quantity: Quantity) -> ParameterPrior {
         self.parameters[quantity as usize]
     }
 }

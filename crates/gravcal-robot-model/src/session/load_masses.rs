@@ -4,8 +4,8 @@
 //! and standard deviation are one body, weighed once and hung at several places, and share one mass.
 
 use super::contents::Session;
-use super::knowledge::{Knowledge, KnowledgeKind};
 use super::known::Load;
+use super::parameter_prior::{ParameterPrior, PriorKind};
 use super::parameters::GAIN_LIMIT;
 use crate::parameter::{Limit, Parameter, ParameterId};
 
@@ -16,7 +16,7 @@ fn load_mass_parameter(load: &Load, std: f64, same_as: Option<usize>) -> Paramet
         quantity: "mass".into(),
         unit: "kg".into(),
         convention: "mass of the load".into(),
-        knowledge: Knowledge { nominal: load.mass, kind: KnowledgeKind::Prior { std } },
+        prior: ParameterPrior { nominal: load.mass, kind: PriorKind::Gaussian { std } },
         fixed: None,
         limit: Limit::ShareOfNominal(GAIN_LIMIT),
         cure: "weigh the load on a better scale".into(),
@@ -60,8 +60,8 @@ impl Session {
 
     /// How well a load's mass is known, as a share of it; zero where it is exact.
     pub fn relative_mass_std(&self, load: usize) -> f64 {
-        match self.load_mass(load).map(|id| self.knowledge(id)) {
-            Some(Knowledge { nominal, kind: KnowledgeKind::Prior { std } }) => std / nominal,
+        match self.load_mass(load).map(|id| self.prior(id)) {
+            Some(ParameterPrior { nominal, kind: PriorKind::Gaussian { std } }) => std / nominal,
             _ => 0.0,
         }
     }

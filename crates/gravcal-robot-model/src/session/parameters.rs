@@ -3,8 +3,8 @@
 use gravcal_dynamics::JointKind;
 
 use super::contents::Session;
-use super::knowledge::{Knowledge, KnowledgeKind};
-use super::known::{InertiaKnowledge, JointKnowledge, Load};
+use super::known::{InertiaPrior, JointPriors, Load};
+use super::parameter_prior::{ParameterPrior, PriorKind};
 use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
 
 /// Standard deviation, relative to a gain, beyond which a number would mislead; of an angle, rad; of a displacement, m.
@@ -48,7 +48,7 @@ impl Session {
             quantity: quantity.as_str().to_owned(),
             unit: self.parameter_unit(joint, quantity),
             convention: quantity.convention().into(),
-            knowledge: self.joints[joint].of(quantity),
+            prior: self.joints[joint].of(quantity),
             fixed: self.fixed_reason(joint, quantity),
             limit: self.sensor_limit(joint, quantity),
             cure: MOVE_MORE.into(),
@@ -69,10 +69,10 @@ impl Session {
     }
 
     /// What is known of a parameter.
-    pub fn knowledge(&self, id: ParameterId) -> Knowledge {
+    pub fn prior(&self, id: ParameterId) -> ParameterPrior {
         match id {
             ParameterId::Sensor(joint, quantity) => self.joints[joint].of(quantity),
-            ParameterId::Further(index) => self.further[index].knowledge,
+            ParameterId::Further(index) => self.further[index].prior,
         }
     }
 
@@ -93,16 +93,16 @@ impl Session {
     }
 
     /// What is known of a parameter, to be changed.
-    pub fn knowledge_mut(&mut self, id: ParameterId) -> &mut Knowledge {
+    pub fn prior_mut(&mut self, id: ParameterId) -> &mut ParameterPrior {
         match id {
             ParameterId::Sensor(joint, quantity) => &mut self.joints[joint].parameters[quantity as usize],
-            ParameterId::Further(index) => &mut self.further[index].knowledge,
+            ParameterId::Further(index) => &mut self.further[index].prior,
         }
     }
 
     /// Where the estimation of a parameter starts.
     pub fn nominal(&self, id: ParameterId) -> f64 {
-        self.knowledge(id).nominal
+        self.prior(id).nominal
     }
 
     /// Standard deviation beyond which a parameter's number would mislead. `spreads`: largest less smallest torque
@@ -144,8 +144,8 @@ impl Session {
     }
 
     fn lever_of_term(&self, index: usize) -> f64 {
-        let values: Vec<f64> = self.further.iter().map(|parameter| parameter.knowledge.nominal).collect();
-        let sensor = |joint: &JointKnowledge| {
+        let values: Vec<f64> = self.further.iter().map(|parameter| parameter.prior.nominal).collect();
+        let sensor = |joint: &JointPriors| {
             [Quantity::PositionGain, Quantity::PositionOffset].map(|quantity| joint.of(quantity).nominal)
         };
         let position: Vec<[f64; 2]> = self.joints.iter().map(sensor).collect();
@@ -154,25 +154,25 @@ impl Session {
 
     /// Unit of a joint's sensor parameter inside the program.
     pub fn parameter_unit(&self, joint: usize, quantity: Quantity) -> String {
-        let knowledge = &self.joints[joint];
+        let prior = &self.joints[joint];
         let prismatic = self.robot.chain.joints()[joint].kind == JointKind::Prismatic;
         let coordinate = if prismatic { "m" } else { "rad" };
         let effort = if prismatic { "N" } else { "(N·m)" };
-        let reading = knowledge.torque_unit.map_or_else(|| "1".to_owned(), |unit| unit.to_string());
+        let reading = prior.torque_unit.map_or_else(|| "1".to_owned(), |unit| unit.to_string());
         match quantity {
             Quantity::TorqueGain => format!("{reading}/{effort}"),
             Quantity::TorqueBias => reading,
-            Quantity::PositionGain => format!("{coordinate}/{}", knowledge.position_unit.si()),
+            Quantity::PositionGain => format!("{coordinate}/{}", prior.position_unit.si()),
             Quantity::PositionOffset => coordinate.to_owned(),
         }
     }
 
     /// Why a joint's sensor parameter is fixed and not estimated, if it is.
     pub fn fixed_reason(&self, joint: usize, quantity: Quantity) -> Option<&'static str> {
-        let knowledge = self.joints[joint].of(quantity);
+        let prior = self.joints[joint].of(quantity);
         let chain = &self.robot.chain;
         match quantity {
-            _ if knowledge.kind == KnowledgeKind::Fixed => Some(GIVEN),
+            _ if prior.kind == PriorKind::Fixed => Some(GIVEN),
             Quantity::TorqueGain | Quantity::TorqueBias if self.joints[joint].torque_unit.is_none() => {
                 Some(NO_TORQUE_SENSOR)
             }
@@ -211,7 +211,7 @@ impl Session {
     /// Whether something known in the frame of a last link fixes that frame, or that of another one that the same joint moves:
     /// a load's placement, an instrument's mounting, the link's masses, what a residual observes of it, or the joint's offset itself.
     fn last_frame_is_fixed(&self, joint: usize) -> bool {
-        let prior = matches!(self.joints[joint].of(Quantity::PositionOffset).kind, KnowledgeKind::Prior { .. });
+        let prior = matches!(self.joints[joint].of(Quantity::PositionOffset).kind, PriorKind::Gaussian { .. });
         let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[joint].name);
         let earlier = self.earlier.as_ref().is_some_and(|earlier| earlier.knows(&name));
         let observed = self.residuals.iter().any(|residual| residual.sees.joints().contains(&joint));
@@ -222,13 +222,13 @@ impl Session {
         let known = |load: &&Load| load.link == link && load.position.is_some();
         let placed = match self.inertia {
             // Without lengths only the difference of two placements of one mass has a direction in the link.
-            InertiaKnowledge::Sweep => self.loads.iter().enumerate().any(|(i, load)| {
+            InertiaPrior::Sweep => self.loads.iter().enumerate().any(|(i, load)| {
                 let same = |other: &Load| other.mass == load.mass;
                 known(&load) && self.loads[..i].iter().filter(known).any(same)
             }),
             _ => self.loads.iter().any(|load| known(&load)),
         };
-        let model = matches!(&self.inertia, InertiaKnowledge::Model { relative_std } if relative_std[link].is_some());
+        let model = matches!(&self.inertia, InertiaPrior::Model { relative_std } if relative_std[link].is_some());
         placed || model || self.instruments.iter().any(|instrument| instrument.link == link)
     }
 }

@@ -10,7 +10,7 @@
 use gravcal_dynamics::{Joint, JointKind};
 
 use super::contents::Session;
-use super::knowledge::{Knowledge, KnowledgeKind};
+use super::parameter_prior::{ParameterPrior, PriorKind};
 use super::parameters::GIVEN;
 use super::pose::Pose;
 use crate::parameter::{Limit, Parameter, ParameterId, Quantity};
@@ -24,14 +24,14 @@ pub fn rotor_inertia_unit(kind: JointKind) -> &'static str {
 }
 
 /// The rotor inertia of the joint of this index, of which so much is known (kg·m², kg where it slides).
-pub fn rotor_inertia_parameter(index: usize, joint: &Joint, knowledge: Knowledge) -> Parameter {
+pub fn rotor_inertia_parameter(index: usize, joint: &Joint, prior: ParameterPrior) -> Parameter {
     Parameter {
         owner: joint.name.clone(),
         quantity: "rotor_inertia".into(),
         unit: rotor_inertia_unit(joint.kind).into(),
         convention: "reading = torque_gain * (torque + rotor_inertia * acceleration) + torque_bias".into(),
-        knowledge,
-        fixed: (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN),
+        prior,
+        fixed: (prior.kind == PriorKind::Fixed).then_some(GIVEN),
         limit: Limit::HalfSpread { channel: index },
         cure: "move the joint with other accelerations while the joints before it move, too; a first joint's cannot be told from its link's \
                inertia: state it"
@@ -43,10 +43,10 @@ pub fn rotor_inertia_parameter(index: usize, joint: &Joint, knowledge: Knowledge
 
 impl Session {
     /// Says what is known of the rotor inertia of one joint, kg·m² (kg where it slides), behind all further parameters.
-    pub fn set_rotor_inertia(&mut self, joint: usize, knowledge: Knowledge) {
+    pub fn set_rotor_inertia(&mut self, joint: usize, prior: ParameterPrior) {
         self.rotors.resize(self.joints.len(), None);
         self.rotors[joint] = Some(self.further.len());
-        self.further.push(rotor_inertia_parameter(joint, &self.robot.chain.joints()[joint], knowledge));
+        self.further.push(rotor_inertia_parameter(joint, &self.robot.chain.joints()[joint], prior));
     }
 
     /// The joint whose rotor inertia a further parameter is.

@@ -1,7 +1,7 @@
 //! `[ask]`: changes to what is asked for.
 
 use gravcal_robot_model::parameter::{Parameter, Quantity};
-use gravcal_robot_model::session::{Ask, JointKnowledge};
+use gravcal_robot_model::session::{Ask, JointPriors};
 use serde::Deserialize;
 
 use super::context::Context;
@@ -28,7 +28,7 @@ pub(super) struct AskTable {
 /// What `[ask]` comes to.
 pub(super) fn resolve(
     context: &Context<'_>,
-    joints: &[JointKnowledge],
+    joints: &[JointPriors],
     further: &[Parameter],
     table: &AskTable,
 ) -> Result<Ask, FileError> {
@@ -45,7 +45,7 @@ pub(super) fn resolve(
 
 fn check_added(
     context: &Context<'_>,
-    joints: &[JointKnowledge],
+    joints: &[JointPriors],
     further: &[Parameter],
     field: &Field,
     name: &str,

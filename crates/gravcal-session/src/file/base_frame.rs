@@ -14,11 +14,11 @@
 use gravcal_recording::Reading;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::robot::Robot;
-use gravcal_robot_model::session::{Instrument, JointKnowledge, Pose};
+use gravcal_robot_model::session::{Instrument, JointPriors, Pose};
 use nalgebra::Matrix3;
 
 /// Turns the readings of a wrist sensor in all poses.
-pub(super) fn turn_back(robot: &Robot, joints: &[JointKnowledge], instrument: &Instrument, poses: &mut [Pose]) {
+pub(super) fn turn_back(robot: &Robot, joints: &[JointPriors], instrument: &Instrument, poses: &mut [Pose]) {
     for pose in poses {
         let rotation = sensor_in_base(robot, joints, instrument, pose);
         let (triples, _) = pose.instruments[instrument.readings()].as_chunks_mut::<3>();
@@ -27,9 +27,9 @@ pub(super) fn turn_back(robot: &Robot, joints: &[JointKnowledge], instrument: &I
 }
 
 /// `R_s` in one pose.
-fn sensor_in_base(robot: &Robot, joints: &[JointKnowledge], instrument: &Instrument, pose: &Pose) -> Matrix3<f64> {
-    let nominal = |joint: &JointKnowledge, quantity| joint.of(quantity).nominal;
-    let coordinate = |(joint, reading): (&JointKnowledge, &f64)| {
+fn sensor_in_base(robot: &Robot, joints: &[JointPriors], instrument: &Instrument, pose: &Pose) -> Matrix3<f64> {
+    let nominal = |joint: &JointPriors, quantity| joint.of(quantity).nominal;
+    let coordinate = |(joint, reading): (&JointPriors, &f64)| {
         nominal(joint, Quantity::PositionGain) * reading + nominal(joint, Quantity::PositionOffset)
     };
     let coordinates: Vec<f64> = joints.iter().zip(&pose.position).map(coordinate).collect();
@@ -65,7 +65,7 @@ mod tests {
         assert_eq!((wrist.kind, wrist.first_reading), (InstrumentKind::ForceTorque, 0));
         let mut poses = session.poses.clone();
         for pose in &mut poses {
-            let coordinate = |(joint, reading): (&JointKnowledge, &f64)| {
+            let coordinate = |(joint, reading): (&JointPriors, &f64)| {
                 joint.of(Quantity::PositionGain).nominal * reading + joint.of(Quantity::PositionOffset).nominal
             };
             let coordinates: Vec<f64> = session.joints.iter().zip(&pose.position).map(coordinate).collect();

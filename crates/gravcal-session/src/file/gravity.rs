@@ -1,6 +1,6 @@
 //! `[gravity]`: how strong, and roughly where to.
 
-use gravcal_robot_model::session::GravityKnowledge;
+use gravcal_robot_model::session::GravityPrior;
 use serde::Deserialize;
 
 use super::normal_gravity::normal_gravity;
@@ -36,11 +36,11 @@ pub(super) struct GravityTable {
 }
 
 /// What `[gravity]` comes to.
-pub(super) fn resolve(document: &Document, table: &GravityTable) -> Result<GravityKnowledge, FileError> {
+pub(super) fn resolve(document: &Document, table: &GravityTable) -> Result<GravityPrior, FileError> {
     let magnitude_std = table.magnitude_std_m_per_s2.map(|std| {
         document.positive(&gravity("magnitude_std_m_per_s2"), std, "a standard deviation", "m/s² (or leave it out)")
     });
-    Ok(GravityKnowledge {
+    Ok(GravityPrior {
         magnitude: magnitude(document, table)?,
         magnitude_std: magnitude_std.transpose()?,
         hemisphere: table.hemisphere.map(|written| direction(document, written)).transpose()?,

@@ -1,6 +1,6 @@
 //! `[inertia]`: what is known of the links' masses and moments.
 
-use gravcal_robot_model::session::{InertiaKnowledge, InstrumentKind, Session};
+use gravcal_robot_model::session::{InertiaPrior, InstrumentKind, Session};
 use gravcal_robot_model::sweeps::find_sweeps;
 use serde::Deserialize;
 
@@ -51,13 +51,13 @@ enum Links {
 }
 
 /// What `[inertia]` comes to.
-pub(super) fn resolve(context: &Context<'_>, table: &InertiaTable) -> Result<InertiaKnowledge, FileError> {
+pub(super) fn resolve(context: &Context<'_>, table: &InertiaTable) -> Result<InertiaPrior, FileError> {
     let relative = Field::new("inertia").key("relative_std");
     if table.description == Description::Sweep {
         return by_sweep(context, table);
     }
     match (table.links, &table.relative_std) {
-        (Links::Unknown, None) => Ok(InertiaKnowledge::Unknown),
+        (Links::Unknown, None) => Ok(InertiaPrior::Unknown),
         (Links::Unknown, Some(_)) => Err(context
             .document
             .error(&relative, "of unknown links nothing is known: write links = \"model\", or leave it out")),
@@ -71,15 +71,15 @@ pub(super) fn resolve(context: &Context<'_>, table: &InertiaTable) -> Result<Ine
             let what = ("a relative standard deviation", "no unit, such as 0.1");
             let relative_std = context.document.positive_by_name(&relative, std, links, what)?;
             check_known(context, &relative_std)?;
-            Ok(InertiaKnowledge::Model { relative_std })
+            Ok(InertiaPrior::Model { relative_std })
         }
     }
 }
 
-fn by_sweep(context: &Context<'_>, table: &InertiaTable) -> Result<InertiaKnowledge, FileError> {
+fn by_sweep(context: &Context<'_>, table: &InertiaTable) -> Result<InertiaPrior, FileError> {
     let written = [("links", table.links == Links::Model), ("relative_std", table.relative_std.is_some())];
     match written.iter().find(|(_, written)| *written) {
-        None => Ok(InertiaKnowledge::Sweep),
+        None => Ok(InertiaPrior::Sweep),
         Some((key, _)) => {
             let message = "the moments of a sweep are of no single link, so the robot's masses say nothing of them: leave \
                            this out, or write description = \"link\"";
@@ -90,7 +90,7 @@ fn by_sweep(context: &Context<'_>, table: &InertiaTable) -> Result<InertiaKnowle
 
 /// Whether the moments of sweeps can serve this session.
 pub(super) fn check_sweeps(document: &Document, session: &Session) -> Result<(), FileError> {
-    if session.inertia != InertiaKnowledge::Sweep {
+    if session.inertia != InertiaPrior::Sweep {
         return Ok(());
     }
     let description = Field::new("inertia").key("description");

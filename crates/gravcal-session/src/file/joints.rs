@@ -16,11 +16,11 @@ use gravcal_recording::{PoseMapping, PositionUnit, TorqueUnit};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::robot::{NominalPositionSensor, NominalTorqueSensor};
 use gravcal_robot_model::session::units::UnitError;
-use gravcal_robot_model::session::{JointKnowledge, Knowledge, units};
+use gravcal_robot_model::session::{JointPriors, ParameterPrior, units};
 use serde::Deserialize;
 
 use super::context::Context;
-use super::knowledge::{KnowledgeTable, scaled, start};
+use super::parameter_prior::{ParameterPriorTable, scaled, start};
 use super::rotors::RotorInertia;
 use crate::document::{Field, FileError};
 use crate::sensor_models::ModelTable;
@@ -47,27 +47,27 @@ pub(super) struct JointTable {
     ///
     /// Default: the robot's.
     /// Example: `torque_gain = { nominal = 6.69, unit = "count/(N·m)" }`
-    torque_gain: Option<KnowledgeTable>,
+    torque_gain: Option<ParameterPriorTable>,
     /// What is known of the torque bias.
     ///
     /// Default: the robot's.
     /// Example: `torque_bias = { nominal = 2048, unit = "count" }`
-    torque_bias: Option<KnowledgeTable>,
+    torque_bias: Option<ParameterPriorTable>,
     /// What is known of the position gain.
     ///
     /// Default: the robot's.
     /// Example: `position_gain = { fixed = 1, unit = "deg/deg" }`
-    position_gain: Option<KnowledgeTable>,
+    position_gain: Option<ParameterPriorTable>,
     /// What is known of the position offset.
     ///
     /// Default: the robot's.
     /// Example: `position_offset = { nominal = 135, std = 2, unit = "deg" }`
-    position_offset: Option<KnowledgeTable>,
+    position_offset: Option<ParameterPriorTable>,
     /// What the sensors do beyond gain and bias: see [Sensor models](sensor-models.md).
     ///
     /// Default: nothing.
     /// Example: `sensor_models = [{ kind = "coulomb-friction" }]`
-    sensor_models: Option<Vec<ModelTable<KnowledgeTable>>>,
+    sensor_models: Option<Vec<ModelTable<ParameterPriorTable>>>,
     /// In motion, what the joint's motor turns before its gear, felt at the joint: `reading = torque_gain * (torque + rotor_inertia *
     /// acceleration) + ...`. For torques that a motor's current tells; a sensor behind the gear does not feel it. `"unknown"`, or a table
     /// with what is known of it, in `kg·m²` (`kg` where the joint slides).
@@ -101,7 +101,7 @@ impl<'a> Said<'a> {
     }
 
     /// What its sensors do beyond gain and bias; the field is that of the table which says it.
-    pub fn sensor_models(&self) -> Option<Entry<'a, Vec<ModelTable<KnowledgeTable>>>> {
+    pub fn sensor_models(&self) -> Option<Entry<'a, Vec<ModelTable<ParameterPriorTable>>>> {
         let own = self.own.and_then(|(_, own)| own.sensor_models.as_ref()).map(|value| (value, false));
         let of_all = self.of_all.and_then(|table| table.sensor_models.as_ref()).map(|value| (value, true));
         own.or(of_all).map(|(value, of_all)| Entry {
@@ -113,7 +113,7 @@ impl<'a> Said<'a> {
     }
 
     /// What is said of a parameter.
-    pub fn of(&self, quantity: Quantity) -> Option<Entry<'a, KnowledgeTable>> {
+    pub fn of(&self, quantity: Quantity) -> Option<Entry<'a, ParameterPriorTable>> {
         self.entry(quantity.as_str(), |table| match quantity {
             Quantity::TorqueGain => table.torque_gain.as_ref(),
             Quantity::TorqueBias => table.torque_bias.as_ref(),
@@ -177,8 +177,8 @@ pub(super) fn resolve(
     context: &Context<'_>,
     mapping: &PoseMapping,
     said: &[Said<'_>],
-) -> Result<Vec<JointKnowledge>, FileError> {
-    said.iter().enumerate().map(|(joint, said)| Joint::new(context, mapping, joint, said).knowledge()).collect()
+) -> Result<Vec<JointPriors>, FileError> {
+    said.iter().enumerate().map(|(joint, said)| Joint::new(context, mapping, joint, said).prior()).collect()
 }
 
 /// One joint and all that is said of it.
@@ -208,13 +208,13 @@ impl<'a> Joint<'a> {
         }
     }
 
-    fn knowledge(&self) -> Result<JointKnowledge, FileError> {
+    fn prior(&self) -> Result<JointPriors, FileError> {
         let [torque_gain, torque_bias] = match self.torque_unit {
             Some(reading) => [self.torque_gain(reading)?, self.torque_bias(reading)?],
             None => self.no_torque_sensor()?,
         };
         let parameters = [torque_gain, torque_bias, self.position_gain()?, self.position_offset()?];
-        Ok(JointKnowledge {
+        Ok(JointPriors {
             torque_unit: self.torque_unit,
             torque_sign_declared: self.torque_sign().is_some(),
             position_unit: self.position_unit,
@@ -231,7 +231,7 @@ impl<'a> Joint<'a> {
     }
 
     /// What is said of a sensor that is not read would be passed over in silence; what is said of all joints is of those that have one.
-    fn no_torque_sensor(&self) -> Result<[Knowledge; 2], FileError> {
+    fn no_torque_sensor(&self) -> Result<[ParameterPrior; 2], FileError> {
         let own = |field: Field, of_all: bool| (!of_all).then_some(field);
         let gain = self.said.of(Quantity::TorqueGain).and_then(|entry| own(entry.field, entry.of_all));
         let bias = || self.said.of(Quantity::TorqueBias).and_then(|entry| own(entry.field, entry.of_all));
@@ -246,7 +246,7 @@ impl<'a> Joint<'a> {
         }
     }
 
-    fn torque_gain(&self, reading: TorqueUnit) -> Result<Knowledge, FileError> {
+    fn torque_gain(&self, reading: TorqueUnit) -> Result<ParameterPrior, FileError> {
         let sign = factor(self.torque_sign().map(|entry| *entry.value));
         if let Some(entry) = self.said.of(Quantity::TorqueGain) {
             let Entry { value: table, field, .. } = &entry;
@@ -269,17 +269,17 @@ impl<'a> Joint<'a> {
         }
     }
 
-    fn torque_bias(&self, reading: TorqueUnit) -> Result<Knowledge, FileError> {
+    fn torque_bias(&self, reading: TorqueUnit) -> Result<ParameterPrior, FileError> {
         if let Some(entry) = self.said.of(Quantity::TorqueBias) {
             let Entry { value: table, field, .. } = &entry;
             let unit = self.fitting(&entry, units::torque_reading(table.unit()))?;
             self.check_reading(&entry, unit, reading)?;
-            return table.knowledge(self.context.document, field);
+            return table.prior(self.context.document, field);
         }
         Ok(start(self.nominal_torque_in(reading)?.map_or(0.0, |nominal| nominal.bias)))
     }
 
-    fn position_gain(&self) -> Result<Knowledge, FileError> {
+    fn position_gain(&self) -> Result<ParameterPrior, FileError> {
         let sign = factor(self.position_sign().map(|entry| *entry.value));
         let reading = self.position_unit.si();
         if let Some(entry) = self.said.of(Quantity::PositionGain) {
@@ -301,23 +301,23 @@ impl<'a> Joint<'a> {
         }
     }
 
-    fn position_offset(&self) -> Result<Knowledge, FileError> {
+    fn position_offset(&self) -> Result<ParameterPrior, FileError> {
         if let Some(entry) = self.said.of(Quantity::PositionOffset) {
             let Entry { value: table, field, .. } = &entry;
             let unit = self.fitting(&entry, units::coordinate(table.unit(), self.kind))?;
-            let offset = table.knowledge(self.context.document, field)?;
+            let offset = table.prior(self.context.document, field)?;
             return Ok(scaled(offset, unit.to_si()));
         }
         // An offset does not depend on the reading's unit.
         Ok(start(self.nominal_position.map_or(0.0, |nominal| nominal.offset)))
     }
 
-    fn fitting<U>(&self, entry: &Entry<'_, KnowledgeTable>, unit: Result<U, UnitError>) -> Result<U, FileError> {
+    fn fitting<U>(&self, entry: &Entry<'_, ParameterPriorTable>, unit: Result<U, UnitError>) -> Result<U, FileError> {
         unit.map_err(|error| self.wrong_unit(entry, error))
     }
 
     /// What is said of all joints may not fit one of them: it is named.
-    fn wrong_unit(&self, entry: &Entry<'_, KnowledgeTable>, error: impl Display) -> FileError {
+    fn wrong_unit(&self, entry: &Entry<'_, ParameterPriorTable>, error: impl Display) -> FileError {
         let field = entry.field.key("unit");
         match entry.of_all {
             false => self.context.document.error(&field, error),
@@ -332,7 +332,7 @@ impl<'a> Joint<'a> {
     /// The unit that a parameter is written for must be that of the readings.
     fn check_reading<U: PartialEq + Display>(
         &self,
-        entry: &Entry<'_, KnowledgeTable>,
+        entry: &Entry<'_, ParameterPriorTable>,
         written: U,
         reading: U,
     ) -> Result<(), FileError> {

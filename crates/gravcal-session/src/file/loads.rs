@@ -4,7 +4,7 @@ use std::fmt;
 
 use gravcal_robot_model::parameter::Parameter;
 use gravcal_robot_model::session::load_masses::add_load_masses;
-use gravcal_robot_model::session::{InertiaKnowledge, Instrument, InstrumentKind, Load, LoadDistance, Session};
+use gravcal_robot_model::session::{InertiaPrior, Instrument, InstrumentKind, Load, LoadDistance, Session};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -239,7 +239,7 @@ fn distance(
 pub(super) fn check_unknown(document: &Document, session: &Session) -> Result<(), FileError> {
     let Some(index) = session.loads.iter().position(Load::is_unknown) else { return Ok(()) };
     let field = Field::new("load").at(index).key("mass_kg");
-    if session.inertia == InertiaKnowledge::Sweep {
+    if session.inertia == InertiaPrior::Sweep {
         let message = "a load of unknown mass is told from its link by the link's moments, and those of sweeps are of no single link: write \
                        [inertia] description = \"link\"";
         return Err(document.error(&field, message));

@@ -6,11 +6,11 @@ use gravcal_robot_model::Registry;
 use gravcal_robot_model::parameter::{Parameter, same_in};
 use gravcal_robot_model::sensors::{Need, SensorModel, SensorTerms, Side, Site};
 use gravcal_robot_model::session::parameters::GIVEN;
-use gravcal_robot_model::session::{JointKnowledge, KnowledgeKind};
+use gravcal_robot_model::session::{JointPriors, PriorKind};
 
 use super::context::Context;
 use super::joints::{Entry, Said};
-use super::knowledge::{KnowledgeTable, scaled};
+use super::parameter_prior::{ParameterPriorTable, scaled};
 use super::recordings::InMotion;
 use crate::document::FileError;
 use crate::sensor_models::{ModelContext, ParameterInFile, declare, to_unit_of};
@@ -21,7 +21,7 @@ pub(super) fn resolve(
     registry: &Registry,
     mapping: &PoseMapping,
     motion: &InMotion,
-    joints: &[JointKnowledge],
+    joints: &[JointPriors],
     said: &[Said<'_>],
 ) -> Result<(SensorTerms, Vec<Parameter>), FileError> {
     let kinds: Vec<JointKind> = context.robot.chain.joints().iter().map(|joint| joint.kind).collect();
@@ -40,7 +40,7 @@ pub(super) fn resolve(
             for parameter in found.parameters {
                 let owner = context.joint_names[joint];
                 let parameter = if parameter.parameter.owner == owner {
-                    with_knowledge(context, parameter)?
+                    with_prior(context, parameter)?
                 } else {
                     shared(context, &parameters, parameter)?
                 };
@@ -56,11 +56,11 @@ pub(super) fn resolve(
 fn shared(
     context: &Context<'_>,
     known: &[Parameter],
-    found: ParameterInFile<'_, KnowledgeTable>,
+    found: ParameterInFile<'_, ParameterPriorTable>,
 ) -> Result<Parameter, FileError> {
     let place = check_shared(context, known, &found)?;
     match place {
-        None => with_knowledge(context, found),
+        None => with_prior(context, found),
         Some(place) => Ok(Parameter { same_as: Some(place), ..known[place].clone() }),
     }
 }
@@ -69,7 +69,7 @@ fn shared(
 pub(super) fn check_shared(
     context: &Context<'_>,
     known: &[Parameter],
-    found: &ParameterInFile<'_, KnowledgeTable>,
+    found: &ParameterInFile<'_, ParameterPriorTable>,
 ) -> Result<Option<usize>, FileError> {
     let refuse = |message: String| Err(context.document.error(&found.field, message));
     let owner = found.parameter.owner.as_str();
@@ -96,14 +96,14 @@ fn knows(mapping: &PoseMapping, motion: &InMotion, need: Need) -> bool {
     }
 }
 
-pub(super) fn with_knowledge(
+pub(super) fn with_prior(
     context: &Context<'_>,
-    ParameterInFile { parameter, field, said }: ParameterInFile<'_, KnowledgeTable>,
+    ParameterInFile { parameter, field, said }: ParameterInFile<'_, ParameterPriorTable>,
 ) -> Result<Parameter, FileError> {
     let Some(table) = said else { return Ok(parameter) };
     let wrong = |message| context.document.error(&field.key("unit"), message);
     let factor = to_unit_of(&parameter.unit, table.unit()).map_err(wrong)?;
-    let knowledge = scaled(table.knowledge(context.document, &field)?, factor);
-    let fixed = (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN);
-    Ok(Parameter { knowledge, fixed, ..parameter })
+    let prior = scaled(table.prior(context.document, &field)?, factor);
+    let fixed = (prior.kind == PriorKind::Fixed).then_some(GIVEN);
+    Ok(Parameter { prior, fixed, ..parameter })
 }

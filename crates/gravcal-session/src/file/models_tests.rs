@@ -1,6 +1,6 @@
 //! Sensor models, and the conditions that they need, in sessions from files.
 
-use gravcal_robot_model::session::{KnowledgeKind, Session};
+use gravcal_robot_model::session::{PriorKind, Session};
 
 use super::tests::{assert_refused, changed, read};
 
@@ -41,10 +41,10 @@ fn what_is_known_of_a_parameter_is_read_with_its_unit() {
             format!("{{ kind = 'position-harmonics', orders = [1], parameters = {{ position_sine_1 = {said} }} }}");
         changed(ELBOW, &with_models(&models)).further[0].clone()
     };
-    let prior = known("{ nominal = 1, std = 0.5, unit = 'deg' }");
-    assert_eq!(prior.knowledge.nominal, 1f64.to_radians());
-    assert_eq!(prior.knowledge.kind, KnowledgeKind::Prior { std: 0.5f64.to_radians() });
-    assert_eq!((known("{ fixed = 0.01, unit = 'rad' }").fixed, prior.fixed), (Some("given as exact"), None));
+    let stated = known("{ nominal = 1, std = 0.5, unit = 'deg' }");
+    assert_eq!(stated.prior.nominal, 1f64.to_radians());
+    assert_eq!(stated.prior.kind, PriorKind::Gaussian { std: 0.5f64.to_radians() });
+    assert_eq!((known("{ fixed = 0.01, unit = 'rad' }").fixed, stated.fixed), (Some("given as exact"), None));
 }
 
 #[test]
@@ -144,7 +144,7 @@ fn a_formula_names_its_unknowns_and_what_is_known_of_them() {
                 parameters = { a = { nominal = 2, std = 1, unit = 'count' } } }";
     let session = changed(ELBOW, &with_models(said));
     assert_eq!(names(&session), ["elbow.a count", "elbow.n 1/rad"]);
-    let nominal: Vec<f64> = session.further.iter().map(|parameter| parameter.knowledge.nominal).collect();
+    let nominal: Vec<f64> = session.further.iter().map(|parameter| parameter.prior.nominal).collect();
     assert_eq!(nominal, [2.0, 6.0]);
     assert_eq!(session.further[0].convention, "reading = ... + a * sin(n * position[shoulder])");
 }
@@ -219,7 +219,7 @@ fn formulas_of_several_joints_share_an_unknown() {
     let session = shared(&known, SPRING).unwrap();
     assert_eq!(names(&session), ["compensator.spring count"; 2]);
     assert_eq!((session.further[0].same_as, session.further[1].same_as), (None, Some(0)));
-    assert_eq!(session.further[1].knowledge, session.further[0].knowledge);
+    assert_eq!(session.further[1].prior, session.further[0].prior);
     let told: Vec<String> = session.parameters().iter().map(|id| session.parameter_name(*id)).collect();
     assert_eq!((told.len(), told.last().unwrap().as_str()), (9, "compensator.spring"));
 

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use gravcal_recording::{Part, PoseMapping, Travel, WindowRule};
 use gravcal_robot_model::session::travel::travels;
-use gravcal_robot_model::session::{InertiaKnowledge, JointKnowledge, Pose, Session};
+use gravcal_robot_model::session::{InertiaPrior, JointPriors, Pose, Session};
 use serde::Deserialize;
 
 use super::context::Context;
@@ -51,7 +51,7 @@ pub(super) fn resolve(
     context: &Context<'_>,
     table: &MotionWindowsTable,
     mapping: &PoseMapping,
-    joints: &[JointKnowledge],
+    joints: &[JointPriors],
 ) -> Result<WindowRule, FileError> {
     refuse_said_twice(context, &field(), mapping)?;
     let positive = |key: &str, value: Option<f64>, what: &str, unit: &str| {
@@ -102,7 +102,7 @@ pub(super) fn check(context: &Context<'_>, session: &Session) -> Result<(), File
     let gives_way = !session.compliances().is_empty() || deflection.hold_std.is_some() || deflection.pose_std.is_some();
     let refused = [
         (
-            session.inertia == InertiaKnowledge::Sweep,
+            session.inertia == InertiaPrior::Sweep,
             "moments by sweep are those of a standing arm: delete description in [inertia]",
         ),
         (gives_way, "joints that give way are those of a standing arm: delete [deflection]"),

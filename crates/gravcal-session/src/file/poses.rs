@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use gravcal_dynamics::JointKind;
 use gravcal_recording::{Course, Memory, Part, PoseMapping, ReadError, StaticPose};
-use gravcal_robot_model::session::{InertiaKnowledge, Load, Pose, PoseTable, Searched};
+use gravcal_robot_model::session::{InertiaPrior, Load, Pose, PoseTable, Searched};
 use serde::Deserialize;
 
 use super::context::{Context, SessionError};
@@ -130,10 +130,10 @@ pub(super) fn tables(
 pub(super) fn check_validation(
     document: &Document,
     all: WrittenTables<'_>,
-    (loads, inertia): (&[Load], &InertiaKnowledge),
+    (loads, inertia): (&[Load], &InertiaPrior),
     tables: &[PoseTable],
 ) -> Result<(), FileError> {
-    if *inertia == InertiaKnowledge::Sweep && !all.validation.is_empty() {
+    if *inertia == InertiaPrior::Sweep && !all.validation.is_empty() {
         let message = "moments are described by sweep, and other sweeps have others, so nothing can be predicted: write \
                        description = \"link\" in [inertia], or delete this";
         return Err(document.error(&Field::new("validation").at(0), message));

@@ -6,7 +6,7 @@ use gravcal_recording::{
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::parameter::{Limit, Parameter};
 use gravcal_robot_model::session::{
-    EarlierCalibration, InertiaKnowledge, KnowledgeKind, KnownCombination, LAST_FRAME_CHOICE, Session,
+    EarlierCalibration, InertiaPrior, KnownCombination, LAST_FRAME_CHOICE, PriorKind, Session,
 };
 use serde::Deserialize;
 
@@ -74,8 +74,8 @@ pub(super) fn resolve(
     let mut session = session;
     for id in session.parameters() {
         let value = known.value(&session.parameter_name(id));
-        let own = session.knowledge_mut(id);
-        if let (KnowledgeKind::Start, Some(value)) = (own.kind, value) {
+        let own = session.prior_mut(id);
+        if let (PriorKind::Flat, Some(value)) = (own.kind, value) {
             own.nominal = value;
         }
     }
@@ -138,7 +138,7 @@ impl Section<'_> {
     /// Units, signs and what is held must agree, and nothing may be known twice.
     fn check_parameter(&self, earlier: &EarlierParameter) -> Result<(), FileError> {
         let Some(own) = self.find(&earlier.name) else { return Ok(()) };
-        let (name, unit, nominal) = (&earlier.name, &own.unit, own.knowledge.nominal);
+        let (name, unit, nominal) = (&earlier.name, &own.unit, own.prior.nominal);
         let refused = |message: String| Err(self.error("calibration", message));
         let was_read = earlier.value.is_some() || earlier.held.is_none();
         if was_read && earlier.unit != *unit {
@@ -165,12 +165,12 @@ impl Section<'_> {
     }
 
     fn check_estimated(&self, own: &Parameter, value: f64) -> Result<(), FileError> {
-        let (name, knowledge) = (own.name(), own.knowledge);
-        if matches!(own.limit, Limit::ShareOfNominal(_)) && value * knowledge.nominal < 0.0 {
+        let (name, prior) = (own.name(), own.prior);
+        if matches!(own.limit, Limit::ShareOfNominal(_)) && value * prior.nominal < 0.0 {
             let message = format!("{name} came out as {value:.4} there, but is declared with the other sign here");
             return Err(self.error("calibration", message));
         }
-        if let KnowledgeKind::Prior { .. } = knowledge.kind {
+        if let PriorKind::Gaussian { .. } = prior.kind {
             let message = format!(
                 "{name} is known from there and by a std of its own here; what was stated there as well would count twice: \
                  leave that std away"
@@ -202,7 +202,7 @@ impl Section<'_> {
 
     fn check_inertia(&self) -> Result<(), FileError> {
         match self.session.inertia {
-            InertiaKnowledge::Model { .. } if self.is_unchanged(Unchanged::Links) => Err(self.error(
+            InertiaPrior::Model { .. } if self.is_unchanged(Unchanged::Links) => Err(self.error(
                 "unchanged",
                 "the links are known from there and from the model (inertia.links) here; what was stated there as well \
                  would count twice: leave one of them out",

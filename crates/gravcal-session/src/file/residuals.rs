@@ -12,8 +12,8 @@ use serde::Deserialize;
 use toml::Table;
 
 use super::context::Context;
-use super::knowledge::KnowledgeTable;
-use super::models::{check_shared, with_knowledge};
+use super::models::{check_shared, with_prior};
+use super::parameter_prior::ParameterPriorTable;
 use crate::document::{Document, Field, FileError};
 use crate::sensor_models::{ParameterInFile, check_options};
 
@@ -41,7 +41,7 @@ pub(super) struct ResidualTable {
     /// Default: what the model says.
     /// Example: `parameters = { zero = { nominal = 0.3, std = 0.01, unit = "m" } }`
     #[serde(default)]
-    parameters: BTreeMap<String, KnowledgeTable>,
+    parameters: BTreeMap<String, ParameterPriorTable>,
     /// Everything else; which of it there may be is the model's.
     #[serde(flatten)]
     options: Table,
@@ -174,7 +174,7 @@ impl Section<'_> {
         if let (false, Some(place)) = (is_own, check_shared(self.context, further, &found)?) {
             return Ok(place);
         }
-        further.push(with_knowledge(self.context, found)?);
+        further.push(with_prior(self.context, found)?);
         Ok(further.len() - 1)
     }
 }

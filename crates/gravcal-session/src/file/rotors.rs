@@ -4,21 +4,21 @@ use std::fmt;
 
 use gravcal_robot_model::parameter::Parameter;
 use gravcal_robot_model::session::rotors::{rotor_inertia_parameter, rotor_inertia_unit};
-use gravcal_robot_model::session::{JointKnowledge, Knowledge, units};
+use gravcal_robot_model::session::{JointPriors, ParameterPrior, units};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
 use super::context::Context;
 use super::joints::{Entry, Said};
-use super::knowledge::{KnowledgeTable, start};
+use super::parameter_prior::{ParameterPriorTable, start};
 use crate::document::FileError;
 
 /// `"unknown"`, or what is known of it.
 #[derive(Debug)]
 pub(super) enum RotorInertia {
     Unknown,
-    Known(KnowledgeTable),
+    Known(ParameterPriorTable),
 }
 
 /// Read by hand and not by an untagged enum, whose errors neither say what was found nor where.
@@ -45,7 +45,7 @@ impl<'de> Visitor<'de> for RotorVisitor {
     }
 
     fn visit_map<A: MapAccess<'de>>(self, table: A) -> Result<RotorInertia, A::Error> {
-        KnowledgeTable::deserialize(MapAccessDeserializer::new(table)).map(RotorInertia::Known)
+        ParameterPriorTable::deserialize(MapAccessDeserializer::new(table)).map(RotorInertia::Known)
     }
 }
 
@@ -54,7 +54,7 @@ impl<'de> Visitor<'de> for RotorVisitor {
 pub(super) fn resolve(
     context: &Context<'_>,
     said: &[Said<'_>],
-    (joints, moves): (&[JointKnowledge], bool),
+    (joints, moves): (&[JointPriors], bool),
     further: &mut Vec<Parameter>,
 ) -> Result<Vec<Option<usize>>, FileError> {
     let mut rotors = vec![None; joints.len()];
@@ -77,22 +77,22 @@ pub(super) fn resolve(
                 joint.name
             )));
         }
-        let knowledge = knowledge(context, &entry, rotor_inertia_unit(joint.kind))?;
+        let prior = prior(context, &entry, rotor_inertia_unit(joint.kind))?;
         rotors[index] = Some(further.len());
-        further.push(rotor_inertia_parameter(index, joint, knowledge));
+        further.push(rotor_inertia_parameter(index, joint, prior));
     }
     Ok(if rotors.iter().any(Option::is_some) { rotors } else { Vec::new() })
 }
 
-fn knowledge(context: &Context<'_>, entry: &Entry<'_, RotorInertia>, unit: &str) -> Result<Knowledge, FileError> {
+fn prior(context: &Context<'_>, entry: &Entry<'_, RotorInertia>, unit: &str) -> Result<ParameterPrior, FileError> {
     let (document, field) = (context.document, &entry.field);
     let RotorInertia::Known(table) = entry.value else { return Ok(start(0.0)) };
     units::same(table.unit(), unit).map_err(|error| document.error(&field.key("unit"), error))?;
-    let knowledge = table.knowledge(document, field)?;
-    if knowledge.nominal >= 0.0 {
-        return Ok(knowledge);
+    let prior = table.prior(document, field)?;
+    if prior.nominal >= 0.0 {
+        return Ok(prior);
     }
     let key = if table.is_fixed() { "fixed" } else { "nominal" };
-    let message = format!("{} {unit} is no inertia of a rotor: expected zero or more", knowledge.nominal);
+    let message = format!("{} {unit} is no inertia of a rotor: expected zero or more", prior.nominal);
     Err(document.error(&field.key(key), message))
 }

@@ -2,7 +2,7 @@
 //! directions while the others stand.
 
 use gravcal_recording::{PoseMapping, SweepRule};
-use gravcal_robot_model::session::JointKnowledge;
+use gravcal_robot_model::session::JointPriors;
 use gravcal_robot_model::session::travel::{BIN, STEADY, travels};
 use serde::Deserialize;
 
@@ -31,7 +31,7 @@ pub(super) fn resolve(
     context: &Context<'_>,
     table: &SweepsTable,
     mapping: &PoseMapping,
-    joints: &[JointKnowledge],
+    joints: &[JointPriors],
 ) -> Result<SweepRule, FileError> {
     let field = Field::new("readings").key("sweeps");
     refuse_said_twice(context, &field, mapping)?;

@@ -8,8 +8,8 @@ use gravcal_recording::{Conditions, Memory, Numbers, PositionUnit, Reading, Torq
 use gravcal_robot_model::Registry;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{
-    Ask, Constraints, GravityKnowledge, InertiaKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance,
-    Pose, PoseBlocks, PoseTable, Session, UncertaintyChoice,
+    Ask, Constraints, GravityPrior, InertiaPrior, JointPriors, Load, LoadDistance, ParameterPrior, Pose, PoseBlocks,
+    PoseTable, PriorKind, Session, UncertaintyChoice,
 };
 use tempfile::TempDir;
 
@@ -116,12 +116,12 @@ pub(super) fn assert_refused(old: &str, new: &str, expected: &str) {
     assert!(message.starts_with(&format!("session.toml:{expected}")), "{message}");
 }
 
-fn knowledge(nominal: f64, kind: KnowledgeKind) -> Knowledge {
-    Knowledge { nominal, kind }
+fn parameter_prior(nominal: f64, kind: PriorKind) -> ParameterPrior {
+    ParameterPrior { nominal, kind }
 }
 
-fn start(nominal: f64) -> Knowledge {
-    knowledge(nominal, KnowledgeKind::Start)
+fn start(nominal: f64) -> ParameterPrior {
+    parameter_prior(nominal, PriorKind::Flat)
 }
 
 /// A table of numbers as it stands in a file, without its last column, a label.
@@ -157,9 +157,9 @@ fn recordings_in_memory_are_as_good_as_files() {
 fn gravity_loads_and_tables_are_read() {
     let session = read(&[]).unwrap();
     assert_eq!(session.robot.name, "two-joints");
-    let gravity = GravityKnowledge { magnitude: 9.81, magnitude_std: None, hemisphere: Some([0.0, 0.6, -0.8]) };
+    let gravity = GravityPrior { magnitude: 9.81, magnitude_std: None, hemisphere: Some([0.0, 0.6, -0.8]) };
     assert_eq!(session.gravity, gravity);
-    assert_eq!(session.inertia, InertiaKnowledge::Unknown);
+    assert_eq!(session.inertia, InertiaPrior::Unknown);
     let plate_a = Load { name: "plate-a".into(), mass: 1.724, link: 1, position: None, position_std: None };
     let plate_b =
         Load { name: "plate-b".into(), mass: 1.7, link: 1, position: Some([0.0, 0.0, 0.1]), position_std: Some(0.001) };
@@ -206,7 +206,7 @@ fn poses_of_all_tables_are_read_in_si() {
 #[test]
 fn nominals_come_from_the_session_then_the_robot_then_the_default() {
     let session = read(&[]).unwrap();
-    let joint = |torque_sign_declared, parameters| JointKnowledge {
+    let joint = |torque_sign_declared, parameters| JointPriors {
         torque_unit: Some(TorqueUnit::Count),
         torque_sign_declared,
         position_unit: PositionUnit::Degree,
@@ -224,15 +224,15 @@ fn knowledge_is_a_start_a_prior_or_exact() {
         let line = "torque_gain = { nominal = 5.5, unit = \"count/(N·m)\" }";
         changed(line, &format!("{line}\n{parameter}")).joints[1].of(quantity)
     };
-    let prior = |std: f64| KnowledgeKind::Prior { std };
+    let prior = |std: f64| PriorKind::Gaussian { std };
     let offset = elbow("position_offset = { nominal = -180, std = 2, unit = 'deg' }", Quantity::PositionOffset);
-    assert_eq!(offset, knowledge(-PI, prior(2.0 * (PI / 180.0))));
+    assert_eq!(offset, parameter_prior(-PI, prior(2.0 * (PI / 180.0))));
     let bias = elbow("torque_bias = { fixed = -7, unit = 'count' }", Quantity::TorqueBias);
-    assert_eq!(bias, knowledge(-7.0, KnowledgeKind::Fixed));
+    assert_eq!(bias, parameter_prior(-7.0, PriorKind::Fixed));
     let gain = elbow("position_gain = { nominal = 1.1, std = 0.1, unit = 'rad/rad' }", Quantity::PositionGain);
-    assert_eq!(gain, knowledge(1.1, prior(0.1)));
+    assert_eq!(gain, parameter_prior(1.1, prior(0.1)));
     let reversed = "position_sign = 'reversed'\nposition_gain = { fixed = 2, unit = 'deg/deg' }";
-    assert_eq!(elbow(reversed, Quantity::PositionGain), knowledge(-2.0, KnowledgeKind::Fixed));
+    assert_eq!(elbow(reversed, Quantity::PositionGain), parameter_prior(-2.0, PriorKind::Fixed));
     assert_eq!(elbow("position_sign = 'reversed'", Quantity::PositionGain), start(-0.5));
 }
 
@@ -245,7 +245,7 @@ fn gains_of_counts_are_converted() {
     ])
     .unwrap();
     let gain = session.joints[1].of(Quantity::PositionGain);
-    assert_eq!(gain, knowledge(PI / 2.0, KnowledgeKind::Prior { std: 9.0 * (PI / 180.0) }));
+    assert_eq!(gain, parameter_prior(PI / 2.0, PriorKind::Gaussian { std: 9.0 * (PI / 180.0) }));
     assert_eq!(session.joints[1].position_unit, PositionUnit::Count);
     assert_eq!(session.poses[1].position, [PI / 2.0, 180.0]);
 }
@@ -299,9 +299,9 @@ fn masses_of_the_model_may_be_known() {
     );
     let masses = "link = \"forearm\"\nmass_kg = 1\ncenter_of_mass_m = [0, 0, 0]";
     let known = [("session.toml", "[readings]", model), ("robot.toml", "link = \"forearm\"", masses)];
-    assert_eq!(read(&known).unwrap().inertia, InertiaKnowledge::Model { relative_std: vec![Some(0.1); 2] });
+    assert_eq!(read(&known).unwrap().inertia, InertiaPrior::Model { relative_std: vec![Some(0.1); 2] });
     let one = model.replace("0.1", "{ upper-arm = 0.2 }");
-    assert_eq!(changed("[readings]", &one).inertia, InertiaKnowledge::Model { relative_std: vec![Some(0.2), None] });
+    assert_eq!(changed("[readings]", &one).inertia, InertiaPrior::Model { relative_std: vec![Some(0.2), None] });
     let unknown = refused("[readings]", &model.replace("0.1", "{ hand = 0.2 }"));
     assert!(unknown.starts_with("session.toml:10: inertia.relative_std.hand: there is no link `hand`"), "{unknown}");
 }
@@ -512,7 +512,7 @@ fn what_is_said_of_all_joints_is_of_those_that_say_nothing_else() {
     let session = changed("[[joint]]\n", all);
     let [shoulder, elbow] = [0, 1].map(|joint| &session.joints[joint]);
     let gains = [shoulder, elbow].map(|joint| joint.of(Quantity::TorqueGain));
-    assert_eq!(gains, [knowledge(7.0, KnowledgeKind::Prior { std: 0.7 }), start(-5.5)]);
+    assert_eq!(gains, [parameter_prior(7.0, PriorKind::Gaussian { std: 0.7 }), start(-5.5)]);
     assert_eq!(elbow.of(Quantity::TorqueBias), start(2000.0));
     assert!(shoulder.torque_sign_declared);
     let terms: Vec<String> = session.further.iter().map(|parameter| parameter.name()).collect();
@@ -897,7 +897,7 @@ fn swept_elbow(changes: &[(&'static str, &'static str, &'static str)]) -> Result
 #[test]
 fn moments_may_be_described_by_sweep() {
     let section = ("session.toml", "[readings]", "[inertia]\ndescription = \"sweep\"\n[readings]");
-    assert_eq!(swept_elbow(&[section]).unwrap().inertia, InertiaKnowledge::Sweep);
+    assert_eq!(swept_elbow(&[section]).unwrap().inertia, InertiaPrior::Sweep);
     let refused = |changes: &[_]| swept_elbow(changes).unwrap_err();
     let with = |rest: &'static str| refused(&[("session.toml", "[readings]", rest)]);
     let message = with("[inertia]\ndescription = \"sweep\"\nrelative_std = 0.1\n[readings]");
@@ -929,7 +929,7 @@ fn joints_may_be_elsewhere_than_their_sensors_say() {
     assert!((session.deflection.hold_std.unwrap() - 0.5 * PI / 180.0).abs() < 1e-15);
     let names: Vec<String> = session.compliances().map(|index| session.further[index].name()).collect();
     assert_eq!(names, ["shoulder.compliance", "elbow.compliance"]);
-    assert_eq!(session.further[0].knowledge, knowledge(0.0, KnowledgeKind::Prior { std: 1e-4 }));
+    assert_eq!(session.further[0].prior, parameter_prior(0.0, PriorKind::Gaussian { std: 1e-4 }));
     assert_eq!(session.further[1].fixed, Some("given as exact"));
     let session = changed("unit = \"deg\" }\ntorque", "unit = \"deg\", std = [0.1, 0] }\ntorque");
     assert!((session.deflection.reading_std[0] - 0.1 * PI / 180.0).abs() < 1e-15);

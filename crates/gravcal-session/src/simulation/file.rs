@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::Registry;
 use gravcal_robot_model::session::{
-    GravityKnowledge, JointKnowledge, Knowledge, KnowledgeKind, Load, LoadDistance, Session, units,
+    GravityPrior, JointPriors, Load, LoadDistance, ParameterPrior, PriorKind, Session, units,
 };
 
 use super::disturbance::Disturbance;
@@ -94,7 +94,7 @@ impl Reader<'_> {
         Ok(Simulation { template, truth, unmodelled, runs, disturbance, conditions, motion, models, instruments, seed })
     }
 
-    fn gravity(&self) -> Result<GravityKnowledge, FileError> {
+    fn gravity(&self) -> Result<GravityPrior, FileError> {
         let (field, table) = (Field::new("gravity"), &self.table.gravity);
         let unit = |key: &str, v: [f64; 3]| {
             let norm = v.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -102,7 +102,7 @@ impl Reader<'_> {
             if norm > 0.0 { Ok(v.map(|c| c / norm)) } else { Err(self.document.error(&field.key(key), message)) }
         };
         let magnitude = field.key("magnitude_m_per_s2");
-        Ok(GravityKnowledge {
+        Ok(GravityPrior {
             magnitude: self.document.positive(&magnitude, table.magnitude_m_per_s2, "a gravity", "m/s²")?,
             magnitude_std: None,
             hemisphere: Some(match table.hemisphere {
@@ -157,7 +157,7 @@ impl Reader<'_> {
     }
 
     /// What the session will say of the joints: the robot's nominal sensors.
-    fn joints(&self) -> Result<Vec<JointKnowledge>, FileError> {
+    fn joints(&self) -> Result<Vec<JointPriors>, FileError> {
         let torque_units = self.units("torque", self.table.torque.unit.as_ref(), units::torque_reading)?;
         let position_units = self.units("position", self.table.position.unit.as_ref(), units::position_reading)?;
         let units = torque_units.into_iter().zip(position_units);
@@ -185,7 +185,7 @@ impl Reader<'_> {
         joint: usize,
         torque_unit: TorqueUnit,
         position_unit: PositionUnit,
-    ) -> Result<JointKnowledge, FileError> {
+    ) -> Result<JointPriors, FileError> {
         let (sensors, name) = (self.robot.sensors[joint], self.names()[joint]);
         let disagree = |key: &str, unit: &str, nominal: &str| {
             let message = format!("readings in {unit}, but the robot says that {name} reads in {nominal}");
@@ -209,10 +209,10 @@ impl Reader<'_> {
                 return Err(disagree("position", position_unit.name(), units::si_coordinate(self.kind(joint)).name()));
             }
         };
-        let start = |nominal| Knowledge { nominal, kind: KnowledgeKind::Start };
+        let start = |nominal| ParameterPrior { nominal, kind: PriorKind::Flat };
         // The first joint's offset is zero by definition of the base frame.
         let offset = if self.robot.chain.root_joint() == Some(joint) { 0.0 } else { position[1] };
-        Ok(JointKnowledge {
+        Ok(JointPriors {
             torque_unit: Some(torque_unit),
             torque_sign_declared: false,
             position_unit,

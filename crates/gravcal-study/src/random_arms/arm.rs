@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use gravcal_calibration::joint::Unknowns;
 use gravcal_dynamics::{ChainError, DhConvention, DhRow, JointKind, Link, chain_from_dh};
 use gravcal_robot_model::robot::Robot;
-use gravcal_robot_model::session::{GravityKnowledge, Load, LoadDistance, PoseTable, Session};
+use gravcal_robot_model::session::{GravityPrior, Load, LoadDistance, PoseTable, Session};
 use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use rand::RngExt;
 use rand_pcg::Pcg64;
@@ -45,7 +45,7 @@ pub(crate) fn arm(seed: u64, index: u64, knowing: Knowing) -> Result<Simulation,
         tables: [None, Some(0), Some(1)].map(table).into(),
         ..Session::new(
             Robot { name: "random arm".into(), sensors: vec![Default::default(); joints], chain },
-            GravityKnowledge {
+            GravityPrior {
                 magnitude: GRAVITY,
                 magnitude_std: None,
                 hemisphere: (knowing == Knowing::Nominal).then_some(declared),

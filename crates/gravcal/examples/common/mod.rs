@@ -1,7 +1,7 @@
 //! An arm of three joints on a tilted base, and what its sensors would read: for the examples, which have no robot at hand.
 
 use gravcal::calibration::joint::Unknowns;
-use gravcal::calibration::session::{GravityKnowledge, Load, PoseTable};
+use gravcal::calibration::session::{GravityPrior, Load, PoseTable};
 use gravcal::calibration::simulation::{Disturbance, Run, Simulation};
 use gravcal::calibration::{Robot, Session};
 use gravcal::dynamics::{ChainError, DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
@@ -37,7 +37,7 @@ pub fn robot() -> Result<Robot, ChainError> {
 /// link is not known.
 pub fn nothing_recorded() -> Result<Session, ChainError> {
     let hemisphere = [0.3, 0.1, -1.0].map(|component| component / 1.1_f64.sqrt());
-    let gravity = GravityKnowledge { magnitude: 9.80665, magnitude_std: None, hemisphere: Some(hemisphere) };
+    let gravity = GravityPrior { magnitude: 9.80665, magnitude_std: None, hemisphere: Some(hemisphere) };
     let mut session = Session::of_robot(robot()?, gravity);
     session.loads = vec![Load { name: "plate".to_owned(), mass: 2.0, link: 2, position: None, position_std: None }];
     Ok(session)

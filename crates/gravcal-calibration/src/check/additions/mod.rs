@@ -6,9 +6,9 @@
 mod addition;
 mod base;
 mod conditions;
-mod knowledge;
 mod load;
 mod poses;
+mod priors;
 mod torque;
 
 use super::supposed::Supposed;
@@ -18,9 +18,9 @@ pub(super) use addition::Addition;
 /// Everything that is tried, in groups of like additions, smallest effort first.
 pub(super) fn additions(now: &Supposed) -> Vec<Vec<Addition>> {
     vec![
-        knowledge::hemisphere(now),
-        knowledge::torque_gain(now),
-        knowledge::placement(now),
+        priors::hemisphere(now),
+        priors::torque_gain(now),
+        priors::placement(now),
         poses::more(now),
         poses::third_position(now),
         poses::wider_sweep(now),

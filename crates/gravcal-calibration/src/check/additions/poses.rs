@@ -1,7 +1,7 @@
 //! Recording more poses with what is attached already, or with nothing.
 
 use gravcal_dynamics::JointKind;
-use gravcal_robot_model::session::InertiaKnowledge;
+use gravcal_robot_model::session::InertiaPrior;
 
 use super::addition::Addition;
 use crate::check::supposed::Supposed;
@@ -75,7 +75,7 @@ fn spread_in_words(now: &Supposed) -> &'static str {
 /// What [`spread`] records, in words.
 pub fn poses(now: &Supposed, which: &str) -> String {
     match now.session.inertia {
-        InertiaKnowledge::Sweep => format!("{which}sweeps of each joint at two positions of the one before it"),
+        InertiaPrior::Sweep => format!("{which}sweeps of each joint at two positions of the one before it"),
         _ => format!("{POSES} {which}poses"),
     }
 }
@@ -83,7 +83,7 @@ pub fn poses(now: &Supposed, which: &str) -> String {
 /// Coordinates of poses over the joints' whole range: sweeps where poses of no sweep are not used.
 pub fn spread(now: &Supposed) -> Vec<Vec<f64>> {
     match now.session.inertia {
-        InertiaKnowledge::Sweep => sweeps(now),
+        InertiaPrior::Sweep => sweeps(now),
         _ => evenly_spread(now),
     }
 }

@@ -11,7 +11,7 @@ use gravcal_dynamics::BodyInertia;
 use gravcal_estimation::{BlockId, Factor, Problem, RankAnalysis, Values};
 use gravcal_identification::median;
 use gravcal_robot_model::parameter::Quantity;
-use gravcal_robot_model::session::{InertiaKnowledge, JointKnowledge, KnowledgeKind, Session};
+use gravcal_robot_model::session::{InertiaPrior, JointPriors, PriorKind, Session};
 use nalgebra::{DMatrix, DVector};
 
 use super::error::{BuildError, EstimateError};
@@ -123,10 +123,10 @@ fn assumed(session: &Session) -> (Vec<Assumed>, Vec<String>) {
 fn relative_stds(session: &Session) -> Vec<f64> {
     let links = 0..session.robot.chain.link_count();
     match &session.inertia {
-        InertiaKnowledge::Model { relative_std } => {
+        InertiaPrior::Model { relative_std } => {
             links.map(|link| relative_std.get(link).copied().flatten().unwrap_or(RELATIVE_STD)).collect()
         }
-        InertiaKnowledge::Unknown | InertiaKnowledge::Sweep => links.map(|_| RELATIVE_STD).collect(),
+        InertiaPrior::Unknown | InertiaPrior::Sweep => links.map(|_| RELATIVE_STD).collect(),
     }
 }
 
@@ -242,7 +242,7 @@ fn remarks_on(session: &Session, model: &ConsistentModel) -> Vec<String> {
                 .into(),
         );
     }
-    let gain = |joint: &JointKnowledge| joint.of(Quantity::TorqueGain).kind == KnowledgeKind::Start;
+    let gain = |joint: &JointPriors| joint.of(Quantity::TorqueGain).kind == PriorKind::Flat;
     let weighed = session.loads.iter().any(|load| !load.is_unknown());
     if !weighed && session.joints.iter().any(gain) {
         remarks.push(

@@ -6,7 +6,7 @@
 
 use gravcal_identification::{DECISIVE, Symmetry, Workbench};
 use gravcal_robot_model::parameter::Limit;
-use gravcal_robot_model::session::{Knowledge, KnowledgeKind, Session};
+use gravcal_robot_model::session::{ParameterPrior, PriorKind, Session};
 
 use crate::joint::build::build_with_constraints;
 use crate::joint::error::EstimateError;
@@ -77,10 +77,10 @@ pub(crate) fn with_gains_known(session: &Session) -> Session {
     let mut known = session.clone();
     for id in session.parameters() {
         let parameter = session.parameter(id);
-        if let (Limit::ShareOfNominal(_), Knowledge { nominal, kind: KnowledgeKind::Start }) =
-            (parameter.limit, parameter.knowledge)
+        if let (Limit::ShareOfNominal(_), ParameterPrior { nominal, kind: PriorKind::Flat }) =
+            (parameter.limit, parameter.prior)
         {
-            known.knowledge_mut(id).kind = KnowledgeKind::Prior { std: GAIN_KNOWN * nominal.abs() };
+            known.prior_mut(id).kind = PriorKind::Gaussian { std: GAIN_KNOWN * nominal.abs() };
         }
     }
     known

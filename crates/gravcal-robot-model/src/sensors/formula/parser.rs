@@ -281,7 +281,7 @@ mod tests {
     use gravcal_recording::{Conditions, FurtherColumn};
 
     use super::*;
-    use crate::sensors::testing::joint_knowledge;
+    use crate::sensors::testing::joint_priors;
     use crate::sensors::{Moment, Need, Reads};
 
     fn read(text: &str) -> Result<Expression, FormulaError> {
@@ -290,8 +290,8 @@ mod tests {
             column: name.into(),
             may_be_empty: false,
         });
-        let knowledge = joint_knowledge();
-        let site = Site::new(1, &["hip", "knee"], &[JointKind::Revolute; 2], &knowledge).with_further_columns(&further);
+        let prior = joint_priors();
+        let site = Site::new(1, &["hip", "knee"], &[JointKind::Revolute; 2], &prior).with_further_columns(&further);
         parse(text, &Vocabulary { parameters: &["a", "b"], site: &site })
     }
 

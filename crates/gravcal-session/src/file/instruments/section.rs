@@ -2,14 +2,14 @@
 
 use gravcal_robot_model::parameter::{Limit, Parameter};
 use gravcal_robot_model::session::parameters::GIVEN;
-use gravcal_robot_model::session::{Drift, Instrument, InstrumentKind, Knowledge, KnowledgeKind, units};
+use gravcal_robot_model::session::{Drift, Instrument, InstrumentKind, ParameterPrior, PriorKind, units};
 
 use super::found::Instruments;
 use super::tables::{DriftKind, DriftTable, Gains};
 use crate::document::{Field, FileError};
 use crate::file::context::Context;
 use crate::file::joints::{Sign, factor};
-use crate::file::knowledge::{KnowledgeTable, start};
+use crate::file::parameter_prior::{ParameterPriorTable, start};
 use crate::file::reading_columns::{ReadingColumns, ReadingColumnsTable};
 use crate::file::unexplained;
 use crate::robot_file::MountingTable;
@@ -54,7 +54,7 @@ const STATE_MOUNTING: &str = "state how the instrument is mounted (mounting, wit
                               turn the joints before it further";
 
 /// Gain and bias of three axes, as they are written.
-pub type Group<'a> = (&'a Option<KnowledgeTable>, &'a Option<KnowledgeTable>);
+pub type Group<'a> = (&'a Option<ParameterPriorTable>, &'a Option<ParameterPriorTable>);
 
 /// Keys of the groups of axes.
 fn keys(kind: InstrumentKind, group: usize) -> [&'static str; 2] {
@@ -147,8 +147,8 @@ impl Section<'_> {
     }
 
     /// Knowledge of the gain of each axis for what it senses itself.
-    fn own_gains(&self, units: &[Option<String>], groups: &[Group<'_>]) -> Result<Vec<Knowledge>, FileError> {
-        let knowledge = |(axis, unit): (usize, &Option<String>)| {
+    fn own_gains(&self, units: &[Option<String>], groups: &[Group<'_>]) -> Result<Vec<ParameterPrior>, FileError> {
+        let prior = |(axis, unit): (usize, &Option<String>)| {
             let [key, _] = keys(self.kind, axis / 3);
             let sensed = self.kind.sensed_unit(axis);
             match (unit, groups[axis / 3].0) {
@@ -174,13 +174,13 @@ impl Section<'_> {
                 (None, Some(table)) => table.gain(self.context.document, &self.field.key(key), factor(self.sign)),
             }
         };
-        units.iter().enumerate().map(knowledge).collect()
+        units.iter().enumerate().map(prior).collect()
     }
 
-    fn gain(&self, (reading, sensed): (usize, usize), units: &[Option<String>], own: &[Knowledge]) -> Parameter {
+    fn gain(&self, (reading, sensed): (usize, usize), units: &[Option<String>], own: &[ParameterPrior]) -> Parameter {
         let axes = self.kind.axes();
         let unit = units[reading].as_deref().unwrap_or("1");
-        let (quantity, knowledge, limit) = if reading == sensed {
+        let (quantity, prior, limit) = if reading == sensed {
             (format!("gain_{}", axes[reading]), own[reading], Limit::ShareOfNominal(GAIN_LIMIT))
         } else {
             let limit = Limit::Absolute(GAIN_LIMIT * own[sensed].nominal.abs());
@@ -194,7 +194,7 @@ impl Section<'_> {
         Parameter {
             limit,
             cure: cure.into(),
-            ..self.parameter(quantity, units::gain_of(unit, self.kind.sensed_unit(sensed)), CONVENTION, knowledge)
+            ..self.parameter(quantity, units::gain_of(unit, self.kind.sensed_unit(sensed)), CONVENTION, prior)
         }
         .unread_unless(units[reading].is_some())
     }
@@ -204,18 +204,18 @@ impl Section<'_> {
         &self,
         (axis, set): (usize, Option<usize>),
         units: &[Option<String>],
-        written: &Option<KnowledgeTable>,
+        written: &Option<ParameterPriorTable>,
         channel: usize,
     ) -> Result<Parameter, FileError> {
         let [_, key] = keys(self.kind, axis / 3);
         let unit = units[axis].clone().unwrap_or_else(|| "1".to_owned());
-        let knowledge = match written {
+        let prior = match written {
             None => start(0.0),
             Some(table) => {
                 let field = self.field.key(key);
                 units::same(table.unit(), &unit)
                     .map_err(|error| self.context.document.error(&field.key("unit"), error))?;
-                table.knowledge(self.context.document, &field)?
+                table.prior(self.context.document, &field)?
             }
         };
         let name = format!("bias_{}", self.kind.axes()[axis]);
@@ -223,7 +223,7 @@ impl Section<'_> {
             None => (name, CONVENTION),
             Some(set) => (format!("{name}_{set}"), CONVENTION_BY_TABLE),
         };
-        let parameter = self.parameter(name, unit, convention, knowledge);
+        let parameter = self.parameter(name, unit, convention, prior);
         let parameter = Parameter { limit: Limit::HalfSpread { channel }, linear: true, ..parameter };
         Ok(parameter.unread_unless(units[axis].is_some()))
     }
@@ -270,8 +270,8 @@ impl Section<'_> {
     pub fn add_tool(
         &self,
         all: &mut Instruments,
-        mass: &Option<KnowledgeTable>,
-        moments: [&Option<KnowledgeTable>; 3],
+        mass: &Option<ParameterPriorTable>,
+        moments: [&Option<ParameterPriorTable>; 3],
     ) -> Result<(), FileError> {
         let written = [
             ("tool_mass", mass, "kg", MASS_LIMIT),
@@ -281,21 +281,21 @@ impl Section<'_> {
         ];
         for ((key, written, unit, limit), nominal) in written.into_iter().zip(SOME_TOOL) {
             let field = self.field.key(key);
-            let knowledge = match written {
+            let prior = match written {
                 None => start(nominal),
                 Some(table) => {
                     units::same(table.unit(), unit).map_err(|error| self.error(key, error))?;
-                    table.knowledge(self.context.document, &field)?
+                    table.prior(self.context.document, &field)?
                 }
             };
-            let parameter = self.parameter(key.to_owned(), unit.to_owned(), TOOL_CONVENTION, knowledge);
+            let parameter = self.parameter(key.to_owned(), unit.to_owned(), TOOL_CONVENTION, prior);
             let limit = Limit::Absolute(limit);
             let cure = if key == "tool_mass" { FORCE_SCALE } else { MOMENT_SCALE };
             all.parameters.push(Parameter { limit, cure: cure.into(), linear: true, ..parameter });
         }
         let Some(instrument) = all.instruments.last() else { return Ok(()) };
         let (own, first) = (instrument.own_parameters(), instrument.first_parameter);
-        if all.parameters[own.start].knowledge.kind != KnowledgeKind::Start {
+        if all.parameters[own.start].prior.kind != PriorKind::Flat {
             let scaled = all.parameters[first..].iter_mut().filter(|parameter| parameter.cure == FORCE_SCALE);
             scaled.for_each(|parameter| parameter.cure = FORCE_SCALE_BESIDE_MASS.into());
         }
@@ -307,27 +307,27 @@ impl Section<'_> {
         let key = self.field.key("mounting_std_deg");
         let positive = |std| self.context.document.positive(&key, std, "a standard deviation", "deg (or leave it out)");
         let kind = match std_deg.map(positive).transpose()? {
-            None => KnowledgeKind::Fixed,
-            Some(std) => KnowledgeKind::Prior { std: std.to_radians() },
+            None => PriorKind::Fixed,
+            Some(std) => PriorKind::Gaussian { std: std.to_radians() },
         };
         for axis in ["x", "y", "z"] {
-            let knowledge = Knowledge { nominal: 0.0, kind };
+            let prior = ParameterPrior { nominal: 0.0, kind };
             let name = format!("mounting_{axis}");
-            let parameter = self.parameter(name, "rad".to_owned(), ROTATION_CONVENTION, knowledge);
+            let parameter = self.parameter(name, "rad".to_owned(), ROTATION_CONVENTION, prior);
             let limit = Limit::Absolute(ANGLE_LIMIT);
             all.parameters.push(Parameter { limit, cure: STATE_MOUNTING.into(), ..parameter });
         }
         Ok(())
     }
 
-    fn parameter(&self, quantity: String, unit: String, convention: &'static str, knowledge: Knowledge) -> Parameter {
+    fn parameter(&self, quantity: String, unit: String, convention: &'static str, prior: ParameterPrior) -> Parameter {
         Parameter {
             owner: self.name.to_owned(),
             quantity,
             unit,
             convention: convention.into(),
-            fixed: (knowledge.kind == KnowledgeKind::Fixed).then_some(GIVEN),
-            knowledge,
+            fixed: (prior.kind == PriorKind::Fixed).then_some(GIVEN),
+            prior,
             limit: Limit::ShareOfNominal(GAIN_LIMIT),
             cure: TURN_MORE.into(),
             linear: false,

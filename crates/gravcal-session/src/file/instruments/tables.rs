@@ -3,7 +3,7 @@
 use serde::Deserialize;
 
 use crate::file::joints::Sign;
-use crate::file::knowledge::KnowledgeTable;
+use crate::file::parameter_prior::ParameterPriorTable;
 use crate::file::reading_columns::ReadingColumnsTable;
 use crate::robot_file::MountingTable;
 
@@ -63,42 +63,42 @@ pub(crate) struct ForceTorqueTable {
     ///
     /// Default: 1 where it reads N.
     /// Example: `force_gain = { nominal = 20, std = 1, unit = "count/N" }`
-    pub(super) force_gain: Option<KnowledgeTable>,
+    pub(super) force_gain: Option<ParameterPriorTable>,
     /// What is known of the gain of each moment axis.
     ///
     /// Default: 1 where it reads N·m.
     /// Example: `moment_gain = { nominal = 400, unit = "count/(N·m)" }`
-    pub(super) moment_gain: Option<KnowledgeTable>,
+    pub(super) moment_gain: Option<ParameterPriorTable>,
     /// What is known of the bias of each force axis.
     ///
     /// Default: unknown.
     /// Example: `force_bias = { nominal = 0, unit = "N" }`
-    pub(super) force_bias: Option<KnowledgeTable>,
+    pub(super) force_bias: Option<ParameterPriorTable>,
     /// What is known of the bias of each moment axis.
     ///
     /// Default: unknown.
     /// Example: `moment_bias = { nominal = 0, unit = "N·m" }`
-    pub(super) moment_bias: Option<KnowledgeTable>,
+    pub(super) moment_bias: Option<ParameterPriorTable>,
     /// What is known of the mass that always hangs beyond it.
     ///
     /// Default: unknown.
     /// Example: `tool_mass = { nominal = 1.2, std = 0.01, unit = "kg" }`
-    pub(super) tool_mass: Option<KnowledgeTable>,
+    pub(super) tool_mass: Option<ParameterPriorTable>,
     /// What is known of the first moment of that mass.
     ///
     /// Default: unknown.
     /// Example: `tool_moment_x = { nominal = 0, unit = "kg·m" }`
-    pub(super) tool_moment_x: Option<KnowledgeTable>,
+    pub(super) tool_moment_x: Option<ParameterPriorTable>,
     /// The same along y.
     ///
     /// Default: unknown.
     /// Example: `tool_moment_y = { nominal = 0, unit = "kg·m" }`
-    pub(super) tool_moment_y: Option<KnowledgeTable>,
+    pub(super) tool_moment_y: Option<ParameterPriorTable>,
     /// The same along z.
     ///
     /// Default: unknown.
     /// Example: `tool_moment_z = { nominal = 0.06, unit = "kg·m" }`
-    pub(super) tool_moment_z: Option<KnowledgeTable>,
+    pub(super) tool_moment_z: Option<ParameterPriorTable>,
 }
 
 /// `[[accelerometer]]`.
@@ -156,12 +156,12 @@ pub(crate) struct AccelerometerTable {
     ///
     /// Default: 1 in m/s².
     /// Example: `gain = { nominal = 0.102, unit = "g/(m/s²)" }`
-    pub(super) gain: Option<KnowledgeTable>,
+    pub(super) gain: Option<ParameterPriorTable>,
     /// What is known of the bias of each axis.
     ///
     /// Default: unknown.
     /// Example: `bias = { nominal = 0, unit = "g" }`
-    pub(super) bias: Option<KnowledgeTable>,
+    pub(super) bias: Option<ParameterPriorTable>,
 }
 
 /// One gain an axis, or a full matrix.

@@ -99,7 +99,7 @@ pub(super) fn read(document: &Document, robot: &Robot, robot_path: &Path, poses:
         );
         return Err(document.error(&Field::new("instrument_truth"), message));
     }
-    let mut truth: Vec<f64> = instruments.parameters.iter().map(|p| p.knowledge.nominal).collect();
+    let mut truth: Vec<f64> = instruments.parameters.iter().map(|p| p.prior.nominal).collect();
     for (name, table) in &tables.instrument_truth {
         let field = Field::new("instrument_truth").key(name);
         let place = document.lookup(&field, "instrument", name, &names)?;

@@ -5,7 +5,7 @@ use gravcal_robot_model::Unknowns;
 use gravcal_robot_model::parameter::{Parameter, Quantity, same_in};
 use gravcal_robot_model::sensors::{Need, Site, Term};
 use gravcal_robot_model::session::rotors::rotor_inertia_unit;
-use gravcal_robot_model::session::{Knowledge, KnowledgeKind, Session, units};
+use gravcal_robot_model::session::{ParameterPrior, PriorKind, Session, units};
 
 use super::reader::Reader;
 use super::tables::{ConditionsTable, JointTable};
@@ -99,7 +99,7 @@ impl Reader<'_> {
                 let message = format!("{} {unit} is no inertia of a rotor: expected zero or more", said.value);
                 return Err(refused("value", message));
             }
-            template.set_rotor_inertia(joint, Knowledge { nominal: 0.0, kind: KnowledgeKind::Start });
+            template.set_rotor_inertia(joint, ParameterPrior { nominal: 0.0, kind: PriorKind::Flat });
             truth.further.push(said.value);
         }
         Ok(())

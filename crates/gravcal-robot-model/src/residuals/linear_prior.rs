@@ -10,7 +10,7 @@ use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut}
 
 /// One quantity: block, which of its numbers, and coefficient of each term; and its known value.
 #[derive(Clone, Debug)]
-pub struct KnownQuantity {
+pub struct KnownCombination {
     /// In the unit of `value` a unit of the number.
     pub terms: Vec<(BlockId, usize, f64)>,
     /// `v`.
@@ -19,7 +19,7 @@ pub struct KnownQuantity {
 
 /// Known values of linear functions of some blocks.
 #[derive(Clone, Debug)]
-pub struct LinearKnowledge {
+pub struct LinearPrior {
     blocks: Vec<BlockId>,
     rows: Vec<Row>,
 }
@@ -31,23 +31,23 @@ struct Row {
     value: f64,
 }
 
-impl LinearKnowledge {
+impl LinearPrior {
     /// One row a quantity.
-    pub fn new(quantities: Vec<KnownQuantity>) -> Self {
+    pub fn new(quantities: Vec<KnownCombination>) -> Self {
         let mut blocks: Vec<BlockId> = quantities.iter().flat_map(|q| q.terms.iter().map(|(id, ..)| *id)).collect();
         blocks.sort_unstable();
         blocks.dedup();
         let place = |id: BlockId| blocks.partition_point(|other| *other < id);
-        let row = |q: KnownQuantity| {
+        let row = |q: KnownCombination| {
             let terms = q.terms.into_iter().map(|(id, component, c)| (place(id), component, c)).collect();
             Row { terms, value: q.value }
         };
         let rows = quantities.into_iter().map(row).collect();
-        LinearKnowledge { blocks, rows }
+        LinearPrior { blocks, rows }
     }
 }
 
-impl Residual for LinearKnowledge {
+impl Residual for LinearPrior {
     fn blocks(&self) -> &[BlockId] {
         &self.blocks
     }
@@ -81,9 +81,9 @@ mod tests {
     #[test]
     fn derivatives() {
         let ids = ids(&[3, 1, 2]);
-        let along = KnownQuantity { terms: vec![(ids[2], 1, 0.5), (ids[0], 2, -2.0), (ids[0], 0, 1.0)], value: 3.0 };
-        let alone = KnownQuantity { terms: vec![(ids[1], 0, 1.0)], value: -1.0 };
-        let residual = LinearKnowledge::new(vec![along, alone]);
+        let along = KnownCombination { terms: vec![(ids[2], 1, 0.5), (ids[0], 2, -2.0), (ids[0], 0, 1.0)], value: 3.0 };
+        let alone = KnownCombination { terms: vec![(ids[1], 0, 1.0)], value: -1.0 };
+        let residual = LinearPrior::new(vec![along, alone]);
         assert_eq!(residual.blocks(), ids);
         check_at_random_points(&residual, &[3, 1, 2], &[0.0; 6]);
         let mut r = [0.0; 2];

@@ -4,20 +4,20 @@
 ///
 /// The sign of `nominal` of a gain is the declared sign of the sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Knowledge {
+pub struct ParameterPrior {
     /// Where the estimation starts.
     pub nominal: f64,
     /// How it is known.
-    pub kind: KnowledgeKind,
+    pub kind: PriorKind,
 }
 
 /// How a parameter is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum KnowledgeKind {
+pub enum PriorKind {
     /// Only as a start.
-    Start,
+    Flat,
     /// As a prior with this standard deviation.
-    Prior {
+    Gaussian {
         /// In the parameter's unit.
         std: f64,
     },

@@ -1,6 +1,6 @@
 //! What is known of one parameter beforehand, as it is written.
 
-use gravcal_robot_model::session::{Knowledge, KnowledgeKind};
+use gravcal_robot_model::session::{ParameterPrior, PriorKind};
 use serde::Deserialize;
 
 use crate::document::{Document, Field, FileError};
@@ -8,7 +8,7 @@ use crate::document::{Document, Field, FileError};
 /// `{ nominal, unit }`, `{ nominal, std, unit }` or `{ fixed, unit }`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields, expecting = "a table")]
-pub(crate) struct KnowledgeTable {
+pub(crate) struct ParameterPriorTable {
     /// Where the search begins; with `std` it is knowledge. Give this or `fixed`.
     ///
     /// Unit: as `unit` says.
@@ -33,7 +33,7 @@ pub(crate) struct KnowledgeTable {
     unit: Option<String>,
 }
 
-impl KnowledgeTable {
+impl ParameterPriorTable {
     /// The unit as it is written.
     pub fn unit(&self) -> Option<&str> {
         self.unit.as_deref()
@@ -50,15 +50,15 @@ impl KnowledgeTable {
     }
 
     /// A bias or offset, in the written unit.
-    pub fn knowledge(&self, document: &Document, field: &Field) -> Result<Knowledge, FileError> {
+    pub fn prior(&self, document: &Document, field: &Field) -> Result<ParameterPrior, FileError> {
         match (self.nominal, self.std, self.fixed) {
             (Some(nominal), None, None) => Ok(start(nominal)),
             (Some(nominal), Some(std), None) => {
                 let unit = self.unit().unwrap_or_default();
                 let std = document.positive(&field.key("std"), std, "a standard deviation", unit)?;
-                Ok(Knowledge { nominal, kind: KnowledgeKind::Prior { std } })
+                Ok(ParameterPrior { nominal, kind: PriorKind::Gaussian { std } })
             }
-            (None, None, Some(nominal)) => Ok(Knowledge { nominal, kind: KnowledgeKind::Fixed }),
+            (None, None, Some(nominal)) => Ok(ParameterPrior { nominal, kind: PriorKind::Fixed }),
             _ => Err(document.error(
                 field,
                 "expected { nominal, unit } (a start), { nominal, std, unit } (known that well), or { fixed, unit } \
@@ -68,10 +68,10 @@ impl KnowledgeTable {
     }
 
     /// A gain, in the written unit: a positive number that is given its declared sign, 1 or −1.
-    pub fn gain(&self, document: &Document, field: &Field, sign: f64) -> Result<Knowledge, FileError> {
-        let written = self.knowledge(document, field)?;
+    pub fn gain(&self, document: &Document, field: &Field, sign: f64) -> Result<ParameterPrior, FileError> {
+        let written = self.prior(document, field)?;
         if written.nominal > 0.0 {
-            return Ok(Knowledge { nominal: sign * written.nominal, ..written });
+            return Ok(ParameterPrior { nominal: sign * written.nominal, ..written });
         }
         let key = if self.is_fixed() { "fixed" } else { "nominal" };
         let message = format!(
@@ -84,15 +84,15 @@ impl KnowledgeTable {
 }
 
 /// Where the estimation starts, and nothing more.
-pub(super) fn start(nominal: f64) -> Knowledge {
-    Knowledge { nominal, kind: KnowledgeKind::Start }
+pub(super) fn start(nominal: f64) -> ParameterPrior {
+    ParameterPrior { nominal, kind: PriorKind::Flat }
 }
 
 /// The same knowledge in a unit that is `factor` times smaller.
-pub(super) fn scaled(knowledge: Knowledge, factor: f64) -> Knowledge {
-    let kind = match knowledge.kind {
-        KnowledgeKind::Prior { std } => KnowledgeKind::Prior { std: std * factor },
+pub(super) fn scaled(prior: ParameterPrior, factor: f64) -> ParameterPrior {
+    let kind = match prior.kind {
+        PriorKind::Gaussian { std } => PriorKind::Gaussian { std: std * factor },
         kind => kind,
     };
-    Knowledge { nominal: knowledge.nominal * factor, kind }
+    ParameterPrior { nominal: prior.nominal * factor, kind }
 }

@@ -1,7 +1,7 @@
 //! Stating something that is known: no pose is recorded for it.
 
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
-use gravcal_robot_model::session::KnowledgeKind;
+use gravcal_robot_model::session::PriorKind;
 
 use super::addition::Addition;
 use crate::check::supposed::Supposed;
@@ -28,15 +28,15 @@ pub fn torque_gain(now: &Supposed) -> Vec<Addition> {
     let open = |joint: &usize| {
         now.noise[*joint].is_some()
             && now.session.fixed_reason(*joint, Quantity::TorqueGain).is_none()
-            && now.session.joints[*joint].of(Quantity::TorqueGain).kind == KnowledgeKind::Start
+            && now.session.joints[*joint].of(Quantity::TorqueGain).kind == PriorKind::Flat
     };
     let state = |joint: usize| {
         let id = ParameterId::Sensor(joint, Quantity::TorqueGain);
         let name = now.session.parameter_name(id);
         let words = format!("state {name} within {:.0} % (its std in [[joint]])", 100.0 * GAIN_KNOWN);
         let make = move |supposed: &mut Supposed| {
-            let knowledge = supposed.session.knowledge_mut(id);
-            knowledge.kind = KnowledgeKind::Prior { std: GAIN_KNOWN * knowledge.nominal.abs() };
+            let prior = supposed.session.prior_mut(id);
+            prior.kind = PriorKind::Gaussian { std: GAIN_KNOWN * prior.nominal.abs() };
         };
         Addition { states: Some(name), ..Addition::new(words, make) }
     };
