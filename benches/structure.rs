@@ -123,7 +123,7 @@ fn with_position_errors(poses: usize, eliminated: bool) -> Result<(Problem, Valu
         builder.add_block(built.problem.block(id).clone(), built.initial.get(id));
     }
     let offset = |ids: &[BlockId; 4]| (ids[Quantity::PositionOffset as usize], 1.0);
-    let offsets: Vec<(BlockId, f64)> = built.layout.sensors.iter().map(offset).collect();
+    let offsets: Vec<(BlockId, f64)> = built.variables.sensors.iter().map(offset).collect();
     let names: Vec<&str> = session.robot.chain.joints().iter().map(|joint| joint.name.as_str()).collect();
     let noise = || Noise::independent(&[POSITION_ERROR; 7]).map_err(|e| e.to_string());
     for (index, factor) in built.problem.factors().iter().enumerate() {

@@ -59,19 +59,19 @@ fn standard_row(joint: &Joint) -> Result<[f64; 4], String> {
 }
 
 fn start(problem: &SevenJoints, text: &mut String) -> Result<(), String> {
-    let (layout, values) = (&problem.built.layout, &problem.built.initial);
+    let (variables, values) = (&problem.built.variables, &problem.built.initial);
     let numbers = |id: &BlockId| values.get(*id).to_vec();
-    line(text, "gravity", numbers(&layout.gravity));
+    line(text, "gravity", numbers(&variables.gravity));
     for (quantity, name) in [
         (Quantity::TorqueGain, "torque_gain"),
         (Quantity::TorqueBias, "torque_bias"),
         (Quantity::PositionGain, "position_gain"),
         (Quantity::PositionOffset, "position_offset"),
     ] {
-        line(text, name, layout.sensors.iter().map(|ids| values.scalar(ids[quantity as usize])));
+        line(text, name, variables.sensors.iter().map(|ids| values.scalar(ids[quantity as usize])));
     }
-    line(text, "inertia", layout.inertia.iter().flat_map(numbers));
-    let Some([placement, displacement]) = layout.loads.last().and_then(Option::as_deref) else {
+    line(text, "inertia", variables.inertia.iter().flat_map(numbers));
+    let Some([placement, displacement]) = variables.loads.last().and_then(Option::as_deref) else {
         return Err("the second placement is not the first one and a displacement".into());
     };
     line(text, "placement", numbers(placement));

@@ -104,17 +104,17 @@ pub fn time(problem: &SevenJoints) -> ProductTime {
 
 /// How many columns the torque of one joint can touch.
 fn columns(problem: &SevenJoints, load: Option<usize>, joint: usize) -> usize {
-    let layout = &problem.built.layout;
-    let own = [Quantity::TorqueGain, Quantity::TorqueBias].map(|q| layout.sensors[joint][q as usize]);
-    let coordinates = layout
+    let variables = &problem.built.variables;
+    let own = [Quantity::TorqueGain, Quantity::TorqueBias].map(|q| variables.sensors[joint][q as usize]);
+    let coordinates = variables
         .sensors
         .iter()
         .flat_map(|ids| [Quantity::PositionGain, Quantity::PositionOffset].map(|q| ids[q as usize]));
-    let placement = load.and_then(|load| layout.loads[load].clone()).unwrap_or_default();
-    std::iter::once(layout.gravity)
+    let placement = load.and_then(|load| variables.loads[load].clone()).unwrap_or_default();
+    std::iter::once(variables.gravity)
         .chain(own)
         .chain(coordinates)
-        .chain(layout.inertia[joint..].iter().copied())
+        .chain(variables.inertia[joint..].iter().copied())
         .chain(placement)
         .map(|id: BlockId| problem.built.problem.columns_of(id).len())
         .sum()

@@ -26,7 +26,7 @@ pub struct Unknowns {
     /// Centre of mass of each load in its link's frame, m; less that of the load from which it is counted, where moments
     /// are described by sweep.
     pub loads: Vec<[f64; 3]>,
-    /// The deflections of each sweep, in the order of the layout's unknowns; empty where all are zero.
+    /// The deflections of each sweep, in the order of the variables' own; empty where all are zero.
     pub deflections: Vec<Vec<f64>>,
     /// What friction leaves at rest, by joint, unit of the torque reading; empty where it is zero.
     pub at_rest: Vec<f64>,

@@ -38,10 +38,10 @@ pub(crate) fn bound(
     let built = joint::build_problem(session, &readings, truth)?;
     let judged = Solved::at_start(readings, built)?;
     let open = |quantity: &Measured| {
-        let layout = &judged.built.layout;
+        let variables = &judged.built.variables;
         let id = match quantity {
-            Measured::Gravity(_) => layout.gravity,
-            Measured::Sensor(joint, q) => layout.sensors[*joint][*q as usize],
+            Measured::Gravity(_) => variables.gravity,
+            Measured::Sensor(joint, q) => variables.sensors[*joint][*q as usize],
         };
         let columns: Vec<usize> = judged.built.problem.columns_of(id).collect();
         !judged.analysis.null_space_within(&columns).is_empty()

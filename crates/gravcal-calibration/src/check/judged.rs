@@ -57,7 +57,7 @@ pub(super) fn judge_at(
         asked: session.asks("gravity"),
         determined: judgement.determines(Asked::Gravity),
         held: None,
-        predicted_std: std(built.layout.gravity)
+        predicted_std: std(built.variables.gravity)
             .filter(|_| judgement.determines(Asked::Gravity))
             .map(|std| (std / session.gravity.magnitude).to_degrees()),
     }];
@@ -70,7 +70,7 @@ pub(super) fn judge_at(
             asked: blank.asked,
             determined,
             held: blank.held,
-            predicted_std: std(built.layout.block(id)).filter(|_| determined),
+            predicted_std: std(built.variables.block(id)).filter(|_| determined),
         });
     }
     let situation = judged.situation(session);

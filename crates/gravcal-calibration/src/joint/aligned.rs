@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::error::EstimateError;
 use super::solved::Solved;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 
 /// A variance times this is the square of five standard deviations.
 const WITHIN_FIVE: f64 = 2.0 * IMPLAUSIBLE;
@@ -79,7 +79,7 @@ impl Solved {
     /// Gravity along the axis of the first joint, if it is near, or may be for all that is known of it. The readings there say
     /// whether that is plausible: at an estimate that is a little off, gravity's standard deviations are too small to tell.
     fn gravity_along_first_axis(&self, session: &Session) -> Option<Alignment> {
-        let (chain, block) = (&session.robot.chain, self.built.layout.gravity);
+        let (chain, block) = (&session.robot.chain, self.built.variables.gravity);
         chain.movers().first().filter(|mover| mover.kind == JointKind::Revolute)?;
         // No coordinate turns the first axis.
         let axis = Vector3::from(chain.axes(&vec![0.0; chain.joints().len()])[0]);
@@ -113,7 +113,7 @@ impl Solved {
             }
         }
         let stands = |(joint, [low, high]): (usize, [f64; 2])| {
-            let offset = self.built.layout.sensors[joint][Quantity::PositionOffset as usize];
+            let offset = self.built.variables.sensors[joint][Quantity::PositionOffset as usize];
             let is_free = !self.judged_problem().columns_of(offset).is_empty();
             (is_free && turns(joint) && high - low < STANDS).then(|| (joint, f64::midpoint(low, high)))
         };
@@ -124,7 +124,7 @@ impl Solved {
     fn at_quarter_turn(&self, joint: usize, angle: f64) -> Option<Alignment> {
         let off = angle - (angle / FRAC_PI_2).round() * FRAC_PI_2;
         let [gain, offset] = [Quantity::PositionGain, Quantity::PositionOffset]
-            .map(|quantity| self.built.layout.sensors[joint][quantity as usize]);
+            .map(|quantity| self.built.variables.sensors[joint][quantity as usize]);
         let [gain_value, offset_value] = [gain, offset].map(|block| self.estimate.values.scalar(block));
         (off.abs() < NEAR).then(|| vec![(gain, vec![gain_value]), (offset, vec![offset_value - off])])
     }
@@ -148,7 +148,7 @@ mod tests {
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
         let solved = with_workbench(|w| solve(&session, &readings, None, w)?.with_nearby(&session, w)).unwrap();
-        let gravity = solved.built.layout.gravity;
+        let gravity = solved.built.variables.gravity;
         solved.nearby.iter().any(|near| near.values.get(gravity)[..2] == [0.0, 0.0])
     }
 

@@ -10,7 +10,7 @@ use super::readings::Readings;
 use super::solve::solve;
 use super::solved::Solved;
 use super::tell::tell_parameters;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 use crate::judgement::{Asked, Judgement, residual_tests};
 use crate::result::{GravityResult, ParameterResult, ResidualTest, UncertaintyResult, UnexplainedResult, Verdict};
 

@@ -25,7 +25,7 @@ use gravcal_robot_model::session::Session;
 use super::order::Order;
 use super::readings::Readings;
 use super::solved::Solved;
-use super::unknowns::{Layout, OfJoints, Unknowns};
+use super::variables::{OfJoints, Unknowns, VariableIndex};
 
 /// Fewest standstills of known direction that say so.
 const LEAST: usize = 5;
@@ -97,12 +97,12 @@ pub(super) fn add_unknown(
 
 /// The residual of a pose with the unknown around it.
 pub(super) fn around(
-    (session, layout, stored): (&Session, &Layout, &Values),
+    (session, variables, stored): (&Session, &VariableIndex, &Values),
     unknown: &OfJoints,
     pose: usize,
     inner: Arc<dyn Residual>,
 ) -> Arc<dyn Residual> {
-    let bias = |joint: usize| layout.sensors[joint][Quantity::TorqueBias as usize];
+    let bias = |joint: usize| variables.sensors[joint][Quantity::TorqueBias as usize];
     let shifted: Vec<(BlockId, f64)> =
         unknown.joints.iter().map(|joint| (bias(*joint), side(session, pose, *joint).unwrap_or(0.0))).collect();
     if shifted.iter().all(|(_, side)| *side == 0.0) {
@@ -114,7 +114,7 @@ pub(super) fn around(
 impl Solved {
     /// What is left of a joint's friction, without its prior; nothing where it is no unknown, or the readings do not tell it.
     pub(crate) fn friction_at_rest(&self, joint: usize) -> Option<OfReadings> {
-        self.without_prior(self.built.layout.at_rest.as_ref()?, joint)
+        self.without_prior(self.built.variables.at_rest.as_ref()?, joint)
     }
 
     /// Whether it is an unknown of this joint.
@@ -135,7 +135,7 @@ impl Solved {
 
     /// The unknown of a joint: place in its block, and column.
     fn at_rest(&self, joint: usize) -> Option<(&OfJoints, usize, usize)> {
-        let at_rest = self.built.layout.at_rest.as_ref()?;
+        let at_rest = self.built.variables.at_rest.as_ref()?;
         let place = at_rest.place(joint)?;
         let column = self.built.problem.columns_of(at_rest.block).nth(place)?;
         Some((at_rest, place, column))
@@ -150,7 +150,7 @@ impl Solved {
     fn bias_that_holds_friction(&self, session: &Session, joint: usize) -> Option<String> {
         let (at_rest, place, friction) = self.at_rest(joint)?;
         let sides = Sides::of(session, joint).filter(|sides| sides.one_sided())?;
-        let bias = self.built.layout.block(ParameterId::Sensor(joint, Quantity::TorqueBias));
+        let bias = self.built.variables.block(ParameterId::Sensor(joint, Quantity::TorqueBias));
         let bias = self.built.problem.columns_of(bias).next()?;
         let both = self.covariance().of(&[vec![(bias, 1.0)], vec![(friction, 1.0)]]);
         // What the bias would be known to if friction were known.

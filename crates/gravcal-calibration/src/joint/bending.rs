@@ -28,7 +28,7 @@ use super::order::Order;
 use super::readings::{Bending, Readings};
 use super::solved::Solved;
 use super::unexplained_size::spread;
-use super::unknowns::{Layout, OfJoints, Unknowns};
+use super::variables::{OfJoints, Unknowns, VariableIndex};
 
 /// By how much the torques that a joint carries bend it, one standard deviation, rad: arms with harmonic drives bend by some milliradians.
 const DEFLECTION: f64 = 5e-3;
@@ -63,12 +63,12 @@ impl Bending {
     /// The residual of a pose with the unknown around it.
     pub(super) fn around(
         &self,
-        (layout, stored): (&Layout, &Values),
+        (variables, stored): (&VariableIndex, &Values),
         unknown: &OfJoints,
         pose: usize,
         inner: Arc<dyn Residual>,
     ) -> Arc<dyn Residual> {
-        let offset = |joint: usize| layout.sensors[joint][Quantity::PositionOffset as usize];
+        let offset = |joint: usize| variables.sensors[joint][Quantity::PositionOffset as usize];
         let shifted: Vec<(BlockId, f64)> =
             unknown.joints.iter().map(|joint| (offset(*joint), self.torques[pose][*joint])).collect();
         Arc::new(Shifted::new(inner, |id| stored.get(id).len(), &shifted, unknown.block))
@@ -111,7 +111,7 @@ impl Solved {
         let mut torques = vec![vec![0.0; session.joints.len()]; session.poses.len()];
         for (ReadingId { pose, channel }, reading) in self.built.rows.iter().zip(self.gravity_readings(session)?) {
             if *channel < session.joints.len() && sweeping[*pose] != Some(*channel) {
-                let gain = self.built.layout.sensors[*channel][Quantity::TorqueGain as usize];
+                let gain = self.built.variables.sensors[*channel][Quantity::TorqueGain as usize];
                 torques[*pose][*channel] = reading / self.estimate.values.scalar(gain);
             }
         }
@@ -120,7 +120,7 @@ impl Solved {
 
     /// Its readings with the torques that bend joints as it has them; nothing where joints bend by what it says already.
     pub(super) fn bent_anew(&self, session: &Session) -> Result<Option<Readings>, EvaluateError> {
-        let (Some(bending), Some(unknown)) = (&self.readings.bending, &self.built.layout.bending) else {
+        let (Some(bending), Some(unknown)) = (&self.readings.bending, &self.built.variables.bending) else {
             return Ok(None);
         };
         if !self.estimate.termination.converged() {
@@ -141,17 +141,17 @@ impl Solved {
 
     /// How far a joint bends, without its prior; nothing where that is no unknown, or the readings do not tell it.
     pub(crate) fn bending(&self, joint: usize) -> Option<OfReadings> {
-        self.without_prior(self.built.layout.bending.as_ref()?, joint)
+        self.without_prior(self.built.variables.bending.as_ref()?, joint)
     }
 
     /// Whether how far it bends is an unknown of this joint.
     pub(crate) fn has_bending(&self, joint: usize) -> bool {
-        self.built.layout.bending.as_ref().is_some_and(|bending| bending.place(joint).is_some())
+        self.built.variables.bending.as_ref().is_some_and(|bending| bending.place(joint).is_some())
     }
 
     /// Says which position gains are known less well because joints may bend.
     pub(super) fn gains_that_hold_bending(&self, session: &Session) -> Option<String> {
-        let bending = self.built.layout.bending.as_ref()?;
+        let bending = self.built.variables.bending.as_ref()?;
         let widened: Vec<(String, f64)> =
             bending.joints.iter().filter_map(|joint| self.widened_by_bending(session, bending, *joint)).collect();
         let most = widened.iter().map(|(_, times)| *times).reduce(f64::max)?;
@@ -168,7 +168,7 @@ impl Solved {
     /// Name of a position gain, and how many times its standard deviation is that of a stiff joint, where that is worth a word.
     fn widened_by_bending(&self, session: &Session, bending: &OfJoints, joint: usize) -> Option<(String, f64)> {
         let gain = ParameterId::Sensor(joint, Quantity::PositionGain);
-        let column = self.built.problem.columns_of(self.built.layout.block(gain)).next()?;
+        let column = self.built.problem.columns_of(self.built.variables.block(gain)).next()?;
         let own = self.built.problem.columns_of(bending.block).nth(bending.place(joint)?)?;
         let both = self.covariance().of(&[vec![(column, 1.0)], vec![(own, 1.0)]]);
         let stiff = both[0] - both[1] * both[2] / both[3];

@@ -11,7 +11,7 @@ use super::position_unknowns::add_unknowns;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::sweep_moments::{SweepMoments, by_sweep};
-use super::unknowns::{Layout, Unknowns, WithPayload};
+use super::variables::{Unknowns, VariableIndex, WithPayload};
 
 /// Why links are fixed where only instruments read: these feel nothing of them.
 const NO_TORQUE: &str = "no torque of a joint is read";
@@ -27,12 +27,12 @@ pub(super) fn add_unknown_blocks(
     readings: &Readings,
     start: &Unknowns,
     builder: &mut ProblemBuilder,
-) -> Layout {
-    let layout = add_blocks(session, readings, start, true, builder);
+) -> VariableIndex {
+    let variables = add_blocks(session, readings, start, true, builder);
     let position_unknowns = add_unknowns(session, readings, start, builder);
     let at_rest = at_rest::add_unknown(session, readings, start, builder);
     let bending = bending::add_unknown(session, readings, start, builder);
-    Layout { position_unknowns, at_rest, bending, ..layout }
+    VariableIndex { position_unknowns, at_rest, bending, ..variables }
 }
 
 pub(super) fn add_blocks(
@@ -41,7 +41,7 @@ pub(super) fn add_blocks(
     start: &Unknowns,
     with_prior: bool,
     builder: &mut ProblemBuilder,
-) -> Layout {
+) -> VariableIndex {
     let straight = !with_prior || session.terms.are_straight();
     let gravity = builder.add_block(gravity_block(session), &start.gravity);
     let unread = if with_prior { readings.unread_and_unknown(session) } else { readings.unread(session) };
@@ -85,7 +85,7 @@ pub(super) fn add_blocks(
     let carried: Vec<bool> = session.loads.iter().zip(readings.carried(session)).map(known).collect();
     let loads = add_placements(session, &carried, start, with_prior, builder);
     let rotors = session.rotors.iter().flatten().map(|place| further[*place]).collect();
-    Layout {
+    VariableIndex {
         gravity,
         sensors,
         further,

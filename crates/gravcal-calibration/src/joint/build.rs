@@ -18,7 +18,7 @@ use super::position_unknowns::add_priors;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::reference::{reference, with_reference};
-use super::unknowns::{Layout, Unknowns};
+use super::variables::{Unknowns, VariableIndex};
 
 /// Centre of mass from which an assumed mass's moment is taken to be uncertain, m: see [`moment_std`].
 const TYPICAL_LEVER: f64 = 0.1;
@@ -32,13 +32,13 @@ const EXACT_DISTANCE_STD: f64 = 1e-6;
 /// Where there is nothing to measure or nothing unknown.
 pub fn build_problem(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, BuildError> {
     let mut builder = ProblemBuilder::new();
-    let layout = add_unknown_blocks(session, readings, start, &mut builder);
-    let held = fixed_positions(&layout, &builder);
-    let rows = add_readings(session, readings, &layout, held, &mut builder)?;
-    let modelled = add_residuals(session, readings, &layout, &mut builder)?;
-    add_parameter_priors(session, readings, &layout, &mut builder)?;
+    let variables = add_unknown_blocks(session, readings, start, &mut builder);
+    let held = fixed_positions(&variables, &builder);
+    let rows = add_readings(session, readings, &variables, held, &mut builder)?;
+    let modelled = add_residuals(session, readings, &variables, &mut builder)?;
+    add_parameter_priors(session, readings, &variables, &mut builder)?;
     let (problem, initial) = builder.build()?;
-    let built = JointProblem { problem, initial, layout, rows, modelled, poses: readings.poses(), loss: Loss::None };
+    let built = JointProblem { problem, initial, variables, rows, modelled, poses: readings.poses(), loss: Loss::None };
     let built = with_reference(session, readings, built);
     match &session.earlier {
         None => Ok(built),
@@ -71,35 +71,35 @@ pub(crate) fn pose_readings_alone(
     start: &Unknowns,
 ) -> Result<JointProblem, BuildError> {
     let mut builder = ProblemBuilder::new();
-    let layout = add_blocks(session, readings, start, false, &mut builder);
-    let given = Some(positions(&layout, &builder));
-    let rows = add_readings(session, readings, &layout, given, &mut builder)?;
+    let variables = add_blocks(session, readings, start, false, &mut builder);
+    let given = Some(positions(&variables, &builder));
+    let rows = add_readings(session, readings, &variables, given, &mut builder)?;
     let (problem, initial) = builder.build()?;
     let mut nominal = ProblemBuilder::new();
     add_blocks(session, readings, &Unknowns::nominal(session), false, &mut nominal);
-    let reference = reference(session, readings, &problem, &layout, nominal.initial());
+    let reference = reference(session, readings, &problem, &variables, nominal.initial());
     let problem = problem.with_reference(reference);
     let (poses, loss) = (readings.poses(), Loss::None);
-    Ok(JointProblem { problem, initial, layout, rows, modelled: Vec::new(), poses, loss })
+    Ok(JointProblem { problem, initial, variables, rows, modelled: Vec::new(), poses, loss })
 }
 
 fn add_parameter_priors(
     session: &Session,
     readings: &Readings,
-    layout: &Layout,
+    variables: &VariableIndex,
     builder: &mut ProblemBuilder,
 ) -> Result<(), NoiseError> {
     if let Some(std) = session.gravity.magnitude_std {
-        let residual = GravityNorm::new(layout.gravity, session.gravity.magnitude);
+        let residual = GravityNorm::new(variables.gravity, session.gravity.magnitude);
         builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
     }
     for id in session.parameters() {
         if let ParameterPrior { nominal, kind: PriorKind::Gaussian { std } } = session.prior(id) {
-            add_prior(builder, layout.block(id), vec![nominal], &[std])?;
+            add_prior(builder, variables.block(id), vec![nominal], &[std])?;
         }
     }
     if let InertiaPrior::Model { relative_std } = &session.inertia {
-        for ((link, id), relative_std) in session.robot.chain.links().iter().zip(&layout.inertia).zip(relative_std) {
+        for ((link, id), relative_std) in session.robot.chain.links().iter().zip(&variables.inertia).zip(relative_std) {
             if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {
                 let [x, y, z] = inertia.first_moment;
                 let moment = relative_std * moment_std(inertia.mass, [x, y, z]);
@@ -108,20 +108,20 @@ fn add_parameter_priors(
             }
         }
     }
-    add_tensor_priors(session, layout, builder)?;
-    for (load, placement) in session.loads.iter().zip(&layout.loads) {
+    add_tensor_priors(session, variables, builder)?;
+    for (load, placement) in session.loads.iter().zip(&variables.loads) {
         // A load with a position of its own is tied to no other: its placement is one block.
         if let (Some(position), Some(std), Some([id])) = (load.position, load.position_std, placement.as_deref()) {
             add_prior(builder, *id, position.to_vec(), &[std; 3])?;
         }
     }
-    add_priors(layout, builder)?;
-    for unknown in layout.at_rest.iter().chain(&layout.bending) {
+    add_priors(variables, builder)?;
+    for unknown in variables.at_rest.iter().chain(&variables.bending) {
         unknown.add_prior(builder)?;
     }
     for index in distances_left(session, &readings.carried(session)) {
         let known = &session.load_distances[index];
-        if let [Some(a), Some(b)] = known.between.map(|load| layout.loads[load].clone()) {
+        if let [Some(a), Some(b)] = known.between.map(|load| variables.loads[load].clone()) {
             let residual = LoadDistance::new([a, b], known.distance);
             let std = known.std.unwrap_or(EXACT_DISTANCE_STD);
             builder.add_factor(Factor::new(residual, Noise::independent(&[std])?));
@@ -131,11 +131,15 @@ fn add_parameter_priors(
 }
 
 /// What the robot's file says of links' inertia tensors, as well as it says their masses.
-fn add_tensor_priors(session: &Session, layout: &Layout, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
+fn add_tensor_priors(
+    session: &Session,
+    variables: &VariableIndex,
+    builder: &mut ProblemBuilder,
+) -> Result<(), NoiseError> {
     let InertiaPrior::Model { relative_std } = &session.inertia else { return Ok(()) };
     let nominal = Unknowns::nominal(session).tensors;
     let links = session.robot.chain.links().iter().zip(relative_std);
-    for ((id, tensor), (link, relative_std)) in layout.tensors.iter().zip(nominal).zip(links) {
+    for ((id, tensor), (link, relative_std)) in variables.tensors.iter().zip(nominal).zip(links) {
         if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {
             let least = inertia.mass * TYPICAL_LEVER * TYPICAL_LEVER;
             let size = f64::max(0.5 * (tensor[0] + tensor[2] + tensor[5]).abs(), least);

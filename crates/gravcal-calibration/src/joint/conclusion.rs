@@ -14,7 +14,7 @@ use super::readings::Readings;
 use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::tell::{mirrored_gains, tell_termination};
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 use crate::judgement::{explained, far_off, in_words};
 use crate::result::{NoiseSource, ParameterResult, UncertaintyResult, Verdict};
 
@@ -282,7 +282,8 @@ fn other_unit(session: &Session, solved: &Solved, parameters: &[ParameterResult]
     let mut found = joints.filter_map(|(joint, described)| {
         let name = Quantity::PositionGain.name(&described.name);
         let determined = parameters.iter().any(|p| p.name == name && p.determined && p.held.is_none());
-        let value = solved.estimate.values.scalar(solved.built.layout.sensors[joint][Quantity::PositionGain as usize]);
+        let value =
+            solved.estimate.values.scalar(solved.built.variables.sensors[joint][Quantity::PositionGain as usize]);
         let ratio = value / session.joints[joint].of(Quantity::PositionGain).nominal;
         let other = determined && (ratio.abs() > OTHER_UNIT || ratio.abs() < 1.0 / OTHER_UNIT);
         other.then_some((name, ratio))

@@ -15,21 +15,21 @@ use gravcal_robot_model::session::Session;
 
 use super::error::BuildError;
 use super::problem::JointProblem;
-use super::unknowns::{Layout, Unknowns};
+use super::variables::{Unknowns, VariableIndex};
 use crate::result;
 
 /// The joint problem with the session's constraints on what is free in it.
 pub(super) fn constrained(session: &Session, built: JointProblem) -> Result<JointProblem, BuildError> {
-    let all = of_links(session, &built.layout).into_iter().chain(of_gains(session, &built.layout));
+    let all = of_links(session, &built.variables).into_iter().chain(of_gains(session, &built.variables));
     let free = all.filter(|(block, _)| built.problem.block(*block).fixed.is_none());
     let problem = built.problem.with_constraints(free.map(|(_, constraint)| constraint).collect())?;
     Ok(JointProblem { problem, ..built })
 }
 
-fn of_links(session: &Session, layout: &Layout) -> Vec<(BlockId, Constraint)> {
+fn of_links(session: &Session, variables: &VariableIndex) -> Vec<(BlockId, Constraint)> {
     let demanded = &session.constraints;
     let mut constraints = Vec::new();
-    for (index, (link, id)) in session.robot.chain.links().iter().zip(&layout.inertia).enumerate() {
+    for (index, (link, id)) in session.robot.chain.links().iter().zip(&variables.inertia).enumerate() {
         if demanded.positive_masses {
             let name = format!("{}.mass is at least 0", link.name);
             constraints.push((*id, Constraint::bound(name, *id, 0, 0.0, f64::INFINITY)));
@@ -43,9 +43,9 @@ fn of_links(session: &Session, layout: &Layout) -> Vec<(BlockId, Constraint)> {
     constraints
 }
 
-fn of_gains(session: &Session, layout: &Layout) -> Vec<(BlockId, Constraint)> {
+fn of_gains(session: &Session, variables: &VariableIndex) -> Vec<(BlockId, Constraint)> {
     let Some(share) = session.constraints.torque_gains_within else { return Vec::new() };
-    let joints = session.robot.chain.joints().iter().zip(&layout.sensors).enumerate();
+    let joints = session.robot.chain.joints().iter().zip(&variables.sensors).enumerate();
     let of_joint = |(index, (joint, ids)): (usize, (&gravcal_dynamics::Joint, &[BlockId; 4]))| {
         let id = ids[Quantity::TorqueGain as usize];
         let nominal = session.joints[index].of(Quantity::TorqueGain).nominal;

@@ -11,7 +11,7 @@ use gravcal_robot_model::session::{PriorKind, Session};
 use nalgebra::Vector3;
 
 use super::solved::Solved;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 
 /// Torque gains, each by its nominal value, that are so many times apart are no scatter of sensors.
 const DISAGREES: f64 = 3.0;

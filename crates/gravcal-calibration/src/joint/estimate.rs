@@ -12,7 +12,7 @@ use super::problem::JointProblem;
 use super::readings::Readings;
 use super::select::{Signals, select};
 use super::tell::tell;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 use crate::result::{Brief, EstimatorResult};
 
 /// Solves the joint problem, from `known` values (the sequential estimator's) if they start it better than the

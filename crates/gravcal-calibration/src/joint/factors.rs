@@ -14,20 +14,20 @@ use super::at_rest;
 use super::position_unknowns::Around;
 use super::readings::{Readings, position_terms};
 use super::torques::{Torques, carried};
-use super::unknowns::Layout;
+use super::variables::VariableIndex;
 
 /// Adds the readings; gives that of each row. `positions`: gain and offset of each joint's position sensor, where derivatives by them are not
 /// asked for.
 pub(super) fn add_readings(
     session: &Session,
     readings: &Readings,
-    layout: &Layout,
+    variables: &VariableIndex,
     positions: Option<Vec<[f64; 2]>>,
     builder: &mut ProblemBuilder,
 ) -> Result<Vec<ReadingId>, NoiseError> {
     let stored = builder.initial();
-    let around = Around::new(layout, stored.clone());
-    let mut models = Models::new(session, layout, positions);
+    let around = Around::new(variables, stored.clone());
+    let mut models = Models::new(session, variables, positions);
     let mut rows = Vec::with_capacity(readings.count());
     let (mut std, mut last): (Vec<f64>, Option<(Vec<f64>, Noise)>) = (Vec::new(), None);
     for (pose, used) in readings.used.iter().enumerate().filter(|(_, used)| !used.is_empty()) {
@@ -40,12 +40,12 @@ pub(super) fn add_readings(
         };
         let residual = once(models.residual(pose, used, |id| builder.block(id).len()), builder);
         let residual = around.residual(pose, residual);
-        let residual = match &layout.at_rest {
-            Some(at_rest) => at_rest::around((session, layout, &stored), at_rest, pose, residual),
+        let residual = match &variables.at_rest {
+            Some(at_rest) => at_rest::around((session, variables, &stored), at_rest, pose, residual),
             None => residual,
         };
-        let residual = match (&layout.bending, &readings.bending) {
-            (Some(unknown), Some(bending)) => bending.around((layout, &stored), unknown, pose, residual),
+        let residual = match (&variables.bending, &readings.bending) {
+            (Some(unknown), Some(bending)) => bending.around((variables, &stored), unknown, pose, residual),
             _ => residual,
         };
         let factor = Factor { residual, noise, loss: Loss::None };
@@ -64,16 +64,16 @@ pub(super) fn once(residual: Arc<dyn Residual>, builder: &ProblemBuilder) -> Arc
 }
 
 /// Gain and offset of each joint's position sensor, as the problem starts.
-pub(super) fn positions(layout: &Layout, builder: &ProblemBuilder) -> Vec<[f64; 2]> {
+pub(super) fn positions(variables: &VariableIndex, builder: &ProblemBuilder) -> Vec<[f64; 2]> {
     let values = builder.initial();
-    layout.sensors.iter().map(|[_, _, gain, offset]| [values.scalar(*gain), values.scalar(*offset)]).collect()
+    variables.sensors.iter().map(|[_, _, gain, offset]| [values.scalar(*gain), values.scalar(*offset)]).collect()
 }
 
 /// The same where all are fixed.
-pub(super) fn fixed_positions(layout: &Layout, builder: &ProblemBuilder) -> Option<Vec<[f64; 2]>> {
+pub(super) fn fixed_positions(variables: &VariableIndex, builder: &ProblemBuilder) -> Option<Vec<[f64; 2]>> {
     let fixed = |id: &BlockId| builder.block(*id).fixed.is_some();
-    let all = layout.sensors.iter().all(|[_, _, gain, offset]| fixed(gain) && fixed(offset));
-    all.then(|| positions(layout, builder))
+    let all = variables.sensors.iter().all(|[_, _, gain, offset]| fixed(gain) && fixed(offset));
+    all.then(|| positions(variables, builder))
 }
 
 /// What poses share: by load, first of poses with nothing attached.
@@ -85,19 +85,19 @@ struct Models<'s> {
 }
 
 impl<'s> Models<'s> {
-    fn new(session: &'s Session, layout: &'s Layout, positions: Option<Vec<[f64; 2]>>) -> Models<'s> {
+    fn new(session: &'s Session, variables: &'s VariableIndex, positions: Option<Vec<[f64; 2]>>) -> Models<'s> {
         let chain = Arc::new(session.robot.chain.clone());
-        let loads = (0..session.loads.len()).map(|load| carried(session, layout, load));
+        let loads = (0..session.loads.len()).map(|load| carried(session, variables, load));
         let loads: Vec<Option<CarriedLoad>> = std::iter::once(None).chain(loads).collect();
         let instrument = |instrument: &Instrument| {
             let model = |table: usize, load: &Option<CarriedLoad>| {
-                Arc::new(instrument_model((session, layout), Arc::clone(&chain), (instrument, table), load.clone()))
+                Arc::new(instrument_model((session, variables), Arc::clone(&chain), (instrument, table), load.clone()))
             };
             (0..instrument.biases).map(|set| loads.iter().map(|load| model(set, load)).collect()).collect()
         };
         Models {
             session,
-            torques: Torques::new(session, layout, positions),
+            torques: Torques::new(session, variables, positions),
             instruments: session.instruments.iter().map(instrument).collect(),
         }
     }
@@ -138,12 +138,12 @@ impl<'s> Models<'s> {
 
 /// The model of an instrument in a table.
 fn instrument_model(
-    (session, layout): (&Session, &Layout),
+    (session, variables): (&Session, &VariableIndex),
     chain: Arc<Chain>,
     (instrument, table): (&Instrument, usize),
     load: Option<CarriedLoad>,
 ) -> InstrumentModel {
-    let own = &layout.further[instrument.own_parameters()];
+    let own = &variables.further[instrument.own_parameters()];
     let sensed: Arc<dyn SensedQuantity> = match instrument.kind {
         InstrumentKind::ForceTorque => {
             let beyond = load.filter(|load| load.link == instrument.link);
@@ -157,22 +157,24 @@ fn instrument_model(
         block: *block,
     };
     let biases =
-        [&layout.further[instrument.biases_of_table(table)], &layout.further[instrument.drift_parameters()]].concat();
-    let gains = instrument.gains.iter().zip(&layout.further[instrument.gain_parameters()]).map(gain);
+        [&variables.further[instrument.biases_of_table(table)], &variables.further[instrument.drift_parameters()]]
+            .concat();
+    let gains = instrument.gains.iter().zip(&variables.further[instrument.gain_parameters()]).map(gain);
     InstrumentModel::new(
         (chain, instrument.link),
         instrument.mounting.rotation(),
         sensed,
-        (layout.gravity, &coordinate_blocks(session, layout, instrument.link)),
+        (variables.gravity, &coordinate_blocks(session, variables, instrument.link)),
         (gains.collect(), &biases),
     )
 }
 
 /// Blocks on which the coordinates of the joints that move a link depend: position gain and offset of each, then the terms
 /// of their position sensors.
-fn coordinate_blocks(session: &Session, layout: &Layout, link: usize) -> Vec<BlockId> {
-    let affine = joints_moving(session, link).flat_map(|joint| [layout.sensors[joint][2], layout.sensors[joint][3]]);
-    let terms = position_terms(session, link).flat_map(|term| layout.further[term.places.clone()].to_vec());
+fn coordinate_blocks(session: &Session, variables: &VariableIndex, link: usize) -> Vec<BlockId> {
+    let affine =
+        joints_moving(session, link).flat_map(|joint| [variables.sensors[joint][2], variables.sensors[joint][3]]);
+    let terms = position_terms(session, link).flat_map(|term| variables.further[term.places.clone()].to_vec());
     affine.chain(terms).collect()
 }
 

@@ -83,8 +83,8 @@ impl Readings {
 
 /// The fewest factors of first poses that know enough.
 fn first_factors(built: &JointProblem) -> Result<usize, EvaluateError> {
-    let sensors = built.layout.sensors.iter().flat_map(|ids| Quantity::ALL.map(|quantity| ids[quantity as usize]));
-    let asked: Vec<BlockId> = sensors.chain([built.layout.gravity]).chain(built.layout.further_once()).collect();
+    let sensors = built.variables.sensors.iter().flat_map(|ids| Quantity::ALL.map(|quantity| ids[quantity as usize]));
+    let asked: Vec<BlockId> = sensors.chain([built.variables.gravity]).chain(built.variables.further_once()).collect();
     let all = Precision::of(&built.problem, &built.initial, &asked)?;
     let enough = |poses: usize| -> Result<bool, EvaluateError> {
         let factors = first_of(built, poses);

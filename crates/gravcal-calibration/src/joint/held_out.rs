@@ -19,7 +19,7 @@ use super::problem::JointProblem;
 use super::readings::{Bending, Readings};
 use super::smaller_models::smaller_models;
 use super::solved::Solved;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 use crate::judgement::{self, held_out};
 use crate::result::{Fit, HeldOut};
 
@@ -109,7 +109,7 @@ fn seen_by_second_fit(session: &Session, solved: &Solved, workbench: &Workbench<
     if !estimate.termination.converged() {
         return Ok(Second::Missing(estimate.termination.to_string()));
     }
-    let prediction = seen.layout.unknowns(&estimate.values, &start);
+    let prediction = seen.variables.unknowns(&estimate.values, &start);
     Ok(Second::Predicted(predict(session, &part(true), &prediction)?))
 }
 

@@ -4,7 +4,7 @@ use gravcal_dynamics::JointKind;
 use gravcal_robot_model::session::Session;
 use nalgebra::Vector3;
 
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 
 /// A joint is idle where its axis is within this angle of gravity, rad.
 const IDLE_ANGLE: f64 = 0.05;

@@ -9,7 +9,7 @@ use gravcal_robot_model::session::Session;
 use super::idle::idle_joints;
 use super::problem::JointProblem;
 use super::solved::{Nearby, Solved};
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 use crate::judgement::{Asked, Judgement, Situation, asked, gravity_result};
 use crate::result::GravityResult;
 
@@ -21,17 +21,17 @@ impl Solved {
 
     /// The same with given spreads (largest less smallest reading of each channel).
     pub(crate) fn judge_with_spreads(&self, session: &Session, spreads: &[f64]) -> Judgement {
-        let JointProblem { problem, layout, .. } = &self.built;
+        let JointProblem { problem, variables, .. } = &self.built;
         let judged = |values: &Values, analysis: &RankAnalysis, covariance: &Covariance| {
-            judge(problem, analysis, covariance, &asked(session, layout, values, spreads))
+            judge(problem, analysis, covariance, &asked(session, variables, values, spreads))
         };
         let mut judgement = judged(&self.estimate.values, &self.analysis, self.covariance());
         for Nearby { values, analysis, share, open } in &self.nearby {
             let at_least = analysis.covariance().scaled(share * share);
             judgement.leave_open_what_is_open_in(&judged(values, analysis, &at_least));
             let is_open = |id: BlockId| problem.columns_of(id).any(|column| open.contains(&column));
-            judgement.leave_unsaid(is_open(layout.gravity).then_some(Asked::Gravity));
-            judgement.leave_open(session.parameters().into_iter().filter(|id| is_open(layout.block(*id))));
+            judgement.leave_unsaid(is_open(variables.gravity).then_some(Asked::Gravity));
+            judgement.leave_open(session.parameters().into_iter().filter(|id| is_open(variables.block(*id))));
         }
         judgement.leave_unsaid((!self.sign_known).then_some(Asked::Gravity));
         judgement.leave_unsaid(self.turning_with_gravity(session, spreads));
@@ -52,7 +52,7 @@ impl Solved {
     }
 
     pub(crate) fn situation<'s>(&self, session: &'s Session) -> Situation<'s> {
-        let g = self.estimate.values.get(self.built.layout.gravity);
+        let g = self.estimate.values.get(self.built.variables.gravity);
         let read =
             (0..session.joints.len()).map(|joint| self.built.rows.iter().any(|id| id.channel == joint)).collect();
         let unread = self.readings.unread_and_unknown(session);
@@ -65,11 +65,11 @@ impl Solved {
         let decided = self.estimate.active.iter().zip(&self.leans).filter(|(_, lean)| **lean >= DECIDED);
         let fixed: Vec<BlockId> =
             decided.flat_map(|(active, _)| &active.holds).flat_map(|f| f.terms.iter().map(|(id, ..)| *id)).collect();
-        session.parameters().into_iter().filter(|id| fixed.contains(&self.built.layout.block(*id))).collect()
+        session.parameters().into_iter().filter(|id| fixed.contains(&self.built.variables.block(*id))).collect()
     }
 
     pub(super) fn gravity(&self, session: &Session) -> GravityResult {
-        let (problem, values, id) = (&self.built.problem, &self.estimate.values, self.built.layout.gravity);
+        let (problem, values, id) = (&self.built.problem, &self.estimate.values, self.built.variables.gravity);
         let axes = stored_coordinates(problem, values, &[id]);
         let radius = |_std: f64, along: [f64; 3]| {
             let of_axis = |(axis, share): (&LinearFunction, f64)| {

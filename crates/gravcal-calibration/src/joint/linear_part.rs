@@ -12,7 +12,7 @@ use super::build::pose_readings_alone;
 use super::error::BuildError;
 use super::problem::JointProblem;
 use super::readings::Readings;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 
 /// Nominal torque gains are taken for wrong where they are off by more than this factor, and by lengths only where that
 /// lowers the cost by so much.
@@ -56,7 +56,7 @@ impl<'s> LinearPart<'s> {
         let lengths = self.session.load_distances.iter().filter_map(|known| self.known_length(known, &values));
         let quadratic = lengths.fold(quadratic, |quadratic, known| quadratic.keeping(&known));
         let solved = self.linear.retract(&values, quadratic.step.as_slice());
-        (linearization.cost() - quadratic.reduction, self.built.layout.unknowns(&solved, candidate))
+        (linearization.cost() - quadratic.reduction, self.built.variables.unknowns(&solved, candidate))
     }
 
     /// The cost left for the sensors of a candidate, by gravity's direction.
@@ -84,24 +84,24 @@ impl<'s> LinearPart<'s> {
         let mut step = vec![0.0; scaling.len()];
         let gain = linearization.damped_step(FAINT_DAMPING, &scaling, &mut step).predicted_reduction;
         let solved = self.linear.retract(values, &step);
-        (linearization.cost() - gain, self.built.layout.unknowns(&solved, candidate))
+        (linearization.cost() - gain, self.built.variables.unknowns(&solved, candidate))
     }
 
     /// Gravity and sensors of a candidate; the rest from where what is linear starts.
     fn values(&self, candidate: &Unknowns) -> Values {
-        let layout = &self.built.layout;
+        let variables = &self.built.variables;
         let mut values = self.built.initial.clone();
-        values.set(layout.gravity, &candidate.gravity);
-        for (ids, sensor) in layout.sensors.iter().zip(&candidate.sensors) {
+        values.set(variables.gravity, &candidate.gravity);
+        for (ids, sensor) in variables.sensors.iter().zip(&candidate.sensors) {
             ids.iter().zip(sensor).for_each(|(id, value)| values.set(*id, &[*value]));
         }
-        layout.further.iter().zip(&candidate.further).for_each(|(id, value)| values.set(*id, &[*value]));
+        variables.further.iter().zip(&candidate.further).for_each(|(id, value)| values.set(*id, &[*value]));
         values
     }
 
     /// How the difference of two placements depends on the columns of the linear problem; nothing where one of them is not carried.
     fn known_length(&self, known: &LoadDistance, values: &Values) -> Option<KnownLength> {
-        let [from, to] = known.between.map(|load| self.built.layout.loads[load].as_deref());
+        let [from, to] = known.between.map(|load| self.built.variables.loads[load].as_deref());
         let (mut difference, mut by_step) = (Vector3::zeros(), Matrix3xX::zeros(self.linear.columns().len()));
         for (placement, sign) in [(from?, -1.0), (to?, 1.0)] {
             for block in placement {

@@ -24,7 +24,7 @@ use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
 use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::start::start_cost;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 
 /// A mistake must lower the cost of a start to this share of it; the cost of a solution likewise.
 const BETTER_START: f64 = 0.7;

@@ -58,7 +58,7 @@ mod torques;
 mod uncertainty;
 mod unexplained;
 mod unexplained_size;
-mod unknowns;
+mod variables;
 
 pub(crate) use at_rest::OfReadings;
 pub use build::build_problem;
@@ -81,4 +81,4 @@ pub use solved::Solved;
 pub(crate) use start::start_around;
 pub(crate) use symmetries::with_gains_known;
 pub(crate) use tell::{last_frame_choices, session_notes, unknown_sign};
-pub use unknowns::{Layout, OfJoints, PositionUnknown, Unknowns, WithPayload};
+pub use variables::{OfJoints, PositionUnknown, Unknowns, VariableIndex, WithPayload};

@@ -28,7 +28,7 @@ use super::error::EstimateError;
 use super::fit::fit;
 use super::problem::JointProblem;
 use super::solved::Solved;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 use crate::judgement::Judgement;
 use crate::result::{Fit, NoiseSource, SensorModelTest, TestAgainstZero, TestKind, UncertaintyResult};
 
@@ -144,7 +144,7 @@ impl ModelTests<'_> {
         let mut start = solved.unknowns(&Unknowns::nominal(self.session));
         parameters.iter().for_each(|id| *start.value_mut(*id) = 0.0);
         let built = build_with_constraints(self.session, &solved.readings, &start)?.with_loss(solved.built.loss)?;
-        let fixed: Vec<BlockId> = parameters.iter().map(|id| built.layout.block(*id)).collect();
+        let fixed: Vec<BlockId> = parameters.iter().map(|id| built.variables.block(*id)).collect();
         let absent = JointProblem { problem: built.problem.with_fixed(&fixed, ABSENT), ..built };
         let (_, without) = fit(&absent, &solved.readings, workbench)?;
         Ok(without.termination.converged().then(|| 2.0 * (without.cost - solved.estimate.cost).max(0.0)))
@@ -152,7 +152,7 @@ impl ModelTests<'_> {
 
     fn wald(&self, parameters: &[ParameterId]) -> Option<TestAgainstZero> {
         let solved = self.solved;
-        let blocks: Vec<BlockId> = parameters.iter().map(|id| solved.built.layout.block(*id)).collect();
+        let blocks: Vec<BlockId> = parameters.iter().map(|id| solved.built.variables.block(*id)).collect();
         let covariance = solved.covariance().stored(&solved.built.problem, &solved.estimate.values, &blocks);
         let values: Vec<f64> = blocks.iter().map(|id| solved.estimate.values.scalar(*id)).collect();
         chi_squared(TestKind::Wald, weighted_square(&values, &covariance)?, values.len())
@@ -161,7 +161,7 @@ impl ModelTests<'_> {
     /// Whether all parameters of each group are the same.
     fn differences(&self, groups: &[Vec<ParameterId>]) -> Option<TestAgainstZero> {
         let solved = self.solved;
-        let block = |id: &ParameterId| solved.built.layout.block(*id);
+        let block = |id: &ParameterId| solved.built.variables.block(*id);
         let pairs: Vec<[BlockId; 2]> =
             groups.iter().flat_map(|group| group.iter().skip(1).map(|id| [block(id), block(&group[0])])).collect();
         let column = |id: &BlockId| solved.built.problem.columns_of(*id).next();

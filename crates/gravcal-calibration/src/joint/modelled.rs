@@ -13,13 +13,13 @@ use gravcal_robot_model::session::Session;
 use super::factors::once;
 use super::readings::Readings;
 use super::solved::Solved;
-use super::unknowns::Layout;
+use super::variables::VariableIndex;
 
 /// Adds the rows of all residuals; gives the residual of each.
 pub(super) fn add_residuals(
     session: &Session,
     readings: &Readings,
-    layout: &Layout,
+    variables: &VariableIndex,
     builder: &mut ProblemBuilder,
 ) -> Result<Vec<usize>, NoiseError> {
     let mut rows = Vec::new();
@@ -29,10 +29,10 @@ pub(super) fn add_residuals(
         let enters = |tie: &Tie| tie.poses.iter().all(|pose| readings.enters(session, *pose));
         let ties: Vec<Tie> = residual.ties(&session.poses).into_iter().filter(enters).collect();
         // Errors of single poses' positions would tie all rows of one factor together.
-        let is_one = residual.is_batched() && layout.position_unknowns.is_empty();
+        let is_one = residual.is_batched() && variables.position_unknowns.is_empty();
         for ties in ties.chunks(if is_one { ties.len().max(1) } else { 1 }) {
             let std: Vec<f64> = ties.iter().map(|tie| tie.std).collect();
-            let own = Rows::new(session, layout, &residual, builder).of(&chain, &residual, ties);
+            let own = Rows::new(session, variables, &residual, builder).of(&chain, &residual, ties);
             let residual = once(Arc::new(own), builder);
             builder.add_factor(Factor { residual, noise: Noise::independent(&std)?, loss: Loss::None });
             rows.extend(ties.iter().map(|_| index));
@@ -52,7 +52,7 @@ impl Readings {
 /// Rows that are being put together: their blocks, and the stored columns of these.
 struct Rows<'a> {
     session: &'a Session,
-    layout: &'a Layout,
+    variables: &'a VariableIndex,
     builder: &'a ProblemBuilder,
     blocks: Vec<BlockId>,
     columns: usize,
@@ -66,28 +66,28 @@ struct Rows<'a> {
 impl<'a> Rows<'a> {
     fn new(
         session: &'a Session,
-        layout: &'a Layout,
+        variables: &'a VariableIndex,
         residual: &ResidualInUse,
         builder: &'a ProblemBuilder,
     ) -> Rows<'a> {
         let empty =
-            Rows { session, layout, builder, blocks: Vec::new(), columns: 0, joints: Vec::new(), terms: 0, own: 0 };
+            Rows { session, variables, builder, blocks: Vec::new(), columns: 0, joints: Vec::new(), terms: 0, own: 0 };
         let mut row = empty;
         if residual.sees.sees_gravity() {
-            row.add(layout.gravity);
+            row.add(variables.gravity);
         }
         for joint in residual.sees.joints() {
-            let [_, _, gain, offset] = layout.sensors[*joint];
+            let [_, _, gain, offset] = variables.sensors[*joint];
             let first = row.add(gain);
             row.add(offset);
             row.joints.push((*joint, first));
         }
         row.terms = row.columns;
         for term in session.terms.of_positions().filter(|term| residual.sees.joints().contains(&term.joint)) {
-            layout.further[term.places.clone()].iter().for_each(|id| _ = row.add(*id));
+            variables.further[term.places.clone()].iter().for_each(|id| _ = row.add(*id));
         }
         row.own = row.columns;
-        residual.places.iter().for_each(|place| _ = row.add(layout.further[*place]));
+        residual.places.iter().for_each(|place| _ = row.add(variables.further[*place]));
         row
     }
 
@@ -112,8 +112,8 @@ impl<'a> Rows<'a> {
         for (joint, gain) in &self.joints {
             coordinates.extend([(*joint, *gain, read.position[*joint]), (*joint, gain + 1, 1.0)]);
         }
-        let layout = self.layout;
-        for unknown in layout.position_unknowns.iter().filter(|unknown| unknown.poses.contains(&pose)) {
+        let variables = self.variables;
+        for unknown in variables.position_unknowns.iter().filter(|unknown| unknown.poses.contains(&pose)) {
             let first = self.add(unknown.block);
             let seen = unknown.joints.iter().zip(first..).filter(|(joint, _)| residual.sees.joints().contains(joint));
             coordinates.extend(seen.map(|(joint, column)| (*joint, column, 1.0)));

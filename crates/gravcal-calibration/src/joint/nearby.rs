@@ -11,7 +11,7 @@ use super::reference::WITHIN_USE;
 use super::solve_from::solve_from;
 use super::solved::{Nearby, Solved};
 use super::symmetries::{in_hemisphere, not_as_declared};
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 use crate::judgement::limits_of_use;
 
 /// Values at which ½ χ² is larger by less are as good as the estimate: two standard deviations away.
@@ -42,7 +42,7 @@ impl Solved {
             let costs = costs.collect::<Result<Vec<_>, EstimateError>>()?;
             let lowest = costs.into_iter().min_by(|(a, _), (b, _)| a.total_cmp(b));
             let Some((_, better)) = lowest.filter(|(cost, _)| *cost < solved.estimate.cost - BETTER) else { break };
-            let start = solved.built.layout.unknowns(better, &Unknowns::nominal(session));
+            let start = solved.built.variables.unknowns(better, &Unknowns::nominal(session));
             // What leads nowhere leaves the estimate as it is.
             let other = solve_from(session, &solved.readings, start, workbench);
             let Ok(other) = other.and_then(|other| in_hemisphere(session, other, workbench)) else { break };
@@ -74,7 +74,7 @@ impl Solved {
         }
         let judgement = self.judge(session);
         let plausible = reference.times_as_firm(WITHIN_USE);
-        let columns = |id: &ParameterId| problem.columns_of(self.built.layout.block(*id));
+        let columns = |id: &ParameterId| problem.columns_of(self.built.variables.block(*id));
         let determined: Vec<usize> =
             session.parameters().iter().filter(|id| judgement.determines(**id)).flat_map(columns).collect();
         let farther = least_informed_nearby((problem, values), &asked, &determined, &plausible)?;
@@ -110,10 +110,10 @@ impl Solved {
         plausible: &Reference,
         workbench: &Workbench<'_>,
     ) -> Result<Option<Values>, EstimateError> {
-        let (problem, layout) = (self.judged_problem(), &self.built.layout);
+        let (problem, variables) = (self.judged_problem(), &self.built.variables);
         let mut center = self.estimate.values.clone();
         for id in session.parameters().into_iter().filter(drawn) {
-            center.set(layout.block(id), &[session.nominal(id)]);
+            center.set(variables.block(id), &[session.nominal(id)]);
         }
         let drawn = problem.with_reference(plausible.centered_at(&center));
         // What cannot be solved there says nothing.
@@ -141,7 +141,7 @@ impl Solved {
             }
         }
         for (id, values) in session.parameters().iter().flat_map(|id| self.elsewhere.iter().map(move |v| (id, v))) {
-            let block = self.built.layout.block(*id);
+            let block = self.built.variables.block(*id);
             let apart = (values.scalar(block) - self.estimate.values.scalar(block)).abs();
             for column in self.judged_problem().columns_of(block) {
                 factors[column] = factors[column].max(WITHIN * apart / known.std(column).max(f64::MIN_POSITIVE));
@@ -158,7 +158,7 @@ impl Solved {
 
     /// Gravity's columns, and how far gravity lies along each from the estimate at other values.
     fn gravity_apart(&self, values: &Values) -> Vec<(usize, f64)> {
-        let (problem, id) = (self.judged_problem(), self.built.layout.gravity);
+        let (problem, id) = (self.judged_problem(), self.built.variables.gravity);
         let columns = problem.columns_of(id);
         let basis = problem.tangent_basis(&self.estimate.values, id);
         let off: Vec<f64> = values.get(id).iter().zip(self.estimate.values.get(id)).map(|(a, b)| a - b).collect();
@@ -170,7 +170,7 @@ impl Solved {
 
     /// Column and limit of use of gravity and every parameter.
     pub(super) fn limits_of_use(&self, session: &Session) -> Vec<(usize, f64)> {
-        let JointProblem { layout, .. } = &self.built;
-        limits_of_use(session, (self.judged_problem(), &self.estimate.values), layout, &self.readings.spreads)
+        let JointProblem { variables, .. } = &self.built;
+        limits_of_use(session, (self.judged_problem(), &self.estimate.values), variables, &self.readings.spreads)
     }
 }

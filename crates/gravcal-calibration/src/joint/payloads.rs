@@ -12,7 +12,7 @@ use gravcal_estimation::statistics::LinearFunction;
 use gravcal_robot_model::session::{Load, Session};
 
 use super::solved::Solved;
-use super::unknowns::WithPayload;
+use super::variables::WithPayload;
 use crate::result::{PayloadNumber, PayloadResult};
 
 /// Share of a direction without information along a difference from which on that is open, in scaled coordinates.
@@ -22,7 +22,7 @@ const WEIGHED: f64 = 3.0;
 
 /// What is found of each load of unknown mass.
 pub(crate) fn payloads(session: &Session, solved: &Solved) -> Vec<PayloadResult> {
-    let unknown = session.loads.iter().zip(&solved.built.layout.with_payloads).filter(|(load, _)| load.is_unknown());
+    let unknown = session.loads.iter().zip(&solved.built.variables.with_payloads).filter(|(load, _)| load.is_unknown());
     unknown.map(|(load, with)| Payload::new(session, solved, load, *with).tell()).collect()
 }
 
@@ -47,8 +47,8 @@ impl<'a> Payload<'a> {
             tensor_kg_m2: None,
             undetermined: None,
         };
-        let layout = &self.solved.built.layout;
-        let bare = layout.inertia.get(self.load.link).copied();
+        let variables = &self.solved.built.variables;
+        let bare = variables.inertia.get(self.load.link).copied();
         let Some((with, bare)) = self.with.zip(bare) else {
             told.undetermined = Some("no pose carries it".into());
             return told;
@@ -75,7 +75,7 @@ impl<'a> Payload<'a> {
             return told;
         };
         told.center_of_mass_m = Some([x, y, z]);
-        let tensor = with.tensor.zip(layout.tensors.get(self.load.link).copied());
+        let tensor = with.tensor.zip(variables.tensors.get(self.load.link).copied());
         told.tensor_kg_m2 = tensor.and_then(|(with, bare)| {
             let entries = PAIRS.iter().enumerate().map(|(component, pair)| {
                 self.difference(with, bare, component).less(&steiner(&moments, *pair)).number(self.solved)

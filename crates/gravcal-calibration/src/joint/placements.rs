@@ -11,7 +11,7 @@ use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
 use gravcal_robot_model::session::{Load, Session};
 
 use super::sweep_moments::by_sweep;
-use super::unknowns::{Placement, Unknowns};
+use super::variables::{Placement, Unknowns};
 
 /// Adds the blocks of all carried loads; distances enter only if `exact_distances`.
 pub(super) fn add_placements(

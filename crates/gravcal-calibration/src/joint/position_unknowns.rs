@@ -23,7 +23,7 @@ use gravcal_robot_model::session::{Deflection, Session};
 use gravcal_robot_model::sweeps::{Sweep, find_sweeps, sweeping};
 
 use super::readings::Readings;
-use super::unknowns::{Layout, PositionUnknown, Unknowns};
+use super::variables::{PositionUnknown, Unknowns, VariableIndex};
 
 /// Adds the unknowns that the session has: those of sweeps first, from where `start` has them, and all others from zero.
 pub(super) fn add_unknowns(
@@ -121,7 +121,7 @@ impl Adding<'_> {
 
 /// Puts the unknowns of each pose around its residual.
 pub(super) struct Around<'a> {
-    layout: &'a Layout,
+    variables: &'a VariableIndex,
     /// By pose, the places of its unknowns.
     of_pose: BTreeMap<usize, Vec<usize>>,
     /// For the lengths of blocks.
@@ -130,19 +130,19 @@ pub(super) struct Around<'a> {
 
 impl<'a> Around<'a> {
     /// `stored`: any values of all blocks.
-    pub fn new(layout: &'a Layout, stored: Values) -> Self {
+    pub fn new(variables: &'a VariableIndex, stored: Values) -> Self {
         let mut of_pose: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        for (index, unknown) in layout.position_unknowns.iter().enumerate() {
+        for (index, unknown) in variables.position_unknowns.iter().enumerate() {
             unknown.poses.iter().for_each(|pose| of_pose.entry(*pose).or_default().push(index));
         }
-        Around { layout, of_pose, stored }
+        Around { variables, of_pose, stored }
     }
 
     pub fn residual(&self, pose: usize, inner: Arc<dyn Residual>) -> Arc<dyn Residual> {
         let unknowns = self.of_pose.get(&pose).into_iter().flatten();
         unknowns.fold(inner, |inner, index| {
-            let PositionUnknown { block, joints, .. } = &self.layout.position_unknowns[*index];
-            let offset = |joint: &usize| (self.layout.sensors[*joint][Quantity::PositionOffset as usize], 1.0);
+            let PositionUnknown { block, joints, .. } = &self.variables.position_unknowns[*index];
+            let offset = |joint: &usize| (self.variables.sensors[*joint][Quantity::PositionOffset as usize], 1.0);
             let offsets: Vec<(BlockId, f64)> = joints.iter().map(offset).collect();
             Arc::new(Shifted::new(inner, |id| self.stored.get(id).len(), &offsets, *block))
         })
@@ -150,8 +150,8 @@ impl<'a> Around<'a> {
 }
 
 /// Adds what is known of the unknowns beforehand.
-pub(super) fn add_priors(layout: &Layout, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
-    for PositionUnknown { block, std, .. } in &layout.position_unknowns {
+pub(super) fn add_priors(variables: &VariableIndex, builder: &mut ProblemBuilder) -> Result<(), NoiseError> {
+    for PositionUnknown { block, std, .. } in &variables.position_unknowns {
         let prior = Prior::new(*block, vec![0.0; std.len()]);
         builder.add_factor(Factor::new(prior, Noise::independent(std)?));
     }

@@ -5,7 +5,7 @@ use gravcal_robot_model::session::{ReadingId, Session};
 
 use super::error::BuildError;
 use super::readings::Readings;
-use super::unknowns::Layout;
+use super::variables::VariableIndex;
 
 /// A built joint problem.
 #[derive(Clone, Debug)]
@@ -15,7 +15,7 @@ pub struct JointProblem {
     /// Its start.
     pub initial: Values,
     /// Its blocks.
-    pub layout: Layout,
+    pub variables: VariableIndex,
     /// The reading of each row of one; these rows come first.
     pub rows: Vec<ReadingId>,
     /// The residual of the session of each row of one's own; these come next.

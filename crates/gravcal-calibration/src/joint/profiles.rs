@@ -31,7 +31,7 @@ impl Solved {
         let reference = self.reference_of_others(session);
         let determined = session.parameters().into_iter().filter(|id| judgement.determines(*id));
         let told = |id: ParameterId| {
-            let mut columns = problem.columns_of(self.built.layout.block(id));
+            let mut columns = problem.columns_of(self.built.variables.block(id));
             columns.find_map(|column| Some((column, limit_of(column)?)))
         };
         let told: Vec<(usize, f64)> = determined.filter_map(told).collect();
@@ -48,14 +48,12 @@ impl Solved {
             quantity && !matches!(session.prior(*id).kind, PriorKind::Gaussian { .. })
         };
         let gains: Vec<ParameterId> = session.parameters().into_iter().filter(is_gain).collect();
-        let (layout, mut center) = (&self.built.layout, self.estimate.values.clone());
-        gains.iter().for_each(|id| center.set(layout.block(*id), &[session.nominal(*id)]));
+        let (variables, mut center) = (&self.built.variables, self.estimate.values.clone());
+        gains.iter().for_each(|id| center.set(variables.block(*id), &[session.nominal(*id)]));
         let soft = self.built.problem.reference()?.times_as_firm(FIRMNESS).centered_at(&center);
-        Some(
-            gains.iter().fold(soft, |soft, id| {
-                soft.with(layout.block(*id), &[WIDTH * session.limit(*id, &self.readings.spreads)])
-            }),
-        )
+        Some(gains.iter().fold(soft, |soft, id| {
+            soft.with(variables.block(*id), &[WIDTH * session.limit(*id, &self.readings.spreads)])
+        }))
     }
 }
 

@@ -15,7 +15,7 @@ use gravcal_robot_model::session::{PriorKind, Session};
 use super::blocks::add_unknown_blocks;
 use super::problem::JointProblem;
 use super::readings::Readings;
-use super::unknowns::{Layout, Unknowns};
+use super::variables::{Unknowns, VariableIndex};
 
 /// κ. Wide beside what would be of use, so that it hides nothing that can be known, and narrow enough that no gain reaches zero.
 pub(super) const WIDTH: f64 = 3.0;
@@ -33,7 +33,7 @@ const STANDARD_GRAVITY: f64 = 9.80665;
 pub(super) fn with_reference(session: &Session, readings: &Readings, built: JointProblem) -> JointProblem {
     let mut builder = ProblemBuilder::new();
     add_unknown_blocks(session, readings, &Unknowns::nominal(session), &mut builder);
-    let reference = reference(session, readings, &built.problem, &built.layout, builder.initial());
+    let reference = reference(session, readings, &built.problem, &built.variables, builder.initial());
     JointProblem { problem: built.problem.with_reference(reference), ..built }
 }
 
@@ -42,7 +42,7 @@ pub(super) fn reference(
     session: &Session,
     readings: &Readings,
     problem: &Problem,
-    layout: &Layout,
+    variables: &VariableIndex,
     nominal: Values,
 ) -> Reference {
     let mut reference = Reference::new(nominal);
@@ -57,24 +57,25 @@ pub(super) fn reference(
             _ => WIDTH * session.limit(id, &readings.spreads),
         };
         if !matches!(session.prior(id).kind, PriorKind::Gaussian { .. }) {
-            reference = reference.with(layout.block(id), &[width]);
+            reference = reference.with(variables.block(id), &[width]);
         }
     }
     let inertia = [typical.mass, typical.moment, typical.moment, typical.moment].map(|size| WIDE * size);
-    for id in &layout.inertia {
+    for id in &variables.inertia {
         reference = reference.with(*id, &inertia);
     }
-    for with in layout.with_payloads.iter().flatten() {
+    for with in variables.with_payloads.iter().flatten() {
         reference = reference.with(with.moments, &inertia);
     }
-    for id in layout.tensors.iter().chain(layout.with_payloads.iter().flatten().filter_map(|with| with.tensor.as_ref()))
+    for id in
+        variables.tensors.iter().chain(variables.with_payloads.iter().flatten().filter_map(|with| with.tensor.as_ref()))
     {
         reference = reference.with(*id, &[WIDE * typical.moment * TYPICAL_LENGTH; 6]);
     }
-    for id in &layout.sweep_moments {
+    for id in &variables.sweep_moments {
         reference = reference.with(*id, &vec![WIDE * typical.mass.max(typical.moment); problem.block(*id).len()]);
     }
-    for id in layout.loads.iter().flatten().flatten() {
+    for id in variables.loads.iter().flatten().flatten() {
         reference = reference.with(*id, &[WIDE * TYPICAL_LEVER; 3]);
     }
     reference

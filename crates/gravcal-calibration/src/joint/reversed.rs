@@ -30,7 +30,7 @@ use super::readings::Readings;
 use super::sample::Sample;
 use super::solved::Solved;
 use super::start::{best_start, start_cost};
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 
 /// A turned sign must lower the cost of a start to this share of it; the cost of a solution likewise.
 const BETTER_START: f64 = 0.8;
@@ -186,7 +186,7 @@ fn beside_the_others(
 
 /// Whether gravity's direction is known so well that the truth is not a right angle away: there all torques may be the opposite ones.
 fn gravity_is_known(solved: &Solved) -> bool {
-    let (covariance, g) = (Matrix3::from_row_slice(&solved.gravity_covariance()), solved.built.layout.gravity);
+    let (covariance, g) = (Matrix3::from_row_slice(&solved.gravity_covariance()), solved.built.variables.gravity);
     let largest = covariance.symmetric_eigenvalues().max().max(0.0).sqrt();
     let size = Vector3::from_column_slice(solved.estimate.values.get(g)).norm();
     solved.judged_problem().columns_of(g).all(|column| solved.analysis.null_share(column) < OPEN)
@@ -235,7 +235,7 @@ pub(super) fn solve_with(
     let start = best_start(session, &Sample::new(session, readings)?, None, workbench)?;
     let built = build_with_constraints(session, readings, &start)?.with_loss(solved.built.loss)?;
     let estimate = workbench.solve(&built.problem, &built.initial)?;
-    Ok((estimate.cost, built.layout.unknowns(&estimate.values, &start)))
+    Ok((estimate.cost, built.variables.unknowns(&estimate.values, &start)))
 }
 
 /// Correlation of the bare arm's gravity torques by estimated and by assumed masses, over the readings, each joint's mean taken away: the

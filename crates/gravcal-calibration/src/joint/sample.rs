@@ -10,7 +10,7 @@ use super::build::build_problem;
 use super::error::BuildError;
 use super::problem::JointProblem;
 use super::readings::Readings;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 
 /// Poses that suffice to compare candidates.
 pub(super) const POSES: usize = 120;
@@ -87,7 +87,7 @@ impl Sample {
     pub fn nearby(&self, session: &Session, start: &Unknowns, enough: f64, workbench: &Workbench<'_>) -> Nearby {
         let built = self.built_at(session, start);
         match workbench.solve_briefly(&built.problem, &built.initial, BRIEF, enough) {
-            Ok(estimate) => Nearby { cost: estimate.cost, end: built.layout.unknowns(&estimate.values, start) },
+            Ok(estimate) => Nearby { cost: estimate.cost, end: built.variables.unknowns(&estimate.values, start) },
             Err(_) => Nearby { cost: f64::INFINITY, end: start.clone() },
         }
     }
@@ -103,13 +103,13 @@ impl Sample {
 
     /// The step to the minimum of the linear model; nothing if the cost is no lower where it leads.
     pub fn one_step(&self, session: &Session, start: &Unknowns) -> Option<OneStep> {
-        let JointProblem { problem, initial, layout, .. } = &self.built_at(session, start);
+        let JointProblem { problem, initial, variables, .. } = &self.built_at(session, start);
         let mut linearization = problem.linearize(initial).ok()?;
         let mut step = vec![0.0; problem.columns().len()];
         linearization.damped_step(FAINT_DAMPING, &linearization.column_scales(), &mut step);
         let there = problem.retract(initial, &step);
         let cost = problem.cost(&there).ok().filter(|cost| *cost < linearization.cost())?;
-        let end = layout.unknowns(&there, start);
+        let end = variables.unknowns(&there, start);
         Some(OneStep { cost, end })
     }
 }

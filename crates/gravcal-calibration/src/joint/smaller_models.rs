@@ -17,7 +17,7 @@ use super::error::EstimateError;
 use super::fit::fit;
 use super::held_out::{fixed_alike, of_validation, predict, stretches};
 use super::solved::Solved;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 use crate::result::{HeldOut, SmallerModel, SmallerModelKind};
 
 /// The smaller models of a session with windows that converge, the smallest first.
@@ -68,16 +68,16 @@ fn prediction(
     none.iter().for_each(|place| start.further[*place] = 0.0);
     let Ok(built) = build_with_constraints(session, &readings, &start) else { return Ok(None) };
     let mut built = fixed_alike(solved, built)?;
-    let zeros = none.iter().map(|place| built.layout.further[*place]);
+    let zeros = none.iter().map(|place| built.variables.further[*place]);
     let scales =
-        built.layout.sensors.iter().flat_map(|[gain, _, position_gain, offset]| [*gain, *position_gain, *offset]);
+        built.variables.sensors.iter().flat_map(|[gain, _, position_gain, offset]| [*gain, *position_gain, *offset]);
     let given: Vec<BlockId> = zeros.chain(scales).collect();
     built.problem = built.problem.with_fixed(&given, "as the whole model has it");
     let (built, estimate) = fit(&built, &readings, workbench)?;
     if !estimate.termination.converged() {
         return Ok(None);
     }
-    let found = built.layout.unknowns(&estimate.values, &start);
+    let found = built.variables.unknowns(&estimate.values, &start);
     match session.validation.is_empty() {
         true => predict(session, &part(true), &found),
         false => of_validation(session, &solved.readings, found),

@@ -13,7 +13,7 @@ use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::start::{best_start, further_starts, start_around};
 use super::symmetries::{not_as_declared, settled, turned_gains};
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 use crate::judgement::explained;
 
 /// Poses that suffice to tell ends of starts apart; of more than twice as many, each start is followed with so many.
@@ -80,8 +80,8 @@ fn lowest_elsewhere(
             let part = thinned(session, readings, TELLING);
             let first = solve_from(session, &part, solved.unknowns(&nominal), workbench)?;
             let of_part = from_other_starts(session, (&part, sample), first, known, [workbench, &second])?;
-            let layout = &of_part.best.solution.built.layout;
-            let starts = of_part.plausible().into_iter().map(|values| layout.unknowns(values, &nominal)).collect();
+            let variables = &of_part.best.solution.built.variables;
+            let starts = of_part.plausible().into_iter().map(|values| variables.unknowns(values, &nominal)).collect();
             let mut likeliest = Likeliest::first(solved.into_end(session));
             likeliest.or_from(starts, follow, |there| there.unknowns(&nominal), workbench);
             likeliest
@@ -91,7 +91,7 @@ fn lowest_elsewhere(
     let solved = if is_another { settled(session, best.solution, sample, &second)? } else { best.solution };
     let solved = as_declared(session, readings, solved, &ends, workbench)?;
     let lowest = solved.minus_log_likelihood(session);
-    let turned = |values: &Values| turned_gains(session, &solved.built.layout.unknowns(values, &nominal));
+    let turned = |values: &Values| turned_gains(session, &solved.built.variables.unknowns(values, &nominal));
     // A sign is declared: an end of another sign that is not likelier beyond doubt is an image, no value that the parameters may have.
     let here = turned(&solved.estimate.values);
     let is_image = |values: &Values| turned(values).iter().any(|gain| !here.contains(gain));
@@ -131,7 +131,7 @@ fn as_declared(
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     let nominal = Unknowns::nominal(session);
-    let wrong = |values: &Values| not_as_declared(session, &solved.built.layout.unknowns(values, &nominal));
+    let wrong = |values: &Values| not_as_declared(session, &solved.built.variables.unknowns(values, &nominal));
     let (own, lowest) = (wrong(&solved.estimate.values), solved.minus_log_likelihood(session));
     let plausible = ends.iter().filter(|(height, _)| *height < lowest + DECISIVE);
     let Some((_, best)) = plausible.min_by(|(a, of_a), (b, of_b)| wrong(of_a).cmp(&wrong(of_b)).then(a.total_cmp(b)))
@@ -141,7 +141,7 @@ fn as_declared(
     if own == 0 || wrong(best) >= own {
         return Ok(solved);
     }
-    let other = solve_from(session, readings, solved.built.layout.unknowns(best, &nominal), workbench)?;
+    let other = solve_from(session, readings, solved.built.variables.unknowns(best, &nominal), workbench)?;
     let fewer = not_as_declared(session, &other.unknowns(&nominal)) < own;
     let plausible = other.minus_log_likelihood(session) < lowest + DECISIVE;
     Ok(match fewer && plausible && other.estimate.termination.converged() {

@@ -12,7 +12,7 @@ use super::fit::{fit, fit_in_rounds};
 use super::problem::JointProblem;
 use super::readings::{Bending, Readings};
 use super::solved::Solved;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 
 /// Rounds of noise estimation at most, and the relative change at which they end.
 const NOISE_ROUNDS: usize = 8;
@@ -103,7 +103,7 @@ fn solve_with_noise(
         let settled = readings.loss == loss
             && solved.stands_with(session, &unexplained, NOISE_TOLERANCE)
             && noise.iter().zip(&readings.noise).all(|(new, old)| (new / old - 1.0).abs() < NOISE_TOLERANCE);
-        start = solved.built.layout.unknowns(&solved.estimate.values, &start);
+        start = solved.built.variables.unknowns(&solved.estimate.values, &start);
         (readings.noise, readings.unexplained) = (noise, unexplained);
         if settled || solved.estimate.termination == Termination::Stopped {
             break;

@@ -8,7 +8,7 @@ use gravcal_robot_model::session::{ReadingId, Session};
 use super::error::EstimateError;
 use super::problem::JointProblem;
 use super::readings::Readings;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 
 /// A solved and judged joint problem.
 #[derive(Debug)]
@@ -121,17 +121,17 @@ impl Solved {
 
     /// Standard deviation of any parameter, in its unit; 0 where it is fixed.
     pub fn parameter_std(&self, id: ParameterId) -> f64 {
-        let id = self.built.layout.block(id);
+        let id = self.built.variables.block(id);
         self.built.problem.columns_of(id).next().map_or(0.0, |column| self.covariance().std(column))
     }
 
     /// Covariance of gravity in base coordinates, 3 × 3, row-major, (m/s²)².
     pub fn gravity_covariance(&self) -> Vec<f64> {
-        self.covariance().stored(&self.built.problem, &self.estimate.values, &[self.built.layout.gravity])
+        self.covariance().stored(&self.built.problem, &self.estimate.values, &[self.built.variables.gravity])
     }
 
     /// The solution as plain numbers.
     pub fn unknowns(&self, fallback: &Unknowns) -> Unknowns {
-        self.built.layout.unknowns(&self.estimate.values, fallback)
+        self.built.variables.unknowns(&self.estimate.values, fallback)
     }
 }

@@ -13,7 +13,7 @@ use super::error::BuildError;
 use super::linear_part::LinearPart;
 use super::readings::Readings;
 use super::sample::{Nearby, POSES, Sample, thinned};
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 
 /// One direction of so many suffices to compare signs.
 const FEW: usize = 6;

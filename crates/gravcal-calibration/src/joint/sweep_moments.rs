@@ -13,7 +13,7 @@ use gravcal_robot_model::sweeps::{HOLD_TOLERANCE, Sweep, find_sweeps};
 use nalgebra::{Matrix3, Vector3};
 
 use super::placements::{first_alike, relative_placements};
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 
 /// The moments of all sweeps of a session.
 #[derive(Clone, Debug)]

@@ -163,14 +163,14 @@ fn tell_trace(solved: &Solved) -> Vec<Iteration> {
 
 /// The sensors' parameters after each iteration of the trace.
 fn tell_way(session: &Session, solved: &Solved) -> Vec<Vec<f64>> {
-    let blocks: Vec<BlockId> = session.parameters().into_iter().map(|id| solved.built.layout.block(id)).collect();
+    let blocks: Vec<BlockId> = session.parameters().into_iter().map(|id| solved.built.variables.block(id)).collect();
     solved.estimate.way.iter().map(|values| blocks.iter().map(|block| values.scalar(*block)).collect()).collect()
 }
 
 pub(super) fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {
     let mut parameters = Vec::new();
     for parameter in session.parameters() {
-        let id = solved.built.layout.block(parameter);
+        let id = solved.built.variables.block(parameter);
         let value = solved.estimate.values.scalar(id);
         let mut told = ParameterResult::blank(session, parameter);
         told.determined = judgement.determines(parameter) && told.determined;
@@ -198,7 +198,7 @@ pub(super) fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[P
     if !solved.estimate.termination.converged() {
         return mirrored;
     }
-    for (joint, ids) in solved.built.layout.sensors.iter().enumerate() {
+    for (joint, ids) in solved.built.variables.sensors.iter().enumerate() {
         for quantity in [Quantity::TorqueGain, Quantity::PositionGain] {
             let name = quantity.name(&session.robot.chain.joints()[joint].name);
             let value = solved.estimate.values.scalar(ids[quantity as usize]);
@@ -228,7 +228,7 @@ fn tell_moments(session: &Session, solved: &Solved, judgement: &Judgement) -> Ve
     determined_moments(
         &solved.built.problem,
         &solved.estimate.values,
-        &solved.built.layout,
+        &solved.built.variables,
         &solved.analysis,
         solved.covariance(),
         &open_columns(session, solved, judgement),
@@ -237,9 +237,9 @@ fn tell_moments(session: &Session, solved: &Solved, judgement: &Judgement) -> Ve
 
 /// Columns of gravity and of the parameters, as far as they are not determined.
 fn open_columns(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<usize> {
-    let layout = &solved.built.layout;
-    let gravity = (!judgement.determines(Asked::Gravity)).then_some(layout.gravity);
-    let open = session.parameters().into_iter().filter(|id| !judgement.determines(*id)).map(|id| layout.block(id));
+    let variables = &solved.built.variables;
+    let gravity = (!judgement.determines(Asked::Gravity)).then_some(variables.gravity);
+    let open = session.parameters().into_iter().filter(|id| !judgement.determines(*id)).map(|id| variables.block(id));
     gravity.into_iter().chain(open).flat_map(|id| solved.built.problem.columns_of(id)).collect()
 }
 
@@ -250,13 +250,13 @@ fn tell_covariance(
     judgement: &Judgement,
     moments: &[DeterminedMoment],
 ) -> CovarianceResult {
-    let layout = &solved.built.layout;
+    let variables = &solved.built.variables;
     let mut blocks = Vec::new();
     if judgement.determines(Asked::Gravity) {
-        blocks.push(layout.gravity);
+        blocks.push(variables.gravity);
     }
     let free = session.parameters().into_iter().filter(|id| session.fixed(*id).is_none());
-    blocks.extend(free.filter(|id| judgement.determines(*id)).map(|id| layout.block(id)));
+    blocks.extend(free.filter(|id| judgement.determines(*id)).map(|id| variables.block(id)));
     let problem = &solved.built.problem;
     let mut functions = stored_coordinates(problem, &solved.estimate.values, &blocks);
     functions.extend(moments.iter().map(|moment| moment.function.clone()));

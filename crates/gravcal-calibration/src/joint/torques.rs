@@ -13,11 +13,11 @@ use gravcal_robot_model::session::{Pose, Session};
 use gravcal_robot_model::sweeps::sweeping;
 
 use super::sweep_moments::{SweepMoments, by_sweep};
-use super::unknowns::{Layout, WithPayload};
+use super::variables::{VariableIndex, WithPayload};
 
 /// What the poses of a session have in common.
 pub(super) struct Torques<'a> {
-    layout: &'a Layout,
+    variables: &'a VariableIndex,
     chain: Arc<Chain>,
     /// Where moments are described by sweep.
     moments: Option<SweepMoments>,
@@ -35,13 +35,13 @@ pub(super) struct Torques<'a> {
 
 impl<'a> Torques<'a> {
     /// `positions`: gain and offset of each joint's position sensor, where derivatives by them are not asked for.
-    pub fn new(session: &Session, layout: &'a Layout, positions: Option<Vec<[f64; 2]>>) -> Self {
+    pub fn new(session: &Session, variables: &'a VariableIndex, positions: Option<Vec<[f64; 2]>>) -> Self {
         let moments = by_sweep(session).then(|| SweepMoments::of(session));
         let chain = &session.robot.chain;
         let chain = Arc::new(if moments.is_some() { chain.without_lengths() } else { chain.clone() });
         let sweeping = if session.compliances().is_empty() { Vec::new() } else { sweeping(session) };
         Torques {
-            layout,
+            variables,
             chain,
             moments,
             sweeping,
@@ -63,30 +63,31 @@ impl<'a> Torques<'a> {
             let torque = PoseTorque::new(Arc::clone(model), position.clone(), readings);
             torque.under(conditions.clone()).sweeping(sweeping)
         };
-        let (layout, chain) = (self.layout, &self.chain);
+        let (variables, chain) = (self.variables, &self.chain);
         let model = |inertia: Vec<BlockId>| {
             let blocks = PoseTorqueBlocks {
-                gravity: layout.gravity,
-                sensors: layout.sensors.clone(),
+                gravity: variables.gravity,
+                sensors: variables.sensors.clone(),
                 inertia,
-                terms: layout.further[..session.terms.len()].to_vec(),
-                compliance: layout.further[session.compliances()].to_vec(),
+                terms: variables.further[..session.terms.len()].to_vec(),
+                compliance: variables.further[session.compliances()].to_vec(),
             };
-            let carried = load.and_then(|load| carried(session, layout, load));
+            let carried = load.and_then(|load| carried(session, variables, load));
             Arc::new(PoseTorqueModel::new(Arc::clone(chain), &blocks, &session.terms, carried))
         };
         let Some(moments) = &self.moments else {
             let own = &mut self.by_link[load.map_or(0, |load| load + 1)];
-            let with = load.and_then(|load| Some((session.loads[load].link, layout.with_payloads[load]?)));
-            let own = own.get_or_insert_with(|| model(with_payload(&layout.inertia, with, |with| Some(with.moments))));
+            let with = load.and_then(|load| Some((session.loads[load].link, variables.with_payloads[load]?)));
+            let own =
+                own.get_or_insert_with(|| model(with_payload(&variables.inertia, with, |with| Some(with.moments))));
             let Some(course) = course else { return Arc::new(of(own, readings)) };
-            let (links, loads) = layout.tensors.split_at(chain.link_count());
+            let (links, loads) = variables.tensors.split_at(chain.link_count());
             let positions = &self.positions;
             let moving = || {
                 let links = with_payload(links, with, |with| with.tensor);
                 let load = load.filter(|_| with.is_none()).map(|load| loads[load]);
                 let rotors: Vec<Option<BlockId>> =
-                    session.rotors.iter().map(|place| place.map(|place| layout.further[place])).collect();
+                    session.rotors.iter().map(|place| place.map(|place| variables.further[place])).collect();
                 let model = MotionTorqueModel::new(Arc::clone(own), &links, load, &rotors);
                 Arc::new(model.at_positions(positions.clone()))
             };
@@ -94,7 +95,7 @@ impl<'a> Torques<'a> {
             return Arc::new(MotionTorque::new(Arc::clone(moving), Arc::clone(course), readings, conditions.clone()));
         };
         let own = moments.of_pose(pose).expect("only poses of sweeps are selected").to_vec();
-        let inertia = own.iter().map(|moment| layout.sweep_moments[*moment]).collect();
+        let inertia = own.iter().map(|moment| variables.sweep_moments[*moment]).collect();
         let model = self.by_sweep.entry((own, load)).or_insert_with(|| Arc::new(SweepTorqueModel::new(model(inertia))));
         Arc::new(SweepTorque::new(Arc::clone(model), of(model.pose(), readings)))
     }
@@ -114,10 +115,10 @@ fn with_payload(
 }
 
 /// A load that was placed, as poses carry it.
-pub(super) fn carried(session: &Session, layout: &Layout, load: usize) -> Option<CarriedLoad> {
-    let position = layout.loads[load].clone()?;
+pub(super) fn carried(session: &Session, variables: &VariableIndex, load: usize) -> Option<CarriedLoad> {
+    let position = variables.loads[load].clone()?;
     let mass = match session.load_mass(load) {
-        Some(id) => LoadMass::Unknown(layout.block(id)),
+        Some(id) => LoadMass::Unknown(variables.block(id)),
         None => LoadMass::Known(session.loads[load].mass),
     };
     Some(CarriedLoad { position, mass, link: session.loads[load].link })

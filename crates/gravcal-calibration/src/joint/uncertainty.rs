@@ -145,10 +145,10 @@ impl Solved {
             along > ALONE_SHARE * noise.at(column, column)
         };
         let told = |block: BlockId| self.built.problem.columns_of(block).any(share);
-        let layout = &self.built.layout;
+        let variables = &self.built.variables;
         let asked = session.parameters().into_iter().filter(|id| session.asks(&session.parameter_name(*id)));
-        let gravity = (session.asks("gravity") && told(layout.gravity)).then(|| "gravity".to_owned());
-        let parameters = asked.filter(|id| told(layout.block(*id))).map(|id| session.parameter_name(id));
+        let gravity = (session.asks("gravity") && told(variables.gravity)).then(|| "gravity".to_owned());
+        let parameters = asked.filter(|id| told(variables.block(*id))).map(|id| session.parameter_name(id));
         gravity.into_iter().chain(parameters).collect()
     }
 }

@@ -67,7 +67,7 @@ impl Solved {
         let joints = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, Quantity::TorqueGain));
         let instruments = session.instruments.iter().flat_map(|instrument| instrument.gain_parameters());
         for id in joints.chain(instruments.map(ParameterId::Further)) {
-            without.set(self.built.layout.block(id), &[0.0]);
+            without.set(self.built.variables.block(id), &[0.0]);
         }
         let (with, without) = (problem.residuals(values)?, problem.residuals(&without)?);
         let reading = |(ReadingId { pose, channel }, (with, without)): (&ReadingId, (&f64, &f64))| {

@@ -11,7 +11,7 @@ use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::Session;
 use gravcal_robot_model::session::parameters::GAIN_LIMIT;
 
-use crate::joint::Layout;
+use crate::joint::VariableIndex;
 
 /// Share of its magnitude by which gravity's direction may be off.
 const GRAVITY_LIMIT: f64 = 0.1;
@@ -60,12 +60,17 @@ impl From<&gravcal_identification::Combination<Asked>> for Combination {
 }
 
 /// Gravity and every parameter with their limits of use at these values. `spreads`: largest less smallest torque reading of each joint.
-pub(crate) fn asked(session: &Session, layout: &Layout, values: &Values, spreads: &[f64]) -> Vec<Parameter<Asked>> {
+pub(crate) fn asked(
+    session: &Session,
+    variables: &VariableIndex,
+    values: &Values,
+    spreads: &[f64],
+) -> Vec<Parameter<Asked>> {
     let positive = |v: f64| v.max(f64::MIN_POSITIVE);
     let of_gravity = GRAVITY_LIMIT * session.gravity.magnitude;
-    let gravity = Parameter { id: Asked::Gravity, block: layout.gravity, limit: of_gravity, unit: of_gravity };
+    let gravity = Parameter { id: Asked::Gravity, block: variables.gravity, limit: of_gravity, unit: of_gravity };
     let of = |id: ParameterId| {
-        let block = layout.block(id);
+        let block = variables.block(id);
         let value = values.scalar(block);
         let limit = limit(session, id, value, spreads);
         let unit = own_limit(id, value).unwrap_or(limit);
@@ -78,10 +83,10 @@ pub(crate) fn asked(session: &Session, layout: &Layout, values: &Values, spreads
 pub(crate) fn limits_of_use(
     session: &Session,
     (problem, values): (&Problem, &Values),
-    layout: &Layout,
+    variables: &VariableIndex,
     spreads: &[f64],
 ) -> Vec<(usize, f64)> {
-    gravcal_identification::limits_of_use(problem, &asked(session, layout, values, spreads))
+    gravcal_identification::limits_of_use(problem, &asked(session, variables, values, spreads))
 }
 
 /// Standard deviation beyond which the number found for a parameter would mislead, in its unit.

@@ -90,7 +90,7 @@ fn by_reading(session: &Session, solved: &Solved, whitened: &[f64]) -> Result<Ve
     let (problem, values) = (&solved.built.problem, &solved.estimate.values);
     let mut before = values.clone();
     for id in session.parameters() {
-        before.set(solved.built.layout.block(id), &[session.nominal(id)]);
+        before.set(solved.built.variables.block(id), &[session.nominal(id)]);
     }
     let nominal = problem.residuals(&before).unwrap_or_else(|_| vec![f64::NAN; whitened.len()]);
     let weights = problem.weights(values)?;

@@ -13,7 +13,7 @@ use gravcal_estimation::statistics::{LinearFunction, stored_coordinates};
 use gravcal_estimation::{BlockId, Covariance, Manifold, Problem, RankAnalysis, Values, sparse_basis};
 use gravcal_robot_model::parameter::Quantity;
 
-use crate::joint::Layout;
+use crate::joint::VariableIndex;
 use crate::result::MomentResult;
 
 /// Part in directions without information, in scaled coordinates, from which on one counts; all but as much is a direction of its own.
@@ -31,24 +31,24 @@ pub(crate) struct DeterminedMoment {
 pub(crate) fn determined_moments(
     problem: &Problem,
     values: &Values,
-    layout: &Layout,
+    variables: &VariableIndex,
     analysis: &RankAnalysis,
     covariance: &Covariance,
     open: &[usize],
 ) -> Vec<DeterminedMoment> {
-    if scale_is_open(problem, layout, analysis) {
+    if scale_is_open(problem, variables, analysis) {
         return Vec::new();
     }
-    let mut placements: Vec<BlockId> = layout.loads.iter().flatten().flatten().copied().collect();
+    let mut placements: Vec<BlockId> = variables.loads.iter().flatten().flatten().copied().collect();
     placements.sort_unstable();
     placements.dedup();
     let (on_sphere, euclidean): (Vec<BlockId>, Vec<BlockId>) =
         placements.into_iter().partition(|id| problem.block(*id).manifold != Manifold::Euclidean);
     // A rotor inertia that is determined is told by itself.
-    let rotors = layout.rotors.iter().filter(|id| problem.columns_of(**id).any(|column| open.contains(&column)));
-    let of_motion: Vec<BlockId> = layout.tensors.iter().chain(rotors).copied().collect();
+    let rotors = variables.rotors.iter().filter(|id| problem.columns_of(**id).any(|column| open.contains(&column)));
+    let of_motion: Vec<BlockId> = variables.tensors.iter().chain(rotors).copied().collect();
     let first = of_motion.iter().map(|id| problem.columns_of(*id).len()).sum();
-    let standing = layout.inertia.iter().chain(&layout.sweep_moments).copied().chain(euclidean);
+    let standing = variables.inertia.iter().chain(&variables.sweep_moments).copied().chain(euclidean);
     let blocks: Vec<BlockId> = of_motion.into_iter().chain(standing).collect();
     let mut results = combinations(problem, values, (&blocks, first), analysis, covariance, open);
     for id in on_sphere {
@@ -58,8 +58,8 @@ pub(crate) fn determined_moments(
 }
 
 /// Whether a torque gain takes part in a direction without information, together with something else.
-fn scale_is_open(problem: &Problem, layout: &Layout, analysis: &RankAnalysis) -> bool {
-    let gains = layout.sensors.iter().flat_map(|ids| problem.columns_of(ids[Quantity::TorqueGain as usize]));
+fn scale_is_open(problem: &Problem, variables: &VariableIndex, analysis: &RankAnalysis) -> bool {
+    let gains = variables.sensors.iter().flat_map(|ids| problem.columns_of(ids[Quantity::TorqueGain as usize]));
     gains.map(|column| analysis.null_share(column)).any(|share| (SHARED..1.0 - SHARED).contains(&share))
 }
 

@@ -12,7 +12,7 @@ const OBSERVABLE: f64 = 0.5;
 
 /// The deflections of each sweep, or of each pose that belongs to none.
 pub(crate) fn deflections(session: &Session, solved: &Solved) -> Vec<DeflectionResult> {
-    let holds = solved.built.layout.position_unknowns.iter().filter(|unknown| unknown.is_hold);
+    let holds = solved.built.variables.position_unknowns.iter().filter(|unknown| unknown.is_hold);
     holds.flat_map(|hold| (0..hold.joints.len()).map(move |index| deflection(session, solved, hold, index))).collect()
 }
 
@@ -44,7 +44,7 @@ pub(crate) fn position_errors(session: &Session, solved: &Solved) -> Vec<Positio
 }
 
 fn of_joint(solved: &Solved, joint: usize, name: &str) -> Option<PositionErrorResult> {
-    let single = solved.built.layout.position_unknowns.iter().filter(|unknown| !unknown.is_hold);
+    let single = solved.built.variables.position_unknowns.iter().filter(|unknown| !unknown.is_hold);
     let own: Vec<(&PositionUnknown, usize)> =
         single.filter_map(|unknown| Some((unknown, unknown.joints.iter().position(|j| *j == joint)?))).collect();
     let (first, index) = own.first()?;

@@ -2,7 +2,7 @@
 
 use gravcal_estimation::{Loss, NamedCombination, fixed_blocks, named_combinations};
 
-use crate::joint::{Layout, Solved};
+use crate::joint::{Solved, VariableIndex};
 use crate::result::{FixedBlock, LossResult, WeakCombination};
 
 /// The loss, if there is one.
@@ -24,7 +24,7 @@ pub(crate) fn held(solved: &Solved) -> Vec<FixedBlock> {
 
 /// Steps of gravity and the sensor parameters that change the readings hardly, whatever masses and moments are.
 pub(crate) fn weak_combinations(solved: &Solved) -> Vec<WeakCombination> {
-    let Layout { gravity, sensors, further, .. } = &solved.built.layout;
+    let VariableIndex { gravity, sensors, further, .. } = &solved.built.variables;
     let problem = &solved.built.problem;
     let blocks = [*gravity].into_iter().chain(sensors.iter().flatten().chain(further).copied());
     let columns: Vec<usize> = blocks.flat_map(|id| problem.columns_of(id)).collect();

@@ -49,5 +49,5 @@ fn tool_note(session: &Session, solved: &Solved, parameters: &[ParameterResult],
 
 /// The column of a parameter; `None` where it is fixed.
 fn column(solved: &Solved, id: ParameterId) -> Option<usize> {
-    solved.built.problem.columns_of(solved.built.layout.block(id)).next()
+    solved.built.problem.columns_of(solved.built.variables.block(id)).next()
 }

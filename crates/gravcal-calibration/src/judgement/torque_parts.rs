@@ -39,14 +39,14 @@ pub(crate) fn keep_determined(residuals: &mut [ReadingResidual], gravity: bool, 
 }
 
 fn of_joint(solved: &Solved, derivatives: &Derivatives<'_>, row: usize, joint: usize) -> TorqueParts {
-    let (layout, values) = (&solved.built.layout, &solved.estimate.values);
+    let (variables, values) = (&solved.built.variables, &solved.estimate.values);
     let [gain, bias] =
-        [Quantity::TorqueGain, Quantity::TorqueBias].map(|quantity| layout.sensors[joint][quantity as usize]);
+        [Quantity::TorqueGain, Quantity::TorqueBias].map(|quantity| variables.sensors[joint][quantity as usize]);
     let times = |block: BlockId| {
         let by = derivatives.by(row, block).iter().zip(values.get(block));
         by.map(|(slope, value)| slope * value).sum::<f64>()
     };
-    let gravity = times(layout.gravity);
+    let gravity = times(variables.gravity);
     TorqueParts { gravity, inertia: times(gain) - gravity, bias: values.scalar(bias) }
 }
 

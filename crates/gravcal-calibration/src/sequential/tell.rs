@@ -69,7 +69,7 @@ pub fn tell_steps(
         let moments = determined_moments(
             &solved.built.problem,
             &solved.estimate.values,
-            &solved.built.layout,
+            &solved.built.variables,
             &solved.analysis,
             solved.covariance(),
             &[],
@@ -119,11 +119,11 @@ fn tell_uncertainty(session: &Session, readings: &Readings) -> UncertaintyResult
 
 fn found_blocks(built: &joint::JointProblem, known: &SequentialValues) -> Vec<BlockId> {
     let sensors =
-        built.layout.sensors.iter().zip(&known.sensors).flat_map(|(ids, sensor)| {
+        built.variables.sensors.iter().zip(&known.sensors).flat_map(|(ids, sensor)| {
             Quantity::ALL.into_iter().filter(|q| sensor.of(*q).is_ok()).map(|q| ids[q as usize])
         });
     // Whatever else sensors do, the steps take it as it is assumed.
-    sensors.chain([built.layout.gravity]).chain(built.layout.further_once()).collect()
+    sensors.chain([built.variables.gravity]).chain(built.variables.further_once()).collect()
 }
 
 /// Gravity's covariance and the variances of what the steps found: between steps, and between the parameters of one

@@ -91,7 +91,7 @@ fn compliance_is_told_by_the_readings() {
         let readings = joint::select(&session, signals);
         let built = joint::build_problem(&session, &readings, &simulation.truth).unwrap();
         let solved = Solved::at_start(readings, built).unwrap();
-        for id in &solved.built.layout.further {
+        for id in &solved.built.variables.further {
             let std = solved.covariance().std(solved.built.problem.columns_of(*id).start);
             assert!((0.5 * most..most).contains(&std), "{signals:?}: {std}");
         }

@@ -29,10 +29,10 @@ fn known(session: &Session, truth: &Unknowns, keep: impl Fn(usize, usize) -> boo
         let columns: Vec<usize> = blocks.into_iter().flat_map(|id| solved.built.problem.columns_of(id)).collect();
         solved.analysis.null_space_within(&columns).len()
     };
-    let sensors = &solved.built.layout.sensors;
+    let sensors = &solved.built.variables.sensors;
     let of = |quantity: Quantity| sensors.iter().map(|ids| ids[quantity as usize]).collect::<Vec<_>>();
     Known {
-        gravity: open(vec![solved.built.layout.gravity]) == 0,
+        gravity: open(vec![solved.built.variables.gravity]) == 0,
         gains_and_biases: open([of(Quantity::PositionGain), of(Quantity::TorqueBias)].concat()) == 0,
         offsets: open(of(Quantity::PositionOffset)) == 0,
         open_torque_gains: open(of(Quantity::TorqueGain)),

@@ -69,7 +69,7 @@ fn the_joint_problem_has_the_sum_of_their_informations() {
     let gravity = &shared[..2];
     let expected = marginal(&(sum, shared.clone()), gravity).try_inverse().unwrap();
     let all = solved(&|_| true);
-    let columns: Vec<usize> = all.built.problem.columns_of(all.built.layout.gravity).collect();
+    let columns: Vec<usize> = all.built.problem.columns_of(all.built.variables.gravity).collect();
     for (i, row) in columns.iter().enumerate() {
         for (j, column) in columns.iter().enumerate() {
             let found = all.covariance().at(*row, *column);

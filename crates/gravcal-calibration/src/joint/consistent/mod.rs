@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 use super::error::{BuildError, EstimateError};
 use super::held_out::of_validation;
 use super::solved::Solved;
-use super::unknowns::Unknowns;
+use super::variables::Unknowns;
 use crate::result::{ConsistentModel, LinkInertiaResult};
 use programme::{Assumed, BODY, Programme};
 
@@ -39,7 +39,7 @@ pub(super) fn consistent_model(
     }
     let (assumed, mut remarks) = assumed(session);
     let count = session.robot.chain.link_count();
-    if assumed.len() < count || solved.built.layout.inertia.len() < count {
+    if assumed.len() < count || solved.built.variables.inertia.len() < count {
         remarks.push(
             "There are no consistent inertias: they need links ([inertia] description = \"link\") of each of which the robot states mass, \
              centre of mass and inertia tensor."
@@ -72,7 +72,7 @@ pub(super) fn consistent_model(
     let off = &found - &programme.around;
     let step: Vec<f64> = columns.places.iter().map(|place| off[*place]).collect();
     let moved = columns.placed(problem.retract(values, &left.whole_step(&step)), &found);
-    let unknowns = solved.built.layout.unknowns(&moved, &Unknowns::nominal(session));
+    let unknowns = solved.built.variables.unknowns(&moved, &Unknowns::nominal(session));
     let held_out = match session.validation.is_empty() {
         true => None,
         false => of_validation(session, &solved.readings, unknowns)?,
@@ -132,8 +132,8 @@ fn relative_stds(session: &Session) -> Vec<f64> {
 
 /// The problem without what the session knows of each link beforehand: the programme has a better form of that.
 fn without_link_priors(solved: &Solved) -> Result<Problem, EstimateError> {
-    let layout = &solved.built.layout;
-    let of_links: Vec<BlockId> = layout.inertia.iter().chain(&layout.tensors).copied().collect();
+    let variables = &solved.built.variables;
+    let of_links: Vec<BlockId> = variables.inertia.iter().chain(&variables.tensors).copied().collect();
     let is_prior = |blocks: &[BlockId]| matches!(blocks, [only] if of_links.contains(only));
     let problem = solved.built.problem.without_reference();
     let readings = solved.built.rows.len() + solved.built.modelled.len();
@@ -160,10 +160,10 @@ struct Columns {
 
 impl Columns {
     fn new(solved: &Solved, problem: &Problem) -> Columns {
-        let layout = &solved.built.layout;
-        let links = layout.inertia.len();
-        let moments = layout.inertia.iter().enumerate().map(|(link, id)| (BODY * link, *id, 4));
-        let tensors = layout.tensors.iter().take(links).enumerate().map(|(link, id)| (BODY * link + 4, *id, 6));
+        let variables = &solved.built.variables;
+        let links = variables.inertia.len();
+        let moments = variables.inertia.iter().enumerate().map(|(link, id)| (BODY * link, *id, 4));
+        let tensors = variables.tensors.iter().take(links).enumerate().map(|(link, id)| (BODY * link + 4, *id, 6));
         let blocks: Vec<(usize, BlockId, usize)> = moments.chain(tensors).collect();
         let of_block = |(place, id, _): &(usize, BlockId, usize)| {
             let place = *place;

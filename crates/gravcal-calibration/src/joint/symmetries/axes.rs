@@ -23,7 +23,7 @@ use crate::joint::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::solve_from::solve_built;
 use crate::joint::solved::Solved;
-use crate::joint::unknowns::Unknowns;
+use crate::joint::variables::Unknowns;
 
 /// Share of its nominal value below which a gain has no sign: it may be zero.
 const HAS_SIGN: f64 = 0.1;

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use crate::joint::error::EstimateError;
 use crate::joint::solve_from::solve_from;
 use crate::joint::solved::Solved;
-use crate::joint::unknowns::Unknowns;
+use crate::joint::variables::Unknowns;
 
 /// Iterations at most in which the rest follows gravity on the border of its hemisphere.
 const AT_BORDER: usize = 300;
@@ -103,7 +103,7 @@ pub(in crate::joint) fn in_hemisphere(
 /// Whether the readings are hardly explained worse with gravity on the border of its hemisphere: then they say too little of it to contradict
 /// anything.
 fn explained_at_border(solved: &Solved, pole: [f64; 3], workbench: &Workbench<'_>) -> Result<bool, EstimateError> {
-    let (problem, gravity) = (&solved.built.problem, solved.built.layout.gravity);
+    let (problem, gravity) = (&solved.built.problem, solved.built.variables.gravity);
     let found = Vector3::from_column_slice(solved.estimate.values.get(gravity));
     let pole = Vector3::from(pole).normalize();
     let Some(border) = (found - pole * pole.dot(&found)).try_normalize(f64::MIN_POSITIVE) else { return Ok(false) };

@@ -9,7 +9,7 @@ use crate::joint::error::EstimateError;
 use crate::joint::sample::Sample;
 use crate::joint::solve_from::solve_from;
 use crate::joint::solved::Solved;
-use crate::joint::unknowns::Unknowns;
+use crate::joint::variables::Unknowns;
 
 /// Of two placements of a known distance.
 pub(super) struct MirroredPlacements<'a> {

@@ -13,7 +13,7 @@ use crate::joint::error::EstimateError;
 use crate::joint::sample::Sample;
 use crate::joint::solve_from::{solve_built, solve_from};
 use crate::joint::solved::Solved;
-use crate::joint::unknowns::Unknowns;
+use crate::joint::variables::Unknowns;
 
 /// Standard deviation of a gain where gravity is told from its opposite, as a share of it.
 const GAIN_KNOWN: f64 = 0.3;

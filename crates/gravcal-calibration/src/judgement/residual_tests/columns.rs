@@ -216,7 +216,7 @@ impl<'a> Columns<'a> {
 /// What a step of a joint's coordinate does to the whitened residuals, by differences: the offset may be fixed, and then has no column.
 fn slope(solved: &Solved, joint: usize, rows: usize) -> Result<Vec<f64>, EvaluateError> {
     let (problem, block) =
-        (&solved.built.problem, solved.built.layout.sensors[joint][Quantity::PositionOffset as usize]);
+        (&solved.built.problem, solved.built.variables.sensors[joint][Quantity::PositionOffset as usize]);
     let at = |step: f64| {
         let mut values = solved.estimate.values.clone();
         values.set(block, &[values.scalar(block) + step]);

@@ -8,7 +8,7 @@ pub use gravcal_robot_model::Unknowns;
 
 /// The blocks of a joint problem.
 #[derive(Clone, Debug)]
-pub struct Layout {
+pub struct VariableIndex {
     /// Gravity.
     pub gravity: BlockId,
     /// `[k, b, s, o]` of each joint.
@@ -36,7 +36,7 @@ pub struct Layout {
     pub bending: Option<OfJoints>,
 }
 
-impl Layout {
+impl VariableIndex {
     /// Deflections that several poses share.
     fn deflections_of_sweeps(&self) -> impl Iterator<Item = &PositionUnknown> {
         self.position_unknowns.iter().filter(|unknown| unknown.is_hold && unknown.poses.len() > 1)
