@@ -12,7 +12,7 @@ use std::process::ExitCode;
 
 use gravcal_benches::clock::median_seconds;
 use gravcal_benches::program::ended;
-use gravcal_calibration::joint::{Signals, Unknowns, build_problem, select};
+use gravcal_calibration::joint::{Signals, State, build_problem, select};
 use gravcal_estimation::Number;
 use gravcal_recording::Conditions;
 use gravcal_robot_model::Registry;
@@ -170,7 +170,7 @@ fn linearization(kind: &str, joints: usize) -> Result<(f64, usize), String> {
     let tables = simulation.runs.len();
     simulation.runs.iter_mut().for_each(|run| *run = Run::Random { poses: POSES / tables });
     let session = simulation.session(0);
-    let built = build_problem(&session, &select(&session, Signals::All), &Unknowns::nominal(&session))
+    let built = build_problem(&session, &select(&session, Signals::All), &State::nominal(&session))
         .map_err(|e| e.to_string())?;
     let count = session.poses.len();
     built.problem.linearize(&built.initial).map_err(|e| e.to_string())?;

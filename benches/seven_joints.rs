@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use gravcal_calibration::joint::{JointProblem, Signals, Unknowns, build_problem, select};
+use gravcal_calibration::joint::{JointProblem, Signals, State, build_problem, select};
 use gravcal_robot_model::Session;
 use gravcal_session::simulation::{Run, Simulation};
 
@@ -29,7 +29,7 @@ impl SevenJoints {
         }
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
-        let built = build_problem(&session, &readings, &Unknowns::nominal(&session)).map_err(|e| e.to_string())?;
+        let built = build_problem(&session, &readings, &State::nominal(&session)).map_err(|e| e.to_string())?;
         Ok(SevenJoints { session, built })
     }
 

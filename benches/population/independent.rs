@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use faer::Mat;
 
-use super::model::{Unknowns, jacobian, unknowns};
+use super::model::{State, jacobian, state};
 use super::truth::Truth;
 
 /// A singular value below this share of the largest is none.
@@ -42,8 +42,8 @@ impl Information {
 /// # Errors
 /// Where the decomposition fails.
 pub fn information(truth: &Truth) -> Result<BTreeMap<String, Information>, String> {
-    let Unknowns { names, values } = unknowns(truth);
-    let jacobian = jacobian(truth, &Unknowns { names: names.clone(), values });
+    let State { names, values } = state(truth);
+    let jacobian = jacobian(truth, &State { names: names.clone(), values });
     let kept: Vec<usize> = (0..names.len()).filter(|index| !truth.knows(&names[*index])).collect();
     let sizes = sizes(&jacobian, &kept);
     // At least as many rows as columns, so that the right singular vectors are a whole basis.

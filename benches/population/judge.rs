@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::calibrate::Answer;
 use super::draw::NOMINAL_GAIN;
 use super::independent::Information;
-use super::model::{Unknowns, unknowns};
+use super::model::{State, state};
 use super::truth::Truth;
 use super::write::readings;
 
@@ -97,7 +97,7 @@ pub fn judge(truth: &Truth, information: &BTreeMap<String, Information>, answer:
 
 impl Judged {
     fn parameters(&mut self, truth: &Truth, information: &BTreeMap<String, Information>, result: &EstimatorResult) {
-        let Unknowns { names, values } = unknowns(truth);
+        let State { names, values } = state(truth);
         let limits = limits_of_use(truth);
         for ((name, value), limit) in names.iter().zip(values).skip(2).zip(limits) {
             let (Some(known), Some(parameter)) = (information.get(name), result.parameter(name)) else { continue };

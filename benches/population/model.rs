@@ -18,7 +18,7 @@ use super::truth::{PLACEMENTS, Sensors, Truth, Wrist};
 const STEP: f64 = 1e-30;
 
 /// Names of the unknowns, and their true values.
-pub struct Unknowns {
+pub struct State {
     /// `gravity.1`, `joint1.torque_gain`, `joint1.mass`, `a.x`, …
     pub names: Vec<String>,
     /// In SI and the torque readings' unit.
@@ -26,7 +26,7 @@ pub struct Unknowns {
 }
 
 /// The unknowns of a session at their true values.
-pub fn unknowns(truth: &Truth) -> Unknowns {
+pub fn state(truth: &Truth) -> State {
     let joints = &truth.arm.joints;
     let Sensors { torque_gain, torque_bias, position_gain, position_offset } = &truth.sensors;
     let mut all: Vec<(String, f64)> = [1, 2].map(|axis| (format!("gravity.{axis}"), 0.0)).into();
@@ -56,7 +56,7 @@ pub fn unknowns(truth: &Truth) -> Unknowns {
         Wrist::TOOL.iter().zip(tool).for_each(|(part, value)| add((*part).to_owned(), value));
     }
     let (names, values) = all.into_iter().unzip();
-    Unknowns { names, values }
+    State { names, values }
 }
 
 /// Every reading, table by table, pose by pose and channel by channel, at some values of the unknowns.
@@ -74,8 +74,8 @@ pub fn predicted(truth: &Truth, values: &[Number]) -> Vec<Number> {
 }
 
 /// Derivatives of all readings in units of their noise: a row a reading, a column an unknown.
-pub fn jacobian(truth: &Truth, unknowns: &Unknowns) -> Mat<f64> {
-    let mut values: Vec<Number> = unknowns.values.iter().copied().map(Number::from).collect();
+pub fn jacobian(truth: &Truth, state: &State) -> Mat<f64> {
+    let mut values: Vec<Number> = state.values.iter().copied().map(Number::from).collect();
     let mut jacobian = Mat::zeros(truth.readings(), values.len());
     for column in 0..values.len() {
         values[column].im = STEP;

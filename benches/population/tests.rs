@@ -10,7 +10,7 @@ use super::calibrate::{Answer, calibrate};
 use super::draw::{Kind, draw};
 use super::independent::information;
 use super::judge::{Cause, Judged, judge};
-use super::model::{jacobian, predicted, unknowns};
+use super::model::{jacobian, predicted, state};
 use super::statics::{Joint, Number, complex, torques};
 use super::truth::Truth;
 use super::write::write_session;
@@ -50,7 +50,7 @@ fn a_level_arm_carries_its_weights_by_their_lever_arms() {
 #[test]
 fn the_jacobian_is_the_slope_of_the_readings() {
     let truth = ordinary();
-    let at = unknowns(&truth);
+    let at = state(&truth);
     let jacobian = jacobian(&truth, &at);
     let readings = |column: usize, step: f64| {
         let mut values: Vec<Number> = at.values.iter().copied().map(Number::from).collect();

@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::arm::Urdf;
 use super::draw::{NOMINAL_BIAS, NOMINAL_GAIN, WRIST_NOISE};
 use super::independent::Information;
-use super::model::{predicted, unknowns};
+use super::model::{predicted, state};
 use super::statics::Number;
 use super::truth::{GRAVITY, PLACEMENTS, Truth, Wrist};
 
@@ -110,7 +110,7 @@ fn file_name(placement: Option<usize>) -> String {
 
 /// Readings with their errors, in the order of the model.
 pub fn readings(truth: &Truth) -> Vec<f64> {
-    let values: Vec<Number> = unknowns(truth).values.into_iter().map(Number::from).collect();
+    let values: Vec<Number> = state(truth).values.into_iter().map(Number::from).collect();
     let noise = truth.noise.iter().cycle();
     let errors = truth.errors.iter().zip(noise).map(|(error, noise)| error * noise);
     predicted(truth, &values).iter().zip(errors).map(|(exact, error)| exact.re + error).collect()

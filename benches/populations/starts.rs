@@ -9,7 +9,7 @@
 
 use std::path::Path;
 
-use gravcal_calibration::joint::{Readings, Signals, Unknowns, build_problem, select};
+use gravcal_calibration::joint::{Readings, Signals, State, build_problem, select};
 use gravcal_calibration::result::Fit;
 use gravcal_estimation::{SolveContext, Solver, Values};
 use gravcal_robot_model::Session;
@@ -56,8 +56,8 @@ pub fn above_lowest(
 }
 
 /// Anywhere in the hemisphere that is declared, with sensors near their nominal values and any bodies.
-fn random_start(session: &Session, truth: &Truth, random: &mut Pcg64) -> Unknowns {
-    let nominal = Unknowns::nominal(session);
+fn random_start(session: &Session, truth: &Truth, random: &mut Pcg64) -> State {
+    let nominal = State::nominal(session);
     let mut gravity = Vector3::from_fn(|_, _| normal(random)).normalize() * GRAVITY;
     if truth.said.hemisphere && gravity.dot(&truth.gravity) < 0.0 {
         gravity = -gravity;
@@ -73,11 +73,11 @@ fn random_start(session: &Session, truth: &Truth, random: &mut Pcg64) -> Unknown
         [mass, moment(), moment(), moment()]
     };
     let inertia = (0..truth.arm.joint_count()).map(|joint| body(joint, random)).collect();
-    Unknowns { gravity: gravity.into(), sensors, inertia, ..nominal }
+    State { gravity: gravity.into(), sensors, inertia, ..nominal }
 }
 
 /// − ln L where a start leads, if it leads somewhere.
-fn from(truth: &Truth, session: &Session, start: Unknowns) -> Option<f64> {
+fn from(truth: &Truth, session: &Session, start: State) -> Option<f64> {
     let mut readings = select(session, Signals::All);
     let (mut values, mut end) = (None, None);
     for _ in 0..if truth.said.std { 1 } else { ROUNDS } {
@@ -94,7 +94,7 @@ fn from(truth: &Truth, session: &Session, start: Unknowns) -> Option<f64> {
 fn solved(
     session: &Session,
     readings: &Readings,
-    start: &Unknowns,
+    start: &State,
     values: &mut Option<Values>,
 ) -> Option<Vec<(f64, f64)>> {
     let solver = LevenbergMarquardt { stopping: StoppingRules { max_iterations: ITERATIONS, ..Default::default() } };

@@ -1,7 +1,7 @@
 //! The paper's procedure, recorded in motion at 1 kHz and calibrated from the files alone, beside the table of perfect poses.
 
 use gravcal_calibration::Workbench;
-use gravcal_calibration::joint::{self, Signals, Solved, Unknowns};
+use gravcal_calibration::joint::{self, Signals, Solved, State};
 use gravcal_robot_model::Session;
 use gravcal_session::read_session;
 use gravcal_session::simulation::{Approach, Dirt, Motion, Simulation, record, write_session};
@@ -107,7 +107,7 @@ pub(crate) fn from_files(simulation: &Simulation) -> Result<Session, String> {
 struct Answer {
     session: Session,
     solved: Solved,
-    found: Unknowns,
+    found: State,
 }
 
 impl Answer {
@@ -116,7 +116,7 @@ impl Answer {
         let readings = joint::select(&session, Signals::All);
         let solved = joint::solve(&session, &readings, None, &Workbench::new(&solver, &quiet));
         let solved = solved.map_err(|error| error.to_string())?;
-        let found = solved.unknowns(&Unknowns::nominal(&session));
+        let found = solved.state(&State::nominal(&session));
         Ok(Answer { session, solved, found })
     }
 

@@ -15,7 +15,7 @@ mod central_difference;
 mod estimator_name;
 mod registry;
 mod solver_factory;
-mod unknowns;
+mod state;
 
 pub mod axis_frames;
 pub mod number;
@@ -32,4 +32,4 @@ pub use registry::{Registry, UnknownName};
 pub use robot::Robot;
 pub use session::Session;
 pub use solver_factory::SolverFactory;
-pub use unknowns::Unknowns;
+pub use state::State;

@@ -2,7 +2,7 @@
 
 use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, Transform, chain_from_dh};
 use gravcal_recording::{PositionUnit, TorqueUnit};
-use gravcal_robot_model::Unknowns;
+use gravcal_robot_model::State;
 use gravcal_robot_model::parameter::{Limit, Parameter};
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{
@@ -105,7 +105,7 @@ pub fn sarcos_shoulder() -> Simulation {
             vec![joint(0.0), joint(135f64.to_radians()), joint(0.2)],
         )
     };
-    let mut truth = Unknowns::nominal(&template);
+    let mut truth = State::nominal(&template);
     truth.gravity = (9.8 * direction).into();
     truth.sensors =
         vec![[7.12, 2075.0, 0.988, 0.0], [5.97, 2008.0, 0.995, 134.2_f64.to_radians()], [6.5, 2050.0, 1.01, 0.2]];

@@ -1,6 +1,6 @@
 //! The Cramér-Rao bound: the smallest standard deviations that an unbiased estimator can have, from the readings that it uses.
 
-use gravcal_calibration::joint::{self, EstimateError, Signals, Solved, Unknowns};
+use gravcal_calibration::joint::{self, EstimateError, Signals, Solved, State};
 use gravcal_robot_model::Session;
 
 use crate::quantities::Measured;
@@ -13,7 +13,7 @@ impl Bounds {
     /// At the true values.
     pub fn new(
         session: &Session,
-        truth: &Unknowns,
+        truth: &State,
         signals: &[Signals],
         quantities: &[Measured],
     ) -> Result<Bounds, EstimateError> {
@@ -30,7 +30,7 @@ impl Bounds {
 /// Standard deviations at the true values; `None` for a quantity that the readings do not determine.
 pub(crate) fn bound(
     session: &Session,
-    truth: &Unknowns,
+    truth: &State,
     signals: Signals,
     quantities: &[Measured],
 ) -> Result<Vec<Option<f64>>, EstimateError> {

@@ -8,7 +8,7 @@
 //! - *modelled*: sensors do not see it, and the joint estimator has it as an unknown.
 
 use gravcal_calibration::Workbench;
-use gravcal_calibration::joint::{EstimateError, Signals, Unknowns, estimate_jointly};
+use gravcal_calibration::joint::{EstimateError, Signals, State, estimate_jointly};
 use gravcal_calibration::result::EstimatorResult;
 use gravcal_calibration::sequential::{Plan, run_steps, tell_steps};
 use gravcal_estimation::Solver;
@@ -120,7 +120,7 @@ fn with_true_compliance(simulation: &Simulation, session: &Session) -> Simulatio
     let mut told = simulation.clone();
     if !session.compliances().is_empty() {
         let further = [&simulation.truth.further[..], &simulation.disturbance.deflection.compliance].concat();
-        told.truth = Unknowns { further, ..told.truth };
+        told.truth = State { further, ..told.truth };
     }
     told
 }

@@ -10,7 +10,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use gravcal_calibration::Workbench;
-use gravcal_calibration::joint::{Signals, Unknowns, estimate_jointly};
+use gravcal_calibration::joint::{Signals, State, estimate_jointly};
 use gravcal_dynamics::{ChainError, DhConvention, DhRow, JointKind, Link, chain_from_dh};
 use gravcal_estimation::Solver;
 use gravcal_robot_model::parameter::Quantity;
@@ -141,7 +141,7 @@ fn arm(joints: usize, seed: u64, draw: u64) -> Result<Simulation, ChainError> {
             vec![known(Knowing::Nominal); joints],
         )
     };
-    let truth = Unknowns {
+    let truth = State {
         gravity: (GRAVITY * gravity(TRUE_DIRECTION)).into(),
         sensors: (0..joints).map(|joint| sensors(joint == 0 || joint == last, &mut random)).collect(),
         inertia: (0..joints).map(|joint| inertia(joint, &mut random)).collect(),

@@ -1,6 +1,6 @@
 //! The numbers whose errors a study measures.
 
-use gravcal_calibration::joint::{Solved, Unknowns};
+use gravcal_calibration::joint::{Solved, State};
 use gravcal_robot_model::Session;
 use gravcal_robot_model::parameter::Quantity;
 
@@ -41,10 +41,10 @@ impl Measured {
     }
 
     /// Its value among all unknowns.
-    pub fn of(self, unknowns: &Unknowns) -> f64 {
+    pub fn of(self, state: &State) -> f64 {
         match self {
-            Measured::Gravity(axis) => unknowns.gravity[axis],
-            Measured::Sensor(joint, quantity) => unknowns.sensors[joint][quantity as usize],
+            Measured::Gravity(axis) => state.gravity[axis],
+            Measured::Sensor(joint, quantity) => state.sensors[joint][quantity as usize],
         }
     }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use gravcal::calibration::simulation::Simulation;
-use gravcal::calibration::{Session, Unknowns, read_session_with};
+use gravcal::calibration::{Session, State, read_session_with};
 use gravcal_extension::registry;
 use serde_json::Value;
 
@@ -66,7 +66,7 @@ impl Noise {
 }
 
 /// What is read besides, in each pose, as cells of a table; every fifth pose has no dial gauge, and every second touches the table.
-fn observed(session: &Session, truth: &Unknowns) -> Vec<[String; 4]> {
+fn observed(session: &Session, truth: &State) -> Vec<[String; 4]> {
     let chain = &session.robot.chain;
     let mut noise = Noise(5);
     let cells = |(index, position): (usize, &Vec<f64>)| {

@@ -14,7 +14,7 @@ use gravcal_robot_model::session::{InertiaPrior, Load, Session};
 
 use super::error::ApplicationError;
 use super::values::values;
-use crate::joint::Unknowns;
+use crate::joint::State;
 
 /// Numbers of one link: mass and first moment.
 const INERTIA: usize = 4;
@@ -227,7 +227,7 @@ struct Linear<'a> {
 
 impl Linear<'_> {
     /// Whether every torque that is read is determined in the session's poses.
-    fn check(&self, span: &Span, values: &Unknowns) -> Result<(), ApplicationError> {
+    fn check(&self, span: &Span, values: &State) -> Result<(), ApplicationError> {
         let session = self.session;
         let (joints, links) = (session.joints.len(), session.robot.chain.link_count());
         let mut open = vec![false; joints];

@@ -33,7 +33,7 @@ pub use self::values::check_units;
 use self::columns::Columns;
 use self::friction_sign::FrictionSign;
 use self::values::values;
-use crate::joint::Unknowns;
+use crate::joint::State;
 
 /// Step of numerical differentiation of a position sensor's terms, rad or m: their periods are far longer.
 const STEP: f64 = 1e-5;
@@ -55,7 +55,7 @@ pub enum Effort {
 #[derive(Debug)]
 pub struct Application<'a> {
     session: &'a Session,
-    values: Unknowns,
+    values: State,
     gravity: Option<GravityModel<'a>>,
     columns: Columns,
     /// Last readings of all joints, in inside units; NaN before the first.

@@ -5,7 +5,7 @@ use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::Session;
 
 use super::error::ApplicationError;
-use crate::joint::Unknowns;
+use crate::joint::State;
 
 /// Sees to it that a calibration's parameters are in the units of a session, as far as it has them.
 ///
@@ -32,8 +32,8 @@ pub(super) fn values(
     session: &Session,
     calibration: &EarlierEstimate,
     nominal: bool,
-) -> Result<Unknowns, ApplicationError> {
-    let mut values = Unknowns::nominal(session);
+) -> Result<State, ApplicationError> {
+    let mut values = State::nominal(session);
     let mut undetermined = Vec::new();
     for id in session.parameters() {
         let (joint, is_torque) = match id {

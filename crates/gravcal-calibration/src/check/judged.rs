@@ -6,7 +6,7 @@ use gravcal_robot_model::session::{ReadingId, Session};
 use super::report::{CheckedParameter, CheckedPayload};
 use super::sign;
 use crate::joint::{
-    EstimateError, JointProblem, Readings, Solved, Unknowns, build_with_constraints, last_frame_choices, payloads,
+    EstimateError, JointProblem, Readings, Solved, State, build_with_constraints, last_frame_choices, payloads,
     unknown_sign,
 };
 use crate::judgement::Asked;
@@ -42,7 +42,7 @@ impl NominalVerdict {
 pub(super) fn judge_at(
     session: &Session,
     readings: &Readings,
-    values: &Unknowns,
+    values: &State,
 ) -> Result<NominalVerdict, EstimateError> {
     let mut judged = Solved::at_start(readings.clone(), build_with_constraints(session, readings, values)?)?;
     judged.sign_known = sign::is_decided(session, readings, values)?;

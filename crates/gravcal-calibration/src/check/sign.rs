@@ -1,7 +1,7 @@
 //! Whether the readings of a session tell gravity from its opposite, before any solve.
 //!
 //! The readings that the nominal values predict are explained with gravity the other way up, masses, moments and placements
-//! negative ([`Unknowns::upside_down`]). With r what is left of them there and J the Jacobian, whitened, the best that a
+//! negative ([`State::upside_down`]). With r what is left of them there and J the Jacobian, whitened, the best that a
 //! first step can do is the cost
 //!
 //! ```text
@@ -14,10 +14,10 @@
 use gravcal_identification::DECISIVE;
 use gravcal_robot_model::session::{ReadingId, Session};
 
-use crate::joint::{EstimateError, Readings, Solved, Unknowns, build_problem, with_gains_known};
+use crate::joint::{EstimateError, Readings, Solved, State, build_problem, with_gains_known};
 
 /// Whether gravity's sign is declared, or can be decided by the readings.
-pub(super) fn is_decided(session: &Session, readings: &Readings, values: &Unknowns) -> Result<bool, EstimateError> {
+pub(super) fn is_decided(session: &Session, readings: &Readings, values: &State) -> Result<bool, EstimateError> {
     if session.gravity.hemisphere.is_some() {
         return Ok(true);
     }

@@ -6,7 +6,7 @@ use gravcal_robot_model::session::{InertiaPrior, Pose, PoseTable, Session, Unexp
 use nalgebra::{Quaternion, UnitQuaternion};
 
 use super::judged::{NominalVerdict, judge_at, predicted_ranges};
-use crate::joint::{EstimateError, Readings, Signals, Unknowns, build_with_constraints, select};
+use crate::joint::{EstimateError, Readings, Signals, State, build_with_constraints, select};
 
 /// An addition is judged beside about so many poses of the session, which stand for all of them.
 const POSES: usize = 300;
@@ -16,7 +16,7 @@ const POSES: usize = 300;
 pub(super) const ROUGH: f64 = 1e-3;
 
 /// The same of each channel, unit of its reading; zero where such errors are stated, or there are none.
-fn rough_errors(session: &Session, readings: &Readings, values: &Unknowns) -> Result<Vec<f64>, EstimateError> {
+fn rough_errors(session: &Session, readings: &Readings, values: &State) -> Result<Vec<f64>, EstimateError> {
     let errors = session.unexplained_errors();
     let mut rough = vec![0.0; errors.len()];
     if !errors.contains(&UnexplainedError::Estimated) {
@@ -49,7 +49,7 @@ pub(crate) struct Supposed {
     /// The session.
     pub session: Session,
     /// Where it is judged.
-    pub values: Unknowns,
+    pub values: State,
     /// Standard deviation of a further reading, by channel; `None` where none of the channel is read.
     pub noise: Vec<Option<f64>>,
 }
@@ -61,7 +61,7 @@ impl Supposed {
     /// Where the joint problem cannot be built.
     pub fn now(session: &Session) -> Result<Supposed, EstimateError> {
         let readings = select(session, Signals::All);
-        let values = Unknowns::nominal(session);
+        let values = State::nominal(session);
         let rough = rough_errors(session, &readings, &values)?;
         let noise = |channel: usize| {
             let read = (0..session.poses.len()).filter(|pose| session.reading(*pose, channel).is_some());

@@ -20,7 +20,7 @@ use rand_pcg::Pcg64;
 use super::additions::additions;
 use super::supposed::Supposed;
 use super::*;
-use crate::joint::{Unknowns, build_problem, estimate_jointly};
+use crate::joint::{State, build_problem, estimate_jointly};
 
 /// Standard deviation of a torque reading, count.
 const NOISE: f64 = 0.2;
@@ -80,7 +80,7 @@ fn with_loads(mut session: Session, distance: bool) -> Session {
 fn recorded(mut session: Session, runs: Vec<(Option<usize>, Run)>) -> Session {
     let table = |load| PoseTable { path: "poses.csv".into(), load, swept: None, step: None };
     session.tables = runs.iter().map(|(load, _)| table(*load)).collect();
-    let truth = Unknowns::nominal(&session);
+    let truth = State::nominal(&session);
     let joints = session.joints.len();
     let runs = runs.into_iter().map(|(_, run)| run).collect();
     Simulation::new(session, truth, runs, Disturbance::noise(vec![NOISE; joints]), 5).session(0)
@@ -151,7 +151,7 @@ fn assert_determines(supposed: &Supposed, parameters: &[String], cure: &Cure) {
 }
 
 /// The session with readings of a truth beside its nominal values, with noise.
-fn simulated(supposed: &Supposed) -> (Session, Unknowns) {
+fn simulated(supposed: &Supposed) -> (Session, State) {
     let mut session = supposed.session.clone();
     let mut truth = supposed.values.clone();
     let mut random = Pcg64::new(9, 0);
@@ -395,7 +395,7 @@ fn friction_wants_poses_approached_from_the_other_side() {
 fn what_is_given_as_exact_is_not_turned_over() {
     let mut session = with_loads(arm(&FOUR, TILTED), false);
     session.loads[0].position = Some([0.1, 0.2, 0.3]);
-    let over = Unknowns::nominal(&session).upside_down(&session);
+    let over = State::nominal(&session).upside_down(&session);
     assert_eq!(over.loads[0], [0.1, 0.2, 0.3]);
-    assert_eq!(over.loads[1], Unknowns::nominal(&session).loads[1].map(|component| -component));
+    assert_eq!(over.loads[1], State::nominal(&session).loads[1].map(|component| -component));
 }

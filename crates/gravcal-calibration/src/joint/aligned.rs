@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::error::EstimateError;
 use super::solved::Solved;
-use super::variables::Unknowns;
+use super::variables::State;
 
 /// A variance times this is the square of five standard deviations.
 const WITHIN_FIVE: f64 = 2.0 * IMPLAUSIBLE;
@@ -102,7 +102,7 @@ impl Solved {
 
     /// Joints that stand in all poses with an unknown offset, and at which angle, rad.
     fn standing_angles(&self, session: &Session) -> Vec<(usize, f64)> {
-        let unknowns = self.unknowns(&Unknowns::nominal(session));
+        let unknowns = self.state(&State::nominal(session));
         let used = session.poses.iter().zip(&self.readings.used).filter(|(_, used)| !used.is_empty());
         let coordinates = used.map(|(p, _)| session.terms.coordinates(&p.position, &p.conditions, &unknowns));
         let turns = |joint: usize| session.robot.chain.joints()[joint].kind == JointKind::Revolute;

@@ -10,7 +10,7 @@ use super::readings::Readings;
 use super::solve::solve;
 use super::solved::Solved;
 use super::tell::tell_parameters;
-use super::variables::Unknowns;
+use super::variables::State;
 use crate::judgement::{Asked, Judgement, residual_tests};
 use crate::result::{GravityResult, ParameterResult, ResidualTest, UncertaintyResult, UnexplainedResult, Verdict};
 
@@ -50,7 +50,7 @@ impl Answer {
     pub fn of(
         session: &Session,
         readings: &Readings,
-        known: Option<&Unknowns>,
+        known: Option<&State>,
         workbench: &Workbench<'_>,
     ) -> Result<Answer, EstimateError> {
         let solved = solve(session, readings, known, workbench)?

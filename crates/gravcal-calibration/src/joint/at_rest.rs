@@ -25,7 +25,7 @@ use gravcal_robot_model::session::Session;
 use super::order::Order;
 use super::readings::Readings;
 use super::solved::Solved;
-use super::variables::{OfJoints, Unknowns, VariableIndex};
+use super::variables::{OfJoints, State, VariableIndex};
 
 /// Fewest standstills of known direction that say so.
 const LEAST: usize = 5;
@@ -82,7 +82,7 @@ impl Readings {
 pub(super) fn add_unknown(
     session: &Session,
     readings: &Readings,
-    start: &Unknowns,
+    start: &State,
     builder: &mut ProblemBuilder,
 ) -> Option<OfJoints> {
     let block = |joints: &[usize]| {

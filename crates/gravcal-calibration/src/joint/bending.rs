@@ -28,7 +28,7 @@ use super::order::Order;
 use super::readings::{Bending, Readings};
 use super::solved::Solved;
 use super::unexplained_size::spread;
-use super::variables::{OfJoints, Unknowns, VariableIndex};
+use super::variables::{OfJoints, State, VariableIndex};
 
 /// By how much the torques that a joint carries bend it, one standard deviation, rad: arms with harmonic drives bend by some milliradians.
 const DEFLECTION: f64 = 5e-3;
@@ -90,7 +90,7 @@ fn may_bend(session: &Session) -> bool {
 pub(super) fn add_unknown(
     session: &Session,
     readings: &Readings,
-    start: &Unknowns,
+    start: &State,
     builder: &mut ProblemBuilder,
 ) -> Option<OfJoints> {
     let block = |joints: &[usize]| {

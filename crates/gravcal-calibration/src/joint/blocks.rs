@@ -11,7 +11,7 @@ use super::position_unknowns::add_unknowns;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::sweep_moments::{SweepMoments, by_sweep};
-use super::variables::{Unknowns, VariableIndex, WithPayload};
+use super::variables::{State, VariableIndex, WithPayload};
 
 /// Why links are fixed where only instruments read: these feel nothing of them.
 const NO_TORQUE: &str = "no torque of a joint is read";
@@ -25,7 +25,7 @@ const UNREAD: &str = "no reading depends on it";
 pub(super) fn add_unknown_blocks(
     session: &Session,
     readings: &Readings,
-    start: &Unknowns,
+    start: &State,
     builder: &mut ProblemBuilder,
 ) -> VariableIndex {
     let variables = add_blocks(session, readings, start, true, builder);
@@ -38,7 +38,7 @@ pub(super) fn add_unknown_blocks(
 pub(super) fn add_blocks(
     session: &Session,
     readings: &Readings,
-    start: &Unknowns,
+    start: &State,
     with_prior: bool,
     builder: &mut ProblemBuilder,
 ) -> VariableIndex {
@@ -105,14 +105,14 @@ pub(super) fn add_blocks(
 fn add_tensors(
     session: &Session,
     readings: &Readings,
-    start: &Unknowns,
+    start: &State,
     straight: bool,
     builder: &mut ProblemBuilder,
 ) -> Vec<BlockId> {
     if !session.has_windows() {
         return Vec::new();
     }
-    let nominal = Unknowns::nominal(session).tensors;
+    let nominal = State::nominal(session).tensors;
     let values = if start.tensors.len() == nominal.len() { &start.tensors } else { &nominal };
     let carried = readings.carried(session);
     let links = session.robot.chain.links().iter().enumerate();
@@ -141,14 +141,14 @@ fn tensor_block(name: String) -> Block {
 fn add_with_payloads(
     session: &Session,
     readings: &Readings,
-    start: &Unknowns,
+    start: &State,
     straight: bool,
     builder: &mut ProblemBuilder,
 ) -> Vec<Option<WithPayload>> {
     let carried = readings.carried(session);
     let unknown = (0..session.loads.len()).filter(|load| session.loads[*load].is_unknown());
     let mut all = vec![None; session.loads.len()];
-    let nominal = Unknowns::nominal(session).with_payloads;
+    let nominal = State::nominal(session).with_payloads;
     for (index, load) in unknown.enumerate().filter(|(_, load)| carried[*load]) {
         let body = start.with_payloads.get(index).unwrap_or(&nominal[index]);
         let link = &session.robot.chain.links()[session.loads[load].link].name;
@@ -202,7 +202,7 @@ fn gravity_block(session: &Session) -> Block {
 
 impl JointProblem {
     /// The same problem started from elsewhere; that the start makes sense is seen when it is evaluated there.
-    pub(super) fn starting_at(&self, session: &Session, readings: &Readings, start: &Unknowns) -> JointProblem {
+    pub(super) fn starting_at(&self, session: &Session, readings: &Readings, start: &State) -> JointProblem {
         let mut builder = ProblemBuilder::new();
         add_unknown_blocks(session, readings, start, &mut builder);
         JointProblem { initial: builder.initial(), ..self.clone() }

@@ -18,7 +18,7 @@ use super::position_unknowns::add_priors;
 use super::problem::JointProblem;
 use super::readings::Readings;
 use super::reference::{reference, with_reference};
-use super::variables::{Unknowns, VariableIndex};
+use super::variables::{State, VariableIndex};
 
 /// Centre of mass from which an assumed mass's moment is taken to be uncertain, m: see [`moment_std`].
 const TYPICAL_LEVER: f64 = 0.1;
@@ -30,7 +30,7 @@ const EXACT_DISTANCE_STD: f64 = 1e-6;
 ///
 /// # Errors
 /// Where there is nothing to measure or nothing unknown.
-pub fn build_problem(session: &Session, readings: &Readings, start: &Unknowns) -> Result<JointProblem, BuildError> {
+pub fn build_problem(session: &Session, readings: &Readings, start: &State) -> Result<JointProblem, BuildError> {
     let mut builder = ProblemBuilder::new();
     let variables = add_unknown_blocks(session, readings, start, &mut builder);
     let held = fixed_positions(&variables, &builder);
@@ -53,7 +53,7 @@ pub fn build_problem(session: &Session, readings: &Readings, start: &Unknowns) -
 pub(crate) fn build_with_constraints(
     session: &Session,
     readings: &Readings,
-    start: &Unknowns,
+    start: &State,
 ) -> Result<JointProblem, BuildError> {
     let mut start = start.clone();
     constraints::respect(session, &mut start);
@@ -68,7 +68,7 @@ pub(crate) fn build_with_constraints(
 pub(crate) fn pose_readings_alone(
     session: &Session,
     readings: &Readings,
-    start: &Unknowns,
+    start: &State,
 ) -> Result<JointProblem, BuildError> {
     let mut builder = ProblemBuilder::new();
     let variables = add_blocks(session, readings, start, false, &mut builder);
@@ -76,7 +76,7 @@ pub(crate) fn pose_readings_alone(
     let rows = add_readings(session, readings, &variables, given, &mut builder)?;
     let (problem, initial) = builder.build()?;
     let mut nominal = ProblemBuilder::new();
-    add_blocks(session, readings, &Unknowns::nominal(session), false, &mut nominal);
+    add_blocks(session, readings, &State::nominal(session), false, &mut nominal);
     let reference = reference(session, readings, &problem, &variables, nominal.initial());
     let problem = problem.with_reference(reference);
     let (poses, loss) = (readings.poses(), Loss::None);
@@ -137,7 +137,7 @@ fn add_tensor_priors(
     builder: &mut ProblemBuilder,
 ) -> Result<(), NoiseError> {
     let InertiaPrior::Model { relative_std } = &session.inertia else { return Ok(()) };
-    let nominal = Unknowns::nominal(session).tensors;
+    let nominal = State::nominal(session).tensors;
     let links = session.robot.chain.links().iter().zip(relative_std);
     for ((id, tensor), (link, relative_std)) in variables.tensors.iter().zip(nominal).zip(links) {
         if let (Some(inertia), Some(relative_std)) = (&link.inertia, relative_std) {

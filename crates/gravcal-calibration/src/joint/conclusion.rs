@@ -14,7 +14,7 @@ use super::readings::Readings;
 use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::tell::{mirrored_gains, tell_termination};
-use super::variables::Unknowns;
+use super::variables::State;
 use crate::judgement::{explained, far_off, in_words};
 use crate::result::{NoiseSource, ParameterResult, UncertaintyResult, Verdict};
 
@@ -41,7 +41,7 @@ const OTHER_UNIT: f64 = 3.0;
 pub(super) fn conclude(
     session: &Session,
     readings: &Readings,
-    known: Option<&Unknowns>,
+    known: Option<&State>,
     workbench: &Workbench<'_>,
 ) -> Result<Conclusion, EstimateError> {
     let mut answer = Answer::of(session, readings, known, workbench)?;
@@ -244,7 +244,7 @@ impl Answer {
         }
         workbench.tell("holding the earlier calibration against the readings");
         let alone = Session { earlier: None, ..session.clone() };
-        let start = solved.unknowns(&Unknowns::nominal(session));
+        let start = solved.state(&State::nominal(session));
         let without = solve_from(&alone, &solved.readings, start, workbench)?;
         let freedom = |solved: &Solved| solved.judged_problem().rows().saturating_sub(solved.analysis.rank());
         let gained = freedom(solved).saturating_sub(freedom(&without)) as f64;

@@ -15,7 +15,7 @@ use gravcal_robot_model::session::Session;
 
 use super::error::BuildError;
 use super::problem::JointProblem;
-use super::variables::{Unknowns, VariableIndex};
+use super::variables::{State, VariableIndex};
 use crate::result;
 
 /// The joint problem with the session's constraints on what is free in it.
@@ -57,7 +57,7 @@ fn of_gains(session: &Session, variables: &VariableIndex) -> Vec<(BlockId, Const
 }
 
 /// Moves values inside: masses up to zero, moments towards the frame's origin, gains to the nearest that is allowed.
-pub(super) fn respect(session: &Session, values: &mut Unknowns) {
+pub(super) fn respect(session: &Session, values: &mut State) {
     let demanded = &session.constraints;
     for (link, inertia) in values.inertia.iter_mut().enumerate() {
         let (radius, [mass, moment @ ..]) = (demanded.radius(link), inertia);

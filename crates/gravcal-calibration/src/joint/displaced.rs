@@ -11,7 +11,7 @@ use gravcal_robot_model::session::{PriorKind, Session};
 use nalgebra::Vector3;
 
 use super::solved::Solved;
-use super::variables::Unknowns;
+use super::variables::State;
 
 /// Torque gains, each by its nominal value, that are so many times apart are no scatter of sensors.
 const DISAGREES: f64 = 3.0;
@@ -22,7 +22,7 @@ pub(super) fn gains_disagree(session: &Session, solved: &Solved) -> bool {
     if session.pair_of_free_placements().is_none() {
         return false;
     }
-    let found = solved.unknowns(&Unknowns::nominal(session));
+    let found = solved.state(&State::nominal(session));
     let gains = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, Quantity::TorqueGain));
     let free = gains.filter(|id| session.prior(*id).kind == PriorKind::Flat && session.fixed(*id).is_none());
     let mut ratios: Vec<f64> = free.map(|id| (found.value(id) / session.nominal(id)).abs()).collect();
@@ -31,7 +31,7 @@ pub(super) fn gains_disagree(session: &Session, solved: &Solved) -> bool {
 }
 
 /// The same with the vector between two placements of a known distance reversed along some of the link's axes.
-pub(super) fn otherwise_displaced(session: &Session, values: &Unknowns) -> Vec<Unknowns> {
+pub(super) fn otherwise_displaced(session: &Session, values: &State) -> Vec<State> {
     let Some(known) = session.pair_of_free_placements() else { return Vec::new() };
     let [p, q] = known.between.map(|load| Vector3::from(values.loads[load]));
     let (middle, half) = ((p + q) / 2.0, (q - p) / 2.0);

@@ -12,7 +12,7 @@ use super::problem::JointProblem;
 use super::readings::Readings;
 use super::select::{Signals, select};
 use super::tell::tell;
-use super::variables::Unknowns;
+use super::variables::State;
 use crate::result::{Brief, EstimatorResult};
 
 /// Solves the joint problem, from `known` values (the sequential estimator's) if they start it better than the
@@ -23,7 +23,7 @@ use crate::result::{Brief, EstimatorResult};
 pub fn estimate_jointly(
     session: &Session,
     signals: Signals,
-    known: Option<&Unknowns>,
+    known: Option<&State>,
     workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let name = match signals {
@@ -41,7 +41,7 @@ pub fn estimate(
     session: &Session,
     name: &str,
     readings: &Readings,
-    known: Option<&Unknowns>,
+    known: Option<&State>,
     workbench: &Workbench<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let conclusion = conclude(session, readings, known, workbench)?;
@@ -57,7 +57,7 @@ pub fn estimate(
 pub fn estimate_briefly(
     session: &Session,
     readings: &Readings,
-    known: Option<&Unknowns>,
+    known: Option<&State>,
     workbench: &Workbench<'_>,
 ) -> Result<Brief, EstimateError> {
     let Conclusion { answer, verdict, termination, .. } = conclude(session, readings, known, workbench)?;
@@ -68,5 +68,5 @@ pub fn estimate_briefly(
 
 /// The joint problem at nominal values, with its constraints: what a solver must be able to take.
 pub(crate) fn build_at_nominal(session: &Session) -> Result<JointProblem, EstimateError> {
-    Ok(build_with_constraints(session, &select(session, Signals::All), &Unknowns::nominal(session))?)
+    Ok(build_with_constraints(session, &select(session, Signals::All), &State::nominal(session))?)
 }

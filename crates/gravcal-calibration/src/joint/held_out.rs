@@ -19,7 +19,7 @@ use super::problem::JointProblem;
 use super::readings::{Bending, Readings};
 use super::smaller_models::smaller_models;
 use super::solved::Solved;
-use super::variables::Unknowns;
+use super::variables::State;
 use crate::judgement::{self, held_out};
 use crate::result::{Fit, HeldOut};
 
@@ -46,7 +46,7 @@ pub(crate) fn fit_with_held_out(
     workbench.tell("predicting held-out poses");
     match session.validation.is_empty() {
         false => {
-            let found = solved.unknowns(&Unknowns::nominal(session));
+            let found = solved.state(&State::nominal(session));
             told.held_out = of_validation(session, &solved.readings, found)?;
         }
         true => match seen_by_second_fit(session, solved, workbench)? {
@@ -64,14 +64,14 @@ pub(crate) fn fit_with_held_out(
 pub(super) fn of_validation(
     session: &Session,
     fitted: &Readings,
-    found: Unknowns,
+    found: State,
 ) -> Result<Option<HeldOut>, EstimateError> {
     let unseen =
         Session { poses: session.validation.clone(), validation: Vec::new(), repeated: Vec::new(), ..session.clone() };
     let Readings { spreads, noise, unexplained, at_rest, .. } = fitted.clone();
     let readings = Readings { spreads, noise, unexplained, at_rest, ..Readings::select(&unseen, |_, _| true) };
     // Joints that stand in other sweeps deflect otherwise.
-    let prediction = Unknowns { deflections: Vec::new(), ..found };
+    let prediction = State { deflections: Vec::new(), ..found };
     let readings = bending_as(fitted, readings, &unseen, &prediction)?;
     let predicted = predict(&unseen, &readings, &prediction)?;
     let tables: BTreeSet<usize> = unseen.poses.iter().map(|pose| pose.table).collect();
@@ -84,7 +84,7 @@ fn bending_as(
     fitted: &Readings,
     readings: Readings,
     unseen: &Session,
-    found: &Unknowns,
+    found: &State,
 ) -> Result<Readings, EstimateError> {
     let Some(bending) = &fitted.bending else { return Ok(readings) };
     let Ok(built) = build_problem(unseen, &readings, found) else { return Ok(readings) };
@@ -101,7 +101,7 @@ enum Second {
 fn seen_by_second_fit(session: &Session, solved: &Solved, workbench: &Workbench<'_>) -> Result<Second, EstimateError> {
     let stretches = stretches(session, &solved.readings);
     let part = |held: bool| solved.readings.only(|pose, _| stretches.contains(&pose) == held);
-    let start = solved.unknowns(&Unknowns::nominal(session));
+    let start = solved.state(&State::nominal(session));
     let readings = part(false);
     let Ok(seen) = build_with_constraints(session, &readings, &start) else { return Ok(Second::Predicted(None)) };
     let seen = fixed_alike(solved, seen)?;
@@ -109,7 +109,7 @@ fn seen_by_second_fit(session: &Session, solved: &Solved, workbench: &Workbench<
     if !estimate.termination.converged() {
         return Ok(Second::Missing(estimate.termination.to_string()));
     }
-    let prediction = seen.variables.unknowns(&estimate.values, &start);
+    let prediction = seen.variables.state(&estimate.values, &start);
     Ok(Second::Predicted(predict(session, &part(true), &prediction)?))
 }
 
@@ -123,11 +123,7 @@ pub(super) fn fixed_alike(solved: &Solved, seen: JointProblem) -> Result<JointPr
     Ok(seen)
 }
 
-pub(super) fn predict(
-    session: &Session,
-    readings: &Readings,
-    found: &Unknowns,
-) -> Result<Option<HeldOut>, EstimateError> {
+pub(super) fn predict(session: &Session, readings: &Readings, found: &State) -> Result<Option<HeldOut>, EstimateError> {
     let Ok(built) = build_problem(session, readings, found) else { return Ok(None) };
     let whitened = built.problem.residuals(&built.initial)?;
     Ok(Some(held_out(session, readings, &built.rows, &whitened)))

@@ -9,7 +9,7 @@ use gravcal_robot_model::session::Session;
 use super::idle::idle_joints;
 use super::problem::JointProblem;
 use super::solved::{Nearby, Solved};
-use super::variables::Unknowns;
+use super::variables::State;
 use crate::judgement::{Asked, Judgement, Situation, asked, gravity_result};
 use crate::result::GravityResult;
 
@@ -45,7 +45,7 @@ impl Solved {
         if self.sign_known {
             return Vec::new();
         }
-        let found = self.unknowns(&Unknowns::nominal(session));
+        let found = self.state(&State::nominal(session));
         let other = found.upside_down(session);
         let turns = |id: &ParameterId| (found.value(*id) - other.value(*id)).abs() > session.limit(*id, spreads);
         session.parameters().into_iter().filter(turns).collect()
@@ -56,7 +56,7 @@ impl Solved {
         let read =
             (0..session.joints.len()).map(|joint| self.built.rows.iter().any(|id| id.channel == joint)).collect();
         let unread = self.readings.unread_and_unknown(session);
-        let idle = idle_joints(session, &self.unknowns(&Unknowns::nominal(session)));
+        let idle = idle_joints(session, &self.state(&State::nominal(session)));
         Situation { session, gravity: [g[0], g[1], g[2]], read, unread, on_bound: self.on_bound(session), idle }
     }
 

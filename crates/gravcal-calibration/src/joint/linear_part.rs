@@ -12,7 +12,7 @@ use super::build::pose_readings_alone;
 use super::error::BuildError;
 use super::problem::JointProblem;
 use super::readings::Readings;
-use super::variables::Unknowns;
+use super::variables::State;
 
 /// Nominal torque gains are taken for wrong where they are off by more than this factor, and by lengths only where that
 /// lowers the cost by so much.
@@ -34,7 +34,7 @@ impl<'s> LinearPart<'s> {
     ///
     /// # Errors
     /// Where no problem can be built.
-    pub fn new(session: &'s Session, readings: &Readings, values: &Unknowns) -> Result<Self, BuildError> {
+    pub fn new(session: &'s Session, readings: &Readings, values: &State) -> Result<Self, BuildError> {
         let built = pose_readings_alone(session, readings, values)?;
         let nonlinear: Vec<BlockId> = built.problem.block_ids().filter(|id| !built.problem.block(*id).linear).collect();
         let linear = built.problem.with_fixed(&nonlinear, "given by the candidate");
@@ -46,7 +46,7 @@ impl<'s> LinearPart<'s> {
     }
 
     /// The least-squares solution for the gravity and the sensors of a candidate, with known distances of placements kept; and the cost left.
-    pub fn solve(&self, candidate: &Unknowns) -> (f64, Unknowns) {
+    pub fn solve(&self, candidate: &State) -> (f64, State) {
         let values = self.values(candidate);
         if self.session.load_distances.is_empty() {
             return self.solve_from(&values, candidate);
@@ -56,14 +56,13 @@ impl<'s> LinearPart<'s> {
         let lengths = self.session.load_distances.iter().filter_map(|known| self.known_length(known, &values));
         let quadratic = lengths.fold(quadratic, |quadratic, known| quadratic.keeping(&known));
         let solved = self.linear.retract(&values, quadratic.step.as_slice());
-        (linearization.cost() - quadratic.reduction, self.built.variables.unknowns(&solved, candidate))
+        (linearization.cost() - quadratic.reduction, self.built.variables.state(&solved, candidate))
     }
 
     /// The cost left for the sensors of a candidate, by gravity's direction.
-    pub fn costs(&self, candidate: &Unknowns) -> impl Fn([f64; 3]) -> f64 {
+    pub fn costs(&self, candidate: &State) -> impl Fn([f64; 3]) -> f64 {
         let magnitude = self.session.gravity.magnitude;
-        let under =
-            move |direction: [f64; 3]| Unknowns { gravity: direction.map(|c| magnitude * c), ..candidate.clone() };
+        let under = move |direction: [f64; 3]| State { gravity: direction.map(|c| magnitude * c), ..candidate.clone() };
         let no_lengths = self.session.load_distances.is_empty();
         let any =
             no_lengths.then(|| AnyDirection::new(&self.linear, |direction| self.values(&under(direction)))).flatten();
@@ -74,21 +73,21 @@ impl<'s> LinearPart<'s> {
     }
 
     /// The same without known distances.
-    fn solve_anywhere(&self, candidate: &Unknowns) -> (f64, Unknowns) {
+    fn solve_anywhere(&self, candidate: &State) -> (f64, State) {
         self.solve_from(&self.values(candidate), candidate)
     }
 
-    fn solve_from(&self, values: &Values, candidate: &Unknowns) -> (f64, Unknowns) {
+    fn solve_from(&self, values: &Values, candidate: &State) -> (f64, State) {
         let Ok(mut linearization) = self.linear.linearize(values) else { return (f64::INFINITY, candidate.clone()) };
         let scaling = linearization.column_scales();
         let mut step = vec![0.0; scaling.len()];
         let gain = linearization.damped_step(FAINT_DAMPING, &scaling, &mut step).predicted_reduction;
         let solved = self.linear.retract(values, &step);
-        (linearization.cost() - gain, self.built.variables.unknowns(&solved, candidate))
+        (linearization.cost() - gain, self.built.variables.state(&solved, candidate))
     }
 
     /// Gravity and sensors of a candidate; the rest from where what is linear starts.
-    fn values(&self, candidate: &Unknowns) -> Values {
+    fn values(&self, candidate: &State) -> Values {
         let variables = &self.built.variables;
         let mut values = self.built.initial.clone();
         values.set(variables.gravity, &candidate.gravity);
@@ -116,7 +115,7 @@ impl<'s> LinearPart<'s> {
     ///
     /// Placements that the readings hardly tell may lie anywhere, and tell a scale that nothing else bears out: the cost at known distances
     /// decides.
-    pub fn solve_to_scale(&self, candidate: &Unknowns) -> (f64, Unknowns) {
+    pub fn solve_to_scale(&self, candidate: &State) -> (f64, State) {
         let (mut gains, mut best) = (candidate.clone(), self.solve(candidate));
         for _ in 0..SCALINGS {
             let before = best.0;
@@ -140,7 +139,7 @@ impl<'s> LinearPart<'s> {
     /// lengths changes, linearly in κ. So the cost that the linear problem leaves is a parabola in κ, and three points give its
     /// minimum. Where it is flat (no lengths), the known distance of two placements is the measure: the linear problem, which
     /// does not know it, puts them κ times as far apart.
-    fn gain_scales(&self, start: &Unknowns) -> Vec<f64> {
+    fn gain_scales(&self, start: &State) -> Vec<f64> {
         let session = self.session;
         let free = |joint: &JointPriors| joint.of(Quantity::TorqueGain).kind == PriorKind::Flat;
         if session.loads.is_empty() || !session.joints.iter().all(free) {
@@ -162,7 +161,7 @@ impl<'s> LinearPart<'s> {
     }
 }
 
-fn with_gains_times(scale: f64, values: &Unknowns) -> Unknowns {
+fn with_gains_times(scale: f64, values: &State) -> State {
     let mut scaled = values.clone();
     scaled.sensors.iter_mut().for_each(|sensor| sensor[Quantity::TorqueGain as usize] *= scale);
     scaled
@@ -188,7 +187,7 @@ mod tests {
         let simulation = sarcos_shoulder();
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
-        let part = LinearPart::new(&session, &readings, &Unknowns::nominal(&session)).unwrap();
+        let part = LinearPart::new(&session, &readings, &State::nominal(&session)).unwrap();
         let (cost, found) = part.solve(&simulation.truth);
         let [a, b] = [0, 1].map(|load| Vector3::from(found.loads[load]));
         assert!(((b - a).norm() - session.load_distances[0].distance).abs() < 1e-9);
@@ -203,7 +202,7 @@ mod tests {
     fn gains_that_start_half_as_large_are_brought_to_scale() {
         let simulation = sarcos_shoulder();
         let session = simulation.session(0);
-        let part = LinearPart::new(&session, &select(&session, Signals::All), &Unknowns::nominal(&session)).unwrap();
+        let part = LinearPart::new(&session, &select(&session, Signals::All), &State::nominal(&session)).unwrap();
         let (_, found) = part.solve_to_scale(&with_gains_times(0.5, &simulation.truth));
         let ratio = found.sensors[0][0] / simulation.truth.sensors[0][0];
         assert!((ratio - 1.0).abs() < 0.05, "{ratio}");

@@ -24,7 +24,7 @@ use super::reversed::{reversed_sensors, reversed_wrist, solve_with};
 use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::start::start_cost;
-use super::variables::Unknowns;
+use super::variables::State;
 
 /// A mistake must lower the cost of a start to this share of it; the cost of a solution likewise.
 const BETTER_START: f64 = 0.7;
@@ -100,7 +100,7 @@ fn mistaken_columns(
     promising.sort_by(|(a, _), (b, _)| a.total_cmp(b));
     workbench.tell("looking for swapped columns");
     let (before, _) = solve_with(session, &readings, solved, workbench)?;
-    let mut best: Option<(f64, Hypothesis, Unknowns)> = None;
+    let mut best: Option<(f64, Hypothesis, State)> = None;
     for (_, hypothesis) in promising.into_iter().take(SOLVED) {
         let (after, end) = solve_with(&hypothesis.made(session), &readings, solved, workbench)?;
         if after < BETTER * before && best.as_ref().is_none_or(|(lowest, ..)| after < *lowest) {
@@ -116,7 +116,7 @@ fn mistaken_columns(
 /// Whether a session, started there, explains the readings so much better than the solution that it is no accident of having tried so many,
 /// nor of few readings without stated noise.
 pub(super) fn decisively_likelier(
-    (made, start): (&Session, Unknowns),
+    (made, start): (&Session, State),
     (session, solved): (&Session, &Solved),
     tried: usize,
     workbench: &Workbench<'_>,

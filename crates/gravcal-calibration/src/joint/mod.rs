@@ -81,4 +81,4 @@ pub use solved::Solved;
 pub(crate) use start::start_around;
 pub(crate) use symmetries::with_gains_known;
 pub(crate) use tell::{last_frame_choices, session_notes, unknown_sign};
-pub use variables::{OfJoints, PositionUnknown, Unknowns, VariableIndex, WithPayload};
+pub use variables::{OfJoints, PositionUnknown, State, VariableIndex, WithPayload};

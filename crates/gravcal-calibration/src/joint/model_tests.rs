@@ -28,7 +28,7 @@ use super::error::EstimateError;
 use super::fit::fit;
 use super::problem::JointProblem;
 use super::solved::Solved;
-use super::variables::Unknowns;
+use super::variables::State;
 use crate::judgement::Judgement;
 use crate::result::{Fit, NoiseSource, SensorModelTest, TestAgainstZero, TestKind, UncertaintyResult};
 
@@ -141,7 +141,7 @@ impl ModelTests<'_> {
         workbench: &Workbench<'_>,
     ) -> Result<Option<f64>, EstimateError> {
         let solved = self.solved;
-        let mut start = solved.unknowns(&Unknowns::nominal(self.session));
+        let mut start = solved.state(&State::nominal(self.session));
         parameters.iter().for_each(|id| *start.value_mut(*id) = 0.0);
         let built = build_with_constraints(self.session, &solved.readings, &start)?.with_loss(solved.built.loss)?;
         let fixed: Vec<BlockId> = parameters.iter().map(|id| built.variables.block(*id)).collect();

@@ -11,7 +11,7 @@ use super::reference::WITHIN_USE;
 use super::solve_from::solve_from;
 use super::solved::{Nearby, Solved};
 use super::symmetries::{in_hemisphere, not_as_declared};
-use super::variables::Unknowns;
+use super::variables::State;
 use crate::judgement::limits_of_use;
 
 /// Values at which ½ χ² is larger by less are as good as the estimate: two standard deviations away.
@@ -42,14 +42,13 @@ impl Solved {
             let costs = costs.collect::<Result<Vec<_>, EstimateError>>()?;
             let lowest = costs.into_iter().min_by(|(a, _), (b, _)| a.total_cmp(b));
             let Some((_, better)) = lowest.filter(|(cost, _)| *cost < solved.estimate.cost - BETTER) else { break };
-            let start = solved.built.variables.unknowns(better, &Unknowns::nominal(session));
+            let start = solved.built.variables.state(better, &State::nominal(session));
             // What leads nowhere leaves the estimate as it is.
             let other = solve_from(session, &solved.readings, start, workbench);
             let Ok(other) = other.and_then(|other| in_hemisphere(session, other, workbench)) else { break };
             let contradicts = other.hemisphere_contradicted && !solved.hemisphere_contradicted;
-            let nominal = Unknowns::nominal(session);
-            let [own, of_other] =
-                [&solved, &other].map(|solution| not_as_declared(session, &solution.unknowns(&nominal)));
+            let nominal = State::nominal(session);
+            let [own, of_other] = [&solved, &other].map(|solution| not_as_declared(session, &solution.state(&nominal)));
             let least = if of_other > own { DECISIVE } else { 0.0 };
             if contradicts || other.minus_log_likelihood(session) >= solved.minus_log_likelihood(session) - least {
                 break;

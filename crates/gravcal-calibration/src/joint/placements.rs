@@ -11,13 +11,13 @@ use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
 use gravcal_robot_model::session::{Load, Session};
 
 use super::sweep_moments::by_sweep;
-use super::variables::{Placement, Unknowns};
+use super::variables::{Placement, State};
 
 /// Adds the blocks of all carried loads; distances enter only if `exact_distances`.
 pub(super) fn add_placements(
     session: &Session,
     carried: &[bool],
-    start: &Unknowns,
+    start: &State,
     exact_distances: bool,
     builder: &mut ProblemBuilder,
 ) -> Vec<Option<Placement>> {

@@ -15,7 +15,7 @@ use gravcal_robot_model::session::{PriorKind, Session};
 use super::blocks::add_unknown_blocks;
 use super::problem::JointProblem;
 use super::readings::Readings;
-use super::variables::{Unknowns, VariableIndex};
+use super::variables::{State, VariableIndex};
 
 /// κ. Wide beside what would be of use, so that it hides nothing that can be known, and narrow enough that no gain reaches zero.
 pub(super) const WIDTH: f64 = 3.0;
@@ -32,7 +32,7 @@ const STANDARD_GRAVITY: f64 = 9.80665;
 /// The problem with its reference about nominal values.
 pub(super) fn with_reference(session: &Session, readings: &Readings, built: JointProblem) -> JointProblem {
     let mut builder = ProblemBuilder::new();
-    add_unknown_blocks(session, readings, &Unknowns::nominal(session), &mut builder);
+    add_unknown_blocks(session, readings, &State::nominal(session), &mut builder);
     let reference = reference(session, readings, &built.problem, &built.variables, builder.initial());
     JointProblem { problem: built.problem.with_reference(reference), ..built }
 }

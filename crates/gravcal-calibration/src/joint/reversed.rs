@@ -30,7 +30,7 @@ use super::readings::Readings;
 use super::sample::Sample;
 use super::solved::Solved;
 use super::start::{best_start, start_cost};
-use super::variables::Unknowns;
+use super::variables::State;
 
 /// A turned sign must lower the cost of a start to this share of it; the cost of a solution likewise.
 const BETTER_START: f64 = 0.8;
@@ -86,7 +86,7 @@ pub(super) fn reversed_sensors(
 
 /// Looks for a force-torque sensor by which its tool would have a negative mass, gravity's sign being known.
 pub(super) fn reversed_wrist(session: &Session, solved: &Solved) -> Option<Mistake> {
-    let values = solved.unknowns(&Unknowns::nominal(session));
+    let values = solved.state(&State::nominal(session));
     let wrists = session.instruments.iter().filter(|instrument| instrument.kind == InstrumentKind::ForceTorque);
     let (wrist, mass, std) = wrists.filter(|wrist| solved.sign_known && !wrist.sign_declared).find_map(|wrist| {
         let mass = wrist.own_parameters().start;
@@ -167,16 +167,16 @@ fn beside_the_others(
     }
     joints.sort_unstable();
     let (before, _) = solve_with(session, &readings, solved, workbench)?;
-    let (after, unknowns) = solve_with(&turned(session, &joints), &readings, solved, workbench)?;
+    let (after, state) = solve_with(&turned(session, &joints), &readings, solved, workbench)?;
     if after >= BETTER * before {
         return Ok(None);
     }
     let (made, tried) = (turned(session, &joints), open.len());
-    if !decisively_likelier((&made, unknowns.clone()), (session, solved), tried, workbench)? {
+    if !decisively_likelier((&made, state.clone()), (session, solved), tried, workbench)? {
         return Ok(None);
     }
     // All others may be the reversed ones: the assumed masses tell.
-    if open.len() == session.joints.len() && agreement(session, solved, &unknowns).is_some_and(|c| c < OPPOSED) {
+    if open.len() == session.joints.len() && agreement(session, solved, &state).is_some_and(|c| c < OPPOSED) {
         joints = open.iter().copied().filter(|joint| !joints.contains(joint)).collect();
     }
     let share = 100.0 * (after / before).sqrt();
@@ -202,10 +202,10 @@ fn all_together(
     if !gravity_is_known(solved) {
         return Ok(None);
     }
-    let now = agreement(session, solved, &solved.unknowns(&Unknowns::nominal(session)));
+    let now = agreement(session, solved, &solved.state(&State::nominal(session)));
     let Some(now) = now.filter(|correlation| *correlation < OPPOSED) else { return Ok(None) };
-    let (cost, unknowns) = solve_with(&turned(session, open), &solved.readings, solved, workbench)?;
-    let Some(then) = agreement(session, solved, &unknowns).filter(|correlation| *correlation > -OPPOSED) else {
+    let (cost, state) = solve_with(&turned(session, open), &solved.readings, solved, workbench)?;
+    let Some(then) = agreement(session, solved, &state).filter(|correlation| *correlation > -OPPOSED) else {
         return Ok(None);
     };
     let why = format!(
@@ -231,35 +231,35 @@ pub(super) fn solve_with(
     readings: &Readings,
     solved: &Solved,
     workbench: &Workbench<'_>,
-) -> Result<(f64, Unknowns), EstimateError> {
+) -> Result<(f64, State), EstimateError> {
     let start = best_start(session, &Sample::new(session, readings)?, None, workbench)?;
     let built = build_with_constraints(session, readings, &start)?.with_loss(solved.built.loss)?;
     let estimate = workbench.solve(&built.problem, &built.initial)?;
-    Ok((estimate.cost, built.variables.unknowns(&estimate.values, &start)))
+    Ok((estimate.cost, built.variables.state(&estimate.values, &start)))
 }
 
 /// Correlation of the bare arm's gravity torques by estimated and by assumed masses, over the readings, each joint's mean taken away: the
 /// weaker of that with the assumed torques at the estimate and of that with those at nominal values, as neither may hang on gravity or
 /// offsets that the readings leave open. `None` where no masses are assumed, where gravity may point either way, where no joint turns far
 /// enough to tell, or where both disagree.
-fn agreement(session: &Session, solved: &Solved, unknowns: &Unknowns) -> Option<f64> {
+fn agreement(session: &Session, solved: &Solved, state: &State) -> Option<f64> {
     let links = session.robot.chain.links();
     if session.gravity.hemisphere.is_none() || links.iter().any(|link| link.inertia.is_none()) {
         return None;
     }
-    let nominal = Unknowns::nominal(session);
-    let estimated = bare_torques(session, unknowns, unknowns);
+    let nominal = State::nominal(session);
+    let estimated = bare_torques(session, state, state);
     // Looked at once a joint: once a reading would take time with the square of their number.
     let turn_far: Vec<bool> = (0..session.joints.len()).map(|joint| turns_far(session, joint)).collect();
     let of_one_that_turns = |id: &ReadingId| turn_far.get(id.channel) == Some(&true);
     let telling: Vec<ReadingId> = solved.built.rows.iter().copied().filter(of_one_that_turns).collect();
-    let with = |values: &Unknowns| correlation(&telling, &estimated, &bare_torques(session, values, &nominal));
-    let (here, there) = (with(unknowns)?, with(&nominal)?);
+    let with = |values: &State| correlation(&telling, &estimated, &bare_torques(session, values, &nominal));
+    let (here, there) = (with(state)?, with(&nominal)?);
     (here * there > 0.0).then(|| if here.abs() < there.abs() { here } else { there })
 }
 
 /// Gravity torques of the bare arm in every pose, N·m, with the masses of one set of values and the angles and gravity of another.
-fn bare_torques(session: &Session, at: &Unknowns, masses: &Unknowns) -> Vec<Vec<f64>> {
+fn bare_torques(session: &Session, at: &State, masses: &State) -> Vec<Vec<f64>> {
     let chain = &session.robot.chain;
     let inertia: Vec<f64> = masses.inertia.iter().flatten().copied().collect();
     let of_pose = |pose: &Pose| {

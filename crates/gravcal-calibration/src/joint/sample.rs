@@ -10,7 +10,7 @@ use super::build::build_problem;
 use super::error::BuildError;
 use super::problem::JointProblem;
 use super::readings::Readings;
-use super::variables::Unknowns;
+use super::variables::State;
 
 /// Poses that suffice to compare candidates.
 pub(super) const POSES: usize = 120;
@@ -35,7 +35,7 @@ pub(super) struct Sample {
 pub(super) struct Nearby {
     /// The cost there; infinite where the solver takes no such problem.
     pub cost: f64,
-    pub end: Unknowns,
+    pub end: State,
 }
 
 /// What the readings of a sample cost where a start leads.
@@ -50,7 +50,7 @@ pub(super) struct RoughMinimum {
 pub(super) struct OneStep {
     /// The cost there.
     pub cost: f64,
-    pub end: Unknowns,
+    pub end: State,
 }
 
 impl Sample {
@@ -60,7 +60,7 @@ impl Sample {
     /// Where no problem can be built.
     pub fn new(session: &Session, readings: &Readings) -> Result<Sample, BuildError> {
         let readings = thinned(session, readings, POSES);
-        let built = build_problem(session, &readings, &Unknowns::nominal(session))?;
+        let built = build_problem(session, &readings, &State::nominal(session))?;
         Ok(Sample { readings, built })
     }
 
@@ -74,7 +74,7 @@ impl Sample {
     }
 
     /// Its problem, started from here.
-    pub fn built_at(&self, session: &Session, start: &Unknowns) -> JointProblem {
+    pub fn built_at(&self, session: &Session, start: &State) -> JointProblem {
         self.built.starting_at(session, &self.readings, start)
     }
 
@@ -84,16 +84,16 @@ impl Sample {
     }
 
     /// Where a few iterations from `start` lead, or fewer where the cost is no higher than `enough` before.
-    pub fn nearby(&self, session: &Session, start: &Unknowns, enough: f64, workbench: &Workbench<'_>) -> Nearby {
+    pub fn nearby(&self, session: &Session, start: &State, enough: f64, workbench: &Workbench<'_>) -> Nearby {
         let built = self.built_at(session, start);
         match workbench.solve_briefly(&built.problem, &built.initial, BRIEF, enough) {
-            Ok(estimate) => Nearby { cost: estimate.cost, end: built.variables.unknowns(&estimate.values, start) },
+            Ok(estimate) => Nearby { cost: estimate.cost, end: built.variables.state(&estimate.values, start) },
             Err(_) => Nearby { cost: f64::INFINITY, end: start.clone() },
         }
     }
 
     /// The cost of the readings alone where `start` leads, as far as it was followed: what unknowns rest on does not count.
-    pub fn rough_minimum(&self, session: &Session, start: &Unknowns, workbench: &Workbench<'_>) -> RoughMinimum {
+    pub fn rough_minimum(&self, session: &Session, start: &State, workbench: &Workbench<'_>) -> RoughMinimum {
         let built = self.built_at(session, start);
         let nowhere = RoughMinimum { cost: f64::INFINITY, reached: true };
         let Ok(end) = workbench.within(LONG).solve(&built.problem, &built.initial) else { return nowhere };
@@ -102,14 +102,14 @@ impl Sample {
     }
 
     /// The step to the minimum of the linear model; nothing if the cost is no lower where it leads.
-    pub fn one_step(&self, session: &Session, start: &Unknowns) -> Option<OneStep> {
+    pub fn one_step(&self, session: &Session, start: &State) -> Option<OneStep> {
         let JointProblem { problem, initial, variables, .. } = &self.built_at(session, start);
         let mut linearization = problem.linearize(initial).ok()?;
         let mut step = vec![0.0; problem.columns().len()];
         linearization.damped_step(FAINT_DAMPING, &linearization.column_scales(), &mut step);
         let there = problem.retract(initial, &step);
         let cost = problem.cost(&there).ok().filter(|cost| *cost < linearization.cost())?;
-        let end = variables.unknowns(&there, start);
+        let end = variables.state(&there, start);
         Some(OneStep { cost, end })
     }
 }

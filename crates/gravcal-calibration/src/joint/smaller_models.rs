@@ -17,7 +17,7 @@ use super::error::EstimateError;
 use super::fit::fit;
 use super::held_out::{fixed_alike, of_validation, predict, stretches};
 use super::solved::Solved;
-use super::variables::Unknowns;
+use super::variables::State;
 use crate::result::{HeldOut, SmallerModel, SmallerModelKind};
 
 /// The smaller models of a session with windows that converge, the smallest first.
@@ -64,7 +64,7 @@ fn prediction(
 ) -> Result<Option<HeldOut>, EstimateError> {
     let part = |held_out: bool| solved.readings.only(|pose, _| unseen.contains(&pose) == held_out);
     let readings = if session.validation.is_empty() { part(false) } else { solved.readings.clone() };
-    let mut start = solved.unknowns(&Unknowns::nominal(session));
+    let mut start = solved.state(&State::nominal(session));
     none.iter().for_each(|place| start.further[*place] = 0.0);
     let Ok(built) = build_with_constraints(session, &readings, &start) else { return Ok(None) };
     let mut built = fixed_alike(solved, built)?;
@@ -77,7 +77,7 @@ fn prediction(
     if !estimate.termination.converged() {
         return Ok(None);
     }
-    let found = built.variables.unknowns(&estimate.values, &start);
+    let found = built.variables.state(&estimate.values, &start);
     match session.validation.is_empty() {
         true => predict(session, &part(true), &found),
         false => of_validation(session, &solved.readings, found),

@@ -13,7 +13,7 @@ use super::solve_from::solve_from;
 use super::solved::Solved;
 use super::start::{best_start, further_starts, start_around};
 use super::symmetries::{not_as_declared, settled, turned_gains};
-use super::variables::Unknowns;
+use super::variables::State;
 use crate::judgement::explained;
 
 /// Poses that suffice to tell ends of starts apart; of more than twice as many, each start is followed with so many.
@@ -27,7 +27,7 @@ const TELLING: usize = 1000;
 pub fn solve(
     session: &Session,
     readings: &Readings,
-    known: Option<&Unknowns>,
+    known: Option<&State>,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     workbench.tell("starting values");
@@ -64,26 +64,26 @@ fn lowest_elsewhere(
     readings: &Readings,
     sample: &Sample,
     solved: Solved,
-    known: Option<&Unknowns>,
+    known: Option<&State>,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     workbench.tell("other starting values");
     let companion = workbench.solver().companion().filter(|other| other.check(&solved.built.problem).is_ok());
     let second = workbench.by(companion.as_deref().unwrap_or(workbench.solver()));
-    let nominal = Unknowns::nominal(session);
-    let follow = |start: Unknowns, workbench: &Workbench<'_>| -> Result<_, EstimateError> {
+    let nominal = State::nominal(session);
+    let follow = |start: State, workbench: &Workbench<'_>| -> Result<_, EstimateError> {
         Ok(solve_from(session, readings, start, workbench)?.into_end(session))
     };
     let likeliest = match readings.poses() > 2 * TELLING {
         false => from_other_starts(session, (readings, sample), solved, known, [workbench, &second])?,
         true => {
             let part = thinned(session, readings, TELLING);
-            let first = solve_from(session, &part, solved.unknowns(&nominal), workbench)?;
+            let first = solve_from(session, &part, solved.state(&nominal), workbench)?;
             let of_part = from_other_starts(session, (&part, sample), first, known, [workbench, &second])?;
             let variables = &of_part.best.solution.built.variables;
-            let starts = of_part.plausible().into_iter().map(|values| variables.unknowns(values, &nominal)).collect();
+            let starts = of_part.plausible().into_iter().map(|values| variables.state(values, &nominal)).collect();
             let mut likeliest = Likeliest::first(solved.into_end(session));
-            likeliest.or_from(starts, follow, |there| there.unknowns(&nominal), workbench);
+            likeliest.or_from(starts, follow, |there| there.state(&nominal), workbench);
             likeliest
         }
     };
@@ -91,7 +91,7 @@ fn lowest_elsewhere(
     let solved = if is_another { settled(session, best.solution, sample, &second)? } else { best.solution };
     let solved = as_declared(session, readings, solved, &ends, workbench)?;
     let lowest = solved.minus_log_likelihood(session);
-    let turned = |values: &Values| turned_gains(session, &solved.built.variables.unknowns(values, &nominal));
+    let turned = |values: &Values| turned_gains(session, &solved.built.variables.state(values, &nominal));
     // A sign is declared: an end of another sign that is not likelier beyond doubt is an image, no value that the parameters may have.
     let here = turned(&solved.estimate.values);
     let is_image = |values: &Values| turned(values).iter().any(|gain| !here.contains(gain));
@@ -104,14 +104,14 @@ fn from_other_starts(
     session: &Session,
     (readings, sample): (&Readings, &Sample),
     first: Solved,
-    known: Option<&Unknowns>,
+    known: Option<&State>,
     [workbench, second]: [&Workbench<'_>; 2],
 ) -> Result<Likeliest<Solved>, EstimateError> {
-    let nominal = Unknowns::nominal(session);
-    let follow = |start: Unknowns, workbench: &Workbench<'_>| -> Result<_, EstimateError> {
+    let nominal = State::nominal(session);
+    let follow = |start: State, workbench: &Workbench<'_>| -> Result<_, EstimateError> {
         Ok(solve_from(session, readings, start, workbench)?.into_end(session))
     };
-    let on = |there: &Solved| there.unknowns(&nominal);
+    let on = |there: &Solved| there.state(&nominal);
     let mut likeliest = Likeliest::first(first.into_end(session));
     likeliest.or_from(vec![best_start(session, sample, known, second)?], follow, on, second);
     likeliest.or_from(otherwise_displaced(session, &on(&likeliest.best.solution)), follow, on, workbench);
@@ -130,8 +130,8 @@ fn as_declared(
     ends: &[(f64, Values)],
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
-    let nominal = Unknowns::nominal(session);
-    let wrong = |values: &Values| not_as_declared(session, &solved.built.variables.unknowns(values, &nominal));
+    let nominal = State::nominal(session);
+    let wrong = |values: &Values| not_as_declared(session, &solved.built.variables.state(values, &nominal));
     let (own, lowest) = (wrong(&solved.estimate.values), solved.minus_log_likelihood(session));
     let plausible = ends.iter().filter(|(height, _)| *height < lowest + DECISIVE);
     let Some((_, best)) = plausible.min_by(|(a, of_a), (b, of_b)| wrong(of_a).cmp(&wrong(of_b)).then(a.total_cmp(b)))
@@ -141,8 +141,8 @@ fn as_declared(
     if own == 0 || wrong(best) >= own {
         return Ok(solved);
     }
-    let other = solve_from(session, readings, solved.built.variables.unknowns(best, &nominal), workbench)?;
-    let fewer = not_as_declared(session, &other.unknowns(&nominal)) < own;
+    let other = solve_from(session, readings, solved.built.variables.state(best, &nominal), workbench)?;
+    let fewer = not_as_declared(session, &other.state(&nominal)) < own;
     let plausible = other.minus_log_likelihood(session) < lowest + DECISIVE;
     Ok(match fewer && plausible && other.estimate.termination.converged() {
         true => Solved { sign_known: solved.sign_known, ..other },

@@ -12,7 +12,7 @@ use super::fit::{fit, fit_in_rounds};
 use super::problem::JointProblem;
 use super::readings::{Bending, Readings};
 use super::solved::Solved;
-use super::variables::Unknowns;
+use super::variables::State;
 
 /// Rounds of noise estimation at most, and the relative change at which they end.
 const NOISE_ROUNDS: usize = 8;
@@ -34,7 +34,7 @@ const ITERATIONS: usize = 2000;
 pub(super) fn solve_from(
     session: &Session,
     readings: &Readings,
-    start: Unknowns,
+    start: State,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     let solved = solve_with_noise(session, readings, start, workbench)?;
@@ -63,19 +63,19 @@ fn solve_again(
     readings: &Readings,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
-    solve_with_noise(session, readings, solved.unknowns(&Unknowns::nominal(session)), workbench)
+    solve_with_noise(session, readings, solved.state(&State::nominal(session)), workbench)
 }
 
 /// The same with the unknowns that the readings are said to have, and the noise that they show.
 fn solve_with_noise(
     session: &Session,
     readings: &Readings,
-    start: Unknowns,
+    start: State,
     workbench: &Workbench<'_>,
 ) -> Result<Solved, EstimateError> {
     let (mut readings, mut start) = (readings.clone(), start);
     let loss = readings.loss;
-    let built = |readings: &Readings, start: &Unknowns| build_with_constraints(session, readings, start);
+    let built = |readings: &Readings, start: &State| build_with_constraints(session, readings, start);
     let estimated = session.unexplained_errors().contains(&UnexplainedError::Estimated);
     if !session.noise_estimated().contains(&true) && !readings.unexplained_found(session) {
         workbench.tell("all unknowns together");
@@ -103,7 +103,7 @@ fn solve_with_noise(
         let settled = readings.loss == loss
             && solved.stands_with(session, &unexplained, NOISE_TOLERANCE)
             && noise.iter().zip(&readings.noise).all(|(new, old)| (new / old - 1.0).abs() < NOISE_TOLERANCE);
-        start = solved.built.variables.unknowns(&solved.estimate.values, &start);
+        start = solved.built.variables.state(&solved.estimate.values, &start);
         (readings.noise, readings.unexplained) = (noise, unexplained);
         if settled || solved.estimate.termination == Termination::Stopped {
             break;

@@ -8,7 +8,7 @@ use gravcal_robot_model::session::{ReadingId, Session};
 use super::error::EstimateError;
 use super::problem::JointProblem;
 use super::readings::Readings;
-use super::variables::Unknowns;
+use super::variables::State;
 
 /// A solved and judged joint problem.
 #[derive(Debug)]
@@ -131,7 +131,7 @@ impl Solved {
     }
 
     /// The solution as plain numbers.
-    pub fn unknowns(&self, fallback: &Unknowns) -> Unknowns {
-        self.built.variables.unknowns(&self.estimate.values, fallback)
+    pub fn state(&self, fallback: &State) -> State {
+        self.built.variables.state(&self.estimate.values, fallback)
     }
 }

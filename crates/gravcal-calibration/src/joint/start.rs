@@ -13,7 +13,7 @@ use super::error::BuildError;
 use super::linear_part::LinearPart;
 use super::readings::Readings;
 use super::sample::{Nearby, POSES, Sample, thinned};
-use super::variables::Unknowns;
+use super::variables::State;
 
 /// One direction of so many suffices to compare signs.
 const FEW: usize = 6;
@@ -39,17 +39,17 @@ const SAME_END: f64 = 0.02;
 pub(super) fn best_start(
     session: &Session,
     sample: &Sample,
-    known: Option<&Unknowns>,
+    known: Option<&State>,
     workbench: &Workbench<'_>,
-) -> Result<Unknowns, BuildError> {
+) -> Result<State, BuildError> {
     if let Some(known) = known {
-        let part = LinearPart::new(session, &sample.readings, &Unknowns::nominal(session))?;
+        let part = LinearPart::new(session, &sample.readings, &State::nominal(session))?;
         if let Some(near) = near_known(&part, sample, known, workbench) {
             return Ok(near);
         }
     }
     let ends = rough_ends(session, sample, known, Extent::Sufficient, workbench)?;
-    Ok(ends.into_iter().next().unwrap_or_else(|| Unknowns::nominal(session)))
+    Ok(ends.into_iter().next().unwrap_or_else(|| State::nominal(session)))
 }
 
 /// How many candidates are followed.
@@ -65,13 +65,13 @@ enum Extent {
 fn rough_ends(
     session: &Session,
     sample: &Sample,
-    known: Option<&Unknowns>,
+    known: Option<&State>,
     extent: Extent,
     workbench: &Workbench<'_>,
-) -> Result<Vec<Unknowns>, BuildError> {
+) -> Result<Vec<State>, BuildError> {
     let rough = Sample::new(session, &sample.readings.roughly(session))?;
-    let part = LinearPart::new(session, &rough.readings, &Unknowns::nominal(session))?;
-    let mut solved: Vec<(f64, Unknowns)> = Vec::new();
+    let part = LinearPart::new(session, &rough.readings, &State::nominal(session))?;
+    let mut solved: Vec<(f64, State)> = Vec::new();
     for (cost, start) in candidates(&part, known) {
         let explains = cost < rough.explained();
         solved.push((cost, start));
@@ -81,12 +81,12 @@ fn rough_ends(
         }
     }
     let most = if let Extent::All(most) = extent { most } else { CONTENDERS };
-    let follow = |start: Unknowns| rough.nearby(session, &start, 0.0, workbench);
+    let follow = |start: State| rough.nearby(session, &start, 0.0, workbench);
     let mut ends: Vec<Nearby> = contenders(solved, most).into_iter().map(follow).collect();
     ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let lowest = ends.first().map_or(0.0, |near| near.cost);
     ends.retain(|near| near.cost <= WORTH_FOLLOWING * lowest + rough.explained());
-    let mut different: Vec<Unknowns> = Vec::new();
+    let mut different: Vec<State> = Vec::new();
     for Nearby { end, .. } in ends {
         if different.iter().all(|other| angle(&other.gravity, &end.gravity) > SAME_END) {
             different.push(end);
@@ -96,7 +96,7 @@ fn rough_ends(
 }
 
 /// What suits `known` best, or one step or a few iterations on, if that explains the readings of the sample.
-fn near_known(part: &LinearPart<'_>, sample: &Sample, known: &Unknowns, workbench: &Workbench<'_>) -> Option<Unknowns> {
+fn near_known(part: &LinearPart<'_>, sample: &Sample, known: &State, workbench: &Workbench<'_>) -> Option<State> {
     let (cost, start) = part.solve(known);
     if cost < sample.explained() {
         return Some(start);
@@ -113,26 +113,26 @@ fn near_known(part: &LinearPart<'_>, sample: &Sample, known: &Unknowns, workbenc
 pub(super) fn further_starts(
     session: &Session,
     sample: &Sample,
-    known: Option<&Unknowns>,
+    known: Option<&State>,
     workbench: &Workbench<'_>,
-) -> Result<Vec<Unknowns>, BuildError> {
+) -> Result<Vec<State>, BuildError> {
     rough_ends(session, sample, known, Extent::All(FURTHER), workbench)
 }
 
 /// Each direction of gravity (and `known`) with what suits it best, and the cost of that.
-fn candidates(part: &LinearPart<'_>, known: Option<&Unknowns>) -> impl Iterator<Item = (f64, Unknowns)> {
+fn candidates(part: &LinearPart<'_>, known: Option<&State>) -> impl Iterator<Item = (f64, State)> {
     let session = part.session();
-    let nominal = Unknowns::nominal(session);
+    let nominal = State::nominal(session);
     let magnitude = session.gravity.magnitude;
-    let directed = move |direction: [f64; 3]| Unknowns { gravity: direction.map(|c| magnitude * c), ..nominal.clone() };
+    let directed = move |direction: [f64; 3]| State { gravity: direction.map(|c| magnitude * c), ..nominal.clone() };
     let places = known.cloned().into_iter().chain(directions(session.gravity.hemisphere).map(directed));
     places.map(move |place| part.solve_to_scale(&place))
 }
 
 /// The best few candidates that are apart from each other.
-fn contenders(mut candidates: Vec<(f64, Unknowns)>, most: usize) -> Vec<Unknowns> {
+fn contenders(mut candidates: Vec<(f64, State)>, most: usize) -> Vec<State> {
     candidates.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    let mut contenders: Vec<Unknowns> = Vec::new();
+    let mut contenders: Vec<State> = Vec::new();
     for (_, candidate) in candidates {
         if contenders.len() < most && contenders.iter().all(|other| angle(&other.gravity, &candidate.gravity) > APART) {
             contenders.push(candidate);
@@ -148,7 +148,7 @@ fn angle(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 /// What the best of the nominal values under any direction of gravity costs, for comparing sessions that differ in signs and columns. The
 /// best of some directions is turned step by step, as a wrong direction may cost more than a wrong sign.
 pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, BuildError> {
-    let nominal = Unknowns::nominal(session);
+    let nominal = State::nominal(session);
     let part = LinearPart::new(session, &thinned(session, readings, POSES), &nominal)?;
     let cost = part.costs(&nominal);
     let some = directions(session.gravity.hemisphere).step_by(FEW).map(|direction| (cost(direction), direction));
@@ -165,7 +165,7 @@ pub(super) fn start_cost(session: &Session, readings: &Readings) -> Result<f64, 
 }
 
 /// Masses, moments and placements that suit given gravity and sensors, which stay as they are.
-pub(crate) fn start_around(session: &Session, readings: &Readings, known: &Unknowns) -> Result<Unknowns, BuildError> {
+pub(crate) fn start_around(session: &Session, readings: &Readings, known: &State) -> Result<State, BuildError> {
     let (_, solved) = LinearPart::new(session, &thinned(session, readings, POSES), known)?.solve(known);
-    Ok(Unknowns { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved })
+    Ok(State { gravity: known.gravity, sensors: known.sensors.clone(), further: known.further.clone(), ..solved })
 }

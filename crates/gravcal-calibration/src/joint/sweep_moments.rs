@@ -13,7 +13,7 @@ use gravcal_robot_model::sweeps::{HOLD_TOLERANCE, Sweep, find_sweeps};
 use nalgebra::{Matrix3, Vector3};
 
 use super::placements::{first_alike, relative_placements};
-use super::variables::Unknowns;
+use super::variables::State;
 
 /// The moments of all sweeps of a session.
 #[derive(Clone, Debug)]
@@ -93,7 +93,7 @@ impl SweepMoments {
         &self,
         session: &Session,
         (used, straight): (&[bool], bool),
-        start: &Unknowns,
+        start: &State,
         builder: &mut ProblemBuilder,
     ) -> Vec<BlockId> {
         let values =
@@ -113,7 +113,7 @@ impl SweepMoments {
     ///
     /// Of `∂τ_i/∂g = M_i × z_i` (or `−m_i⁺ z_i`) the chain without lengths gives what is known so far, and the chain itself
     /// all of it; their difference is that of `h_i`.
-    fn lumped(&self, session: &Session, start: &Unknowns) -> Vec<Vec<f64>> {
+    fn lumped(&self, session: &Session, start: &State) -> Vec<Vec<f64>> {
         let without_lengths = session.robot.chain.without_lengths();
         let placements = relative_placements(session, &start.loads);
         let mut values: Vec<Vec<f64>> = vec![Vec::new(); self.moments.len()];

@@ -4,7 +4,7 @@ use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuild
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::residuals::Prior;
 
-pub use gravcal_robot_model::Unknowns;
+pub use gravcal_robot_model::State;
 
 /// The blocks of a joint problem.
 #[derive(Clone, Debug)]
@@ -49,14 +49,14 @@ impl VariableIndex {
     }
 
     /// The values of one solution; `fallback`: of what has no block.
-    pub(crate) fn unknowns(&self, values: &Values, fallback: &Unknowns) -> Unknowns {
+    pub(crate) fn state(&self, values: &Values, fallback: &State) -> State {
         let vector = |id: BlockId| [values.get(id)[0], values.get(id)[1], values.get(id)[2]];
         let position = |placement: &Placement| {
             let parts: Vec<[f64; 3]> = placement.iter().map(|id| vector(*id)).collect();
             [0, 1, 2].map(|axis| parts.iter().map(|part| part[axis]).sum())
         };
         let inertia = |id: &BlockId| std::array::from_fn(|i| values.get(*id)[i]);
-        Unknowns {
+        State {
             gravity: vector(self.gravity),
             sensors: self.sensors.iter().map(|ids| ids.map(|id| values.scalar(id))).collect(),
             further: self.further.iter().map(|id| values.scalar(*id)).collect(),
@@ -78,7 +78,7 @@ impl VariableIndex {
     }
 
     /// Ten numbers of each link with an unknown load; what is not read as the fallback has it.
-    fn bodies_with_payloads(&self, values: &Values, fallback: &Unknowns) -> Vec<[f64; 10]> {
+    fn bodies_with_payloads(&self, values: &Values, fallback: &State) -> Vec<[f64; 10]> {
         let mut bodies = fallback.with_payloads.clone();
         let unknown = self.with_payloads.iter().flatten();
         for WithPayload { index, moments, tensor } in unknown {

@@ -8,14 +8,14 @@ use super::carried::CarriedErrors;
 use super::gain::{Gain, find_gain};
 use super::gravity::find_gravity;
 use super::values::{Gravity, SequentialValues, impossible};
-use crate::joint::{self, Readings, Signals, Unknowns};
+use crate::joint::{self, Readings, Signals, State};
 use crate::plan::Plan;
 
 /// Results that steps are handed instead of those of the steps before: to learn which step's errors reach what.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Handed<'a> {
     /// Torque biases and position gains instead of those of step 1.
-    pub step_1: Option<&'a Unknowns>,
+    pub step_1: Option<&'a State>,
     /// Gravity in base coordinates, m/s², instead of that of step 2.
     pub gravity: Option<[f64; 3]>,
 }

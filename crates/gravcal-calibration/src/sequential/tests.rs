@@ -12,7 +12,7 @@ use gravcal_session::simulation::{Disturbance, Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
 
 use super::*;
-use crate::joint::Unknowns;
+use crate::joint::State;
 use crate::testing::{sarcos_shoulder, shared_session};
 
 const GRAVITY: [f64; 3] = [-3.43, -5.94, -7.0];
@@ -65,7 +65,7 @@ fn arm(joints: usize) -> Simulation {
             (0..joints).map(|_| joint()).collect(),
         )
     };
-    let mut truth = Unknowns::nominal(&template);
+    let mut truth = State::nominal(&template);
     let length = GRAVITY.iter().map(|c| c * c).sum::<f64>().sqrt();
     truth.gravity = GRAVITY.map(|c| 9.8 * c / length);
     for (i, sensors) in truth.sensors.iter_mut().enumerate() {

@@ -7,7 +7,7 @@ use super::bias::Bias;
 use super::carried::CarriedErrors;
 use super::contradiction::NoiseScale;
 use super::found::{Found, Frozen, Missing};
-use crate::joint::{Readings, Unknowns};
+use crate::joint::{Readings, State};
 use crate::plan::Plan;
 
 /// What the steps found for one joint.
@@ -105,7 +105,7 @@ impl SequentialValues {
         known
     }
 
-    pub(super) fn take_step_1(&mut self, values: &Unknowns) {
+    pub(super) fn take_step_1(&mut self, values: &State) {
         let exact =
             |joint: usize, quantity: Quantity| Ok(Frozen { value: values.sensors[joint][quantity as usize], std: 0.0 });
         for (joint, sensor) in self.sensors.iter_mut().enumerate() {
@@ -143,8 +143,8 @@ impl SequentialValues {
     }
 
     /// A start for the joint problem: what was found, the nominal values for the rest. `None` without gravity.
-    pub fn as_start(&self, session: &Session) -> Option<Unknowns> {
-        let mut start = Unknowns::nominal(session);
+    pub fn as_start(&self, session: &Session) -> Option<State> {
+        let mut start = State::nominal(session);
         start.gravity = self.gravity.as_ref().ok()?.vector;
         for (values, sensor) in start.sensors.iter_mut().zip(&self.sensors) {
             for quantity in Quantity::ALL {

@@ -18,7 +18,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use crate::calibrate::{UnsuitableChoice, calibrate, check_choice};
-use crate::joint::{Signals, Unknowns, estimate_jointly};
+use crate::joint::{Signals, State, estimate_jointly};
 use crate::result::{EstimatorResult, Verdict};
 
 /// Noise of the torque readings, N·m.
@@ -94,7 +94,7 @@ fn simulation(seed: u64, build: Build, runs: impl Fn(usize) -> Vec<Run>) -> Simu
             vec![joint; joints],
         )
     };
-    let mut truth = Unknowns::nominal(&template);
+    let mut truth = State::nominal(&template);
     truth.gravity = (9.81 * direction).into();
     for (joint, sensor) in truth.sensors.iter_mut().enumerate() {
         let free = template.fixed_reason(joint, Quantity::PositionOffset).is_none();

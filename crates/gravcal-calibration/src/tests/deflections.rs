@@ -7,7 +7,7 @@ use gravcal_robot_model::session::{Deflection, Session};
 use gravcal_session::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
 
-use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
+use crate::joint::{self, Signals, Solved, State, estimate_jointly};
 use crate::result::{EstimatorResult, ParameterResult, Verdict};
 use crate::testing::sarcos_shoulder;
 
@@ -106,7 +106,7 @@ fn estimate(session: &Session) -> EstimatorResult {
 }
 
 /// Largest error of what is determined, in its own standard deviations.
-fn worst(result: &EstimatorResult, truth: &Unknowns) -> f64 {
+fn worst(result: &EstimatorResult, truth: &State) -> f64 {
     let sensors =
         result.parameters.iter().filter(|p| p.determined && p.held.is_none() && !p.name.ends_with("compliance"));
     let error = |p: &ParameterResult| {

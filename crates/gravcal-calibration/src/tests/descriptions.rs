@@ -7,7 +7,7 @@ use gravcal_robot_model::session::{InertiaPrior, Session};
 use gravcal_session::simulation::{Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
 
-use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
+use crate::joint::{self, Signals, Solved, State, estimate_jointly};
 use crate::result::{EstimatorResult, Verdict};
 use crate::testing::sarcos_shoulder;
 
@@ -21,7 +21,7 @@ struct Known {
 }
 
 /// Judges the reference protocol's session at the truth, with the readings `(pose, joint)` that are kept.
-fn known(session: &Session, truth: &Unknowns, keep: impl Fn(usize, usize) -> bool) -> Known {
+fn known(session: &Session, truth: &State, keep: impl Fn(usize, usize) -> bool) -> Known {
     let readings = joint::select(session, Signals::All).only(keep);
     let built = joint::build_problem(session, &readings, truth).unwrap();
     let solved = Solved::at_start(readings, built).unwrap();

@@ -116,7 +116,7 @@ fn errors_of_gravity_fall_with_them_as_the_bound_says() {
                 let readings = part(&session, |channel| channel < last);
                 let built = joint::build_problem(&session, &readings, &simulation.truth).unwrap();
                 let solved = joint::solve_built(readings.clone(), built, workbench).unwrap();
-                let found = solved.unknowns(&simulation.truth).gravity;
+                let found = solved.state(&simulation.truth).gravity;
                 let square: f64 = found.iter().zip(simulation.truth.gravity).map(|(a, b)| (a - b).powi(2)).sum();
                 let bound = at_truth(&simulation, &session, readings);
                 let variance = Matrix3::from_row_slice(&bound.gravity_covariance()).trace();

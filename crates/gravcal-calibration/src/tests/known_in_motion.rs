@@ -12,7 +12,7 @@ use gravcal_robot_model::sensors::{Options, Site, declare_terms};
 use gravcal_robot_model::session::{
     GravityPrior, JointPriors, Load, ParameterPrior, Pose, PoseTable, PriorKind, Session,
 };
-use gravcal_robot_model::{Registry, Unknowns};
+use gravcal_robot_model::{Registry, State};
 use gravcal_session::read_robot;
 use nalgebra::DMatrix;
 use rand::{RngExt, SeedableRng};
@@ -299,7 +299,7 @@ impl Arm {
     /// The same of the estimate.
     fn open_by_estimate(&self) -> Vec<String> {
         let session = self.session();
-        assert_eq!(Unknowns::nominal(&session).tensors.len(), self.chain.link_count() + session.loads.len());
+        assert_eq!(State::nominal(&session).tensors.len(), self.chain.link_count() + session.loads.len());
         let result = with_workbench(|workbench| estimate_jointly(&session, Signals::All, None, workbench)).unwrap();
         let told = |name: &str| !name.contains("bias") && !name.contains("friction");
         let open = result.parameters.iter().filter(|parameter| parameter.value.is_none() && told(&parameter.name));

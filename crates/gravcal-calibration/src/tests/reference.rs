@@ -3,12 +3,12 @@
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{PriorKind, Session};
 
-use crate::joint::{self, Signals, Solved, Unknowns, estimate_jointly};
+use crate::joint::{self, Signals, Solved, State, estimate_jointly};
 use crate::result::{EstimatorResult, Verdict};
 use crate::sequential::{Plan, run_steps, tell_steps};
 use crate::testing::{sarcos_shoulder, with_workbench};
 
-fn at_truth(session: &Session, truth: &Unknowns) -> Solved {
+fn at_truth(session: &Session, truth: &State) -> Solved {
     let readings = joint::select(session, Signals::All);
     Solved::at_start(readings.clone(), joint::build_problem(session, &readings, truth).unwrap()).unwrap()
 }
@@ -57,7 +57,7 @@ fn without_noise_both_estimators_find_the_truth() {
             }
         }
         let solved = joint::solve(&session, &joint::select(&session, Signals::All), None, workbench).unwrap();
-        let found = solved.unknowns(&simulation.truth);
+        let found = solved.state(&simulation.truth);
         for joint in 0..3 {
             for quantity in Quantity::ALL.into_iter().filter(|q| session.fixed_reason(joint, *q).is_none()) {
                 let truth = simulation.truth.sensors[joint][quantity as usize];

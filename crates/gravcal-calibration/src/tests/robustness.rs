@@ -7,7 +7,7 @@ use gravcal_solvers::LevenbergMarquardt;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use crate::joint::{Signals, Unknowns, estimate_jointly};
+use crate::joint::{Signals, State, estimate_jointly};
 use crate::result::{EstimatorResult, UncertaintyResult, Verdict};
 use crate::testing::sarcos_shoulder;
 
@@ -17,7 +17,7 @@ fn estimate(session: &Session) -> EstimatorResult {
 }
 
 /// Errors of the estimated sensor parameters in their own standard deviations.
-fn errors_in_std(result: &EstimatorResult, truth: &Unknowns) -> Vec<f64> {
+fn errors_in_std(result: &EstimatorResult, truth: &State) -> Vec<f64> {
     let estimated = result.parameters.iter().enumerate().filter(|(_, p)| p.determined && p.held.is_none());
     estimated.map(|(i, p)| (p.value.unwrap() - truth.sensors[i / 4][i % 4]) / p.std.unwrap()).collect()
 }

@@ -9,7 +9,7 @@ use rand::{RngExt, SeedableRng};
 use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
-use crate::joint::{Signals, Unknowns, estimate_jointly};
+use crate::joint::{Signals, State, estimate_jointly};
 use crate::result::{EstimatorResult, NoiseSource, UncertaintyResult, UnexplainedResult, Verdict};
 use crate::testing::sarcos_shoulder;
 
@@ -44,7 +44,7 @@ fn estimate(session: &Session) -> EstimatorResult {
     estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
 }
 
-fn errors_in_std(result: &EstimatorResult, truth: &Unknowns) -> Vec<f64> {
+fn errors_in_std(result: &EstimatorResult, truth: &State) -> Vec<f64> {
     let estimated = result.parameters.iter().enumerate().filter(|(_, p)| p.determined && p.held.is_none());
     estimated.map(|(i, p)| (p.value.unwrap() - truth.sensors[i / 4][i % 4]) / p.std.unwrap()).collect()
 }

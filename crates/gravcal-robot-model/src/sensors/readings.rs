@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use super::term::{Moment, Partials};
 use super::terms::SensorTerms;
 use crate::parameter::Quantity;
-use crate::unknowns::Unknowns;
+use crate::state::State;
 
 /// Steps of Newton's method at most, and the relative size of the last one.
 const ITERATIONS: usize = 50;
@@ -14,7 +14,7 @@ const TOLERANCE: f64 = 1e-14;
 
 impl SensorTerms {
     /// True coordinates of all joints at these position readings: `θ = s q + o + Σ f(q, conditions)`, rad or m.
-    pub fn coordinates(&self, readings: &[f64], conditions: &Conditions, values: &Unknowns) -> Vec<f64> {
+    pub fn coordinates(&self, readings: &[f64], conditions: &Conditions, values: &State) -> Vec<f64> {
         let affine = readings.iter().zip(&values.sensors).map(|(q, [_, _, s, o])| s * q + o);
         let mut coordinates: Vec<f64> = affine.collect();
         let at = Moment::new(&[], &[], readings, conditions);
@@ -25,7 +25,7 @@ impl SensorTerms {
     }
 
     /// What the torque sensors of all joints read at this moment: `y = k τ + b + Σ f(τ, θ, q, conditions)`.
-    pub fn torque_readings(&self, at: &Moment<'_>, values: &Unknowns) -> Vec<f64> {
+    pub fn torque_readings(&self, at: &Moment<'_>, values: &State) -> Vec<f64> {
         let affine = values.sensors.iter().enumerate().map(|(joint, [k, b, _, _])| k * at.torque(joint) + b);
         let mut readings: Vec<f64> = affine.collect();
         for (joint, reading) in readings.iter_mut().enumerate() {
@@ -38,7 +38,7 @@ impl SensorTerms {
 
     /// The true torques of all joints behind these readings, by Newton's method from those of affine sensors. `at`: the moment; its
     /// torques do not matter. `None` where sensors saturate each other or their own terms so that it does not converge.
-    pub fn torques(&self, readings: &[f64], at: &Moment<'_>, values: &Unknowns) -> Option<Vec<f64>> {
+    pub fn torques(&self, readings: &[f64], at: &Moment<'_>, values: &State) -> Option<Vec<f64>> {
         let affine = readings.iter().zip(&values.sensors).map(|(reading, [k, b, _, _])| (reading - b) / k);
         let mut torque = DVector::from_iterator(readings.len(), affine);
         let scale = torque.amax().max(1.0);
@@ -57,7 +57,7 @@ impl SensorTerms {
     }
 
     /// Derivatives of all readings by all torques.
-    fn slopes(&self, at: &Moment<'_>, values: &Unknowns) -> DMatrix<f64> {
+    fn slopes(&self, at: &Moment<'_>, values: &State) -> DMatrix<f64> {
         let joints = values.sensors.len();
         let mut slopes = DMatrix::zeros(joints, joints);
         for (joint, sensor) in values.sensors.iter().enumerate() {
@@ -84,11 +84,11 @@ mod tests {
 
     use crate::sensors::Moment;
     use crate::sensors::testing::every_term;
-    use crate::unknowns::Unknowns;
+    use crate::state::State;
 
     /// Three joints, whose terms have these parameters.
-    fn values(further: Vec<f64>) -> Unknowns {
-        Unknowns {
+    fn values(further: Vec<f64>) -> State {
+        State {
             gravity: [0.0, 0.0, -9.8],
             sensors: vec![[7.12, 2075.0, 0.988, 0.0], [5.97, 2008.0, 0.995, 2.342], [6.5, 2050.0, 1.01, 0.2]],
             further,

@@ -7,7 +7,7 @@ use gravcal_robot_model::parameter::{Parameter, Quantity};
 use gravcal_robot_model::residual_models::{ResidualInUse, ResidualModel, Scene, Setting, Tie, declare_residual};
 use gravcal_robot_model::sensors::{Options, RefusedOption};
 use gravcal_robot_model::session::{Instrument, Session};
-use gravcal_robot_model::{Registry, Unknowns};
+use gravcal_robot_model::{Registry, State};
 use serde::Deserialize;
 use toml::Table;
 
@@ -204,7 +204,7 @@ pub(super) fn check(document: &Document, session: &Session) -> Result<(), FileEr
                        compliance_std_rad_per_newton_metre, and state hold_std_deg instead";
         return Err(document.error(&section(0), message));
     }
-    let nominal = Unknowns::nominal(session);
+    let nominal = State::nominal(session);
     for (index, residual) in session.residuals.iter().enumerate() {
         let refuse = |message: String| Err(document.error(&section(index), message));
         let ties = residual.ties(&session.poses);
@@ -230,7 +230,7 @@ pub(super) fn check(document: &Document, session: &Session) -> Result<(), FileEr
 }
 
 /// A row at nominal values.
-fn at_nominal(session: &Session, residual: &ResidualInUse, nominal: &Unknowns, tie: &Tie) -> f64 {
+fn at_nominal(session: &Session, residual: &ResidualInUse, nominal: &State, tie: &Tie) -> f64 {
     let mut gravity = nominal.gravity;
     let coordinates = |pose: &usize| -> Vec<f64> {
         let of_joint = |(joint, reading): (usize, &f64)| {

@@ -1,6 +1,6 @@
 //! A simulated experiment.
 
-use gravcal_robot_model::Unknowns;
+use gravcal_robot_model::State;
 use gravcal_robot_model::session::Session;
 
 use super::conditions::SimulatedConditions;
@@ -15,7 +15,7 @@ pub struct Simulation {
     /// What the session will say; its tables are there, its poses are not.
     pub template: Session,
     /// The true values.
-    pub truth: Unknowns,
+    pub truth: State,
     /// What its sensors do besides, and no session says.
     pub unmodelled: Unmodelled,
     /// One for each table of the template.
@@ -77,7 +77,7 @@ impl Run {
 
 impl Simulation {
     /// An experiment whose sensors are affine, without instruments.
-    pub fn new(template: Session, truth: Unknowns, runs: Vec<Run>, disturbance: Disturbance, seed: u64) -> Simulation {
+    pub fn new(template: Session, truth: State, runs: Vec<Run>, disturbance: Disturbance, seed: u64) -> Simulation {
         let (conditions, models) = (SimulatedConditions::default(), DeclaredModels::default());
         let (instruments, unmodelled) = (SimulatedInstruments::default(), Unmodelled::none(&template));
         Simulation {

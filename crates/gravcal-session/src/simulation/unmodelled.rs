@@ -1,7 +1,7 @@
 //! What simulated sensors do besides, and no session says: drifts, harmonics and whatever else a sensor model knows.
 
 use gravcal_recording::Conditions;
-use gravcal_robot_model::Unknowns;
+use gravcal_robot_model::State;
 use gravcal_robot_model::parameter::Parameter;
 use gravcal_robot_model::sensors::{Moment, SensorTerms, Term};
 use gravcal_robot_model::session::Session;
@@ -13,14 +13,14 @@ use super::experiment::Simulation;
 pub struct Unmodelled {
     terms: SensorTerms,
     /// Those of the terms; gains, biases and offsets are zero, so that the terms alone are left.
-    values: Unknowns,
+    values: State,
     parameters: Vec<Parameter>,
 }
 
 impl Unmodelled {
     pub(super) fn none(template: &Session) -> Unmodelled {
         let sensors = vec![[0.0; 4]; template.joints.len()];
-        let values = Unknowns { sensors, further: Vec::new(), ..Unknowns::nominal(template) };
+        let values = State { sensors, further: Vec::new(), ..State::nominal(template) };
         Unmodelled { terms: SensorTerms::default(), values, parameters: Vec::new() }
     }
 

@@ -1,6 +1,6 @@
 //! One point of a study's grid: how its trials are made.
 
-use gravcal_calibration::joint::Unknowns;
+use gravcal_calibration::joint::State;
 use gravcal_robot_model::Session;
 use gravcal_robot_model::parameter::ParameterId;
 use serde::{Deserialize, Serialize};
@@ -58,7 +58,7 @@ pub struct Point {
 pub(crate) struct Instance {
     pub session: Session,
     /// In the session's own terms.
-    pub truth: Unknowns,
+    pub truth: State,
     /// What is measured of it, with the place among the study's quantities.
     pub measured: Vec<(usize, Measured)>,
 }
@@ -95,8 +95,8 @@ impl Point {
 
 /// The truth in the terms of a session that may declare more, or less, than the simulation has: what the simulation does not
 /// have is at its nominal value, which is that of a sensor without it.
-fn in_terms_of(session: &Session, template: &Session, truth: &Unknowns) -> Unknowns {
-    let mut own = Unknowns { further: Unknowns::nominal(session).further, ..truth.clone() };
+fn in_terms_of(session: &Session, template: &Session, truth: &State) -> State {
+    let mut own = State { further: State::nominal(session).further, ..truth.clone() };
     for (index, parameter) in session.further.iter().enumerate() {
         let name = parameter.name();
         let same = template.further.iter().position(|other| other.name() == name);

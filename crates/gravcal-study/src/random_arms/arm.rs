@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use gravcal_calibration::joint::Unknowns;
+use gravcal_calibration::joint::State;
 use gravcal_dynamics::{ChainError, DhConvention, DhRow, JointKind, Link, chain_from_dh};
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{GravityPrior, Load, LoadDistance, PoseTable, Session};
@@ -53,12 +53,12 @@ pub(crate) fn arm(seed: u64, index: u64, knowing: Knowing) -> Result<Simulation,
             vec![known(knowing); joints],
         )
     };
-    let truth = Unknowns {
+    let truth = State {
         gravity: down.map(|component| GRAVITY * component),
         sensors: (0..joints).map(|joint| sensors(joint == 0 || joint == last, &mut random)).collect(),
         inertia: (0..joints).map(|joint| inertia(joint, &mut random)).collect(),
         loads: vec![a, b],
-        ..Unknowns::nominal(&template)
+        ..State::nominal(&template)
     };
     let disturbance = Disturbance::noise(vec![NOISE; joints]);
     let runs = POSES.map(|poses| Run::Random { poses }).into();

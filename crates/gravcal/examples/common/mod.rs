@@ -1,6 +1,6 @@
 //! An arm of three joints on a tilted base, and what its sensors would read: for the examples, which have no robot at hand.
 
-use gravcal::calibration::joint::Unknowns;
+use gravcal::calibration::joint::State;
 use gravcal::calibration::session::{GravityPrior, Load, PoseTable};
 use gravcal::calibration::simulation::{Disturbance, Run, Simulation};
 use gravcal::calibration::{Robot, Session};
@@ -48,7 +48,7 @@ pub fn simulation() -> Result<Simulation, ChainError> {
     let mut template = nothing_recorded()?;
     let table = |name: &str, load| PoseTable { path: name.into(), load, swept: None, step: None };
     template.tables = vec![table("bare", None), table("with the plate", Some(0))];
-    let mut truth = Unknowns::nominal(&template);
+    let mut truth = State::nominal(&template);
     truth.sensors[1] = [1.08, 0.7, 1.0, 0.0];
     truth.loads = vec![[0.1, 0.05, 0.0]];
     let runs = vec![Run::Random { poses: 30 }; 2];

@@ -17,7 +17,7 @@ use nalgebra::{DMatrix, DVector};
 use super::error::{BuildError, EstimateError};
 use super::held_out::of_validation;
 use super::solved::Solved;
-use super::variables::Unknowns;
+use super::variables::State;
 use crate::result::{ConsistentModel, LinkInertiaResult};
 use programme::{Assumed, BODY, Programme};
 
@@ -72,10 +72,10 @@ pub(super) fn consistent_model(
     let off = &found - &programme.around;
     let step: Vec<f64> = columns.places.iter().map(|place| off[*place]).collect();
     let moved = columns.placed(problem.retract(values, &left.whole_step(&step)), &found);
-    let unknowns = solved.built.variables.unknowns(&moved, &Unknowns::nominal(session));
+    let state = solved.built.variables.state(&moved, &State::nominal(session));
     let held_out = match session.validation.is_empty() {
         true => None,
-        false => of_validation(session, &solved.readings, unknowns)?,
+        false => of_validation(session, &solved.readings, state)?,
     };
     let growth = off.dot(&(&programme.information * &off)) + 2.0 * programme.slope.dot(&off);
     let model = ConsistentModel {

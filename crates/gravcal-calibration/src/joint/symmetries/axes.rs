@@ -23,13 +23,13 @@ use crate::joint::build::build_with_constraints;
 use crate::joint::error::EstimateError;
 use crate::joint::solve_from::solve_built;
 use crate::joint::solved::Solved;
-use crate::joint::variables::Unknowns;
+use crate::joint::variables::State;
 
 /// Share of its nominal value below which a gain has no sign: it may be zero.
 const HAS_SIGN: f64 = 0.1;
 
 /// The free gains that have the other sign than declared.
-pub(in crate::joint) fn turned_gains(session: &Session, values: &Unknowns) -> Vec<ParameterId> {
+pub(in crate::joint) fn turned_gains(session: &Session, values: &State) -> Vec<ParameterId> {
     let joints = 0..session.joints.len();
     let sensors =
         joints.flat_map(|joint| [Quantity::TorqueGain, Quantity::PositionGain].map(|q| ParameterId::Sensor(joint, q)));
@@ -42,13 +42,13 @@ pub(in crate::joint) fn turned_gains(session: &Session, values: &Unknowns) -> Ve
 }
 
 /// The free offsets of joints that turn which lie nearer to their nominal values half a turn on.
-fn far_offsets(session: &Session, values: &Unknowns) -> Vec<ParameterId> {
+fn far_offsets(session: &Session, values: &State) -> Vec<ParameterId> {
     let is_far = |offset: &ParameterId| half_turns_off(session, *offset, values.value(*offset)).rem_euclid(2.0) == 1.0;
     free_offsets(session).map(|(_, offset)| offset).filter(is_far).collect()
 }
 
 /// How many free gains and offsets are as they are not declared.
-pub(in crate::joint) fn not_as_declared(session: &Session, values: &Unknowns) -> usize {
+pub(in crate::joint) fn not_as_declared(session: &Session, values: &State) -> usize {
     turned_gains(session, values).len() + far_offsets(session, values).len()
 }
 
@@ -72,30 +72,29 @@ pub(super) struct TurnedAxes<'a> {
 
 impl Symmetry for TurnedAxes<'_> {
     type Solution = Solved;
-    type Start = Unknowns;
+    type Start = State;
     type Error = EstimateError;
 
     fn name(&self) -> &'static str {
         "axes the other way round"
     }
 
-    fn images(&self, solved: &Solved, _: &Workbench<'_>) -> Result<Vec<Unknowns>, EstimateError> {
-        let found = solved.unknowns(&Unknowns::nominal(self.session));
+    fn images(&self, solved: &Solved, _: &Workbench<'_>) -> Result<Vec<State>, EstimateError> {
+        let found = solved.state(&State::nominal(self.session));
         Ok(turned_axes(self.session, &found).into_iter().collect())
     }
 
     /// An image that leads nowhere is none, nor is one that has no fewer gains and offsets as they are not declared.
     fn follow(
         &self,
-        image: Unknowns,
+        image: State,
         solved: &Solved,
         workbench: &Workbench<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
         let built = build_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.built.loss)?;
         let Ok(other) = solve_built(solved.readings.clone(), built, workbench) else { return Ok(None) };
-        let nominal = Unknowns::nominal(self.session);
-        let [wrong, before] =
-            [&other, solved].map(|solution| not_as_declared(self.session, &solution.unknowns(&nominal)));
+        let nominal = State::nominal(self.session);
+        let [wrong, before] = [&other, solved].map(|solution| not_as_declared(self.session, &solution.state(&nominal)));
         Ok((wrong < before && other.estimate.termination.converged()).then_some(other))
     }
 
@@ -114,7 +113,7 @@ impl Symmetry for TurnedAxes<'_> {
 
 /// Turned back: the axes of joints with two turned gains, where an offset is far off all turned gains, and free offsets by half turns to near
 /// their nominal values; nothing where there is no such joint.
-fn turned_axes(session: &Session, found: &Unknowns) -> Option<Unknowns> {
+fn turned_axes(session: &Session, found: &State) -> Option<State> {
     let (gains, far) = (turned_gains(session, found), !far_offsets(session, found).is_empty());
     let has = |joint: usize, quantity: Quantity| gains.contains(&ParameterId::Sensor(joint, quantity));
     let both = |joint: usize| has(joint, Quantity::TorqueGain) && has(joint, Quantity::PositionGain);
@@ -135,7 +134,7 @@ fn turned_axes(session: &Session, found: &Unknowns) -> Option<Unknowns> {
 }
 
 /// The image with masses and placements where they are in the first pose of what it is the image of, seen from its frames.
-fn standing_alike(session: &Session, found: &Unknowns, image: Unknowns) -> Unknowns {
+fn standing_alike(session: &Session, found: &State, image: State) -> State {
     let Some(pose) = session.poses.first() else { return image };
     let frames =
         |values| session.robot.chain.forward(&session.terms.coordinates(&pose.position, &pose.conditions, values));
@@ -154,7 +153,7 @@ fn standing_alike(session: &Session, found: &Unknowns, image: Unknowns) -> Unkno
     let with_payload = |(body, moved): (&[f64; 10], &Transform)| {
         BodyInertia::from_parameters(*body).in_frame(&moved.inverse()).parameters()
     };
-    Unknowns {
+    State {
         with_payloads: found.with_payloads.iter().zip(unknown).map(with_payload).collect(),
         inertia: found.inertia.iter().zip(&moved).map(inertia).collect(),
         loads: found.loads.iter().zip(&session.loads).map(placement).collect(),
@@ -185,14 +184,14 @@ mod tests {
         let solver = LevenbergMarquardt::default();
         let workbench = Workbench::new(&solver, &|_: &str| {});
         let solved = solve_from(&session, &select(&session, Signals::All), mirror, &workbench).unwrap();
-        let nominal = Unknowns::nominal(&session);
+        let nominal = State::nominal(&session);
         let both = [Quantity::TorqueGain, Quantity::PositionGain].map(|quantity| ParameterId::Sensor(2, quantity));
-        assert_eq!(turned_gains(&session, &solved.unknowns(&nominal)), both);
+        assert_eq!(turned_gains(&session, &solved.state(&nominal)), both);
         let cost = solved.estimate.cost;
         assert!(cost < 800.0, "the mirror image explains the readings: {cost}");
 
         let declared = settle(solved, &[&TurnedAxes { session: &session }], &workbench).unwrap().solution;
-        let found = declared.unknowns(&nominal);
+        let found = declared.state(&nominal);
         assert_eq!(turned_gains(&session, &found), []);
         assert!((declared.estimate.cost / cost - 1.0).abs() < 1e-6, "{} {cost}", declared.estimate.cost);
         for (found, truth) in found.sensors.iter().zip(&truth.sensors) {
@@ -216,16 +215,16 @@ mod tests {
         mirror.sensors[1][3] += PI;
         mirror.sensors[2][0] *= -1.0;
         let mirror = standing_alike(&session, &truth, mirror);
-        let nominal = Unknowns::nominal(&session);
+        let nominal = State::nominal(&session);
         let readings = select(&session, Signals::All);
         let (half_a_turn_off, declared) = with_workbench(|w| {
             let solved = solve_from(&session, &readings, mirror, w)?;
-            let before = (far_offsets(&session, &solved.unknowns(&nominal)), solved.estimate.cost);
+            let before = (far_offsets(&session, &solved.state(&nominal)), solved.estimate.cost);
             Ok::<_, EstimateError>((before, settle(solved, &[&TurnedAxes { session: &session }], w)?.solution))
         })
         .unwrap();
         assert_eq!(half_a_turn_off.0, [ParameterId::Sensor(1, Quantity::PositionOffset)]);
-        let found = declared.unknowns(&nominal);
+        let found = declared.state(&nominal);
         assert_eq!((far_offsets(&session, &found), turned_gains(&session, &found)), (vec![], vec![]));
         assert!((declared.estimate.cost - half_a_turn_off.1).abs() < 0.1, "{half_a_turn_off:?} {declared:?}");
     }

@@ -14,7 +14,7 @@ use nalgebra::Vector3;
 use crate::joint::error::EstimateError;
 use crate::joint::solve_from::solve_from;
 use crate::joint::solved::Solved;
-use crate::joint::variables::Unknowns;
+use crate::joint::variables::State;
 
 /// Iterations at most in which the rest follows gravity on the border of its hemisphere.
 const AT_BORDER: usize = 300;
@@ -32,26 +32,26 @@ impl InHemisphere<'_> {
     }
 
     fn lies_within(&self, solved: &Solved, pole: [f64; 3]) -> bool {
-        let gravity = solved.unknowns(&Unknowns::nominal(self.session)).gravity;
+        let gravity = solved.state(&State::nominal(self.session)).gravity;
         Vector3::from(gravity).dot(&Vector3::from(pole)) >= 0.0
     }
 }
 
 impl Symmetry for InHemisphere<'_> {
     type Solution = Solved;
-    type Start = Unknowns;
+    type Start = State;
     type Error = EstimateError;
 
     fn name(&self) -> &'static str {
         "gravity in the declared hemisphere"
     }
 
-    fn images(&self, solved: &Solved, _: &Workbench<'_>) -> Result<Vec<Unknowns>, EstimateError> {
+    fn images(&self, solved: &Solved, _: &Workbench<'_>) -> Result<Vec<State>, EstimateError> {
         let session = self.session;
         if !session.gravity.hemisphere.is_some_and(|pole| self.is_elsewhere(solved, pole)) {
             return Ok(Vec::new());
         }
-        let found = solved.unknowns(&Unknowns::nominal(session));
+        let found = solved.state(&State::nominal(session));
         let free = |joint: &usize| session.fixed_reason(*joint, Quantity::PositionOffset).is_none();
         let turned = (0..session.joints.len()).find(free).map(|joint| half_a_turn_on(session, &found, joint));
         Ok(std::iter::once(found.upside_down(session)).chain(turned).collect())
@@ -60,7 +60,7 @@ impl Symmetry for InHemisphere<'_> {
     /// What leads nowhere explains nothing.
     fn follow(
         &self,
-        image: Unknowns,
+        image: State,
         solved: &Solved,
         workbench: &Workbench<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
@@ -116,9 +116,9 @@ fn explained_at_border(solved: &Solved, pole: [f64; 3], workbench: &Workbench<'_
 }
 
 /// Gravity negative, and the offset of a joint half a turn towards its nominal value.
-fn half_a_turn_on(session: &Session, found: &Unknowns, joint: usize) -> Unknowns {
+fn half_a_turn_on(session: &Session, found: &State, joint: usize) -> State {
     let id = ParameterId::Sensor(joint, Quantity::PositionOffset);
-    let mut image = Unknowns { gravity: found.gravity.map(|component| -component), ..found.clone() };
+    let mut image = State { gravity: found.gravity.map(|component| -component), ..found.clone() };
     let towards = (session.nominal(id) - found.value(id)).signum();
     *image.value_mut(id) += towards * PI;
     image
@@ -140,18 +140,18 @@ mod tests {
         simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
-        let nominal = Unknowns::nominal(&session);
+        let nominal = State::nominal(&session);
         let free = |joint: &usize| session.fixed_reason(*joint, Quantity::PositionOffset).is_none();
         let first_free = (0..session.joints.len()).find(free).unwrap();
         let (above, back) = with_workbench(|w| {
-            let found = solve(&session, &readings, None, w)?.unknowns(&nominal);
+            let found = solve(&session, &readings, None, w)?.state(&nominal);
             let above = solve_from(&session, &readings, half_a_turn_on(&session, &found, first_free), w)?;
-            let (height, cost) = (above.unknowns(&nominal).gravity[2], above.estimate.cost);
+            let (height, cost) = (above.state(&nominal).gravity[2], above.estimate.cost);
             assert!(height > 9.0, "{height}");
             Ok::<_, EstimateError>((cost, in_hemisphere(&session, above, w)?))
         })
         .unwrap();
-        assert!(back.unknowns(&nominal).gravity[2] < -9.0 && !back.hemisphere_contradicted);
+        assert!(back.state(&nominal).gravity[2] < -9.0 && !back.hemisphere_contradicted);
         assert!((back.estimate.cost - above).abs() < DECISIVE);
     }
 
@@ -162,7 +162,7 @@ mod tests {
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
         let solved = with_workbench(|w| solve(&session, &readings, None, w)).unwrap();
-        let gravity = Vector3::from(solved.unknowns(&Unknowns::nominal(&session)).gravity).normalize();
+        let gravity = Vector3::from(solved.state(&State::nominal(&session)).gravity).normalize();
         let across = gravity.cross(&Vector3::x()).normalize();
         let pole = 3f64.sqrt() / 2.0 * across - 0.5 * gravity;
         with_workbench(|w| explained_at_border(&solved, pole.into(), w)).unwrap()

@@ -9,7 +9,7 @@ use crate::joint::error::EstimateError;
 use crate::joint::sample::Sample;
 use crate::joint::solve_from::solve_from;
 use crate::joint::solved::Solved;
-use crate::joint::variables::Unknowns;
+use crate::joint::variables::State;
 
 /// Of two placements of a known distance.
 pub(super) struct MirroredPlacements<'a> {
@@ -20,23 +20,23 @@ pub(super) struct MirroredPlacements<'a> {
 
 impl MirroredPlacements<'_> {
     /// Whether values lie on the side on which that vector is.
-    fn is_back(&self, end: &Unknowns, along: &AlongAxis) -> bool {
+    fn is_back(&self, end: &State, along: &AlongAxis) -> bool {
         along_axis(self.session, end).is_some_and(|end| end.vector.dot(&along.vector) > 0.0)
     }
 }
 
 impl Symmetry for MirroredPlacements<'_> {
     type Solution = Solved;
-    type Start = Unknowns;
+    type Start = State;
     type Error = EstimateError;
 
     fn name(&self) -> &'static str {
         "placements the other way round"
     }
 
-    fn images(&self, solved: &Solved, workbench: &Workbench<'_>) -> Result<Vec<Unknowns>, EstimateError> {
+    fn images(&self, solved: &Solved, workbench: &Workbench<'_>) -> Result<Vec<State>, EstimateError> {
         let MirroredPlacements { session, sample } = *self;
-        let found = solved.unknowns(&Unknowns::nominal(session));
+        let found = solved.state(&State::nominal(session));
         let Some(along) = along_axis(session, &found) else { return Ok(Vec::new()) };
         let mirrored = mirrored_placements(&found, along);
         // Where the readings tell the sign well, one step leads back; else it is the first of some.
@@ -51,7 +51,7 @@ impl Symmetry for MirroredPlacements<'_> {
 
     fn follow(
         &self,
-        image: Unknowns,
+        image: State,
         solved: &Solved,
         workbench: &Workbench<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
@@ -63,7 +63,7 @@ impl Symmetry for MirroredPlacements<'_> {
     }
 
     fn is_another(&self, end: &Solved, solved: &Solved) -> bool {
-        let [end, found] = [end, solved].map(|solution| solution.unknowns(&Unknowns::nominal(self.session)));
+        let [end, found] = [end, solved].map(|solution| solution.state(&State::nominal(self.session)));
         along_axis(self.session, &found).is_none_or(|along| !self.is_back(&end, &along))
     }
 
@@ -80,7 +80,7 @@ struct AlongAxis {
 }
 
 /// That of the placements of a known distance. Nothing where there is no such pair, or no joint.
-fn along_axis(session: &Session, values: &Unknowns) -> Option<AlongAxis> {
+fn along_axis(session: &Session, values: &State) -> Option<AlongAxis> {
     if session.joints.is_empty() {
         return None;
     }
@@ -92,7 +92,7 @@ fn along_axis(session: &Session, values: &Unknowns) -> Option<AlongAxis> {
 }
 
 /// The vector between two placements reversed along the axis.
-fn mirrored_placements(values: &Unknowns, along: AlongAxis) -> Unknowns {
+fn mirrored_placements(values: &State, along: AlongAxis) -> State {
     let [a, b] = along.loads;
     let mut mirrored = values.clone();
     mirrored.loads[a] = (Vector3::from(values.loads[a]) + along.vector).into();

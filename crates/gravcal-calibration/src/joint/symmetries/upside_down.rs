@@ -13,7 +13,7 @@ use crate::joint::error::EstimateError;
 use crate::joint::sample::Sample;
 use crate::joint::solve_from::{solve_built, solve_from};
 use crate::joint::solved::Solved;
-use crate::joint::variables::Unknowns;
+use crate::joint::variables::State;
 
 /// Standard deviation of a gain where gravity is told from its opposite, as a share of it.
 const GAIN_KNOWN: f64 = 0.3;
@@ -27,18 +27,18 @@ pub(super) struct UpsideDown<'a> {
 
 impl Symmetry for UpsideDown<'_> {
     type Solution = Solved;
-    type Start = Unknowns;
+    type Start = State;
     type Error = EstimateError;
 
     fn name(&self) -> &'static str {
         "gravity the other way up"
     }
 
-    fn images(&self, solved: &Solved, workbench: &Workbench<'_>) -> Result<Vec<Unknowns>, EstimateError> {
+    fn images(&self, solved: &Solved, workbench: &Workbench<'_>) -> Result<Vec<State>, EstimateError> {
         if self.session.gravity.hemisphere.is_some() {
             return Ok(Vec::new());
         }
-        let found = solved.unknowns(&Unknowns::nominal(self.session));
+        let found = solved.state(&State::nominal(self.session));
         let image = found.upside_down(self.session);
         let known = with_gains_known(self.session);
         let sample = Sample::new(&known, &self.sample.readings)?;
@@ -49,14 +49,14 @@ impl Symmetry for UpsideDown<'_> {
 
     fn follow(
         &self,
-        image: Unknowns,
+        image: State,
         solved: &Solved,
         workbench: &Workbench<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
-        let nominal = Unknowns::nominal(self.session);
+        let nominal = State::nominal(self.session);
         let built = build_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.built.loss)?;
         let other = solve_built(solved.readings.clone(), built, workbench)?;
-        let [here, there] = [solved, &other].map(|solution| solution.unknowns(&nominal).gravity);
+        let [here, there] = [solved, &other].map(|solution| solution.state(&nominal).gravity);
         let opposite = here.iter().zip(there).map(|(a, b)| a * b).sum::<f64>() < 0.0;
         Ok(opposite.then_some(other))
     }
@@ -67,7 +67,7 @@ impl Symmetry for UpsideDown<'_> {
 
     /// With the noise that is found there.
     fn replaced(&self, solved: Solved, end: Solved, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
-        solve_from(self.session, &solved.readings, end.unknowns(&Unknowns::nominal(self.session)), workbench)
+        solve_from(self.session, &solved.readings, end.state(&State::nominal(self.session)), workbench)
     }
 }
 

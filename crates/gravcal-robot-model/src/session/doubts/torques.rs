@@ -5,7 +5,7 @@ use gravcal_dynamics::JointKind;
 use super::names::named;
 use crate::parameter::Quantity;
 use crate::session::Session;
-use crate::unknowns::Unknowns;
+use crate::state::State;
 
 /// Torques so many times larger than the model's, or smaller, are in another unit: mN·m make a factor of 1000.
 const FAR: f64 = 20.0;
@@ -59,7 +59,7 @@ fn model(session: &Session) -> Option<Vec<Vec<f64>>> {
 /// What gravity does to each joint in these poses, N·m or N, by the masses that are assumed, of the bare arm.
 pub(super) fn gravity_torques(session: &Session, poses: impl Iterator<Item = usize>) -> Vec<Vec<f64>> {
     let chain = &session.robot.chain;
-    let Unknowns { sensors, inertia, .. } = Unknowns::nominal(session);
+    let State { sensors, inertia, .. } = State::nominal(session);
     let inertia: Vec<f64> = inertia.into_iter().flatten().collect();
     let [gain, offset] = [Quantity::PositionGain, Quantity::PositionOffset].map(|quantity| quantity as usize);
     let mut of_joints = vec![Vec::new(); session.joints.len()];

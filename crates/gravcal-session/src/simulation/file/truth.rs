@@ -1,7 +1,7 @@
 //! The true values of the sensors.
 
 use gravcal_recording::TorqueUnit;
-use gravcal_robot_model::Unknowns;
+use gravcal_robot_model::State;
 use gravcal_robot_model::parameter::{Parameter, Quantity, same_in};
 use gravcal_robot_model::sensors::{Need, Site, Term};
 use gravcal_robot_model::session::rotors::rotor_inertia_unit;
@@ -29,8 +29,8 @@ fn unsaid(parameter: &Parameter) -> String {
 }
 
 impl Reader<'_> {
-    pub fn truth(&self, template: &mut Session) -> Result<Unknowns, FileError> {
-        let mut truth = Unknowns::nominal(template);
+    pub fn truth(&self, template: &mut Session) -> Result<State, FileError> {
+        let mut truth = State::nominal(template);
         let direction = self.table.gravity.direction;
         let norm = direction.iter().map(|c| c * c).sum::<f64>().sqrt();
         truth.gravity = direction.map(|c| template.gravity.magnitude * c / norm);
@@ -79,7 +79,7 @@ impl Reader<'_> {
     }
 
     /// What motors turn before their gears, behind the parameters of all sensors: the session declares it, and does not know how much.
-    fn rotors(&self, template: &mut Session, truth: &mut Unknowns) -> Result<(), FileError> {
+    fn rotors(&self, template: &mut Session, truth: &mut State) -> Result<(), FileError> {
         let moves = self.table.recording.as_ref().is_some_and(|recording| recording.motion.is_some());
         for (index, table) in self.table.joint.iter().enumerate() {
             let field = Field::new("joint").at(index).key("rotor_inertia");
@@ -112,7 +112,7 @@ impl Reader<'_> {
         field: &Field,
         table: &JointTable,
         template: &mut Session,
-        truth: &mut Unknowns,
+        truth: &mut State,
     ) -> Result<(), FileError> {
         for found in self.true_terms(joint, &field.key("sensor_models"), &table.sensor_models, template)? {
             for ((parameter, value), field) in found.parameters.into_iter().zip(found.values).zip(&found.fields) {
@@ -129,7 +129,7 @@ impl Reader<'_> {
     fn shared(
         &self,
         joint: usize,
-        (template, truth): (&Session, &Unknowns),
+        (template, truth): (&Session, &State),
         (parameter, value): (Parameter, Option<f64>),
         field: &Field,
     ) -> Result<(Parameter, f64), FileError> {

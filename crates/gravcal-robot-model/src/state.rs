@@ -5,7 +5,7 @@ use crate::session::{Instrument, InstrumentKind, Load, Session};
 
 /// A value for every unknown of a session, in inside units.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Unknowns {
+pub struct State {
     /// Gravity in base coordinates, m/s².
     pub gravity: [f64; 3],
     /// `[k, b, s, o]` of each joint.
@@ -34,10 +34,10 @@ pub struct Unknowns {
     pub bending: Vec<f64>,
 }
 
-impl Unknowns {
+impl State {
     /// What the robot and the session say beforehand.
-    pub fn nominal(session: &Session) -> Unknowns {
-        Unknowns {
+    pub fn nominal(session: &Session) -> State {
+        State {
             gravity: session.gravity.assumed(),
             sensors: session
                 .joints
@@ -83,7 +83,7 @@ impl Unknowns {
 
     /// Gravity the other way up, masses, moments and placements negative: the same torques, but for what a load's mass
     /// does on known lengths. What is given as exact stays.
-    pub fn upside_down(&self, session: &Session) -> Unknowns {
+    pub fn upside_down(&self, session: &Session) -> State {
         let mut further = self.further.clone();
         let wrist = |instrument: &&Instrument| instrument.kind == InstrumentKind::ForceTorque;
         for instrument in session.instruments.iter().filter(wrist) {
@@ -95,7 +95,7 @@ impl Unknowns {
             (Some(_), None) => *position,
             _ => negative(position),
         };
-        Unknowns {
+        State {
             gravity: negative(&self.gravity),
             sensors: self.sensors.clone(),
             further,
