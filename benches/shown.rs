@@ -14,7 +14,7 @@ use clap::Parser;
 use gravcal_benches::program::ended;
 use gravcal_benches::seven_joints::SevenJoints;
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::{Workbench, calibrate};
+use gravcal_calibration::{SolveEnvironment, calibrate};
 use gravcal_recording::write_atomically;
 use gravcal_report::{CalibrationPage, Options, Provenance};
 use gravcal_rerun::CalibrationRecording;
@@ -39,7 +39,7 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<(), String> {
     let session = SevenJoints::simulate(arguments.poses as usize)?.session;
     let solver = LevenbergMarquardt::default();
-    let results = calibrate(&session, &[EstimatorName::Joint], &Workbench::new(&solver, &|_| {}));
+    let results = calibrate(&session, &[EstimatorName::Joint], &SolveEnvironment::new(&solver, &|_| {}));
     let numbers = numbers(&results);
     let folder = tempfile::tempdir().map_err(|e| e.to_string())?;
     println!("{} poses, {numbers} numbers in series", session.poses.len());

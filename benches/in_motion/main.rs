@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use clap::{Parser, ValueEnum};
 use gravcal_benches::program::{ended, progress};
 use gravcal_calibration::result::Brief;
-use gravcal_calibration::{Workbench, calibrate_briefly};
+use gravcal_calibration::{SolveEnvironment, calibrate_briefly};
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::session::{PoseBlocks, Session, UncertaintyChoice};
 use gravcal_solvers::LevenbergMarquardt;
@@ -118,8 +118,8 @@ fn coloured(samples: usize, correlation: f64, random: &mut Pcg64) -> Vec<[f64; J
 /// Everything that the estimate tells and that has an error.
 fn found(arm: &Arm, session: &Session) -> Result<Vec<Found>, String> {
     let solver = LevenbergMarquardt::default();
-    let workbench = Workbench::new(&solver, &|_| {});
-    let mut all = calibrate_briefly(session, &[EstimatorName::Joint], &workbench);
+    let environment = SolveEnvironment::new(&solver, &|_| {});
+    let mut all = calibrate_briefly(session, &[EstimatorName::Joint], &environment);
     let brief: Brief = all.remove(0).map_err(|error| error.to_string())?;
     let mut found = Vec::new();
     for (joint, described) in arm.robot.chain.joints().iter().enumerate() {

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use cpu_time::ThreadTime;
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::{Workbench, check_choice};
+use gravcal_calibration::{SolveEnvironment, check_choice};
 use gravcal_robot_model::EstimatorName;
 use gravcal_session::read_session;
 use gravcal_solvers::SolverName;
@@ -29,6 +29,7 @@ fn answer(path: &Path, method: SolverName) -> Result<EstimatorResult, String> {
     let (solver, quiet) = (method.build(), |_: &str| {});
     let estimators = [EstimatorName::Joint];
     check_choice(&session, &estimators, solver.as_ref()).map_err(|error| error.to_string())?;
-    let results = gravcal_calibration::calibrate(&session, &estimators, &Workbench::new(solver.as_ref(), &quiet));
+    let results =
+        gravcal_calibration::calibrate(&session, &estimators, &SolveEnvironment::new(solver.as_ref(), &quiet));
     results.into_iter().next().ok_or_else(|| "no estimator answered".to_owned())
 }

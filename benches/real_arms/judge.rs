@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use gravcal_calibration::result::{EstimatorResult, Verdict};
-use gravcal_calibration::{Workbench, check_choice};
+use gravcal_calibration::{SolveEnvironment, check_choice};
 use gravcal_robot_model::EstimatorName;
 use gravcal_session::read_session;
 use gravcal_session::simulation::{Simulation, write_session};
@@ -65,7 +65,7 @@ fn calibrated(path: &Path) -> Result<EstimatorResult, String> {
     let session = read_session(path).map_err(|error| error.to_string())?;
     let (solver, estimators) = (LevenbergMarquardt::default(), [EstimatorName::Joint]);
     check_choice(&session, &estimators, &solver).map_err(|error| error.to_string())?;
-    let results = gravcal_calibration::calibrate(&session, &estimators, &Workbench::new(&solver, &|_| {}));
+    let results = gravcal_calibration::calibrate(&session, &estimators, &SolveEnvironment::new(&solver, &|_| {}));
     results.into_iter().next().ok_or_else(|| "no estimator answered".to_owned())
 }
 

@@ -1,6 +1,6 @@
 //! The paper's procedure, recorded in motion at 1 kHz and calibrated from the files alone, beside the table of perfect poses.
 
-use gravcal_calibration::Workbench;
+use gravcal_calibration::SolveEnvironment;
 use gravcal_calibration::joint::{self, Signals, Solved, State};
 use gravcal_robot_model::Session;
 use gravcal_session::read_session;
@@ -114,7 +114,7 @@ impl Answer {
     fn of(session: Session) -> Result<Answer, String> {
         let (solver, quiet) = (LevenbergMarquardt::default(), |_: &str| {});
         let readings = joint::select(&session, Signals::All);
-        let solved = joint::solve(&session, &readings, None, &Workbench::new(&solver, &quiet));
+        let solved = joint::solve(&session, &readings, None, &SolveEnvironment::new(&solver, &quiet));
         let solved = solved.map_err(|error| error.to_string())?;
         let found = solved.state(&State::nominal(&session));
         Ok(Answer { session, solved, found })

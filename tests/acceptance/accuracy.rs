@@ -5,7 +5,7 @@
 
 use std::sync::OnceLock;
 
-use gravcal_calibration::Workbench;
+use gravcal_calibration::SolveEnvironment;
 use gravcal_calibration::sequential::{Plan, run_steps};
 use gravcal_session::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
@@ -120,7 +120,7 @@ fn sinusoids_fit_as_in_the_papers_figure_4() {
     let (solver, quiet) = (LevenbergMarquardt::default(), |_: &str| {});
     let largest = |trial: u64| {
         let session = simulation.session(trial);
-        let steps = run_steps(&session, &Plan::new(&session), &Workbench::new(&solver, &quiet));
+        let steps = run_steps(&session, &Plan::new(&session), &SolveEnvironment::new(&solver, &quiet));
         steps.largest_residuals.into_iter().flatten().fold(0.0, f64::max)
     };
     let mean = (0..SINUSOID_TRIALS).map(largest).sum::<f64>() / SINUSOID_TRIALS as f64;

@@ -1,7 +1,7 @@
 //! Runs the estimators of a session.
 
 use gravcal_estimation::{Solver, Unsupported};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::session::Session;
 use thiserror::Error;
@@ -118,11 +118,15 @@ fn reading_as_steps(estimators: &[EstimatorName]) -> Option<EstimatorName> {
 /// Runs the estimators in the given order. The sequential steps, where they reach gravity, also offer the joint
 /// estimators a start. An estimator that has no answer at all has failed, and says why; it takes no other with it.
 #[must_use]
-pub fn calibrate(session: &Session, estimators: &[EstimatorName], workbench: &Workbench<'_>) -> Vec<EstimatorResult> {
-    let steps = run_steps(session, &Plan::new(session), workbench);
-    let answer = |estimator: EstimatorName| match task_of(estimator, session, &steps, workbench)? {
-        None => tell_steps(session, &steps, workbench),
-        Some(Task { readings, known }) => estimate(session, estimator.as_str(), &readings, known.as_ref(), workbench),
+pub fn calibrate(
+    session: &Session,
+    estimators: &[EstimatorName],
+    environment: &SolveEnvironment<'_>,
+) -> Vec<EstimatorResult> {
+    let steps = run_steps(session, &Plan::new(session), environment);
+    let answer = |estimator: EstimatorName| match task_of(estimator, session, &steps, environment)? {
+        None => tell_steps(session, &steps, environment),
+        Some(Task { readings, known }) => estimate(session, estimator.as_str(), &readings, known.as_ref(), environment),
     };
     let each = estimators.iter().map(|name| answer(*name).unwrap_or_else(|error| failed(session, *name, &error)));
     each.collect()
@@ -135,12 +139,12 @@ pub fn calibrate(session: &Session, estimators: &[EstimatorName], workbench: &Wo
 pub fn calibrate_briefly(
     session: &Session,
     estimators: &[EstimatorName],
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Vec<Result<Brief, EstimateError>> {
-    let steps = run_steps(session, &Plan::new(session), workbench);
-    let brief = |estimator: &EstimatorName| match task_of(*estimator, session, &steps, workbench)? {
+    let steps = run_steps(session, &Plan::new(session), environment);
+    let brief = |estimator: &EstimatorName| match task_of(*estimator, session, &steps, environment)? {
         None => Ok(tell_steps_briefly(session, &steps)),
-        Some(Task { readings, known }) => estimate_briefly(session, &readings, known.as_ref(), workbench),
+        Some(Task { readings, known }) => estimate_briefly(session, &readings, known.as_ref(), environment),
     };
     estimators.iter().map(brief).collect()
 }
@@ -156,7 +160,7 @@ fn task_of(
     estimator: EstimatorName,
     session: &Session,
     steps: &SequentialValues,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Task>, EstimateError> {
     let readings = match estimator {
         EstimatorName::Sequential => return Ok(None),
@@ -165,7 +169,7 @@ fn task_of(
         EstimatorName::SequentialWithCovariance => step_by_step(session),
         // The sequential steps have seen all poses.
         EstimatorName::Recursive => {
-            return Ok(Some(Task { readings: pose_by_pose(session, workbench)?, known: None }));
+            return Ok(Some(Task { readings: pose_by_pose(session, environment)?, known: None }));
         }
     };
     Ok(Some(Task { readings, known: steps.as_start(session) }))

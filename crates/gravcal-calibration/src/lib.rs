@@ -33,5 +33,5 @@ mod testing;
 mod tests;
 
 pub use calibrate::{UnsuitableChoice, calibrate, calibrate_briefly, check_choice};
-pub use gravcal_identification::Workbench;
+pub use gravcal_identification::SolveEnvironment;
 pub use judgement::doubts_of_results;

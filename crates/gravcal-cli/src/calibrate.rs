@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::{Workbench, doubts_of_results};
+use gravcal_calibration::{SolveEnvironment, doubts_of_results};
 use gravcal_estimation::IterationRecord;
 #[cfg(feature = "rerun")]
 use gravcal_recording::Digest;
@@ -199,9 +199,9 @@ fn calibrate(
     };
     let observe = |record: &IterationRecord| progress.iteration(record);
     watch.enter(Phase::Start);
-    let workbench = Workbench::new(choice.solver.method.as_ref(), &tell);
-    let workbench = workbench.observed_by(&observe).stopped_by(interrupt.flag());
-    gravcal_calibration::calibrate(session, &choice.estimators, &workbench)
+    let environment = SolveEnvironment::new(choice.solver.method.as_ref(), &tell);
+    let environment = environment.observed_by(&observe).stopped_by(interrupt.flag());
+    gravcal_calibration::calibrate(session, &choice.estimators, &environment)
 }
 
 fn write(

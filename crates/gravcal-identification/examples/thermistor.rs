@@ -18,7 +18,7 @@ use gravcal_estimation::{
     ProblemBuilder, Reference, SolveError, Values,
 };
 use gravcal_identification::{
-    Combination, End, Fit, Known, Likeliest, Parameter, Profiled, ReadingResidual, Workbench, fit, judge,
+    Combination, End, Fit, Known, Likeliest, Parameter, Profiled, ReadingResidual, SolveEnvironment, fit, judge,
     limits_of_use, noise_by_squares, row_residuals,
 };
 use gravcal_solvers::SolverName;
@@ -121,11 +121,11 @@ impl Thermometer {
     }
 
     /// Readings with the noise that they show, from this start.
-    fn noise(&self, workbench: &Workbench<'_>) -> Result<f64, Box<dyn Error>> {
+    fn noise(&self, environment: &SolveEnvironment<'_>) -> Result<f64, Box<dyn Error>> {
         let mut noise = 0.1;
         for _ in 0..ROUNDS {
             let (problem, start, _) = self.problem(noise)?;
-            let Fit { problem, estimate } = fit(&problem, &start, BATHS.len(), workbench)?;
+            let Fit { problem, estimate } = fit(&problem, &start, BATHS.len(), environment)?;
             let known = Known::at::<Box<dyn Error>>(&problem, &estimate)?;
             let rows = row_residuals(&problem, &estimate.values, &known.analysis, BATHS.len())?;
             let readings = rows.into_iter().map(|row| ReadingResidual { channel: 0, std: noise, row });
@@ -153,10 +153,10 @@ struct Answer {
     noise: f64,
 }
 
-fn calibrate(thermometer: &Thermometer, workbench: &Workbench<'_>) -> Result<Answer, Box<dyn Error>> {
-    let noise = thermometer.noise(workbench)?;
+fn calibrate(thermometer: &Thermometer, environment: &SolveEnvironment<'_>) -> Result<Answer, Box<dyn Error>> {
+    let noise = thermometer.noise(environment)?;
     let (problem, nominal, blocks) = thermometer.problem(noise)?;
-    let Fit { problem, estimate } = likeliest_fit(&problem, &nominal, blocks[0], workbench)?;
+    let Fit { problem, estimate } = likeliest_fit(&problem, &nominal, blocks[0], environment)?;
     let known = Known::at::<Box<dyn Error>>(&problem, &estimate)?;
     let asked = blocks.iter().zip(PARAMETERS).map(|(block, (name, .., limit))| {
         let value = estimate.values.scalar(*block);
@@ -166,7 +166,7 @@ fn calibrate(thermometer: &Thermometer, workbench: &Workbench<'_>) -> Result<Ans
     let (values, analysis, reference) = (&estimate.values, &known.analysis, problem.reference());
     let profiled = Profiled { problem: &problem, values, analysis, reference };
     let mut widened = vec![1.0; problem.columns().len()];
-    for (column, std) in profiled.wider(&limits_of_use(&problem, &asked), workbench)? {
+    for (column, std) in profiled.wider(&limits_of_use(&problem, &asked), environment)? {
         widened[column] = std / analysis.covariance().std(column);
     }
     let uncertainty = known.uncertainty.widened(&widened);
@@ -185,10 +185,10 @@ fn likeliest_fit(
     problem: &Problem,
     nominal: &Values,
     material: BlockId,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Fit, Box<dyn Error>> {
-    let follow = |start: Values, workbench: &Workbench<'_>| -> Result<End<Fit>, SolveError> {
-        let fit = fit(problem, &start, BATHS.len(), workbench)?;
+    let follow = |start: Values, environment: &SolveEnvironment<'_>| -> Result<End<Fit>, SolveError> {
+        let fit = fit(problem, &start, BATHS.len(), environment)?;
         let Estimate { cost, termination, values, .. } = &fit.estimate;
         Ok(End { height: *cost, termination: *termination, values: values.clone(), solution: fit })
     };
@@ -197,8 +197,8 @@ fn likeliest_fit(
         start.set(material, &[value]);
         start
     };
-    let mut likeliest = Likeliest::first(follow(nominal.clone(), workbench)?);
-    likeliest.or_from(OTHER_B.map(other).to_vec(), follow, |fit| fit.estimate.values.clone(), workbench);
+    let mut likeliest = Likeliest::first(follow(nominal.clone(), environment)?);
+    likeliest.or_from(OTHER_B.map(other).to_vec(), follow, |fit| fit.estimate.values.clone(), environment);
     Ok(likeliest.best.solution)
 }
 
@@ -218,9 +218,9 @@ fn print(answer: &Answer) {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let solver = SolverName::LevenbergMarquardt.build();
-    let workbench = Workbench::new(solver.as_ref(), &|_| {});
+    let environment = SolveEnvironment::new(solver.as_ref(), &|_| {});
     for series in [None, Some((9.95, 0.02))] {
-        print(&calibrate(&Thermometer { series }, &workbench)?);
+        print(&calibrate(&Thermometer { series }, &environment)?);
     }
     Ok(())
 }
@@ -233,7 +233,7 @@ mod tests {
 
     fn answered(series: Option<(f64, f64)>) -> Answer {
         let solver = SolverName::LevenbergMarquardt.build();
-        calibrate(&Thermometer { series }, &Workbench::new(solver.as_ref(), &|_| {})).unwrap()
+        calibrate(&Thermometer { series }, &SolveEnvironment::new(solver.as_ref(), &|_| {})).unwrap()
     }
 
     /// Those that are told lie within four standard deviations.

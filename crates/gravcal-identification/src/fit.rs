@@ -11,7 +11,7 @@
 
 use gravcal_estimation::{Estimate, IterationRecord, Problem, SolveError, Termination, Values};
 
-use crate::workbench::Workbench;
+use crate::environment::SolveEnvironment;
 
 /// Rounds in which the reference follows, at most; where more fits come, of better known noise, one.
 pub const ROUNDS: usize = 5;
@@ -47,7 +47,7 @@ impl Fit {
     /// Goes on in so many rounds at most, each with the reference where the one before ended. `readings`: how many rows there are whose
     /// noise is about one where the model is right.
     #[must_use]
-    pub fn followed(self, readings: usize, rounds: usize, workbench: &Workbench<'_>) -> Fit {
+    pub fn followed(self, readings: usize, rounds: usize, environment: &SolveEnvironment<'_>) -> Fit {
         let Fit { mut problem, mut estimate } = self;
         let Some(reference) = problem.reference().cloned() else { return Fit { problem, estimate } };
         let (mut round, mut firmness) = (0, 1.0);
@@ -63,7 +63,7 @@ impl Fit {
                 break;
             }
             // A start that rounding has put outside of a constraint, say, ends the rounds, and not the fit.
-            let Ok(mut next) = workbench.solve(&problem, &estimate.values) else { break };
+            let Ok(mut next) = environment.solve(&problem, &estimate.values) else { break };
             next.cost -= around.cost(&problem, &next.values);
             let gained = estimate.cost - next.cost;
             let (before, after) = (estimate.termination.converged(), next.termination.converged());
@@ -93,10 +93,15 @@ impl Fit {
 ///
 /// # Errors
 /// Where the first fit has no answer at all; not converging is a [`Termination`].
-pub fn fit(problem: &Problem, start: &Values, readings: usize, workbench: &Workbench<'_>) -> Result<Fit, SolveError> {
+pub fn fit(
+    problem: &Problem,
+    start: &Values,
+    readings: usize,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Fit, SolveError> {
     // Far from nominal values the way is long as long as these pull: it goes on without them.
-    let first = workbench.within(FIRST_ITERATIONS).solve(problem, start)?;
-    Ok(Fit::ended(problem.clone(), first).followed(readings, ROUNDS, workbench))
+    let first = environment.within(FIRST_ITERATIONS).solve(problem, start)?;
+    Ok(Fit::ended(problem.clone(), first).followed(readings, ROUNDS, environment))
 }
 
 /// One estimate behind the other, which began where the first one ended.
@@ -114,7 +119,7 @@ mod tests {
     use gravcal_estimation::{Loss, Reference};
 
     use super::*;
-    use crate::testing::{line, sensor, with_workbench};
+    use crate::testing::{line, sensor, with_environment};
 
     #[test]
     fn a_reference_leaves_what_is_determined_and_keeps_what_is_not() {
@@ -122,7 +127,7 @@ mod tests {
         let (problem, start, [gain, offset, bias]) = sensor(&readings, [1.0, 0.0, 0.0], &[], Loss::None);
         let reference = Reference::new(start.clone()).with(gain, &[1.0]).with(offset, &[1.0]).with(bias, &[1.0]);
         let problem = problem.with_reference(reference);
-        let Fit { problem, estimate } = with_workbench(|w| fit(&problem, &start, readings.len(), w)).unwrap();
+        let Fit { problem, estimate } = with_environment(|w| fit(&problem, &start, readings.len(), w)).unwrap();
         let [k, o, b] = [gain, offset, bias].map(|id| estimate.values.scalar(id));
         let (intercept, slope, _) = line(&readings);
         // The pull leaves less than a hundredth of a standard deviation, and is not in the cost.
@@ -139,7 +144,7 @@ mod tests {
     fn a_problem_without_a_reference_is_solved_once() {
         let readings = [(0.0, 1.0, 0.1), (1.0, 3.0, 0.1), (2.0, 5.0, 0.1)];
         let (problem, start, [gain, ..]) = sensor(&readings, [1.0, 0.0, 0.0], &[1], Loss::None);
-        let Fit { estimate, .. } = with_workbench(|w| fit(&problem, &start, readings.len(), w)).unwrap();
+        let Fit { estimate, .. } = with_environment(|w| fit(&problem, &start, readings.len(), w)).unwrap();
         assert!(estimate.termination.converged() && (estimate.values.scalar(gain) - 2.0).abs() < 1e-6);
     }
 }

@@ -5,12 +5,12 @@
 //! has one device for each of these questions. It knows no robot: what reads a temperature is calibrated as an arm is.
 //!
 //! ```text
-//! let fit = fit(&problem, &start, readings, &workbench)?;                        // least squares about a reference that follows
+//! let fit = fit(&problem, &start, readings, &environment)?;                        // least squares about a reference that follows
 //! let known = Known::at(&fit.problem, &fit.estimate)?;                           // analysis, covariance, active constraints
 //! let noise = noise_by_squares(&residuals, &alike);                              // by channel, by leverage; the problem is built again
-//! likeliest.or_from(starts, follow, on, &workbench);                             // other starts, compared by their likelihood
-//! let settled = settle(fit, &[&mirrored, &reversed], &workbench)?;               // discrete symmetries: images of the solution
-//! let profiles = Profiled { .. }.wider(&told, &workbench)?;                      // where the linear model is too sure
+//! likeliest.or_from(starts, follow, on, &environment);                             // other starts, compared by their likelihood
+//! let settled = settle(fit, &[&mirrored, &reversed], &environment)?;               // discrete symmetries: images of the solution
+//! let profiles = Profiled { .. }.wider(&told, &environment)?;                      // where the linear model is too sure
 //! let judgement = judge(&fit.problem, &known.analysis, covariance, &parameters); // rank and limits of use, in combinations
 //! ```
 //!
@@ -27,11 +27,12 @@
 //! | [`Profiled`] | what is told of a parameter where the problem is not linear over its error |
 //! | [`judge`] | what is determined: rank, limits of use, and combinations that are not |
 //! | [`Explained`] | how well the readings are explained as a whole |
-//! | [`Workbench`] | what all of them are handed: a method, who is told of its way, who may stop it |
+//! | [`SolveEnvironment`] | what all of them are handed: a method, who is told of its way, who may stop it |
 //!
 //! `examples/thermistor.rs` calibrates a thermometer from a few baths, and says what these leave open.
 
 mod determined;
+mod environment;
 mod fit;
 mod known;
 mod likeliest;
@@ -46,9 +47,9 @@ mod symmetries;
 #[cfg(test)]
 mod testing;
 mod unexplained;
-mod workbench;
 
 pub use determined::{Combination, Judgement, Parameter, judge, limits_of_use};
+pub use environment::SolveEnvironment;
 pub use fit::{FIRST_ITERATIONS, Fit, ROUNDS, fit};
 pub use known::Known;
 pub use likeliest::{DECISIVE, End, Likeliest};
@@ -61,4 +62,3 @@ pub use residuals::{RowResidual, row_residuals};
 pub use robust::solve_in_stages;
 pub use symmetries::{Settled, Symmetry, settle};
 pub use unexplained::{ErrorRow, variance_beyond_noise, variance_beyond_noise_by_median};
-pub use workbench::Workbench;

@@ -12,9 +12,9 @@
 
 use gravcal_estimation::{Termination, Values, in_parallel};
 
+use crate::environment::SolveEnvironment;
 use crate::fit::FIRST_ITERATIONS;
 use crate::nearby::IMPLAUSIBLE;
-use crate::workbench::Workbench;
 
 /// − ln of the likelihood by which one of two must exceed the other to be ruled out: it is then less likely by e¹⁰.
 pub const DECISIVE: f64 = 10.0;
@@ -70,21 +70,21 @@ impl<S: Send + Sync> Likeliest<S> {
     pub fn or_from<Start: Send, E: Send>(
         &mut self,
         starts: Vec<Start>,
-        follow: impl Fn(Start, &Workbench<'_>) -> Result<End<S>, E> + Sync,
+        follow: impl Fn(Start, &SolveEnvironment<'_>) -> Result<End<S>, E> + Sync,
         on: impl Fn(&S) -> Start + Sync,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) {
         let to_its_end = |start: Start| {
-            let there = follow(start, &workbench.within(FIRST_ITERATIONS))?;
+            let there = follow(start, &environment.within(FIRST_ITERATIONS))?;
             let implausible = there.height - self.best.height > IMPLAUSIBLE;
             let by_own_limit =
                 matches!(there.termination, Termination::IterationLimit { limit } if limit < FIRST_ITERATIONS);
             match there.termination.converged() || implausible || by_own_limit {
                 true => Ok(there),
-                false => follow(on(&there.solution), workbench),
+                false => follow(on(&there.solution), environment),
             }
         };
-        let followed = |start: Start| (!workbench.stopped()).then(|| to_its_end(start));
+        let followed = |start: Start| (!environment.stopped()).then(|| to_its_end(start));
         let ends: Vec<Option<Result<End<S>, E>>> = in_parallel(starts, followed);
         // A start that leads nowhere says nothing of the others.
         for other in ends.into_iter().flatten().flatten() {
@@ -116,7 +116,7 @@ mod tests {
     use gravcal_solvers::{LevenbergMarquardt, StoppingRules};
 
     use super::*;
-    use crate::testing::with_workbench;
+    use crate::testing::with_environment;
 
     /// Readings of `x²` and, roughly, of `x`.
     #[derive(Debug)]
@@ -150,16 +150,16 @@ mod tests {
     /// First from −2, then from 3 and −3.
     fn likeliest(rough: f64) -> (f64, Likeliest<Estimate>) {
         let (problem, initial, x) = problem(rough);
-        let follow = |start: f64, workbench: &Workbench<'_>| -> Result<End<Estimate>, SolveError> {
+        let follow = |start: f64, environment: &SolveEnvironment<'_>| -> Result<End<Estimate>, SolveError> {
             let mut values = initial.clone();
             values.set(x, &[start]);
-            let solution = workbench.solve(&problem, &values)?;
+            let solution = environment.solve(&problem, &values)?;
             let (height, termination) = (solution.cost, solution.termination);
             Ok(End { height, termination, values: solution.values.clone(), solution })
         };
-        with_workbench(|workbench| {
-            let mut likeliest = Likeliest::first(follow(-2.0, workbench).unwrap());
-            likeliest.or_from(vec![3.0, -3.0], follow, |there| there.values.scalar(x), workbench);
+        with_environment(|environment| {
+            let mut likeliest = Likeliest::first(follow(-2.0, environment).unwrap());
+            likeliest.or_from(vec![3.0, -3.0], follow, |there| there.values.scalar(x), environment);
             (likeliest.best.values.scalar(x), likeliest)
         })
     }
@@ -194,19 +194,19 @@ mod tests {
         let stop = AtomicBool::new(false);
         let (problem, initial, x) = problem(0.2);
         let solves = AtomicUsize::new(0);
-        let follow = |start: f64, workbench: &Workbench<'_>| -> Result<End<Estimate>, SolveError> {
+        let follow = |start: f64, environment: &SolveEnvironment<'_>| -> Result<End<Estimate>, SolveError> {
             solves.fetch_add(1, Ordering::Relaxed);
             let mut values = initial.clone();
             values.set(x, &[start]);
-            let solution = workbench.solve(&problem, &values)?;
+            let solution = environment.solve(&problem, &values)?;
             let (height, termination) = (solution.cost, solution.termination);
             Ok(End { height, termination, values: solution.values.clone(), solution })
         };
-        with_workbench(|workbench| {
-            let workbench = workbench.within(100).stopped_by(&stop);
-            let mut likeliest = Likeliest::first(follow(-2.0, &workbench).unwrap());
+        with_environment(|environment| {
+            let environment = environment.within(100).stopped_by(&stop);
+            let mut likeliest = Likeliest::first(follow(-2.0, &environment).unwrap());
             stop.store(true, Ordering::Relaxed);
-            likeliest.or_from(vec![3.0, -3.0], follow, |there| there.values.scalar(x), &workbench);
+            likeliest.or_from(vec![3.0, -3.0], follow, |there| there.values.scalar(x), &environment);
             assert!(!likeliest.is_another && likeliest.ends.is_empty());
         });
         assert_eq!(solves.into_inner(), 1);
@@ -217,17 +217,17 @@ mod tests {
         let (problem, initial, x) = problem(0.2);
         let stopping = StoppingRules { max_iterations: 2, ..StoppingRules::default() };
         let solver = LevenbergMarquardt { stopping };
-        let workbench = Workbench::new(&solver, &|_: &str| {});
+        let environment = SolveEnvironment::new(&solver, &|_: &str| {});
         let solves = AtomicUsize::new(0);
-        let follow = |start: f64, workbench: &Workbench<'_>| -> Result<End<Estimate>, SolveError> {
+        let follow = |start: f64, environment: &SolveEnvironment<'_>| -> Result<End<Estimate>, SolveError> {
             solves.fetch_add(1, Ordering::Relaxed);
             let mut values = initial.clone();
             values.set(x, &[start]);
-            let solution = workbench.solve(&problem, &values)?;
+            let solution = environment.solve(&problem, &values)?;
             Ok(End { height: 0.0, termination: solution.termination, values: solution.values.clone(), solution })
         };
-        let mut likeliest = Likeliest::first(follow(-2.0, &workbench).unwrap());
-        likeliest.or_from(vec![300.0], follow, |there| there.values.scalar(x), &workbench);
+        let mut likeliest = Likeliest::first(follow(-2.0, &environment).unwrap());
+        likeliest.or_from(vec![300.0], follow, |there| there.values.scalar(x), &environment);
         assert_eq!((solves.into_inner(), likeliest.ends.len()), (2, 0));
     }
 }

@@ -17,8 +17,8 @@
 
 use gravcal_estimation::{EvaluateError, Problem, RankAnalysis, Reference, Values, in_parallel};
 
+use crate::environment::SolveEnvironment;
 use crate::nearby::{BASELESS, MATTERS, MOST_COLUMNS};
-use crate::workbench::Workbench;
 
 /// Standard deviations at which the profile is looked at, and its growth there in a linear problem.
 const AWAY: f64 = 2.0;
@@ -55,13 +55,17 @@ impl Profiled<'_> {
     ///
     /// # Errors
     /// Where the problem cannot be evaluated.
-    pub fn wider(&self, told: &[(usize, f64)], workbench: &Workbench<'_>) -> Result<Vec<(usize, f64)>, EvaluateError> {
+    pub fn wider(
+        &self,
+        told: &[(usize, f64)],
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Vec<(usize, f64)>, EvaluateError> {
         if self.problem.columns().len() > MOST_COLUMNS {
             return Ok(Vec::new());
         }
         let freedom = self.problem.rows().saturating_sub(self.analysis.rank()).max(1) as f64;
         let noise = (2.0 * self.problem.without_reference().cost(self.values)? / freedom).max(1.0);
-        let wider = |(column, limit): &(usize, f64)| self.of_column(*column, *limit, noise, workbench);
+        let wider = |(column, limit): &(usize, f64)| self.of_column(*column, *limit, noise, environment);
         let found: Vec<Vec<_>> = in_parallel(told, wider).into_iter().collect::<Result<_, _>>()?;
         Ok(found.concat())
     }
@@ -71,7 +75,7 @@ impl Profiled<'_> {
         column: usize,
         limit: f64,
         noise: f64,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Vec<(usize, f64)>, EvaluateError> {
         let std = self.analysis.covariance().std(column);
         if std < MATTERS * limit || std > limit {
@@ -80,7 +84,7 @@ impl Profiled<'_> {
         let profile = Profile { of: self, column, std, limit, noise };
         let mut found = Vec::new();
         for side in [1.0, -1.0] {
-            let std = profile.wider(side, workbench)?;
+            let std = profile.wider(side, environment)?;
             found.extend(std.map(|std| (column, std)));
             if std.is_some_and(|std| std > limit) {
                 break;
@@ -104,12 +108,12 @@ struct Profile<'a> {
 
 impl Profile<'_> {
     /// The standard deviation that the profile tells to one side, where it is larger than that of the linear model.
-    fn wider(&self, side: f64, workbench: &Workbench<'_>) -> Result<Option<f64>, EvaluateError> {
-        let Some(mut before) = self.at(side, 0.0, &self.estimate(), workbench)? else { return Ok(None) };
+    fn wider(&self, side: f64, environment: &SolveEnvironment<'_>) -> Result<Option<f64>, EvaluateError> {
+        let Some(mut before) = self.at(side, 0.0, &self.estimate(), environment)? else { return Ok(None) };
         let (whole, lowest) = (AWAY * self.std, before.cost);
         let (mut step, mut height, mut std) = (whole, 0.0, self.std);
         while height < HIGHEST && std <= self.limit && before.distance <= AWAY * self.limit {
-            let Some(point) = self.at(side, before.distance + step, &before, workbench)? else { break };
+            let Some(point) = self.at(side, before.distance + step, &before, environment)? else { break };
             let risen = ((point.cost - lowest) / self.noise / GROWTH).max(0.0).sqrt();
             let is_linear = (LINEAR..1.0 / LINEAR).contains(&(risen - height).powi(2)) && step == whole;
             if !is_linear && risen - height > (STEEP * step / whole).max(RISE) {
@@ -146,7 +150,7 @@ impl Profile<'_> {
         side: f64,
         distance: f64,
         before: &Point,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Point>, EvaluateError> {
         let Profiled { problem, values: estimate, reference, .. } = self.of;
         let block = problem.columns()[self.column].block;
@@ -156,7 +160,7 @@ impl Profile<'_> {
         if let Some(reference) = reference {
             fixed = fixed.with_reference((*reference).clone());
         }
-        let Ok(there) = workbench.within(ITERATIONS).solve(&fixed, &start) else { return Ok(None) };
+        let Ok(there) = environment.within(ITERATIONS).solve(&fixed, &start) else { return Ok(None) };
         Ok(Some(Point { distance, cost: there.cost, values: there.values }))
     }
 
@@ -191,7 +195,7 @@ mod tests {
     use gravcal_estimation::{Automatic, Block, BlockId, Factor, Formula, LocalNumbers, Noise, Number, ProblemBuilder};
 
     use super::*;
-    use crate::testing::with_workbench;
+    use crate::testing::with_environment;
 
     /// `asinh x` and the difference of `y` to `x`, which follows: the profile of `x` is `½ (asinh x / σ)²`.
     #[derive(Debug)]
@@ -221,7 +225,7 @@ mod tests {
         let (problem, values) = builder.build().unwrap();
         let analysis = RankAnalysis::new(&problem, &values).unwrap();
         let profiled = Profiled { problem: &problem, values: &values, analysis: &analysis, reference: None };
-        let found = with_workbench(|w| profiled.wider(&[(0, limit)], w)).unwrap();
+        let found = with_environment(|w| profiled.wider(&[(0, limit)], w)).unwrap();
         found.into_iter().map(|(_, std)| std).reduce(f64::max)
     }
 

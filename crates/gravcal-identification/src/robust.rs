@@ -12,7 +12,7 @@
 
 use gravcal_estimation::{Estimate, Loss, LossName, Problem, SolveError, Values};
 
-use crate::workbench::Workbench;
+use crate::environment::SolveEnvironment;
 
 /// Solves a problem under `loss`, and hands back the problem with it. `under`: the problem with its readings under a loss.
 ///
@@ -22,14 +22,14 @@ pub fn solve_in_stages<E: From<SolveError>>(
     loss: Loss,
     start: &Values,
     under: impl Fn(Loss) -> Result<Problem, E>,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<(Problem, Estimate), E> {
     let mut values = start.clone();
     for stage in stages_before(loss) {
-        values = workbench.solve(&under(stage)?, &values)?.values;
+        values = environment.solve(&under(stage)?, &values)?.values;
     }
     let last = under(loss)?;
-    let estimate = workbench.solve(&last, &values)?;
+    let estimate = environment.solve(&last, &values)?;
     Ok((last, estimate))
 }
 
@@ -45,7 +45,7 @@ fn stages_before(loss: Loss) -> Vec<Loss> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::testing::{sensor, with_workbench};
+    use crate::testing::{sensor, with_environment};
 
     /// Readings of one number, of which some are far off.
     const READINGS: [f64; 9] = [0.3, -0.5, 0.1, 0.8, -0.2, -0.7, 9.0, 9.3, 8.8];
@@ -56,7 +56,7 @@ mod tests {
         let problem = |loss| sensor(&readings, [1.0, 0.0, 9.0], &[0, 1], loss);
         let (_, start, [.., bias]) = problem(Loss::None);
         let under = |loss: Loss| -> Result<Problem, SolveError> { Ok(problem(loss).0) };
-        let (_, estimate) = with_workbench(|w| solve_in_stages(loss, &start, under, w)).unwrap();
+        let (_, estimate) = with_environment(|w| solve_in_stages(loss, &start, under, w)).unwrap();
         estimate.values.scalar(bias)
     }
 

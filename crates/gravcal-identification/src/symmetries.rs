@@ -14,8 +14,8 @@
 //! way than it is said to) is another question: other problems explain the readings by more freedom, so they are weighed by how many were
 //! tried, and what is found there is a hint for who stated the problem. It never takes the solution's place.
 
+use crate::environment::SolveEnvironment;
 use crate::likeliest::DECISIVE;
-use crate::workbench::Workbench;
 
 /// An image takes the solution's place where it lowers the cost by more than this share: less is where the same solution was found again.
 const LOWER: f64 = 1e-6;
@@ -36,7 +36,11 @@ pub trait Symmetry {
     ///
     /// # Errors
     /// Where one cannot be looked at.
-    fn images(&self, solution: &Self::Solution, workbench: &Workbench<'_>) -> Result<Vec<Self::Start>, Self::Error>;
+    fn images(
+        &self,
+        solution: &Self::Solution,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Vec<Self::Start>, Self::Error>;
 
     /// Where the fit from an image of a solution ends; nothing where that may not take the solution's place.
     ///
@@ -46,7 +50,7 @@ pub trait Symmetry {
         &self,
         image: Self::Start,
         solution: &Self::Solution,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Self::Solution>, Self::Error>;
 
     /// Cost or − ln of the likelihood, by which ends are compared.
@@ -70,7 +74,7 @@ pub trait Symmetry {
         &self,
         _solution: Self::Solution,
         end: Self::Solution,
-        _workbench: &Workbench<'_>,
+        _environment: &SolveEnvironment<'_>,
     ) -> Result<Self::Solution, Self::Error> {
         Ok(end)
     }
@@ -79,7 +83,11 @@ pub trait Symmetry {
     ///
     /// # Errors
     /// Where it cannot be looked at.
-    fn kept(&self, solution: Self::Solution, _workbench: &Workbench<'_>) -> Result<Self::Solution, Self::Error> {
+    fn kept(
+        &self,
+        solution: Self::Solution,
+        _environment: &SolveEnvironment<'_>,
+    ) -> Result<Self::Solution, Self::Error> {
         Ok(solution)
     }
 }
@@ -101,16 +109,16 @@ pub struct Settled<S> {
 pub fn settle<S, V, E>(
     solution: S,
     symmetries: &[&dyn Symmetry<Solution = S, Start = V, Error = E>],
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Settled<S>, E> {
     let mut settled = Settled { solution, undecided: Vec::new() };
     for symmetry in symmetries {
-        let images = symmetry.images(&settled.solution, workbench)?;
+        let images = symmetry.images(&settled.solution, environment)?;
         if images.is_empty() {
             continue;
         }
-        workbench.tell(symmetry.name());
-        let end = lowest(*symmetry, images, &settled.solution, workbench)?;
+        environment.tell(symmetry.name());
+        let end = lowest(*symmetry, images, &settled.solution, environment)?;
         let gain = |end: &S| symmetry.height(&settled.solution) - symmetry.height(end);
         let undecided = |end: &S| {
             !symmetry.is_declared() && symmetry.is_another(end, &settled.solution) && gain(end).abs() <= DECISIVE
@@ -120,8 +128,8 @@ pub fn settle<S, V, E>(
         }
         let least = if symmetry.is_declared() { -DECISIVE } else { LOWER * symmetry.height(&settled.solution) };
         settled.solution = match end.filter(|end| gain(end) > least) {
-            Some(end) => symmetry.replaced(settled.solution, end, workbench)?,
-            None => symmetry.kept(settled.solution, workbench)?,
+            Some(end) => symmetry.replaced(settled.solution, end, environment)?,
+            None => symmetry.kept(settled.solution, environment)?,
         };
     }
     Ok(settled)
@@ -132,11 +140,11 @@ fn lowest<S, V, E>(
     symmetry: &dyn Symmetry<Solution = S, Start = V, Error = E>,
     images: Vec<V>,
     solution: &S,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Option<S>, E> {
     let mut lowest: Option<S> = None;
     for image in images {
-        let end = symmetry.follow(image, solution, workbench)?;
+        let end = symmetry.follow(image, solution, environment)?;
         let is_lower = |end: &S| lowest.as_ref().is_none_or(|best| symmetry.height(end) < symmetry.height(best));
         lowest = end.filter(is_lower).or(lowest);
     }
@@ -153,7 +161,7 @@ mod tests {
     };
 
     use super::*;
-    use crate::testing::with_workbench;
+    use crate::testing::with_environment;
 
     /// Readings of `x²` and `y²`, and, roughly, of `x` and `y`.
     #[derive(Debug)]
@@ -193,10 +201,10 @@ mod tests {
             Toy { problem, initial, blocks }
         }
 
-        fn solve(&self, start: [f64; 2], workbench: &Workbench<'_>) -> Result<Estimate, SolveError> {
+        fn solve(&self, start: [f64; 2], environment: &SolveEnvironment<'_>) -> Result<Estimate, SolveError> {
             let mut values = self.initial.clone();
             self.blocks.iter().zip(start).for_each(|(id, value)| values.set(*id, &[value]));
-            workbench.solve(&self.problem, &values)
+            environment.solve(&self.problem, &values)
         }
 
         fn at(&self, estimate: &Estimate) -> [f64; 2] {
@@ -224,7 +232,7 @@ mod tests {
             self.name
         }
 
-        fn images(&self, solution: &Estimate, _: &Workbench<'_>) -> Result<Vec<[f64; 2]>, SolveError> {
+        fn images(&self, solution: &Estimate, _: &SolveEnvironment<'_>) -> Result<Vec<[f64; 2]>, SolveError> {
             let mut image = self.toy.at(solution);
             let as_it_should_be = self.declared && image[self.index] > 0.0;
             image[self.index] *= -1.0;
@@ -235,10 +243,10 @@ mod tests {
             &self,
             image: [f64; 2],
             _: &Estimate,
-            workbench: &Workbench<'_>,
+            environment: &SolveEnvironment<'_>,
         ) -> Result<Option<Estimate>, SolveError> {
             self.log.borrow_mut().push("followed");
-            self.toy.solve(image, workbench).map(Some)
+            self.toy.solve(image, environment).map(Some)
         }
 
         fn height(&self, solution: &Estimate) -> f64 {
@@ -253,7 +261,7 @@ mod tests {
             self.toy.at(end)[self.index] * self.toy.at(solution)[self.index] < 0.0
         }
 
-        fn kept(&self, solution: Estimate, _: &Workbench<'_>) -> Result<Estimate, SolveError> {
+        fn kept(&self, solution: Estimate, _: &SolveEnvironment<'_>) -> Result<Estimate, SolveError> {
             self.log.borrow_mut().push("kept");
             Ok(solution)
         }
@@ -263,9 +271,9 @@ mod tests {
     fn settled(rough: [f64; 2], start: [f64; 2], declared: bool) -> ([f64; 2], Vec<&'static str>, Vec<&'static str>) {
         let (toy, log) = (Toy::new(rough), RefCell::default());
         let [x, y] = [("x", 0), ("y", 1)].map(|(name, index)| Negative { toy: &toy, name, index, declared, log: &log });
-        let Settled { solution, undecided } = with_workbench(|workbench| {
-            let solution = toy.solve(start, workbench)?;
-            settle(solution, &[&x, &y], workbench)
+        let Settled { solution, undecided } = with_environment(|environment| {
+            let solution = toy.solve(start, environment)?;
+            settle(solution, &[&x, &y], environment)
         })
         .unwrap();
         let at = toy.at(&solution).map(f64::round);
@@ -309,7 +317,7 @@ mod tests {
         let (problem, initial) = builder.build().unwrap();
         let (toy, log) = (Toy { problem, initial, blocks }, RefCell::default());
         let x = Negative { toy: &toy, name: "x", index: 0, declared: true, log: &log };
-        let settled = with_workbench(|w| settle(toy.solve([-1.5, 2.5], w)?, &[&x], w)).unwrap();
+        let settled = with_environment(|w| settle(toy.solve([-1.5, 2.5], w)?, &[&x], w)).unwrap();
         assert_eq!((toy.at(&settled.solution)[0].round(), settled.undecided), (-1.0, vec![]));
         assert_eq!(log.into_inner(), ["followed", "kept"]);
     }

@@ -6,7 +6,7 @@ use gravcal_estimation::{
 };
 use gravcal_solvers::SolverName;
 
-use crate::workbench::Workbench;
+use crate::environment::SolveEnvironment;
 
 /// Reading of `gain · (x + offset) + bias`: a bias and an offset cannot be told apart.
 #[derive(Debug)]
@@ -62,9 +62,9 @@ pub fn line(readings: &[(f64, f64, f64)]) -> (f64, f64, f64) {
 }
 
 /// Runs something with the default method.
-pub fn with_workbench<T>(run: impl FnOnce(&Workbench<'_>) -> T) -> T {
+pub fn with_environment<T>(run: impl FnOnce(&SolveEnvironment<'_>) -> T) -> T {
     let solver = SolverName::LevenbergMarquardt.build();
-    run(&Workbench::new(solver.as_ref(), &|_| {}))
+    run(&SolveEnvironment::new(solver.as_ref(), &|_| {}))
 }
 
 /// Where the default method ends.

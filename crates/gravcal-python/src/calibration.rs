@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use gravcal::calibration::result::{EstimatorResult, ReadingResidual};
-use gravcal::calibration::{Session, Workbench, doubts_of_results};
+use gravcal::calibration::{Session, SolveEnvironment, doubts_of_results};
 use gravcal::estimation::IterationRecord;
 use gravcal_cli::{Choice, Exit, Failure, Phase, Stopwatch, provenance};
 use gravcal_report::{
@@ -46,8 +46,9 @@ pub fn calibrate(
         let IterationRecord { iteration, cost, .. } = record;
         tell(format!("iteration {iteration}, cost {cost:.6e}"));
     };
-    let workbench = Workbench::new(choice.solver.method.as_ref(), &stage).observed_by(&iteration).stopped_by(stop);
-    let results = gravcal::calibration::calibrate(session, &choice.estimators, &workbench);
+    let environment =
+        SolveEnvironment::new(choice.solver.method.as_ref(), &stage).observed_by(&iteration).stopped_by(stop);
+    let results = gravcal::calibration::calibrate(session, &choice.estimators, &environment);
     let timing = Timing { read_ms, ..watch.times() };
     let doubts = [&session.doubts[..], &doubts_of_results(session, &results)].concat();
     let file = CalibrationFile { doubts: &doubts, estimators: &results, provenance: &provenance };

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use gravcal_calibration::result::EstimatorResult;
-use gravcal_calibration::{Workbench, calibrate};
+use gravcal_calibration::{SolveEnvironment, calibrate};
 use gravcal_robot_model::{EstimatorName, Session};
 use gravcal_session::read_session;
 use gravcal_solvers::LevenbergMarquardt;
@@ -31,8 +31,8 @@ impl Calibrated {
 
     pub fn of(session: Session) -> Calibrated {
         let solver = LevenbergMarquardt::default();
-        let workbench = Workbench::new(&solver, &|_| {});
-        let results = calibrate(&session, &EstimatorName::DEFAULT, &workbench);
+        let environment = SolveEnvironment::new(&solver, &|_| {});
+        let results = calibrate(&session, &EstimatorName::DEFAULT, &environment);
         Calibrated { session, results }
     }
 

@@ -7,7 +7,7 @@
 //!   eq. (16));
 //! - *modelled*: sensors do not see it, and the joint estimator has it as an unknown.
 
-use gravcal_calibration::Workbench;
+use gravcal_calibration::SolveEnvironment;
 use gravcal_calibration::joint::{EstimateError, Signals, State, estimate_jointly};
 use gravcal_calibration::result::EstimatorResult;
 use gravcal_calibration::sequential::{Plan, run_steps, tell_steps};
@@ -159,11 +159,11 @@ impl Study<'_> {
 
     fn estimate(&self, treatment: Treatment, session: &Session) -> Result<EstimatorResult, EstimateError> {
         let quiet = |_: &str| {};
-        let workbench = Workbench::new(self.solver, &quiet);
-        let steps = run_steps(session, &Plan::new(session), &workbench);
+        let environment = SolveEnvironment::new(self.solver, &quiet);
+        let steps = run_steps(session, &Plan::new(session), &environment);
         match treatment {
-            Treatment::SequentialUnseen | Treatment::SequentialSeen => tell_steps(session, &steps, &workbench),
-            _ => estimate_jointly(session, Signals::All, steps.as_start(session).as_ref(), &workbench),
+            Treatment::SequentialUnseen | Treatment::SequentialSeen => tell_steps(session, &steps, &environment),
+            _ => estimate_jointly(session, Signals::All, steps.as_start(session).as_ref(), &environment),
         }
     }
 

@@ -9,7 +9,7 @@
 
 use std::f64::consts::FRAC_PI_2;
 
-use gravcal_calibration::Workbench;
+use gravcal_calibration::SolveEnvironment;
 use gravcal_calibration::joint::{Signals, State, estimate_jointly};
 use gravcal_dynamics::{ChainError, DhConvention, DhRow, JointKind, Link, chain_from_dh};
 use gravcal_estimation::Solver;
@@ -103,7 +103,7 @@ struct Found {
 fn calibrate(arm: &Simulation, solver: &dyn Solver) -> Option<Found> {
     let session = arm.session(0);
     let quiet = |_: &str| {};
-    let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(solver, &quiet)).ok()?;
+    let result = estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(solver, &quiet)).ok()?;
     let last = session.robot.chain.joints().last()?;
     let name = Quantity::TorqueGain.name(&last.name);
     let told = result.parameter(&name)?;

@@ -8,7 +8,7 @@ mod common;
 
 use std::error::Error;
 
-use gravcal::calibration::{EstimatorName, Workbench, calibrate};
+use gravcal::calibration::{EstimatorName, SolveEnvironment, calibrate};
 use gravcal::estimation::{Estimate, Problem, SolveContext, SolveError, Solver, Unsupported, Values};
 use gravcal::solvers::{Decision, Descent, Move, Point, StoppingRules, minimise, refuse_constraints};
 
@@ -59,7 +59,7 @@ impl Descent for HalvedGaussNewton {
 fn main() -> Result<(), Box<dyn Error>> {
     let session = common::simulation()?.session(0);
     let solver = HalvedGaussNewton::default();
-    let results = calibrate(&session, &[EstimatorName::Joint], &Workbench::new(&solver, &|_stage| {}));
+    let results = calibrate(&session, &[EstimatorName::Joint], &SolveEnvironment::new(&solver, &|_stage| {}));
     let result = results.first().ok_or("no estimator ran")?;
     println!("{}: {} after {} iterations", solver.name(), result.termination, result.iterations);
     let gain = result.parameter("joint2.torque_gain").and_then(|gain| gain.value).ok_or("not determined")?;

@@ -8,7 +8,7 @@ mod common;
 
 use std::error::Error;
 
-use gravcal::calibration::{EstimatorName, Workbench, calibrate_briefly};
+use gravcal::calibration::{EstimatorName, SolveEnvironment, calibrate_briefly};
 use gravcal::solvers::SolverName;
 
 const TRIALS: u64 = 40;
@@ -19,8 +19,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (mut squares, mut held) = (0.0, 0_u32);
     for trial in 0..TRIALS {
         let session = simulation.session(trial);
-        let workbench = Workbench::new(solver.as_ref(), &|_stage| {});
-        let briefs = calibrate_briefly(&session, &[EstimatorName::Joint], &workbench);
+        let environment = SolveEnvironment::new(solver.as_ref(), &|_stage| {});
+        let briefs = calibrate_briefly(&session, &[EstimatorName::Joint], &environment);
         let brief = briefs.into_iter().next().ok_or("no estimator ran")??;
         let gain = brief.parameters.iter().find(|parameter| parameter.name == "joint2.torque_gain");
         let (value, interval) = gain.and_then(|gain| Some((gain.value?, gain.ci95?))).ok_or("not determined")?;

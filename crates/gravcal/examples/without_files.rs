@@ -11,7 +11,7 @@ use std::error::Error;
 use gravcal::calibration::parameter::Quantity;
 use gravcal::calibration::result::ParameterResult;
 use gravcal::calibration::session::PoseArrays;
-use gravcal::calibration::{EstimatorName, Workbench, calibrate};
+use gravcal::calibration::{EstimatorName, SolveEnvironment, calibrate};
 use gravcal::report::CalibrationSummary;
 use gravcal::solvers::SolverName;
 
@@ -23,7 +23,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         session.add_poses(&PoseArrays { name, load, positions, torques, torque_std: Some(&[common::STD; 3]) })?;
     }
     let solver = SolverName::LevenbergMarquardt.build();
-    let results = calibrate(&session, &[EstimatorName::Joint], &Workbench::new(solver.as_ref(), &|_stage| {}));
+    let results = calibrate(&session, &[EstimatorName::Joint], &SolveEnvironment::new(solver.as_ref(), &|_stage| {}));
     let [result] = results.as_slice() else { return Err("one estimator was asked, one answers".into()) };
 
     println!("{}: {:?}", session.robot.name, result.verdict);

@@ -6,15 +6,15 @@
 //! ```
 //! use std::path::Path;
 //!
-//! use gravcal::calibration::{EstimatorName, Workbench, calibrate, read_session};
+//! use gravcal::calibration::{EstimatorName, SolveEnvironment, calibrate, read_session};
 //! use gravcal::solvers::SolverName;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let session = read_session(Path::new("../../experiments/sarcos-shoulder/session.toml"))?;
 //! let solver = SolverName::LevenbergMarquardt.build();
-//! let workbench = Workbench::new(solver.as_ref(), &|_stage| {});
+//! let environment = SolveEnvironment::new(solver.as_ref(), &|_stage| {});
 //!
-//! for result in calibrate(&session, &EstimatorName::DEFAULT, &workbench) {
+//! for result in calibrate(&session, &EstimatorName::DEFAULT, &environment) {
 //!     println!("{}: {:?}", result.name, result.verdict);
 //!     for parameter in result.parameters.iter().filter(|parameter| parameter.determined) {
 //!         println!("  {} {:?} ± {:?} {}", parameter.name, parameter.value, parameter.std, parameter.unit);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use gravcal::calibration::result::EstimatorResult;
 use gravcal::calibration::simulation::Simulation;
-use gravcal::calibration::{EstimatorName, Session, Workbench, calibrate};
+use gravcal::calibration::{EstimatorName, Session, SolveEnvironment, calibrate};
 use gravcal::estimation::Solver;
 use gravcal::solvers::SolverName;
 use gravcal_extension::{Marquardt, registry};
@@ -18,7 +18,7 @@ fn session() -> Session {
 }
 
 fn calibrated(session: &Session, solver: &dyn Solver) -> EstimatorResult {
-    calibrate(session, &[EstimatorName::Joint], &Workbench::new(solver, &|_| {})).remove(0)
+    calibrate(session, &[EstimatorName::Joint], &SolveEnvironment::new(solver, &|_| {})).remove(0)
 }
 
 #[test]

@@ -4,7 +4,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::robot::Robot;
@@ -132,7 +132,8 @@ fn with_cure(session: &Session, cure: &Cure) -> Supposed {
 fn assert_determines(supposed: &Supposed, parameters: &[String], cure: &Cure) {
     let (session, truth) = simulated(supposed);
     let solver = LevenbergMarquardt::default();
-    let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap();
+    let result =
+        estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap();
     for name in parameters {
         if name == "gravity" {
             let found =

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::*;
 use crate::result::EstimatorResult;
 use crate::testing::sarcos_shoulder;
-use crate::{Workbench, calibrate};
+use crate::{SolveEnvironment, calibrate};
 
 /// What a `calibration.json` says of an answer.
 fn earlier(result: &EstimatorResult) -> EarlierEstimate {
@@ -48,8 +48,11 @@ fn earlier(result: &EstimatorResult) -> EarlierEstimate {
 fn calibrations(simulation: &Simulation, trials: std::ops::Range<u64>) -> Vec<EarlierEstimate> {
     let solver = LevenbergMarquardt::default();
     let one = |trial: u64| {
-        let answers =
-            calibrate(&simulation.session(trial), &[EstimatorName::Joint], &Workbench::new(&solver, &|_: &str| {}));
+        let answers = calibrate(
+            &simulation.session(trial),
+            &[EstimatorName::Joint],
+            &SolveEnvironment::new(&solver, &|_: &str| {}),
+        );
         earlier(&answers[0])
     };
     trials.into_par_iter().map(one).collect()

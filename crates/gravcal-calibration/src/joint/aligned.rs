@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::{BlockId, Reference, Values};
-use gravcal_identification::{IMPLAUSIBLE, Workbench};
+use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::Session;
 use nalgebra::{Matrix3, Vector3};
@@ -37,13 +37,13 @@ impl Solved {
         &self,
         session: &Session,
         plausible: &Reference,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Vec<(Values, f64)>, EstimateError> {
         let upright = self.gravity_along_first_axis(session);
         let standing = self.standing_joints_at_quarter_turns(session);
         let (mut possible, mut found): (Vec<Alignment>, _) = (Vec::new(), Vec::new());
         for alignment in &standing {
-            let there = self.fixed_at(alignment, plausible, workbench)?;
+            let there = self.fixed_at(alignment, plausible, environment)?;
             possible.extend(there.is_some().then(|| alignment.clone()));
             found.extend(there);
         }
@@ -52,7 +52,7 @@ impl Solved {
         let everything =
             upright.iter().filter(|_| !possible.is_empty()).map(|upright| [&upright[..], &standing].concat());
         for alignment in upright.iter().cloned().chain(all).chain(everything) {
-            found.extend(self.fixed_at(&alignment, plausible, workbench)?);
+            found.extend(self.fixed_at(&alignment, plausible, environment)?);
         }
         Ok(found)
     }
@@ -62,7 +62,7 @@ impl Solved {
         &self,
         alignment: &Alignment,
         plausible: &Reference,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Option<(Values, f64)>, EstimateError> {
         let problem = self.judged_problem();
         let mut start = self.estimate.values.clone();
@@ -70,7 +70,7 @@ impl Solved {
         let blocks: Vec<BlockId> = alignment.iter().map(|(block, _)| *block).collect();
         let held = problem.with_reference(plausible.centered_at(&start)).with_fixed(&blocks, "exactly aligned");
         // What cannot be solved there says nothing.
-        let Ok(there) = workbench.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
+        let Ok(there) = environment.within(ITERATIONS).solve(&held, &start) else { return Ok(None) };
         let alone = problem.without_reference();
         let growth = alone.cost(&there.values)? - alone.cost(&self.estimate.values)?;
         Ok((growth < IMPLAUSIBLE).then_some((there.values, growth)))
@@ -136,7 +136,7 @@ mod tests {
 
     use super::Alignment;
     use crate::joint::{Signals, select};
-    use crate::testing::{sarcos_shoulder, with_workbench};
+    use crate::testing::{sarcos_shoulder, with_environment};
 
     use super::super::solve::solve;
 
@@ -147,7 +147,7 @@ mod tests {
         simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
-        let solved = with_workbench(|w| solve(&session, &readings, None, w)?.with_nearby(&session, w)).unwrap();
+        let solved = with_environment(|w| solve(&session, &readings, None, w)?.with_nearby(&session, w)).unwrap();
         let gravity = solved.built.variables.gravity;
         solved.nearby.iter().any(|near| near.values.get(gravity)[..2] == [0.0, 0.0])
     }
@@ -169,7 +169,7 @@ mod tests {
         }
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
-        let solved = with_workbench(|w| solve(&session, &readings, None, w)).unwrap();
+        let solved = with_environment(|w| solve(&session, &readings, None, w)).unwrap();
         let aligned = solved.standing_joints_at_quarter_turns(&session);
         let angle = |gain_and_offset: &Alignment| gain_and_offset[0].1[0] * reading + gain_and_offset[1].1[0];
         aligned.iter().map(angle).collect()

@@ -1,7 +1,7 @@
 //! The joint estimator's answer: from readings to what they determine.
 
 use gravcal_estimation::Termination;
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
@@ -51,15 +51,15 @@ impl Answer {
         session: &Session,
         readings: &Readings,
         known: Option<&State>,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Answer, EstimateError> {
-        let solved = solve(session, readings, known, workbench)?
-            .with_nearby(session, workbench)?
-            .with_profiles(session, workbench)?;
+        let solved = solve(session, readings, known, environment)?
+            .with_nearby(session, environment)?
+            .with_profiles(session, environment)?;
         // What was stopped on its way explains the readings badly whatever the model.
         let unexplained = solved.unexplained_sizes(session)?;
         let misfit = solved.misfit(session)?.filter(|_| solved.estimate.termination != Termination::Stopped);
-        let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, workbench)?;
+        let (uncertainty, told) = solved.chosen_uncertainty(session, misfit, environment)?;
         let solved = Solved { uncertainty, ..solved }.widened(session);
         let mut judgement = solved.judge(session);
         if solved.freedom_of_noise(session).is_some() {

@@ -1,6 +1,6 @@
 //! What readings come to: the solution, what of it is determined, and what a reader must know of it, for reports and batches alike.
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{MistakenUnit, Session};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -42,11 +42,11 @@ pub(super) fn conclude(
     session: &Session,
     readings: &Readings,
     known: Option<&State>,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Conclusion, EstimateError> {
-    let mut answer = Answer::of(session, readings, known, workbench)?;
-    let mut findings = answer.looked_over(session, workbench)?;
-    if workbench.stopped() {
+    let mut answer = Answer::of(session, readings, known, environment)?;
+    let mut findings = answer.looked_over(session, environment)?;
+    if environment.stopped() {
         findings.doubt();
         findings.reason_first([
             "Stopped before all was looked over: other starting values and likely mistakes may not have been tried, \
@@ -65,7 +65,7 @@ pub(super) fn conclude(
 
 impl Answer {
     /// What a reader must know of it before any number.
-    fn looked_over(&self, session: &Session, workbench: &Workbench<'_>) -> Result<Findings, EstimateError> {
+    fn looked_over(&self, session: &Session, environment: &SolveEnvironment<'_>) -> Result<Findings, EstimateError> {
         let mut findings = Findings::none(self.solved.estimate.termination.converged());
         let reliable = self.misfit.is_none_or(|misfit| misfit < DOUBT);
         if !reliable || !far_off(session, &self.parameters).is_empty() {
@@ -80,10 +80,10 @@ impl Answer {
         self.remark_on_unexplained(session, &mut findings);
         let noisy = self.remark_on_noise_found(session, &mut findings)?;
         self.remark_on_gravity_upwards(session, &mut findings);
-        self.remark_on_earlier(session, &mut findings, workbench)?;
+        self.remark_on_earlier(session, &mut findings, environment)?;
         let excused = self.unexplained.iter().flatten().any(|size| size.std > WARNING * size.gravity_std);
         let doubtful = session.noise_estimated().contains(&true) || excused || findings.failed();
-        if let Some(mistake) = find_mistake(session, &self.solved, doubtful, workbench)? {
+        if let Some(mistake) = find_mistake(session, &self.solved, doubtful, environment)? {
             self.forget_mirrored(session, &mut findings);
             findings.fail_first(mistake);
         } else if self.contradiction(session)?.is_some() || noisy || excused {
@@ -236,16 +236,16 @@ impl Answer {
         &self,
         session: &Session,
         findings: &mut Findings,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<(), EstimateError> {
         let solved = &self.solved;
         if session.earlier.is_none() || !solved.estimate.termination.converged() {
             return Ok(());
         }
-        workbench.tell("holding the earlier calibration against the readings");
+        environment.tell("holding the earlier calibration against the readings");
         let alone = Session { earlier: None, ..session.clone() };
         let start = solved.state(&State::nominal(session));
-        let without = solve_from(&alone, &solved.readings, start, workbench)?;
+        let without = solve_from(&alone, &solved.readings, start, environment)?;
         let freedom = |solved: &Solved| solved.judged_problem().rows().saturating_sub(solved.analysis.rank());
         let gained = freedom(solved).saturating_sub(freedom(&without)) as f64;
         let size = match session.noise_estimated().contains(&true) {
@@ -315,8 +315,8 @@ mod tests {
         simulation.truth.sensors[2][0] *= -1.0;
         let session = simulation.session(0);
         let solver = LevenbergMarquardt::default();
-        let workbench = Workbench::new(&solver, &|_: &str| {});
-        let answer = Answer::of(&session, &select(&session, Signals::All), None, &workbench).unwrap();
+        let environment = SolveEnvironment::new(&solver, &|_: &str| {});
+        let answer = Answer::of(&session, &select(&session, Signals::All), None, &environment).unwrap();
         let accused = |remarks: &[String]| remarks.iter().any(|r| r.contains("of the other sign than"));
         let mut findings = Findings::none(true);
         answer.remark_on_contradictions(&session, &mut findings).unwrap();

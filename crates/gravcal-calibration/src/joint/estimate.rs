@@ -1,6 +1,6 @@
 //! The joint estimator from readings to a result, for a reader or for batches.
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
 use super::answer::{Answer, Conclusion};
@@ -24,13 +24,13 @@ pub fn estimate_jointly(
     session: &Session,
     signals: Signals,
     known: Option<&State>,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let name = match signals {
         Signals::All => "joint",
         Signals::PaperSteps => "joint-paper-signals",
     };
-    estimate(session, name, &select(session, signals), known, workbench)
+    estimate(session, name, &select(session, signals), known, environment)
 }
 
 /// Solves the joint problem of these readings, in the order in which they are to enter, and tells it under `name`.
@@ -42,11 +42,11 @@ pub fn estimate(
     name: &str,
     readings: &Readings,
     known: Option<&State>,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
-    let conclusion = conclude(session, readings, known, workbench)?;
-    let fit = fit_with_held_out(session, &conclusion.answer.solved, workbench)?;
-    tell(session, name, conclusion, fit, workbench)
+    let conclusion = conclude(session, readings, known, environment)?;
+    let fit = fit_with_held_out(session, &conclusion.answer.solved, environment)?;
+    tell(session, name, conclusion, fit, environment)
 }
 
 /// The same answer without what only a reader needs: no prediction of poses that were held out, no moments, no tests of sensor
@@ -58,9 +58,9 @@ pub fn estimate_briefly(
     session: &Session,
     readings: &Readings,
     known: Option<&State>,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Brief, EstimateError> {
-    let Conclusion { answer, verdict, termination, .. } = conclude(session, readings, known, workbench)?;
+    let Conclusion { answer, verdict, termination, .. } = conclude(session, readings, known, environment)?;
     let Answer { solved, gravity, parameters, .. } = answer;
     let iterations = solved.estimate.iterations.len().saturating_sub(1);
     Ok(Brief { verdict, termination, iterations, gravity, parameters })

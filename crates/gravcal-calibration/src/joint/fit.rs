@@ -1,7 +1,7 @@
 //! The fit of a built problem, with its readings in the order in which they enter.
 
 use gravcal_estimation::Estimate;
-use gravcal_identification::{FIRST_ITERATIONS, Fit, ROUNDS, Workbench};
+use gravcal_identification::{FIRST_ITERATIONS, Fit, ROUNDS, SolveEnvironment};
 
 use super::error::EstimateError;
 use super::in_order::estimate_in_order;
@@ -14,9 +14,9 @@ use super::readings::Readings;
 pub(super) fn fit(
     built: &JointProblem,
     readings: &Readings,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
-    fit_in_rounds(built, readings, ROUNDS, workbench)
+    fit_in_rounds(built, readings, ROUNDS, environment)
 }
 
 /// The same in so many rounds at most. Readings that enter group by group have no rounds: the last group's reference ends with it.
@@ -24,13 +24,13 @@ pub(super) fn fit_in_rounds(
     built: &JointProblem,
     readings: &Readings,
     rounds: usize,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     // Far from nominal values the way is long as long as these pull: it goes on without them.
-    let (built, first) = estimate_in_order(built, readings, &workbench.within(FIRST_ITERATIONS))?;
+    let (built, first) = estimate_in_order(built, readings, &environment.within(FIRST_ITERATIONS))?;
     let fit = Fit::ended(built.problem.clone(), first);
     let Fit { problem, estimate } = match readings.order {
-        Order::Together => fit.followed(built.rows.len(), rounds, workbench),
+        Order::Together => fit.followed(built.rows.len(), rounds, environment),
         _ => fit,
     };
     Ok((JointProblem { problem, ..built }, estimate))

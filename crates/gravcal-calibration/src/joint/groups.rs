@@ -14,7 +14,7 @@
 //! [linearized]: gravcal_estimation::passing_on::linearized
 
 use gravcal_estimation::{BlockId, EvaluateError, Factor, Loss, Problem, RankAnalysis, Values};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{Session, UncertaintyChoice};
 
@@ -44,9 +44,9 @@ pub fn step_by_step(session: &Session) -> Readings {
 ///
 /// # Errors
 /// Where no problem can be built.
-pub fn pose_by_pose(session: &Session, workbench: &Workbench<'_>) -> Result<Readings, EstimateError> {
+pub fn pose_by_pose(session: &Session, environment: &SolveEnvironment<'_>) -> Result<Readings, EstimateError> {
     let readings = select(session, Signals::All);
-    let start = best_start(session, &Sample::new(session, &readings)?, None, workbench)?;
+    let start = best_start(session, &Sample::new(session, &readings)?, None, environment)?;
     let built = build_with_constraints(session, &readings, &start)?;
     let first = first_factors(&built)?;
     let mut used = (0..session.poses.len()).filter(|pose| !readings.used[*pose].is_empty());

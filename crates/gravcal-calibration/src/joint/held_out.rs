@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_recording::file_name;
 use gravcal_robot_model::session::Session;
 use gravcal_robot_model::sweeps::find_sweeps;
@@ -35,27 +35,27 @@ const LEAST: usize = SHARE / 2;
 pub(crate) fn fit_with_held_out(
     session: &Session,
     solved: &Solved,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Fit, EstimateError> {
     let whitened = solved.built.problem.residuals(&solved.estimate.values)?;
     let mut told = judgement::fit(session, solved, &whitened)?;
-    if workbench.stopped() {
+    if environment.stopped() {
         told.held_out_missing = Some("stopped".to_owned());
         return Ok(told);
     }
-    workbench.tell("predicting held-out poses");
+    environment.tell("predicting held-out poses");
     match session.validation.is_empty() {
         false => {
             let found = solved.state(&State::nominal(session));
             told.held_out = of_validation(session, &solved.readings, found)?;
         }
-        true => match seen_by_second_fit(session, solved, workbench)? {
+        true => match seen_by_second_fit(session, solved, environment)? {
             Second::Predicted(held_out) => told.held_out = held_out,
             Second::Missing(why) => told.held_out_missing = Some(why),
         },
     }
     if session.has_windows() && told.held_out.is_some() {
-        told.smaller_models = smaller_models(session, solved, workbench)?;
+        told.smaller_models = smaller_models(session, solved, environment)?;
     }
     Ok(told)
 }
@@ -98,14 +98,18 @@ enum Second {
     Missing(String),
 }
 
-fn seen_by_second_fit(session: &Session, solved: &Solved, workbench: &Workbench<'_>) -> Result<Second, EstimateError> {
+fn seen_by_second_fit(
+    session: &Session,
+    solved: &Solved,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Second, EstimateError> {
     let stretches = stretches(session, &solved.readings);
     let part = |held: bool| solved.readings.only(|pose, _| stretches.contains(&pose) == held);
     let start = solved.state(&State::nominal(session));
     let readings = part(false);
     let Ok(seen) = build_with_constraints(session, &readings, &start) else { return Ok(Second::Predicted(None)) };
     let seen = fixed_alike(solved, seen)?;
-    let (seen, estimate) = fit(&seen, &readings, workbench)?;
+    let (seen, estimate) = fit(&seen, &readings, environment)?;
     if !estimate.termination.converged() {
         return Ok(Second::Missing(estimate.termination.to_string()));
     }

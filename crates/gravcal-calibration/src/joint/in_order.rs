@@ -6,7 +6,7 @@ use gravcal_estimation::passing_on::{condensed, linearized, selected};
 use gravcal_estimation::{
     BlockId, Covariance, Estimate, Factor, IterationRecord, Problem, RankAnalysis, Termination, Values,
 };
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::ReadingId;
 
 use super::error::{BuildError, EstimateError};
@@ -32,12 +32,12 @@ const STEP_SAYS_LITTLE: &str = "the steps so far say hardly anything of it";
 pub(super) fn estimate_in_order(
     built: &JointProblem,
     readings: &Readings,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     let updated = match &readings.order {
-        Order::Together => return solve_with_loss(built, readings.loss, workbench),
-        Order::StepByStep(steps) => step_by_step(built, steps, workbench)?,
-        Order::PoseByPose { from } => pose_by_pose(built, *from, workbench)?,
+        Order::Together => return solve_with_loss(built, readings.loss, environment),
+        Order::StepByStep(steps) => step_by_step(built, steps, environment)?,
+        Order::PoseByPose { from } => pose_by_pose(built, *from, environment)?,
     };
     Ok((built.clone(), updated.estimate(&built.problem)?))
 }
@@ -47,12 +47,12 @@ pub(super) fn estimate_in_order(
 fn step_by_step(
     built: &JointProblem,
     steps: &[BTreeSet<ReadingId>],
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Updated, EstimateError> {
     let whole = &built.problem;
     let (mut updated, mut last) = (Updated::from(&built.initial), None);
     if is_far(whole, &built.initial)? {
-        updated.go_to(workbench.solve_briefly(whole, &built.initial, BRIEF, 0.0)?);
+        updated.go_to(environment.solve_briefly(whole, &built.initial, BRIEF, 0.0)?);
     }
     let in_the_end = RankAnalysis::new(whole, &updated.values)?.covariance();
     let mut known = first_of(built, 0);
@@ -67,13 +67,13 @@ fn step_by_step(
         // First what is open stays where it is, as the step would only wander along it; then it may follow.
         for fixed in [open.open_or_hardly_known, open.hardly_known] {
             let problem = problem.with_fixed(&fixed, STEP_SAYS_LITTLE);
-            updated.go_to(workbench.solve_briefly(&problem, &updated.values, BRIEF, 0.0)?);
+            updated.go_to(environment.solve_briefly(&problem, &updated.values, BRIEF, 0.0)?);
         }
         known.extend(condensed(whole, &rows, &updated.values)?);
         last = Some(problem);
     }
     if let Some(last) = last {
-        updated.take(workbench.solve(&last, &updated.values)?);
+        updated.take(environment.solve(&last, &updated.values)?);
     }
     Ok(updated)
 }
@@ -115,20 +115,24 @@ impl Open {
 }
 
 /// The poses before `from` together, then each with all before it as an information matrix.
-fn pose_by_pose(built: &JointProblem, from: usize, workbench: &Workbench<'_>) -> Result<Updated, EstimateError> {
+fn pose_by_pose(
+    built: &JointProblem,
+    from: usize,
+    environment: &SolveEnvironment<'_>,
+) -> Result<Updated, EstimateError> {
     let whole = &built.problem;
     let poses: BTreeSet<usize> = built.rows.iter().map(|id| id.pose).collect();
     let together = poses.range(..from).count();
     let mut problem = whole.with_only(first_of(built, together), NOT_YET).map_err(BuildError::from)?;
     let mut updated = Updated::from(&built.initial);
-    updated.take(workbench.solve(&problem, &updated.values)?);
+    updated.take(environment.solve(&problem, &updated.values)?);
     for pose in &whole.factors()[together..built.poses] {
         if updated.stopped() {
             break;
         }
         let factors: Vec<Factor> = vec![linearized(&problem, &updated.values)?, pose.clone()];
         problem = whole.with_only(factors, NOT_YET).map_err(BuildError::from)?;
-        updated.take(workbench.solve(&problem, &updated.values)?);
+        updated.take(environment.solve(&problem, &updated.values)?);
     }
     Ok(updated)
 }

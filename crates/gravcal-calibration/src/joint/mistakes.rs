@@ -11,7 +11,7 @@
 //! found anew with it, and allowing for how many were tried.
 
 use gravcal_estimation::Termination;
-use gravcal_identification::{DECISIVE, Workbench};
+use gravcal_identification::{DECISIVE, SolveEnvironment};
 use gravcal_recording::Orientation;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::Session;
@@ -48,16 +48,16 @@ pub(super) fn find_mistake(
     session: &Session,
     solved: &Solved,
     doubtful: bool,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
-    if solved.estimate.termination == Termination::Stopped || workbench.stopped() {
+    if solved.estimate.termination == Termination::Stopped || environment.stopped() {
         return Ok(None);
     }
-    if let Some(reversed) = reversed_sensors(session, solved, doubtful, workbench)? {
+    if let Some(reversed) = reversed_sensors(session, solved, doubtful, environment)? {
         return Ok(Some(reversed));
     }
     // What explains readings that are not explained comes before what turns the sign of a mass and explains nothing.
-    let mistaken = if doubtful { mistaken_columns(session, solved, workbench)? } else { None };
+    let mistaken = if doubtful { mistaken_columns(session, solved, environment)? } else { None };
     Ok(mistaken.or_else(|| reversed_wrist(session, solved)))
 }
 
@@ -81,7 +81,7 @@ enum Hypothesis {
 fn mistaken_columns(
     session: &Session,
     solved: &Solved,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
     // Noise found from residuals would excuse the very joints that are swapped.
     let readings = solved.readings.unexcused(session);
@@ -98,18 +98,18 @@ fn mistaken_columns(
         return Ok(None);
     }
     promising.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-    workbench.tell("looking for swapped columns");
-    let (before, _) = solve_with(session, &readings, solved, workbench)?;
+    environment.tell("looking for swapped columns");
+    let (before, _) = solve_with(session, &readings, solved, environment)?;
     let mut best: Option<(f64, Hypothesis, State)> = None;
     for (_, hypothesis) in promising.into_iter().take(SOLVED) {
-        let (after, end) = solve_with(&hypothesis.made(session), &readings, solved, workbench)?;
+        let (after, end) = solve_with(&hypothesis.made(session), &readings, solved, environment)?;
         if after < BETTER * before && best.as_ref().is_none_or(|(lowest, ..)| after < *lowest) {
             best = Some((after, hypothesis, end));
         }
     }
     let Some((after, hypothesis, end)) = best else { return Ok(None) };
     let tried = hypotheses.len() + tried_of_lost;
-    let likelier = decisively_likelier((&hypothesis.made(session), end), (session, solved), tried, workbench)?;
+    let likelier = decisively_likelier((&hypothesis.made(session), end), (session, solved), tried, environment)?;
     Ok(likelier.then(|| hypothesis.tell(session, 100.0 * (after / before).sqrt())))
 }
 
@@ -119,7 +119,7 @@ pub(super) fn decisively_likelier(
     (made, start): (&Session, State),
     (session, solved): (&Session, &Solved),
     tried: usize,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<bool, EstimateError> {
     let (rank, rows) = (solved.analysis.rank(), solved.judged_problem().rows());
     if solved.readings.noise_found(session) && rows < rank + rank / TELLING {
@@ -127,7 +127,7 @@ pub(super) fn decisively_likelier(
     }
     let noise = first_noise(session, &solved.readings.spreads);
     let readings = Readings { noise, ..solved.readings.clone() }.with_rough_unexplained(session);
-    let other = solve_from(made, &readings, start, workbench)?;
+    let other = solve_from(made, &readings, start, environment)?;
     let gain = solved.minus_log_restricted_likelihood(session)? - other.minus_log_restricted_likelihood(made)?;
     Ok(gain > DECISIVE + (tried as f64).ln())
 }

@@ -17,7 +17,7 @@ use std::ops::Range;
 
 use gravcal_estimation::statistics::LinearFunction;
 use gravcal_estimation::{BlockId, Loss};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::{Drift, Instrument, Session};
 use nalgebra::{DMatrix, DVector};
@@ -46,16 +46,16 @@ pub(super) struct ModelTests<'a> {
 
 impl ModelTests<'_> {
     /// Tests every model of the session.
-    pub fn all(&self, workbench: &Workbench<'_>) -> Result<Vec<SensorModelTest>, EstimateError> {
+    pub fn all(&self, environment: &SolveEnvironment<'_>) -> Result<Vec<SensorModelTest>, EstimateError> {
         let vanishing = self.session.terms.models().filter(|model| model.vanishes_at_zero(&self.session.poses));
         let of_joints = vanishing.map(|model| {
-            self.one(&self.session.robot.chain.joints()[model.joint].name, model.name, model.places(), workbench)
+            self.one(&self.session.robot.chain.joints()[model.joint].name, model.name, model.places(), environment)
         });
         let drifts = self.session.instruments.iter().flat_map(|instrument| {
             let of_drift = |(place, drift): (usize, &Drift)| {
                 let axes = instrument.kind.axes().len();
                 let first = instrument.drift_parameters().start + place * axes;
-                self.one(&instrument.name, drift.as_str(), first..first + axes, workbench)
+                self.one(&instrument.name, drift.as_str(), first..first + axes, environment)
             };
             instrument.drifts.iter().enumerate().map(of_drift).collect::<Vec<_>>()
         });
@@ -68,12 +68,12 @@ impl ModelTests<'_> {
         owner: &str,
         model: &str,
         places: Range<usize>,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<SensorModelTest, EstimateError> {
         // One that several sensors share is absent from all of them.
         let told = |place: usize| ParameterId::Further(self.session.further[place].same_as.unwrap_or(place));
         let parameters: Vec<ParameterId> = places.map(told).filter(|id| self.is_free(*id)).collect();
-        let test = if self.determined(&parameters) { self.test(&parameters, workbench)? } else { None };
+        let test = if self.determined(&parameters) { self.test(&parameters, environment)? } else { None };
         Ok(self.told(owner, model, &parameters, test))
     }
 
@@ -112,10 +112,10 @@ impl ModelTests<'_> {
     fn test(
         &self,
         parameters: &[ParameterId],
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Option<TestAgainstZero>, EstimateError> {
         let Some(stated) = self.noise_stated() else { return Ok(self.wald(parameters)) };
-        let Some(growth) = self.growth_without(parameters, workbench)? else { return Ok(None) };
+        let Some(growth) = self.growth_without(parameters, environment)? else { return Ok(None) };
         let (count, dof) = (parameters.len(), self.fit.degrees_of_freedom);
         Ok(if stated {
             chi_squared(TestKind::LikelihoodRatio, growth, count)
@@ -138,7 +138,7 @@ impl ModelTests<'_> {
     fn growth_without(
         &self,
         parameters: &[ParameterId],
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Option<f64>, EstimateError> {
         let solved = self.solved;
         let mut start = solved.state(&State::nominal(self.session));
@@ -146,7 +146,7 @@ impl ModelTests<'_> {
         let built = build_with_constraints(self.session, &solved.readings, &start)?.with_loss(solved.built.loss)?;
         let fixed: Vec<BlockId> = parameters.iter().map(|id| built.variables.block(*id)).collect();
         let absent = JointProblem { problem: built.problem.with_fixed(&fixed, ABSENT), ..built };
-        let (_, without) = fit(&absent, &solved.readings, workbench)?;
+        let (_, without) = fit(&absent, &solved.readings, environment)?;
         Ok(without.termination.converged().then(|| 2.0 * (without.cost - solved.estimate.cost).max(0.0)))
     }
 

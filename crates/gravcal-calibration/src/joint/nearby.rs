@@ -1,7 +1,7 @@
 //! What the readings say at values near the estimate that may be the true ones.
 
 use gravcal_estimation::{RankAnalysis, Reference, Values};
-use gravcal_identification::{AT_LEAST, BASELESS, DECISIVE, MATTERS, Workbench, least_informed_nearby};
+use gravcal_identification::{AT_LEAST, BASELESS, DECISIVE, MATTERS, SolveEnvironment, least_informed_nearby};
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
 
@@ -30,10 +30,14 @@ impl Solved {
     ///
     /// # Errors
     /// Where the problem cannot be evaluated nearby.
-    pub(super) fn with_nearby(self, session: &Session, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
+    pub(super) fn with_nearby(
+        self,
+        session: &Session,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Solved, EstimateError> {
         let mut solved = self;
         for round in 0..=ROUNDS {
-            solved.nearby = solved.look_around(session, workbench)?;
+            solved.nearby = solved.look_around(session, environment)?;
             if round == ROUNDS {
                 break;
             }
@@ -44,8 +48,8 @@ impl Solved {
             let Some((_, better)) = lowest.filter(|(cost, _)| *cost < solved.estimate.cost - BETTER) else { break };
             let start = solved.built.variables.state(better, &State::nominal(session));
             // What leads nowhere leaves the estimate as it is.
-            let other = solve_from(session, &solved.readings, start, workbench);
-            let Ok(other) = other.and_then(|other| in_hemisphere(session, other, workbench)) else { break };
+            let other = solve_from(session, &solved.readings, start, environment);
+            let Ok(other) = other.and_then(|other| in_hemisphere(session, other, environment)) else { break };
             let contradicts = other.hemisphere_contradicted && !solved.hemisphere_contradicted;
             let nominal = State::nominal(session);
             let [own, of_other] = [&solved, &other].map(|solution| not_as_declared(session, &solution.state(&nominal)));
@@ -63,7 +67,7 @@ impl Solved {
         Ok(solved)
     }
 
-    fn look_around(&self, session: &Session, workbench: &Workbench<'_>) -> Result<Vec<Nearby>, EstimateError> {
+    fn look_around(&self, session: &Session, environment: &SolveEnvironment<'_>) -> Result<Vec<Nearby>, EstimateError> {
         let (problem, values) = (self.judged_problem(), &self.estimate.values);
         let Some(reference) = self.built.problem.reference() else { return Ok(Vec::new()) };
         let asked = self.limits_of_use(session);
@@ -81,11 +85,11 @@ impl Solved {
         let farther = farther.into_iter().map(|(values, growth)| (values, share(growth)));
         let (open, all) = (|id: &ParameterId| !judgement.determines(*id), |_: &ParameterId| true);
         let nominal = [
-            self.nearer_to_nominal(session, open, &plausible, workbench)?,
-            self.nearer_to_nominal(session, all, &plausible, workbench)?,
+            self.nearer_to_nominal(session, open, &plausible, environment)?,
+            self.nearer_to_nominal(session, all, &plausible, environment)?,
         ];
         let nominal = nominal.into_iter().flatten().map(|values| (values, 1.0));
-        let aligned = self.aligned(session, &plausible, workbench)?.into_iter();
+        let aligned = self.aligned(session, &plausible, environment)?.into_iter();
         let aligned = aligned.map(|(values, growth)| (values, share(growth)));
         let mut nearby = Vec::new();
         let elsewhere = self.elsewhere.iter().map(|values| (values.clone(), 1.0));
@@ -107,7 +111,7 @@ impl Solved {
         session: &Session,
         drawn: impl Fn(&ParameterId) -> bool,
         plausible: &Reference,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Values>, EstimateError> {
         let (problem, variables) = (self.judged_problem(), &self.built.variables);
         let mut center = self.estimate.values.clone();
@@ -116,7 +120,7 @@ impl Solved {
         }
         let drawn = problem.with_reference(plausible.centered_at(&center));
         // What cannot be solved there says nothing.
-        let Ok(there) = workbench.within(ITERATIONS).solve(&drawn, &self.estimate.values) else { return Ok(None) };
+        let Ok(there) = environment.within(ITERATIONS).solve(&drawn, &self.estimate.values) else { return Ok(None) };
         let alone = problem.without_reference();
         let growth = alone.cost(&there.values)? - alone.cost(&self.estimate.values)?;
         Ok((growth < AS_LIKELY).then_some(there.values))

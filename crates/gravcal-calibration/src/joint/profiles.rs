@@ -4,7 +4,7 @@
 //! any constant would explain its readings.
 
 use gravcal_estimation::Reference;
-use gravcal_identification::{MOST_COLUMNS, Profiled, Workbench};
+use gravcal_identification::{MOST_COLUMNS, Profiled, SolveEnvironment};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{PriorKind, Session};
 
@@ -20,7 +20,11 @@ impl Solved {
     ///
     /// # Errors
     /// Where the problem cannot be evaluated.
-    pub(super) fn with_profiles(self, session: &Session, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
+    pub(super) fn with_profiles(
+        self,
+        session: &Session,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Solved, EstimateError> {
         let problem = self.judged_problem();
         if problem.columns().len() > MOST_COLUMNS {
             return Ok(self);
@@ -36,7 +40,8 @@ impl Solved {
         };
         let told: Vec<(usize, f64)> = determined.filter_map(told).collect();
         let (values, analysis) = (&self.estimate.values, &self.analysis);
-        let profiles = Profiled { problem, values, analysis, reference: reference.as_ref() }.wider(&told, workbench)?;
+        let profiles =
+            Profiled { problem, values, analysis, reference: reference.as_ref() }.wider(&told, environment)?;
         Ok(Solved { profiles, ..self })
     }
 
@@ -63,7 +68,7 @@ mod tests {
 
     use super::*;
     use crate::joint::{Signals, select};
-    use crate::testing::{sarcos_shoulder, with_workbench};
+    use crate::testing::{sarcos_shoulder, with_environment};
 
     use super::super::solve::solve;
 
@@ -77,7 +82,7 @@ mod tests {
         simulation.disturbance = Disturbance::noise(vec![counts; 3]);
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
-        with_workbench(|w| solve(&session, &readings, None, w)?.with_profiles(&session, w)).unwrap()
+        with_environment(|w| solve(&session, &readings, None, w)?.with_profiles(&session, w)).unwrap()
     }
 
     #[test]
@@ -100,7 +105,8 @@ mod tests {
                 let mut start = solved.estimate.values.clone();
                 start.set(block, &[start.scalar(block) + side * deviations * std]);
                 let fixed = problem.with_fixed(&[block], "by hand").without_reference();
-                let there = with_workbench(|w| Ok::<_, EstimateError>(w.within(1000).solve(&fixed, &start)?)).unwrap();
+                let there =
+                    with_environment(|w| Ok::<_, EstimateError>(w.within(1000).solve(&fixed, &start)?)).unwrap();
                 (there.cost - solved.estimate.cost) / (0.5 * deviations * deviations)
             };
             let least = [2.0, 2.5, 3.0, 3.5, 4.0].map(|d| growth(1.0, d).min(growth(-1.0, d)));

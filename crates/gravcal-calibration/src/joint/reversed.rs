@@ -17,7 +17,7 @@
 //! A declared sign is taken at its word, `"normal"` included.
 
 use gravcal_estimation::Termination;
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{InstrumentKind, Pose, ReadingId, Session};
 
@@ -79,9 +79,9 @@ pub(super) fn reversed_sensors(
     session: &Session,
     solved: &Solved,
     doubtful: bool,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Mistake>, EstimateError> {
-    Ok(search(session, solved, doubtful, workbench)?.map(|reversed| reversed.tell(session)))
+    Ok(search(session, solved, doubtful, environment)?.map(|reversed| reversed.tell(session)))
 }
 
 /// Looks for a force-torque sensor by which its tool would have a negative mass, gravity's sign being known.
@@ -114,7 +114,7 @@ fn search(
     session: &Session,
     solved: &Solved,
     doubtful: bool,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Reversed>, EstimateError> {
     let read = |joint: usize| solved.built.rows.iter().any(|id| id.channel == joint);
     let joints: Vec<usize> = (0..session.joints.len()).filter(|joint| read(*joint)).collect();
@@ -123,11 +123,11 @@ fn search(
     if open.is_empty() || solved.estimate.termination == Termination::Stopped {
         return Ok(None);
     }
-    if doubtful && let Some(found) = beside_the_others(session, solved, &open, workbench)? {
+    if doubtful && let Some(found) = beside_the_others(session, solved, &open, environment)? {
         return Ok(Some(found));
     }
     if open.len() == joints.len() {
-        return all_together(session, solved, &open, workbench);
+        return all_together(session, solved, &open, environment);
     }
     Ok(None)
 }
@@ -136,9 +136,9 @@ fn beside_the_others(
     session: &Session,
     solved: &Solved,
     open: &[usize],
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Reversed>, EstimateError> {
-    workbench.tell("looking for reversed sensors");
+    environment.tell("looking for reversed sensors");
     // Noise found from residuals would excuse the very joint that is reversed.
     let readings = solved.readings.unexcused(session);
     let mut joints: Vec<usize> = Vec::new();
@@ -166,13 +166,13 @@ fn beside_the_others(
         return Ok(None);
     }
     joints.sort_unstable();
-    let (before, _) = solve_with(session, &readings, solved, workbench)?;
-    let (after, state) = solve_with(&turned(session, &joints), &readings, solved, workbench)?;
+    let (before, _) = solve_with(session, &readings, solved, environment)?;
+    let (after, state) = solve_with(&turned(session, &joints), &readings, solved, environment)?;
     if after >= BETTER * before {
         return Ok(None);
     }
     let (made, tried) = (turned(session, &joints), open.len());
-    if !decisively_likelier((&made, state.clone()), (session, solved), tried, workbench)? {
+    if !decisively_likelier((&made, state.clone()), (session, solved), tried, environment)? {
         return Ok(None);
     }
     // All others may be the reversed ones: the assumed masses tell.
@@ -197,14 +197,14 @@ fn all_together(
     session: &Session,
     solved: &Solved,
     open: &[usize],
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Option<Reversed>, EstimateError> {
     if !gravity_is_known(solved) {
         return Ok(None);
     }
     let now = agreement(session, solved, &solved.state(&State::nominal(session)));
     let Some(now) = now.filter(|correlation| *correlation < OPPOSED) else { return Ok(None) };
-    let (cost, state) = solve_with(&turned(session, open), &solved.readings, solved, workbench)?;
+    let (cost, state) = solve_with(&turned(session, open), &solved.readings, solved, environment)?;
     let Some(then) = agreement(session, solved, &state).filter(|correlation| *correlation > -OPPOSED) else {
         return Ok(None);
     };
@@ -230,11 +230,11 @@ pub(super) fn solve_with(
     session: &Session,
     readings: &Readings,
     solved: &Solved,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<(f64, State), EstimateError> {
-    let start = best_start(session, &Sample::new(session, readings)?, None, workbench)?;
+    let start = best_start(session, &Sample::new(session, readings)?, None, environment)?;
     let built = build_with_constraints(session, readings, &start)?.with_loss(solved.built.loss)?;
-    let estimate = workbench.solve(&built.problem, &built.initial)?;
+    let estimate = environment.solve(&built.problem, &built.initial)?;
     Ok((estimate.cost, built.variables.state(&estimate.values, &start)))
 }
 

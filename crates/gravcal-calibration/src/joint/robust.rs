@@ -1,7 +1,7 @@
 //! Robust losses in the joint problem.
 
 use gravcal_estimation::{Estimate, Loss};
-use gravcal_identification::{Workbench, solve_in_stages};
+use gravcal_identification::{SolveEnvironment, solve_in_stages};
 
 use super::error::EstimateError;
 use super::problem::JointProblem;
@@ -10,9 +10,9 @@ use super::problem::JointProblem;
 pub(super) fn solve_with_loss(
     built: &JointProblem,
     loss: Loss,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<(JointProblem, Estimate), EstimateError> {
     let under = |loss: Loss| -> Result<_, EstimateError> { Ok(built.with_loss(loss)?.problem) };
-    let (problem, estimate) = solve_in_stages(loss, &built.initial, under, workbench)?;
+    let (problem, estimate) = solve_in_stages(loss, &built.initial, under, environment)?;
     Ok((JointProblem { problem, loss, ..built.clone() }, estimate))
 }

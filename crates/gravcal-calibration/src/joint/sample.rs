@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
 use super::any_direction::FAINT_DAMPING;
@@ -84,19 +84,19 @@ impl Sample {
     }
 
     /// Where a few iterations from `start` lead, or fewer where the cost is no higher than `enough` before.
-    pub fn nearby(&self, session: &Session, start: &State, enough: f64, workbench: &Workbench<'_>) -> Nearby {
+    pub fn nearby(&self, session: &Session, start: &State, enough: f64, environment: &SolveEnvironment<'_>) -> Nearby {
         let built = self.built_at(session, start);
-        match workbench.solve_briefly(&built.problem, &built.initial, BRIEF, enough) {
+        match environment.solve_briefly(&built.problem, &built.initial, BRIEF, enough) {
             Ok(estimate) => Nearby { cost: estimate.cost, end: built.variables.state(&estimate.values, start) },
             Err(_) => Nearby { cost: f64::INFINITY, end: start.clone() },
         }
     }
 
     /// The cost of the readings alone where `start` leads, as far as it was followed: what unknowns rest on does not count.
-    pub fn rough_minimum(&self, session: &Session, start: &State, workbench: &Workbench<'_>) -> RoughMinimum {
+    pub fn rough_minimum(&self, session: &Session, start: &State, environment: &SolveEnvironment<'_>) -> RoughMinimum {
         let built = self.built_at(session, start);
         let nowhere = RoughMinimum { cost: f64::INFINITY, reached: true };
-        let Ok(end) = workbench.within(LONG).solve(&built.problem, &built.initial) else { return nowhere };
+        let Ok(end) = environment.within(LONG).solve(&built.problem, &built.initial) else { return nowhere };
         let cost = built.problem.without_reference().cost(&end.values).unwrap_or(f64::INFINITY);
         RoughMinimum { cost, reached: end.termination.converged() || cost > UNLIKELY * self.explained() }
     }

@@ -8,7 +8,7 @@
 use std::collections::BTreeSet;
 
 use gravcal_estimation::BlockId;
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::sensors::friction::{COULOMB, VISCOUS};
 use gravcal_robot_model::session::Session;
 
@@ -27,7 +27,7 @@ use crate::result::{HeldOut, SmallerModel, SmallerModelKind};
 pub(super) fn smaller_models(
     session: &Session,
     solved: &Solved,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Vec<SmallerModel>, EstimateError> {
     let (standing, friction, unseen) = (standing(session), friction(session), stretches(session, &solved.readings));
     let kinds = [SmallerModelKind::Gravity, SmallerModelKind::GravityAndFriction];
@@ -35,7 +35,7 @@ pub(super) fn smaller_models(
     // Where sensors have no friction, both are one.
     for kind in kinds.into_iter().take(if friction.is_empty() { 1 } else { 2 }) {
         let none: &[usize] = if kind == SmallerModelKind::Gravity { &friction } else { &[] };
-        let held_out = prediction(&standing, solved, (&unseen, none), workbench)?;
+        let held_out = prediction(&standing, solved, (&unseen, none), environment)?;
         found.extend(held_out.map(|held_out| SmallerModel { kind, held_out }));
     }
     Ok(found)
@@ -60,7 +60,7 @@ fn prediction(
     session: &Session,
     solved: &Solved,
     (unseen, none): (&BTreeSet<usize>, &[usize]),
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Option<HeldOut>, EstimateError> {
     let part = |held_out: bool| solved.readings.only(|pose, _| unseen.contains(&pose) == held_out);
     let readings = if session.validation.is_empty() { part(false) } else { solved.readings.clone() };
@@ -73,7 +73,7 @@ fn prediction(
         built.variables.sensors.iter().flat_map(|[gain, _, position_gain, offset]| [*gain, *position_gain, *offset]);
     let given: Vec<BlockId> = zeros.chain(scales).collect();
     built.problem = built.problem.with_fixed(&given, "as the whole model has it");
-    let (built, estimate) = fit(&built, &readings, workbench)?;
+    let (built, estimate) = fit(&built, &readings, environment)?;
     if !estimate.termination.converged() {
         return Ok(None);
     }

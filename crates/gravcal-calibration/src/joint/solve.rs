@@ -1,7 +1,7 @@
 //! Solving the joint problem: from the start that is likeliest to lead to the answer, and from others where that is doubtful.
 
 use gravcal_estimation::{EvaluateError, Termination, Values};
-use gravcal_identification::{DECISIVE, IMPLAUSIBLE, Likeliest, Workbench};
+use gravcal_identification::{DECISIVE, IMPLAUSIBLE, Likeliest, SolveEnvironment};
 use gravcal_robot_model::session::Session;
 
 use super::displaced::{gains_disagree, otherwise_displaced};
@@ -28,19 +28,19 @@ pub fn solve(
     session: &Session,
     readings: &Readings,
     known: Option<&State>,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
-    workbench.tell("starting values");
+    environment.tell("starting values");
     let sample = Sample::new(session, readings)?;
     let start = match (&readings.order, known) {
-        (Order::Together, _) => best_start(session, &sample, known, workbench)?,
+        (Order::Together, _) => best_start(session, &sample, known, environment)?,
         (Order::StepByStep(_), Some(of_steps)) => start_around(session, readings, of_steps)?,
         // What fewer readings show need not be so for all.
-        _ => best_start(session, &Sample::new(session, &readings.first())?, known, workbench)?,
+        _ => best_start(session, &Sample::new(session, &readings.first())?, known, environment)?,
     };
-    let solved = solve_from(session, readings, start, workbench)?;
+    let solved = solve_from(session, readings, start, environment)?;
     let sample = sample.with_noise_of(session, &solved.readings)?;
-    let solved = settled(session, solved, &sample, workbench)?;
+    let solved = settled(session, solved, &sample, environment)?;
     let stopped = solved.estimate.termination == Termination::Stopped;
     let noise_is_found = solved.readings.noise_found(session) && readings.order == Order::Together;
     let of_displacement = readings.order == Order::Together && gains_disagree(session, &solved);
@@ -50,7 +50,7 @@ pub fn solve(
         || solved.misfit(session)?.is_some();
     if doubtful && !stopped {
         let readings = &readings.with_rough_unexplained(session);
-        return lowest_elsewhere(session, readings, &sample, solved, known, workbench);
+        return lowest_elsewhere(session, readings, &sample, solved, known, environment);
     }
     Ok(solved)
 }
@@ -65,31 +65,31 @@ fn lowest_elsewhere(
     sample: &Sample,
     solved: Solved,
     known: Option<&State>,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
-    workbench.tell("other starting values");
-    let companion = workbench.solver().companion().filter(|other| other.check(&solved.built.problem).is_ok());
-    let second = workbench.by(companion.as_deref().unwrap_or(workbench.solver()));
+    environment.tell("other starting values");
+    let companion = environment.solver().companion().filter(|other| other.check(&solved.built.problem).is_ok());
+    let second = environment.by(companion.as_deref().unwrap_or(environment.solver()));
     let nominal = State::nominal(session);
-    let follow = |start: State, workbench: &Workbench<'_>| -> Result<_, EstimateError> {
-        Ok(solve_from(session, readings, start, workbench)?.into_end(session))
+    let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
+        Ok(solve_from(session, readings, start, environment)?.into_end(session))
     };
     let likeliest = match readings.poses() > 2 * TELLING {
-        false => from_other_starts(session, (readings, sample), solved, known, [workbench, &second])?,
+        false => from_other_starts(session, (readings, sample), solved, known, [environment, &second])?,
         true => {
             let part = thinned(session, readings, TELLING);
-            let first = solve_from(session, &part, solved.state(&nominal), workbench)?;
-            let of_part = from_other_starts(session, (&part, sample), first, known, [workbench, &second])?;
+            let first = solve_from(session, &part, solved.state(&nominal), environment)?;
+            let of_part = from_other_starts(session, (&part, sample), first, known, [environment, &second])?;
             let variables = &of_part.best.solution.built.variables;
             let starts = of_part.plausible().into_iter().map(|values| variables.state(values, &nominal)).collect();
             let mut likeliest = Likeliest::first(solved.into_end(session));
-            likeliest.or_from(starts, follow, |there| there.state(&nominal), workbench);
+            likeliest.or_from(starts, follow, |there| there.state(&nominal), environment);
             likeliest
         }
     };
     let Likeliest { best, is_another, mut ends } = likeliest;
     let solved = if is_another { settled(session, best.solution, sample, &second)? } else { best.solution };
-    let solved = as_declared(session, readings, solved, &ends, workbench)?;
+    let solved = as_declared(session, readings, solved, &ends, environment)?;
     let lowest = solved.minus_log_likelihood(session);
     let turned = |values: &Values| turned_gains(session, &solved.built.variables.state(values, &nominal));
     // A sign is declared: an end of another sign that is not likelier beyond doubt is an image, no value that the parameters may have.
@@ -105,17 +105,17 @@ fn from_other_starts(
     (readings, sample): (&Readings, &Sample),
     first: Solved,
     known: Option<&State>,
-    [workbench, second]: [&Workbench<'_>; 2],
+    [environment, second]: [&SolveEnvironment<'_>; 2],
 ) -> Result<Likeliest<Solved>, EstimateError> {
     let nominal = State::nominal(session);
-    let follow = |start: State, workbench: &Workbench<'_>| -> Result<_, EstimateError> {
-        Ok(solve_from(session, readings, start, workbench)?.into_end(session))
+    let follow = |start: State, environment: &SolveEnvironment<'_>| -> Result<_, EstimateError> {
+        Ok(solve_from(session, readings, start, environment)?.into_end(session))
     };
     let on = |there: &Solved| there.state(&nominal);
     let mut likeliest = Likeliest::first(first.into_end(session));
     likeliest.or_from(vec![best_start(session, sample, known, second)?], follow, on, second);
-    likeliest.or_from(otherwise_displaced(session, &on(&likeliest.best.solution)), follow, on, workbench);
-    likeliest.or_from(further_starts(session, sample, known, workbench)?, follow, on, workbench);
+    likeliest.or_from(otherwise_displaced(session, &on(&likeliest.best.solution)), follow, on, environment);
+    likeliest.or_from(further_starts(session, sample, known, environment)?, follow, on, environment);
     if !likeliest.best.termination.converged() || likeliest.best.solution.misfit(session)?.is_some() {
         likeliest.or_from(further_starts(session, sample, known, second)?, follow, on, second);
     }
@@ -128,7 +128,7 @@ fn as_declared(
     readings: &Readings,
     solved: Solved,
     ends: &[(f64, Values)],
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
     let nominal = State::nominal(session);
     let wrong = |values: &Values| not_as_declared(session, &solved.built.variables.state(values, &nominal));
@@ -141,7 +141,7 @@ fn as_declared(
     if own == 0 || wrong(best) >= own {
         return Ok(solved);
     }
-    let other = solve_from(session, readings, solved.built.variables.state(best, &nominal), workbench)?;
+    let other = solve_from(session, readings, solved.built.variables.state(best, &nominal), environment)?;
     let fewer = not_as_declared(session, &other.state(&nominal)) < own;
     let plausible = other.minus_log_likelihood(session) < lowest + DECISIVE;
     Ok(match fewer && plausible && other.estimate.termination.converged() {

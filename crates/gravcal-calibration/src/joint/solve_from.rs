@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use gravcal_estimation::{Loss, Termination};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::{Session, UnexplainedError};
 
 use super::build::build_with_constraints;
@@ -35,9 +35,9 @@ pub(super) fn solve_from(
     session: &Session,
     readings: &Readings,
     start: State,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
-    let solved = solve_with_noise(session, readings, start, workbench)?;
+    let solved = solve_with_noise(session, readings, start, environment)?;
     let converged = solved.estimate.termination.converged();
     if !converged {
         return Ok(solved);
@@ -48,10 +48,10 @@ pub(super) fn solve_from(
     }
     let mut readings = at_rest.unwrap_or_else(|| solved.readings.clone());
     readings.bending = bending.map(Arc::new).or(readings.bending);
-    let mut solved = solve_again(session, &solved, &readings, workbench)?;
+    let mut solved = solve_again(session, &solved, &readings, environment)?;
     for _ in 0..BENDING_ROUNDS {
         let Some(readings) = solved.bent_anew(session)? else { break };
-        solved = solve_again(session, &solved, &readings, workbench)?;
+        solved = solve_again(session, &solved, &readings, environment)?;
     }
     Ok(solved)
 }
@@ -61,9 +61,9 @@ fn solve_again(
     session: &Session,
     solved: &Solved,
     readings: &Readings,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
-    solve_with_noise(session, readings, solved.state(&State::nominal(session)), workbench)
+    solve_with_noise(session, readings, solved.state(&State::nominal(session)), environment)
 }
 
 /// The same with the unknowns that the readings are said to have, and the noise that they show.
@@ -71,15 +71,15 @@ fn solve_with_noise(
     session: &Session,
     readings: &Readings,
     start: State,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
     let (mut readings, mut start) = (readings.clone(), start);
     let loss = readings.loss;
     let built = |readings: &Readings, start: &State| build_with_constraints(session, readings, start);
     let estimated = session.unexplained_errors().contains(&UnexplainedError::Estimated);
     if !session.noise_estimated().contains(&true) && !readings.unexplained_found(session) {
-        workbench.tell("all unknowns together");
-        let solved = solve_built(readings.clone(), built(&readings, &start)?, workbench)?;
+        environment.tell("all unknowns together");
+        let solved = solve_built(readings.clone(), built(&readings, &start)?, environment)?;
         let stopped = solved.estimate.termination == Termination::Stopped;
         if !estimated || stopped || solved.unexplained(session)? == readings.unexplained {
             return Ok(solved);
@@ -88,12 +88,12 @@ fn solve_with_noise(
         readings = readings.with_rough_unexplained(session);
     }
     for round in 0..if estimated { UNEXPLAINED_ROUNDS } else { NOISE_ROUNDS } {
-        workbench.tell("all unknowns together");
+        environment.tell("all unknowns together");
         // Where nothing is known of the noise, nothing is known of outliers, nor where unknowns should rest.
         readings.loss = if round == 0 { Loss::None } else { loss };
         let problem = built(&readings, &start)?;
         let problem = if round == 0 { problem } else { problem.resting_at_start() };
-        let (problem, estimate) = fit_in_rounds(&problem, &readings, 1, &workbench.within(NOISE_ITERATIONS))?;
+        let (problem, estimate) = fit_in_rounds(&problem, &readings, 1, &environment.within(NOISE_ITERATIONS))?;
         let solved = Solved::judged(readings.clone(), problem, estimate)?;
         let noise = match loss {
             Loss::None => solved.residual_noise(session)?,
@@ -110,16 +110,16 @@ fn solve_with_noise(
         }
     }
     readings.loss = loss;
-    workbench.tell("all unknowns together");
-    solve_built(readings.clone(), built(&readings, &start)?.resting_at_start(), workbench)
+    environment.tell("all unknowns together");
+    solve_built(readings.clone(), built(&readings, &start)?.resting_at_start(), environment)
 }
 
 /// Solves a problem as it is built, and judges the solution.
 pub(crate) fn solve_built(
     readings: Readings,
     built: JointProblem,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
-    let (built, estimate) = fit(&built, &readings, &workbench.within(ITERATIONS))?;
+    let (built, estimate) = fit(&built, &readings, &environment.within(ITERATIONS))?;
     Solved::judged(readings, built, estimate)
 }

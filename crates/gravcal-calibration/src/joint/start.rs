@@ -5,7 +5,7 @@
 //! those that the sequential estimator found), and its worth is the cost after that linear problem is solved. A few of the
 //! best are followed a little further, and the one that comes lowest wins.
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
 use super::directions::{directions, turned};
@@ -40,15 +40,15 @@ pub(super) fn best_start(
     session: &Session,
     sample: &Sample,
     known: Option<&State>,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<State, BuildError> {
     if let Some(known) = known {
         let part = LinearPart::new(session, &sample.readings, &State::nominal(session))?;
-        if let Some(near) = near_known(&part, sample, known, workbench) {
+        if let Some(near) = near_known(&part, sample, known, environment) {
             return Ok(near);
         }
     }
-    let ends = rough_ends(session, sample, known, Extent::Sufficient, workbench)?;
+    let ends = rough_ends(session, sample, known, Extent::Sufficient, environment)?;
     Ok(ends.into_iter().next().unwrap_or_else(|| State::nominal(session)))
 }
 
@@ -67,7 +67,7 @@ fn rough_ends(
     sample: &Sample,
     known: Option<&State>,
     extent: Extent,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Vec<State>, BuildError> {
     let rough = Sample::new(session, &sample.readings.roughly(session))?;
     let part = LinearPart::new(session, &rough.readings, &State::nominal(session))?;
@@ -81,7 +81,7 @@ fn rough_ends(
         }
     }
     let most = if let Extent::All(most) = extent { most } else { CONTENDERS };
-    let follow = |start: State| rough.nearby(session, &start, 0.0, workbench);
+    let follow = |start: State| rough.nearby(session, &start, 0.0, environment);
     let mut ends: Vec<Nearby> = contenders(solved, most).into_iter().map(follow).collect();
     ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let lowest = ends.first().map_or(0.0, |near| near.cost);
@@ -96,7 +96,12 @@ fn rough_ends(
 }
 
 /// What suits `known` best, or one step or a few iterations on, if that explains the readings of the sample.
-fn near_known(part: &LinearPart<'_>, sample: &Sample, known: &State, workbench: &Workbench<'_>) -> Option<State> {
+fn near_known(
+    part: &LinearPart<'_>,
+    sample: &Sample,
+    known: &State,
+    environment: &SolveEnvironment<'_>,
+) -> Option<State> {
     let (cost, start) = part.solve(known);
     if cost < sample.explained() {
         return Some(start);
@@ -105,7 +110,7 @@ fn near_known(part: &LinearPart<'_>, sample: &Sample, known: &State, workbench: 
     if let Some(step) = step {
         return Some(step.end);
     }
-    let near = sample.nearby(part.session(), &start, sample.explained(), workbench);
+    let near = sample.nearby(part.session(), &start, sample.explained(), environment);
     (near.cost < sample.explained()).then_some(near.end)
 }
 
@@ -114,9 +119,9 @@ pub(super) fn further_starts(
     session: &Session,
     sample: &Sample,
     known: Option<&State>,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Vec<State>, BuildError> {
-    rough_ends(session, sample, known, Extent::All(FURTHER), workbench)
+    rough_ends(session, sample, known, Extent::All(FURTHER), environment)
 }
 
 /// Each direction of gravity (and `known`) with what suits it best, and the cost of that.

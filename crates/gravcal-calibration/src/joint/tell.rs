@@ -2,7 +2,7 @@
 
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{EarlierCalibration, LAST_FRAME_CHOICE, PriorKind, Session};
 
@@ -30,7 +30,7 @@ pub(super) fn tell(
     name: &str,
     conclusion: Conclusion,
     mut fit: Fit,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let Conclusion { answer, verdict, termination, reasons, remarks } = conclusion;
     let Answer { solved, judgement, uncertainty, gravity, parameters, residual_tests, .. } = answer;
@@ -44,7 +44,7 @@ pub(super) fn tell(
     undetermined.extend(unknown_sign(session, solved, &solved.readings.spreads));
     undetermined.extend(last_frame_choices(session));
     let tests = ModelTests { session, solved, judgement: &judgement, fit: &fit, uncertainty: &uncertainty };
-    let sensor_models = tests.all(workbench)?;
+    let sensor_models = tests.all(environment)?;
     let outliers = outliers(session, solved)?;
     let weak = weak_combinations(solved);
     let (consistent_model, of_model) = match verdict {

@@ -8,7 +8,7 @@ use gravcal_estimation::statistics::{
     Bootstrap, Jackknife, NoiseScale, Resampling, SampleBlocks, Solution, StatisticsError, ToldByOneBlock, Uncertainty,
 };
 use gravcal_estimation::{BlockId, Loss, RankAnalysis};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::{PoseBlocks, Session, UncertaintyChoice};
 
 use super::error::EstimateError;
@@ -35,7 +35,7 @@ impl Solved {
         &self,
         session: &Session,
         misfit: Option<f64>,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<(Uncertainty, UncertaintyResult), EstimateError> {
         let blocks = |block_poses| SampleBlocks::new(0..self.built.poses, block_poses);
         match session.uncertainty {
@@ -52,13 +52,13 @@ impl Solved {
                 Ok((Uncertainty::sandwich(&self.solution(), &blocks)?, told))
             }
             UncertaintyChoice::Bootstrap { block_poses, replicates, seed } => {
-                workbench.tell("judging by bootstrap");
+                environment.tell("judging by bootstrap");
                 let blocks = blocks(block_poses)?;
                 let resampling = Resampling { blocks: &blocks, replicates, seed, fixed: &[] };
                 // Replicates obey the constraints by themselves, and need not lean on the same ones.
                 let (problem, values) = (&self.built.problem, &self.estimate.values);
                 let solution = Solution { problem, values, analysis: &RankAnalysis::new(problem, values)? };
-                let drawn = Bootstrap::new(&solution, &resampling, workbench.solver())?;
+                let drawn = Bootstrap::new(&solution, &resampling, environment.solver())?;
                 let told = UncertaintyResult::Bootstrap {
                     blocks: blocks.count(),
                     block_poses,

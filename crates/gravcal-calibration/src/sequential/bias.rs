@@ -1,7 +1,7 @@
 //! Step 1: torque bias and position gain of one joint from its own sweeps (paper, section 2.1).
 
 use gravcal_estimation::{Block, BlockId, Factor, Noise, ProblemBuilder};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::residuals::{Sinusoid, SinusoidBlocks};
 use gravcal_robot_model::session::Session;
@@ -71,9 +71,9 @@ pub(super) fn find_bias(
     readings: &Readings,
     joint: usize,
     errors: &mut CarriedErrors,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Bias {
-    let mut bias = fit(session, plan, readings, joint, errors, workbench).unwrap_or_else(Bias::missing);
+    let mut bias = fit(session, plan, readings, joint, errors, environment).unwrap_or_else(Bias::missing);
     // What is given as exact is known also where no sweep tells it.
     if let Some(value) = exact(session, joint, Quantity::TorqueBias) {
         bias.torque_bias = Ok(Frozen { value, std: 0.0 });
@@ -111,7 +111,7 @@ fn fit(
     readings: &Readings,
     joint: usize,
     errors: &mut CarriedErrors,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Bias, Missing> {
     let sweeps: Vec<Vec<(usize, (f64, f64))>> = plan.bias[joint]
         .iter()
@@ -143,7 +143,7 @@ fn fit(
         let noise = Noise::independent(&std).map_err(|e| Missing::new(e.to_string(), CURE))?;
         builder.add_factor(Factor::new(Sinusoid::new(blocks, pairs[index].clone()), noise));
     }
-    let fitted = StepFit::solve(step, workbench, CURE)?;
+    let fitted = StepFit::solve(step, environment, CURE)?;
     errors.take(
         &fitted,
         &[(torque_bias, place(joint, Quantity::TorqueBias)), (position_gain, place(joint, Quantity::PositionGain))],

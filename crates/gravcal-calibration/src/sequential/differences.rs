@@ -1,7 +1,7 @@
 //! What moving a load changes in the readings of the joint before the swept one: fitted sinusoids, subtracted (paper, section 3.2).
 
 use gravcal_estimation::{Block, BlockId, Factor, Noise};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::residuals::{MeasuredDifference, Sinusoid, SinusoidBlocks};
 use gravcal_robot_model::session::Session;
@@ -45,7 +45,11 @@ pub(super) struct Observed<'a> {
 
 impl Observed<'_> {
     /// Second placement's fitted sinusoid less the first's, eqs. (17), (18), of each pair; those with too few readings left out.
-    pub fn differences(&self, pairs: &[LoadPair], workbench: &Workbench<'_>) -> Result<Vec<Difference>, Missing> {
+    pub fn differences(
+        &self,
+        pairs: &[LoadPair],
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Vec<Difference>, Missing> {
         let rows = |sweep: &usize| -> Rows {
             readings_of(self.session, &self.plan.sweeps[*sweep].poses, self.joint + 1, self.joint)
         };
@@ -62,7 +66,7 @@ impl Observed<'_> {
         if fitted_pairs.is_empty() {
             return Ok(Vec::new());
         }
-        let fitted = StepFit::solve(step, workbench, &self.cure)?;
+        let fitted = StepFit::solve(step, environment, &self.cure)?;
         let noise = self.known.noise_scale(self.session, self.joint);
         let what = format!("step 3 of {} (sinusoids)", self.session.robot.chain.joints()[self.joint].name);
         refuse_contradiction(&fitted, &self.known.errors, noise, (&what, &self.cure))?;

@@ -7,7 +7,7 @@ use gravcal_estimation::statistics::stored_coordinates;
 use gravcal_estimation::{
     Block, BlockId, Covariance, Estimate, EvaluateError, Problem, ProblemBuilder, RankAnalysis, Values,
 };
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use nalgebra::{DMatrix, DVector};
 
 use super::carried::CarriedErrors;
@@ -56,12 +56,12 @@ struct Frame {
 
 impl StepFit {
     /// Solves the step's problem; refuses it where the readings leave a direction open.
-    pub fn solve(step: StepProblem, workbench: &Workbench<'_>, cure: &str) -> Result<StepFit, Missing> {
+    pub fn solve(step: StepProblem, environment: &SolveEnvironment<'_>, cure: &str) -> Result<StepFit, Missing> {
         let refuse = |why: String| Missing::new(why, cure);
         let (open, initial) = step.builder.build().map_err(|e| refuse(e.to_string()))?;
         let fixed: Vec<BlockId> = step.frozen.iter().map(|(id, _)| *id).collect();
         let problem = open.with_fixed(&fixed, FROZEN);
-        let estimate = workbench.solve(&problem, &initial).map_err(|e| refuse(e.to_string()))?;
+        let estimate = environment.solve(&problem, &initial).map_err(|e| refuse(e.to_string()))?;
         if !estimate.termination.converged() {
             return Err(refuse(format!("the fit ended without an answer: {}", estimate.termination)));
         }

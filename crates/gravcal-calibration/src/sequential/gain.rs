@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 
 use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::axis_frames::AxisFrames;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::residuals::{LoadDifference, LoadDifferenceBlocks};
@@ -40,10 +40,10 @@ pub(super) fn find_gain(
     known: &SequentialValues,
     joint: usize,
     errors: &mut CarriedErrors,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Gain {
     let step = Step { session, plan, known, joint };
-    step.run(errors, workbench).unwrap_or_else(|missing| Gain {
+    step.run(errors, environment).unwrap_or_else(|missing| Gain {
         position_offset: match step.known_offset() {
             Some(value) => Ok(Frozen { value, std: 0.0 }),
             None => Err(missing.clone()),
@@ -85,10 +85,10 @@ struct Start {
 }
 
 impl Step<'_> {
-    fn run(&self, errors: &mut CarriedErrors, workbench: &Workbench<'_>) -> Result<Gain, Missing> {
-        let given = self.given(workbench)?;
+    fn run(&self, errors: &mut CarriedErrors, environment: &SolveEnvironment<'_>) -> Result<Gain, Missing> {
+        let given = self.given(environment)?;
         let start = self.closed_form(&given)?;
-        self.fit(&given, &start, errors, workbench)
+        self.fit(&given, &start, errors, environment)
     }
 
     fn name(&self, joint: usize) -> &str {
@@ -118,7 +118,7 @@ impl Step<'_> {
         )
     }
 
-    fn given(&self, workbench: &Workbench<'_>) -> Result<Given<'_>, Missing> {
+    fn given(&self, environment: &SolveEnvironment<'_>) -> Result<Given<'_>, Missing> {
         if self.joint + 1 == self.session.joints.len() {
             return Err(Missing::new(
                 "the sequential procedure cannot reach the last joint: it reads a joint while the next one sweeps",
@@ -134,7 +134,7 @@ impl Step<'_> {
         let pairs = first_distance(&self.plan.gain[self.joint]);
         let (session, plan, known) = (self.session, self.plan, self.known);
         let observed = Observed { session, plan, known, joint: self.joint, swept_gain, cure: self.contradicted() };
-        let differences = observed.differences(&pairs, workbench)?;
+        let differences = observed.differences(&pairs, environment)?;
         let found = differences.len();
         let differences = by_posture(differences);
         let most = differences.iter().map(Vec::len).max().unwrap_or(0);
@@ -228,7 +228,7 @@ impl Step<'_> {
         given: &Given<'_>,
         start: &Start,
         errors: &mut CarriedErrors,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Gain, Missing> {
         let mut step = StepProblem::default();
         let gravity = Block::vector("gravity", "m/s²", &["x", "y", "z"]);
@@ -272,7 +272,7 @@ impl Step<'_> {
             }
         }
         let cure = self.missing(String::new()).cure;
-        let fitted = StepFit::solve(step, workbench, &cure)?;
+        let fitted = StepFit::solve(step, environment, &cure)?;
         let noise = self.known.noise_scale(self.session, self.joint);
         let what = format!("step 3 of {}", self.name(self.joint));
         refuse_contradiction(&fitted, errors, noise, (&what, &self.contradicted()))?;

@@ -1,7 +1,7 @@
 //! Step 2: gravity in base coordinates from sweeps of joint 2 at several positions of joint 1 (paper, section 2.2).
 
 use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::axis_frames::AxisFrames;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::residuals::{GravitySweep, GravitySweepBlocks};
@@ -29,7 +29,7 @@ pub(super) fn find_gravity(
     plan: &Plan,
     known: &SequentialValues,
     errors: &mut CarriedErrors,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Gravity, Missing> {
     if session.joints.len() <= SWEPT {
         return Err(Missing::new("step 2 needs two joints", "use the joint estimator"));
@@ -37,7 +37,7 @@ pub(super) fn find_gravity(
     let step = Step { session, plan, known };
     let (sensors, assumed) = step.sensors()?;
     let start = step.closed_form(&sensors)?;
-    let (fitted, gravity) = step.fit(&sensors, &start, workbench)?;
+    let (fitted, gravity) = step.fit(&sensors, &start, environment)?;
     let noise = known.noise_scale(session, SWEPT);
     refuse_contradiction(&fitted, errors, noise, ("step 2 (one gravity at every position)", &step.contradicted()))?;
     errors.take(&fitted, &[(gravity, errors.gravity())]);
@@ -158,7 +158,7 @@ impl Step<'_> {
         &self,
         sensors: &Sensors,
         start: &GravityStart,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<(StepFit, BlockId), Missing> {
         let magnitude = self.session.gravity.magnitude;
         let mut step = StepProblem::default();
@@ -189,7 +189,7 @@ impl Step<'_> {
         let noise = Noise::independent(&std).map_err(|e| self.missing(e.to_string()))?;
         let residual = GravitySweep::new(&self.session.robot.chain.axis_rotations(), &blocks, rows);
         step.builder.add_factor(Factor::new(residual, noise));
-        Ok((StepFit::solve(step, workbench, &self.missing(String::new()).cure)?, gravity))
+        Ok((StepFit::solve(step, environment, &self.missing(String::new()).cure)?, gravity))
     }
 
     fn judge(&self, fitted: &StepFit, gravity: BlockId, assumed: Option<String>) -> Result<Gravity, Missing> {

@@ -1,6 +1,6 @@
 //! The three steps, one after the other (paper, section 3.2).
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 
 use super::bias::find_bias;
@@ -21,8 +21,8 @@ pub struct Handed<'a> {
 }
 
 /// Runs the paper's procedure.
-pub fn run_steps(session: &Session, plan: &Plan, workbench: &Workbench<'_>) -> SequentialValues {
-    run_steps_handed(session, plan, Handed::default(), workbench)
+pub fn run_steps(session: &Session, plan: &Plan, environment: &SolveEnvironment<'_>) -> SequentialValues {
+    run_steps_handed(session, plan, Handed::default(), environment)
 }
 
 /// The same with some results handed in.
@@ -30,7 +30,7 @@ pub fn run_steps_handed(
     session: &Session,
     plan: &Plan,
     handed: Handed<'_>,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> SequentialValues {
     let joints = 0..session.joints.len();
     let mut readings = joint::select(session, Signals::All);
@@ -38,11 +38,11 @@ pub fn run_steps_handed(
         return SequentialValues::without_steps(session, plan, readings);
     }
 
-    workbench.tell("step 1: torque biases and position gains");
+    environment.tell("step 1: torque biases and position gains");
     let mut errors = CarriedErrors::none(session.joints.len());
     let mut biases = Vec::new();
     for joint in joints.clone() {
-        let mut find = |readings: &Readings| find_bias(session, plan, readings, joint, &mut errors, workbench);
+        let mut find = |readings: &Readings| find_bias(session, plan, readings, joint, &mut errors, environment);
         let mut bias = find(&readings);
         if let (Some(std), true) = (bias.residual_std, session.noise_estimated()[joint]) {
             readings.noise[joint] = std;
@@ -58,9 +58,9 @@ pub fn run_steps_handed(
         known.take_step_1(values);
     }
 
-    workbench.tell("step 2: gravity");
+    environment.tell("step 2: gravity");
     let mut errors = known.errors.clone();
-    known.gravity = find_gravity(session, plan, &known, &mut errors, workbench);
+    known.gravity = find_gravity(session, plan, &known, &mut errors, environment);
     known.iterations += known.gravity.as_ref().map_or(0, |g| g.iterations);
     if let Some(vector) = handed.gravity {
         known.gravity = Ok(Gravity { vector, covariance: vec![0.0; 9], assumed: None, iterations: 0 });
@@ -68,11 +68,11 @@ pub fn run_steps_handed(
     }
     known.errors = errors;
 
-    workbench.tell("step 3: torque gains and position offsets");
+    environment.tell("step 3: torque gains and position offsets");
     for joint in joints {
         let mut errors = known.errors.clone();
         let Gain { torque_gain, position_offset, iterations } =
-            find_gain(session, plan, &known, joint, &mut errors, workbench);
+            find_gain(session, plan, &known, joint, &mut errors, environment);
         known.errors = errors;
         known.sensors[joint].torque_gain = torque_gain;
         known.sensors[joint].position_offset = position_offset;

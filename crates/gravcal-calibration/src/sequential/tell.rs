@@ -2,7 +2,7 @@
 
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::Quantile;
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::Session;
 
@@ -23,7 +23,7 @@ use crate::result::{
 pub fn tell_steps(
     session: &Session,
     known: &SequentialValues,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<EstimatorResult, EstimateError> {
     let Brief { verdict, termination, iterations, gravity, parameters } = tell_steps_briefly(session, known);
     let undetermined = tell_missing(session, known);
@@ -57,12 +57,12 @@ pub fn tell_steps(
         parameters,
     };
     if let Some(start) = known.as_start(session) {
-        workbench.tell("judging the sequential values on all readings");
+        environment.tell("judging the sequential values on all readings");
         let start = joint::start_around(session, &known.readings, &start)?;
         let mut built = joint::build_problem(session, &known.readings, &start)?;
         let fixed = found_blocks(&built, known);
         built.problem = built.problem.with_fixed(&fixed, "found by the sequential steps");
-        let solved = solve_built(known.readings.clone(), built, workbench)?;
+        let solved = solve_built(known.readings.clone(), built, environment)?;
         if !solved.estimate.termination.converged() {
             result.notes.push(format!("The fit below is no optimum: {}.", solved.estimate.termination));
         }
@@ -76,7 +76,7 @@ pub fn tell_steps(
         );
         result.moments = moments.into_iter().map(|moment| moment.told).collect();
         result.detail.singular_values = solved.analysis.singular_values().to_vec();
-        result.fit = Some(joint::fit_with_held_out(session, &solved, workbench)?);
+        result.fit = Some(joint::fit_with_held_out(session, &solved, environment)?);
     }
     Ok(result)
 }

@@ -1,7 +1,7 @@
 //! The steps on simulated arms whose distal joints stand differently from pair to pair.
 
 use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::robot::Robot;
@@ -20,7 +20,7 @@ const NOISE: f64 = 0.02;
 
 fn steps_handed(session: &Session, handed: Handed<'_>) -> SequentialValues {
     let solver = LevenbergMarquardt::default();
-    run_steps_handed(session, &Plan::new(session), handed, &Workbench::new(&solver, &|_: &str| {}))
+    run_steps_handed(session, &Plan::new(session), handed, &SolveEnvironment::new(&solver, &|_: &str| {}))
 }
 
 fn steps(session: &Session) -> SequentialValues {

@@ -6,7 +6,7 @@ mod sessions;
 
 use std::path::{Path, PathBuf};
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 use gravcal_session::read_session;
 use gravcal_solvers::LevenbergMarquardt;
@@ -14,9 +14,9 @@ use gravcal_solvers::LevenbergMarquardt;
 pub use sessions::*;
 
 /// Runs something with the default solver.
-pub fn with_workbench<T>(run: impl FnOnce(&Workbench<'_>) -> T) -> T {
+pub fn with_environment<T>(run: impl FnOnce(&SolveEnvironment<'_>) -> T) -> T {
     let solver = LevenbergMarquardt::default();
-    run(&Workbench::new(&solver, &|_: &str| {}))
+    run(&SolveEnvironment::new(&solver, &|_: &str| {}))
 }
 
 /// `GRAVCAL_SHARED_DATA` or `../shared/data` beside the project; it may not be there.

@@ -5,7 +5,7 @@ use crate::joint::{Signals, estimate_jointly};
 use crate::result::EstimatorResult;
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::Solver;
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::Registry;
 use gravcal_robot_model::parameter::Parameter;
 use gravcal_robot_model::sensors::{Options, SensorTerms, Site, Term, declare_terms};
@@ -59,7 +59,7 @@ pub fn estimate(session: &Session) -> EstimatorResult {
 }
 
 pub fn estimate_by(solver: &dyn Solver, session: &Session) -> EstimatorResult {
-    estimate_jointly(session, Signals::All, None, &Workbench::new(solver, &|_| {})).unwrap()
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(solver, &|_| {})).unwrap()
 }
 
 /// By determined parameter, how many standard deviations its value is off the truth.

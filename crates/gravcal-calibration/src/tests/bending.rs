@@ -11,7 +11,7 @@ use gravcal_solvers::LevenbergMarquardt;
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, ResidualTest, ResidualTestKind};
 use crate::testing::TWO_JOINTS;
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 
 /// Joints bend by COMPLIANCE: by 3 mrad where they carry 6 N·m.
 const SIMULATION: &str = r#"
@@ -60,7 +60,7 @@ fn estimated(folder: &Path, compliance: f64, said: &str, trial: u64) -> (Simulat
     writeln!(fs::OpenOptions::new().append(true).open(&files[0]).unwrap(), "{said}").unwrap();
     let session = read_session(&files[0]).unwrap();
     let solver = LevenbergMarquardt::default();
-    let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
+    let result = estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
     (simulation, result)
 }
 

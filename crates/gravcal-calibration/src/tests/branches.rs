@@ -4,7 +4,7 @@
 use std::f64::consts::PI;
 
 use gravcal_dynamics::{Attachment, Chain, Joint, JointKind, Link, LinkInertia, Mimic, Transform};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
@@ -120,7 +120,7 @@ fn sweeps(joints: usize) -> Vec<Run> {
 
 fn estimate(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
-    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap()
 }
 
 /// How many of the 95 % intervals of gravity and of every sensor parameter hold the truth, and how many there are.
@@ -211,7 +211,7 @@ fn the_papers_steps_go_along_serial_chains_only() {
     let signals = EstimatorName::JointPaperSignals;
     assert_eq!(check(&[EstimatorName::Joint, signals]), Err(UnsuitableChoice::NoSerialChain(signals)));
     assert_eq!(check(&EstimatorName::DEFAULT), Ok(()));
-    let results = calibrate(&session, &EstimatorName::DEFAULT, &Workbench::new(&solver, &|_: &str| {}));
+    let results = calibrate(&session, &EstimatorName::DEFAULT, &SolveEnvironment::new(&solver, &|_: &str| {}));
     assert_eq!(results[0].verdict, Verdict::Failed);
     let [everything] = &results[0].undetermined[..] else { panic!("{:?}", results[0].undetermined) };
     assert!(everything.why.contains("this robot branches"), "{}", everything.why);

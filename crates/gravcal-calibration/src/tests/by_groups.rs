@@ -4,7 +4,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use gravcal_estimation::{IterationRecord, Loss, LossName};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::EstimatorName;
 use gravcal_robot_model::session::{Session, UncertaintyChoice};
 use gravcal_session::simulation::Simulation;
@@ -21,7 +21,7 @@ const PAIRS: [[EstimatorName; 2]; 2] = [[SequentialWithCovariance, JointPaperSig
 
 fn results<const N: usize>(session: &Session, names: [EstimatorName; N]) -> [EstimatorResult; N] {
     let solver = LevenbergMarquardt::default();
-    let results = calibrate(session, &names, &Workbench::new(&solver, &|_: &str| {}));
+    let results = calibrate(session, &names, &SolveEnvironment::new(&solver, &|_: &str| {}));
     results.try_into().unwrap()
 }
 
@@ -162,8 +162,8 @@ fn other_starts_are_no_work_without_end() {
         iterations.fetch_add(1, Ordering::Relaxed);
     };
     let (solver, silent) = (LevenbergMarquardt::default(), |_: &str| {});
-    let workbench = Workbench::new(&solver, &silent).observed_by(&count);
-    let result = calibrate(&session, &[SequentialWithCovariance], &workbench).remove(0);
+    let environment = SolveEnvironment::new(&solver, &silent).observed_by(&count);
+    let result = calibrate(&session, &[SequentialWithCovariance], &environment).remove(0);
     assert_eq!(result.verdict, Verdict::PartlyDetermined, "such a misfit is told");
     let iterations = iterations.into_inner();
     assert!(iterations < 5000, "{iterations}");

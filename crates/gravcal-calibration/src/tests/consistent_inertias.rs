@@ -13,7 +13,7 @@ use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{ConsistentModel, EstimatorResult};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 
 const JOINT: &str = r#"<joint name="NAME" type="revolute"><parent link="PARENT"/><child link="CHILD"/>
     <origin xyz="0.1 0.05 0.3" rpy="1.2 0.3 0"/><axis xyz="0 0 1"/><limit lower="-1.5" upper="1.5" effort="1" velocity="1"/></joint>"#;
@@ -89,7 +89,7 @@ fn session(path: &Path, more: &str) -> Session {
 
 fn estimate(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
-    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap()
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap()
 }
 
 fn bodies(model: &ConsistentModel) -> Vec<BodyInertia> {

@@ -1,7 +1,7 @@
 //! Unknown positions: what each model leaves known (last table of section 4 of the estimation model), and that modelling
 //! deflection finds the truth.
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{Deflection, Session};
 use gravcal_session::simulation::Simulation;
@@ -102,7 +102,7 @@ fn compliance_is_told_by_the_readings() {
 
 fn estimate(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
-    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap()
 }
 
 /// Largest error of what is determined, in its own standard deviations.

@@ -1,7 +1,7 @@
 //! Both descriptions of the moments: what each can know (second table of section 4 of the estimation model), and that they
 //! agree.
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::{InertiaPrior, Session};
 use gravcal_session::simulation::{Run, Simulation};
@@ -108,7 +108,7 @@ fn two_placements_tell_the_gain_of_every_joint_that_is_read() {
 
 fn estimate(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
-    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap()
 }
 
 /// The same data through both descriptions: the sweep moments know less, and what they say holds the other's answer.

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_recording::inspect;
 use gravcal_robot_model::session::Session;
 use gravcal_session::draft::Draft;
@@ -58,7 +58,8 @@ fn a_wrist_sensor_that_is_turned_becomes_a_session_of_its_own() {
         assert_eq!(text.lines().any(|line| line.starts_with("sign = \"reversed\"")), sign < 0.0, "{text}");
         assert!(notes.len() == 2 && notes[0].starts_with("gravity is taken to point down"), "{notes:?}");
         let solver = LevenbergMarquardt::default();
-        let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap();
+        let result =
+            estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap();
         assert_eq!(result.verdict, Verdict::Determined, "{:?}", result.notes);
         let mass = result.parameters.iter().find(|parameter| parameter.name == "wrist.tool_mass").unwrap();
         let (mass, std) = (mass.value.unwrap(), mass.std.unwrap());

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, Matrix3};
 
 use crate::joint::{self, JointProblem, Readings, Signals, Solved, estimate_jointly};
 use crate::result::Verdict;
-use crate::testing::{sarcos_with_instruments, with_workbench};
+use crate::testing::{sarcos_with_instruments, with_environment};
 
 /// Only the channels for which `keep` holds.
 fn part(session: &Session, keep: impl Fn(usize) -> bool) -> Readings {
@@ -88,7 +88,7 @@ fn the_joint_problem_has_the_sum_of_their_informations() {
 fn the_centre_of_mass_of_the_tool_is_told() {
     let simulation = sarcos_with_instruments();
     let session = simulation.session(0);
-    let result = with_workbench(|workbench| estimate_jointly(&session, Signals::All, None, workbench)).unwrap();
+    let result = with_environment(|environment| estimate_jointly(&session, Signals::All, None, environment)).unwrap();
     let told =
         result.notes.iter().find_map(|note| note.strip_prefix("What hangs beyond wrist has its centre of mass at "));
     let told = told.unwrap_or_else(|| panic!("{:?}", result.notes));
@@ -109,13 +109,13 @@ fn errors_of_gravity_fall_with_them_as_the_bound_says() {
     let simulation = sarcos_with_instruments();
     let mut ratios = [0.0, 0.0];
     let trials = 40;
-    with_workbench(|workbench| {
+    with_environment(|environment| {
         for trial in 0..trials {
             let session = simulation.session(trial);
             for (ratio, last) in ratios.iter_mut().zip([3, 12]) {
                 let readings = part(&session, |channel| channel < last);
                 let built = joint::build_problem(&session, &readings, &simulation.truth).unwrap();
-                let solved = joint::solve_built(readings.clone(), built, workbench).unwrap();
+                let solved = joint::solve_built(readings.clone(), built, environment).unwrap();
                 let found = solved.state(&simulation.truth).gravity;
                 let square: f64 = found.iter().zip(simulation.truth.gravity).map(|(a, b)| (a - b).powi(2)).sum();
                 let bound = at_truth(&simulation, &session, readings);
@@ -135,7 +135,7 @@ fn an_arm_without_torque_sensors_is_calibrated_by_its_instruments() {
     simulation.template.joints.iter_mut().for_each(|joint| joint.torque_unit = None);
     let session = simulation.session(0);
     assert!(session.poses.iter().all(|pose| pose.torque.iter().all(Option::is_none)));
-    let result = with_workbench(|workbench| estimate_jointly(&session, Signals::All, None, workbench)).unwrap();
+    let result = with_environment(|environment| estimate_jointly(&session, Signals::All, None, environment)).unwrap();
     assert_eq!(result.verdict, Verdict::Determined, "{:?} {}", result.undetermined, result.termination);
     let gravity = result.gravity.unwrap();
     for ((value, std), truth) in gravity.vector_m_per_s2.iter().zip(gravity.std_m_per_s2).zip(simulation.truth.gravity)

@@ -20,7 +20,7 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
 use crate::joint::{Signals, estimate_jointly};
-use crate::testing::{shared_data, with_workbench};
+use crate::testing::{shared_data, with_environment};
 
 const MAGNITUDE: f64 = 9.81;
 const LOAD: f64 = 1.5;
@@ -300,7 +300,8 @@ impl Arm {
     fn open_by_estimate(&self) -> Vec<String> {
         let session = self.session();
         assert_eq!(State::nominal(&session).tensors.len(), self.chain.link_count() + session.loads.len());
-        let result = with_workbench(|workbench| estimate_jointly(&session, Signals::All, None, workbench)).unwrap();
+        let result =
+            with_environment(|environment| estimate_jointly(&session, Signals::All, None, environment)).unwrap();
         let told = |name: &str| !name.contains("bias") && !name.contains("friction");
         let open = result.parameters.iter().filter(|parameter| parameter.value.is_none() && told(&parameter.name));
         let gravity = result.gravity.is_none().then(|| "gravity".to_owned());

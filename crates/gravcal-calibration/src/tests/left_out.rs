@@ -1,7 +1,7 @@
 //! The joint estimate without some of its poses: what the jackknife says, against solving again, and with all that a session may have.
 
 use gravcal_estimation::LossName;
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::{Deflection, PoseBlocks, Session, UncertaintyChoice};
 use gravcal_solvers::LevenbergMarquardt;
 use rand_distr::{Distribution, StandardNormal};
@@ -13,13 +13,13 @@ use crate::testing::{sarcos_shoulder, sarcos_with_instruments};
 
 fn estimate(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
-    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap()
 }
 
 fn briefly(session: &Session) -> Brief {
     let solver = LevenbergMarquardt::default();
     let readings = joint::select(session, Signals::All);
-    joint::estimate_briefly(session, &readings, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+    joint::estimate_briefly(session, &readings, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap()
 }
 
 fn jackknifed(session: Session, blocks: PoseBlocks) -> Session {

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::Path;
 
 use gravcal_dynamics::{BodyInertia, Chain, DynamicParameters, InverseDynamics, JointMotion, Single};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_recording::MotionWindow;
 use gravcal_robot_model::session::{Pose, Session};
 use gravcal_robot_model::sweeps::find_sweeps;
@@ -224,7 +224,7 @@ fn recorded(folder: &Path, recording: Recording, text: &str) -> Session {
 
 fn estimated(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
-    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap()
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap()
 }
 
 fn truth(name: &str) -> f64 {

@@ -4,7 +4,7 @@ use std::fs;
 use std::io::Write;
 use std::path::Path;
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_session::read_session;
 use gravcal_session::simulation::{Simulation, write_session};
 use gravcal_solvers::LevenbergMarquardt;
@@ -62,7 +62,7 @@ fn estimated(folder: &Path, approach: &str, said: &str, trial: u64) -> (Simulati
     writeln!(file, "[deflection]\ncompliance_std_rad_per_newton_metre = 0").unwrap();
     let session = read_session(&files[0]).unwrap();
     let solver = LevenbergMarquardt::default();
-    let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
+    let result = estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
     (simulation, result)
 }
 

@@ -10,7 +10,7 @@ use gravcal_solvers::LevenbergMarquardt;
 use crate::check::check;
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, PayloadNumber};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 
 const LINK: &str = r#"<link name="NAME"><inertial><origin xyz="0.1 0.05 0.12"/><mass value="2"/>
     <inertia ixx="0.03" iyy="0.025" izz="0.02" ixy="0.002" ixz="-0.001" iyz="0.003"/></inertial></link>"#;
@@ -80,7 +80,7 @@ fn written(folder: &Path, moving: bool, change: impl Fn(String) -> String) -> Pa
 fn estimate(path: &Path) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
     let session = read_session(path).unwrap();
-    estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap()
+    estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap()
 }
 
 fn assert_found(found: &PayloadNumber, truth: f64, most: f64) {

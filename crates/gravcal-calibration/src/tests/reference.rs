@@ -6,7 +6,7 @@ use gravcal_robot_model::session::{PriorKind, Session};
 use crate::joint::{self, Signals, Solved, State, estimate_jointly};
 use crate::result::{EstimatorResult, Verdict};
 use crate::sequential::{Plan, run_steps, tell_steps};
-use crate::testing::{sarcos_shoulder, with_workbench};
+use crate::testing::{sarcos_shoulder, with_environment};
 
 fn at_truth(session: &Session, truth: &State) -> Solved {
     let readings = joint::select(session, Signals::All);
@@ -44,8 +44,8 @@ fn without_noise_both_estimators_find_the_truth() {
     for reading in session.poses.iter_mut().flat_map(|p| p.torque.iter_mut().flatten()) {
         reading.std = Some(0.8);
     }
-    with_workbench(|workbench| {
-        let steps = run_steps(&session, &Plan::new(&session), workbench);
+    with_environment(|environment| {
+        let steps = run_steps(&session, &Plan::new(&session), environment);
         let found = steps.as_start(&session).unwrap();
         for joint in 0..2 {
             for quantity in 0..4 {
@@ -56,7 +56,7 @@ fn without_noise_both_estimators_find_the_truth() {
                 );
             }
         }
-        let solved = joint::solve(&session, &joint::select(&session, Signals::All), None, workbench).unwrap();
+        let solved = joint::solve(&session, &joint::select(&session, Signals::All), None, environment).unwrap();
         let found = solved.state(&simulation.truth);
         for joint in 0..3 {
             for quantity in Quantity::ALL.into_iter().filter(|q| session.fixed_reason(joint, *q).is_none()) {
@@ -72,7 +72,7 @@ fn without_noise_both_estimators_find_the_truth() {
 #[test]
 fn the_joint_estimate_determines_everything_and_fits_its_noise() {
     let session = sarcos_shoulder().session(3);
-    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(result.verdict, Verdict::Determined);
     let undetermined: Vec<&str> = result.parameters.iter().filter(|p| !p.determined).map(|p| p.name.as_str()).collect();
     assert_eq!(undetermined, ["joint3.position_offset"]);
@@ -89,7 +89,7 @@ fn tables_for_validation_enter_no_fit_and_are_predicted_by_it() {
     let alone = sarcos_shoulder().session(3);
     let session = Session { validation: sarcos_shoulder().session(4).poses, ..alone.clone() };
     let [without, with] =
-        [&alone, &session].map(|s| with_workbench(|w| estimate_jointly(s, Signals::All, None, w)).unwrap());
+        [&alone, &session].map(|s| with_environment(|w| estimate_jointly(s, Signals::All, None, w)).unwrap());
     let values = |result: &EstimatorResult| result.parameters.iter().map(|p| p.value).collect::<Vec<_>>();
     assert_eq!(values(&without), values(&with));
     let held_out = with.fit.unwrap().held_out.unwrap();
@@ -103,14 +103,14 @@ fn tables_for_validation_enter_no_fit_and_are_predicted_by_it() {
         .iter_mut()
         .flat_map(|pose| pose.torque.iter_mut().flatten())
         .for_each(|reading| reading.value += 10.0);
-    let result = with_workbench(|w| estimate_jointly(&off, Signals::All, None, w)).unwrap();
+    let result = with_environment(|w| estimate_jointly(&off, Signals::All, None, w)).unwrap();
     assert!(result.fit.unwrap().held_out.unwrap().joints.iter().all(|joint| joint.rms > 9.0));
 }
 
 #[test]
 fn what_is_held_out_are_stretches_of_each_sweep_or_table() {
     let mut session = sarcos_shoulder().session(3);
-    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     let held_out = result.fit.unwrap().held_out.unwrap();
     assert_eq!(held_out.stretches, session.tables.len());
     assert!(held_out.poses > 3 * held_out.stretches, "{held_out:?}");
@@ -118,7 +118,7 @@ fn what_is_held_out_are_stretches_of_each_sweep_or_table() {
     session.poses.iter_mut().for_each(|pose| pose.table = 0);
     let poses = session.poses.len();
     session.poses = (0..poses).map(|k| session.poses[k * 123 % poses].clone()).collect();
-    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     let held_out = result.fit.unwrap().held_out.unwrap();
     assert_eq!((held_out.stretches, held_out.poses), (1, (poses + 5) / 10));
 }
@@ -129,7 +129,7 @@ fn noise_that_no_reading_states_is_estimated_and_no_p_value_given() {
     for reading in session.poses.iter_mut().flat_map(|p| p.torque.iter_mut().flatten()) {
         reading.std = None;
     }
-    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     let fit = result.fit.unwrap();
     assert_eq!(fit.p_value, None);
     assert!(fit.joints.iter().all(|j| j.noise_estimated && (j.noise_std - 0.8).abs() < 0.1));
@@ -146,9 +146,9 @@ fn missing_and_unusable_readings_drop_their_row_only() {
     let dropped = session.poses.len().div_ceil(7);
     let used: usize = joint::select(&session, Signals::All).count();
     assert_eq!(used, all - dropped);
-    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(result.verdict, Verdict::Determined);
-    let steps = with_workbench(|w| tell_steps(&session, &run_steps(&session, &Plan::new(&session), w), w)).unwrap();
+    let steps = with_environment(|w| tell_steps(&session, &run_steps(&session, &Plan::new(&session), w), w)).unwrap();
     assert!(steps.gravity.is_some());
 }
 
@@ -157,7 +157,7 @@ fn missing_and_unusable_readings_drop_their_row_only() {
 fn bare_sweeps_leave_the_common_scale_of_the_torque_gains() {
     let mut session = sarcos_shoulder().session(0);
     session.poses.retain(|pose| pose.load.is_none());
-    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(result.verdict, Verdict::PartlyDetermined);
     let told: Vec<&str> = result.undetermined.iter().map(|u| u.combination.as_str()).collect();
     assert_eq!(told, ["common scale of all torque gains", "joint3.position_offset"]);
@@ -173,10 +173,10 @@ fn an_exact_gain_fixes_the_scale_and_a_prior_enters_with_its_width() {
     session.poses.retain(|pose| pose.load.is_none());
     session.joints[0].parameters[0].nominal = 7.12;
     session.joints[0].parameters[0].kind = PriorKind::Fixed;
-    let fixed = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let fixed = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(fixed.verdict, Verdict::Determined);
     session.joints[0].parameters[0].kind = PriorKind::Gaussian { std: 0.1 };
-    let prior = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let prior = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     let std = prior.parameters[0].std.unwrap();
     assert!((std - 0.1).abs() < 1e-3, "{std}");
 }
@@ -186,7 +186,7 @@ fn an_exact_gain_fixes_the_scale_and_a_prior_enters_with_its_width() {
 fn the_determined_moments_predict_gravity_torques() {
     let simulation = sarcos_shoulder();
     let session = simulation.session(0);
-    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     let names: Vec<String> = (1..=3)
         .flat_map(|k| ["mass", "first_moment.x", "first_moment.y", "first_moment.z"].map(|c| format!("link{k}.{c}")))
         .collect();
@@ -217,7 +217,7 @@ fn step_2_refuses_an_upright_base_with_two_positions_and_takes_a_third() {
     let mut simulation = sarcos_shoulder();
     simulation.truth.gravity = [0.0, 0.0, -9.8];
     simulation.template.gravity.hemisphere = Some([0.0, 0.0, -1.0]);
-    let steps = |session: &Session| with_workbench(|w| run_steps(session, &Plan::new(session), w));
+    let steps = |session: &Session| with_environment(|w| run_steps(session, &Plan::new(session), w));
     let refused = steps(&simulation.session(0)).gravity.unwrap_err();
     assert!(refused.why.contains("free direction") && refused.cure.contains("three or more"), "{refused:?}");
 
@@ -230,7 +230,7 @@ fn step_2_refuses_an_upright_base_with_two_positions_and_takes_a_third() {
     let error = (0..3).map(|i| (found.vector[i] - simulation.truth.gravity[i]).powi(2)).sum::<f64>().sqrt() / 9.8;
     assert!(error < 0.02, "{error} rad");
 
-    let joint = with_workbench(|w| estimate_jointly(&sarcos_upright_two_positions(), Signals::All, None, w)).unwrap();
+    let joint = with_environment(|w| estimate_jointly(&sarcos_upright_two_positions(), Signals::All, None, w)).unwrap();
     assert!(joint.gravity.is_some());
 }
 
@@ -246,7 +246,7 @@ fn same_bits_on_one_thread_and_on_two() {
     let session = sarcos_shoulder().session(5);
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        let result = pool.install(|| with_workbench(|w| estimate_jointly(&session, Signals::All, None, w))).unwrap();
+        let result = pool.install(|| with_environment(|w| estimate_jointly(&session, Signals::All, None, w))).unwrap();
         format!("{result:?}")
     };
     assert_eq!(run(1), run(2));
@@ -257,7 +257,7 @@ fn same_bits_on_one_thread_and_on_two() {
 fn an_uncertain_magnitude_widens_gravity_along_itself_only() {
     let mut session = sarcos_shoulder().session(0);
     session.gravity.magnitude_std = Some(0.05);
-    let free = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let free = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(free.verdict, Verdict::Determined);
     let gravity = free.gravity.unwrap();
     let norm = gravity.vector_m_per_s2.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -274,7 +274,7 @@ fn readings_that_contradict_the_model_determine_nothing() {
     for reading in session.poses.iter_mut().filter_map(|pose| pose.torque[1].as_mut()) {
         reading.value = 4096.0 - reading.value; // reversed, and not declared so
     }
-    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(result.verdict, Verdict::Failed);
     let told = result.notes.join(" ");
     assert!(told.contains("times worse than their stated noise") || told.contains("reversed"), "{told}");
@@ -288,7 +288,7 @@ fn a_moderate_misfit_widens_the_standard_deviations() {
         reading.std = Some(0.4); // half of what it is
     }
     let [honest, widened] =
-        [&session, &optimistic].map(|s| with_workbench(|w| estimate_jointly(s, Signals::All, None, w)).unwrap());
+        [&session, &optimistic].map(|s| with_environment(|w| estimate_jointly(s, Signals::All, None, w)).unwrap());
     assert_eq!(widened.verdict, Verdict::PartlyDetermined, "its intervals cannot be relied on");
     assert!(widened.notes.iter().any(|note| note.contains("2.0 times worse")), "{:?}", widened.notes);
     let std = |result: &crate::result::EstimatorResult| result.parameters[0].std.unwrap();
@@ -303,7 +303,7 @@ fn a_first_joint_without_a_torque_sensor_leaves_the_others_determined() {
     let mut session = sarcos_shoulder().session(0);
     session.joints[0].torque_unit = None;
     session.poses.iter_mut().for_each(|pose| pose.torque[0] = None);
-    let result = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(result.verdict, Verdict::Determined);
     let truth = sarcos_shoulder().truth;
     for (joint, quantity) in [(1, Quantity::TorqueGain), (2, Quantity::TorqueGain), (0, Quantity::PositionGain)] {
@@ -319,7 +319,7 @@ fn a_first_joint_without_a_torque_sensor_leaves_the_others_determined() {
 fn without_a_hemisphere_known_lengths_decide_the_sign_of_gravity() {
     let mut session = sarcos_shoulder().session(0);
     session.gravity.hemisphere = None;
-    let shoulder = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let shoulder = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert!(shoulder.verdict == Verdict::PartlyDetermined && shoulder.gravity.is_none());
     assert!(shoulder.undetermined.iter().any(|u| u.combination == "sign of gravity" && u.cure.contains("hemisphere")));
     // The moments, negative, explain as much.
@@ -331,7 +331,7 @@ fn without_a_hemisphere_known_lengths_decide_the_sign_of_gravity() {
     long.template.robot.chain = long_arm();
     let mut session = long.session(0);
     session.gravity.hemisphere = None;
-    let arm = with_workbench(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
+    let arm = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(arm.verdict, Verdict::Determined, "{:?}", arm.undetermined);
     assert!(!arm.moments.is_empty());
     let found = arm.gravity.unwrap().vector_m_per_s2;

@@ -1,7 +1,7 @@
 //! Losses and uncertainties of the joint estimator on the reference protocol.
 
 use gravcal_estimation::{Loss, LossName};
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::{Session, UncertaintyChoice};
 use gravcal_solvers::LevenbergMarquardt;
 use rand_distr::{Distribution, StandardNormal};
@@ -13,7 +13,7 @@ use crate::testing::sarcos_shoulder;
 
 fn estimate(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
-    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap()
 }
 
 /// Errors of the estimated sensor parameters in their own standard deviations.

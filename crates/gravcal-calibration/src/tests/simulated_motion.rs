@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::Session;
 use gravcal_session::read_session;
@@ -116,7 +116,7 @@ fn moves_between_simulated_poses_are_motion() {
 /// All that is determined lies where the truth does, and nothing is open but the frame of the last link.
 fn is_identified(simulation: &Simulation, session: &Session) {
     let solver = LevenbergMarquardt::default();
-    let result = estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
+    let result = estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
     let open: Vec<&str> = result.parameters.iter().filter(|p| p.value.is_none()).map(|p| p.name.as_str()).collect();
     assert_eq!(open, ["j3.position_offset"]);
     let ids = simulation.template.parameters();

@@ -5,7 +5,7 @@ mod standstills;
 use std::fs;
 use std::path::Path;
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_recording::inspect;
 use gravcal_robot_model::session::{Session, UnexplainedError};
 use gravcal_session::draft::{Draft, DraftRobot};
@@ -139,7 +139,7 @@ fn result_of(folder: &Path, recorder: &Recorder) -> (Session, EstimatorResult) {
     fs::write(folder.join("sweeps.csv"), &recorder.text).unwrap();
     let session = read_session(&folder.join("session.toml")).unwrap();
     let solver = LevenbergMarquardt::default();
-    let result = estimate_jointly(&session, Signals::All, None, &Workbench::new(&solver, &|_| {})).unwrap();
+    let result = estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(&solver, &|_| {})).unwrap();
     (session, result)
 }
 

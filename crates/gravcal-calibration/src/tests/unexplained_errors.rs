@@ -1,7 +1,7 @@
 //! Readings with errors far beyond their noise, as means of standstills have them: intervals hold, and mistakes are still found.
 
 use gravcal_estimation::LossName;
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::{Session, UnexplainedError};
 use gravcal_session::simulation::{Disturbance, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
@@ -41,7 +41,7 @@ fn with_errors(simulation: &Simulation, std: [f64; 3], trial: u64) -> Session {
 
 fn estimate(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
-    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap()
 }
 
 fn errors_in_std(result: &EstimatorResult, truth: &State) -> Vec<f64> {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::session::Session;
 use gravcal_session::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
@@ -63,7 +63,7 @@ fn readings_of(poses: usize) -> Session {
 
 fn estimate(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
-    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap()
 }
 
 fn says(result: &EstimatorResult, begin: &str) -> bool {
@@ -173,8 +173,8 @@ fn stopped_while_other_starts_are_tried_nothing_is_called_determined() {
     let (solver, stop) = (LevenbergMarquardt::default(), AtomicBool::new(false));
     let tell = |stage: &str| stop.fetch_or(stage == "other starting values", Ordering::Relaxed);
     let tell = |stage: &str| _ = tell(stage);
-    let workbench = Workbench::new(&solver, &tell).stopped_by(&stop);
-    let result = estimate_jointly(&readings(), Signals::All, None, &workbench).unwrap();
+    let environment = SolveEnvironment::new(&solver, &tell).stopped_by(&stop);
+    let result = estimate_jointly(&readings(), Signals::All, None, &environment).unwrap();
     assert_eq!(result.verdict, Verdict::PartlyDetermined, "{} {:?}", result.termination, result.notes);
     assert!(result.notes[0].starts_with("Stopped before all was looked over") && result.reasons > 0);
 }

@@ -7,7 +7,7 @@ use gravcal_robot_model::session::{ParameterPrior, PriorKind, Session};
 use crate::joint::{Signals, estimate_jointly};
 use crate::result::{EstimatorResult, ParameterResult};
 use crate::sequential::{Plan, run_steps, tell_steps};
-use crate::testing::{sarcos_shoulder, with_workbench};
+use crate::testing::{sarcos_shoulder, with_environment};
 
 /// As a share of the mass.
 const WEIGHED_TO: f64 = 0.01;
@@ -28,7 +28,7 @@ fn weighed(off: f64) -> Session {
 }
 
 fn jointly(session: &Session) -> EstimatorResult {
-    with_workbench(|workbench| estimate_jointly(session, Signals::All, None, workbench)).unwrap()
+    with_environment(|environment| estimate_jointly(session, Signals::All, None, environment)).unwrap()
 }
 
 fn parameter<'r>(result: &'r EstimatorResult, name: &str) -> &'r ParameterResult {
@@ -78,8 +78,8 @@ fn a_known_gain_weighs_the_load() {
 #[test]
 fn the_steps_gains_are_as_uncertain_as_the_mass() {
     let gain = |session: &Session| {
-        let result = with_workbench(|workbench| {
-            tell_steps(session, &run_steps(session, &Plan::new(session), workbench), workbench).unwrap()
+        let result = with_environment(|environment| {
+            tell_steps(session, &run_steps(session, &Plan::new(session), environment), environment).unwrap()
         });
         let gain = parameter(&result, "joint1.torque_gain").clone();
         (gain.value.unwrap(), gain.std.unwrap())

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use gravcal_identification::Workbench;
+use gravcal_identification::SolveEnvironment;
 use gravcal_recording::OrientationForm;
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
@@ -79,7 +79,7 @@ fn read(session: &str, table: &str) -> Result<Session, String> {
 
 fn estimated(session: &Session) -> EstimatorResult {
     let solver = LevenbergMarquardt::default();
-    estimate_jointly(session, Signals::All, None, &Workbench::new(&solver, &|_: &str| {})).unwrap()
+    estimate_jointly(session, Signals::All, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap()
 }
 
 /// Value and standard deviation of a parameter.

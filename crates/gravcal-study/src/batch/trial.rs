@@ -5,7 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use gravcal_calibration::joint::{EstimateError, Signals};
 use gravcal_calibration::result::Brief;
 use gravcal_calibration::sequential::{Handed, Plan, run_steps_handed, tell_steps_briefly};
-use gravcal_calibration::{Workbench, calibrate_briefly};
+use gravcal_calibration::{SolveEnvironment, calibrate_briefly};
 use gravcal_estimation::statistics::Quantile;
 use gravcal_robot_model::EstimatorName;
 
@@ -53,8 +53,8 @@ pub(super) fn run(which: Which<'_>, helpers: &Helpers<'_>) -> (Vec<Row>, Took) {
     let mut rows: Vec<Row> = which.rows(helpers.solvers.len()).collect();
     for (solver, (_, method)) in helpers.solvers.iter().enumerate() {
         let quiet = |_: &str| {};
-        let workbench = Workbench::new(method.as_ref(), &quiet);
-        let together = |compared: &[Compared]| guarded(|| Ok(answers(compared, &instance, &workbench)));
+        let environment = SolveEnvironment::new(method.as_ref(), &quiet);
+        let together = |compared: &[Compared]| guarded(|| Ok(answers(compared, &instance, &environment)));
         let answers: Vec<Result<Brief, String>> = match together(&which.study.estimators) {
             Ok(answers) => answers.into_iter().map(|answer| answer.map_err(|error| error.to_string())).collect(),
             // One of them panicked: it takes no other with it.
@@ -81,16 +81,20 @@ pub(super) fn bounds_of(study: &Study, instance: &Instance) -> Result<Bounds, St
 }
 
 /// What each of them answers, in their order.
-fn answers(compared: &[Compared], instance: &Instance, workbench: &Workbench<'_>) -> Vec<Result<Brief, EstimateError>> {
+fn answers(
+    compared: &[Compared],
+    instance: &Instance,
+    environment: &SolveEnvironment<'_>,
+) -> Vec<Result<Brief, EstimateError>> {
     let (session, truth) = (&instance.session, &instance.truth);
     let own = |compared: &Compared| match compared {
         Compared::Estimator(name) => Some(*name),
         Compared::SequentialTrueStep1 | Compared::SequentialTrueSteps1And2 => None,
     };
     let estimators: Vec<EstimatorName> = compared.iter().filter_map(own).collect();
-    let mut of_estimators = calibrate_briefly(session, &estimators, workbench).into_iter();
+    let mut of_estimators = calibrate_briefly(session, &estimators, environment).into_iter();
     let handed = |handed: Handed<'_>| {
-        let steps = run_steps_handed(session, &Plan::new(session), handed, workbench);
+        let steps = run_steps_handed(session, &Plan::new(session), handed, environment);
         Some(Ok(tell_steps_briefly(session, &steps)))
     };
     let step_1 = Some(truth);

@@ -1,6 +1,6 @@
 //! One arm, solved from where the estimator starts by itself and from the true values.
 
-use gravcal_calibration::Workbench;
+use gravcal_calibration::SolveEnvironment;
 use gravcal_calibration::joint::{self, EstimateError, Signals, Solved, estimate_jointly};
 use gravcal_calibration::result::EstimatorResult;
 use gravcal_estimation::Solver;
@@ -66,16 +66,16 @@ pub(super) fn run(seed: u64, number: u64, knowing: Knowing, solver: &dyn Solver)
 fn compare(number: u64, simulation: &Simulation, solver: &dyn Solver) -> Result<Trial, EstimateError> {
     let session = simulation.session(0);
     let quiet = |_: &str| {};
-    let workbench = Workbench::new(solver, &quiet);
+    let environment = SolveEnvironment::new(solver, &quiet);
     let readings = joint::select(&session, Signals::All);
     let at_truth = Solved::at_start(readings.clone(), joint::build_problem(&session, &readings, &simulation.truth)?)?;
-    let from_truth = joint::solve(&session, &readings, Some(&simulation.truth), &workbench)?;
-    let by_itself = joint::solve(&session, &readings, None, &workbench)?;
+    let from_truth = joint::solve(&session, &readings, Some(&simulation.truth), &environment)?;
+    let by_itself = joint::solve(&session, &readings, None, &environment)?;
     let costs = [by_itself.estimate.cost, from_truth.estimate.cost];
     let ending = match costs[0] / costs[1] - 1.0 {
         difference if difference.abs() <= SAME_COST => Ending::Global,
         difference if difference < 0.0 => Ending::Lower,
-        _ => Ending::Elsewhere { misleading: is_misleading(simulation, &session, &workbench) },
+        _ => Ending::Elsewhere { misleading: is_misleading(simulation, &session, &environment) },
     };
     Ok(Trial {
         number,
@@ -88,8 +88,8 @@ fn compare(number: u64, simulation: &Simulation, solver: &dyn Solver) -> Result<
 }
 
 /// Whether the estimator tells as determined what is not so.
-fn is_misleading(simulation: &Simulation, session: &Session, workbench: &Workbench<'_>) -> bool {
-    let Ok(result) = estimate_jointly(session, Signals::All, None, workbench) else { return false };
+fn is_misleading(simulation: &Simulation, session: &Session, environment: &SolveEnvironment<'_>) -> bool {
+    let Ok(result) = estimate_jointly(session, Signals::All, None, environment) else { return false };
     has_wrong_gravity(simulation, &result) || has_wrong_sensor(simulation, session, &result)
 }
 

@@ -15,7 +15,7 @@
 use std::f64::consts::PI;
 
 use gravcal_dynamics::{BodyInertia, JointKind, Transform};
-use gravcal_identification::{Symmetry, Workbench};
+use gravcal_identification::{SolveEnvironment, Symmetry};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::{Load, Session};
 
@@ -79,7 +79,7 @@ impl Symmetry for TurnedAxes<'_> {
         "axes the other way round"
     }
 
-    fn images(&self, solved: &Solved, _: &Workbench<'_>) -> Result<Vec<State>, EstimateError> {
+    fn images(&self, solved: &Solved, _: &SolveEnvironment<'_>) -> Result<Vec<State>, EstimateError> {
         let found = solved.state(&State::nominal(self.session));
         Ok(turned_axes(self.session, &found).into_iter().collect())
     }
@@ -89,10 +89,10 @@ impl Symmetry for TurnedAxes<'_> {
         &self,
         image: State,
         solved: &Solved,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
         let built = build_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.built.loss)?;
-        let Ok(other) = solve_built(solved.readings.clone(), built, workbench) else { return Ok(None) };
+        let Ok(other) = solve_built(solved.readings.clone(), built, environment) else { return Ok(None) };
         let nominal = State::nominal(self.session);
         let [wrong, before] = [&other, solved].map(|solution| not_as_declared(self.session, &solution.state(&nominal)));
         Ok((wrong < before && other.estimate.termination.converged()).then_some(other))
@@ -106,7 +106,7 @@ impl Symmetry for TurnedAxes<'_> {
         true
     }
 
-    fn replaced(&self, solved: Solved, end: Solved, _: &Workbench<'_>) -> Result<Solved, EstimateError> {
+    fn replaced(&self, solved: Solved, end: Solved, _: &SolveEnvironment<'_>) -> Result<Solved, EstimateError> {
         Ok(Solved { sign_known: solved.sign_known, ..end })
     }
 }
@@ -170,7 +170,7 @@ mod tests {
     use super::*;
     use crate::joint::solve_from::solve_from;
     use crate::joint::{Signals, select};
-    use crate::testing::{sarcos_shoulder, with_workbench};
+    use crate::testing::{sarcos_shoulder, with_environment};
 
     #[test]
     fn an_axis_the_other_way_round_is_turned_back_at_no_cost() {
@@ -182,15 +182,15 @@ mod tests {
         [0, 2].into_iter().for_each(|parameter| mirror.sensors[2][parameter] *= -1.0);
         let mirror = standing_alike(&session, &truth, mirror);
         let solver = LevenbergMarquardt::default();
-        let workbench = Workbench::new(&solver, &|_: &str| {});
-        let solved = solve_from(&session, &select(&session, Signals::All), mirror, &workbench).unwrap();
+        let environment = SolveEnvironment::new(&solver, &|_: &str| {});
+        let solved = solve_from(&session, &select(&session, Signals::All), mirror, &environment).unwrap();
         let nominal = State::nominal(&session);
         let both = [Quantity::TorqueGain, Quantity::PositionGain].map(|quantity| ParameterId::Sensor(2, quantity));
         assert_eq!(turned_gains(&session, &solved.state(&nominal)), both);
         let cost = solved.estimate.cost;
         assert!(cost < 800.0, "the mirror image explains the readings: {cost}");
 
-        let declared = settle(solved, &[&TurnedAxes { session: &session }], &workbench).unwrap().solution;
+        let declared = settle(solved, &[&TurnedAxes { session: &session }], &environment).unwrap().solution;
         let found = declared.state(&nominal);
         assert_eq!(turned_gains(&session, &found), []);
         assert!((declared.estimate.cost / cost - 1.0).abs() < 1e-6, "{} {cost}", declared.estimate.cost);
@@ -217,7 +217,7 @@ mod tests {
         let mirror = standing_alike(&session, &truth, mirror);
         let nominal = State::nominal(&session);
         let readings = select(&session, Signals::All);
-        let (half_a_turn_off, declared) = with_workbench(|w| {
+        let (half_a_turn_off, declared) = with_environment(|w| {
             let solved = solve_from(&session, &readings, mirror, w)?;
             let before = (far_offsets(&session, &solved.state(&nominal)), solved.estimate.cost);
             Ok::<_, EstimateError>((before, settle(solved, &[&TurnedAxes { session: &session }], w)?.solution))

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use gravcal_identification::{DECISIVE, Symmetry, Workbench, settle};
+use gravcal_identification::{DECISIVE, SolveEnvironment, Symmetry, settle};
 use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::Session;
 use nalgebra::Vector3;
@@ -46,7 +46,7 @@ impl Symmetry for InHemisphere<'_> {
         "gravity in the declared hemisphere"
     }
 
-    fn images(&self, solved: &Solved, _: &Workbench<'_>) -> Result<Vec<State>, EstimateError> {
+    fn images(&self, solved: &Solved, _: &SolveEnvironment<'_>) -> Result<Vec<State>, EstimateError> {
         let session = self.session;
         if !session.gravity.hemisphere.is_some_and(|pole| self.is_elsewhere(solved, pole)) {
             return Ok(Vec::new());
@@ -62,13 +62,13 @@ impl Symmetry for InHemisphere<'_> {
         &self,
         image: State,
         solved: &Solved,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
         let is_there = |other: &Solved| {
             let within = self.session.gravity.hemisphere.is_none_or(|pole| self.lies_within(other, pole));
             within && other.estimate.termination.converged()
         };
-        Ok(solve_from(self.session, &solved.readings, image, workbench).ok().filter(is_there))
+        Ok(solve_from(self.session, &solved.readings, image, environment).ok().filter(is_there))
     }
 
     fn height(&self, solved: &Solved) -> f64 {
@@ -79,9 +79,9 @@ impl Symmetry for InHemisphere<'_> {
         true
     }
 
-    fn kept(&self, solved: Solved, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
+    fn kept(&self, solved: Solved, environment: &SolveEnvironment<'_>) -> Result<Solved, EstimateError> {
         let Some(pole) = self.session.gravity.hemisphere else { return Ok(solved) };
-        Ok(match explained_at_border(&solved, pole, workbench)? {
+        Ok(match explained_at_border(&solved, pole, environment)? {
             true => Solved { sign_known: false, ..solved },
             false => Solved { hemisphere_contradicted: true, ..solved },
         })
@@ -95,14 +95,18 @@ impl Symmetry for InHemisphere<'_> {
 pub(in crate::joint) fn in_hemisphere(
     session: &Session,
     solved: Solved,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
-    Ok(settle(solved, &[&InHemisphere { session }], workbench)?.solution)
+    Ok(settle(solved, &[&InHemisphere { session }], environment)?.solution)
 }
 
 /// Whether the readings are hardly explained worse with gravity on the border of its hemisphere: then they say too little of it to contradict
 /// anything.
-fn explained_at_border(solved: &Solved, pole: [f64; 3], workbench: &Workbench<'_>) -> Result<bool, EstimateError> {
+fn explained_at_border(
+    solved: &Solved,
+    pole: [f64; 3],
+    environment: &SolveEnvironment<'_>,
+) -> Result<bool, EstimateError> {
     let (problem, gravity) = (&solved.built.problem, solved.built.variables.gravity);
     let found = Vector3::from_column_slice(solved.estimate.values.get(gravity));
     let pole = Vector3::from(pole).normalize();
@@ -111,7 +115,7 @@ fn explained_at_border(solved: &Solved, pole: [f64; 3], workbench: &Workbench<'_
     start.set(gravity, (border * found.norm()).as_slice());
     let held = problem.with_fixed(&[gravity], "on the border of its hemisphere");
     // What cannot be solved there explains nothing.
-    let Ok(there) = workbench.within(AT_BORDER).solve(&held, &start) else { return Ok(false) };
+    let Ok(there) = environment.within(AT_BORDER).solve(&held, &start) else { return Ok(false) };
     Ok(held.without_reference().cost(&there.values)? < solved.estimate.cost + DECISIVE)
 }
 
@@ -130,7 +134,7 @@ mod tests {
 
     use super::*;
     use crate::joint::{Signals, select, solve};
-    use crate::testing::{sarcos_shoulder, with_workbench};
+    use crate::testing::{sarcos_shoulder, with_environment};
 
     /// An upright arm with the joint across gravity half a turn on, and gravity negative, reads the same.
     #[test]
@@ -143,7 +147,7 @@ mod tests {
         let nominal = State::nominal(&session);
         let free = |joint: &usize| session.fixed_reason(*joint, Quantity::PositionOffset).is_none();
         let first_free = (0..session.joints.len()).find(free).unwrap();
-        let (above, back) = with_workbench(|w| {
+        let (above, back) = with_environment(|w| {
             let found = solve(&session, &readings, None, w)?.state(&nominal);
             let above = solve_from(&session, &readings, half_a_turn_on(&session, &found, first_free), w)?;
             let (height, cost) = (above.state(&nominal).gravity[2], above.estimate.cost);
@@ -161,11 +165,11 @@ mod tests {
         simulation.disturbance = Disturbance::noise(vec![noise; 3]);
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
-        let solved = with_workbench(|w| solve(&session, &readings, None, w)).unwrap();
+        let solved = with_environment(|w| solve(&session, &readings, None, w)).unwrap();
         let gravity = Vector3::from(solved.state(&State::nominal(&session)).gravity).normalize();
         let across = gravity.cross(&Vector3::x()).normalize();
         let pole = 3f64.sqrt() / 2.0 * across - 0.5 * gravity;
-        with_workbench(|w| explained_at_border(&solved, pole.into(), w)).unwrap()
+        with_environment(|w| explained_at_border(&solved, pole.into(), w)).unwrap()
     }
 
     #[test]

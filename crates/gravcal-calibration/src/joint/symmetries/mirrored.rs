@@ -1,7 +1,7 @@
 //! Mirrored placements: the vector between two placements of a known distance shows in its length and in what the joints carry of it; along the
 //! axis of the joint that carries it the latter may be little, and its sign a matter of where the start lay.
 
-use gravcal_identification::{DECISIVE, Symmetry, Workbench};
+use gravcal_identification::{DECISIVE, SolveEnvironment, Symmetry};
 use gravcal_robot_model::session::Session;
 use nalgebra::Vector3;
 
@@ -34,7 +34,7 @@ impl Symmetry for MirroredPlacements<'_> {
         "placements the other way round"
     }
 
-    fn images(&self, solved: &Solved, workbench: &Workbench<'_>) -> Result<Vec<State>, EstimateError> {
+    fn images(&self, solved: &Solved, environment: &SolveEnvironment<'_>) -> Result<Vec<State>, EstimateError> {
         let MirroredPlacements { session, sample } = *self;
         let found = solved.state(&State::nominal(session));
         let Some(along) = along_axis(session, &found) else { return Ok(Vec::new()) };
@@ -44,8 +44,8 @@ impl Symmetry for MirroredPlacements<'_> {
         if step.as_ref().is_some_and(|end| self.is_back(end, &along)) {
             return Ok(Vec::new());
         }
-        let there = sample.nearby(session, step.as_ref().unwrap_or(&mirrored), 0.0, workbench);
-        let ruled_out = || there.cost > sample.nearby(session, &found, 0.0, workbench).cost + DECISIVE;
+        let there = sample.nearby(session, step.as_ref().unwrap_or(&mirrored), 0.0, environment);
+        let ruled_out = || there.cost > sample.nearby(session, &found, 0.0, environment).cost + DECISIVE;
         Ok(if self.is_back(&there.end, &along) || ruled_out() { Vec::new() } else { vec![mirrored] })
     }
 
@@ -53,9 +53,9 @@ impl Symmetry for MirroredPlacements<'_> {
         &self,
         image: State,
         solved: &Solved,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
-        solve_from(self.session, &solved.readings, image, workbench).map(Some)
+        solve_from(self.session, &solved.readings, image, environment).map(Some)
     }
 
     fn height(&self, solved: &Solved) -> f64 {
@@ -67,7 +67,7 @@ impl Symmetry for MirroredPlacements<'_> {
         along_axis(self.session, &found).is_none_or(|along| !self.is_back(&end, &along))
     }
 
-    fn replaced(&self, solved: Solved, end: Solved, _: &Workbench<'_>) -> Result<Solved, EstimateError> {
+    fn replaced(&self, solved: Solved, end: Solved, _: &SolveEnvironment<'_>) -> Result<Solved, EstimateError> {
         Ok(Solved { sign_known: solved.sign_known, ..end })
     }
 }

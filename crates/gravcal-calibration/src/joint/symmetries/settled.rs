@@ -1,6 +1,6 @@
 //! The symmetries of an arm, in the order in which they are tried.
 
-use gravcal_identification::{Symmetry, Workbench, settle};
+use gravcal_identification::{SolveEnvironment, Symmetry, settle};
 use gravcal_robot_model::session::Session;
 
 use super::axes::TurnedAxes;
@@ -20,14 +20,14 @@ pub(in crate::joint) fn settled(
     session: &Session,
     solved: Solved,
     sample: &Sample,
-    workbench: &Workbench<'_>,
+    environment: &SolveEnvironment<'_>,
 ) -> Result<Solved, EstimateError> {
     let upside_down = UpsideDown { session, sample };
     let in_hemisphere = InHemisphere { session };
     let mirrored = MirroredPlacements { session, sample };
     let axes = TurnedAxes { session };
     // Each of them solves again, and may end anywhere: the declared hemisphere has the last word.
-    let settled = settle(solved, &[&upside_down, &in_hemisphere, &mirrored, &axes, &in_hemisphere], workbench)?;
+    let settled = settle(solved, &[&upside_down, &in_hemisphere, &mirrored, &axes, &in_hemisphere], environment)?;
     let open = settled.undecided.contains(&upside_down.name());
     Ok(Solved { sign_known: settled.solution.sign_known && !open, ..settled.solution })
 }

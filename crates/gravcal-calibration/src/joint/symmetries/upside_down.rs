@@ -4,7 +4,7 @@
 //! Where no hemisphere is declared both are solved for, the one that explains the readings better is taken, and the sign counts as known only
 //! if that is decisive. What unknowns rest on decides nothing, but gains keep their sign ([`with_gains_known`]).
 
-use gravcal_identification::{DECISIVE, Symmetry, Workbench};
+use gravcal_identification::{DECISIVE, SolveEnvironment, Symmetry};
 use gravcal_robot_model::parameter::Limit;
 use gravcal_robot_model::session::{ParameterPrior, PriorKind, Session};
 
@@ -34,7 +34,7 @@ impl Symmetry for UpsideDown<'_> {
         "gravity the other way up"
     }
 
-    fn images(&self, solved: &Solved, workbench: &Workbench<'_>) -> Result<Vec<State>, EstimateError> {
+    fn images(&self, solved: &Solved, environment: &SolveEnvironment<'_>) -> Result<Vec<State>, EstimateError> {
         if self.session.gravity.hemisphere.is_some() {
             return Ok(Vec::new());
         }
@@ -42,7 +42,7 @@ impl Symmetry for UpsideDown<'_> {
         let image = found.upside_down(self.session);
         let known = with_gains_known(self.session);
         let sample = Sample::new(&known, &self.sample.readings)?;
-        let [here, there] = [&found, &image].map(|start| sample.rough_minimum(&known, start, workbench));
+        let [here, there] = [&found, &image].map(|start| sample.rough_minimum(&known, start, environment));
         let ruled_out = there.reached && there.cost > here.cost + DECISIVE;
         Ok(if ruled_out { Vec::new() } else { vec![image] })
     }
@@ -51,11 +51,11 @@ impl Symmetry for UpsideDown<'_> {
         &self,
         image: State,
         solved: &Solved,
-        workbench: &Workbench<'_>,
+        environment: &SolveEnvironment<'_>,
     ) -> Result<Option<Solved>, EstimateError> {
         let nominal = State::nominal(self.session);
         let built = build_with_constraints(self.session, &solved.readings, &image)?.with_loss(solved.built.loss)?;
-        let other = solve_built(solved.readings.clone(), built, workbench)?;
+        let other = solve_built(solved.readings.clone(), built, environment)?;
         let [here, there] = [solved, &other].map(|solution| solution.state(&nominal).gravity);
         let opposite = here.iter().zip(there).map(|(a, b)| a * b).sum::<f64>() < 0.0;
         Ok(opposite.then_some(other))
@@ -66,8 +66,13 @@ impl Symmetry for UpsideDown<'_> {
     }
 
     /// With the noise that is found there.
-    fn replaced(&self, solved: Solved, end: Solved, workbench: &Workbench<'_>) -> Result<Solved, EstimateError> {
-        solve_from(self.session, &solved.readings, end.state(&State::nominal(self.session)), workbench)
+    fn replaced(
+        &self,
+        solved: Solved,
+        end: Solved,
+        environment: &SolveEnvironment<'_>,
+    ) -> Result<Solved, EstimateError> {
+        solve_from(self.session, &solved.readings, end.state(&State::nominal(self.session)), environment)
     }
 }
 

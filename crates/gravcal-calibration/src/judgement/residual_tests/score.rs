@@ -295,7 +295,7 @@ mod tests {
     use rand_pcg::Pcg64;
 
     use super::*;
-    use gravcal_identification::Workbench;
+    use gravcal_identification::SolveEnvironment;
 
     /// A level read by rows of unit noise.
     fn level(y: &[f64]) -> (Problem, Values) {
@@ -306,7 +306,7 @@ mod tests {
         }
         let (problem, initial) = builder.build().unwrap();
         let solver = LevenbergMarquardt::default();
-        let values = Workbench::new(&solver, &|_: &str| {}).solve(&problem, &initial).unwrap().values;
+        let values = SolveEnvironment::new(&solver, &|_: &str| {}).solve(&problem, &initial).unwrap().values;
         (problem, values)
     }
 

@@ -21,7 +21,7 @@ const LITTLE: f64 = 0.05;
 const BEYOND_NOISE: f64 = 3.0;
 
 /// A solver and a listener.
-pub struct Workbench<'a> {
+pub struct SolveEnvironment<'a> {
     solver: &'a dyn Solver,
     progress: &'a (dyn Fn(&str) + Sync),
     observer: &'a (dyn Fn(&IterationRecord) + Sync),
@@ -29,37 +29,37 @@ pub struct Workbench<'a> {
     iterations: Option<usize>,
 }
 
-impl<'a> Workbench<'a> {
+impl<'a> SolveEnvironment<'a> {
     /// `progress` is told in a few words what is being done.
     pub fn new(solver: &'a dyn Solver, progress: &'a (dyn Fn(&str) + Sync)) -> Self {
-        Workbench { solver, progress, observer: &|_| {}, stop: None, iterations: None }
+        SolveEnvironment { solver, progress, observer: &|_| {}, stop: None, iterations: None }
     }
 
     /// The same with someone who is told of every iteration of the solver.
     #[must_use]
     pub fn observed_by(self, observer: &'a (dyn Fn(&IterationRecord) + Sync)) -> Self {
-        Workbench { observer, ..self }
+        SolveEnvironment { observer, ..self }
     }
 
     /// The same with another method.
-    pub fn by<'b>(&self, solver: &'b dyn Solver) -> Workbench<'b>
+    pub fn by<'b>(&self, solver: &'b dyn Solver) -> SolveEnvironment<'b>
     where
         'a: 'b,
     {
-        Workbench { solver, ..*self }
+        SolveEnvironment { solver, ..*self }
     }
 
     /// The same with a flag that, set from elsewhere, stops the solver after its current iteration. What was being solved
     /// then has failed: its termination says so.
     #[must_use]
     pub fn stopped_by(self, stop: &'a AtomicBool) -> Self {
-        Workbench { stop: Some(stop), ..self }
+        SolveEnvironment { stop: Some(stop), ..self }
     }
 
     /// The same for solves of so many iterations at most.
-    pub fn within(&self, iterations: usize) -> Workbench<'a> {
+    pub fn within(&self, iterations: usize) -> SolveEnvironment<'a> {
         let iterations = self.iterations.map_or(iterations, |most| most.min(iterations));
-        Workbench { iterations: Some(iterations), ..*self }
+        SolveEnvironment { iterations: Some(iterations), ..*self }
     }
 
     /// Whether someone asked to stop.
@@ -161,18 +161,19 @@ mod tests {
     use gravcal_estimation::Loss;
 
     use super::*;
-    use crate::testing::{line, sensor, with_workbench};
+    use crate::testing::{line, sensor, with_environment};
 
     const READINGS: [(f64, f64, f64); 4] = [(0.0, 1.2, 0.5), (1.0, 2.7, 0.5), (2.0, 5.3, 0.5), (3.0, 6.9, 0.5)];
 
     #[test]
     fn a_solve_that_may_not_go_on_says_why() {
         let (problem, start, _) = sensor(&READINGS, [100.0, 0.0, 0.0], &[1], Loss::None);
-        let within = |workbench: &Workbench<'_>| workbench.within(5).within(1).solve(&problem, &start).unwrap();
-        let estimate = with_workbench(within);
+        let within =
+            |environment: &SolveEnvironment<'_>| environment.within(5).within(1).solve(&problem, &start).unwrap();
+        let estimate = with_environment(within);
         assert_eq!(estimate.termination, Termination::IterationLimit { limit: 1 });
         let stop = AtomicBool::new(true);
-        let stopped = with_workbench(|w| w.within(100).stopped_by(&stop).solve(&problem, &start)).unwrap();
+        let stopped = with_environment(|w| w.within(100).stopped_by(&stop).solve(&problem, &start)).unwrap();
         assert_eq!(stopped.termination, Termination::Stopped);
     }
 
@@ -180,7 +181,7 @@ mod tests {
     fn a_brief_solve_ends_where_the_cost_is_low_enough() {
         let (problem, start, [gain, ..]) = sensor(&READINGS, [100.0, 0.0, 0.0], &[1], Loss::None);
         let brief =
-            |most: usize, enough: f64| with_workbench(|w| w.solve_briefly(&problem, &start, most, enough)).unwrap();
+            |most: usize, enough: f64| with_environment(|w| w.solve_briefly(&problem, &start, most, enough)).unwrap();
         assert!(brief(50, f64::INFINITY).iterations.len() < brief(50, 0.0).iterations.len());
         let (_, slope, _) = line(&READINGS);
         assert!((brief(50, 0.0).values.scalar(gain) - slope).abs() < 0.01);
