@@ -8,7 +8,7 @@
 //! ```
 //!
 //! linear in the rank-one matrix `D (cos x, sin x)`: three equations a position, six unknowns. Its principal
-//! directions give x and `|k| = ‖D‖ / (m Δr)`, up to the twin `(x + π, −D)`.
+//! directions give x and `|k| = ‖D‖ / (m Δr)`, up to the symmetric solution `(x + π, −D)`.
 
 use faer::Mat;
 use nalgebra::{Matrix3, Vector3};

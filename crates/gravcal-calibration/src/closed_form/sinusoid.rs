@@ -43,7 +43,7 @@ pub(crate) fn fit_sinusoid(readings: &[(f64, f64)], position_gain: f64, bias: Op
 /// The position gain between a third and three times `nominal` at which the sweeps' sinusoids fit best, to some 1e-6 of it: where
 /// a fit of all unknowns may start.
 ///
-/// Gains of the other sign are never tried: that is the twin `(−s, π − φ)`.
+/// Gains of the other sign are never tried: that is the symmetric solution `(−s, π − φ)`.
 pub(crate) fn search_position_gain(sweeps: &[Vec<(f64, f64)>], nominal: f64) -> Option<f64> {
     let (least, step) = (nominal / 3.0, (3.0 - 1.0 / 3.0) * nominal / STEPS as f64);
     let misfits = |from: f64, step: f64, count: usize| -> Vec<f64> {

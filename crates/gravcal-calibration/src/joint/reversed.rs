@@ -1,6 +1,6 @@
 //! Torque sensors that read the other way than the session takes them to.
 //!
-//! Where the sign of a sensor is not declared, two things tell that it is reversed (see the discrete twins of the model):
+//! Where the sign of a sensor is not declared, two things tell that it is reversed (see the discrete symmetries of the model):
 //!
 //! - *Beside the others.* A sensor that is reversed and others that are not contradict each other, whatever the moments. Signs are
 //!   turned one by one, as long as the start of the joint problem explains the readings better; the outcome is solved, and counts

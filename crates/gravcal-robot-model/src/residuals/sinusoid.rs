@@ -5,7 +5,7 @@
 //! ```
 //!
 //! with `K = k A = hypot(a, c)` in the reading's unit and `φ = o + Φ = atan2(c, a)`. The pair `(a, c)` stands for
-//! `(K, φ)` because it is linear and has no twin `(−K, φ + π)`.
+//! `(K, φ)` because it is linear and has no symmetric solution `(−K, φ + π)`.
 
 use gravcal_estimation::{BlockId, EvaluateError, LocalValues, Residual, RowsMut};
 
