@@ -7,7 +7,7 @@
 //! ```
 
 mod certified;
-mod idle_bound;
+mod inactive_bound;
 mod minima;
 mod readme;
 
@@ -21,7 +21,7 @@ use gravcal_estimation::published::{more_garbow_hillstrom, nist};
 use gravcal_solvers::SolverName;
 
 use certified::CertifiedRuns;
-use idle_bound::IdleBound;
+use inactive_bound::InactiveBound;
 use minima::MinimumRuns;
 
 /// Runs every solver on NIST's certified regressions and on the problems of Moré, Garbow and Hillstrom.
@@ -47,7 +47,7 @@ fn run(arguments: &Arguments) -> Result<(), String> {
     let problems = more_garbow_hillstrom();
     let all = SolverName::ALL.into_iter().map(SolverName::build);
     let runs: Vec<(&str, CertifiedRuns<'_>, MinimumRuns<'_>)> = all
-        .chain([Box::new(IdleBound::default()) as Box<dyn Solver>])
+        .chain([Box::new(InactiveBound::default()) as Box<dyn Solver>])
         .map(|solver| {
             let certified = CertifiedRuns::new(&*solver, &data_sets)?;
             Ok((solver.name(), certified, MinimumRuns::new(&*solver, &problems)?))

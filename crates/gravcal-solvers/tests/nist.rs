@@ -109,13 +109,13 @@ fn what_is_called_converged_is_not_lowered_by_a_restart() {
 }
 
 #[test]
-fn a_bound_that_is_idle_costs_no_certified_value() {
+fn a_bound_that_is_inactive_costs_no_certified_value() {
     let Some(data_sets) = data_sets() else { return };
     for (certified, start) in data_sets.iter().flat_map(|c| c.problem.starts.iter().map(move |s| (c, s))) {
         let (built, initial) = certified.problem.build(start).unwrap();
         let first = built.block_ids().next().unwrap();
-        let idle = Constraint::bound("far away", first, 0, -1e9, 1e9);
-        let bounded = built.with_constraints(vec![idle]).unwrap();
+        let inactive = Constraint::bound("far away", first, 0, -1e9, 1e9);
+        let bounded = built.with_constraints(vec![inactive]).unwrap();
         let estimate = Clarabel::default().solve(&bounded, &initial, &mut SolveContext::default()).unwrap();
         let digits = certified.digits(&bounded, &estimate.values).unwrap();
         let told = format!("{}, {}: {}, {digits:?}", certified.problem.name, start.name, estimate.termination);

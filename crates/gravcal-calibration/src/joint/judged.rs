@@ -6,7 +6,7 @@ use gravcal_identification::judge;
 use gravcal_robot_model::parameter::ParameterId;
 use gravcal_robot_model::session::Session;
 
-use super::idle::idle_joints;
+use super::gravity_free::gravity_free_joints;
 use super::problem::JointProblem;
 use super::solved::{Nearby, Solved};
 use super::variables::State;
@@ -56,8 +56,8 @@ impl Solved {
         let read =
             (0..session.joints.len()).map(|joint| self.built.rows.iter().any(|id| id.channel == joint)).collect();
         let unread = self.readings.unread_and_unknown(session);
-        let idle = idle_joints(session, &self.state(&State::nominal(session)));
-        Situation { session, gravity: [g[0], g[1], g[2]], read, unread, on_bound: self.on_bound(session), idle }
+        let gravity_free = gravity_free_joints(session, &self.state(&State::nominal(session)));
+        Situation { session, gravity: [g[0], g[1], g[2]], read, unread, on_bound: self.on_bound(session), gravity_free }
     }
 
     /// Parameters that a constraint holds which the readings would like to pass: no interval about its bound would mean anything.

@@ -28,7 +28,7 @@ pub(crate) struct Situation<'a> {
     /// Parameters that a constraint holds at its bound.
     pub on_bound: Vec<ParameterId>,
     /// Joints that carry no gravity.
-    pub idle: Vec<bool>,
+    pub gravity_free: Vec<bool>,
 }
 
 impl Situation<'_> {
@@ -141,19 +141,19 @@ impl Situation<'_> {
         let with_sensor = self.weighing_with(combination).len();
         !combination.gravity
             && with_sensor > 1
-            && gains.iter().filter(|(j, _)| !self.idle[*j]).count() == with_sensor
+            && gains.iter().filter(|(j, _)| !self.gravity_free[*j]).count() == with_sensor
             && equal
     }
 
     /// Whether a joint's readings tell of gravity.
     fn weighs(&self, joint: usize) -> bool {
-        self.read[joint] && !self.idle[joint]
+        self.read[joint] && !self.gravity_free[joint]
     }
 
     /// The joints that weigh, and weigh something that a joint with a torque gain in the combination weighs too.
     fn weighing_with(&self, combination: &Combination) -> Vec<usize> {
         let gain = |(id, _): &(ParameterId, f64)| match id {
-            ParameterId::Sensor(joint, Quantity::TorqueGain) if !self.idle[*joint] => Some(*joint),
+            ParameterId::Sensor(joint, Quantity::TorqueGain) if !self.gravity_free[*joint] => Some(*joint),
             _ => None,
         };
         let gains: Vec<usize> = combination.parameters.iter().filter_map(gain).collect();

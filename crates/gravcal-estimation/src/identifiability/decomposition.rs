@@ -36,7 +36,7 @@ pub(super) struct Decomposition {
     pub eliminated: EliminatedColumns,
     /// Columns of zeros, as indices among the shared ones. They are directions without information by themselves: decomposed along
     /// with the others they would mix with theirs.
-    pub idle: Vec<usize>,
+    pub zero_columns: Vec<usize>,
     /// Largest first.
     pub singular_values: Vec<f64>,
     /// Right singular vectors over all shared columns, one a row.
@@ -66,14 +66,14 @@ impl Decomposition {
             None => None,
         };
         let Some(normal) = summed else { return Ok(None) };
-        let (active, idle) = active_and_idle(problem, normal.column_norms());
+        let (active, zero_columns) = nonzero_and_zero(problem, normal.column_norms());
         let Some((eigen, plain)) = clear_cut(&normal, &active) else { return Ok(None) };
         let value = |k: usize| eigen.S()[active.len() - 1 - k];
         let vector = |k: usize| spread(&active, problem, |j| eigen.U()[(j, active.len() - 1 - k)]);
         let decomposition = Decomposition {
             column_scales: column_scales(normal.column_norms()),
             eliminated: EliminatedColumns::new(problem, values, normal.column_norms()),
-            idle,
+            zero_columns,
             singular_values: (0..active.len()).map(|k| if k < plain { value(k).sqrt() } else { 0.0 }).collect(),
             directions: (0..active.len()).map(vector).collect(),
         };
@@ -151,7 +151,7 @@ impl Decomposition {
 
     fn orthogonally(problem: &Problem, values: &Values) -> Result<Self, EvaluateError> {
         let linearization = Orthogonal::new(&problem.without_reference(), values)?;
-        let (active, idle) = active_and_idle(problem, linearization.column_norms());
+        let (active, zero_columns) = nonzero_and_zero(problem, linearization.column_norms());
         let (triangle, norms) = (linearization.triangle(), linearization.column_norms());
         let shared = &problem.structure().shared;
         // At least as many rows as columns, so that the whole null space comes out.
@@ -164,7 +164,7 @@ impl Decomposition {
         Ok(Decomposition {
             column_scales: linearization.column_scales(),
             eliminated: EliminatedColumns::new(problem, values, norms),
-            idle,
+            zero_columns,
             singular_values: (0..active.len()).map(|k| svd.S()[k]).collect(),
             directions: (0..active.len()).map(|k| spread(&active, problem, |j| svd.V()[(j, k)])).collect(),
         })
@@ -196,7 +196,7 @@ impl NormalEquations {
 }
 
 /// Shared columns with some effect, and without any.
-fn active_and_idle(problem: &Problem, norms: &[f64]) -> (Vec<usize>, Vec<usize>) {
+fn nonzero_and_zero(problem: &Problem, norms: &[f64]) -> (Vec<usize>, Vec<usize>) {
     let shared = &problem.structure().shared;
     (0..shared.len()).partition(|index| norms[shared[*index]] > 0.0)
 }

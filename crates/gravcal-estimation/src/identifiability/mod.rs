@@ -63,7 +63,7 @@ pub struct RankAnalysis {
     directions: Vec<Vec<f64>>,
     rank: usize,
     /// Columns of zeros: the last directions.
-    idle: Vec<usize>,
+    zero_columns: Vec<usize>,
 }
 
 impl RankAnalysis {
@@ -84,12 +84,12 @@ impl RankAnalysis {
     }
 
     fn with_known(problem: &Problem, values: &Values, known: Option<&NormalEquations>) -> Result<Self, EvaluateError> {
-        let Decomposition { column_scales, eliminated, idle, mut singular_values, mut directions } =
+        let Decomposition { column_scales, eliminated, zero_columns, mut singular_values, mut directions } =
             Decomposition::new(problem, values, known)?;
         let scales: Vec<f64> = problem.structure().shared.iter().map(|column| column_scales[*column]).collect();
         let largest = singular_values.first().copied().unwrap_or(0.0);
         let rank = singular_values.iter().filter(|s| **s > RANK_TOLERANCE * largest).count();
-        for column in &idle {
+        for column in &zero_columns {
             singular_values.push(0.0);
             directions.push((0..scales.len()).map(|j| f64::from(j == *column)).collect());
         }
@@ -100,7 +100,7 @@ impl RankAnalysis {
             singular_values,
             directions,
             rank,
-            idle,
+            zero_columns,
         })
     }
 
@@ -161,11 +161,11 @@ impl RankAnalysis {
 
     /// The same of the null space and of further directions, given by these columns in scaled coordinates.
     fn shadow_of(&self, columns: &[usize], further: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
-        let null = &self.directions[self.rank..self.directions.len() - self.idle.len()];
+        let null = &self.directions[self.rank..self.directions.len() - self.zero_columns.len()];
         let shared: Vec<Option<usize>> = columns.iter().map(|column| self.eliminated.shared(*column)).collect();
-        let is_idle = |i: &usize| shared[*i].is_some_and(|index| self.idle.contains(&index));
+        let is_zero = |i: &usize| shared[*i].is_some_and(|index| self.zero_columns.contains(&index));
         let active: Vec<(usize, usize)> =
-            (0..columns.len()).filter(|i| !is_idle(i)).filter_map(|i| Some((i, shared[i]?))).collect();
+            (0..columns.len()).filter(|i| !is_zero(i)).filter_map(|i| Some((i, shared[i]?))).collect();
         let size = active.len();
         let of_null = null.iter().flat_map(|null| active.iter().map(|(_, index)| null[*index]));
         let of_further = further.iter().flat_map(|step| active.iter().map(|(place, _)| step[*place]));
@@ -173,8 +173,8 @@ impl RankAnalysis {
         if entries.map(|entry| entry * entry).sum::<f64>() <= SHADOW_TOLERANCE * SHADOW_TOLERANCE {
             // No singular value is larger than this sum's root.
             let axis = |place: usize| (0..columns.len()).map(|i| f64::from(i == place)).collect();
-            let idle = (0..columns.len()).filter(is_idle).map(axis).collect();
-            return (idle, active.iter().map(|(place, _)| axis(*place)).collect());
+            let zero_columns = (0..columns.len()).filter(is_zero).map(axis).collect();
+            return (zero_columns, active.iter().map(|(place, _)| axis(*place)).collect());
         }
         // Square at least, so that the complement comes out of the same decomposition.
         let shadow = Mat::from_fn(size, (null.len() + further.len()).max(size), |i, k| {
@@ -190,8 +190,8 @@ impl RankAnalysis {
             vector
         };
         let shown = (0..size).filter(|k| svd.S()[*k] > SHADOW_TOLERANCE).count();
-        let idle = (0..columns.len()).filter(is_idle);
-        let alone = idle.map(|place| (0..columns.len()).map(|i| f64::from(i == place)).collect());
+        let zero_columns = (0..columns.len()).filter(is_zero);
+        let alone = zero_columns.map(|place| (0..columns.len()).map(|i| f64::from(i == place)).collect());
         ((0..shown).map(vector).chain(alone).collect(), (shown..size).map(vector).collect())
     }
 

@@ -8,11 +8,11 @@ const FAR: f64 = 1e9;
 
 /// `clarabel` with a bound on the first unknown that holds nothing.
 #[derive(Default)]
-pub struct IdleBound(Clarabel);
+pub struct InactiveBound(Clarabel);
 
-impl Solver for IdleBound {
+impl Solver for InactiveBound {
     fn name(&self) -> &'static str {
-        "clarabel, with a bound that is idle"
+        "clarabel, with a bound that is inactive"
     }
 
     fn check(&self, problem: &Problem) -> Result<(), Unsupported> {
@@ -26,9 +26,9 @@ impl Solver for IdleBound {
         context: &mut SolveContext<'_>,
     ) -> Result<Estimate, SolveError> {
         let first = problem.block_ids().next().ok_or(SolveError::NoUnknowns)?;
-        let idle = Constraint::bound("far away", first, 0, -FAR, FAR);
+        let inactive = Constraint::bound("far away", first, 0, -FAR, FAR);
         let bounded = problem
-            .with_constraints(vec![idle])
+            .with_constraints(vec![inactive])
             .map_err(|error| SolveError::Failed { solver: self.name(), reason: error.to_string() })?;
         self.0.solve(&bounded, initial, context)
     }
