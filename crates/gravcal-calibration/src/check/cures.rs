@@ -4,9 +4,9 @@
 //! judged as the session itself is: by the Jacobian at nominal values. What no addition cures by itself is tried with two.
 
 use super::additions::{Addition, additions};
+use super::hypothetical::Hypothetical;
 use super::judged::NominalVerdict;
 use super::report::{Curable, Cure, PredictedStd};
-use super::supposed::Supposed;
 use crate::joint::EstimateError;
 use crate::result::Undetermined;
 
@@ -14,7 +14,7 @@ use crate::result::Undetermined;
 const TOLD: usize = 3;
 
 /// Whatever is undetermined, with its cures.
-pub(super) fn cures(now: &Supposed, undetermined: &[Undetermined]) -> Result<Vec<Curable>, EstimateError> {
+pub(super) fn cures(now: &Hypothetical, undetermined: &[Undetermined]) -> Result<Vec<Curable>, EstimateError> {
     if undetermined.is_empty() {
         return Ok(Vec::new());
     }
@@ -43,12 +43,12 @@ struct Tried<'a> {
 }
 
 impl<'a> Tried<'a> {
-    fn alone(addition: &'a Addition, now: &Supposed) -> Result<Tried<'a>, EstimateError> {
+    fn alone(addition: &'a Addition, now: &Hypothetical) -> Result<Tried<'a>, EstimateError> {
         let verdict = addition.made(now).judge()?;
         Ok(Tried { words: addition.words.clone(), states: addition.states.as_deref(), verdict })
     }
 
-    fn together(first: &Addition, second: &Addition, now: &Supposed) -> Result<Tried<'a>, EstimateError> {
+    fn together(first: &Addition, second: &Addition, now: &Hypothetical) -> Result<Tried<'a>, EstimateError> {
         let verdict = second.made(&first.made(now)).judge()?;
         Ok(Tried { words: format!("{}; and {}", first.words, second.words), states: None, verdict })
     }
@@ -71,7 +71,7 @@ impl<'a> Tried<'a> {
 
 /// Two additions of different groups, the greater effort of both as small as can be. Groups that offer the same for one
 /// joint or another stay out of it.
-fn pairs<'a>(groups: &[Vec<Addition>], now: &Supposed) -> Result<Vec<Vec<Tried<'a>>>, EstimateError> {
+fn pairs<'a>(groups: &[Vec<Addition>], now: &Hypothetical) -> Result<Vec<Vec<Tried<'a>>>, EstimateError> {
     let only: Vec<&Addition> = groups.iter().filter(|group| group.len() == 1).map(|group| &group[0]).collect();
     let indices = (0..only.len()).flat_map(|second| (0..second).map(move |first| (first, second)));
     let tried = |(first, second): (usize, usize)| Ok(vec![Tried::together(only[first], only[second], now)?]);

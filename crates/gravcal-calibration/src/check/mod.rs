@@ -5,11 +5,11 @@
 
 mod additions;
 mod cures;
+mod hypothetical;
 mod judged;
 mod report;
 mod rough;
 mod sign;
-mod supposed;
 mod sweeps;
 #[cfg(test)]
 mod tests;
@@ -25,7 +25,7 @@ pub use report::{
 
 use cures::cures;
 use gravcal_robot_model::session::Session;
-use supposed::Supposed;
+use hypothetical::Hypothetical;
 use sweeps::{sweep_rule, tell_steps, tell_sweep};
 use tilts::tilts;
 
@@ -35,7 +35,7 @@ use tilts::tilts;
 /// Where the joint problem cannot be built: no readings, nothing unknown.
 pub fn check(session: &Session) -> Result<CheckReport, EstimateError> {
     let plan = Plan::new(session);
-    let now = Supposed::now(session)?;
+    let now = Hypothetical::now(session)?;
     let mut verdict = now.judge()?;
     let loads = verdict.payloads.iter().all(|load| load.undetermined.is_none());
     let complete = loads && verdict.parameters.iter().all(|p| p.determined || !p.asked);

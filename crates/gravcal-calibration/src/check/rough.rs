@@ -2,7 +2,7 @@
 
 use gravcal_robot_model::session::{Session, UnexplainedError};
 
-use super::supposed::ROUGH;
+use super::hypothetical::ROUGH;
 use crate::joint::stands_alike;
 
 /// Share of the standstills with one beside them that was come to from the other side, from which on they are said to come in pairs.
@@ -13,12 +13,12 @@ pub(super) fn notes(session: &Session) -> Vec<String> {
     if !session.unexplained_errors().contains(&UnexplainedError::Estimated) {
         return Vec::new();
     }
-    let supposed = format!(
+    let hypothetical = format!(
         "Standard deviations below allow for errors that the noise does not explain, of {} % of the largest torque that each joint carries: \
          most arms' friction leaves so much. If yours is known, state it (unexplained_std beside the std of [readings] torque).",
         100.0 * ROUGH
     );
-    [supposed].into_iter().chain(pairs(session)).collect()
+    [hypothetical].into_iter().chain(pairs(session)).collect()
 }
 
 /// That poses should come in pairs, where those of recordings do not.

@@ -18,7 +18,7 @@ use rand_distr::StandardNormal;
 use rand_pcg::Pcg64;
 
 use super::additions::additions;
-use super::supposed::Supposed;
+use super::hypothetical::Hypothetical;
 use super::*;
 use crate::joint::{State, build_problem, estimate_jointly};
 
@@ -118,19 +118,19 @@ fn assert_cures(session: &Session, parameters: &[String], cure: &Cure) {
 }
 
 /// The session with the additions of a cure.
-fn with_cure(session: &Session, cure: &Cure) -> Supposed {
-    let now = Supposed::now(session).unwrap();
+fn with_cure(session: &Session, cure: &Cure) -> Hypothetical {
+    let now = Hypothetical::now(session).unwrap();
     let parts: Vec<&str> = cure.addition.split("; and ").collect();
     let additions: Vec<_> = additions(&now).into_iter().flatten().collect();
     let made: Vec<_> = additions.iter().filter(|addition| parts.contains(&addition.words.as_str())).collect();
     assert_eq!(made.len(), parts.len(), "{parts:?}");
-    made.iter().fold(now, |supposed, addition| addition.made(&supposed))
+    made.iter().fold(now, |hypothetical, addition| addition.made(&hypothetical))
 }
 
 /// Readings simulated at other than the nominal values, with the addition, determine the parameters near the truth, as well as
 /// was foretold.
-fn assert_determines(supposed: &Supposed, parameters: &[String], cure: &Cure) {
-    let (session, truth) = simulated(supposed);
+fn assert_determines(hypothetical: &Hypothetical, parameters: &[String], cure: &Cure) {
+    let (session, truth) = simulated(hypothetical);
     let solver = LevenbergMarquardt::default();
     let result =
         estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(&solver, &|_: &str| {})).unwrap();
@@ -152,9 +152,9 @@ fn assert_determines(supposed: &Supposed, parameters: &[String], cure: &Cure) {
 }
 
 /// The session with readings of a truth beside its nominal values, with noise.
-fn simulated(supposed: &Supposed) -> (Session, State) {
-    let mut session = supposed.session.clone();
-    let mut truth = supposed.values.clone();
+fn simulated(hypothetical: &Hypothetical) -> (Session, State) {
+    let mut session = hypothetical.session.clone();
+    let mut truth = hypothetical.values.clone();
     let mut random = Pcg64::new(9, 0);
     for id in session.parameters() {
         let parameter = session.parameter(id);
@@ -341,7 +341,7 @@ fn thinning_keeps_what_the_poses_say() {
         with_loads(arm(&FOUR, TILTED), true),
         [None, Some(0), Some(1)].map(|load| (load, Run::Random { poses: 400 })).to_vec(),
     );
-    let now = Supposed::now(&session).unwrap();
+    let now = Hypothetical::now(&session).unwrap();
     let (all, part) = (now.judge().unwrap(), now.clone().thinned().judge().unwrap());
     assert_eq!(now.thinned().session.poses.len(), 300);
     for (all, part) in all.parameters.iter().zip(&part.parameters) {

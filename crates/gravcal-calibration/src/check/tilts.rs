@@ -4,8 +4,8 @@ use gravcal_robot_model::parameter::Quantity;
 use gravcal_robot_model::session::Session;
 use nalgebra::Vector3;
 
+use super::hypothetical::Hypothetical;
 use super::report::{TiltReport, TiltedGain};
-use super::supposed::Supposed;
 use crate::joint::EstimateError;
 
 /// Angles between base and gravity at which the first joint is judged, degrees.
@@ -14,7 +14,7 @@ const TILTS_DEG: [f64; 5] = [1.0, 2.0, 5.0, 10.0, 20.0];
 const NEARLY_UPRIGHT: f64 = 0.1;
 
 /// Nothing of a robot without a joint on which all others hang, or without joints.
-pub(super) fn tilts(now: &Supposed) -> Result<Vec<TiltReport>, EstimateError> {
+pub(super) fn tilts(now: &Hypothetical) -> Result<Vec<TiltReport>, EstimateError> {
     if now.session.robot.chain.root_joint().is_none() {
         return Ok(Vec::new());
     }
@@ -24,9 +24,9 @@ pub(super) fn tilts(now: &Supposed) -> Result<Vec<TiltReport>, EstimateError> {
     }
     let along = gravity.norm() * gravity.dot(&axis).signum() * axis;
     let tilt = |tilt_deg: &f64| {
-        let mut supposed = now.clone();
-        supposed.values.gravity = turned_from(along, axis, tilt_deg.to_radians()).into();
-        let verdict = supposed.judge()?;
+        let mut hypothetical = now.clone();
+        hypothetical.values.gravity = turned_from(along, axis, tilt_deg.to_radians()).into();
+        let verdict = hypothetical.judge()?;
         let gain = |quantity: Quantity| {
             let name = quantity.name(&now.session.robot.chain.joints()[0].name);
             let std = verdict.of(&name).and_then(|gain| gain.predicted_std);

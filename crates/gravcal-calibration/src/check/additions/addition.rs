@@ -1,6 +1,6 @@
 //! One addition to a session.
 
-use crate::check::supposed::Supposed;
+use crate::check::hypothetical::Hypothetical;
 
 /// One addition.
 pub(in crate::check) struct Addition {
@@ -8,18 +8,18 @@ pub(in crate::check) struct Addition {
     pub words: String,
     /// The parameter that it states: no cure of that one alone.
     pub states: Option<String>,
-    pub(super) make: Box<dyn Fn(&mut Supposed)>,
+    pub(super) make: Box<dyn Fn(&mut Hypothetical)>,
 }
 
 impl Addition {
-    pub(super) fn new(words: String, make: impl Fn(&mut Supposed) + 'static) -> Addition {
+    pub(super) fn new(words: String, make: impl Fn(&mut Hypothetical) + 'static) -> Addition {
         Addition { words, states: None, make: Box::new(make) }
     }
 
     /// The session with the addition.
-    pub fn made(&self, now: &Supposed) -> Supposed {
-        let mut supposed = now.clone();
-        (self.make)(&mut supposed);
-        supposed
+    pub fn made(&self, now: &Hypothetical) -> Hypothetical {
+        let mut hypothetical = now.clone();
+        (self.make)(&mut hypothetical);
+        hypothetical
     }
 }

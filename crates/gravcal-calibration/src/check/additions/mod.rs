@@ -1,6 +1,6 @@
 //! What could be added to a session: things to state, poses to record, loads to attach.
 //!
-//! An addition is a small function from a session to the session with it ([`Supposed`]), and its words. Groups of
+//! An addition is a small function from a session to the session with it ([`Hypothetical`]), and its words. Groups of
 //! additions stand in the order of their effort; within a group they are the same thing done to one joint or load or another.
 
 mod addition;
@@ -11,12 +11,12 @@ mod poses;
 mod priors;
 mod torque;
 
-use super::supposed::Supposed;
+use super::hypothetical::Hypothetical;
 
 pub(super) use addition::Addition;
 
 /// Everything that is tried, in groups of like additions, smallest effort first.
-pub(super) fn additions(now: &Supposed) -> Vec<Vec<Addition>> {
+pub(super) fn additions(now: &Hypothetical) -> Vec<Vec<Addition>> {
     vec![
         priors::hemisphere(now),
         priors::torque_gain(now),

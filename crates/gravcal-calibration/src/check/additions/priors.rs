@@ -4,7 +4,7 @@ use gravcal_robot_model::parameter::{ParameterId, Quantity};
 use gravcal_robot_model::session::PriorKind;
 
 use super::addition::Addition;
-use crate::check::supposed::Supposed;
+use crate::check::hypothetical::Hypothetical;
 
 /// Standard deviation of a torque gain that is stated, as a share of it.
 const GAIN_KNOWN: f64 = 0.01;
@@ -12,19 +12,19 @@ const GAIN_KNOWN: f64 = 0.01;
 const POSITION_KNOWN: f64 = 1e-3;
 
 /// Gravity's rough direction.
-pub fn hemisphere(now: &Supposed) -> Vec<Addition> {
+pub fn hemisphere(now: &Hypothetical) -> Vec<Addition> {
     if now.session.gravity.hemisphere.is_some() {
         return Vec::new();
     }
     let words = "state gravity's rough direction ([gravity] hemisphere)";
-    vec![Addition::new(words.into(), |supposed| {
-        let norm = supposed.session.gravity.magnitude;
-        supposed.session.gravity.hemisphere = Some(supposed.values.gravity.map(|component| component / norm));
+    vec![Addition::new(words.into(), |hypothetical| {
+        let norm = hypothetical.session.gravity.magnitude;
+        hypothetical.session.gravity.hemisphere = Some(hypothetical.values.gravity.map(|component| component / norm));
     })]
 }
 
 /// The torque gain of one joint.
-pub fn torque_gain(now: &Supposed) -> Vec<Addition> {
+pub fn torque_gain(now: &Hypothetical) -> Vec<Addition> {
     let open = |joint: &usize| {
         now.noise[*joint].is_some()
             && now.session.fixed_reason(*joint, Quantity::TorqueGain).is_none()
@@ -34,8 +34,8 @@ pub fn torque_gain(now: &Supposed) -> Vec<Addition> {
         let id = ParameterId::Sensor(joint, Quantity::TorqueGain);
         let name = now.session.parameter_name(id);
         let words = format!("state {name} within {:.0} % (its std in [[joint]])", 100.0 * GAIN_KNOWN);
-        let make = move |supposed: &mut Supposed| {
-            let prior = supposed.session.prior_mut(id);
+        let make = move |hypothetical: &mut Hypothetical| {
+            let prior = hypothetical.session.prior_mut(id);
             prior.kind = PriorKind::Gaussian { std: GAIN_KNOWN * prior.nominal.abs() };
         };
         Addition { states: Some(name), ..Addition::new(words, make) }
@@ -44,7 +44,7 @@ pub fn torque_gain(now: &Supposed) -> Vec<Addition> {
 }
 
 /// Where a load hangs in its link.
-pub fn placement(now: &Supposed) -> Vec<Addition> {
+pub fn placement(now: &Hypothetical) -> Vec<Addition> {
     let hangs = |load: &usize| now.session.poses.iter().any(|pose| pose.load == Some(*load));
     let open = |load: &usize| {
         now.session.loads[*load].position.is_none() && !now.session.loads[*load].is_unknown() && hangs(load)
@@ -53,9 +53,9 @@ pub fn placement(now: &Supposed) -> Vec<Addition> {
         let name = &now.session.loads[load].name;
         let words =
             format!("state the position of load `{name}` in its link within {} mm (position_m)", 1e3 * POSITION_KNOWN);
-        Addition::new(words, move |supposed| {
-            supposed.session.loads[load].position = Some(supposed.values.loads[load]);
-            supposed.session.loads[load].position_std = Some(POSITION_KNOWN);
+        Addition::new(words, move |hypothetical| {
+            hypothetical.session.loads[load].position = Some(hypothetical.values.loads[load]);
+            hypothetical.session.loads[load].position_std = Some(POSITION_KNOWN);
         })
     };
     (0..now.session.loads.len()).filter(open).map(state).collect()

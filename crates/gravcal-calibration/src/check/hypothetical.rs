@@ -45,7 +45,7 @@ fn turned_every_way(index: usize) -> Orientation {
 
 /// A session, real or not, with the values at which it is judged. Its readings count, their values do not.
 #[derive(Clone, Debug)]
-pub(crate) struct Supposed {
+pub(crate) struct Hypothetical {
     /// The session.
     pub session: Session,
     /// Where it is judged.
@@ -54,12 +54,12 @@ pub(crate) struct Supposed {
     pub noise: Vec<Option<f64>>,
 }
 
-impl Supposed {
+impl Hypothetical {
     /// The session as it is.
     ///
     /// # Errors
     /// Where the joint problem cannot be built.
-    pub fn now(session: &Session) -> Result<Supposed, EstimateError> {
+    pub fn now(session: &Session) -> Result<Hypothetical, EstimateError> {
         let readings = select(session, Signals::All);
         let values = State::nominal(session);
         let rough = rough_errors(session, &readings, &values)?;
@@ -77,12 +77,12 @@ impl Supposed {
                 }
             }
         }
-        Ok(Supposed { values, session, noise })
+        Ok(Hypothetical { values, session, noise })
     }
 
     /// The same with fewer poses, each of so many times the weight that they say about as much: every so many of each load. All are
     /// kept where moments are described by sweep: a sweep must stay one.
-    pub fn thinned(mut self) -> Supposed {
+    pub fn thinned(mut self) -> Hypothetical {
         if self.session.inertia == InertiaPrior::Sweep {
             return self;
         }
