@@ -19,7 +19,7 @@ use std::path::Path;
 
 use gravcal_dynamics::{Joint, Transform};
 use gravcal_estimation::BlockId;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use tempfile::TempDir;
 
 use gravcal_benches::seven_joints::SevenJoints;
@@ -63,10 +63,10 @@ fn start(problem: &SevenJoints, text: &mut String) -> Result<(), String> {
     let numbers = |id: &BlockId| values.get(*id).to_vec();
     line(text, "gravity", numbers(&variables.gravity));
     for (quantity, name) in [
-        (Quantity::TorqueGain, "torque_gain"),
-        (Quantity::TorqueBias, "torque_bias"),
-        (Quantity::PositionGain, "position_gain"),
-        (Quantity::PositionOffset, "position_offset"),
+        (SensorParameter::TorqueGain, "torque_gain"),
+        (SensorParameter::TorqueBias, "torque_bias"),
+        (SensorParameter::PositionGain, "position_gain"),
+        (SensorParameter::PositionOffset, "position_offset"),
     ] {
         line(text, name, variables.sensors.iter().map(|ids| values.scalar(ids[quantity as usize])));
     }

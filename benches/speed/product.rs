@@ -14,7 +14,7 @@
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatRef, Par};
 use gravcal_estimation::BlockId;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 
 use gravcal_benches::clock::median_seconds;
 use gravcal_benches::seven_joints::SevenJoints;
@@ -105,11 +105,11 @@ pub fn time(problem: &SevenJoints) -> ProductTime {
 /// How many columns the torque of one joint can touch.
 fn columns(problem: &SevenJoints, load: Option<usize>, joint: usize) -> usize {
     let variables = &problem.built.variables;
-    let own = [Quantity::TorqueGain, Quantity::TorqueBias].map(|q| variables.sensors[joint][q as usize]);
+    let own = [SensorParameter::TorqueGain, SensorParameter::TorqueBias].map(|q| variables.sensors[joint][q as usize]);
     let coordinates = variables
         .sensors
         .iter()
-        .flat_map(|ids| [Quantity::PositionGain, Quantity::PositionOffset].map(|q| ids[q as usize]));
+        .flat_map(|ids| [SensorParameter::PositionGain, SensorParameter::PositionOffset].map(|q| ids[q as usize]));
     let placement = load.and_then(|load| variables.loads[load].clone()).unwrap_or_default();
     std::iter::once(variables.gravity)
         .chain(own)

@@ -15,7 +15,7 @@ use std::fmt;
 
 use gravcal_estimation::IterationRecord;
 use gravcal_robot_model::EstimatorName;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use serde::Serialize;
 
 pub use detail::Detail;
@@ -100,14 +100,14 @@ impl EstimatorResult {
     ///
     /// ```no_run
     /// # fn tell(result: &gravcal_calibration::result::EstimatorResult) {
-    /// use gravcal_robot_model::parameter::Quantity;
+    /// use gravcal_robot_model::parameter::SensorParameter;
     ///
-    /// if let Some((gain, std)) = result.sensor("joint2", Quantity::TorqueGain).and_then(|gain| gain.estimate()) {
+    /// if let Some((gain, std)) = result.sensor("joint2", SensorParameter::TorqueGain).and_then(|gain| gain.estimate()) {
     ///     println!("{gain} ± {std}");
     /// }
     /// # }
     /// ```
-    pub fn sensor(&self, joint: &str, quantity: Quantity) -> Option<&ParameterResult> {
+    pub fn sensor(&self, joint: &str, quantity: SensorParameter) -> Option<&ParameterResult> {
         self.parameter(&quantity.name(joint))
     }
 

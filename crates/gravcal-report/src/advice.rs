@@ -1,7 +1,7 @@
 //! What a result comes to, and what a person should do next: the same words wherever it is shown.
 
 use gravcal_calibration::result::{EstimatorResult, Fit, Verdict};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::MistakenUnit;
 
 use crate::sensor_row::split_name;
@@ -83,7 +83,7 @@ fn determined(result: &EstimatorResult, file: &str) -> Advice {
 
 /// What can be exported: joints' sensors beyond gain and bias have tables only.
 fn formats(result: &EstimatorResult) -> &'static str {
-    let affine = |quantity: &str| Quantity::ALL.iter().any(|known| known.as_str() == quantity);
+    let affine = |quantity: &str| SensorParameter::ALL.iter().any(|known| known.as_str() == quantity);
     let names: Vec<(&str, &str)> = result.parameters.iter().map(|parameter| split_name(&parameter.name)).collect();
     let joints: Vec<&str> = names.iter().filter(|(_, quantity)| affine(quantity)).map(|(joint, _)| *joint).collect();
     if names.iter().any(|(owner, quantity)| joints.contains(owner) && !affine(quantity)) {

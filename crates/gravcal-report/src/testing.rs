@@ -4,7 +4,7 @@ use gravcal_calibration::result::{
     CovarianceResult, Detail, EstimatorResult, Fit, GravityResult, HeldOut, JointFit, NoiseSource, ParameterResult,
     UncertaintyResult, Verdict,
 };
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 
 /// A determined result without parameters and fit.
 pub fn result(name: &str) -> EstimatorResult {
@@ -46,11 +46,11 @@ pub fn result(name: &str) -> EstimatorResult {
 
 /// A parameter with a value.
 pub fn determined(name: &str, unit: &str, value: f64, std: f64) -> ParameterResult {
-    let quantity = Quantity::ALL.into_iter().find(|q| name.ends_with(q.as_str()));
+    let quantity = SensorParameter::ALL.into_iter().find(|q| name.ends_with(q.as_str()));
     ParameterResult {
         name: name.into(),
         unit: unit.into(),
-        convention: quantity.map_or("", Quantity::convention).into(),
+        convention: quantity.map_or("", SensorParameter::convention).into(),
         value: Some(value),
         std: Some(std),
         ci95: Some([value - 1.96 * std, value + 1.96 * std]),

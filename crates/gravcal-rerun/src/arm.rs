@@ -1,7 +1,7 @@
 //! The arm in 3D, pose by pose.
 
 use gravcal_dynamics::Transform;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use re_sdk::{EntityPath, RecordingStream, RecordingStreamError, entity_path};
 use re_sdk_types::archetypes::{Points3D, Transform3D, ViewCoordinates};
@@ -104,11 +104,11 @@ fn rotation(frame: &Transform) -> UnitQuaternion<f64> {
 pub fn position_sensors(calibration: &CalibrationRecording<'_>) -> Vec<[f64; 2]> {
     let session = calibration.session;
     let joints = session.robot.chain.joints().iter().zip(&session.joints);
-    let value = |joint: &str, quantity: Quantity, nominal: f64| {
+    let value = |joint: &str, quantity: SensorParameter, nominal: f64| {
         let found = calibration.deciding().and_then(|result| result.parameter(&quantity.name(joint)));
         found.and_then(|parameter| parameter.value).unwrap_or(nominal)
     };
-    let both = [Quantity::PositionGain, Quantity::PositionOffset];
+    let both = [SensorParameter::PositionGain, SensorParameter::PositionOffset];
     joints.map(|(joint, known)| both.map(|quantity| value(&joint.name, quantity, known.of(quantity).nominal))).collect()
 }
 

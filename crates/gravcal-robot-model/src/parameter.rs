@@ -1,6 +1,6 @@
 //! The named parameters of a session: those of the joints' sensors, and those of everything else that reads gravity.
 //!
-//! Every joint has the four of its affine sensors ([`Quantity`]). Whatever else has parameters (a term of a sensor's
+//! Every joint has the four of its affine sensors ([`SensorParameter`]). Whatever else has parameters (a term of a sensor's
 //! model, an instrument that belongs to no joint) appends to [`Session::further`](crate::Session) what it calls them, in
 //! which unit and equation, what is known of them, and when a number would be of use. From there on all are treated
 //! alike: [`ParameterId`] names one of either kind.
@@ -12,7 +12,7 @@ use crate::session::ParameterPrior;
 
 /// One of the four parameters of a joint's affine sensors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum Quantity {
+pub enum SensorParameter {
     /// `k` of `reading = k · torque + b` (paper, eq. (8)).
     TorqueGain = 0,
     /// `b` of the same.
@@ -23,26 +23,30 @@ pub enum Quantity {
     PositionOffset = 3,
 }
 
-impl Quantity {
+impl SensorParameter {
     /// All four, in the order in which a joint's parameters are stored.
-    pub const ALL: [Quantity; 4] =
-        [Quantity::TorqueGain, Quantity::TorqueBias, Quantity::PositionGain, Quantity::PositionOffset];
+    pub const ALL: [SensorParameter; 4] = [
+        SensorParameter::TorqueGain,
+        SensorParameter::TorqueBias,
+        SensorParameter::PositionGain,
+        SensorParameter::PositionOffset,
+    ];
 
     /// The name in files.
     pub fn as_str(self) -> &'static str {
         match self {
-            Quantity::TorqueGain => "torque_gain",
-            Quantity::TorqueBias => "torque_bias",
-            Quantity::PositionGain => "position_gain",
-            Quantity::PositionOffset => "position_offset",
+            SensorParameter::TorqueGain => "torque_gain",
+            SensorParameter::TorqueBias => "torque_bias",
+            SensorParameter::PositionGain => "position_gain",
+            SensorParameter::PositionOffset => "position_offset",
         }
     }
 
     /// The equation in which the parameter stands.
     pub fn convention(self) -> &'static str {
         match self {
-            Quantity::TorqueGain | Quantity::TorqueBias => "reading = torque_gain * torque + torque_bias",
-            Quantity::PositionGain | Quantity::PositionOffset => {
+            SensorParameter::TorqueGain | SensorParameter::TorqueBias => "reading = torque_gain * torque + torque_bias",
+            SensorParameter::PositionGain | SensorParameter::PositionOffset => {
                 "coordinate = position_gain * reading + position_offset"
             }
         }
@@ -54,7 +58,7 @@ impl Quantity {
     }
 }
 
-impl fmt::Display for Quantity {
+impl fmt::Display for SensorParameter {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(self.as_str())
     }
@@ -67,7 +71,7 @@ pub const UNREAD: &str = "the axis is not read";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum ParameterId {
     /// Of a joint's affine sensors, by the joint's index.
-    Sensor(usize, Quantity),
+    Sensor(usize, SensorParameter),
     /// By its place in [`Session::further`](crate::Session).
     Further(usize),
 }

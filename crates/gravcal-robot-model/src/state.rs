@@ -1,6 +1,6 @@
 //! What a session does not know as plain numbers: what a start, a truth or a solution is made of.
 
-use crate::parameter::{ParameterId, Quantity};
+use crate::parameter::{ParameterId, SensorParameter};
 use crate::session::{Instrument, InstrumentKind, Load, Session};
 
 /// A value for every unknown of a session, in inside units.
@@ -42,7 +42,7 @@ impl State {
             sensors: session
                 .joints
                 .iter()
-                .map(|joint| Quantity::ALL.map(|quantity| joint.of(quantity).nominal))
+                .map(|joint| SensorParameter::ALL.map(|quantity| joint.of(quantity).nominal))
                 .collect(),
             further: session.further.iter().map(|parameter| parameter.prior.nominal).collect(),
             inertia: session.robot.chain.links().iter().map(nominal_inertia).collect(),

@@ -9,7 +9,7 @@
 use crate::session::Session;
 use gravcal_dynamics::JointKind;
 
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 
 /// A joint that moves less than this stands still, rad (or m): 2°, room for joints that deflect under load.
 pub const HOLD_TOLERANCE: f64 = 0.035;
@@ -85,7 +85,7 @@ impl Run {
 
 /// Nominal coordinate of a joint in a pose, without its offset.
 fn nominal_coordinate(session: &Session, pose: usize, joint: usize) -> f64 {
-    session.joints[joint].of(Quantity::PositionGain).nominal * session.poses[pose].position[joint]
+    session.joints[joint].of(SensorParameter::PositionGain).nominal * session.poses[pose].position[joint]
 }
 
 fn sweep_of(session: &Session, run: &Run) -> Option<Sweep> {

@@ -203,7 +203,7 @@ use std::path::{Path, PathBuf};
 use gravcal_estimation::Loss;
 use gravcal_recording::{Memory, PoseMapping};
 use gravcal_robot_model::Registry;
-use gravcal_robot_model::parameter::{Parameter, Quantity};
+use gravcal_robot_model::parameter::{Parameter, SensorParameter};
 use gravcal_robot_model::residual_models::ResidualInUse;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::sensors::SensorTerms;
@@ -623,8 +623,8 @@ fn refuse_prior_on_base_frame(
     said: &[joints::Said<'_>],
 ) -> Result<(), FileError> {
     let Some(root) = context.robot.chain.root_joint() else { return Ok(()) };
-    let PriorKind::Gaussian { .. } = joints[root].of(Quantity::PositionOffset).kind else { return Ok(()) };
-    let Some(entry) = said[root].of(Quantity::PositionOffset) else { return Ok(()) };
+    let PriorKind::Gaussian { .. } = joints[root].of(SensorParameter::PositionOffset).kind else { return Ok(()) };
+    let Some(entry) = said[root].of(SensorParameter::PositionOffset) else { return Ok(()) };
     let message = match entry.of_all {
         false => {
             "the first joint's offset defines the base frame, so it cannot be uncertain: leave std away".to_owned()

@@ -13,7 +13,7 @@ use gravcal_calibration::SolveEnvironment;
 use gravcal_calibration::joint::{Signals, State, estimate_jointly};
 use gravcal_dynamics::{ChainError, DhConvention, DhRow, JointKind, Link, chain_from_dh};
 use gravcal_estimation::Solver;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{GravityPrior, Load, LoadDistance, PoseTable, Session};
 use gravcal_session::simulation::{Disturbance, Run, Simulation};
@@ -105,9 +105,9 @@ fn calibrate(arm: &Simulation, solver: &dyn Solver) -> Option<Found> {
     let quiet = |_: &str| {};
     let result = estimate_jointly(&session, Signals::All, None, &SolveEnvironment::new(solver, &quiet)).ok()?;
     let last = session.robot.chain.joints().last()?;
-    let name = Quantity::TorqueGain.name(&last.name);
+    let name = SensorParameter::TorqueGain.name(&last.name);
     let told = result.parameter(&name)?;
-    let truth = arm.truth.sensors.last()?[Quantity::TorqueGain as usize];
+    let truth = arm.truth.sensors.last()?[SensorParameter::TorqueGain as usize];
     let ([low, high], value, std) = (told.ci95?, told.value?, told.std?);
     Some(Found {
         within: (low..=high).contains(&truth),

@@ -2,7 +2,7 @@
 
 use gravcal_calibration::joint::{Solved, State};
 use gravcal_robot_model::Session;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 
 /// One number: a component of gravity, or a sensor parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,12 +10,12 @@ pub enum Measured {
     /// Component of gravity in base coordinates, m/s².
     Gravity(usize),
     /// Sensor parameter of a joint.
-    Sensor(usize, Quantity),
+    Sensor(usize, SensorParameter),
 }
 
 /// Everything that the joint estimator estimates of sensors and gravity.
 pub fn measured_quantities(session: &Session) -> Vec<Measured> {
-    let sensors = (0..session.joints.len()).flat_map(|joint| Quantity::ALL.map(|q| Measured::Sensor(joint, q)));
+    let sensors = (0..session.joints.len()).flat_map(|joint| SensorParameter::ALL.map(|q| Measured::Sensor(joint, q)));
     let free = sensors.filter(|m| match m {
         Measured::Sensor(joint, quantity) => session.fixed_reason(*joint, *quantity).is_none(),
         Measured::Gravity(_) => true,

@@ -8,7 +8,7 @@ mod common;
 
 use std::error::Error;
 
-use gravcal::calibration::parameter::Quantity;
+use gravcal::calibration::parameter::SensorParameter;
 use gravcal::calibration::result::ParameterResult;
 use gravcal::calibration::session::PoseArrays;
 use gravcal::calibration::{EstimatorName, SolveEnvironment, calibrate};
@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         assert!((value - truth).abs() < 4.0 * std, "{} is {value}", parameter.name);
     }
     // The same by the joint's name.
-    let gain = result.sensor("joint2", Quantity::TorqueGain).and_then(ParameterResult::estimate);
+    let gain = result.sensor("joint2", SensorParameter::TorqueGain).and_then(ParameterResult::estimate);
     assert_eq!(gain, faulty.torque_gain.estimate());
     assert_eq!(result.joints().map(|sensors| sensors.joint).collect::<Vec<_>>(), ["joint1", "joint2", "joint3"]);
     // What a terminal shows, and what calibration.json holds, is there for programs, too.

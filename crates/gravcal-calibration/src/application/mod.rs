@@ -22,7 +22,7 @@ mod tests;
 mod values;
 
 use gravcal_recording::{Conditions, EarlierEstimate, MotionSource, is_saturated};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::{Moment, Need};
 use gravcal_robot_model::session::Session;
 
@@ -210,7 +210,7 @@ impl<'a> Application<'a> {
 
     /// `dθ/dq` at the last reading.
     fn position_gain(&self, joint: usize) -> f64 {
-        let gain = self.values.sensors[joint][Quantity::PositionGain as usize];
+        let gain = self.values.sensors[joint][SensorParameter::PositionGain as usize];
         let own = || self.session.terms.of_positions().filter(|term| term.joint == joint);
         let at = |step: f64| {
             let mut moved = self.positions.clone();

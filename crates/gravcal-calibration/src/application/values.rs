@@ -1,7 +1,7 @@
 //! A calibration's values as those of a session.
 
 use gravcal_recording::{EarlierEstimate, EarlierParameter};
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 
 use super::error::ApplicationError;
@@ -38,7 +38,7 @@ pub(super) fn values(
     for id in session.parameters() {
         let (joint, is_torque) = match id {
             ParameterId::Sensor(joint, quantity) => {
-                (joint, matches!(quantity, Quantity::TorqueGain | Quantity::TorqueBias))
+                (joint, matches!(quantity, SensorParameter::TorqueGain | SensorParameter::TorqueBias))
             }
             // Behind the terms are the parameters of instruments and the like, which no joint's reading depends on.
             ParameterId::Further(index) => match session.terms.site(index) {
@@ -64,7 +64,7 @@ pub(super) fn values(
     // A joint without a torque sensor: any that reads nothing will do.
     for (sensor, torque) in values.sensors.iter_mut().zip(&session.readings.torques) {
         if torque.is_none() {
-            sensor[Quantity::TorqueGain as usize] = 1.0;
+            sensor[SensorParameter::TorqueGain as usize] = 1.0;
         }
     }
     match undetermined.is_empty() {

@@ -1,7 +1,7 @@
 //! A session as it is, or as it would be after some addition, at nominal values: what a judgement looks at.
 
 use gravcal_recording::{Orientation, Reading};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{InertiaPrior, Pose, PoseTable, Session, UnexplainedError};
 use nalgebra::{Quaternion, UnitQuaternion};
 
@@ -111,7 +111,8 @@ impl Hypothetical {
     pub fn record(&mut self, load: Option<usize>, coordinates: Vec<Vec<f64>>) {
         let position = |(joint, coordinate): (usize, &f64)| {
             let sensor = self.values.sensors[joint];
-            (coordinate - sensor[Quantity::PositionOffset as usize]) / sensor[Quantity::PositionGain as usize]
+            (coordinate - sensor[SensorParameter::PositionOffset as usize])
+                / sensor[SensorParameter::PositionGain as usize]
         };
         let reading = |std: &Option<f64>| std.map(|std| Reading { value: 0.0, std: Some(std) });
         let (torque, instruments) = self.noise.split_at(self.session.joints.len());

@@ -1,7 +1,7 @@
 //! Which sweeps a session has, and what the sequential procedure will do with them.
 
 use gravcal_recording::file_name;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
 use gravcal_robot_model::sweeps::{HOLD_TOLERANCE, SWEEP_POSES, SWEEP_RANGE};
 
@@ -21,7 +21,7 @@ pub(super) fn sweep_rule() -> String {
 pub(super) fn tell_sweep(session: &Session, plan: &Plan, index: usize) -> SweepReport {
     let sweep = &plan.sweeps[index];
     let (first, last) = (sweep.poses[0], sweep.poses[sweep.poses.len() - 1]);
-    let gain = session.joints[sweep.swept].of(Quantity::PositionGain).nominal;
+    let gain = session.joints[sweep.swept].of(SensorParameter::PositionGain).nominal;
     let coordinate = |pose: usize| (gain * session.poses[pose].position[sweep.swept]).to_degrees();
     let mut steps = Vec::new();
     if plan.bias.get(sweep.swept).is_some_and(|bias| bias.contains(&index)) {

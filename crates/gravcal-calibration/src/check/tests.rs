@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
 use gravcal_identification::SolveEnvironment;
 use gravcal_recording::{PositionUnit, TorqueUnit};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{
     GravityPrior, JointPriors, Load, LoadDistance, ParameterPrior, PoseTable, PriorKind, ReadingId, Session,
@@ -248,10 +248,10 @@ fn a_load_at_one_placement_wants_a_second_one() {
 fn two_positions_half_a_turn_apart_want_a_third() {
     let mut session = arm(&[90.0, 0.0], TILTED);
     session.joints[0].torque_unit = None;
-    for quantity in [Quantity::PositionGain, Quantity::PositionOffset] {
+    for quantity in [SensorParameter::PositionGain, SensorParameter::PositionOffset] {
         session.joints[0].parameters[quantity as usize].kind = PriorKind::Fixed;
     }
-    session.joints[1].parameters[Quantity::TorqueGain as usize].kind = PriorKind::Fixed;
+    session.joints[1].parameters[SensorParameter::TorqueGain as usize].kind = PriorKind::Fixed;
     let session = recorded(session, [-FRAC_PI_2, FRAC_PI_2].map(|q| sweep(1, 2.0, &[q, 0.0])).to_vec());
     let report = check(&session).unwrap();
     let gravity = report.undetermined.iter().find(|open| open.undetermined.parameters[0] == "gravity").unwrap();
@@ -305,7 +305,7 @@ fn the_last_offset_wants_a_load_at_a_known_place() {
 #[test]
 fn an_unread_joint_is_to_be_read() {
     let mut session = arm(&FOUR, TILTED);
-    session.joints[3].parameters[Quantity::TorqueGain as usize].kind = PriorKind::Fixed;
+    session.joints[3].parameters[SensorParameter::TorqueGain as usize].kind = PriorKind::Fixed;
     let mut session = recorded(session, vec![random(None)]);
     session.poses.iter_mut().for_each(|pose| pose.torque[1] = None);
     let report = check(&session).unwrap();

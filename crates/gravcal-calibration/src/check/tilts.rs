@@ -1,6 +1,6 @@
 //! What tilting the base would bring to the first joint.
 
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
 use nalgebra::Vector3;
 
@@ -27,7 +27,7 @@ pub(super) fn tilts(now: &Hypothetical) -> Result<Vec<TiltReport>, EstimateError
         let mut hypothetical = now.clone();
         hypothetical.values.gravity = turned_from(along, axis, tilt_deg.to_radians()).into();
         let verdict = hypothetical.judge()?;
-        let gain = |quantity: Quantity| {
+        let gain = |quantity: SensorParameter| {
             let name = quantity.name(&now.session.robot.chain.joints()[0].name);
             let std = verdict.of(&name).and_then(|gain| gain.predicted_std);
             let relative_std = std.map(|std| std / now.values.sensors[0][quantity as usize].abs());
@@ -35,8 +35,8 @@ pub(super) fn tilts(now: &Hypothetical) -> Result<Vec<TiltReport>, EstimateError
         };
         Ok(TiltReport {
             tilt_deg: *tilt_deg,
-            torque_gain: gain(Quantity::TorqueGain),
-            position_gain: gain(Quantity::PositionGain),
+            torque_gain: gain(SensorParameter::TorqueGain),
+            position_gain: gain(SensorParameter::PositionGain),
         })
     };
     TILTS_DEG.iter().map(tilt).collect()

@@ -1,7 +1,7 @@
 //! The parameters of one sensor in several calibrations.
 
 use gravcal_recording::{EarlierEstimate, EarlierParameter};
-use gravcal_robot_model::parameter::{Quantity, UNREAD};
+use gravcal_robot_model::parameter::{SensorParameter, UNREAD};
 use gravcal_robot_model::session::NO_TORQUE_SENSOR;
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -51,7 +51,7 @@ pub(super) fn sensors(calibrations: &[&EarlierEstimate]) -> Result<Vec<Sensor>, 
 /// `joint1 torque`, `joint1 position`, `joint1 compliance`; of what is no joint its own name.
 fn sensor_of(estimate: &EarlierEstimate, parameter: &str) -> String {
     let (owner, quantity) = parameter.rsplit_once('.').unwrap_or((parameter, ""));
-    let gain = Quantity::PositionGain.name(owner);
+    let gain = SensorParameter::PositionGain.name(owner);
     if estimate.parameters.iter().all(|other| other.name != gain) {
         return owner.to_owned();
     }

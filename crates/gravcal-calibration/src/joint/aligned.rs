@@ -9,7 +9,7 @@ use std::f64::consts::FRAC_PI_2;
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::{BlockId, Reference, Values};
 use gravcal_identification::{IMPLAUSIBLE, SolveEnvironment};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
 use nalgebra::{Matrix3, Vector3};
 
@@ -113,7 +113,7 @@ impl Solved {
             }
         }
         let stands = |(joint, [low, high]): (usize, [f64; 2])| {
-            let offset = self.built.variables.sensors[joint][Quantity::PositionOffset as usize];
+            let offset = self.built.variables.sensors[joint][SensorParameter::PositionOffset as usize];
             let is_free = !self.judged_problem().columns_of(offset).is_empty();
             (is_free && turns(joint) && high - low < STANDS).then(|| (joint, f64::midpoint(low, high)))
         };
@@ -123,7 +123,7 @@ impl Solved {
     /// Gain and offset with which a joint that stands at this angle (rad) stands at the nearest multiple of a quarter turn.
     fn at_quarter_turn(&self, joint: usize, angle: f64) -> Option<Alignment> {
         let off = angle - (angle / FRAC_PI_2).round() * FRAC_PI_2;
-        let [gain, offset] = [Quantity::PositionGain, Quantity::PositionOffset]
+        let [gain, offset] = [SensorParameter::PositionGain, SensorParameter::PositionOffset]
             .map(|quantity| self.built.variables.sensors[joint][quantity as usize]);
         let [gain_value, offset_value] = [gain, offset].map(|block| self.estimate.values.scalar(block));
         (off.abs() < NEAR).then(|| vec![(gain, vec![gain_value]), (offset, vec![offset_value - off])])

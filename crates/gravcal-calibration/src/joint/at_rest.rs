@@ -18,7 +18,7 @@
 use std::sync::Arc;
 
 use gravcal_estimation::{Block, BlockId, ProblemBuilder, Residual, Values};
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::residuals::Shifted;
 use gravcal_robot_model::session::Session;
 
@@ -102,7 +102,7 @@ pub(super) fn around(
     pose: usize,
     inner: Arc<dyn Residual>,
 ) -> Arc<dyn Residual> {
-    let bias = |joint: usize| variables.sensors[joint][Quantity::TorqueBias as usize];
+    let bias = |joint: usize| variables.sensors[joint][SensorParameter::TorqueBias as usize];
     let shifted: Vec<(BlockId, f64)> =
         unknown.joints.iter().map(|joint| (bias(*joint), side(session, pose, *joint).unwrap_or(0.0))).collect();
     if shifted.iter().all(|(_, side)| *side == 0.0) {
@@ -150,7 +150,7 @@ impl Solved {
     fn bias_that_holds_friction(&self, session: &Session, joint: usize) -> Option<String> {
         let (at_rest, place, friction) = self.at_rest(joint)?;
         let sides = Sides::of(session, joint).filter(|sides| sides.one_sided())?;
-        let bias = self.built.variables.block(ParameterId::Sensor(joint, Quantity::TorqueBias));
+        let bias = self.built.variables.block(ParameterId::Sensor(joint, SensorParameter::TorqueBias));
         let bias = self.built.problem.columns_of(bias).next()?;
         let both = self.covariance().of(&[vec![(bias, 1.0)], vec![(friction, 1.0)]]);
         // What the bias would be known to if friction were known.
@@ -161,7 +161,7 @@ impl Solved {
                 "{name} came to {:.0} % of its standstills from one side, and its readings scatter beyond their noise: {} holds friction \
                  that is left at rest, and its interval is widened by what that may be (± {:.2e} {}). Come to the same poses from both sides.",
                 100.0 * sides.larger_share(),
-                Quantity::TorqueBias.name(name),
+                SensorParameter::TorqueBias.name(name),
                 at_rest.std[place],
                 session.channel_unit(joint)
             )

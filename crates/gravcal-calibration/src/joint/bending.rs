@@ -18,7 +18,7 @@ use std::sync::Arc;
 
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::{Block, BlockId, EvaluateError, ProblemBuilder, Residual, Values};
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::residuals::Shifted;
 use gravcal_robot_model::session::{ReadingId, Session};
 use gravcal_robot_model::sweeps::sweeping;
@@ -68,7 +68,7 @@ impl Bending {
         pose: usize,
         inner: Arc<dyn Residual>,
     ) -> Arc<dyn Residual> {
-        let offset = |joint: usize| variables.sensors[joint][Quantity::PositionOffset as usize];
+        let offset = |joint: usize| variables.sensors[joint][SensorParameter::PositionOffset as usize];
         let shifted: Vec<(BlockId, f64)> =
             unknown.joints.iter().map(|joint| (offset(*joint), self.torques[pose][*joint])).collect();
         Arc::new(Shifted::new(inner, |id| stored.get(id).len(), &shifted, unknown.block))
@@ -111,7 +111,7 @@ impl Solved {
         let mut torques = vec![vec![0.0; session.joints.len()]; session.poses.len()];
         for (ReadingId { pose, channel }, reading) in self.built.rows.iter().zip(self.gravity_readings(session)?) {
             if *channel < session.joints.len() && sweeping[*pose] != Some(*channel) {
-                let gain = self.built.variables.sensors[*channel][Quantity::TorqueGain as usize];
+                let gain = self.built.variables.sensors[*channel][SensorParameter::TorqueGain as usize];
                 torques[*pose][*channel] = reading / self.estimate.values.scalar(gain);
             }
         }
@@ -167,7 +167,7 @@ impl Solved {
 
     /// Name of a position gain, and how many times its standard deviation is that of a stiff joint, where that is worth a word.
     fn widened_by_bending(&self, session: &Session, bending: &OfJoints, joint: usize) -> Option<(String, f64)> {
-        let gain = ParameterId::Sensor(joint, Quantity::PositionGain);
+        let gain = ParameterId::Sensor(joint, SensorParameter::PositionGain);
         let column = self.built.problem.columns_of(self.built.variables.block(gain)).next()?;
         let own = self.built.problem.columns_of(bending.block).nth(bending.place(joint)?)?;
         let both = self.covariance().of(&[vec![(column, 1.0)], vec![(own, 1.0)]]);

@@ -1,7 +1,7 @@
 //! The unknowns as blocks of the joint problem.
 
 use gravcal_estimation::{Block, BlockId, Manifold, ProblemBuilder};
-use gravcal_robot_model::parameter::{Parameter, ParameterId, Quantity};
+use gravcal_robot_model::parameter::{Parameter, ParameterId, SensorParameter};
 use gravcal_robot_model::session::{InertiaPrior, Load, Session};
 
 use super::at_rest;
@@ -55,7 +55,7 @@ pub(super) fn add_blocks(
         builder.add_block(block, &[start.value(id)])
     };
     let sensors = (0..session.joints.len())
-        .map(|joint| Quantity::ALL.map(|quantity| add(ParameterId::Sensor(joint, quantity))))
+        .map(|joint| SensorParameter::ALL.map(|quantity| add(ParameterId::Sensor(joint, quantity))))
         .collect();
     let mut further: Vec<BlockId> = Vec::with_capacity(session.further.len());
     for (index, parameter) in session.further.iter().enumerate() {

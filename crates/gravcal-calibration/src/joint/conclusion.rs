@@ -1,7 +1,7 @@
 //! What readings come to: the solution, what of it is determined, and what a reader must know of it, for reports and batches alike.
 
 use gravcal_identification::SolveEnvironment;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{MistakenUnit, Session};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -280,11 +280,13 @@ impl Answer {
 fn other_unit(session: &Session, solved: &Solved, parameters: &[ParameterResult]) -> Option<Mistake> {
     let joints = session.robot.chain.joints().iter().enumerate();
     let mut found = joints.filter_map(|(joint, described)| {
-        let name = Quantity::PositionGain.name(&described.name);
+        let name = SensorParameter::PositionGain.name(&described.name);
         let determined = parameters.iter().any(|p| p.name == name && p.determined && p.held.is_none());
-        let value =
-            solved.estimate.values.scalar(solved.built.variables.sensors[joint][Quantity::PositionGain as usize]);
-        let ratio = value / session.joints[joint].of(Quantity::PositionGain).nominal;
+        let value = solved
+            .estimate
+            .values
+            .scalar(solved.built.variables.sensors[joint][SensorParameter::PositionGain as usize]);
+        let ratio = value / session.joints[joint].of(SensorParameter::PositionGain).nominal;
         let other = determined && (ratio.abs() > OTHER_UNIT || ratio.abs() < 1.0 / OTHER_UNIT);
         other.then_some((name, ratio))
     });

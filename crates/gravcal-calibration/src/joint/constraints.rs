@@ -10,7 +10,7 @@
 //! one holds is taken as known exactly when the solution is judged ([`along_constraints`](gravcal_estimation::statistics::along_constraints)).
 
 use gravcal_estimation::{ActiveConstraint, Affine, BlockId, Constraint, Problem};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
 
 use super::error::BuildError;
@@ -47,9 +47,9 @@ fn of_gains(session: &Session, variables: &VariableIndex) -> Vec<(BlockId, Const
     let Some(share) = session.constraints.torque_gains_within else { return Vec::new() };
     let joints = session.robot.chain.joints().iter().zip(&variables.sensors).enumerate();
     let of_joint = |(index, (joint, ids)): (usize, (&gravcal_dynamics::Joint, &[BlockId; 4]))| {
-        let id = ids[Quantity::TorqueGain as usize];
-        let nominal = session.joints[index].of(Quantity::TorqueGain).nominal;
-        let (name, room) = (Quantity::TorqueGain.name(&joint.name), share * nominal.abs());
+        let id = ids[SensorParameter::TorqueGain as usize];
+        let nominal = session.joints[index].of(SensorParameter::TorqueGain).nominal;
+        let (name, room) = (SensorParameter::TorqueGain.name(&joint.name), share * nominal.abs());
         let name = format!("{name} is within {} % of {nominal}", 100.0 * share);
         (id, Constraint::bound(name, id, 0, nominal - room, nominal + room))
     };
@@ -71,9 +71,9 @@ pub(super) fn respect(session: &Session, values: &mut State) {
     }
     if let Some(share) = demanded.torque_gains_within {
         for (joint, values) in session.joints.iter().zip(&mut values.sensors) {
-            let nominal = joint.of(Quantity::TorqueGain).nominal;
+            let nominal = joint.of(SensorParameter::TorqueGain).nominal;
             let room = share * nominal.abs();
-            let gain = &mut values[Quantity::TorqueGain as usize];
+            let gain = &mut values[SensorParameter::TorqueGain as usize];
             *gain = gain.max(nominal - room).min(nominal + room);
         }
     }

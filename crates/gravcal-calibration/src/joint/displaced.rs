@@ -6,7 +6,7 @@
 //! are.
 
 use gravcal_identification::median;
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
 use nalgebra::Vector3;
 
@@ -23,7 +23,7 @@ pub(super) fn gains_disagree(session: &Session, solved: &Solved) -> bool {
         return false;
     }
     let found = solved.state(&State::nominal(session));
-    let gains = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, Quantity::TorqueGain));
+    let gains = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, SensorParameter::TorqueGain));
     let free = gains.filter(|id| session.prior(*id).kind == PriorKind::Flat && session.fixed(*id).is_none());
     let mut ratios: Vec<f64> = free.map(|id| (found.value(id) / session.nominal(id)).abs()).collect();
     let Some(middle) = median(&mut ratios) else { return false };

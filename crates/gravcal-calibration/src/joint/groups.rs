@@ -15,7 +15,7 @@
 
 use gravcal_estimation::{BlockId, EvaluateError, Factor, Loss, Problem, RankAnalysis, Values};
 use gravcal_identification::SolveEnvironment;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{Session, UncertaintyChoice};
 
 use super::build::build_with_constraints;
@@ -83,7 +83,8 @@ impl Readings {
 
 /// The fewest factors of first poses that know enough.
 fn first_factors(built: &JointProblem) -> Result<usize, EvaluateError> {
-    let sensors = built.variables.sensors.iter().flat_map(|ids| Quantity::ALL.map(|quantity| ids[quantity as usize]));
+    let sensors =
+        built.variables.sensors.iter().flat_map(|ids| SensorParameter::ALL.map(|quantity| ids[quantity as usize]));
     let asked: Vec<BlockId> = sensors.chain([built.variables.gravity]).chain(built.variables.further_once()).collect();
     let all = Precision::of(&built.problem, &built.initial, &asked)?;
     let enough = |poses: usize| -> Result<bool, EvaluateError> {

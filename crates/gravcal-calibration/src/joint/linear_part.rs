@@ -1,7 +1,7 @@
 //! What is linear in the joint problem, solved for given gravity and sensors.
 
 use gravcal_estimation::{BlockId, Linearization, Problem, Values};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{JointPriors, LoadDistance, PriorKind, Session};
 
 use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
@@ -141,7 +141,7 @@ impl<'s> LinearPart<'s> {
     /// does not know it, puts them κ times as far apart.
     fn gain_scales(&self, start: &State) -> Vec<f64> {
         let session = self.session;
-        let free = |joint: &JointPriors| joint.of(Quantity::TorqueGain).kind == PriorKind::Flat;
+        let free = |joint: &JointPriors| joint.of(SensorParameter::TorqueGain).kind == PriorKind::Flat;
         if session.loads.is_empty() || !session.joints.iter().all(free) {
             return Vec::new();
         }
@@ -163,7 +163,7 @@ impl<'s> LinearPart<'s> {
 
 fn with_gains_times(scale: f64, values: &State) -> State {
     let mut scaled = values.clone();
-    scaled.sensors.iter_mut().for_each(|sensor| sensor[Quantity::TorqueGain as usize] *= scale);
+    scaled.sensors.iter_mut().for_each(|sensor| sensor[SensorParameter::TorqueGain as usize] *= scale);
     scaled
 }
 

@@ -13,7 +13,7 @@
 use gravcal_estimation::Termination;
 use gravcal_identification::{DECISIVE, SolveEnvironment};
 use gravcal_recording::Orientation;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
 
 use super::error::EstimateError;
@@ -163,7 +163,7 @@ impl Hypothesis {
         let mut made = session.clone();
         match self {
             Hypothesis::PositionReversed(joint) => {
-                made.joints[joint].parameters[Quantity::PositionGain as usize].nominal *= -1.0;
+                made.joints[joint].parameters[SensorParameter::PositionGain as usize].nominal *= -1.0;
             }
             Hypothesis::TorquesSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.torque.swap(a, b)),
             Hypothesis::PositionsSwapped(a, b) => made.poses.iter_mut().for_each(|pose| pose.swap_positions(a, b)),

@@ -5,7 +5,7 @@ use std::ops::Range;
 use gravcal_estimation::statistics::{
     MIN_BLOCKS_LEFT_OUT, SampleBlocks, StatisticsError, TooFewBlocks, block_length, neighbour_correlation,
 };
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{PoseBlocks, ReadingId, Session};
 use gravcal_robot_model::sweeps::{HOLD_TOLERANCE, find_sweeps};
 
@@ -120,7 +120,7 @@ fn runs(session: &Session, poses: &[usize], continues: impl Fn(usize, usize) -> 
 /// Whether every joint stands where it stood in another pose.
 pub(crate) fn stands_alike(session: &Session, a: usize, b: usize) -> bool {
     session.joints.iter().enumerate().all(|(joint, known)| {
-        let gain = known.of(Quantity::PositionGain).nominal;
+        let gain = known.of(SensorParameter::PositionGain).nominal;
         let [a, b] = [a, b].map(|pose| session.poses[pose].position[joint]);
         (gain * (a - b)).abs() <= HOLD_TOLERANCE
     })

@@ -17,7 +17,7 @@ use std::sync::Arc;
 
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::{Block, BlockId, Factor, Noise, NoiseError, ProblemBuilder, Residual, Values};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::residuals::{Prior, Shifted};
 use gravcal_robot_model::session::{Deflection, Session};
 use gravcal_robot_model::sweeps::{Sweep, find_sweeps, sweeping};
@@ -70,7 +70,7 @@ impl Adding<'_> {
         let deflection = &self.session.deflection;
         let joints = self.joints(|joint| {
             let stands = sweeping != Some(joint) && self.turns(joint);
-            let gain = self.session.joints[joint].of(Quantity::PositionGain).nominal;
+            let gain = self.session.joints[joint].of(SensorParameter::PositionGain).nominal;
             let standing = deflection.pose_std.filter(|_| stands).unwrap_or(0.0);
             standing.hypot(gain * deflection.reading_std.get(joint).copied().unwrap_or(0.0))
         });
@@ -142,7 +142,8 @@ impl<'a> Around<'a> {
         let unknowns = self.of_pose.get(&pose).into_iter().flatten();
         unknowns.fold(inner, |inner, index| {
             let PositionUnknown { block, joints, .. } = &self.variables.position_unknowns[*index];
-            let offset = |joint: &usize| (self.variables.sensors[*joint][Quantity::PositionOffset as usize], 1.0);
+            let offset =
+                |joint: &usize| (self.variables.sensors[*joint][SensorParameter::PositionOffset as usize], 1.0);
             let offsets: Vec<(BlockId, f64)> = joints.iter().map(offset).collect();
             Arc::new(Shifted::new(inner, |id| self.stored.get(id).len(), &offsets, *block))
         })

@@ -5,7 +5,7 @@
 
 use gravcal_estimation::Reference;
 use gravcal_identification::{MOST_COLUMNS, Profiled, SolveEnvironment};
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
 
 use super::error::EstimateError;
@@ -49,7 +49,8 @@ impl Solved {
     /// zero are explained by any constant.
     fn reference_of_others(&self, session: &Session) -> Option<Reference> {
         let is_gain = |id: &ParameterId| {
-            let quantity = matches!(id, ParameterId::Sensor(_, Quantity::TorqueGain | Quantity::PositionGain));
+            let quantity =
+                matches!(id, ParameterId::Sensor(_, SensorParameter::TorqueGain | SensorParameter::PositionGain));
             quantity && !matches!(session.prior(*id).kind, PriorKind::Gaussian { .. })
         };
         let gains: Vec<ParameterId> = session.parameters().into_iter().filter(is_gain).collect();

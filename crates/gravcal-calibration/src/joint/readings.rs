@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use gravcal_estimation::Loss;
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::sensors::Term;
 use gravcal_robot_model::session::{Instrument, InstrumentKind, Pose, PriorKind, Session, UnexplainedError};
 
@@ -180,7 +180,7 @@ impl Readings {
 /// A first standard deviation for channels whose readings state none: a hundredth of the readings' spread, but of a joint at least a
 /// thousandth of the largest torque's. The readings of a joint that carries nothing spread by their noise alone.
 pub(super) fn first_noise(session: &Session, spreads: &[f64]) -> Vec<f64> {
-    let gain = |joint: usize| session.nominal(ParameterId::Sensor(joint, Quantity::TorqueGain)).abs();
+    let gain = |joint: usize| session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
     let largest = (0..session.joints.len()).map(|joint| spreads[joint] / gain(joint)).fold(0.0, f64::max);
     let of_channel = |(channel, spread): (usize, &f64)| {
         let floor = if channel < session.joints.len() { 1e-3 * largest * gain(channel) } else { 0.0 };
@@ -194,7 +194,7 @@ pub(super) fn first_noise(session: &Session, spreads: &[f64]) -> Vec<f64> {
 fn is_observed(session: &Session, id: ParameterId) -> bool {
     session.residuals.iter().any(|residual| match id {
         ParameterId::Sensor(joint, quantity) => {
-            let position = matches!(quantity, Quantity::PositionGain | Quantity::PositionOffset);
+            let position = matches!(quantity, SensorParameter::PositionGain | SensorParameter::PositionOffset);
             residual.sees.joints().contains(&joint) && position
         }
         ParameterId::Further(place) => {
@@ -208,7 +208,7 @@ fn is_observed(session: &Session, id: ParameterId) -> bool {
 fn reads(instrument: &Instrument, session: &Session, (axis, table): (usize, usize), id: ParameterId) -> bool {
     match id {
         ParameterId::Sensor(joint, quantity) => {
-            let position = matches!(quantity, Quantity::PositionGain | Quantity::PositionOffset);
+            let position = matches!(quantity, SensorParameter::PositionGain | SensorParameter::PositionOffset);
             session.robot.chain.moves(joint, instrument.link) && position
         }
         ParameterId::Further(place) => {

@@ -9,7 +9,7 @@
 //! no information: what the readings determine is judged without it, and [`super::fit`] takes its pull away.
 
 use gravcal_estimation::{Problem, ProblemBuilder, Reference, Values};
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{PriorKind, Session};
 
 use super::blocks::add_unknown_blocks;
@@ -50,8 +50,8 @@ pub(super) fn reference(
     for id in session.parameters() {
         let width = match id {
             // What spreads a joint's readings says nothing of where they lie.
-            ParameterId::Sensor(joint, Quantity::TorqueBias) => {
-                let gain = session.nominal(ParameterId::Sensor(joint, Quantity::TorqueGain)).abs();
+            ParameterId::Sensor(joint, SensorParameter::TorqueBias) => {
+                let gain = session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
                 WIDE * typical.moment * STANDARD_GRAVITY * gain
             }
             _ => WIDTH * session.limit(id, &readings.spreads),
@@ -97,7 +97,7 @@ impl Typical {
             (mass, moment) = (mass.max(inertia.mass), moment.max(length).max(TYPICAL_LEVER * inertia.mass));
         }
         for joint in 0..session.joints.len() {
-            let gain = session.nominal(ParameterId::Sensor(joint, Quantity::TorqueGain)).abs();
+            let gain = session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
             let swing = 0.5 * readings.spreads[joint] / gain / STANDARD_GRAVITY;
             if swing.is_finite() {
                 moment = moment.max(swing);

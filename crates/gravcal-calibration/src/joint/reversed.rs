@@ -18,7 +18,7 @@
 
 use gravcal_estimation::Termination;
 use gravcal_identification::SolveEnvironment;
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{InstrumentKind, Pose, ReadingId, Session};
 
 use nalgebra::{Matrix3, Vector3};
@@ -220,7 +220,7 @@ fn all_together(
 fn turned(session: &Session, joints: &[usize]) -> Session {
     let mut turned = session.clone();
     for joint in joints {
-        turned.joints[*joint].parameters[Quantity::TorqueGain as usize].nominal *= -1.0;
+        turned.joints[*joint].parameters[SensorParameter::TorqueGain as usize].nominal *= -1.0;
     }
     turned
 }
@@ -278,7 +278,7 @@ fn bare_torques(session: &Session, at: &State, masses: &State) -> Vec<Vec<f64>> 
 /// Whether a joint turns far over the poses.
 fn turns_far(session: &Session, joint: usize) -> bool {
     let angles = || session.poses.iter().filter_map(|pose| pose.position.get(joint).copied());
-    let gain = session.nominal(ParameterId::Sensor(joint, Quantity::PositionGain)).abs();
+    let gain = session.nominal(ParameterId::Sensor(joint, SensorParameter::PositionGain)).abs();
     (angles().fold(f64::MIN, f64::max) - angles().fold(f64::MAX, f64::min)) * gain > TURNS
 }
 

@@ -2,7 +2,7 @@
 
 use gravcal_estimation::{Covariance, Estimate, Problem, RankAnalysis, Termination, Uncertainty, Values};
 use gravcal_identification::{End, Known};
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{ReadingId, Session};
 
 use super::error::EstimateError;
@@ -115,7 +115,7 @@ impl Solved {
     }
 
     /// Standard deviation of a joint's sensor parameter, in its unit; 0 where it is fixed.
-    pub fn sensor_std(&self, joint: usize, quantity: Quantity) -> f64 {
+    pub fn sensor_std(&self, joint: usize, quantity: SensorParameter) -> f64 {
         self.parameter_std(ParameterId::Sensor(joint, quantity))
     }
 

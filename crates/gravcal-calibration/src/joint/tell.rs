@@ -3,7 +3,7 @@
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::stored_coordinates;
 use gravcal_identification::SolveEnvironment;
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{EarlierCalibration, LAST_FRAME_CHOICE, PriorKind, Session};
 
 use super::answer::{Answer, Conclusion};
@@ -35,7 +35,7 @@ pub(super) fn tell(
     let Conclusion { answer, verdict, termination, reasons, remarks } = conclusion;
     let Answer { solved, judgement, uncertainty, gravity, parameters, residual_tests, .. } = answer;
     let solved = &solved;
-    let bias = |joint: usize| judgement.determines(ParameterId::Sensor(joint, Quantity::TorqueBias));
+    let bias = |joint: usize| judgement.determines(ParameterId::Sensor(joint, SensorParameter::TorqueBias));
     keep_determined(&mut fit.residuals, gravity.is_some(), bias);
     let situation = solved.situation(session);
     let moments = tell_moments(session, solved, &judgement);
@@ -199,13 +199,13 @@ pub(super) fn mirrored_gains(session: &Session, solved: &Solved, parameters: &[P
         return mirrored;
     }
     for (joint, ids) in solved.built.variables.sensors.iter().enumerate() {
-        for quantity in [Quantity::TorqueGain, Quantity::PositionGain] {
+        for quantity in [SensorParameter::TorqueGain, SensorParameter::PositionGain] {
             let name = quantity.name(&session.robot.chain.joints()[joint].name);
             let value = solved.estimate.values.scalar(ids[quantity as usize]);
             let std = parameters.iter().find(|p| p.name == name && p.determined).and_then(|p| p.std);
             let decided = std.is_some_and(|std| value.abs() > SIGN_DECIDED * std);
             if decided && value * session.joints[joint].of(quantity).nominal < 0.0 {
-                let kind = if quantity == Quantity::TorqueGain { "torque" } else { "position" };
+                let kind = if quantity == SensorParameter::TorqueGain { "torque" } else { "position" };
                 let joint = &session.robot.chain.joints()[joint].name;
                 mirrored.push(Mistake {
                     what: format!("reversed {kind} sensor: {joint}"),
@@ -270,9 +270,10 @@ fn tell_covariance(
 /// The choices of the last links' frames, told as something undetermined.
 pub(crate) fn last_frame_choices(session: &Session) -> Vec<Undetermined> {
     let chain = &session.robot.chain;
-    let chosen = |joint: &usize| session.fixed_reason(*joint, Quantity::PositionOffset) == Some(LAST_FRAME_CHOICE);
+    let chosen =
+        |joint: &usize| session.fixed_reason(*joint, SensorParameter::PositionOffset) == Some(LAST_FRAME_CHOICE);
     let tell = |joint: usize| {
-        let name = Quantity::PositionOffset.name(&chain.joints()[joint].name);
+        let name = SensorParameter::PositionOffset.name(&chain.joints()[joint].name);
         let of_branch = chain.links_of(joint).map(|link| format!("link {}", chain.links()[link].name));
         let link = if chain.is_serial() { "the last link".into() } else { of_branch.collect::<Vec<_>>().join(" or ") };
         Undetermined {
@@ -334,7 +335,7 @@ pub(crate) fn session_notes(session: &Session) -> Vec<String> {
 
 /// What the torque gains take over from the loads.
 fn load_mass_note(session: &Session) -> Option<String> {
-    let open = session.joints.iter().any(|joint| joint.of(Quantity::TorqueGain).kind == PriorKind::Flat);
+    let open = session.joints.iter().any(|joint| joint.of(SensorParameter::TorqueGain).kind == PriorKind::Flat);
     let exact = |load: usize| !session.loads[load].is_unknown() && session.load_mass(load).is_none();
     let carried = session.poses.iter().any(|pose| pose.load.is_some_and(exact));
     (open && carried).then(|| {
@@ -347,8 +348,8 @@ fn load_mass_note(session: &Session) -> Option<String> {
 /// What the frame of the base is, where a joint defines it.
 fn base_frame_note(session: &Session) -> Option<String> {
     let root = session.robot.chain.root_joint()?;
-    let name = Quantity::PositionOffset.name(&session.robot.chain.joints()[root].name);
-    Some(match session.joints[root].of(Quantity::PositionOffset).nominal {
+    let name = SensorParameter::PositionOffset.name(&session.robot.chain.joints()[root].name);
+    Some(match session.joints[root].of(SensorParameter::PositionOffset).nominal {
         0.0 => format!("{name} is zero by definition of the base frame."),
         given => format!("{name} is held at {given:.6}, which defines the base frame."),
     })

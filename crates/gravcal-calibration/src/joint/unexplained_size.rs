@@ -5,7 +5,7 @@
 //! next to nothing spoils nothing: it is held against a tenth of what the joint of its kind carries that carries most.
 
 use gravcal_estimation::EvaluateError;
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{ReadingId, Session, UnexplainedError};
 
 use super::solved::Solved;
@@ -64,7 +64,7 @@ impl Solved {
     pub(crate) fn gravity_readings(&self, session: &Session) -> Result<Vec<f64>, EvaluateError> {
         let (problem, values) = (&self.built.problem, &self.estimate.values);
         let mut without = values.clone();
-        let joints = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, Quantity::TorqueGain));
+        let joints = (0..session.joints.len()).map(|joint| ParameterId::Sensor(joint, SensorParameter::TorqueGain));
         let instruments = session.instruments.iter().flat_map(|instrument| instrument.gain_parameters());
         for id in joints.chain(instruments.map(ParameterId::Further)) {
             without.set(self.built.variables.block(id), &[0.0]);
@@ -97,7 +97,7 @@ fn references(session: &Session, gravity: &[f64]) -> Vec<f64> {
 fn most_alike(session: &Session, gravity: &[f64], channel: usize) -> f64 {
     let Some((instrument, axis)) = session.axis(channel) else {
         let joints = session.robot.chain.joints();
-        let gain = |joint: usize| session.nominal(ParameterId::Sensor(joint, Quantity::TorqueGain)).abs();
+        let gain = |joint: usize| session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
         let alike = (0..joints.len()).filter(|joint| joints[*joint].kind == joints[channel].kind);
         return alike.map(|joint| gravity[joint] / gain(joint)).fold(0.0, f64::max) * gain(channel);
     };

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::parameters::MOVE_MORE;
 use gravcal_robot_model::session::{InertiaPrior, Session};
 
@@ -83,7 +83,7 @@ impl Situation<'_> {
             return (list, "no reading in use depends on it".into(), cure.into());
         }
         if let Some(unread) = sensors.clone().find_map(|(joint, quantity)| {
-            let of_torque = matches!(quantity, Quantity::TorqueGain | Quantity::TorqueBias);
+            let of_torque = matches!(quantity, SensorParameter::TorqueGain | SensorParameter::TorqueBias);
             (of_torque && !self.read[joint]).then_some(joint)
         }) {
             let joint = self.joint(unread);
@@ -105,7 +105,7 @@ impl Situation<'_> {
                 "add poses in which the first joints take at least three well separated positions".into(),
             );
         }
-        if sensors.clone().any(|(_, quantity)| quantity == Quantity::TorqueGain) {
+        if sensors.clone().any(|(_, quantity)| quantity == SensorParameter::TorqueGain) {
             let why = if combination.parameters.len() == 1 {
                 "the unknown masses and moments trade off with it"
             } else {
@@ -131,7 +131,7 @@ impl Situation<'_> {
 
     fn is_common_scale(&self, combination: &Combination) -> bool {
         let gain = |(id, coefficient): &(ParameterId, f64)| match id {
-            ParameterId::Sensor(joint, Quantity::TorqueGain) => Some((*joint, *coefficient)),
+            ParameterId::Sensor(joint, SensorParameter::TorqueGain) => Some((*joint, *coefficient)),
             _ => None,
         };
         let Some(gains) = combination.parameters.iter().map(gain).collect::<Option<Vec<(usize, f64)>>>() else {
@@ -153,7 +153,7 @@ impl Situation<'_> {
     /// The joints that weigh, and weigh something that a joint with a torque gain in the combination weighs too.
     fn weighing_with(&self, combination: &Combination) -> Vec<usize> {
         let gain = |(id, _): &(ParameterId, f64)| match id {
-            ParameterId::Sensor(joint, Quantity::TorqueGain) if !self.gravity_free[*joint] => Some(*joint),
+            ParameterId::Sensor(joint, SensorParameter::TorqueGain) if !self.gravity_free[*joint] => Some(*joint),
             _ => None,
         };
         let gains: Vec<usize> = combination.parameters.iter().filter_map(gain).collect();

@@ -7,7 +7,7 @@
 
 use gravcal_estimation::{Problem, Values};
 use gravcal_identification::Parameter;
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 use gravcal_robot_model::session::parameters::GAIN_LIMIT;
 
@@ -97,6 +97,6 @@ fn limit(session: &Session, id: ParameterId, value: f64, spreads: &[f64]) -> f64
 
 /// The limit of a gain that comes from its own value.
 fn own_limit(id: ParameterId, value: f64) -> Option<f64> {
-    let is_gain = matches!(id, ParameterId::Sensor(_, Quantity::TorqueGain | Quantity::PositionGain));
+    let is_gain = matches!(id, ParameterId::Sensor(_, SensorParameter::TorqueGain | SensorParameter::PositionGain));
     is_gain.then(|| GAIN_LIMIT * value.abs())
 }

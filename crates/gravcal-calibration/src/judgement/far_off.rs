@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_4;
 use gravcal_dynamics::JointKind;
 use gravcal_recording::PositionUnit;
 use gravcal_robot_model::number::significant;
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 
 use crate::result::{EstimatorResult, ParameterResult, deciding};
@@ -47,7 +47,7 @@ struct Gain {
 fn gains(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
     let all: Vec<Gain> = (0..session.joints.len())
         .filter_map(|joint| {
-            let told = Told::of(session, parameters, joint, Quantity::TorqueGain)?;
+            let told = Told::of(session, parameters, joint, SensorParameter::TorqueGain)?;
             let [one, other] = [0, 1].map(|end| told.interval[end] / told.nominal);
             let far = one.min(other) > FAR || one.max(other) < 1.0 / FAR;
             let together =
@@ -95,7 +95,7 @@ fn of_all(session: &Session, least: f64, most: f64) -> String {
 }
 
 fn of_one(session: &Session, gain: &Gain) -> String {
-    let name = session.parameter_name(ParameterId::Sensor(gain.joint, Quantity::TorqueGain));
+    let name = session.parameter_name(ParameterId::Sensor(gain.joint, SensorParameter::TorqueGain));
     let unit = session.joints[gain.joint].torque_unit.map_or_else(String::new, |unit| unit.to_string());
     format!(
         "{name} is {} times its nominal value: is the unit of its readings {unit}? State what it is in [readings] torque, or the \
@@ -107,7 +107,7 @@ fn of_one(session: &Session, gain: &Gain) -> String {
 fn offsets(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
     let turns = |joint: &usize| session.robot.chain.joints()[*joint].kind == JointKind::Revolute;
     let told = |joint: usize| {
-        let told = Told::of(session, parameters, joint, Quantity::PositionOffset)?;
+        let told = Told::of(session, parameters, joint, SensorParameter::PositionOffset)?;
         // Where zero of a counter lies nobody knows.
         let known = session.joints[joint].position_unit.si() == PositionUnit::Radian || told.nominal != 0.0;
         let off =
@@ -119,7 +119,7 @@ fn offsets(session: &Session, parameters: &[ParameterResult]) -> Vec<String> {
 }
 
 fn of_offset(session: &Session, joint: usize, off: f64) -> String {
-    let name = session.parameter_name(ParameterId::Sensor(joint, Quantity::PositionOffset));
+    let name = session.parameter_name(ParameterId::Sensor(joint, SensorParameter::PositionOffset));
     let placed: Vec<&str> = session
         .loads
         .iter()
@@ -150,7 +150,7 @@ struct Told {
 
 impl Told {
     /// Nothing where it has no value, or was fixed.
-    fn of(session: &Session, parameters: &[ParameterResult], joint: usize, quantity: Quantity) -> Option<Told> {
+    fn of(session: &Session, parameters: &[ParameterResult], joint: usize, quantity: SensorParameter) -> Option<Told> {
         let name = session.parameter_name(ParameterId::Sensor(joint, quantity));
         let told = parameters.iter().find(|parameter| parameter.name == name && parameter.held.is_none())?;
         let (value, interval) = (told.value?, told.ci95?);

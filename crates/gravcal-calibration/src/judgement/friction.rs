@@ -3,7 +3,7 @@
 //! With `θ̇ = s q̇`, a friction `f sgn(q̇)` in a reading `k τ + b + …` takes the power `f s |q̇| / k` from the joint, and a viscous one
 //! `v s q̇² / k`: coefficients have the sign of `k s`.
 
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::sensors::friction::{COULOMB, VISCOUS};
 use gravcal_robot_model::session::Session;
 
@@ -26,8 +26,8 @@ pub(crate) fn driving_friction_notes(session: &Session, parameters: &[ParameterR
             let name = session.parameter_name(ParameterId::Further(place));
             let told = parameters.iter().find(|told| told.name == name && told.held.is_none())?;
             let (value, std) = (told.value?, told.std?);
-            let sign =
-                [Quantity::TorqueGain, Quantity::PositionGain].map(|gain| session.joints[joint].of(gain).nominal);
+            let sign = [SensorParameter::TorqueGain, SensorParameter::PositionGain]
+                .map(|gain| session.joints[joint].of(gain).nominal);
             let along = value * sign.map(f64::signum).iter().product::<f64>();
             (along < -SIGNIFICANT * std).then(|| {
                 let unit = &told.unit;

@@ -11,7 +11,7 @@
 
 use gravcal_estimation::statistics::{LinearFunction, stored_coordinates};
 use gravcal_estimation::{BlockId, Covariance, Manifold, Problem, RankAnalysis, Values, sparse_basis};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 
 use crate::joint::VariableIndex;
 use crate::result::MomentResult;
@@ -59,7 +59,7 @@ pub(crate) fn determined_moments(
 
 /// Whether a torque gain takes part in a direction without information, together with something else.
 fn scale_is_open(problem: &Problem, variables: &VariableIndex, analysis: &RankAnalysis) -> bool {
-    let gains = variables.sensors.iter().flat_map(|ids| problem.columns_of(ids[Quantity::TorqueGain as usize]));
+    let gains = variables.sensors.iter().flat_map(|ids| problem.columns_of(ids[SensorParameter::TorqueGain as usize]));
     gains.map(|column| analysis.null_share(column)).any(|share| (SHARED..1.0 - SHARED).contains(&share))
 }
 

@@ -7,7 +7,7 @@
 //! so that the derivatives by `k` and by `g` are all that is needed.
 
 use gravcal_estimation::{BlockId, EvaluateError, Factor, LocalValues, RowsMut, Values};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{ReadingId, Session};
 
 use crate::joint::Solved;
@@ -40,8 +40,8 @@ pub(crate) fn keep_determined(residuals: &mut [ReadingResidual], gravity: bool, 
 
 fn of_joint(solved: &Solved, derivatives: &Derivatives<'_>, row: usize, joint: usize) -> TorqueParts {
     let (variables, values) = (&solved.built.variables, &solved.estimate.values);
-    let [gain, bias] =
-        [Quantity::TorqueGain, Quantity::TorqueBias].map(|quantity| variables.sensors[joint][quantity as usize]);
+    let [gain, bias] = [SensorParameter::TorqueGain, SensorParameter::TorqueBias]
+        .map(|quantity| variables.sensors[joint][quantity as usize]);
     let times = |block: BlockId| {
         let by = derivatives.by(row, block).iter().zip(values.get(block));
         by.map(|(slope, value)| slope * value).sum::<f64>()

@@ -1,6 +1,6 @@
 //! The parameters of a joint's sensors, each by its name in the code.
 
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 
 use super::parameter::ParameterResult;
 
@@ -22,19 +22,19 @@ pub struct JointSensors<'a> {
 
 /// Those of every joint among the parameters, in their order.
 pub(super) fn sensors_of_joints(parameters: &[ParameterResult]) -> impl Iterator<Item = JointSensors<'_>> {
-    let suffix = Quantity::TorqueGain.name("");
+    let suffix = SensorParameter::TorqueGain.name("");
     let joints = parameters.iter().filter_map(move |parameter| parameter.name.strip_suffix(&suffix));
-    let of = |joint: &str, quantity: Quantity| {
+    let of = |joint: &str, quantity: SensorParameter| {
         let name = quantity.name(joint);
         parameters.iter().find(|parameter| parameter.name == name)
     };
     joints.filter_map(move |joint| {
         Some(JointSensors {
             joint,
-            torque_gain: of(joint, Quantity::TorqueGain)?,
-            torque_bias: of(joint, Quantity::TorqueBias)?,
-            position_gain: of(joint, Quantity::PositionGain)?,
-            position_offset: of(joint, Quantity::PositionOffset)?,
+            torque_gain: of(joint, SensorParameter::TorqueGain)?,
+            torque_bias: of(joint, SensorParameter::TorqueBias)?,
+            position_gain: of(joint, SensorParameter::PositionGain)?,
+            position_offset: of(joint, SensorParameter::PositionOffset)?,
         })
     })
 }

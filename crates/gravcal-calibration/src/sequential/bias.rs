@@ -2,7 +2,7 @@
 
 use gravcal_estimation::{Block, BlockId, Factor, Noise, ProblemBuilder};
 use gravcal_identification::SolveEnvironment;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::residuals::{Sinusoid, SinusoidBlocks};
 use gravcal_robot_model::session::Session;
 
@@ -75,17 +75,17 @@ pub(super) fn find_bias(
 ) -> Bias {
     let mut bias = fit(session, plan, readings, joint, errors, environment).unwrap_or_else(Bias::missing);
     // What is given as exact is known also where no sweep tells it.
-    if let Some(value) = exact(session, joint, Quantity::TorqueBias) {
+    if let Some(value) = exact(session, joint, SensorParameter::TorqueBias) {
         bias.torque_bias = Ok(Frozen { value, std: 0.0 });
     }
-    if let Some(value) = exact(session, joint, Quantity::PositionGain) {
+    if let Some(value) = exact(session, joint, SensorParameter::PositionGain) {
         bias.position_gain = Ok(Frozen { value, std: 0.0 });
     }
     bias
 }
 
 /// The value of a parameter that is no unknown.
-fn exact(session: &Session, joint: usize, quantity: Quantity) -> Option<f64> {
+fn exact(session: &Session, joint: usize, quantity: SensorParameter) -> Option<f64> {
     session.fixed_reason(joint, quantity).map(|_| session.joints[joint].of(quantity).nominal)
 }
 
@@ -93,12 +93,12 @@ fn exact(session: &Session, joint: usize, quantity: Quantity) -> Option<f64> {
 fn add_scalar(
     session: &Session,
     joint: usize,
-    quantity: Quantity,
+    quantity: SensorParameter,
     start: f64,
     builder: &mut ProblemBuilder,
 ) -> BlockId {
     let block = Block::scalar(quantity.as_str(), session.parameter_unit(joint, quantity));
-    let block = if quantity == Quantity::TorqueBias { block.linear() } else { block };
+    let block = if quantity == SensorParameter::TorqueBias { block.linear() } else { block };
     match exact(session, joint, quantity) {
         Some(value) => builder.add_block(block.fixed("given as exact"), &[value]),
         None => builder.add_block(block, &[start]),
@@ -124,17 +124,17 @@ fn fit(
     }
     let pairs: Vec<Vec<(f64, f64)>> = sweeps.iter().map(|s| s.iter().map(|(_, r)| *r).collect()).collect();
     let prior = |quantity| session.joints[joint].of(quantity);
-    let nominal = prior(Quantity::PositionGain).nominal;
-    let gain = exact(session, joint, Quantity::PositionGain)
+    let nominal = prior(SensorParameter::PositionGain).nominal;
+    let gain = exact(session, joint, SensorParameter::PositionGain)
         .or_else(|| search_position_gain(&pairs, nominal))
         .ok_or_else(|| Missing::new(format!("the sweeps of {name} form no sinusoid"), CURE))?;
 
     let mut step = StepProblem::default();
     let builder = &mut step.builder;
-    let position_gain = add_scalar(session, joint, Quantity::PositionGain, gain, builder);
+    let position_gain = add_scalar(session, joint, SensorParameter::PositionGain, gain, builder);
     let starts: Vec<_> = pairs.iter().filter_map(|sweep| fit_sinusoid(sweep, gain, None)).collect();
     let bias = starts.iter().map(|s| s.coefficients[2]).sum::<f64>() / starts.len() as f64;
-    let torque_bias = add_scalar(session, joint, Quantity::TorqueBias, bias, builder);
+    let torque_bias = add_scalar(session, joint, SensorParameter::TorqueBias, bias, builder);
     for (index, (sweep, start)) in sweeps.iter().zip(&starts).enumerate() {
         let block = Block::vector(format!("sweep{index}"), "", &["a", "c"]).linear();
         let coefficients = builder.add_block(block, &[start.coefficients[0], start.coefficients[1]]);
@@ -146,7 +146,10 @@ fn fit(
     let fitted = StepFit::solve(step, environment, CURE)?;
     errors.take(
         &fitted,
-        &[(torque_bias, place(joint, Quantity::TorqueBias)), (position_gain, place(joint, Quantity::PositionGain))],
+        &[
+            (torque_bias, place(joint, SensorParameter::TorqueBias)),
+            (position_gain, place(joint, SensorParameter::PositionGain)),
+        ],
     );
     let noise = if session.noise_estimated()[joint] { NoiseScale::Unknown } else { NoiseScale::Stated };
     let allowed =

@@ -12,7 +12,7 @@
 use std::ops::Range;
 
 use gravcal_estimation::BlockId;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use nalgebra::DMatrix;
 
 use super::fitting::StepFit;
@@ -24,15 +24,15 @@ pub(super) struct CarriedErrors {
 }
 
 /// Where the numbers of a parameter of a sensor stand.
-pub(super) fn place(joint: usize, quantity: Quantity) -> Range<usize> {
-    let at = Quantity::ALL.len() * joint + quantity as usize;
+pub(super) fn place(joint: usize, quantity: SensorParameter) -> Range<usize> {
+    let at = SensorParameter::ALL.len() * joint + quantity as usize;
     at..at + 1
 }
 
 impl CarriedErrors {
     /// Before any step.
     pub fn none(joints: usize) -> Self {
-        let size = Quantity::ALL.len() * joints + 3;
+        let size = SensorParameter::ALL.len() * joints + 3;
         CarriedErrors { covariance: DMatrix::zeros(size, size) }
     }
 

@@ -2,7 +2,7 @@
 
 use gravcal_estimation::{Block, BlockId, Factor, Noise};
 use gravcal_identification::SolveEnvironment;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::residuals::{MeasuredDifference, Sinusoid, SinusoidBlocks};
 use gravcal_robot_model::session::Session;
 use nalgebra::{Matrix3, SMatrix, Vector3};
@@ -54,8 +54,8 @@ impl Observed<'_> {
             readings_of(self.session, &self.plan.sweeps[*sweep].poses, self.joint + 1, self.joint)
         };
         let mut step = StepProblem::default();
-        let block = Block::scalar(Quantity::PositionGain.as_str(), "");
-        let gain = step.freeze(block, &[self.swept_gain.value], place(self.joint + 1, Quantity::PositionGain));
+        let block = Block::scalar(SensorParameter::PositionGain.as_str(), "");
+        let gain = step.freeze(block, &[self.swept_gain.value], place(self.joint + 1, SensorParameter::PositionGain));
         let mut fitted_pairs: Vec<(&LoadPair, [Sweep; 2])> = Vec::new();
         for pair in pairs {
             let [first, second] = [rows(&pair.sweeps[0]), rows(&pair.sweeps[1])];

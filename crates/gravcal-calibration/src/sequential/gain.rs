@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::axis_frames::AxisFrames;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::residuals::{LoadDifference, LoadDifferenceBlocks};
 use gravcal_robot_model::session::Session;
 use nalgebra::Vector3;
@@ -106,8 +106,8 @@ impl Step<'_> {
 
     /// The offset where it is no unknown: the first joint's by definition, or one given as exact.
     fn known_offset(&self) -> Option<f64> {
-        let held = self.session.fixed_reason(self.joint, Quantity::PositionOffset);
-        held.map(|_| self.session.joints[self.joint].of(Quantity::PositionOffset).nominal)
+        let held = self.session.fixed_reason(self.joint, SensorParameter::PositionOffset);
+        held.map(|_| self.session.joints[self.joint].of(SensorParameter::PositionOffset).nominal)
     }
 
     fn contradicted(&self) -> String {
@@ -130,7 +130,7 @@ impl Step<'_> {
         let gravity = self.known.gravity.as_ref().map_err(|_| needs("gravity".into(), 2))?;
         let upstream = self.upstream()?;
         let swept_gain = self.known.sensors[self.joint + 1].position_gain.clone();
-        let swept_gain = swept_gain.map_err(|_| needs(Quantity::PositionGain.name(next), 1))?;
+        let swept_gain = swept_gain.map_err(|_| needs(SensorParameter::PositionGain.name(next), 1))?;
         let pairs = first_distance(&self.plan.gain[self.joint]);
         let (session, plan, known) = (self.session, self.plan, self.known);
         let observed = Observed { session, plan, known, joint: self.joint, swept_gain, cure: self.contradicted() };
@@ -162,7 +162,7 @@ impl Step<'_> {
     }
 
     fn upstream(&self) -> Result<Vec<(f64, f64)>, Missing> {
-        let value = |joint: usize, quantity: Quantity| {
+        let value = |joint: usize, quantity: SensorParameter| {
             let found = self.known.sensors[joint].of(quantity).as_ref().map(|found| found.value);
             let name = quantity.name(self.name(joint));
             found.map_err(|_| self.missing(format!("step 3 needs {name}, which was not found")))
@@ -170,11 +170,11 @@ impl Step<'_> {
         (0..=self.joint)
             .map(|joint| {
                 let offset = if joint == self.joint {
-                    self.session.joints[joint].of(Quantity::PositionOffset).nominal
+                    self.session.joints[joint].of(SensorParameter::PositionOffset).nominal
                 } else {
-                    value(joint, Quantity::PositionOffset)?
+                    value(joint, SensorParameter::PositionOffset)?
                 };
-                Ok((value(joint, Quantity::PositionGain)?, offset))
+                Ok((value(joint, SensorParameter::PositionGain)?, offset))
             })
             .collect()
     }
@@ -194,7 +194,7 @@ impl Step<'_> {
             .into_iter()
             .find_map(solve)
             .ok_or_else(|| self.missing(format!("the positions of {} determine no gain", self.name(self.joint))))?;
-        let sign = self.session.joints[self.joint].of(Quantity::TorqueGain).nominal.signum();
+        let sign = self.session.joints[self.joint].of(SensorParameter::TorqueGain).nominal.signum();
         let torque_gain = sign * scaled.norm() / (given.mass * given.distance);
         if !(torque_gain.is_finite() && torque_gain != 0.0) {
             let why = format!("moving the load does not change the torque of {}", self.name(self.joint));
@@ -235,10 +235,11 @@ impl Step<'_> {
         let gravity = step.freeze(gravity, &given.gravity.vector, errors.gravity());
         let mut positions: Vec<[BlockId; 2]> = Vec::new();
         for (l, (gain, offset)) in given.upstream.iter().enumerate() {
-            let block = |quantity: Quantity| Block::scalar(quantity.name(self.name(l)), "");
-            let gain = step.freeze(block(Quantity::PositionGain), &[*gain], place(l, Quantity::PositionGain));
+            let block = |quantity: SensorParameter| Block::scalar(quantity.name(self.name(l)), "");
+            let gain =
+                step.freeze(block(SensorParameter::PositionGain), &[*gain], place(l, SensorParameter::PositionGain));
             let is_unknown = l == self.joint && self.known_offset().is_none();
-            let (block, place) = (block(Quantity::PositionOffset), place(l, Quantity::PositionOffset));
+            let (block, place) = (block(SensorParameter::PositionOffset), place(l, SensorParameter::PositionOffset));
             let offset = match is_unknown {
                 true => step.builder.add_block(block, &[start.offset]),
                 false => step.freeze(block, &[*offset], place),
@@ -246,12 +247,12 @@ impl Step<'_> {
             positions.push([gain, offset]);
         }
         let next = self.joint + 1;
-        let swept_gain = Block::scalar(Quantity::PositionGain.name(self.name(next)), "");
-        let swept_gain = step.freeze(swept_gain, &[given.swept_gain.value], place(next, Quantity::PositionGain));
-        let torque_gain = Block::scalar(Quantity::TorqueGain.name(self.name(self.joint)), "").linear();
-        let torque_gain = match self.session.fixed_reason(self.joint, Quantity::TorqueGain) {
+        let swept_gain = Block::scalar(SensorParameter::PositionGain.name(self.name(next)), "");
+        let swept_gain = step.freeze(swept_gain, &[given.swept_gain.value], place(next, SensorParameter::PositionGain));
+        let torque_gain = Block::scalar(SensorParameter::TorqueGain.name(self.name(self.joint)), "").linear();
+        let torque_gain = match self.session.fixed_reason(self.joint, SensorParameter::TorqueGain) {
             Some(reason) => {
-                let value = self.session.joints[self.joint].of(Quantity::TorqueGain).nominal;
+                let value = self.session.joints[self.joint].of(SensorParameter::TorqueGain).nominal;
                 step.builder.add_block(torque_gain.fixed(reason), &[value])
             }
             None => step.builder.add_block(torque_gain, &[start.torque_gain]),
@@ -279,8 +280,8 @@ impl Step<'_> {
         errors.take(
             &fitted,
             &[
-                (torque_gain, place(self.joint, Quantity::TorqueGain)),
-                (position_offset, place(self.joint, Quantity::PositionOffset)),
+                (torque_gain, place(self.joint, SensorParameter::TorqueGain)),
+                (position_offset, place(self.joint, SensorParameter::PositionOffset)),
             ],
         );
         // The gain is as uncertain as the mass that it is measured against.

@@ -3,7 +3,7 @@
 use gravcal_estimation::{Block, BlockId, Factor, Manifold, Noise};
 use gravcal_identification::SolveEnvironment;
 use gravcal_robot_model::axis_frames::AxisFrames;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::residuals::{GravitySweep, GravitySweepBlocks};
 use gravcal_robot_model::session::Session;
 use nalgebra::{Complex, Vector3};
@@ -83,26 +83,27 @@ impl Step<'_> {
     }
 
     fn sensors(&self) -> Result<(Sensors, Option<String>), Missing> {
-        let frozen = |quantity: Quantity| {
+        let frozen = |quantity: SensorParameter| {
             let found = self.known.sensors[SWEPT].of(quantity).as_ref().map(|found| found.value);
             let name = quantity.name(self.joint(SWEPT));
             found.map_err(|_| self.missing(format!("step 2 needs {name}, which step 1 did not find")))
         };
-        let nominal = |quantity: Quantity| self.session.joints[HELD].of(quantity).nominal;
+        let nominal = |quantity: SensorParameter| self.session.joints[HELD].of(quantity).nominal;
         // On an upright base joint 1 carries no gravity and step 1 cannot find its gain. Then gravity hardly depends on
         // it either: the nominal gain serves, and the result says so.
         let (held_gain, assumed) = match &self.known.sensors[HELD].position_gain {
             Ok(found) => (found.value, None),
             Err(_) => {
-                let (name, gain) = (Quantity::PositionGain.name(self.joint(HELD)), nominal(Quantity::PositionGain));
+                let (name, gain) =
+                    (SensorParameter::PositionGain.name(self.joint(HELD)), nominal(SensorParameter::PositionGain));
                 (gain, Some(format!("Step 2 takes {name} at its nominal {gain}: step 1 did not find it.")))
             }
         };
         let sensors = Sensors {
-            position_gain: frozen(Quantity::PositionGain)?,
-            torque_bias: frozen(Quantity::TorqueBias)?,
+            position_gain: frozen(SensorParameter::PositionGain)?,
+            torque_bias: frozen(SensorParameter::TorqueBias)?,
             held_gain,
-            held_offset: nominal(Quantity::PositionOffset),
+            held_offset: nominal(SensorParameter::PositionOffset),
         };
         Ok((sensors, assumed))
     }
@@ -164,15 +165,15 @@ impl Step<'_> {
         let mut step = StepProblem::default();
         let on_sphere = Block::vector("gravity", "m/s²", &["x", "y", "z"]).on(Manifold::Sphere { radius: magnitude });
         let gravity = step.builder.add_block(on_sphere, (magnitude * start.direction).as_slice());
-        let mut frozen = |name: &str, value: f64, joint: usize, quantity: Quantity| {
+        let mut frozen = |name: &str, value: f64, joint: usize, quantity: SensorParameter| {
             step.freeze(Block::scalar(name, ""), &[value], place(joint, quantity))
         };
         let before = [
-            frozen("held.position_gain", sensors.held_gain, HELD, Quantity::PositionGain),
-            frozen("held.position_offset", sensors.held_offset, HELD, Quantity::PositionOffset),
+            frozen("held.position_gain", sensors.held_gain, HELD, SensorParameter::PositionGain),
+            frozen("held.position_offset", sensors.held_offset, HELD, SensorParameter::PositionOffset),
         ];
-        let position_gain = frozen("position_gain", sensors.position_gain, SWEPT, Quantity::PositionGain);
-        let torque_bias = frozen("torque_bias", sensors.torque_bias, SWEPT, Quantity::TorqueBias);
+        let position_gain = frozen("position_gain", sensors.position_gain, SWEPT, SensorParameter::PositionGain);
+        let torque_bias = frozen("torque_bias", sensors.torque_bias, SWEPT, SensorParameter::TorqueBias);
         let moment = Block::vector("moment", "", &["p", "q"]).linear();
         let moment = step.builder.add_block(moment, &start.moment.map(|m| m / magnitude));
         let blocks = GravitySweepBlocks { gravity, before: vec![before], position_gain, torque_bias, moment };

@@ -3,7 +3,7 @@
 use gravcal_estimation::BlockId;
 use gravcal_estimation::statistics::Quantile;
 use gravcal_identification::SolveEnvironment;
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 
 use super::found::Missing;
@@ -118,10 +118,9 @@ fn tell_uncertainty(session: &Session, readings: &Readings) -> UncertaintyResult
 }
 
 fn found_blocks(built: &joint::JointProblem, known: &SequentialValues) -> Vec<BlockId> {
-    let sensors =
-        built.variables.sensors.iter().zip(&known.sensors).flat_map(|(ids, sensor)| {
-            Quantity::ALL.into_iter().filter(|q| sensor.of(*q).is_ok()).map(|q| ids[q as usize])
-        });
+    let sensors = built.variables.sensors.iter().zip(&known.sensors).flat_map(|(ids, sensor)| {
+        SensorParameter::ALL.into_iter().filter(|q| sensor.of(*q).is_ok()).map(|q| ids[q as usize])
+    });
     // Whatever else sensors do, the steps take it as it is assumed.
     sensors.chain([built.variables.gravity]).chain(built.variables.further_once()).collect()
 }
@@ -131,7 +130,7 @@ fn found_blocks(built: &joint::JointProblem, known: &SequentialValues) -> Vec<Bl
 fn tell_covariance(session: &Session, known: &SequentialValues) -> CovarianceResult {
     let joints = session.robot.chain.joints().iter().zip(&known.sensors).enumerate();
     let found = joints.flat_map(|(index, (joint, sensor))| {
-        Quantity::ALL.into_iter().filter_map(move |quantity| {
+        SensorParameter::ALL.into_iter().filter_map(move |quantity| {
             let free = session.fixed_reason(index, quantity).is_none();
             let frozen = sensor.of(quantity).as_ref().ok().filter(|_| free)?;
             Some((quantity.name(&joint.name), frozen.std * frozen.std))
@@ -189,7 +188,7 @@ fn tell_missing(session: &Session, known: &SequentialValues) -> Vec<Undetermined
         add(missing, "gravity".into());
     }
     for (joint, sensor) in known.sensors.iter().enumerate() {
-        for quantity in Quantity::ALL {
+        for quantity in SensorParameter::ALL {
             if let Err(missing) = sensor.of(quantity) {
                 add(missing, quantity.name(&session.robot.chain.joints()[joint].name));
             }

@@ -3,7 +3,7 @@
 use gravcal_dynamics::{DhConvention, DhRow, JointKind, Link, LinkInertia, chain_from_dh};
 use gravcal_identification::SolveEnvironment;
 use gravcal_recording::{PositionUnit, TorqueUnit};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{
     GravityPrior, JointPriors, Load, LoadDistance, ParameterPrior, PoseTable, PriorKind, Session,
@@ -102,8 +102,12 @@ fn protocol(joints: usize) -> Vec<(Run, PoseTable)> {
 }
 
 /// Errors of what the steps found, each over its standard deviation as `std` tells it from the step's own.
-fn z_scores(simulation: &Simulation, known: &SequentialValues, std: impl Fn(usize, Quantity, f64) -> f64) -> Vec<f64> {
-    let every = (0..known.sensors.len()).flat_map(|joint| Quantity::ALL.map(|quantity| (joint, quantity)));
+fn z_scores(
+    simulation: &Simulation,
+    known: &SequentialValues,
+    std: impl Fn(usize, SensorParameter, f64) -> f64,
+) -> Vec<f64> {
+    let every = (0..known.sensors.len()).flat_map(|joint| SensorParameter::ALL.map(|quantity| (joint, quantity)));
     every
         .filter_map(|(joint, quantity)| {
             let found = known.sensors[joint].of(quantity).as_ref().ok().filter(|found| found.std > 0.0)?;
@@ -226,7 +230,7 @@ fn noise_that_no_reading_states_is_that_of_the_residuals() {
     }
     let [stated, found] = [&stated, &session].map(steps);
     for (a, b) in stated.sensors.iter().zip(&found.sensors) {
-        for quantity in [Quantity::TorqueBias, Quantity::PositionGain] {
+        for quantity in [SensorParameter::TorqueBias, SensorParameter::PositionGain] {
             let [a, b] = [a, b].map(|sensor| sensor.of(quantity).as_ref().unwrap().std);
             assert!((0.7..1.4).contains(&(b / a)), "{quantity}: {b} instead of {a}");
         }

@@ -1,6 +1,6 @@
 //! What the steps found.
 
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
 
 use super::bias::Bias;
@@ -25,12 +25,12 @@ pub struct SensorValues {
 
 impl SensorValues {
     /// What was found for one quantity.
-    pub fn of(&self, quantity: Quantity) -> &Found {
+    pub fn of(&self, quantity: SensorParameter) -> &Found {
         match quantity {
-            Quantity::TorqueGain => &self.torque_gain,
-            Quantity::TorqueBias => &self.torque_bias,
-            Quantity::PositionGain => &self.position_gain,
-            Quantity::PositionOffset => &self.position_offset,
+            SensorParameter::TorqueGain => &self.torque_gain,
+            SensorParameter::TorqueBias => &self.torque_bias,
+            SensorParameter::PositionGain => &self.position_gain,
+            SensorParameter::PositionOffset => &self.position_offset,
         }
     }
 }
@@ -106,11 +106,12 @@ impl SequentialValues {
     }
 
     pub(super) fn take_step_1(&mut self, values: &State) {
-        let exact =
-            |joint: usize, quantity: Quantity| Ok(Frozen { value: values.sensors[joint][quantity as usize], std: 0.0 });
+        let exact = |joint: usize, quantity: SensorParameter| {
+            Ok(Frozen { value: values.sensors[joint][quantity as usize], std: 0.0 })
+        };
         for (joint, sensor) in self.sensors.iter_mut().enumerate() {
-            sensor.torque_bias = exact(joint, Quantity::TorqueBias);
-            sensor.position_gain = exact(joint, Quantity::PositionGain);
+            sensor.torque_bias = exact(joint, SensorParameter::TorqueBias);
+            sensor.position_gain = exact(joint, SensorParameter::PositionGain);
         }
         self.errors = CarriedErrors::none(self.sensors.len());
     }
@@ -128,14 +129,14 @@ impl SequentialValues {
     /// What the session gives as exact is no result of a step.
     pub(super) fn respect_exact_knowledge(&mut self, session: &Session) {
         for (joint, sensor) in self.sensors.iter_mut().enumerate() {
-            for quantity in Quantity::ALL {
+            for quantity in SensorParameter::ALL {
                 if session.fixed_reason(joint, quantity).is_some() {
                     let exact = Ok(Frozen { value: session.joints[joint].of(quantity).nominal, std: 0.0 });
                     match quantity {
-                        Quantity::TorqueGain => sensor.torque_gain = exact,
-                        Quantity::TorqueBias => sensor.torque_bias = exact,
-                        Quantity::PositionGain => sensor.position_gain = exact,
-                        Quantity::PositionOffset => sensor.position_offset = exact,
+                        SensorParameter::TorqueGain => sensor.torque_gain = exact,
+                        SensorParameter::TorqueBias => sensor.torque_bias = exact,
+                        SensorParameter::PositionGain => sensor.position_gain = exact,
+                        SensorParameter::PositionOffset => sensor.position_offset = exact,
                     }
                 }
             }
@@ -147,7 +148,7 @@ impl SequentialValues {
         let mut start = State::nominal(session);
         start.gravity = self.gravity.as_ref().ok()?.vector;
         for (values, sensor) in start.sensors.iter_mut().zip(&self.sensors) {
-            for quantity in Quantity::ALL {
+            for quantity in SensorParameter::ALL {
                 if let Ok(found) = sensor.of(quantity) {
                     values[quantity as usize] = found.value;
                 }

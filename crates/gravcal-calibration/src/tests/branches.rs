@@ -7,7 +7,7 @@ use gravcal_dynamics::{Attachment, Chain, Joint, JointKind, Link, LinkInertia, M
 use gravcal_identification::SolveEnvironment;
 use gravcal_recording::{PositionUnit, TorqueUnit};
 use gravcal_robot_model::EstimatorName;
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{
     GravityPrior, InertiaPrior, JointPriors, Load, LoadDistance, ParameterPrior, PoseTable, PriorKind, Session,
@@ -97,7 +97,7 @@ fn simulation(seed: u64, build: Build, runs: impl Fn(usize) -> Vec<Run>) -> Simu
     let mut truth = State::nominal(&template);
     truth.gravity = (9.81 * direction).into();
     for (joint, sensor) in truth.sensors.iter_mut().enumerate() {
-        let free = template.fixed_reason(joint, Quantity::PositionOffset).is_none();
+        let free = template.fixed_reason(joint, SensorParameter::PositionOffset).is_none();
         let offset = if free { random.random_range(-0.05..0.05) } else { 0.0 };
         let gains = [random.random_range(0.9..1.1), random.random_range(0.98..1.02)];
         *sensor = [gains[0], random.random_range(-1.0..1.0), gains[1], offset];
@@ -168,7 +168,7 @@ fn so_they_are_where_a_joint_mimics_another() {
         let simulation = simulation(100 + seed, Build::Coupled, random_poses);
         let session = simulation.session(seed);
         // The leader also moves the last link of its arm: its offset is no choice of a frame.
-        assert!(session.fixed_reason(4, Quantity::PositionOffset).is_none());
+        assert!(session.fixed_reason(4, SensorParameter::PositionOffset).is_none());
         (simulation, session)
     });
 }
@@ -179,12 +179,12 @@ fn so_they_are_where_a_joint_mimics_another() {
 fn so_they_are_without_a_trunk() {
     assert_intervals_hold(24, |seed| {
         let mut simulation = simulation(300 + seed, Build::Apart, random_poses);
-        let gain = simulation.truth.sensors[4][Quantity::TorqueGain as usize];
+        let gain = simulation.truth.sensors[4][SensorParameter::TorqueGain as usize];
         let known = ParameterPrior { nominal: gain, kind: PriorKind::Fixed };
-        simulation.template.joints[4].parameters[Quantity::TorqueGain as usize] = known;
+        simulation.template.joints[4].parameters[SensorParameter::TorqueGain as usize] = known;
         let session = simulation.session(seed);
         for first in [0, 4] {
-            assert!(session.fixed_reason(first, Quantity::PositionOffset).is_none());
+            assert!(session.fixed_reason(first, SensorParameter::PositionOffset).is_none());
         }
         (simulation, session)
     });
@@ -221,7 +221,7 @@ fn the_papers_steps_go_along_serial_chains_only() {
 #[test]
 fn frames_are_chosen_by_branch() {
     let session = simulation(1, Build::Trunk, random_poses).session(0);
-    let held = |session: &Session, joint: usize| session.fixed_reason(joint, Quantity::PositionOffset);
+    let held = |session: &Session, joint: usize| session.fixed_reason(joint, SensorParameter::PositionOffset);
     let all = |session: &Session| (0..LINKS).map(|joint| held(session, joint).is_some()).collect::<Vec<_>>();
     assert_eq!(all(&session), [true, false, false, true, false, false, true]);
     let mut placed = session.clone();

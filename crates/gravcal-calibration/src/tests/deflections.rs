@@ -2,7 +2,7 @@
 //! deflection finds the truth.
 
 use gravcal_identification::SolveEnvironment;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{Deflection, Session};
 use gravcal_session::simulation::Simulation;
 use gravcal_solvers::LevenbergMarquardt;
@@ -19,8 +19,12 @@ fn deviations(simulation: &Simulation, session: &Session, signals: Signals) -> V
     let built = joint::build_problem(session, &joint::select(session, signals), &simulation.truth).unwrap();
     let solved = Solved::at_start(joint::select(session, signals), built).unwrap();
     let gravity = solved.gravity_covariance();
-    let gains = (0..3).map(|joint| solved.sensor_std(joint, Quantity::TorqueGain));
-    (0..3).map(|i| gravity[4 * i].sqrt()).chain(gains).chain([solved.sensor_std(1, Quantity::PositionOffset)]).collect()
+    let gains = (0..3).map(|joint| solved.sensor_std(joint, SensorParameter::TorqueGain));
+    (0..3)
+        .map(|i| gravity[4 * i].sqrt())
+        .chain(gains)
+        .chain([solved.sensor_std(1, SensorParameter::PositionOffset)])
+        .collect()
 }
 
 /// The same as multiples of those without deflection.
@@ -112,7 +116,7 @@ fn worst(result: &EstimatorResult, truth: &State) -> f64 {
     let error = |p: &ParameterResult| {
         let (joint, quantity) = p.name.split_once('.').unwrap();
         let joint: usize = joint[5..].parse::<usize>().unwrap() - 1;
-        let quantity = Quantity::ALL.into_iter().find(|q| q.as_str() == quantity).unwrap();
+        let quantity = SensorParameter::ALL.into_iter().find(|q| q.as_str() == quantity).unwrap();
         (p.value.unwrap() - truth.sensors[joint][quantity as usize]).abs() / p.std.unwrap()
     };
     sensors.map(error).fold(0.0, f64::max)

@@ -2,7 +2,7 @@
 //! agree.
 
 use gravcal_identification::SolveEnvironment;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{InertiaPrior, Session};
 use gravcal_session::simulation::{Run, Simulation};
 use gravcal_solvers::LevenbergMarquardt;
@@ -30,12 +30,12 @@ fn known(session: &Session, truth: &State, keep: impl Fn(usize, usize) -> bool) 
         solved.analysis.null_space_within(&columns).len()
     };
     let sensors = &solved.built.variables.sensors;
-    let of = |quantity: Quantity| sensors.iter().map(|ids| ids[quantity as usize]).collect::<Vec<_>>();
+    let of = |quantity: SensorParameter| sensors.iter().map(|ids| ids[quantity as usize]).collect::<Vec<_>>();
     Known {
         gravity: open(vec![solved.built.variables.gravity]) == 0,
-        gains_and_biases: open([of(Quantity::PositionGain), of(Quantity::TorqueBias)].concat()) == 0,
-        offsets: open(of(Quantity::PositionOffset)) == 0,
-        open_torque_gains: open(of(Quantity::TorqueGain)),
+        gains_and_biases: open([of(SensorParameter::PositionGain), of(SensorParameter::TorqueBias)].concat()) == 0,
+        offsets: open(of(SensorParameter::PositionOffset)) == 0,
+        open_torque_gains: open(of(SensorParameter::TorqueGain)),
     }
 }
 

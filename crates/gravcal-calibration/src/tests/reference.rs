@@ -1,6 +1,6 @@
 //! The estimators on the reference protocol, against the figures of an independent program (NumPy, SciPy).
 
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{PriorKind, Session};
 
 use crate::joint::{self, Signals, Solved, State, estimate_jointly};
@@ -28,12 +28,14 @@ fn the_bound_is_that_of_an_independent_program() {
     let expected: [[f64; 3]; 3] = [[0.0206, 0.0173, 0.0187], [0.114, 0.0579, 0.0779], [0.00044, 0.00043, 0.00036]];
     for joint in 0..3 {
         for (quantity, expected) in
-            [Quantity::TorqueGain, Quantity::TorqueBias, Quantity::PositionGain].iter().zip(expected)
+            [SensorParameter::TorqueGain, SensorParameter::TorqueBias, SensorParameter::PositionGain]
+                .iter()
+                .zip(expected)
         {
             close(judged.sensor_std(joint, *quantity), expected[joint], &quantity.name(&joint.to_string()));
         }
     }
-    close(judged.sensor_std(1, Quantity::PositionOffset), 0.0240_f64.to_radians(), "offset of joint 2");
+    close(judged.sensor_std(1, SensorParameter::PositionOffset), 0.0240_f64.to_radians(), "offset of joint 2");
 }
 
 #[test]
@@ -59,7 +61,7 @@ fn without_noise_both_estimators_find_the_truth() {
         let solved = joint::solve(&session, &joint::select(&session, Signals::All), None, environment).unwrap();
         let found = solved.state(&simulation.truth);
         for joint in 0..3 {
-            for quantity in Quantity::ALL.into_iter().filter(|q| session.fixed_reason(joint, *q).is_none()) {
+            for quantity in SensorParameter::ALL.into_iter().filter(|q| session.fixed_reason(joint, *q).is_none()) {
                 let truth = simulation.truth.sensors[joint][quantity as usize];
                 let value = found.sensors[joint][quantity as usize];
                 assert!((value - truth).abs() < 1e-6 * truth.abs(), "joint: {joint} {quantity} {value} {truth}");
@@ -306,7 +308,9 @@ fn a_first_joint_without_a_torque_sensor_leaves_the_others_determined() {
     let result = with_environment(|w| estimate_jointly(&session, Signals::All, None, w)).unwrap();
     assert_eq!(result.verdict, Verdict::Determined);
     let truth = sarcos_shoulder().truth;
-    for (joint, quantity) in [(1, Quantity::TorqueGain), (2, Quantity::TorqueGain), (0, Quantity::PositionGain)] {
+    for (joint, quantity) in
+        [(1, SensorParameter::TorqueGain), (2, SensorParameter::TorqueGain), (0, SensorParameter::PositionGain)]
+    {
         let told = &result.parameters[4 * joint + quantity as usize];
         let error = told.value.unwrap() - truth.sensors[joint][quantity as usize];
         assert!(error.abs() < 4.5 * told.std.unwrap(), "{}: {error}", told.name);

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use gravcal_identification::SolveEnvironment;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::Session;
 use gravcal_session::read_session;
 use gravcal_session::simulation::{Simulation, write_session};
@@ -133,6 +133,6 @@ fn is_identified(simulation: &Simulation, session: &Session) {
     let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
     assert!(rms < 1.6, "{rms} {squares:?}");
     let gain = result.parameters.iter().find(|parameter| parameter.name == "j2.torque_gain").unwrap();
-    let truth = simulation.truth.sensors[1][Quantity::TorqueGain as usize];
+    let truth = simulation.truth.sensors[1][SensorParameter::TorqueGain as usize];
     assert!((gain.value.unwrap() - truth).abs() < 0.01, "{gain:?}");
 }

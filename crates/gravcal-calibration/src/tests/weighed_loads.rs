@@ -1,6 +1,6 @@
 //! Loads that were weighed with an error: gains are as uncertain as the mass that they are measured against, and no more than that.
 
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::load_masses::add_load_masses;
 use gravcal_robot_model::session::{ParameterPrior, PriorKind, Session};
 
@@ -67,7 +67,7 @@ fn gains_are_as_uncertain_as_the_mass_and_all_else_is_as_it_was() {
 #[test]
 fn a_known_gain_weighs_the_load() {
     let mut session = weighed(2.0);
-    session.joints[0].parameters[Quantity::TorqueGain as usize] =
+    session.joints[0].parameters[SensorParameter::TorqueGain as usize] =
         ParameterPrior { nominal: 7.12, kind: PriorKind::Fixed };
     let result = jointly(&session);
     let mass = parameter(&result, "load.plate-a.mass");

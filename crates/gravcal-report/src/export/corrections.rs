@@ -1,7 +1,7 @@
 //! Gain and bias of each joint's sensors, for formats that know nothing else.
 
 use gravcal_recording::{EarlierEstimate, EarlierParameter};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::NO_TORQUE_SENSOR;
 
 use super::instruments::{InstrumentCorrection, instruments};
@@ -67,9 +67,9 @@ impl Corrections {
             return Err(ExportError::Undetermined { names: undetermined });
         }
         for joint in &joints {
-            let torque = joint.torque.iter().map(|torque| (torque.gain, Quantity::TorqueGain));
+            let torque = joint.torque.iter().map(|torque| (torque.gain, SensorParameter::TorqueGain));
             if let Some((_, quantity)) =
-                torque.chain([(joint.position.gain, Quantity::PositionGain)]).find(|(gain, _)| *gain == 0.0)
+                torque.chain([(joint.position.gain, SensorParameter::PositionGain)]).find(|(gain, _)| *gain == 0.0)
             {
                 return Err(ExportError::ZeroGain { name: quantity.name(&joint.name) });
             }
@@ -82,12 +82,12 @@ impl Corrections {
     }
 }
 
-/// The joints, in the order of the calibration: whatever has a parameter of [`Quantity::ALL`].
+/// The joints, in the order of the calibration: whatever has a parameter of [`SensorParameter::ALL`].
 fn joint_names(estimate: &EarlierEstimate) -> Vec<String> {
     let mut joints: Vec<String> = Vec::new();
     for parameter in &estimate.parameters {
         let (owner, quantity) = split_name(&parameter.name);
-        let of_joint = Quantity::ALL.iter().any(|known| known.as_str() == quantity);
+        let of_joint = SensorParameter::ALL.iter().any(|known| known.as_str() == quantity);
         if of_joint && joints.iter().all(|joint| joint != owner) {
             joints.push(owner.to_owned());
         }
@@ -99,7 +99,7 @@ fn joint_names(estimate: &EarlierEstimate) -> Vec<String> {
 fn refuse_more(estimate: &EarlierEstimate, joints: &[String], format: ExportFormat) -> Result<(), ExportError> {
     let beyond = |parameter: &&EarlierParameter| {
         let (owner, quantity) = split_name(&parameter.name);
-        let affine = Quantity::ALL.iter().any(|known| known.as_str() == quantity);
+        let affine = SensorParameter::ALL.iter().any(|known| known.as_str() == quantity);
         let nothing = parameter.held.is_some() && parameter.value.unwrap_or(parameter.nominal) == 0.0;
         let no_place = format.is_robot() && of_torque_reading(parameter);
         !affine && !nothing && !no_place && joints.iter().any(|joint| joint == owner)
@@ -146,7 +146,7 @@ pub(super) struct Taken<'a> {
 impl<'a> Taken<'a> {
     /// `None` where one of the parameters is missing, which is then named.
     fn joint(&mut self, name: &str) -> Option<JointCorrection> {
-        let names = Quantity::ALL.map(|quantity| quantity.name(name));
+        let names = SensorParameter::ALL.map(|quantity| quantity.name(name));
         let found = names.each_ref().map(|name| self.parameter(name));
         let [Some(torque_gain), Some(torque_bias), Some(position_gain), Some(position_offset)] = found else {
             let missing = names.into_iter().zip(found).filter(|(_, found)| found.is_none());

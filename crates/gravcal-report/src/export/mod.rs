@@ -187,7 +187,7 @@ pub enum ExportError {
         /// The gain.
         name: String,
     },
-    /// A joint of which the file does not say everything that [`Quantity::ALL`](gravcal_robot_model::parameter::Quantity::ALL) names.
+    /// A joint of which the file does not say everything that [`SensorParameter::ALL`](gravcal_robot_model::parameter::SensorParameter::ALL) names.
     #[error("the calibration says nothing of {}: it is damaged, or not as gravcal wrote it", names.join(", "))]
     Missing {
         /// Names of the parameters.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::model::{Declared, ParameterSpec, SensorModel, Side, Site};
 use super::options::{Options, RefusedOption};
 use super::term::{Moment, Partials, Reads, SensorTerm};
-use crate::parameter::{Parameter, Quantity};
+use crate::parameter::{Parameter, SensorParameter};
 use crate::session::{ParameterPrior, PriorKind};
 
 /// A term of one joint's sensor, with the places of its parameters.
@@ -96,7 +96,7 @@ pub(crate) fn check_parameter_names<'s>(
             "expected letters, digits, `_` and `-`"
         } else if names[..place].contains(name) {
             "it names two of its parameters so"
-        } else if Quantity::ALL.iter().any(|quantity| quantity.as_str() == *name) {
+        } else if SensorParameter::ALL.iter().any(|quantity| quantity.as_str() == *name) {
             "every sensor has a parameter of this name already"
         } else {
             continue;

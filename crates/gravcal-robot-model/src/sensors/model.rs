@@ -9,7 +9,7 @@ use gravcal_recording::{FurtherColumn, TorqueUnit};
 
 use super::options::{Options, RefusedOption};
 use super::term::SensorTerm;
-use crate::parameter::{Limit, Quantity};
+use crate::parameter::{Limit, SensorParameter};
 use crate::session::{JointPriors, units};
 
 /// A model of a joint's torque or position sensor, beyond the affine one that every sensor has.
@@ -148,8 +148,8 @@ impl<'a> Site<'a> {
             reads_torque: prior.torque_unit.is_some(),
             torque_unit: prior.torque_unit.map_or("", TorqueUnit::name),
             further: &[],
-            torque_gain: prior.of(Quantity::TorqueGain).nominal,
-            position_gain: prior.of(Quantity::PositionGain).nominal,
+            torque_gain: prior.of(SensorParameter::TorqueGain).nominal,
+            position_gain: prior.of(SensorParameter::PositionGain).nominal,
         }
     }
 

@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::term::{Moment, Partials};
 use super::terms::SensorTerms;
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 use crate::state::State;
 
 /// Steps of Newton's method at most, and the relative size of the last one.
@@ -61,7 +61,7 @@ impl SensorTerms {
         let joints = values.sensors.len();
         let mut slopes = DMatrix::zeros(joints, joints);
         for (joint, sensor) in values.sensors.iter().enumerate() {
-            slopes[(joint, joint)] = sensor[Quantity::TorqueGain as usize];
+            slopes[(joint, joint)] = sensor[SensorParameter::TorqueGain as usize];
             for term in self.of_torque(joint) {
                 let [mut by_parameter, mut by_torque, mut by_coordinate] =
                     [term.places.len(), joints, joints].map(|count| vec![0.0; count]);

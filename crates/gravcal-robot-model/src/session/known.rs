@@ -3,7 +3,7 @@
 use gravcal_recording::{PositionUnit, TorqueUnit};
 
 use super::parameter_prior::ParameterPrior;
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 
 /// What is known of gravity beforehand.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,13 +81,13 @@ pub struct JointPriors {
     pub torque_sign_declared: bool,
     /// Unit of the position reading.
     pub position_unit: PositionUnit,
-    /// Knowledge of each parameter, in the order of [`Quantity::ALL`].
+    /// Knowledge of each parameter, in the order of [`SensorParameter::ALL`].
     pub parameters: [ParameterPrior; 4],
 }
 
 impl JointPriors {
     /// What is known of one parameter of the joint.
-    pub fn of(&self, quantity: Quantity) -> ParameterPrior {
+    pub fn of(&self, quantity: SensorParameter) -> ParameterPrior {
         self.parameters[quantity as usize]
     }
 }

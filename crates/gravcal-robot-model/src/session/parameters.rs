@@ -5,7 +5,7 @@ use gravcal_dynamics::JointKind;
 use super::contents::Session;
 use super::known::{InertiaPrior, JointPriors, Load};
 use super::parameter_prior::{ParameterPrior, PriorKind};
-use crate::parameter::{Limit, Parameter, ParameterId, Quantity, UNREAD};
+use crate::parameter::{Limit, Parameter, ParameterId, SensorParameter, UNREAD};
 
 /// Standard deviation, relative to a gain, beyond which a number would mislead; of an angle, rad; of a displacement, m.
 pub const GAIN_LIMIT: f64 = 0.1;
@@ -22,7 +22,7 @@ impl Session {
         };
         let mut all = Vec::new();
         for (joint, described) in self.robot.chain.joints().iter().enumerate() {
-            all.extend(Quantity::ALL.map(|quantity| ParameterId::Sensor(joint, quantity)));
+            all.extend(SensorParameter::ALL.map(|quantity| ParameterId::Sensor(joint, quantity)));
             all.extend(of(&described.name));
         }
         for (index, parameter) in self.further.iter().enumerate() {
@@ -41,7 +41,7 @@ impl Session {
         }
     }
 
-    fn sensor_parameter(&self, joint: usize, quantity: Quantity) -> Parameter {
+    fn sensor_parameter(&self, joint: usize, quantity: SensorParameter) -> Parameter {
         let described = &self.robot.chain.joints()[joint];
         Parameter {
             owner: described.name.clone(),
@@ -52,16 +52,16 @@ impl Session {
             fixed: self.fixed_reason(joint, quantity),
             limit: self.sensor_limit(joint, quantity),
             cure: MOVE_MORE.into(),
-            linear: quantity == Quantity::TorqueBias,
+            linear: quantity == SensorParameter::TorqueBias,
             same_as: None,
         }
     }
 
-    fn sensor_limit(&self, joint: usize, quantity: Quantity) -> Limit {
+    fn sensor_limit(&self, joint: usize, quantity: SensorParameter) -> Limit {
         match quantity {
-            Quantity::TorqueGain | Quantity::PositionGain => Limit::ShareOfNominal(GAIN_LIMIT),
-            Quantity::TorqueBias => Limit::HalfSpread { channel: joint },
-            Quantity::PositionOffset => match self.robot.chain.joints()[joint].kind {
+            SensorParameter::TorqueGain | SensorParameter::PositionGain => Limit::ShareOfNominal(GAIN_LIMIT),
+            SensorParameter::TorqueBias => Limit::HalfSpread { channel: joint },
+            SensorParameter::PositionOffset => match self.robot.chain.joints()[joint].kind {
                 JointKind::Revolute => Limit::Absolute(ANGLE_LIMIT),
                 JointKind::Prismatic => Limit::Absolute(DISPLACEMENT_LIMIT),
             },
@@ -117,7 +117,7 @@ impl Session {
             Limit::Absolute(limit) => limit,
             Limit::HalfSpread { channel } => 0.5 * spreads[channel] / self.lever(id),
             Limit::GainChange { joint, power } => {
-                let gain = self.joints[joint].of(Quantity::TorqueGain).nominal.abs();
+                let gain = self.joints[joint].of(SensorParameter::TorqueGain).nominal.abs();
                 GAIN_LIMIT * gain / (0.5 * spreads[joint] / gain).powi(power)
             }
         }
@@ -146,38 +146,38 @@ impl Session {
     fn lever_of_term(&self, index: usize) -> f64 {
         let values: Vec<f64> = self.further.iter().map(|parameter| parameter.prior.nominal).collect();
         let sensor = |joint: &JointPriors| {
-            [Quantity::PositionGain, Quantity::PositionOffset].map(|quantity| joint.of(quantity).nominal)
+            [SensorParameter::PositionGain, SensorParameter::PositionOffset].map(|quantity| joint.of(quantity).nominal)
         };
         let position: Vec<[f64; 2]> = self.joints.iter().map(sensor).collect();
         self.terms.lever(index, &values, &position, &self.poses)
     }
 
     /// Unit of a joint's sensor parameter inside the program.
-    pub fn parameter_unit(&self, joint: usize, quantity: Quantity) -> String {
+    pub fn parameter_unit(&self, joint: usize, quantity: SensorParameter) -> String {
         let prior = &self.joints[joint];
         let prismatic = self.robot.chain.joints()[joint].kind == JointKind::Prismatic;
         let coordinate = if prismatic { "m" } else { "rad" };
         let effort = if prismatic { "N" } else { "(N·m)" };
         let reading = prior.torque_unit.map_or_else(|| "1".to_owned(), |unit| unit.to_string());
         match quantity {
-            Quantity::TorqueGain => format!("{reading}/{effort}"),
-            Quantity::TorqueBias => reading,
-            Quantity::PositionGain => format!("{coordinate}/{}", prior.position_unit.si()),
-            Quantity::PositionOffset => coordinate.to_owned(),
+            SensorParameter::TorqueGain => format!("{reading}/{effort}"),
+            SensorParameter::TorqueBias => reading,
+            SensorParameter::PositionGain => format!("{coordinate}/{}", prior.position_unit.si()),
+            SensorParameter::PositionOffset => coordinate.to_owned(),
         }
     }
 
     /// Why a joint's sensor parameter is fixed and not estimated, if it is.
-    pub fn fixed_reason(&self, joint: usize, quantity: Quantity) -> Option<&'static str> {
+    pub fn fixed_reason(&self, joint: usize, quantity: SensorParameter) -> Option<&'static str> {
         let prior = self.joints[joint].of(quantity);
         let chain = &self.robot.chain;
         match quantity {
             _ if prior.kind == PriorKind::Fixed => Some(GIVEN),
-            Quantity::TorqueGain | Quantity::TorqueBias if self.joints[joint].torque_unit.is_none() => {
+            SensorParameter::TorqueGain | SensorParameter::TorqueBias if self.joints[joint].torque_unit.is_none() => {
                 Some(NO_TORQUE_SENSOR)
             }
-            Quantity::PositionOffset if chain.root_joint() == Some(joint) => Some(BASE_FRAME_CHOICE),
-            Quantity::PositionOffset if chain.is_last(joint) && !self.last_frame_is_fixed(joint) => {
+            SensorParameter::PositionOffset if chain.root_joint() == Some(joint) => Some(BASE_FRAME_CHOICE),
+            SensorParameter::PositionOffset if chain.is_last(joint) && !self.last_frame_is_fixed(joint) => {
                 Some(LAST_FRAME_CHOICE)
             }
             _ => None,
@@ -196,10 +196,10 @@ impl Session {
         let by_default = !unread
             && !nuisance
             && !self.robot.chain.joints().iter().enumerate().any(|(joint, j)| {
-                Quantity::ALL.iter().any(|q| {
+                SensorParameter::ALL.iter().any(|q| {
                     let frame = [BASE_FRAME_CHOICE, LAST_FRAME_CHOICE];
                     let no_sensor = self.joints[joint].torque_unit.is_none()
-                        && matches!(q, Quantity::TorqueGain | Quantity::TorqueBias);
+                        && matches!(q, SensorParameter::TorqueGain | SensorParameter::TorqueBias);
                     let frame_choice = || self.fixed_reason(joint, *q).is_some_and(|reason| frame.contains(&reason));
                     // Names are formatted only where they could be the one.
                     name.starts_with(&j.name) && q.name(&j.name) == name && (no_sensor || frame_choice())
@@ -211,8 +211,8 @@ impl Session {
     /// Whether something known in the frame of a last link fixes that frame, or that of another one that the same joint moves:
     /// a load's placement, an instrument's mounting, the link's masses, what a residual observes of it, or the joint's offset itself.
     fn last_frame_is_fixed(&self, joint: usize) -> bool {
-        let prior = matches!(self.joints[joint].of(Quantity::PositionOffset).kind, PriorKind::Gaussian { .. });
-        let name = Quantity::PositionOffset.name(&self.robot.chain.joints()[joint].name);
+        let prior = matches!(self.joints[joint].of(SensorParameter::PositionOffset).kind, PriorKind::Gaussian { .. });
+        let name = SensorParameter::PositionOffset.name(&self.robot.chain.joints()[joint].name);
         let earlier = self.earlier.as_ref().is_some_and(|earlier| earlier.knows(&name));
         let observed = self.residuals.iter().any(|residual| residual.sees.joints().contains(&joint));
         prior || earlier || observed || self.robot.chain.links_of(joint).any(|link| self.is_known_in_its_frame(link))

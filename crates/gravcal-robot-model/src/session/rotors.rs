@@ -13,7 +13,7 @@ use super::contents::Session;
 use super::parameter_prior::{ParameterPrior, PriorKind};
 use super::parameters::GIVEN;
 use super::pose::Pose;
-use crate::parameter::{Limit, Parameter, ParameterId, Quantity};
+use crate::parameter::{Limit, Parameter, ParameterId, SensorParameter};
 
 /// The unit of a joint's rotor inertia.
 pub fn rotor_inertia_unit(kind: JointKind) -> &'static str {
@@ -56,7 +56,7 @@ impl Session {
 
     /// By how much, at most, a unit of a joint's rotor inertia changes its reading; 1 where it never accelerates.
     pub(super) fn lever_of_rotor(&self, joint: usize) -> f64 {
-        let gain = self.nominal(ParameterId::Sensor(joint, Quantity::TorqueGain)).abs();
+        let gain = self.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain)).abs();
         let acceleration = |pose: &Pose| pose.conditions.acceleration.get(joint).map_or(0.0, |a| gain * a.abs());
         let largest = self.poses.iter().map(acceleration).filter(|a| a.is_finite()).fold(0.0, f64::max);
         if largest > 0.0 { largest } else { 1.0 }

@@ -4,7 +4,7 @@ use gravcal_dynamics::{Chain, JointKind};
 use gravcal_recording::Travel;
 
 use super::known::JointPriors;
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 
 /// Width of a bin where nothing is said, rad: 1°, over which the curvature of a torque `τ` changes it by `τ`/80,000.
 pub const BIN: f64 = std::f64::consts::PI / 180.0;
@@ -13,7 +13,7 @@ pub const STEADY: f64 = 0.05;
 
 /// By nominal position gains.
 pub fn travels(chain: &Chain, joints: &[JointPriors]) -> Vec<Travel> {
-    let gains = joints.iter().map(|joint| joint.of(Quantity::PositionGain).nominal.abs());
+    let gains = joints.iter().map(|joint| joint.of(SensorParameter::PositionGain).nominal.abs());
     let travel = |(joint, gain): (&gravcal_dynamics::Joint, f64)| match joint.kind {
         JointKind::Revolute => Travel::Turns(gain),
         JointKind::Prismatic => Travel::Slides(gain),

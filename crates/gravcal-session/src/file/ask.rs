@@ -1,6 +1,6 @@
 //! `[ask]`: changes to what is asked for.
 
-use gravcal_robot_model::parameter::{Parameter, Quantity};
+use gravcal_robot_model::parameter::{Parameter, SensorParameter};
 use gravcal_robot_model::session::{Ask, JointPriors};
 use serde::Deserialize;
 
@@ -51,7 +51,9 @@ fn check_added(
     name: &str,
 ) -> Result<(), FileError> {
     match parameter(context, further, field, name)? {
-        Some((joint, Quantity::TorqueGain | Quantity::TorqueBias)) if joints[joint].torque_unit.is_none() => {
+        Some((joint, SensorParameter::TorqueGain | SensorParameter::TorqueBias))
+            if joints[joint].torque_unit.is_none() =>
+        {
             let joint = context.joint_names[joint];
             Err(context.document.error(field, format!("joint `{joint}` has no column in readings.torque: name one")))
         }
@@ -65,7 +67,7 @@ fn parameter(
     further: &[Parameter],
     field: &Field,
     name: &str,
-) -> Result<Option<(usize, Quantity)>, FileError> {
+) -> Result<Option<(usize, SensorParameter)>, FileError> {
     if name == "gravity" || further.iter().any(|parameter| parameter.name() == name) {
         return Ok(None);
     }
@@ -76,7 +78,7 @@ fn parameter(
         return Err(context.document.error(field, message));
     };
     let joint = context.document.lookup(field, "joint", joint, &context.joint_names)?;
-    let known = Quantity::ALL.map(Quantity::as_str);
+    let known = SensorParameter::ALL.map(SensorParameter::as_str);
     let quantity = context.document.lookup(field, "quantity", quantity, &known)?;
-    Ok(Some((joint, Quantity::ALL[quantity])))
+    Ok(Some((joint, SensorParameter::ALL[quantity])))
 }

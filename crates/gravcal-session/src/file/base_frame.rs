@@ -12,7 +12,7 @@
 //! that follows for it, and that the three then share errors is not heeded.
 
 use gravcal_recording::Reading;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::robot::Robot;
 use gravcal_robot_model::session::{Instrument, JointPriors, Pose};
 use nalgebra::Matrix3;
@@ -30,7 +30,7 @@ pub(super) fn turn_back(robot: &Robot, joints: &[JointPriors], instrument: &Inst
 fn sensor_in_base(robot: &Robot, joints: &[JointPriors], instrument: &Instrument, pose: &Pose) -> Matrix3<f64> {
     let nominal = |joint: &JointPriors, quantity| joint.of(quantity).nominal;
     let coordinate = |(joint, reading): (&JointPriors, &f64)| {
-        nominal(joint, Quantity::PositionGain) * reading + nominal(joint, Quantity::PositionOffset)
+        nominal(joint, SensorParameter::PositionGain) * reading + nominal(joint, SensorParameter::PositionOffset)
     };
     let coordinates: Vec<f64> = joints.iter().zip(&pose.position).map(coordinate).collect();
     let sensor = pose.link_frames(&robot.chain, &coordinates)[instrument.link].compose(&instrument.mounting);
@@ -66,7 +66,8 @@ mod tests {
         let mut poses = session.poses.clone();
         for pose in &mut poses {
             let coordinate = |(joint, reading): (&JointPriors, &f64)| {
-                joint.of(Quantity::PositionGain).nominal * reading + joint.of(Quantity::PositionOffset).nominal
+                joint.of(SensorParameter::PositionGain).nominal * reading
+                    + joint.of(SensorParameter::PositionOffset).nominal
             };
             let coordinates: Vec<f64> = session.joints.iter().zip(&pose.position).map(coordinate).collect();
             let sensor = session.robot.chain.forward(&coordinates)[wrist.link].compose(&wrist.mounting);

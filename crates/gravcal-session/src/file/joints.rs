@@ -13,7 +13,7 @@ use std::fmt::Display;
 
 use gravcal_dynamics::JointKind;
 use gravcal_recording::{PoseMapping, PositionUnit, TorqueUnit};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::robot::{NominalPositionSensor, NominalTorqueSensor};
 use gravcal_robot_model::session::units::UnitError;
 use gravcal_robot_model::session::{JointPriors, ParameterPrior, units};
@@ -113,12 +113,12 @@ impl<'a> Said<'a> {
     }
 
     /// What is said of a parameter.
-    pub fn of(&self, quantity: Quantity) -> Option<Entry<'a, ParameterPriorTable>> {
+    pub fn of(&self, quantity: SensorParameter) -> Option<Entry<'a, ParameterPriorTable>> {
         self.entry(quantity.as_str(), |table| match quantity {
-            Quantity::TorqueGain => table.torque_gain.as_ref(),
-            Quantity::TorqueBias => table.torque_bias.as_ref(),
-            Quantity::PositionGain => table.position_gain.as_ref(),
-            Quantity::PositionOffset => table.position_offset.as_ref(),
+            SensorParameter::TorqueGain => table.torque_gain.as_ref(),
+            SensorParameter::TorqueBias => table.torque_bias.as_ref(),
+            SensorParameter::PositionGain => table.position_gain.as_ref(),
+            SensorParameter::PositionOffset => table.position_offset.as_ref(),
         })
     }
 
@@ -233,8 +233,8 @@ impl<'a> Joint<'a> {
     /// What is said of a sensor that is not read would be passed over in silence; what is said of all joints is of those that have one.
     fn no_torque_sensor(&self) -> Result<[ParameterPrior; 2], FileError> {
         let own = |field: Field, of_all: bool| (!of_all).then_some(field);
-        let gain = self.said.of(Quantity::TorqueGain).and_then(|entry| own(entry.field, entry.of_all));
-        let bias = || self.said.of(Quantity::TorqueBias).and_then(|entry| own(entry.field, entry.of_all));
+        let gain = self.said.of(SensorParameter::TorqueGain).and_then(|entry| own(entry.field, entry.of_all));
+        let bias = || self.said.of(SensorParameter::TorqueBias).and_then(|entry| own(entry.field, entry.of_all));
         let sign = || self.torque_sign().and_then(|entry| own(entry.field, entry.of_all));
         match gain.or_else(bias).or_else(sign) {
             Some(field) => {
@@ -248,7 +248,7 @@ impl<'a> Joint<'a> {
 
     fn torque_gain(&self, reading: TorqueUnit) -> Result<ParameterPrior, FileError> {
         let sign = factor(self.torque_sign().map(|entry| *entry.value));
-        if let Some(entry) = self.said.of(Quantity::TorqueGain) {
+        if let Some(entry) = self.said.of(SensorParameter::TorqueGain) {
             let Entry { value: table, field, .. } = &entry;
             let unit = units::torque_gain(table.unit(), self.kind);
             let turned = |unit: &str| units::torque_gain(Some(unit), self.kind).is_ok();
@@ -270,7 +270,7 @@ impl<'a> Joint<'a> {
     }
 
     fn torque_bias(&self, reading: TorqueUnit) -> Result<ParameterPrior, FileError> {
-        if let Some(entry) = self.said.of(Quantity::TorqueBias) {
+        if let Some(entry) = self.said.of(SensorParameter::TorqueBias) {
             let Entry { value: table, field, .. } = &entry;
             let unit = self.fitting(&entry, units::torque_reading(table.unit()))?;
             self.check_reading(&entry, unit, reading)?;
@@ -282,7 +282,7 @@ impl<'a> Joint<'a> {
     fn position_gain(&self) -> Result<ParameterPrior, FileError> {
         let sign = factor(self.position_sign().map(|entry| *entry.value));
         let reading = self.position_unit.si();
-        if let Some(entry) = self.said.of(Quantity::PositionGain) {
+        if let Some(entry) = self.said.of(SensorParameter::PositionGain) {
             let Entry { value: table, field, .. } = &entry;
             let unit = units::position_gain(table.unit(), self.kind);
             let turned = |unit: &str| units::position_gain(Some(unit), self.kind).is_ok();
@@ -302,7 +302,7 @@ impl<'a> Joint<'a> {
     }
 
     fn position_offset(&self) -> Result<ParameterPrior, FileError> {
-        if let Some(entry) = self.said.of(Quantity::PositionOffset) {
+        if let Some(entry) = self.said.of(SensorParameter::PositionOffset) {
             let Entry { value: table, field, .. } = &entry;
             let unit = self.fitting(&entry, units::coordinate(table.unit(), self.kind))?;
             let offset = table.prior(self.context.document, field)?;

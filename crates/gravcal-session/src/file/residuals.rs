@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use gravcal_recording::{FurtherColumn, PoseMapping};
-use gravcal_robot_model::parameter::{Parameter, Quantity};
+use gravcal_robot_model::parameter::{Parameter, SensorParameter};
 use gravcal_robot_model::residual_models::{ResidualInUse, ResidualModel, Scene, Setting, Tie, declare_residual};
 use gravcal_robot_model::sensors::{Options, RefusedOption};
 use gravcal_robot_model::session::{Instrument, Session};
@@ -234,7 +234,7 @@ fn at_nominal(session: &Session, residual: &ResidualInUse, nominal: &State, tie:
     let mut gravity = nominal.gravity;
     let coordinates = |pose: &usize| -> Vec<f64> {
         let of_joint = |(joint, reading): (usize, &f64)| {
-            let [gain, offset] = [Quantity::PositionGain, Quantity::PositionOffset]
+            let [gain, offset] = [SensorParameter::PositionGain, SensorParameter::PositionOffset]
                 .map(|quantity| session.joints[joint].of(quantity).nominal);
             gain * reading + offset
         };

@@ -6,7 +6,7 @@ use std::fs;
 use gravcal_estimation::{Loss, LossName};
 use gravcal_recording::{Conditions, Memory, Numbers, PositionUnit, Reading, TorqueUnit};
 use gravcal_robot_model::Registry;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{
     Ask, Constraints, GravityPrior, InertiaPrior, JointPriors, Load, LoadDistance, ParameterPrior, Pose, PoseBlocks,
     PoseTable, PriorKind, Session, UncertaintyChoice,
@@ -220,20 +220,20 @@ fn nominals_come_from_the_session_then_the_robot_then_the_default() {
 
 #[test]
 fn knowledge_is_a_start_a_prior_or_exact() {
-    let elbow = |parameter: &str, quantity: Quantity| {
+    let elbow = |parameter: &str, quantity: SensorParameter| {
         let line = "torque_gain = { nominal = 5.5, unit = \"count/(N·m)\" }";
         changed(line, &format!("{line}\n{parameter}")).joints[1].of(quantity)
     };
     let prior = |std: f64| PriorKind::Gaussian { std };
-    let offset = elbow("position_offset = { nominal = -180, std = 2, unit = 'deg' }", Quantity::PositionOffset);
+    let offset = elbow("position_offset = { nominal = -180, std = 2, unit = 'deg' }", SensorParameter::PositionOffset);
     assert_eq!(offset, parameter_prior(-PI, prior(2.0 * (PI / 180.0))));
-    let bias = elbow("torque_bias = { fixed = -7, unit = 'count' }", Quantity::TorqueBias);
+    let bias = elbow("torque_bias = { fixed = -7, unit = 'count' }", SensorParameter::TorqueBias);
     assert_eq!(bias, parameter_prior(-7.0, PriorKind::Fixed));
-    let gain = elbow("position_gain = { nominal = 1.1, std = 0.1, unit = 'rad/rad' }", Quantity::PositionGain);
+    let gain = elbow("position_gain = { nominal = 1.1, std = 0.1, unit = 'rad/rad' }", SensorParameter::PositionGain);
     assert_eq!(gain, parameter_prior(1.1, prior(0.1)));
     let reversed = "position_sign = 'reversed'\nposition_gain = { fixed = 2, unit = 'deg/deg' }";
-    assert_eq!(elbow(reversed, Quantity::PositionGain), parameter_prior(-2.0, PriorKind::Fixed));
-    assert_eq!(elbow("position_sign = 'reversed'", Quantity::PositionGain), start(-0.5));
+    assert_eq!(elbow(reversed, SensorParameter::PositionGain), parameter_prior(-2.0, PriorKind::Fixed));
+    assert_eq!(elbow("position_sign = 'reversed'", SensorParameter::PositionGain), start(-0.5));
 }
 
 #[test]
@@ -244,7 +244,7 @@ fn gains_of_counts_are_converted() {
         ("session.toml", "torque_sign = \"reversed\"", position_gain),
     ])
     .unwrap();
-    let gain = session.joints[1].of(Quantity::PositionGain);
+    let gain = session.joints[1].of(SensorParameter::PositionGain);
     assert_eq!(gain, parameter_prior(PI / 2.0, PriorKind::Gaussian { std: 9.0 * (PI / 180.0) }));
     assert_eq!(session.joints[1].position_unit, PositionUnit::Count);
     assert_eq!(session.poses[1].position, [PI / 2.0, 180.0]);
@@ -265,7 +265,7 @@ fn readings_of_torque_need_no_nominal_gain() {
         ("session.toml", "torque_gain = { nominal = 5.5, unit = \"count/(N·m)\" }\n", ""),
     ])
     .unwrap();
-    assert_eq!(session.joints[1].of(Quantity::TorqueGain), start(-1.0));
+    assert_eq!(session.joints[1].of(SensorParameter::TorqueGain), start(-1.0));
 }
 
 #[test]
@@ -442,7 +442,7 @@ fn units_of_the_files_agree() {
          two files agree, or give position_gain under [[joint]]",
     );
     // Angles are the same in SI, whichever unit the two files are written in.
-    assert_eq!(changed("unit = \"deg\"", "unit = \"rad\"").joints[1].of(Quantity::PositionGain), start(0.5));
+    assert_eq!(changed("unit = \"deg\"", "unit = \"rad\"").joints[1].of(SensorParameter::PositionGain), start(0.5));
 }
 
 #[test]
@@ -511,9 +511,9 @@ fn what_is_said_of_all_joints_is_of_those_that_say_nothing_else() {
                sensor_models = [{ kind = \"torque-gain-polynomial\", degree = 2 }]\n[[joint]]\n";
     let session = changed("[[joint]]\n", all);
     let [shoulder, elbow] = [0, 1].map(|joint| &session.joints[joint]);
-    let gains = [shoulder, elbow].map(|joint| joint.of(Quantity::TorqueGain));
+    let gains = [shoulder, elbow].map(|joint| joint.of(SensorParameter::TorqueGain));
     assert_eq!(gains, [parameter_prior(7.0, PriorKind::Gaussian { std: 0.7 }), start(-5.5)]);
-    assert_eq!(elbow.of(Quantity::TorqueBias), start(2000.0));
+    assert_eq!(elbow.of(SensorParameter::TorqueBias), start(2000.0));
     assert!(shoulder.torque_sign_declared);
     let terms: Vec<String> = session.further.iter().map(|parameter| parameter.name()).collect();
     assert_eq!(terms, ["elbow.torque_gain_2", "shoulder.torque_gain_2"]);

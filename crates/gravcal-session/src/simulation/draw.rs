@@ -1,7 +1,7 @@
 //! One trial: poses, deflections, readings.
 
 use gravcal_recording::{Conditions, Reading, is_saturated};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Moment;
 use gravcal_robot_model::session::{Pose, Session};
 use rand::RngExt;
@@ -76,7 +76,7 @@ fn random_position(simulation: &Simulation, joint: usize, random: &mut Pcg64) ->
         simulation.template.robot.chain.joints()[joint].limits.unwrap_or([-std::f64::consts::PI, std::f64::consts::PI]);
     let sensor = simulation.truth.sensors[joint];
     let coordinate = random.random_range(low..=high);
-    (coordinate - sensor[Quantity::PositionOffset as usize]) / sensor[Quantity::PositionGain as usize]
+    (coordinate - sensor[SensorParameter::PositionOffset as usize]) / sensor[SensorParameter::PositionGain as usize]
 }
 
 fn read_sensors(
@@ -146,7 +146,7 @@ impl Simulation {
         }
         let sent = self.coordinates(&stand.position, conditions);
         let deflected = |joint: usize| {
-            (coordinates[joint] - sent[joint]) / self.truth.sensors[joint][Quantity::PositionGain as usize]
+            (coordinates[joint] - sent[joint]) / self.truth.sensors[joint][SensorParameter::PositionGain as usize]
         };
         stand.position.iter().enumerate().map(|(joint, q)| q + deflected(joint)).collect()
     }

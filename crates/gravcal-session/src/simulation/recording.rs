@@ -13,7 +13,7 @@
 //! recording has the noise of the clean one; so are friction at rest ([`super::friction`]) and the walk of zeros.
 
 use gravcal_recording::{Conditions, Reading};
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::sensors::Moment;
 use gravcal_robot_model::session::{Pose, Session};
 use rand::{RngExt, SeedableRng};
@@ -254,7 +254,7 @@ impl<'a> Recorder<'a> {
     }
 
     fn position_gain(&self, joint: usize) -> f64 {
-        self.simulation.truth.sensors[joint][Quantity::PositionGain as usize]
+        self.simulation.truth.sensors[joint][SensorParameter::PositionGain as usize]
     }
 
     fn appear(&mut self, stand: &Stand) {

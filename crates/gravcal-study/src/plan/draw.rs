@@ -1,6 +1,6 @@
 //! A truth of its own for each trial.
 
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_session::simulation::Simulation;
 use rand::RngExt;
 use rand_pcg::Pcg64;
@@ -31,13 +31,13 @@ impl Draw {
         let mut random = Pcg64::new(u128::from(seed) ^ (STREAM << 64), u128::from(trial));
         let mut within = |half: f64| if half > 0.0 { random.random_range(-half..half) } else { 0.0 };
         for joint in 0..simulation.truth.sensors.len() {
-            let held = simulation.template.fixed_reason(joint, Quantity::PositionOffset).is_some();
+            let held = simulation.template.fixed_reason(joint, SensorParameter::PositionOffset).is_some();
             let sensor = &mut simulation.truth.sensors[joint];
-            sensor[Quantity::TorqueGain as usize] *= 1.0 + within(self.torque_gain);
-            sensor[Quantity::TorqueBias as usize] += within(self.torque_bias);
-            sensor[Quantity::PositionGain as usize] *= 1.0 + within(self.position_gain);
+            sensor[SensorParameter::TorqueGain as usize] *= 1.0 + within(self.torque_gain);
+            sensor[SensorParameter::TorqueBias as usize] += within(self.torque_bias);
+            sensor[SensorParameter::PositionGain as usize] *= 1.0 + within(self.position_gain);
             let offset = within(self.position_offset);
-            sensor[Quantity::PositionOffset as usize] += if held { 0.0 } else { offset };
+            sensor[SensorParameter::PositionOffset as usize] += if held { 0.0 } else { offset };
         }
         if self.gravity > 0.0 {
             let length = simulation.template.gravity.magnitude;

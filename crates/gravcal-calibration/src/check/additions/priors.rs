@@ -1,6 +1,6 @@
 //! Stating something that is known: no pose is recorded for it.
 
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::PriorKind;
 
 use super::addition::Addition;
@@ -27,11 +27,11 @@ pub fn hemisphere(now: &Hypothetical) -> Vec<Addition> {
 pub fn torque_gain(now: &Hypothetical) -> Vec<Addition> {
     let open = |joint: &usize| {
         now.noise[*joint].is_some()
-            && now.session.fixed_reason(*joint, Quantity::TorqueGain).is_none()
-            && now.session.joints[*joint].of(Quantity::TorqueGain).kind == PriorKind::Flat
+            && now.session.fixed_reason(*joint, SensorParameter::TorqueGain).is_none()
+            && now.session.joints[*joint].of(SensorParameter::TorqueGain).kind == PriorKind::Flat
     };
     let state = |joint: usize| {
-        let id = ParameterId::Sensor(joint, Quantity::TorqueGain);
+        let id = ParameterId::Sensor(joint, SensorParameter::TorqueGain);
         let name = now.session.parameter_name(id);
         let words = format!("state {name} within {:.0} % (its std in [[joint]])", 100.0 * GAIN_KNOWN);
         let make = move |hypothetical: &mut Hypothetical| {

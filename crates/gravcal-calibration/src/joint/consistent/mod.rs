@@ -10,7 +10,7 @@ mod programme;
 use gravcal_dynamics::BodyInertia;
 use gravcal_estimation::{BlockId, Factor, Problem, RankAnalysis, Values};
 use gravcal_identification::median;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{InertiaPrior, JointPriors, PriorKind, Session};
 use nalgebra::{DMatrix, DVector};
 
@@ -242,7 +242,7 @@ fn remarks_on(session: &Session, model: &ConsistentModel) -> Vec<String> {
                 .into(),
         );
     }
-    let gain = |joint: &JointPriors| joint.of(Quantity::TorqueGain).kind == PriorKind::Flat;
+    let gain = |joint: &JointPriors| joint.of(SensorParameter::TorqueGain).kind == PriorKind::Flat;
     let weighed = session.loads.iter().any(|load| !load.is_unknown());
     if !weighed && session.joints.iter().any(gain) {
         remarks.push(

@@ -16,7 +16,7 @@ use std::f64::consts::PI;
 
 use gravcal_dynamics::{BodyInertia, JointKind, Transform};
 use gravcal_identification::{SolveEnvironment, Symmetry};
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::{Load, Session};
 
 use crate::joint::build::build_with_constraints;
@@ -31,8 +31,9 @@ const HAS_SIGN: f64 = 0.1;
 /// The free gains that have the other sign than declared.
 pub(in crate::joint) fn turned_gains(session: &Session, values: &State) -> Vec<ParameterId> {
     let joints = 0..session.joints.len();
-    let sensors =
-        joints.flat_map(|joint| [Quantity::TorqueGain, Quantity::PositionGain].map(|q| ParameterId::Sensor(joint, q)));
+    let sensors = joints.flat_map(|joint| {
+        [SensorParameter::TorqueGain, SensorParameter::PositionGain].map(|q| ParameterId::Sensor(joint, q))
+    });
     let instruments = session.instruments.iter().flat_map(|instrument| instrument.gain_parameters());
     let turned = |id: &ParameterId| {
         let nominal = session.nominal(*id);
@@ -56,7 +57,7 @@ pub(in crate::joint) fn not_as_declared(session: &Session, values: &State) -> us
 fn free_offsets(session: &Session) -> impl Iterator<Item = (usize, ParameterId)> {
     let joints = session.robot.chain.joints().iter().enumerate();
     let turning = joints.filter(|(_, joint)| joint.kind == JointKind::Revolute);
-    let offsets = turning.map(|(joint, _)| (joint, ParameterId::Sensor(joint, Quantity::PositionOffset)));
+    let offsets = turning.map(|(joint, _)| (joint, ParameterId::Sensor(joint, SensorParameter::PositionOffset)));
     offsets.filter(|(_, offset)| session.fixed(*offset).is_none())
 }
 
@@ -115,8 +116,8 @@ impl Symmetry for TurnedAxes<'_> {
 /// their nominal values; nothing where there is no such joint.
 fn turned_axes(session: &Session, found: &State) -> Option<State> {
     let (gains, far) = (turned_gains(session, found), !far_offsets(session, found).is_empty());
-    let has = |joint: usize, quantity: Quantity| gains.contains(&ParameterId::Sensor(joint, quantity));
-    let both = |joint: usize| has(joint, Quantity::TorqueGain) && has(joint, Quantity::PositionGain);
+    let has = |joint: usize, quantity: SensorParameter| gains.contains(&ParameterId::Sensor(joint, quantity));
+    let both = |joint: usize| has(joint, SensorParameter::TorqueGain) && has(joint, SensorParameter::PositionGain);
     // Moments by sweep have no frames that could be turned.
     if !far && !(0..session.joints.len()).any(both) || !found.sweep_moments.is_empty() {
         return None;
@@ -126,7 +127,7 @@ fn turned_axes(session: &Session, found: &State) -> Option<State> {
     gains.iter().filter(is_turned_back).for_each(|gain| *image.value_mut(*gain) *= -1.0);
     for (joint, offset) in free_offsets(session) {
         // An offset is counted about its axis, as the readings are.
-        let sign = if has(joint, Quantity::PositionGain) && (far || both(joint)) { -1.0 } else { 1.0 };
+        let sign = if has(joint, SensorParameter::PositionGain) && (far || both(joint)) { -1.0 } else { 1.0 };
         let value = sign * found.value(offset);
         *image.value_mut(offset) = value - PI * half_turns_off(session, offset, value);
     }
@@ -185,7 +186,8 @@ mod tests {
         let environment = SolveEnvironment::new(&solver, &|_: &str| {});
         let solved = solve_from(&session, &select(&session, Signals::All), mirror, &environment).unwrap();
         let nominal = State::nominal(&session);
-        let both = [Quantity::TorqueGain, Quantity::PositionGain].map(|quantity| ParameterId::Sensor(2, quantity));
+        let both = [SensorParameter::TorqueGain, SensorParameter::PositionGain]
+            .map(|quantity| ParameterId::Sensor(2, quantity));
         assert_eq!(turned_gains(&session, &solved.state(&nominal)), both);
         let cost = solved.estimate.cost;
         assert!(cost < 800.0, "the mirror image explains the readings: {cost}");
@@ -223,7 +225,7 @@ mod tests {
             Ok::<_, EstimateError>((before, settle(solved, &[&TurnedAxes { session: &session }], w)?.solution))
         })
         .unwrap();
-        assert_eq!(half_a_turn_off.0, [ParameterId::Sensor(1, Quantity::PositionOffset)]);
+        assert_eq!(half_a_turn_off.0, [ParameterId::Sensor(1, SensorParameter::PositionOffset)]);
         let found = declared.state(&nominal);
         assert_eq!((far_offsets(&session, &found), turned_gains(&session, &found)), (vec![], vec![]));
         assert!((declared.estimate.cost - half_a_turn_off.1).abs() < 0.1, "{half_a_turn_off:?} {declared:?}");

@@ -7,7 +7,7 @@
 use std::f64::consts::PI;
 
 use gravcal_identification::{DECISIVE, SolveEnvironment, Symmetry, settle};
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 use nalgebra::Vector3;
 
@@ -52,7 +52,7 @@ impl Symmetry for InHemisphere<'_> {
             return Ok(Vec::new());
         }
         let found = solved.state(&State::nominal(session));
-        let free = |joint: &usize| session.fixed_reason(*joint, Quantity::PositionOffset).is_none();
+        let free = |joint: &usize| session.fixed_reason(*joint, SensorParameter::PositionOffset).is_none();
         let turned = (0..session.joints.len()).find(free).map(|joint| half_a_turn_on(session, &found, joint));
         Ok(std::iter::once(found.upside_down(session)).chain(turned).collect())
     }
@@ -121,7 +121,7 @@ fn explained_at_border(
 
 /// Gravity negative, and the offset of a joint half a turn towards its nominal value.
 fn half_a_turn_on(session: &Session, found: &State, joint: usize) -> State {
-    let id = ParameterId::Sensor(joint, Quantity::PositionOffset);
+    let id = ParameterId::Sensor(joint, SensorParameter::PositionOffset);
     let mut image = State { gravity: found.gravity.map(|component| -component), ..found.clone() };
     let towards = (session.nominal(id) - found.value(id)).signum();
     *image.value_mut(id) += towards * PI;
@@ -145,7 +145,7 @@ mod tests {
         let session = simulation.session(0);
         let readings = select(&session, Signals::All);
         let nominal = State::nominal(&session);
-        let free = |joint: &usize| session.fixed_reason(*joint, Quantity::PositionOffset).is_none();
+        let free = |joint: &usize| session.fixed_reason(*joint, SensorParameter::PositionOffset).is_none();
         let first_free = (0..session.joints.len()).find(free).unwrap();
         let (above, back) = with_environment(|w| {
             let found = solve(&session, &readings, None, w)?.state(&nominal);

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use gravcal_dynamics::JointKind;
 use gravcal_estimation::EvaluateError;
-use gravcal_robot_model::parameter::Quantity;
+use gravcal_robot_model::parameter::SensorParameter;
 use gravcal_robot_model::session::{Pose, Session};
 
 use super::delayed;
@@ -174,7 +174,7 @@ impl<'a> Columns<'a> {
 
     /// The angle that the sensor shows.
     fn angle(&self, joint: usize, pose: usize) -> f64 {
-        self.session.joints[joint].of(Quantity::PositionGain).nominal * self.session.poses[pose].position[joint]
+        self.session.joints[joint].of(SensorParameter::PositionGain).nominal * self.session.poses[pose].position[joint]
     }
 
     fn condition(&self, joint: usize, of: impl Fn(&Pose) -> &Vec<f64>) -> Vec<f64> {
@@ -216,7 +216,7 @@ impl<'a> Columns<'a> {
 /// What a step of a joint's coordinate does to the whitened residuals, by differences: the offset may be fixed, and then has no column.
 fn slope(solved: &Solved, joint: usize, rows: usize) -> Result<Vec<f64>, EvaluateError> {
     let (problem, block) =
-        (&solved.built.problem, solved.built.variables.sensors[joint][Quantity::PositionOffset as usize]);
+        (&solved.built.problem, solved.built.variables.sensors[joint][SensorParameter::PositionOffset as usize]);
     let at = |step: f64| {
         let mut values = solved.estimate.values.clone();
         values.set(block, &[values.scalar(block) + step]);

@@ -1,7 +1,7 @@
 //! What a test says, and what to do about it.
 
 use gravcal_robot_model::number::significant;
-use gravcal_robot_model::parameter::{ParameterId, Quantity};
+use gravcal_robot_model::parameter::{ParameterId, SensorParameter};
 use gravcal_robot_model::session::Session;
 
 use super::columns::ALL_JOINTS;
@@ -229,7 +229,7 @@ fn of_inertia(session: &Session, test: &ResidualTest) -> String {
     let Some(joint) = joint.filter(|_| session.has_windows()) else {
         return "Leave accelerated rows out ([readings.select]), let joints stand ([readings.still]), or drive steadily.".into();
     };
-    let gain = session.nominal(ParameterId::Sensor(joint, Quantity::TorqueGain));
+    let gain = session.nominal(ParameterId::Sensor(joint, SensorParameter::TorqueGain));
     // A rotor takes torque to speed up; what gives it is none.
     if test.size * gain > 0.0 && session.rotors.get(joint).copied().flatten().is_none() {
         return "If the torque is the motor's own, as its current tells, it feels the rotor before the gear: say rotor_inertia = \"unknown\" in \

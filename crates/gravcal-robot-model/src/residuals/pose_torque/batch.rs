@@ -12,7 +12,7 @@ use super::batch_terms::{self, Lane};
 use super::instructions::batch_instructions;
 use super::model::sensor_column;
 use super::residual::{self, PoseTorque};
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 
 const _: () = assert!(gravcal_estimation::LANES == gravcal_dynamics::LANES, "as many poses as a register has lanes");
 
@@ -66,9 +66,9 @@ impl<'a> Poses<'a> {
             return false;
         };
         let (pose, x) = (self.0[0], all[0]);
-        let gains = pose.sensors(x, Quantity::PositionGain);
+        let gains = pose.sensors(x, SensorParameter::PositionGain);
         for (lane, (pose, x)) in self.0.iter().zip(all).enumerate() {
-            let offsets = pose.sensors(x, Quantity::PositionOffset);
+            let offsets = pose.sensors(x, SensorParameter::PositionOffset);
             for (joint, q) in pose.position.iter().enumerate() {
                 batch.position[joint][lane] = *q;
                 batch.coordinates[joint][lane] = gains[joint] * q + offsets[joint];
@@ -86,7 +86,7 @@ impl<'a> Poses<'a> {
     fn differ_by_offset_or_bias_only(&self, all: [&[f64]; LANES]) -> bool {
         let joints = self.0[0].position.len();
         let column = |quantity, joint| sensor_column(joints, quantity, joint);
-        let shifted = [Quantity::TorqueBias, Quantity::PositionOffset];
+        let shifted = [SensorParameter::TorqueBias, SensorParameter::PositionOffset];
         let [bias, offset] = shifted.map(|quantity| column(quantity, 0)..column(quantity, joints));
         let same = |x: &[f64]| {
             let first = all[0];
@@ -125,7 +125,7 @@ impl WithSimd for Evaluation<'_> {
         for (row, residual) in residual.iter_mut().enumerate() {
             let (joint, _) = pose.readings[row];
             let torque = torques.of_joint(joint);
-            let gain = pose.sensors(x, Quantity::TorqueGain)[joint];
+            let gain = pose.sensors(x, SensorParameter::TorqueGain)[joint];
             let entries = jacobian.as_mut().and_then(Iterator::next);
             let wanted = (x, entries.is_some());
             let read = |terms| batch_terms::read(terms, poses, (joint, on.store(torque.torque())), wanted, lanes);
@@ -141,7 +141,7 @@ impl WithSimd for Evaluation<'_> {
                     batch_terms::write(terms, poses, joint, lanes, (affine, by_terms));
                 }
             }
-            let bias = all.map(|x| pose.sensors(x, Quantity::TorqueBias)[joint]);
+            let bias = all.map(|x| pose.sensors(x, SensorParameter::TorqueBias)[joint]);
             let predicted = pose.predict_affine(on, &torque, [[gain; LANES], bias]);
             let mut reading = [0.0; LANES];
             reading.iter_mut().zip(poses).for_each(|(reading, pose)| *reading = pose.readings[row].1);

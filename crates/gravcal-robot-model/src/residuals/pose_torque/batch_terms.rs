@@ -7,7 +7,7 @@ use gravcal_dynamics::LANES;
 use super::model::sensor_column;
 use super::residual::PoseTorque;
 use super::terms::{Slopes, Terms};
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 use crate::sensors::Moment;
 
 /// What terms of one pose read, and their derivatives.
@@ -88,14 +88,14 @@ pub(super) fn write(
     for (lane, (pose, Lane { slopes, .. })) in poses.iter().zip(lanes).enumerate() {
         for moved in terms.coordinates(joint) {
             let by_coordinate = slopes.by_coordinate[*moved];
-            row[sensor(Quantity::PositionOffset, *moved)][lane] += by_coordinate;
-            row[sensor(Quantity::PositionGain, *moved)][lane] += by_coordinate * pose.position[*moved];
+            row[sensor(SensorParameter::PositionOffset, *moved)][lane] += by_coordinate;
+            row[sensor(SensorParameter::PositionGain, *moved)][lane] += by_coordinate * pose.position[*moved];
         }
         for place in terms.of_torque(joint).flat_map(|term| term.places.clone()) {
             by_terms[place][lane] = slopes.by_parameter[place];
         }
         for term in terms.functions.of_positions() {
-            let by_offset = row[sensor(Quantity::PositionOffset, term.joint)][lane];
+            let by_offset = row[sensor(SensorParameter::PositionOffset, term.joint)][lane];
             for place in term.places.clone() {
                 by_terms[place][lane] = by_offset * slopes.by_parameter[place];
             }

@@ -5,7 +5,7 @@ use gravcal_dynamics::GravityTorque;
 use super::model::{LoadState, sensor_column};
 use super::residual::PoseTorque;
 use super::terms::{Slopes, Terms};
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 
 impl PoseTorque {
     /// One row of the Jacobian. `slopes`: of this reading, by torques with what follows from [`Slopes::with_compliance`]; `scratch`: as
@@ -29,20 +29,20 @@ impl PoseTorque {
             scratch.resize(base.len(), 0.0);
             self.fill_row(slopes.by_torque[source], source, torque, load, scratch);
             // The gain and bias of the other sensor have no part in this reading.
-            scratch[sensor(Quantity::TorqueGain, source)] = 0.0;
-            scratch[sensor(Quantity::TorqueBias, source)] = 0.0;
+            scratch[sensor(SensorParameter::TorqueGain, source)] = 0.0;
+            scratch[sensor(SensorParameter::TorqueBias, source)] = 0.0;
             base.iter_mut().zip(&*scratch).for_each(|(entry, by_source)| *entry += by_source);
         }
         for moved in terms.coordinates(joint) {
             let by_coordinate = slopes.by_coordinate[*moved];
-            base[sensor(Quantity::PositionOffset, *moved)] += by_coordinate;
-            base[sensor(Quantity::PositionGain, *moved)] += by_coordinate * self.position[*moved];
+            base[sensor(SensorParameter::PositionOffset, *moved)] += by_coordinate;
+            base[sensor(SensorParameter::PositionGain, *moved)] += by_coordinate * self.position[*moved];
         }
         for term in terms.of_torque(joint) {
             by_terms[term.places.clone()].copy_from_slice(&slopes.by_parameter[term.places.clone()]);
         }
         for term in terms.functions.of_positions() {
-            let by_offset = base[sensor(Quantity::PositionOffset, term.joint)];
+            let by_offset = base[sensor(SensorParameter::PositionOffset, term.joint)];
             for place in term.places.clone() {
                 by_terms[place] = by_offset * slopes.by_parameter[place];
             }

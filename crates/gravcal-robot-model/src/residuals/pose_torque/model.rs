@@ -12,7 +12,7 @@ use gravcal_dynamics::Chain;
 use gravcal_estimation::BlockId;
 
 use super::terms::Terms;
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 use crate::sensors::SensorTerms;
 
 /// Stored columns of gravity.
@@ -185,7 +185,7 @@ impl PoseTorqueModel {
 }
 
 /// Stored column of one parameter of a joint's sensors, for so many joints; with `joint == joints`, the end of its like.
-pub(super) fn sensor_column(joints: usize, quantity: Quantity, joint: usize) -> usize {
+pub(super) fn sensor_column(joints: usize, quantity: SensorParameter, joint: usize) -> usize {
     GRAVITY + joints * quantity as usize + joint
 }
 
@@ -203,12 +203,12 @@ fn pattern(chain: &Chain, gives_way: bool, joint: usize, end: usize) -> Vec<Rang
         let column = sensor_column(joints, quantity, joint);
         column..column + 1
     };
-    let own = [Quantity::TorqueGain, Quantity::TorqueBias].map(|quantity| column(quantity, joint));
+    let own = [SensorParameter::TorqueGain, SensorParameter::TorqueBias].map(|quantity| column(quantity, joint));
     let meeting = |quantity| {
         let others = (0..joints).filter(|other| gives_way || chain.meet(joint, *other));
         others.map(move |other| column(quantity, other))
     };
-    let positions = meeting(Quantity::PositionGain).chain(meeting(Quantity::PositionOffset));
+    let positions = meeting(SensorParameter::PositionGain).chain(meeting(SensorParameter::PositionOffset));
     let links = (0..chain.link_count()).filter(|link| gives_way || chain.moves(joint, *link));
     let links = links.map(|link| inertia_column(joints, link)..inertia_column(joints, link + 1));
     let load = inertia_column(joints, chain.link_count())..end;
@@ -247,12 +247,12 @@ fn pattern_with_terms(
     let mut touched = vec![false; width];
     for source in terms.torques(joint).iter().copied().filter(|source| *source != joint) {
         affine(source).into_iter().flatten().for_each(|column| touched[column] = true);
-        for quantity in [Quantity::TorqueGain, Quantity::TorqueBias] {
+        for quantity in [SensorParameter::TorqueGain, SensorParameter::TorqueBias] {
             touched[sensor_column(joints, quantity, source)] = false;
         }
     }
     for moved in terms.coordinates(joint) {
-        for quantity in [Quantity::PositionGain, Quantity::PositionOffset] {
+        for quantity in [SensorParameter::PositionGain, SensorParameter::PositionOffset] {
             touched[sensor_column(joints, quantity, *moved)] = true;
         }
     }

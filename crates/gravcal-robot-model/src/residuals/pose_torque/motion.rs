@@ -28,7 +28,7 @@ use super::model::{
 };
 use super::regressors::Regressors;
 use super::terms::Slopes;
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 use crate::sensors::Moment;
 
 /// What all windows with the same load share.
@@ -172,7 +172,7 @@ impl MotionTorque {
         self.model.pose.chain.joint_count()
     }
 
-    fn sensors<'x>(&self, x: &'x [f64], quantity: Quantity) -> &'x [f64] {
+    fn sensors<'x>(&self, x: &'x [f64], quantity: SensorParameter) -> &'x [f64] {
         let joints = self.joints();
         &x[sensor_column(joints, quantity, 0)..sensor_column(joints, quantity, joints)]
     }
@@ -197,7 +197,7 @@ impl MotionTorque {
 
     /// `Ia θ̈`, a part of the torque; linear in the acceleration, so that its mean is that of the mean acceleration.
     fn add_rotors(&self, x: &[f64], mean: &mut Means) {
-        let (n, gains) = (self.joints(), self.sensors(x, Quantity::PositionGain));
+        let (n, gains) = (self.joints(), self.sensors(x, SensorParameter::PositionGain));
         for (joint, column) in self.model.rotors.iter().enumerate() {
             let Some(column) = column else { continue };
             mean.torque[joint] += x[*column] * gains[joint] * self.acceleration[joint];
@@ -209,7 +209,8 @@ impl MotionTorque {
         let Workspace { parameters, rotors, moments, mean, sensed, slopes } = workspace;
         let chain = &self.model.pose.chain;
         let gravity = [x[0], x[1], x[2]];
-        let (gains, offsets) = (self.sensors(x, Quantity::PositionGain), self.sensors(x, Quantity::PositionOffset));
+        let (gains, offsets) =
+            (self.sensors(x, SensorParameter::PositionGain), self.sensors(x, SensorParameter::PositionOffset));
         self.set_parameters(x, parameters);
         mean.clear();
         // What terms take for the coordinates.
@@ -252,7 +253,7 @@ impl MotionTorque {
         residual: &mut [f64],
         jacobian: Option<RowsMut<'_>>,
     ) {
-        let (gain, bias) = (self.sensors(x, Quantity::TorqueGain), self.sensors(x, Quantity::TorqueBias));
+        let (gain, bias) = (self.sensors(x, SensorParameter::TorqueGain), self.sensors(x, SensorParameter::TorqueBias));
         let terms = self.model.pose.terms.as_ref();
         let at = Moment::new(&mean.torque, sensed, &self.position, &self.conditions);
         for (residual, (joint, reading)) in residual.iter_mut().zip(&self.readings) {
@@ -277,19 +278,19 @@ impl MotionTorque {
     ) {
         let n = self.joints();
         row.fill(0.0);
-        let gain = x[sensor_column(n, Quantity::TorqueGain, joint)];
+        let gain = x[sensor_column(n, SensorParameter::TorqueGain, joint)];
         self.add_torque(gain, joint, x, mean, row);
-        row[sensor_column(n, Quantity::TorqueGain, joint)] = mean.torque[joint];
-        row[sensor_column(n, Quantity::TorqueBias, joint)] = 1.0;
+        row[sensor_column(n, SensorParameter::TorqueGain, joint)] = mean.torque[joint];
+        row[sensor_column(n, SensorParameter::TorqueBias, joint)] = 1.0;
         let Some(terms) = &self.model.pose.terms else { return };
         terms.reading(joint, at, x, Some(slopes));
         for source in terms.torques(joint) {
             self.add_torque(slopes.by_torque[*source], *source, x, mean, row);
         }
         for source in terms.coordinates(joint) {
-            row[sensor_column(n, Quantity::PositionGain, *source)] +=
+            row[sensor_column(n, SensorParameter::PositionGain, *source)] +=
                 slopes.by_coordinate[*source] * self.position[*source];
-            row[sensor_column(n, Quantity::PositionOffset, *source)] += slopes.by_coordinate[*source];
+            row[sensor_column(n, SensorParameter::PositionOffset, *source)] += slopes.by_coordinate[*source];
         }
         for place in terms.of_torque(joint).flat_map(|term| term.places.clone()) {
             row[terms.column + place] = slopes.by_parameter[place];
@@ -303,8 +304,8 @@ impl MotionTorque {
         if self.model.positions.is_none() {
             let own = n * joint..n * (joint + 1);
             let at = |quantity| sensor_column(n, quantity, 0)..sensor_column(n, quantity, n);
-            add(&mut row[at(Quantity::PositionGain)], times, &mean.by_position_gains[own.clone()]);
-            add(&mut row[at(Quantity::PositionOffset)], times, &mean.by_offsets[own]);
+            add(&mut row[at(SensorParameter::PositionGain)], times, &mean.by_position_gains[own.clone()]);
+            add(&mut row[at(SensorParameter::PositionOffset)], times, &mean.by_offsets[own]);
         }
         let (by_bodies, _) = mean.by_parameters[BODY * links * joint..BODY * links * (joint + 1)].as_chunks::<BODY>();
         let moments = inertia_column(n, 0);
@@ -314,7 +315,7 @@ impl MotionTorque {
             add(&mut row[tensors..tensors + TENSOR], times, &by_bodies[link][INERTIA..]);
         }
         if let Some(column) = self.model.rotors[joint] {
-            let gain = self.sensors(x, Quantity::PositionGain)[joint];
+            let gain = self.sensors(x, SensorParameter::PositionGain)[joint];
             row[column] += times * gain * self.acceleration[joint];
         }
         let Some(load) = &self.model.pose.load else { return };

@@ -11,7 +11,7 @@ use gravcal_recording::Conditions;
 use super::model::{GRAVITY, INERTIA, LoadState, PoseTorqueModel, inertia_column, sensor_column};
 use super::terms::Slopes;
 use super::{batch, compliance};
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 use crate::sensors::Moment;
 
 /// The torque readings of one pose.
@@ -97,14 +97,15 @@ impl PoseTorque {
     }
 
     /// One parameter of every joint's sensors.
-    pub(super) fn sensors<'x>(&self, x: &'x [f64], quantity: Quantity) -> &'x [f64] {
+    pub(super) fn sensors<'x>(&self, x: &'x [f64], quantity: SensorParameter) -> &'x [f64] {
         let joints = self.position.len();
         &x[sensor_column(joints, quantity, 0)..sensor_column(joints, quantity, joints)]
     }
 
     /// True coordinates of all joints.
     fn set_coordinates(&self, x: &[f64], coordinates: &mut [f64]) {
-        let (gains, offsets) = (self.sensors(x, Quantity::PositionGain), self.sensors(x, Quantity::PositionOffset));
+        let (gains, offsets) =
+            (self.sensors(x, SensorParameter::PositionGain), self.sensors(x, SensorParameter::PositionOffset));
         for (((coordinate, q), gain), offset) in coordinates.iter_mut().zip(&self.position).zip(gains).zip(offsets) {
             *coordinate = gain * q + offset;
         }
@@ -204,7 +205,7 @@ impl PoseTorque {
         }
         self.set_inertia(&x[..self.model.affine_columns], inertia);
         let (gravity, load) = ([x[0], x[1], x[2]], self.load(x));
-        let (gain, bias) = (self.sensors(x, Quantity::TorqueGain), self.sensors(x, Quantity::TorqueBias));
+        let (gain, bias) = (self.sensors(x, SensorParameter::TorqueGain), self.sensors(x, SensorParameter::TorqueBias));
         if let Some(rows) = jacobian.as_mut().filter(|_| self.model.is_affine())
             && let Some(torques) = self.model.chain.gravity_torque_rows(Single, coordinates, gravity, inertia, bodies)
         {
@@ -259,7 +260,7 @@ impl PoseTorque {
     fn fill_compliances(&self, column: usize, torque: &GravityTorque, row: &mut [f64]) {
         let joints = self.position.len();
         for (joint, torque) in torque.torque.iter().enumerate() {
-            let by_offset = row[sensor_column(joints, Quantity::PositionOffset, joint)];
+            let by_offset = row[sensor_column(joints, SensorParameter::PositionOffset, joint)];
             row[column + joint] = if self.sweeping == Some(joint) { 0.0 } else { by_offset * torque };
         }
     }

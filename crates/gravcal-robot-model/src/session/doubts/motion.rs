@@ -8,7 +8,7 @@ use std::path::Path;
 
 use gravcal_recording::{Selection, file_name};
 
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 use crate::session::Session;
 
 /// Fewer rows may be anything.
@@ -106,7 +106,7 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
 }
 
 fn doubt(session: &Session, table: usize) -> Option<String> {
-    let gains: Vec<f64> = session.joints.iter().map(|joint| joint.of(Quantity::PositionGain).nominal).collect();
+    let gains: Vec<f64> = session.joints.iter().map(|joint| joint.of(SensorParameter::PositionGain).nominal).collect();
     let rows = || {
         let poses = session.poses.iter().filter(move |pose| pose.table == table);
         poses.map(|pose| pose.position.iter().zip(&gains).map(|(at, gain)| at * gain).collect::<Vec<f64>>())

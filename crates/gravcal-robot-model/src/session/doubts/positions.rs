@@ -7,7 +7,7 @@ use gravcal_recording::PositionUnit;
 
 use super::names::named;
 use super::unit::MistakenUnit;
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 use crate::session::Session;
 
 /// A joint with limits turns less than this from zero, rad, and any other joint less than twice.
@@ -53,7 +53,8 @@ fn tell(session: &Session, joints: &[usize], what: &str, mistaken: MistakenUnit)
 /// How far a joint is from zero, rad or m; of a sensor that counts in its own unit from anywhere, how far it goes.
 fn reach(session: &Session, joint: usize) -> f64 {
     let known = &session.joints[joint];
-    let (gain, offset) = (known.of(Quantity::PositionGain).nominal, known.of(Quantity::PositionOffset).nominal);
+    let (gain, offset) =
+        (known.of(SensorParameter::PositionGain).nominal, known.of(SensorParameter::PositionOffset).nominal);
     let coordinates = session.poses.iter().map(|pose| gain * pose.position[joint] + offset);
     match known.position_unit.is_sensors_own() {
         false => coordinates.map(f64::abs).fold(0.0, f64::max),

@@ -3,7 +3,7 @@
 use gravcal_recording::file_name;
 
 use super::torques::gravity_torques;
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 use crate::session::Session;
 use crate::session::stuck::{Run, longest_run};
 
@@ -25,7 +25,7 @@ pub(super) fn doubts(session: &Session) -> Vec<String> {
 }
 
 fn doubt(session: &Session, joint: usize, run: &Run, (torques, most): (&[f64], f64)) -> Option<String> {
-    let gain = session.joints[joint].of(Quantity::TorqueGain).nominal;
+    let gain = session.joints[joint].of(SensorParameter::TorqueGain).nominal;
     let within: Vec<f64> = readings(session, joint)
         .map(|(pose, _)| pose)
         .filter(|pose| (run.first..=run.last).contains(pose))

@@ -3,7 +3,7 @@
 use gravcal_dynamics::JointKind;
 
 use super::names::named;
-use crate::parameter::Quantity;
+use crate::parameter::SensorParameter;
 use crate::session::Session;
 use crate::state::State;
 
@@ -61,7 +61,8 @@ pub(super) fn gravity_torques(session: &Session, poses: impl Iterator<Item = usi
     let chain = &session.robot.chain;
     let State { sensors, inertia, .. } = State::nominal(session);
     let inertia: Vec<f64> = inertia.into_iter().flatten().collect();
-    let [gain, offset] = [Quantity::PositionGain, Quantity::PositionOffset].map(|quantity| quantity as usize);
+    let [gain, offset] =
+        [SensorParameter::PositionGain, SensorParameter::PositionOffset].map(|quantity| quantity as usize);
     let mut of_joints = vec![Vec::new(); session.joints.len()];
     let mut torque = vec![0.0; session.joints.len()];
     for pose in poses {
@@ -76,7 +77,7 @@ pub(super) fn gravity_torques(session: &Session, poses: impl Iterator<Item = usi
 /// Torques as the nominal gain tells them, but for the bias.
 fn read(session: &Session, joint: usize) -> Option<Vec<f64>> {
     session.joints[joint].torque_unit?;
-    let gain = session.joints[joint].of(Quantity::TorqueGain).nominal;
+    let gain = session.joints[joint].of(SensorParameter::TorqueGain).nominal;
     Some(session.poses.iter().filter_map(|pose| pose.torque[joint]).map(|reading| reading.value / gain).collect())
 }
 

@@ -2,7 +2,7 @@
 
 use gravcal_recording::TorqueUnit;
 use gravcal_robot_model::State;
-use gravcal_robot_model::parameter::{Parameter, Quantity, same_in};
+use gravcal_robot_model::parameter::{Parameter, SensorParameter, same_in};
 use gravcal_robot_model::sensors::{Need, Site, Term};
 use gravcal_robot_model::session::rotors::rotor_inertia_unit;
 use gravcal_robot_model::session::{ParameterPrior, PriorKind, Session, units};
@@ -59,19 +59,19 @@ impl Reader<'_> {
                     torque.unit.name(),
                     template.joints[joint].torque_unit.map(TorqueUnit::name),
                 )?;
-                true_values[Quantity::TorqueGain as usize] = torque.gain;
-                true_values[Quantity::TorqueBias as usize] = torque.bias;
+                true_values[SensorParameter::TorqueGain as usize] = torque.gain;
+                true_values[SensorParameter::TorqueBias as usize] = torque.bias;
             }
             if let Some(position) = sensors.position {
                 let unit = template.joints[joint].position_unit.name();
                 self.same_unit(&field, "position_sensor", position.unit.si().name(), Some(unit))?;
-                true_values[Quantity::PositionGain as usize] = position.gain;
-                true_values[Quantity::PositionOffset as usize] = position.offset;
+                true_values[SensorParameter::PositionGain as usize] = position.gain;
+                true_values[SensorParameter::PositionOffset as usize] = position.offset;
             }
         }
         self.rotors(template, &mut truth)?;
         let root = self.robot.chain.root_joint();
-        if root.is_some_and(|root| truth.sensors[root][Quantity::PositionOffset as usize] != 0.0) {
+        if root.is_some_and(|root| truth.sensors[root][SensorParameter::PositionOffset as usize] != 0.0) {
             let message = "the first joint's offset is zero by definition of the base frame: turn gravity instead";
             return Err(self.document.error(&Field::new("joint"), message));
         }

@@ -101,7 +101,8 @@ fn a_rotor_is_a_part_of_its_joints_torque() {
     for (joint, (rotor, acceleration)) in
         [(x[width - 2], -2.0), (0.0, 1.1), (x[width - 1], 0.6)].into_iter().enumerate()
     {
-        let expected = of(joint, Quantity::TorqueGain) * rotor * of(joint, Quantity::PositionGain) * acceleration;
+        let expected =
+            of(joint, SensorParameter::TorqueGain) * rotor * of(joint, SensorParameter::PositionGain) * acceleration;
         assert!((with[joint] - without[joint] - expected).abs() < 1e-12, "{joint}: {with:?} {without:?} {expected}");
     }
 }
@@ -115,7 +116,9 @@ fn held_positions_change_nothing() {
     let offsets: Vec<usize> = (0..=lengths.len()).map(|blocks| lengths[..blocks].iter().sum()).collect();
     let x: Vec<f64> = (0..width).map(|k| 0.5 + (k as f64).sin()).collect();
     let column = |quantity, joint| sensor_column(3, quantity, joint);
-    let of = |joint| [Quantity::PositionGain, Quantity::PositionOffset].map(|quantity| x[column(quantity, joint)]);
+    let of = |joint| {
+        [SensorParameter::PositionGain, SensorParameter::PositionOffset].map(|quantity| x[column(quantity, joint)])
+    };
     let (pose, _, tensors) = model(&terms);
     let known = MotionTorqueModel::new(pose, &tensors[..3], Some(tensors[3]), &rotors(&tensors))
         .at_positions(Some((0..3).map(of).collect()));
@@ -127,7 +130,7 @@ fn held_positions_change_nothing() {
         (read, jacobian)
     };
     let ((a, by_a), (b, by_b)) = (read(&free), read(&held));
-    let of_positions = column(Quantity::PositionGain, 0)..inertia_column(3, 0);
+    let of_positions = column(SensorParameter::PositionGain, 0)..inertia_column(3, 0);
     for (a, b) in a.iter().zip(&b) {
         assert!((a - b).abs() < 1e-10, "{a} {b}");
     }
