@@ -87,7 +87,7 @@ fn options_of_the_session_reach_the_method_that_it_names() {
 }
 
 #[test]
-fn the_way_of_the_joint_solve_is_told() {
+fn the_iterates_of_the_joint_solve_are_told() {
     let trace = Calibration::of(&tree::experiment("sarcos-shoulder").join("session.toml")).estimator("joint").trace;
     assert!(trace.len() > 3);
     assert!(trace.first().unwrap().cost > trace.last().unwrap().cost);

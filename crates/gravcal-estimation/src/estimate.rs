@@ -114,7 +114,7 @@ pub struct Estimate {
     pub iterations: Vec<IterationRecord>,
     /// Values of all blocks at the end of each iteration, the start first; of a solve that goes on from a checkpoint only
     /// what came after it, and empty where several solves make one.
-    pub way: Vec<Values>,
+    pub iterates: Vec<Values>,
     /// Constraints on which the solution leans; empty without constraints.
     pub active: Vec<ActiveConstraint>,
     /// Unknowns without any effect where it ended: their columns of the Jacobian are zero, or nothing but rounding. They

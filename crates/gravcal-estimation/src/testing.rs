@@ -82,7 +82,7 @@ impl Solver for Newton {
             values,
             termination,
             iterations: Vec::new(),
-            way: Vec::new(),
+            iterates: Vec::new(),
             active: Vec::new(),
             without_effect: Vec::new(),
             normal_equations: None,

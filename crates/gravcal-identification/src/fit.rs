@@ -110,8 +110,8 @@ fn behind(before: Estimate, after: Estimate) -> Estimate {
     for record in after.iterations.into_iter().skip(1) {
         iterations.push(IterationRecord { iteration: iterations.len(), ..record });
     }
-    let way = before.way.into_iter().chain(after.way.into_iter().skip(1)).collect();
-    Estimate { iterations, way, ..after }
+    let iterates = before.iterates.into_iter().chain(after.iterates.into_iter().skip(1)).collect();
+    Estimate { iterations, iterates, ..after }
 }
 
 #[cfg(test)]

@@ -48,18 +48,18 @@ fn log_parameter(
     index: usize,
     parameter: &ParameterResult,
 ) -> Result<(), RecordingStreamError> {
-    if result.detail.way.is_empty() || parameter.held.is_some() {
+    if result.detail.iterates.is_empty() || parameter.held.is_some() {
         return Ok(());
     }
     let estimator = result.name.as_str();
-    let times = || [iterations(0..result.detail.way.len())];
+    let times = || [iterations(0..result.detail.iterates.len())];
     let owner = parameter.name.rsplit_once('.').map_or("", |(owner, _)| owner);
     let colour = style::numbered(index / 4);
-    let values = result.detail.way.iter().map(|values| values[index]).collect();
+    let values = result.detail.iterates.iter().map(|values| values[index]).collect();
     series(stream, path(estimator, parameter, "value"), (owner, colour, Mark::Line(2.0)), times(), values)?;
     for (what, end) in ["low", "high"].into_iter().zip(parameter.ci95.into_iter().flatten()) {
         let name = format!("{owner}, 95 % {what}");
-        let ends = vec![end; result.detail.way.len()];
+        let ends = vec![end; result.detail.iterates.len()];
         series(stream, path(estimator, parameter, what), (&name, colour, Mark::Line(0.7)), times(), ends)?;
     }
     Ok(())

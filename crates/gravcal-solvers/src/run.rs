@@ -82,7 +82,7 @@ pub(crate) struct Run<'p, M> {
     /// The way so far, the start first.
     pub records: Vec<IterationRecord>,
     /// Where it came by, as far as it was not before a checkpoint.
-    pub way: Vec<Values>,
+    pub iterates: Vec<Values>,
     /// Where a checkpoint left it: values and scaling, to be linearized.
     pub restored: Option<(Values, Vec<f64>)>,
     /// Where it is; nowhere before the start.
@@ -96,7 +96,7 @@ impl<M: Default> Default for Run<'_, M> {
         Run {
             memory: M::default(),
             records: Vec::new(),
-            way: Vec::new(),
+            iterates: Vec::new(),
             restored: None,
             point: None,
             termination: Termination::NoProgress,
@@ -115,7 +115,7 @@ impl<'p, M> Run<'p, M> {
             values: point.values,
             termination: self.termination,
             iterations: self.records,
-            way: self.way,
+            iterates: self.iterates,
         })
     }
 
@@ -128,7 +128,7 @@ impl<'p, M> Run<'p, M> {
             step,
             damping,
         };
-        self.way.push(point.values.clone());
+        self.iterates.push(point.values.clone());
         self.point = Some(point);
         lent.context.borrow_mut().tell(&record);
         self.records.push(record);

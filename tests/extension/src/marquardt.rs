@@ -78,14 +78,14 @@ impl Solver for Marquardt {
     ) -> Result<Estimate, SolveError> {
         self.check(problem)?;
         let (mut values, mut damping, mut step_length) = (initial.clone(), 1e-3, 0.0);
-        let (mut iterations, mut way) = (Vec::new(), Vec::new());
+        let (mut iterations, mut iterates) = (Vec::new(), Vec::new());
         let (cost, termination) = loop {
             let mut linear = problem.linearize(&values)?;
             let (cost, cosine) = (linear.cost(), linear.largest_cosine());
             let record = IterationRecord { iteration: iterations.len(), cost, cosine, step: step_length, damping };
             context.tell(&record);
             iterations.push(record);
-            way.push(values.clone());
+            iterates.push(values.clone());
             if cosine <= COSINE {
                 break (cost, Termination::Gradient { cosine });
             }
@@ -124,7 +124,7 @@ impl Solver for Marquardt {
             cost,
             termination,
             iterations,
-            way,
+            iterates,
             active: Vec::new(),
             without_effect: Vec::new(),
             normal_equations: None,

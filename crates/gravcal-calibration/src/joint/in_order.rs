@@ -176,7 +176,7 @@ impl Updated {
             values: self.values,
             termination: self.termination,
             iterations: self.iterations,
-            way: Vec::new(),
+            iterates: Vec::new(),
             active: Vec::new(),
             without_effect: Vec::new(),
             normal_equations: None,

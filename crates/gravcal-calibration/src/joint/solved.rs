@@ -77,7 +77,7 @@ impl Solved {
             cost: built.problem.without_reference().cost(&built.initial)?,
             termination: Termination::AsGiven,
             iterations: Vec::new(),
-            way: Vec::new(),
+            iterates: Vec::new(),
             active: Vec::new(),
             without_effect: Vec::new(),
             normal_equations: None,

@@ -86,7 +86,10 @@ pub(super) fn tell(
         consistent_model,
         reasons: reason_count,
         notes,
-        detail: Detail { singular_values: solved.analysis.singular_values().to_vec(), way: tell_way(session, solved) },
+        detail: Detail {
+            singular_values: solved.analysis.singular_values().to_vec(),
+            iterates: tell_iterates(session, solved),
+        },
     };
     if verdict == Verdict::Failed || solved.freedom_of_noise(session).is_some() {
         withdraw(&mut result);
@@ -134,7 +137,7 @@ fn withdraw(result: &mut EstimatorResult) {
     result.deflections.clear();
     result.position_errors.clear();
     result.sensor_models.clear();
-    result.detail.way.clear();
+    result.detail.iterates.clear();
     result.uncertainty = None;
 }
 
@@ -162,9 +165,9 @@ fn tell_trace(solved: &Solved) -> Vec<Iteration> {
 }
 
 /// The sensors' parameters after each iteration of the trace.
-fn tell_way(session: &Session, solved: &Solved) -> Vec<Vec<f64>> {
+fn tell_iterates(session: &Session, solved: &Solved) -> Vec<Vec<f64>> {
     let blocks: Vec<BlockId> = session.parameters().into_iter().map(|id| solved.built.variables.block(id)).collect();
-    solved.estimate.way.iter().map(|values| blocks.iter().map(|block| values.scalar(*block)).collect()).collect()
+    solved.estimate.iterates.iter().map(|values| blocks.iter().map(|block| values.scalar(*block)).collect()).collect()
 }
 
 pub(super) fn tell_parameters(session: &Session, solved: &Solved, judgement: &Judgement) -> Vec<ParameterResult> {

@@ -7,5 +7,5 @@ pub struct Detail {
     pub singular_values: Vec<f64>,
     /// Values of the result's `parameters`, in their order and units, after each iteration of its `trace`. Empty where the trace is,
     /// and where the estimate has failed.
-    pub way: Vec<Vec<f64>>,
+    pub iterates: Vec<Vec<f64>>,
 }

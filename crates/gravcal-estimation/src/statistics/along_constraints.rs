@@ -197,7 +197,7 @@ mod tests {
             values,
             termination: Termination::Gradient { cosine: 0.0 },
             iterations: Vec::new(),
-            way: Vec::new(),
+            iterates: Vec::new(),
             active: vec![ActiveConstraint { name: "x is at most 1".into(), multiplier: 60.0, holds }],
             without_effect: Vec::new(),
             normal_equations: None,

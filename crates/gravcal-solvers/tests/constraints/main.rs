@@ -6,7 +6,7 @@
 mod build;
 mod by_hand;
 mod hock_schittkowski;
+mod iterates;
 mod length;
 mod optimality;
 mod refused;
-mod way;
