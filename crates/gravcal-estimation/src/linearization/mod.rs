@@ -4,9 +4,9 @@
 //! eliminate blocks component by component, so that cost and memory grow linearly with their number. Damping comes
 //! before elimination, and another damping reuses what was summed over the factors.
 
-mod dust;
 mod finite;
 mod form;
+mod negligible;
 mod normal;
 mod normal_equations;
 mod orthogonal;

@@ -16,9 +16,9 @@ use std::sync::Arc;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 
-use super::dust::dust;
 use super::finite::check_finite;
 use super::form::{Linearization, StepInfo};
+use super::negligible::negligible;
 use super::triangle::Triangle;
 use crate::eliminated_columns;
 use crate::problem::{Chunk, Component, Rows};
@@ -94,7 +94,7 @@ impl Orthogonal {
         };
         this.measure_columns();
         check_finite(problem, values, [&this.gradient, &this.column_norms])?;
-        this.clear_dust(problem, values);
+        this.clear_negligible(problem, values);
         Ok(this)
     }
 
@@ -121,8 +121,8 @@ impl Orthogonal {
         self.column_norms = squares.iter().map(|s: &f64| s.sqrt()).collect();
     }
 
-    fn clear_dust(&mut self, problem: &Problem, values: &Values) {
-        let columns = dust(problem, values, &self.column_norms);
+    fn clear_negligible(&mut self, problem: &Problem, values: &Values) {
+        let columns = negligible(problem, values, &self.column_norms);
         for column in columns {
             self.gradient[column] = 0.0;
             self.column_norms[column] = 0.0;

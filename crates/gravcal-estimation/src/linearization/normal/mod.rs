@@ -24,9 +24,9 @@ use faer::linalg::solvers::Llt;
 use faer::{Mat, Side};
 use rayon::prelude::*;
 
-use super::dust::dust;
 use super::finite::check_finite;
 use super::form::{Linearization, StepInfo};
+use super::negligible::negligible;
 use super::{NormalEquations, Orthogonal};
 use crate::problem::{Chunk, Component};
 use crate::reference::Pull;
@@ -57,7 +57,7 @@ pub(crate) struct Normal<'p> {
     /// Of those components that are not alike.
     components: Vec<ComponentSums>,
     /// Columns that count as zeros.
-    dust: Vec<usize>,
+    negligible: Vec<usize>,
     /// Made when the normal equations lost too many digits.
     orthogonal: Option<Orthogonal>,
 }
@@ -88,12 +88,12 @@ impl<'p> Normal<'p> {
             gradient_of_rest: sums.gradient,
             shared_squares: vec![0.0; structure.shared.len()],
             components: sums.components,
-            dust: Vec::new(),
+            negligible: Vec::new(),
             orthogonal: None,
         };
         this.spread(&sums.alike);
         check_finite(problem, values, [&this.gradient, &this.column_norms])?;
-        this.clear_dust();
+        this.clear_negligible();
         this.add_pull();
         Ok(this)
     }
@@ -106,7 +106,7 @@ impl<'p> Normal<'p> {
 
     /// Those that are, if there are any.
     fn alike(&self) -> Option<Alike<'_, '_>> {
-        let alike = Alike { problem: self.problem, values: &self.values, left_out: &self.dust };
+        let alike = Alike { problem: self.problem, values: &self.values, left_out: &self.negligible };
         alike.any().then_some(alike)
     }
 
@@ -133,10 +133,10 @@ impl<'p> Normal<'p> {
         }
     }
 
-    fn clear_dust(&mut self) {
-        self.dust = dust(self.problem, &self.values, &self.column_norms);
+    fn clear_negligible(&mut self) {
+        self.negligible = negligible(self.problem, &self.values, &self.column_norms);
         let structure = self.problem.structure();
-        for column in self.dust.iter().copied() {
+        for column in self.negligible.iter().copied() {
             self.gradient[column] = 0.0;
             self.column_norms[column] = 0.0;
             if let Ok(index) = structure.shared.binary_search(&column) {
